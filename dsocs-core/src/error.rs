@@ -352,6 +352,8 @@ pub struct FailedStep {
     pub undefined: Option<Undefined>,
     /// The time, about, where the equations become singular and the acceleration grows without bound, if that is why the step failed.
     pub singular_at: Option<f64>,
+    /// The time, about, where a constraint says nothing beside those before it, or hardly anything, if that may be why the step failed.
+    pub dependent: Option<(f64, DependentRow)>,
     /// For [`StepFailure::NoSolution`], the rows that are not met at the minimum of the residual, each with its value there, in its
     /// units; empty otherwise.
     pub unmet: Vec<(DependentRow, f64)>,
@@ -413,6 +415,10 @@ impl StepError {
         let step = &*self.0;
         if step.singular_at.is_some() {
             return SINGULAR;
+        }
+        if step.dependent.is_some() {
+            return "the motion may go on there in more than one way, and a smaller h decides by chance: end the run before, change a length a little, or \
+                    leave out what the constraints say twice there";
         }
         // where a factor may be divided out the advice is about that
         let deficiency = step.deficiency.as_ref().filter(|_| !step.may_divide);
@@ -514,6 +520,13 @@ impl fmt::Display for StepError {
                 f,
                 "; the smallest value of {row} that is reached is {}, and it has to be 0",
                 Short(left.abs())
+            )?;
+        }
+        if let Some((time, row)) = &step.dependent {
+            write!(
+                f,
+                "; the rank of the constraints is lost, or nearly so, near t = {}, where {row} says nothing beside the others",
+                Rounded(*time)
             )?;
         }
         if let Some(time) = step.singular_at {

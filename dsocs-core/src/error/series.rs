@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use thiserror::Error;
 
-use crate::regularity::deficiency::Deficiency;
+use crate::regularity::deficiency::{Deficiency, DependentRow};
 use crate::regularity::undefined::Undefined;
 
 /// Why a run by Taylor series failed.
@@ -40,6 +40,15 @@ pub enum SeriesFailure {
         steps: u64,
         /// How far they led.
         led: f64,
+    },
+    /// Constraints depend on each other at a place on the way of the next step: there they hold for velocities that they exclude elsewhere, and the
+    /// motion may go on in more than one way, as that of a linkage at a change point.
+    #[error("{row} says nothing beside the other constraints at t = {time}")]
+    Dependent {
+        /// The time of that place.
+        time: f64,
+        /// The first constraint that says nothing there beside those before it.
+        row: DependentRow,
     },
     /// The motion has come to a place where a function jumps, and from both sides it leads back to this place.
     #[error("the motion sticks where `{switch}` is zero")]
@@ -165,6 +174,13 @@ impl fmt::Display for SeriesError {
                 f,
                 "the Taylor series at t = {t}, ({}) = {q:?}, with the velocity {v:?}, is not finite: some expression of the \
                  declaration has no value or no derivative there, or the constraints do not determine the acceleration",
+                coordinates.join(", ")
+            ),
+            (SeriesFailure::Dependent { time, row }, _) => write!(
+                f,
+                "the rank of the constraints is lost at t = {time:.9}, past which the step from t = {t}, ({}) = {q:?}, with the velocity {v:?}, would \
+                 lead: {row} says nothing there beside the others. The motion may go on in more than one way, and no tolerance decides which: end \
+                 the run before, change a length a little, or leave out what the constraints say twice there",
                 coordinates.join(", ")
             ),
             (SeriesFailure::StepTooSmall { step, smallest }, _) => write!(

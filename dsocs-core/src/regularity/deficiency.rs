@@ -128,7 +128,7 @@ impl Deficiency {
     }
 
     /// Whether constraints alone depend on each other.
-    fn is_of_constraints(&self) -> bool {
+    pub(crate) fn is_of_constraints(&self) -> bool {
         !self.rows.is_empty() && self.rows.iter().all(DependentRow::is_constraint)
     }
 
@@ -270,7 +270,7 @@ fn at_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, zero: f64) 
 }
 
 /// A place that lies beside another, along no axis and none of the usual diagonals.
-fn beside(x: &[f64], size: f64) -> Vec<f64> {
+pub(crate) fn beside(x: &[f64], size: f64) -> Vec<f64> {
     const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
     let moved = x.iter().zip(ASIDE.iter().cycle());
     moved.map(|(x, aside)| x + aside * size).collect()

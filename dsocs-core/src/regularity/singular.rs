@@ -5,7 +5,7 @@
 //! roots on both sides, so a step jumps over the place.
 
 use crate::number::point::AnyPoint;
-use crate::regularity::deficiency::{self, Deficiency};
+use crate::regularity::deficiency::{self, Deficiency, DependentRow};
 use crate::solve::elimination::Determinant;
 use crate::solve::{Square, Vector};
 use crate::start;
@@ -24,6 +24,12 @@ const GROWS: f64 = 16.0;
 /// A determinant that falls by more than this part of itself in one step may pass through zero in the next four. It is looked at where it has become half
 /// of what it was, so that it is not missed where it will be less than two steps from zero.
 const FALLS: f64 = 0.25;
+
+/// A constraint whose part that is independent of those before it is below this part of what it was is dependent.
+pub(crate) const DEPENDENT: f64 = 1e-6;
+
+/// The same on a way that is straight, and so not quite that of the motion.
+pub(crate) const NEARLY_DEPENDENT: f64 = 1e-2;
 
 /// A jump of the acceleration by less than this part of itself is none.
 const JUMPS: f64 = 0.1;
@@ -107,6 +113,91 @@ pub(crate) fn falls(declaration: &Declaration<'_>, places: [&Place; 2], near: &[
     let unit = second.determinant.exponent;
     let [before, now] = [first, second].map(|solved| solved.determinant.in_units_of(unit));
     before * now < 0.0 || before.abs() > (1.0 + FALLS) * now.abs()
+}
+
+/// The time at which constraints of positions and velocities depend on each other on a way, from 0 to 1, and the first that says nothing beside those
+/// before it, up to a part of what it said. The determinant of the equations for the
+/// acceleration is the square of what tells their dependence, and has a minimum there.
+#[cold]
+pub(crate) fn dependence(
+    declaration: &Declaration<'_>,
+    way: &dyn Fn(f64) -> Place,
+    dependent: f64,
+) -> Option<(f64, DependentRow)> {
+    let near = Vector::zero(declaration.dimension());
+    let unit = way(0.0).solve(declaration, &near)?.determinant.exponent;
+    // where there is no acceleration the determinant is zero
+    let size = |part: f64| {
+        let solved = way(part).solve(declaration, &near);
+        solved.map_or(0.0, |solved| solved.determinant.in_units_of(unit).abs())
+    };
+    let places = (0..=2 * PLACES).map(|place| f64::from(place) / f64::from(2 * PLACES));
+    let least = places.min_by(|one, other| size(*one).total_cmp(&size(*other)))?;
+    let apart = 1.0 / f64::from(2 * PLACES);
+    let (mut from, mut to) = ((least - apart).max(0.0), (least + apart).min(1.0));
+    for _ in 0..3 * HALVINGS {
+        let thirds = [from + (to - from) / 3.0, to - (to - from) / 3.0];
+        if size(thirds[0]) < size(thirds[1]) {
+            to = thirds[1];
+        } else {
+            from = thirds[0];
+        }
+    }
+    let place = way(0.5 * (from + to));
+    dependent_row(declaration, &place, &way(0.0), dependent).map(|row| (place.t, row))
+}
+
+/// The first constraint of positions or velocities whose part that is independent of those before it is, at a place, below a part of what it says at
+/// another.
+fn dependent_row(
+    declaration: &Declaration<'_>,
+    place: &Place,
+    other: &Place,
+    dependent: f64,
+) -> Option<DependentRow> {
+    let sizes: Vec<f64> = slopes(declaration, other)
+        .iter()
+        .map(|row| product(row, row).sqrt())
+        .collect();
+    let mut independent: Vec<Vec<f64>> = Vec::new();
+    for (k, (mut row, size)) in slopes(declaration, place).into_iter().zip(sizes).enumerate() {
+        for other in &independent {
+            let along = product(&row, other) / product(other, other);
+            for (entry, other) in row.iter_mut().zip(other) {
+                *entry -= along * other;
+            }
+        }
+        if product(&row, &row).sqrt() <= dependent * size {
+            return Some(deficiency::row(declaration, k));
+        }
+        independent.push(row);
+    }
+    None
+}
+
+/// The first constraint of positions or velocities that says nothing at a place beside those before it, or hardly anything, by what it says beside the
+/// place.
+#[cold]
+pub(crate) fn dependent_at(declaration: &Declaration<'_>, place: &Place) -> Option<DependentRow> {
+    let beside = Place {
+        q: Vector::of(&deficiency::beside(&place.q, 1.0)),
+        ..place.clone()
+    };
+    dependent_row(declaration, place, &beside, NEARLY_DEPENDENT)
+}
+
+/// The slopes of the constraints on positions and velocities, by the velocity.
+fn slopes(declaration: &Declaration<'_>, Place { t, q, v }: &Place) -> Vec<Vec<f64>> {
+    let lower = declaration.lower();
+    let mut rows = vec![0.0; lower * (1 + q.len())];
+    declaration.phase_slopes(true, *t, q, v, &mut rows);
+    let slopes = rows.get(lower..).unwrap_or(&[]).chunks_exact(q.len().max(1));
+    slopes.map(<[f64]>::to_vec).collect()
+}
+
+/// The sum of products.
+fn product(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 /// The first singularity on a way through some places that no motion leads past, with accelerations looked for near one.

@@ -520,7 +520,7 @@ mod tests {
         predictor.turn();
         assert_eq!(
             (predictor.past(), predictor.last()),
-            (vec![Vector::of(&[-3.0, 1e-3])], Some(Vector::of(&[-3.0, 1e-3])))
+            (vec![Vector::of(&[-3.0, 1e-3])], Some(&[-3.0, 1e-3][..]))
         );
         assert_eq!(predictor.size(), size);
         assert!(predictor.natural().is_some());

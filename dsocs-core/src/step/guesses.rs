@@ -7,7 +7,7 @@ use crate::kernel::report::report;
 use crate::regularity::Regularity;
 use crate::regularity::deficiency::{self, DependentRow};
 use crate::regularity::multipliers;
-use crate::regularity::singular::{self, Place, Singularity};
+use crate::regularity::singular::{self, NEARLY_DEPENDENT, Place, Singularity};
 use crate::regularity::undefined;
 use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::{self, Fold, Root, Stop};
@@ -263,6 +263,7 @@ impl Step<'_> {
             deficiency,
             undefined,
             singular_at: None,
+            dependent: self.dependence(cause.reason),
             unmet,
             cause,
         });
@@ -270,6 +271,25 @@ impl Step<'_> {
             Some(singularity) => error.at(singularity),
             None => error,
         }
+    }
+
+    /// Where constraints of positions and velocities depend on each other, if a step without a solution comes to such a place.
+    fn dependence(&self, reason: StepFailure) -> Option<(f64, DependentRow)> {
+        let declaration = self.declaration();
+        if declaration.lower() == 0 || !matches!(reason, StepFailure::NoSolution | StepFailure::NotConverged)
+        {
+            return None;
+        }
+        let (leg, h) = (self.leg, self.h);
+        let way = |part: f64| {
+            let steps = AHEAD * part - 1.0;
+            Place {
+                t: leg.t + steps * h,
+                q: Vector::of(leg.q).zip(leg.d, |q, d| q + steps * d),
+                v: Vector::of(leg.d).map(|d| d / h),
+            }
+        };
+        singular::dependence(&declaration, &way, NEARLY_DEPENDENT)
     }
 
     /// The singularity that a step without a solution comes to.

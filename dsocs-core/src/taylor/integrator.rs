@@ -15,10 +15,12 @@ use crate::kernel::clock::Clock;
 use crate::kernel::report::{Guess, NodeMut, NodeScalars, StepReport};
 use crate::number::compensated::Compensated;
 use crate::number::point::{AnyPoint, copy};
-use crate::regularity::deficiency;
+use crate::regularity::deficiency::{self, DependentRow};
+use crate::regularity::singular::{self, DEPENDENT, Place};
 use crate::regularity::undefined;
 use crate::run::{AnyPolynomial, RunError, Search};
 use crate::series::rows::Series;
+use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::start::Phase;
 use crate::tape::declaration::Declaration;
@@ -328,6 +330,9 @@ impl Integrator {
                 Ok(())
             }
             Outcome::NotFinite => Err(self.failed(equations, SeriesFailure::NotFinite).into()),
+            Outcome::Dependent(time, row) => Err(self
+                .failed(equations, SeriesFailure::Dependent { time, row })
+                .into()),
             Outcome::TooSmall(step) => Err(self
                 .failed(equations, SeriesFailure::StepTooSmall { step, smallest })
                 .into()),
@@ -543,6 +548,7 @@ impl Integrator {
 
     #[cold]
     pub(super) fn failed(&self, equations: &dyn SeriesKernel, cause: SeriesFailure) -> SeriesError {
+        let cause = self.because_of_dependence(equations, &cause).unwrap_or(cause);
         let undefined = || {
             let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
             let a = &vec![0.0; q.len()];
@@ -578,6 +584,58 @@ impl Integrator {
             tolerance: self.control.relative(),
             cause,
         })
+    }
+
+    /// The failure where constraints depend on each other, if that may be why a run comes to its end here without a switch.
+    #[cold]
+    fn because_of_dependence(
+        &self,
+        equations: &dyn SeriesKernel,
+        cause: &SeriesFailure,
+    ) -> Option<SeriesFailure> {
+        let may_be = matches!(
+            cause,
+            SeriesFailure::Jumps { switch: None, .. }
+                | SeriesFailure::NotFinite
+                | SeriesFailure::StepTooSmall { .. }
+                | SeriesFailure::Stalls { .. }
+        );
+        if self.projection.is_none() || !may_be {
+            return None;
+        }
+        let time = self.t.hi[0];
+        let place = Place {
+            t: time,
+            q: Vector::of(self.now.q()),
+            v: Vector::of(self.now.v()),
+        };
+        let row = singular::dependent_at(&equations.declaration(), &place)?;
+        Some(SeriesFailure::Dependent { time, row })
+    }
+
+    /// When constraints depend on each other on the way of the step of a length, and which.
+    #[cold]
+    fn dependence(&self, equations: &dyn SeriesKernel, h: f64) -> Option<(f64, DependentRow)> {
+        let n = self.now.q().len();
+        let way = |part: f64| {
+            let s = part * h;
+            let (mut q, mut v) = (Vector::zero(n), Vector::zero(n));
+            // each order as a multiple of the one before, the highest first
+            for (order, coefficients) in self.series.positions().chunks(n.max(1)).enumerate().rev() {
+                for (i, coefficient) in coefficients.iter().enumerate() {
+                    q[i] = q[i] * s + coefficient;
+                    if order > 0 {
+                        v[i] = v[i] * s + order as f64 * coefficient;
+                    }
+                }
+            }
+            Place {
+                t: self.t.hi[0] + s,
+                q,
+                v,
+            }
+        };
+        singular::dependence(&equations.declaration(), &way, DEPENDENT)
     }
 
     /// Makes one step to a time, or as far as the tolerance allows. `left` is the way there.
@@ -625,6 +683,12 @@ impl Integrator {
             let good = !jumps && self.control.good(&sizes, end, size);
             // a jump of the acceleration is passed in a step that no clock would see
             if good || (size <= smallest && self.next.is_finite()) {
+                if self.projection.as_mut().is_some_and(Projection::has_turned)
+                    && let Some((time, row)) = self.dependence(equations, h)
+                {
+                    core::mem::swap(&mut self.series, &mut self.next);
+                    return Outcome::Dependent(time, row);
+                }
                 self.last = Some((self.t, h));
                 if whole {
                     self.t = Compensated::exact([until]);
@@ -668,4 +732,5 @@ enum Outcome {
     Good,
     NotFinite,
     TooSmall(f64),
+    Dependent(f64, DependentRow),
 }

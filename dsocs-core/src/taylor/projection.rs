@@ -39,6 +39,8 @@ pub(super) struct Projection {
     corrected: (Vec<f64>, f64),
     /// The same of the last position.
     shifted: (Vec<f64>, f64),
+    /// The directions of correction where the last step has arrived.
+    directions: Vec<f64>,
 }
 
 /// Room for the shortest correction.
@@ -77,8 +79,9 @@ impl Projection {
                 .collect();
             slopes(&other) == here
         });
+        declaration.phase_slopes(true, t, q, v, &mut rows);
         let zero = vec![0.0; n];
-        Some(Self {
+        let mut projection = Self {
             n,
             counts: [holonomic, lower],
             inverse: (0..n * n).map(|place| inverse[(place / n, place % n)]).collect(),
@@ -93,7 +96,11 @@ impl Projection {
             },
             corrected: (v.to_vec(), 0.0),
             shifted: (q.to_vec(), 0.0),
-        })
+            directions: Vec::with_capacity(2 * n * lower),
+        };
+        projection.correct(lower, v);
+        projection.has_turned();
+        Some(projection)
     }
 
     /// Other values of parameters make rows that may be less simple.
@@ -127,6 +134,19 @@ impl Projection {
             }
         }
         self.corrected.1 = distance(state.v(), &self.corrected.0);
+    }
+
+    /// Whether the part of a row that is independent of the rows before it has turned over since the last step, as where rows have depended on each
+    /// other in between; it may also have turned by itself. The step is taken for one that has arrived.
+    pub fn has_turned(&mut self) -> bool {
+        let now = &self.shortest.directions;
+        let pairs = self.directions.chunks_exact(self.n.max(1));
+        let turned = pairs.zip(now.chunks_exact(self.n.max(1)));
+        let turned = turned.step_by(2).any(|(before, now)| product(before, now) < 0.0);
+        let turned = turned || !self.directions.is_empty() && self.directions.len() != now.len();
+        self.directions.clear();
+        self.directions.extend_from_slice(now);
+        turned
     }
 
     /// The last velocity as it was before its correction, if that was by more than a part of its size or of another one: a motion may turn

@@ -4,7 +4,7 @@
 //! Runge and Kutta with steps that become short where the determinant does.
 
 use dsocs_core::prelude::*;
-use dsocs_core::{NearlySingular, StepFailure};
+use dsocs_core::{NearlySingular, SeriesFailure, StepFailure};
 use dsocs_tests::scenes::random::Random;
 
 /// A pole on a cart, whose motor enforces the decrease of a function that is singular on its way.
@@ -420,5 +420,86 @@ fn a_row_of_third_order_asks_at_rest_how_the_motion_goes_on() {
             (curvature - first - rate * node.t).abs() < 1e-6,
             "{seed}: {curvature}"
         );
+    }
+}
+
+/// A four-bar linkage: a crank, a coupler and a rocker on the ground.
+#[dsocs {
+    coordinates(a, b, c);
+    lagrangian = (dot(a).powi(2) + dot(b).powi(2) + dot(c).powi(2)) / 2 + 0.3 * dot(a) * dot(b) * (a - b).cos()
+        - weight * (a.sin() + b.sin() / 2);
+    holonomic = [
+        bars[0] * a.cos() + bars[1] * b.cos() - bars[2] * c.cos() - bars[3],
+        bars[0] * a.sin() + bars[1] * b.sin() - bars[2] * c.sin(),
+    ];
+}]
+struct FourBar {
+    weight: f64,
+    bars: [f64; 4],
+}
+
+#[test]
+fn a_change_point_is_told_at_every_tolerance_and_every_step() {
+    for (crank, coupler, weight) in [(1.0, 2.0, 0.0), (0.7, 1.3, 0.2), (1.2, 0.8, 0.5)] {
+        // opposite bars are of the same length: where all are aligned the linkage may go on as a parallelogram, or crossed
+        let linkage = FourBar {
+            weight,
+            bars: [crank, coupler, crank, coupler],
+        };
+        let start = Start::second_order([1.0, 0.0, 1.0], [-2.0, 0.0, -2.0]);
+        let mut found = Vec::new();
+        for tolerance in [1e-6, 1e-9, 1e-13] {
+            let mut flow = TaylorFlow::new(&linkage, start, Tolerance::relative(tolerance)).unwrap();
+            let error = flow.to(2.0).map(drop).unwrap_err();
+            let RunError::Series(series) = &error else {
+                panic!("{error}")
+            };
+            let SeriesFailure::Dependent { time, .. } = series.details().cause else {
+                panic!("{error}")
+            };
+            assert!(
+                error.to_string().contains("the rank of the constraints is lost"),
+                "{error}"
+            );
+            found.push(time);
+        }
+        assert!(
+            found.iter().all(|time| (time - found[0]).abs() < 1e-4),
+            "{found:?}"
+        );
+        for h in [0.01, 0.0031, 0.001, 0.00047] {
+            let mut flow = Flow::new(&linkage, h, start).unwrap();
+            let ran = flow.to(found[0] + 0.3).map(drop);
+            let told = flow.nearly_singular().is_some();
+            assert!(told, "{h}: {ran:?}");
+            if let Err(error) = ran {
+                assert!(
+                    error.to_string().contains("the rank of the constraints is lost"),
+                    "{error}"
+                );
+            }
+        }
+        // beside it there is one motion, and a step that is too long for it says so
+        let beside = FourBar {
+            weight,
+            bars: [crank, coupler, crank, 1.1 * coupler],
+        };
+        let start = start.projected();
+        let mut flow = TaylorFlow::new(&beside, start, Tolerance::relative(1e-10)).unwrap();
+        let exact = flow.to(found[0] + 0.3).unwrap().q;
+        let mut flow = Flow::new(&beside, 1e-3, start).unwrap();
+        let node = flow.to(found[0] + 0.3).unwrap();
+        assert!((node.q[0] - exact[0]).abs() < 0.02 || flow.nearly_singular().is_some());
+    }
+    // a thousandth beside it, with a step of a thousandth and more
+    for (bar, h) in [(2.0 + 1e-7, 0.0031), (2.001, 0.01), (2.0001, 0.0031)] {
+        let linkage = FourBar {
+            weight: 0.0,
+            bars: [1.0, 2.0, 1.0, bar],
+        };
+        let start = Start::second_order([1.0, 0.0, 1.0], [-1.0, 0.0, -1.0]).projected();
+        let mut flow = Flow::new(&linkage, h, start).unwrap();
+        let ran = flow.to(1.5).map(drop);
+        assert!(flow.nearly_singular().is_some(), "{bar} {h}: {ran:?}");
     }
 }
