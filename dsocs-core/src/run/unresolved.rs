@@ -2,7 +2,7 @@
 
 /// The steps of a run that were too long for what switches in them. In such a step, an external force departs from the straight line between its
 /// values on the two legs. The step is counted if this departure is more than a tenth of the change of the momentum over the step, or of the force
-/// if that is larger. If a constraint or the Lagrangian has a `signum` or a comparison, the step is also counted if the acceleration jumps by more than
+/// if that is larger, and if it is left within a quarter of the step: a smooth force is nearly straight there, also where it grows from nothing. If a constraint or the Lagrangian has a `signum` or a comparison, the step is also counted if the acceleration jumps by more than
 /// a tenth of itself; and if the velocity changes by a tenth of itself although no acceleration explains it. Each such step reduces the
 /// order of the run to 1, and a velocity that jumps makes the motion depend on where the nodes lie.
 ///

@@ -2,7 +2,10 @@
 
 use std::error::Error;
 
-use dsocs_core::{Flow, Regularity, Start, StepFailure, Stepper, System, dsocs};
+use dsocs_core::{
+    Flow, Regularity, RunError, SeriesFailure, Start, StepFailure, Stepper, System, TaylorFlow, Tolerance,
+    dsocs,
+};
 
 use super::roots::{self, Undivided};
 use super::{Bar, Measured, Report, larger};
@@ -37,6 +40,93 @@ struct Diagonal;
     constraint_forces = [(1,)];
 }]
 struct Onward;
+
+/// A pole on a cart, whose law is singular on its way: the coefficient of the motor's force passes through zero.
+#[dsocs {
+    coordinates(s, theta);
+    let kinetic = (mc + mp) * dot(s).powi(2) / 2 + mp * l * dot(s) * dot(theta) * theta.cos() + mp * l.powi(2) * dot(theta).powi(2) / 2;
+    let potential = mp * 9.81 * l * (theta.cos() - 1);
+    lagrangian = kinetic - potential;
+    external_forces = (-drag * dot(s), 0);
+    let lyapunov = ke / 2 * (kinetic + potential).powi(2) + kv / 2 * dot(s).powi(2) + kx / 2 * s.powi(2);
+    kinematic = dot(lyapunov) + kd * dot(s).powi(2);
+    constraint_forces = [(1, 0)];
+    branch = divide(dot(s));
+}]
+struct Poled {
+    mc: f64,
+    mp: f64,
+    l: f64,
+    drag: f64,
+    ke: f64,
+    kv: f64,
+    kx: f64,
+    kd: f64,
+}
+
+/// A particle that climbs, comes to rest and falls, on a path whose curvature changes at a constant rate.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
+    let curvature = (dot(x) * ddot(y) - dot(y) * ddot(x)) / (dot(x).powi(2) + dot(y).powi(2)).powf(1.5);
+    kinematic = dot(curvature) - rate;
+    constraint_forces = [(-dot(y), dot(x))];
+}]
+struct Climber {
+    rate: f64,
+}
+
+/// A four-bar linkage.
+#[dsocs {
+    coordinates(a, b, c);
+    lagrangian = (dot(a).powi(2) + dot(b).powi(2) + dot(c).powi(2)) / 2 + 0.3 * dot(a) * dot(b) * (a - b).cos();
+    holonomic = [
+        bars[0] * a.cos() + bars[1] * b.cos() - bars[2] * c.cos() - bars[3],
+        bars[0] * a.sin() + bars[1] * b.sin() - bars[2] * c.sin(),
+    ];
+}]
+struct Linkage {
+    bars: [f64; 4],
+}
+
+/// How many of some steps lead a run past a place where it ought to end, or ask, for this reason.
+fn passed<S: System<N>, const N: usize>(
+    system: &S,
+    start: Start<N>,
+    until: f64,
+    reasons: &[StepFailure],
+) -> Measured {
+    let mut passed = 0.0;
+    for k in 1..=60 {
+        let h = 1.0 / (20.0 * 1.1_f64.powi(k)).round();
+        let ended = Flow::new(system, h, start)?.to(until);
+        let is_told = ended.is_err_and(|error| {
+            error
+                .step_failure()
+                .is_some_and(|reason| reasons.contains(&reason))
+        });
+        passed += f64::from(u8::from(!is_told));
+    }
+    Ok(passed)
+}
+
+/// How many tolerances lead a motion past a change point, or to another word for it.
+fn unchanged() -> Measured {
+    let linkage = Linkage {
+        bars: [1.0, 2.0, 1.0, 2.0],
+    };
+    let start = Start::second_order([1.0, 0.0, 1.0], [-1.0, 0.0, -1.0]);
+    let mut passed = 0.0;
+    for tolerance in [1e-6, 1e-8, 1e-10, 1e-12, 1e-13] {
+        let ended = TaylorFlow::new(&linkage, start, Tolerance::relative(tolerance))?.to(2.0);
+        let is_told = matches!(
+            ended,
+            Err(RunError::Series(error)) if matches!(error.details().cause, SeriesFailure::Dependent { .. })
+        );
+        passed += f64::from(u8::from(!is_told));
+    }
+    Ok(passed)
+}
 
 /// The smallest singular values along a run.
 fn along<S: System<2>>(system: &S, h: f64, start: Start<2>, steps: u32) -> Result<[f64; 2], Box<dyn Error>> {
@@ -150,5 +240,40 @@ pub fn run(report: &mut Report<'_>) {
             let at = flow.regularity().unwrap_or(Regularity::UNKNOWN);
             Ok(f64::from(u8::from(at.grants_backward() || !at.grants_forward())))
         },
+    );
+    report.measure(
+        "a cart-pole whose law becomes singular, 60 steps: runs that go on behind it",
+        Bar::AtMost(0.0),
+        || {
+            let pole = Poled {
+                mc: 1.0,
+                mp: 0.3,
+                l: 0.5,
+                drag: 0.2,
+                ke: 1.5,
+                kv: 2.0,
+                kx: 1.0,
+                kd: 1.2,
+            };
+            let reasons = [
+                StepFailure::PassesSingularity,
+                StepFailure::NoSolution,
+                StepFailure::NotConverged,
+            ];
+            passed(&pole, Start::second_order([0.2, 2.5], [0.0, 0.3]), 4.0, &reasons)
+        },
+    );
+    report.measure(
+        "a row of third order through rest, 60 steps: runs that go on without a word",
+        Bar::AtMost(0.0),
+        || {
+            let start = Start::third_order([0.0; 2], [0.6, 0.8], [-1.36, 0.02]);
+            passed(&Climber { rate: 0.3 }, start, 2.0, &[StepFailure::PassesRest])
+        },
+    );
+    report.measure(
+        "a linkage at its change point, 5 tolerances: motions not told that the rank is lost",
+        Bar::AtMost(0.0),
+        unchanged,
     );
 }
