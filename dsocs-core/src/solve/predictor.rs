@@ -139,6 +139,7 @@ impl Determinants {
 
     /// Whether a determinant has become small since it was looked at last, or large, or has passed zero.
     #[inline]
+    #[expect(clippy::manual_range_contains, reason = "a number that is none asks nothing")]
     pub fn asks(&self, determinant: Determinant) -> bool {
         let part = determinant.in_units_of(self.unit) * self.inverse;
         // false also where there is no past
