@@ -71,11 +71,14 @@ impl Discrete<'_> {
         }
     }
 
-    /// The second difference that the past leads to expect.
-    fn expected(&self) -> Option<Vector> {
-        let past = self.course.predictor.predict()?;
-        let e = self.next_step().second_difference(&past);
-        e.is_finite().then_some(e)
+    /// The second difference that the past leads to expect, and by how much it changes.
+    fn expected(&self) -> Option<[Vector; 2]> {
+        let predictor = &self.course.predictor;
+        let step = self.next_step();
+        let e = step.second_difference(&predictor.predict()?);
+        let last = step.second_difference(predictor.vectors().next()?);
+        let bend = e.zip(&last, |e, last| e - last);
+        (e.is_finite() && bend.is_finite()).then_some([e, bend])
     }
 
     /// What may happen in the next step. Where nothing does, smooth steps go on for a while.
@@ -86,11 +89,11 @@ impl Discrete<'_> {
         };
         let expected = self.expected();
         let none = Vector::zero(self.shape().increments);
-        let e = expected.as_ref().unwrap_or(&none);
-        let outlook = self.contact(self.declaration(), contacts).outlook(e);
+        let [e, bend] = expected.as_ref().map_or([&none, &none], |[e, bend]| [e, bend]);
+        let outlook = self.contact(self.declaration(), contacts).outlook(e, bend);
         if let Some(before) = &self.before {
             let old = Declaration::of(self.kernel).with(before);
-            if self.contact(old, contacts).outlook(e) == Outlook::Sided {
+            if self.contact(old, contacts).outlook(e, bend) == Outlook::Sided {
                 return Outlook::Sided;
             }
         } else if let Outlook::Clear(steps) = outlook {
@@ -171,8 +174,11 @@ impl Discrete<'_> {
     /// Solves the next step with sides; `None` if no sides are found.
     #[cold]
     pub(super) fn solve_sided(&mut self, guess: Option<&[f64]>) -> Option<Result<StepReport, StepError>> {
-        let zero = || Vector::zero(self.shape().increments);
-        let guess = guess.map_or_else(|| self.expected().unwrap_or_else(zero), Vector::of);
+        let expected = || match self.expected() {
+            Some([e, _]) => e,
+            None => Vector::zero(self.shape().increments),
+        };
+        let guess = guess.map_or_else(expected, Vector::of);
         // taken out, since the step looks at the rest of the run
         let mut contacts = self.contacts.take()?;
         let report = match self.before.take() {
@@ -194,7 +200,8 @@ impl Discrete<'_> {
         let (solution, is_declared) = {
             let contact = self.contact(self.declaration(), contacts);
             let solution = contact.solve(guess, &vec![0.0; self.shape().multipliers()])?;
-            let is_declared = contact.is_declared(&solution.e, &solution.multipliers, &solution.sides);
+            let is_declared =
+                !solution.rests() && contact.is_declared(&solution.e, &solution.multipliers, &solution.sides);
             (solution, is_declared)
         };
         let stop = match (solution.rests(), solution.switches) {

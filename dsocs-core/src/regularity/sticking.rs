@@ -53,8 +53,11 @@ const ARRIVALS: usize = 4;
 /// Where an argument would be zero after so many steps, as it has changed in the last one, the step is solved with sides.
 const NEAR: f64 = 1.5;
 
-/// Which part of the steps that would lead an argument to zero are made before it is looked at again, and how many at most.
-const BOLD: (f64, f64) = (0.25, 64.0);
+/// Arguments are looked at again before they may have gone this part of their way to zero, by how they change and how that changes.
+const BOLD: f64 = 0.5;
+
+/// So many steps are made at most before arguments are looked at again.
+const MOST: f64 = 256.0;
 
 /// A step with sides.
 pub(crate) struct Solution {
@@ -156,36 +159,51 @@ struct Span<'a> {
 }
 
 impl Contact<'_> {
-    /// What may happen in the step, if its second difference is about `e`.
+    /// What may happen in the step, if its second difference is about `e`, and changes by about `bend` from step to step.
     #[cold]
-    pub(crate) fn outlook(&self, e: &[f64]) -> Outlook {
-        let next = self.next(e);
-        let first = in_the_middle(&self.declaration, self.h, self.leg);
-        let second = in_the_middle(&self.declaration, self.h, next.any());
-        let [ends, begins] = [(self.leg, 0.0), (next.any(), 1.0)]
-            .map(|(leg, part)| at_part(&self.declaration, self.h, leg, part));
-        let mut steps = BOLD.1;
-        for (g, piece) in self.pieces.iter().enumerate() {
-            let side = piece.side();
-            let places = [first[g], second[g], ends[g], begins[g]];
-            // false also for what is no number
-            if !places.iter().all(|place| side * place > 0.0) {
-                return Outlook::Sided;
-            }
-            let spread = (ends[g] - first[g]).abs().max((begins[g] - second[g]).abs());
-            let change = (second[g] - first[g]).abs() + spread;
-            steps = steps.min((first[g].abs() - spread) / change);
-        }
-        if steps < NEAR {
+    pub(crate) fn outlook(&self, e: &[f64], bend: &[f64]) -> Outlook {
+        if self.pieces.contains(&Piece::Between) {
             return Outlook::Sided;
         }
-        // at most as many as there may be
+        let next = self.next(e);
+        let after: Vec<f64> = e.iter().zip(bend).map(|(e, bend)| e + bend).collect();
+        let after = Contact {
+            leg: next.any(),
+            ..*self
+        }
+        .next(&after);
+        let [first, second, third] =
+            [self.leg, next.any(), after.any()].map(|leg| in_the_middle(&self.declaration, self.h, leg));
+        let end = at_part(&self.declaration, self.h, self.leg, 0.0);
+        let mut clear = MOST;
+        for (g, piece) in self.pieces.iter().enumerate() {
+            let side = piece.side();
+            // false also for what is no number
+            if ![first[g], second[g], end[g]]
+                .iter()
+                .all(|argument| side * argument > 0.0)
+            {
+                return Outlook::Sided;
+            }
+            let way = first[g].abs() - 2.0 * (end[g] - first[g]).abs();
+            let (change, turn) = (
+                second[g] - first[g],
+                (third[g] - second[g]) - (second[g] - first[g]),
+            );
+            let (nears, turns) = ((-side * change).max(0.0), turn.abs());
+            if way < NEAR * (nears + turns) {
+                return Outlook::Sided;
+            }
+            // as far as `nears k + turns k²/2` is a part of the way
+            let part = BOLD * way;
+            clear = clear.min(2.0 * part / (nears + (nears * nears + 2.0 * turns * part).sqrt()));
+        }
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "between 0 and 64"
+            reason = "between 0 and a few hundred"
         )]
-        let clear = (BOLD.0 * steps) as u64;
+        let clear = clear as u64;
         Outlook::Clear(clear.max(1))
     }
 

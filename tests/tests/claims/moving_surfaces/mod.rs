@@ -400,14 +400,14 @@ fn scenes(count: usize, longest: f64, ratio: f64) {
         "{done} of {drawn} scenes, {events:?} stops, releases and crossings, {at_once} at once; least orders {least:.2?}, {low} below 1.9"
     );
     assert!(
-        bad == 0 && events.iter().all(|events| *events >= count / 4),
+        bad == 0 && events.iter().all(|events| *events >= count / 2),
         "{bad}"
     );
 }
 
 #[test]
 fn stops_and_releases_on_moving_surfaces_cost_no_order() {
-    scenes(8, 0.02, 1.2);
+    scenes(4, 0.02, 1.2);
 }
 
 #[test]
@@ -420,7 +420,7 @@ fn stops_and_releases_on_moving_surfaces_cost_no_order_in_200_scenes() {
 fn joints_of_arms_and_compositions_keep_the_order() {
     let mut random = Random::new(3);
     let (mut done, mut events) = (0, 0);
-    while done < 3 {
+    while done < 2 {
         let Some(scene) = arms(&mut random) else {
             continue;
         };
@@ -448,14 +448,14 @@ fn joints_of_arms_and_compositions_keep_the_order() {
             );
         }
     }
-    assert!(events >= 6, "{events}");
+    assert!(events >= 4, "{events}");
 }
 
 #[test]
 fn held_inputs_on_moving_surfaces_keep_the_order() {
     let mut random = Random::new(5);
     let (mut done, mut drawn) = (0, 0);
-    while done < 4 {
+    while done < 2 {
         drawn += 1;
         let held: [f64; 5] = numbers(&mut random, -2.5, 2.5);
         let Some(scene) = stacks(&mut random, 1 + drawn % 4, &held) else {
@@ -520,6 +520,211 @@ fn lanes_on_moving_surfaces_are_flows() {
                 "{apart:e} {node:?} {end:?}"
             );
         }
+    }
+}
+
+/// A mass on a spring, on a surface whose speed depends on time and place.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - stiff * x.powi(2) / 2;
+    external_forces = -dry * (dot(x) - (reach * (2 * t).sin() + by_place * x)).signum();
+}]
+#[derive(Clone)]
+struct Ends {
+    stiff: f64,
+    dry: f64,
+    reach: f64,
+    by_place: f64,
+}
+
+/// The same with the force in the middle of a leg.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - stiff * x.powi(2) / 2;
+    external_forces = -dry * (dot(x) - (reach * (2 * t).sin() + by_place * x)).signum();
+    phi_lagrangian = midpoint;
+}]
+struct Middle {
+    stiff: f64,
+    dry: f64,
+    reach: f64,
+    by_place: f64,
+}
+
+/// The same as a constraint on the acceleration, which stands at nodes.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = ddot(x) + stiff * x + dry * (dot(x) - (reach * (2 * t).sin() + by_place * x)).signum();
+    constraint_forces = [1];
+}]
+struct Law {
+    stiff: f64,
+    dry: f64,
+    reach: f64,
+    by_place: f64,
+}
+
+/// The same by a comparison, and beside a constraint.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 4 - stiff * x.powi(2) / 2;
+    holonomic = y - x;
+    external_forces = (if dot(x) > reach * (2 * t).sin() + by_place * x { -dry } else { dry }, 0);
+}]
+struct Tied {
+    stiff: f64,
+    dry: f64,
+    reach: f64,
+    by_place: f64,
+}
+
+impl Scene<1> for Ends {
+    fn mass(&self, _: &[f64; 1]) -> [[f64; 1]; 1] {
+        [[1.0]]
+    }
+
+    fn force(&self, _: f64, x: &[f64; 1], _: &[f64; 1]) -> [f64; 1] {
+        [-self.stiff * x[0]]
+    }
+
+    fn contacts(&self) -> usize {
+        1
+    }
+
+    fn direction(&self, _: usize) -> [f64; 1] {
+        [1.0]
+    }
+
+    fn surface(&self, _: usize, t: f64, x: &[f64; 1]) -> (f64, f64, [f64; 1]) {
+        let (sin, cos) = (2.0 * t).sin_cos();
+        (
+            self.reach * sin + self.by_place * x[0],
+            2.0 * self.reach * cos,
+            [self.by_place],
+        )
+    }
+
+    fn limit(&self, _: usize, _: f64) -> f64 {
+        self.dry
+    }
+}
+
+/// The largest errors of a run in units of `h²`, over four steps of which none is the half of another one.
+fn in_squares<R: Stepper<N>, const N: usize>(
+    motion: &Motion<1>,
+    until: f64,
+    run: impl Fn(f64) -> R,
+) -> [f64; 2] {
+    let mut largest = [0.0_f64; 2];
+    for k in 0..4 {
+        let h = until / (until / 0.04 * 1.6_f64.powi(k)).round();
+        let mut run = run(h);
+        while run.node().t < until - 0.5 * h {
+            run.advance().unwrap();
+            let node = run.node();
+            if motion
+                .events
+                .iter()
+                .all(|event| (event.0 - node.t).abs() > BESIDE)
+            {
+                let (q, v) = motion.at(node.t);
+                largest[0] = largest[0].max((node.q[0] - q[0]).abs() / (h * h));
+                largest[1] = largest[1].max((node.v[0] - v[0]).abs() / (h * h));
+            }
+        }
+    }
+    largest
+}
+
+#[test]
+fn the_order_is_two_wherever_the_friction_stands() {
+    for (stiff, dry, reach, by_place, x, v) in [
+        (1.0, 0.8, 0.5, 0.0, 0.3, 1.0),
+        (2.0, 0.5, 0.7, 0.3, -0.9, 0.2),
+        (0.5, 1.2, 0.9, -0.8, 1.5, 0.0),
+        (0.0, 4.0, 0.0, -1.0, 1.0, 0.0),
+        (3.0, 1.0, 0.2, 0.0, 1.5, 0.0),
+    ] {
+        let ends = Ends {
+            stiff,
+            dry,
+            reach,
+            by_place,
+        };
+        let middle = Middle {
+            stiff,
+            dry,
+            reach,
+            by_place,
+        };
+        let law = Law {
+            stiff,
+            dry,
+            reach,
+            by_place,
+        };
+        let tied = Tied {
+            stiff,
+            dry,
+            reach,
+            by_place,
+        };
+        let until = 5.9;
+        let motion = Reference(&ends)
+            .run(([x], [v]), &[false], [0.0, until], TINY)
+            .unwrap();
+        let (one, two) = (Start::second_order([x], [v]), Start::second_order([x; 2], [v; 2]));
+        let found = [
+            in_squares(&motion, until, |h| Flow::new(&ends, h, one).unwrap()),
+            in_squares(&motion, until, |h| Flow::new(&middle, h, one).unwrap()),
+            in_squares(&motion, until, |h| Flow::new(&law, h, one).unwrap()),
+            in_squares(&motion, until, |h| Flow::new(&tied, h, two).unwrap()),
+        ];
+        println!("{:?} {found:.2?}", motion.events);
+        assert!(found.iter().flatten().all(|error| *error < 2.0), "{found:?}");
+        let composed = [
+            in_squares(&motion, until, |h| {
+                ComposedFlow::new(&ends, h, Composition::SUZUKI_4, one).unwrap()
+            }),
+            in_squares(&motion, until, |h| {
+                ComposedFlow::new(&law, h, Composition::SUZUKI_4, one).unwrap()
+            }),
+        ];
+        println!("{composed:.4?}");
+        assert!(
+            composed.iter().flatten().all(|error| *error < 0.02),
+            "{composed:?}"
+        );
+    }
+}
+
+#[test]
+fn units_change_nothing() {
+    let run = |size: f64| {
+        let ends = Ends {
+            stiff: 1.0,
+            dry: 0.8 * size,
+            reach: 0.5 * size,
+            by_place: 0.2,
+        };
+        let mut flow = Flow::new(&ends, 0.01, Start::second_order([0.3 * size], [size])).unwrap();
+        let node = flow.to(6.0).unwrap();
+        (
+            node.q[0] / size,
+            node.v[0] / size,
+            node.stop,
+            flow.unresolved().map(|unresolved| unresolved.steps),
+        )
+    };
+    let own = run(1.0);
+    for size in [1e-9, 1e9] {
+        let other = run(size);
+        assert!(
+            (own.0 - other.0).abs() < 1e-12 && (own.1 - other.1).abs() < 1e-12,
+            "{own:?} {other:?}"
+        );
+        assert_eq!((own.2, own.3), (other.2, other.3));
     }
 }
 
