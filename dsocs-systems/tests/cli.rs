@@ -401,7 +401,7 @@ fn numbers_may_be_expressions() {
         ("2pi,0", "operator before `pi`"),
         (
             "theta,0",
-            "`theta` is not a number; numbers, pi, sqrt(…), + - * / and parentheses can be written",
+            "`theta` is not a number; numbers, pi, sqrt(…), 30deg, + - * / and parentheses can be written",
         ),
     ] {
         let (code, message) = refused(&["run", "pendulum", "--q0", value]);

@@ -25,8 +25,9 @@ pub struct AccuracyArguments {
 /// The unit round-off of double precision, `2⁻⁵³`.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// Above this tolerance the errors of the steps may add up to some per cent in a run of hundreds of turns.
-const LOOSE: f64 = 1e-5;
+/// Above this tolerance the errors of the steps may add up to some per cent in a run of a hundred turns: with 1e-3 a particle on a circle
+/// loses 5 per cent of its speed.
+const LOOSE: f64 = 1e-4;
 
 /// A tolerance that can be reached; what is no tolerance is left for what refuses it.
 fn reachable(tolerance: f64) -> f64 {
@@ -190,14 +191,14 @@ mod tests {
             };
             arguments.note().unwrap_or_default()
         };
-        for tolerance in [0.3, 1e-3, 1e-4] {
+        for tolerance in [0.3, 1e-2, 1e-3] {
             assert!(
                 note(tolerance, false).contains("errors of the steps add up"),
                 "{tolerance}"
             );
             assert_eq!(note(tolerance, true), "", "the error is measured");
         }
-        for tolerance in [1e-5, 1e-9, 1e-15] {
+        for tolerance in [1e-4, 1e-9, 1e-15] {
             assert_eq!(note(tolerance, false), "");
         }
         assert!(note(1e-17, false).contains("cannot be reached"));
