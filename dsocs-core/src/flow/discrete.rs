@@ -159,10 +159,8 @@ impl<'s> Discrete<'s> {
     #[cold]
     pub fn answer(&mut self) -> Result<StepReport, StepError> {
         let shape = self.shape();
-        if self.is_to_look()
-            && self.outlook() == Outlook::Sided
-            && let Some(report) = self.solve_sided(None)
-        {
+        let is_near = self.is_to_look() && self.outlook() == Outlook::Sided;
+        if is_near && let Some(report) = self.solve_sided(None, false) {
             return report;
         }
         if let Some(before) = self.before.take() {
@@ -186,7 +184,7 @@ impl<'s> Discrete<'s> {
             Ok(solution) => solution,
             Err(cause) => {
                 let none = Vector::zero(shape.increments);
-                if let Some(report) = self.solve_sided(Some(&none)) {
+                if let Some(report) = self.solve_sided(Some(&none), true) {
                     return report;
                 }
                 return Err(self.failed(cause));
@@ -196,12 +194,12 @@ impl<'s> Discrete<'s> {
             return Err(self.not_finite(&z));
         };
         let may_switch = self.may_switch();
-        let mut foreseen = true;
+        let (mut foreseen, mut changes) = (true, false);
         if !shape.is_of_third_order() {
             foreseen = (!may_switch || self.foresees(&z, &e)) && !(shape.jumps && report.stop == Stop::Jump);
-            if !foreseen {
-                let keeps = report.stop != Stop::Jump && self.keeps_sides(&e);
-                if !keeps && let Some(report) = self.solve_sided(Some(&e)) {
+            if self.contacts.is_some() && (is_near || !foreseen) {
+                changes = report.stop == Stop::Jump || !self.keeps_sides(&e);
+                if changes && let Some(report) = self.solve_sided(Some(&e), report.stop == Stop::Jump) {
                     return report;
                 }
                 self.look_again();
@@ -218,6 +216,9 @@ impl<'s> Discrete<'s> {
             self.course.looked = !foreseen;
         }
         self.commit(next, &e, report);
+        if changes {
+            self.take_signs();
+        }
         Ok(report)
     }
 

@@ -126,21 +126,18 @@ impl Discrete<'_> {
         }
     }
 
-    /// Where arguments have changed their signs in a step that was solved without sides, goes on with the new ones, and counts it.
+    /// Where arguments have changed their signs in a step that was solved without sides, goes on with the new ones.
     #[cold]
     pub(super) fn take_signs(&mut self) {
-        let Some(contacts) = &self.contacts else {
+        if self.contacts.is_none() {
             return;
-        };
+        }
         let leg = AnyLeg {
             t: self.course.time() + self.course.h,
             q: self.course.vectors.position(),
             d: self.course.vectors.increment(),
         };
         let pieces = sticking::pieces_of_leg(&self.declaration(), self.course.h, leg);
-        if pieces != contacts.pieces {
-            self.count_unresolved(self.course.time(), 0.0);
-        }
         if let Some(contacts) = &mut self.contacts {
             contacts.pieces = pieces;
         }
@@ -171,9 +168,14 @@ impl Discrete<'_> {
         (*index == self.course.index()).then_some(sides)
     }
 
-    /// Solves the next step with sides; `None` if no sides are found.
+    /// Solves the next step with sides; `None` if no sides are found. Where signs only change and no surface moves, the declared rows have a root of their
+    /// own, or a jump of a row at a node where they have `none`.
     #[cold]
-    pub(super) fn solve_sided(&mut self, guess: Option<&[f64]>) -> Option<Result<StepReport, StepError>> {
+    pub(super) fn solve_sided(
+        &mut self,
+        guess: Option<&[f64]>,
+        none: bool,
+    ) -> Option<Result<StepReport, StepError>> {
         let expected = || match self.expected() {
             Some([e, _]) => e,
             None => Vector::zero(self.shape().increments),
@@ -182,7 +184,7 @@ impl Discrete<'_> {
         // taken out, since the step looks at the rest of the run
         let mut contacts = self.contacts.take()?;
         let report = match self.before.take() {
-            None => self.solve_with(&mut contacts, &guess),
+            None => self.solve_with(&mut contacts, &guess, none),
             Some(before) => {
                 let report = self.solve_between(&mut contacts, &before, &guess);
                 if report.is_none() {
@@ -196,12 +198,17 @@ impl Discrete<'_> {
     }
 
     /// Solves the step from a guess of its second difference.
-    fn solve_with(&mut self, contacts: &mut Contacts, guess: &[f64]) -> Option<StepReport> {
+    fn solve_with(&mut self, contacts: &mut Contacts, guess: &[f64], none: bool) -> Option<StepReport> {
         let (solution, is_declared) = {
             let contact = self.contact(self.declaration(), contacts);
             let solution = contact.solve(guess, &vec![0.0; self.shape().multipliers()])?;
             let is_declared =
                 !solution.rests() && contact.is_declared(&solution.e, &solution.multipliers, &solution.sides);
+            // a row at a node has a root at the jump itself
+            let is_root = is_declared || self.shape().kinematic == 0;
+            if contact.only_crosses(&solution) && !(none && is_root) {
+                return None;
+            }
             (solution, is_declared)
         };
         let stop = match (solution.rests(), solution.switches) {
@@ -214,8 +221,10 @@ impl Discrete<'_> {
             stop,
             guess: Guess::Predicted,
         };
-        if solution.switches {
+        if solution.switches && solution.rests() {
             self.count_unresolved(self.course.time(), 0.0);
+        } else if solution.switches {
+            self.count_departure(&solution.e, Stop::Update);
         }
         let index = self.course.index();
         self.go(&solution.e, &solution.multipliers, report)?;

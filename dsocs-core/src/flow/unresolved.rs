@@ -61,13 +61,18 @@ impl Discrete<'_> {
         let course = &self.course;
         let begins_at_jump = course.has_solved && course.report.stop == Stop::Jump;
         if stop == Stop::Jump || !begins_at_jump {
-            let leg = AnyLeg {
-                t: course.time(),
-                ..self.next_leg()
-            };
-            let (time, part) = (leg.t, self.departure(leg, e));
-            self.count(time, part, stop);
+            self.count_departure(e, stop);
         }
+    }
+
+    /// Counts the step that was solved, if it is too long for what switches in it.
+    pub(super) fn count_departure(&mut self, e: &[f64], stop: Stop) {
+        let leg = AnyLeg {
+            t: self.course.time(),
+            ..self.next_leg()
+        };
+        let (time, part) = (leg.t, self.departure(leg, e));
+        self.count(time, part, stop);
     }
 
     /// Counts a step that is too long for what switches in it.

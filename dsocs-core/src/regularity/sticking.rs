@@ -20,9 +20,11 @@
 //!   inclusion of [`crate::regularity::sides`] for the next leg (J. J. Moreau's time-stepping, 1988; Acary and Brogliato 2008, chapter 10).
 //! - Where an argument arrives at zero after a part of the span, its side is the old one up to there. For the rest of the span the same inclusion decides
 //!   whether it stays at zero, goes through or turns back, and whether anything else is torn away by that. What acts over the span is the mean of its sides.
+//! - Where an argument only changes its sign, on a surface that does not move, the declared rows have a root with one sign on each leg. It is taken, since
+//!   nodes are to obey the declared rows where they can. It is of first order there.
 //!
-//! As `h` goes to zero this is the solution of Filippov, and neither a stop nor a release nor a change of sign costs an order: each happens in one span, and
-//! there the impulses are right to the square of `h`.
+//! As `h` goes to zero this is the solution of Filippov, and neither a stop nor a release costs an order, nor a change of sign on a surface that moves: each
+//! happens in one span, and there the impulses are right to the square of `h`.
 //!
 //! A kinematic constraint has its signs at nodes, where the velocity is the mean of those of both legs. With this velocity zero the mass would go to and
 //! fro between two nodes for ever. By the rules above it is at rest when the next leg is.
@@ -212,7 +214,7 @@ impl Contact<'_> {
         let second = in_the_middle(&self.declaration, self.h, self.next(e).any());
         let mut pieces = self.pieces.iter().zip(&second);
         pieces.all(|(piece, argument)| piece.side() * argument > 0.0)
-            && self.is_declared(e, multipliers, &map(self.pieces, |piece| piece.side()))
+            && self.is_declared(e, multipliers, &map(self.pieces, Piece::side))
     }
 
     /// The leg after this one.
@@ -223,6 +225,25 @@ impl Contact<'_> {
             q: self.leg.q.iter().zip(&d).map(|(q, d)| q + d).collect(),
             d,
         }
+    }
+
+    /// Whether a solution only changes signs, nothing rests, and no surface moves. Then the declared rows may have a root of their own, with the old sign at
+    /// all places of one leg and the new one at those of the other.
+    pub(crate) fn only_crosses(&self, solution: &Solution) -> bool {
+        if !solution.switches || solution.rests() || self.pieces.contains(&Piece::Between) {
+            return false;
+        }
+        let next = self.next(&solution.e);
+        let [first, second] = [self.leg, next.any()].map(|leg| {
+            let middle = in_the_middle(&self.declaration, self.h, leg);
+            (middle, at_part(&self.declaration, self.h, leg, 0.0))
+        });
+        (0..self.pieces.len()).all(|g| {
+            let size = first.0[g].abs() + second.0[g].abs();
+            [&first, &second]
+                .iter()
+                .all(|(middle, end)| (end[g] - middle[g]).abs() <= SAME * size)
+        })
     }
 
     /// Solves the step from a guess of its second difference and its multipliers.

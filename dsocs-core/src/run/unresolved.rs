@@ -6,10 +6,10 @@
 /// a tenth of itself; and if the velocity changes by a tenth of itself although no acceleration explains it. Each such step reduces the
 /// order of the run to 1, and a velocity that jumps makes the motion depend on where the nodes lie.
 ///
-/// Dry friction is an exception, and any `signum` or comparison of an argument with velocities in forces, kinematic constraints and the directions of
-/// constraint forces: where it changes its direction in a step or stops a mass ([`Stop::Jump`](crate::Stop::Jump)), the step is counted, too, but takes
-/// the place of the change into account, and the order stays 2. Steps in which it holds a mass ([`Stop::Sticks`](crate::Stop::Sticks)) are not counted.
-/// Where the equations of a step have no solution, because another function jumps over it, the node is that of the jump, and the step is counted.
+/// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and the run goes on. Where these
+/// have no solution, because a function jumps over it, the node is that of the jump, and the step is counted, too ([`Stop::Jump`](crate::Stop::Jump)). So is
+/// the step in which friction stops a mass, although it costs no order: what acts before the stop and after it has its part of the step. Steps in which
+/// friction holds a mass ([`Stop::Sticks`](crate::Stop::Sticks)) or lets it go are not counted.
 ///
 /// Three things help: a smaller step, a function that changes more smoothly, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the jump, unless the motion
 /// sticks there. What switches is evaluated at some places between the legs, and only in steps that differ from their prediction. So a pulse
