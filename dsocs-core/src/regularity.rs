@@ -9,7 +9,6 @@ pub(crate) mod lengths;
 pub(crate) mod multipliers;
 pub(crate) mod rounding;
 pub(crate) mod sides;
-pub(crate) mod singular;
 pub(crate) mod stacked;
 pub(crate) mod sticking;
 pub(crate) mod undefined;

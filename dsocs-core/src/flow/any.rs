@@ -75,6 +75,13 @@ impl<'s> AnyFlow<'s> {
         }
     }
 
+    /// Whether functions that jump have values between their sides in the last step, or those of other sides than at its node, such as where
+    /// dry friction holds something, stops it or lets it go: the rows as they were declared do not hold there.
+    #[must_use]
+    pub fn has_sides(&self) -> bool {
+        self.0.has_sides()
+    }
+
     /// The run.
     #[must_use]
     pub fn run(&self) -> &(dyn Run + 's) {

@@ -3,11 +3,11 @@
 use super::discrete::Discrete;
 use crate::error::StepError;
 use crate::kernel::report::Guess;
-use crate::regularity::singular::{self, Place};
 use crate::run::NearlySingular;
 use crate::solve::Vector;
 use crate::solve::failure::StepFailure;
 use crate::start;
+use crate::step::singular::{self, Place};
 
 impl Discrete<'_> {
     /// Looks at a step whose determinant has become small or has passed zero, or that was not solved from its prediction: a motion that ends at a

@@ -21,6 +21,15 @@ const NEARLY_ZERO: f64 = 1e-5;
 /// An unknown or a row with less than this part in all null vectors has no part in them.
 const NO_PART: f64 = 1e-6;
 
+/// Where no motion leads past.
+#[derive(Clone, Debug)]
+pub(crate) struct Singularity {
+    /// The time, about.
+    pub time: f64,
+    /// What is not determined there, if that can be told.
+    pub deficiency: Option<Deficiency>,
+}
+
 /// What the equations do not determine at a point: why there is no solution, or more than one.
 ///
 /// Its text is a part of a sentence: ``coordinate `y` has no mass and no row determines it``.

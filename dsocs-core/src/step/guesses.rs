@@ -5,15 +5,16 @@ use super::{Equations as _, Guess, Step, StepReport};
 use crate::error::{FailedStep, StepError};
 use crate::kernel::report::report;
 use crate::regularity::Regularity;
+use crate::regularity::deficiency::Singularity;
 use crate::regularity::deficiency::{self, DependentRow};
 use crate::regularity::multipliers;
-use crate::regularity::singular::{self, NEARLY_DEPENDENT, Place, Singularity};
 use crate::regularity::undefined;
 use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::{self, Fold, Root, Stop};
 use crate::solve::predictor::Predictor;
 use crate::solve::{Vector, is_finite};
 use crate::start::{self, Begins, third};
+use crate::step::singular::{self, NEARLY_DEPENDENT, Place};
 
 /// How far a guess is from the straight line, in units of the longest leg, coordinate by coordinate.
 const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];

@@ -6,6 +6,7 @@
 
 mod guesses;
 pub(crate) mod pair;
+pub(crate) mod singular;
 pub(crate) mod smooth;
 
 use smallvec::smallvec;

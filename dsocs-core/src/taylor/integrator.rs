@@ -16,13 +16,13 @@ use crate::kernel::report::{Guess, NodeMut, NodeScalars, StepReport};
 use crate::number::compensated::Compensated;
 use crate::number::point::{AnyPoint, copy};
 use crate::regularity::deficiency::{self, DependentRow};
-use crate::regularity::singular::{self, DEPENDENT, Place};
 use crate::regularity::undefined;
 use crate::run::{AnyPolynomial, RunError, Search};
 use crate::series::rows::Series;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::start::Phase;
+use crate::step::singular::{self, DEPENDENT, Place};
 use crate::tape::declaration::Declaration;
 
 /// How many steps a motion may take unless [`super::TaylorFlow::max_steps`] says otherwise.

@@ -33,8 +33,8 @@ pub enum First {
     Paper,
 }
 
-/// Is shown the number, the time and the leg of a position, and how the step that led there was solved, and says whether the motion goes on.
-type Walker<'w> = &'w mut dyn FnMut(u64, f64, AnyLeg<'_, f64>, Stop) -> bool;
+/// Is shown the number, the time and the leg of a position, and whether a function jumps or holds something in the step that led there, and says whether the motion goes on.
+type Walker<'w> = &'w mut dyn FnMut(u64, f64, AnyLeg<'_, f64>, bool) -> bool;
 
 /// A node of a motion of third order.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,10 +95,10 @@ pub fn walk(
         Ok(flow) => flow,
         Err(error) => return (None, Err(error.into())),
     };
-    let mut stop = Stop::Start;
-    while walker(flow.index(), flow.time(), flow.leg(), stop) {
+    let mut is_held = false;
+    while walker(flow.index(), flow.time(), flow.leg(), is_held) {
         match flow.run_mut().advance() {
-            Ok(report) => stop = report.stop,
+            Ok(report) => is_held = matches!(report.stop, Stop::Jump | Stop::Sticks) || flow.has_sides(),
             Err(error) => return (flow.run().unresolved(), Err(error.into())),
         }
     }
@@ -204,12 +204,11 @@ pub fn legs(system: &dyn Kernel, h: f64, start: (&State, First), until: f64) -> 
     let mut holding = false;
     // a time that is the end to within rounding is the end
     let last = until - 1e-6 * h;
-    let (unresolved, walked) = walk(system, h, start, &mut |_, time, leg, stop| {
+    let (unresolved, walked) = walk(system, h, start, &mut |_, time, leg, is_held| {
         if !legs.is_empty() {
             // what is held on the last leg of a step is held on the first of the next one, which may let it go
-            let holds = matches!(stop, Stop::Jump | Stop::Sticks);
-            held.push(holds || holding);
-            holding = holds;
+            held.push(is_held || holding);
+            holding = is_held;
         }
         legs.push(leg.to_owned());
         reached = time;

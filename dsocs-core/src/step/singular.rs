@@ -5,7 +5,7 @@
 //! roots on both sides, so a step jumps over the place.
 
 use crate::number::point::AnyPoint;
-use crate::regularity::deficiency::{self, Deficiency, DependentRow};
+use crate::regularity::deficiency::{self, DependentRow, Singularity};
 use crate::solve::elimination::Determinant;
 use crate::solve::{Square, Vector};
 use crate::start;
@@ -43,15 +43,6 @@ pub(crate) struct Place {
     pub q: Vector,
     /// The velocity.
     pub v: Vector,
-}
-
-/// Where no motion leads past.
-#[derive(Clone, Debug)]
-pub(crate) struct Singularity {
-    /// The time, about.
-    pub time: f64,
-    /// What is not determined there, if that can be told.
-    pub deficiency: Option<Deficiency>,
 }
 
 /// The acceleration and the multipliers at a place, and the determinant of their equations.
