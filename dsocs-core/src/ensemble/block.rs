@@ -336,7 +336,7 @@ impl<'r, 's> Block<'r, 's> {
                 self.node.take(flow);
             } else {
                 let t = flow.clock().time_of(self.index);
-                self.told.write(lane, self.index, t, self.node.room());
+                self.told.write(lane, self.index, t, &mut self.node.room());
             }
             let node = self.node.any();
             if observed && audience.node(*place, &node).is_break() || self.index == *last {

@@ -97,7 +97,7 @@ impl Told {
     }
 
     /// Writes the node of one lane.
-    pub fn write(&self, lane: usize, index: u64, t: f64, node: NodeMut<'_>) {
+    pub fn write(&self, lane: usize, index: u64, t: f64, node: &mut NodeMut<'_>) {
         for (to, from) in node.vectors.iter_mut().zip(&self.vectors) {
             *to = from.0[lane];
         }

@@ -170,7 +170,7 @@ impl<'s> Discrete<'s> {
             return Ok(report);
         }
         if let Some(second) = self.course.given.take() {
-            return Ok(self.take_given(second));
+            return Ok(self.take_given(&second));
         }
         // taken out, since the equations look at the rest of the run
         let mut predictor = core::mem::replace(&mut self.course.predictor, Predictor::new(0));
@@ -266,20 +266,20 @@ impl<'s> Discrete<'s> {
     }
 
     /// Makes the step whose second difference is known.
-    fn take_given(&mut self, second: Sum) -> StepReport {
+    fn take_given(&mut self, second: &Sum) -> StepReport {
         let report = StepReport {
             iterations: 0,
             stop: Stop::Start,
             guess: Guess::Given,
         };
-        let d = self.course.vectors.d().plus(&second);
+        let d = self.course.vectors.d().plus(second);
         let q = self.course.vectors.q().plus(&d);
         let e = second.hi.clone();
         let next = Next { q, d, second: None };
         self.commit(next, &e, report);
         // as a third difference after none
         self.course.vectors.set_second(&Sum::exact(Vector::zero(e.len())));
-        self.go_on(&second);
+        self.go_on(second);
         report
     }
 
@@ -323,10 +323,6 @@ impl<'s> Discrete<'s> {
 
     /// Writes the middle node of the last step.
     #[inline]
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "the references in it are written through"
-    )]
     fn tell_solved(&self, node: NodeMut<'_>) {
         let Course { clock, report, .. } = &self.course;
         let NodeMut { vectors, scalars } = node;

@@ -418,7 +418,7 @@ impl Predictor {
         let last = self.last();
         let mut turned = Self::new(self.unknowns);
         if let Some(last) = last {
-            turned.push(&last);
+            turned.push(last);
         }
         let sizes = turned
             .past

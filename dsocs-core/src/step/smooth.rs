@@ -258,10 +258,6 @@ struct State<const N: usize> {
 }
 
 /// Makes up to `count` steps of a run.
-#[expect(
-    clippy::too_many_lines,
-    reason = "the state of the steps stays in registers: what is read once, the loop, what is written once"
-)]
 pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, count: u64) -> Halt {
     let may_switch = S::ORDER == 2 && (S::EXTERNAL_FORCES || S::PIECEWISE);
     let Some(vectors) = course.vectors.arrays::<N>().filter(|_| course.given.is_none()) else {

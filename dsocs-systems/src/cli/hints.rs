@@ -1,5 +1,6 @@
 //! What errors advise on the command line, followed to the letter; and that no number is shown where there is none.
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
 use clap::{CommandFactory, Parser};
@@ -579,10 +580,7 @@ fn starts_by_the_names_of_coordinates() {
         ("", [0.3, -0.2, 0.0, 0.5]),
         ("--q0 y=0.4", [0.3, 0.4, 0.0, 0.5]),
         ("--q0 y=0.4,x=-0.1", [-0.1, 0.4, 0.0, 0.5]),
-        (
-            "--q0 x=90deg --v0 x=-pi/2",
-            [1.570_796_326_794_896_6, -0.2, -1.570_796_326_794_896_6, 0.5],
-        ),
+        ("--q0 x=90deg --v0 x=-pi/2", [FRAC_PI_2, -0.2, -FRAC_PI_2, 0.5]),
         ("--q0 1,2 --v0 3,4", [1.0, 2.0, 3.0, 4.0]),
     ] {
         assert_eq!(first(start).unwrap(), expected, "{start}");

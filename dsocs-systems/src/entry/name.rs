@@ -14,11 +14,11 @@ pub struct UnknownName {
     /// The name.
     pub name: String,
     /// The name that is nearest, if one is near.
-    pub nearest: Option<String>,
+    pub nearest: Option<Box<str>>,
     /// The type of a field of that name, which is no parameter.
-    pub ty: Option<String>,
+    pub ty: Option<Box<str>>,
     /// All names.
-    pub known: Vec<String>,
+    pub known: Box<[String]>,
 }
 
 dsocs_core::debug_is_message!(UnknownName);
@@ -27,13 +27,13 @@ impl UnknownName {
     /// The error for a name that is none of `known`.
     pub fn new<T: Into<String>>(kind: &'static str, name: &str, known: impl IntoIterator<Item = T>) -> Self {
         let known: Vec<String> = known.into_iter().map(Into::into).collect();
-        let nearest = nearest(name, &known);
+        let nearest = nearest(name, &known).map(Into::into);
         Self {
             kind,
             name: name.to_owned(),
             nearest,
             ty: None,
-            known,
+            known: known.into(),
         }
     }
 
@@ -41,7 +41,7 @@ impl UnknownName {
     #[must_use]
     pub fn of_type(self, ty: Option<&str>) -> Self {
         Self {
-            ty: ty.map(ToOwned::to_owned),
+            ty: ty.map(Into::into),
             ..self
         }
     }

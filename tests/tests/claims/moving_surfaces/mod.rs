@@ -336,18 +336,18 @@ impl<S, const N: usize> Drawn<S, N> {
         (0..10).map(|k| self.until / parts / count(k)).collect()
     }
 
-    /// The orders of positions and velocities.
-    fn orders(&self, steps: &[f64], errors: impl Fn(f64) -> [f64; 2]) -> [f64; 2] {
-        let errors: Vec<[f64; 2]> = steps.iter().map(|&h| errors(h)).collect();
-        [0, 1].map(|k| {
-            let errors: Vec<f64> = errors.iter().map(|errors| errors[k]).collect();
-            slope(steps, &errors)
-        })
-    }
-
     fn has(&self, kind: Kind) -> bool {
         self.motion.events.iter().any(|event| event.2 == kind)
     }
+}
+
+/// The orders of positions and velocities.
+fn orders_of(steps: &[f64], errors: impl Fn(f64) -> [f64; 2]) -> [f64; 2] {
+    let errors: Vec<[f64; 2]> = steps.iter().map(|&h| errors(h)).collect();
+    [0, 1].map(|k| {
+        let errors: Vec<f64> = errors.iter().map(|errors| errors[k]).collect();
+        slope(steps, &errors)
+    })
 }
 
 /// Runs scenes, and compares their orders with 2, and the steps that are counted with the events.
@@ -371,7 +371,7 @@ fn scenes(count: usize, longest: f64, ratio: f64) {
             .windows(2)
             .filter(|pair| pair[0].0 == pair[1].0)
             .count();
-        let orders = scene.orders(&scene.steps(1.0, longest, ratio), |h| {
+        let orders = orders_of(&scene.steps(1.0, longest, ratio), |h| {
             let mut flow = Flow::new(&scene.system, h, scene.start()).unwrap();
             let errors = scene.errors(&mut flow, h, &[], |_| ());
             let counted = flow.unresolved().map_or(0, |unresolved| unresolved.steps);
@@ -426,7 +426,7 @@ fn joints_of_arms_and_compositions_keep_the_order() {
         };
         done += 1;
         events += scene.motion.events.len();
-        let orders = scene.orders(&scene.steps(1.0, 0.015, 1.45), |h| {
+        let orders = orders_of(&scene.steps(1.0, 0.015, 1.45), |h| {
             let mut flow = Flow::new(&scene.system, h, scene.start()).unwrap();
             scene.errors(&mut flow, h, &[], |_| ())
         });
@@ -464,7 +464,7 @@ fn held_inputs_on_moving_surfaces_keep_the_order() {
         done += 1;
         let part = scene.until / 5.0;
         let changes: Vec<f64> = (1..5).map(|i| f64::from(i) * part).collect();
-        let orders = scene.orders(&scene.steps(5.0, 0.02, 1.25), |h| {
+        let orders = orders_of(&scene.steps(5.0, 0.02, 1.25), |h| {
             let mut flow = Flow::new(&scene.system, h, scene.start()).unwrap();
             let mut left = 1;
             scene.errors(&mut flow, h, &changes, |flow| {

@@ -59,8 +59,9 @@ fn solve(mut m: Vec<Vec<f64>>, mut r: Vec<f64>) -> Option<Vec<f64>> {
         }
         for i in k + 1..n {
             let f = m[i][k] / m[k][k];
-            for j in k..n {
-                m[i][j] -= f * m[k][j];
+            let (above, below) = m.split_at_mut(i);
+            for (entry, pivot) in below[0].iter_mut().zip(&above[k]).skip(k) {
+                *entry -= f * pivot;
             }
             r[i] -= f * r[k];
         }
