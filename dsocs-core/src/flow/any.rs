@@ -75,11 +75,11 @@ impl<'s> AnyFlow<'s> {
         }
     }
 
-    /// Whether functions that jump have values between their sides in the last step, or those of other sides than at its node, such as where
-    /// dry friction holds something, stops it or lets it go: the rows as they were declared do not hold there.
+    /// Whether a function that jumps with the velocity has another side after the last step than before, or a value between its sides: where dry
+    /// friction changes its direction, stops something, holds it or lets it go.
     #[must_use]
-    pub fn has_sides(&self) -> bool {
-        self.0.has_sides()
+    pub fn meets_jump(&self) -> bool {
+        self.0.meets_jump()
     }
 
     /// The run.

@@ -21,6 +21,8 @@ pub(super) struct Contacts {
     pieces: Vec<Piece>,
     /// The sides with which a step was solved that the declared rows do not solve, and the number of the step that begins where it ends.
     sides: Option<(u64, Vec<f64>)>,
+    /// The number of the step that begins where the last one ends in which a side changed.
+    changed: Option<u64>,
 }
 
 impl Contacts {
@@ -53,7 +55,11 @@ impl Contacts {
                 }
             }
         }
-        Some(Box::new(Self { pieces, sides: None }))
+        Some(Box::new(Self {
+            pieces,
+            sides: None,
+            changed: None,
+        }))
     }
 }
 
@@ -138,7 +144,11 @@ impl Discrete<'_> {
             d: self.course.vectors.increment(),
         };
         let pieces = sticking::pieces_of_leg(&self.declaration(), self.course.h, leg);
+        let index = self.course.index();
         if let Some(contacts) = &mut self.contacts {
+            if pieces != contacts.pieces {
+                contacts.changed = Some(index + 1);
+            }
             contacts.pieces = pieces;
         }
     }
@@ -160,6 +170,12 @@ impl Discrete<'_> {
     /// Whether the last step solves the declared rows only with sides.
     pub(crate) fn has_sides(&self) -> bool {
         self.last_sides().is_some()
+    }
+
+    /// Whether a function that jumps with the velocity has another side after the last step than before, or a value between its sides.
+    pub(super) fn meets_jump(&self) -> bool {
+        let changed = self.contacts.as_ref().and_then(|contacts| contacts.changed);
+        changed == Some(self.course.index()) || self.rests() || self.has_sides()
     }
 
     /// The sides of the last step.
@@ -228,6 +244,9 @@ impl Discrete<'_> {
         }
         let index = self.course.index();
         self.go(&solution.e, &solution.multipliers, report)?;
+        if solution.switches {
+            contacts.changed = Some(index + 1);
+        }
         contacts.pieces = solution.pieces;
         contacts.sides = (!is_declared).then_some((index + 1, solution.sides));
         Some(report)

@@ -98,7 +98,7 @@ pub fn walk(
     let mut is_held = false;
     while walker(flow.index(), flow.time(), flow.leg(), is_held) {
         match flow.run_mut().advance() {
-            Ok(report) => is_held = matches!(report.stop, Stop::Jump | Stop::Sticks) || flow.has_sides(),
+            Ok(report) => is_held = matches!(report.stop, Stop::Jump | Stop::Sticks) || flow.meets_jump(),
             Err(error) => return (flow.run().unresolved(), Err(error.into())),
         }
     }
