@@ -134,6 +134,9 @@ pub mod geometry;
 
 pub mod prelude;
 
+#[cfg(feature = "text")]
+pub mod text;
+
 #[cfg(test)]
 mod testing;
 
@@ -149,7 +152,7 @@ pub use crate::solve::failure::{NewtonFailure, StepFailure};
 pub use crate::solve::newton::Stop;
 pub use crate::tape::declaration::Declaration;
 pub use crate::tape::quantity::Quantity;
-pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure};
+pub use composition::{AnyComposedFlow, ComposedFlow, Composition, FailedStage, StageError, StageFailure};
 pub use derivative::{DerivativeError, Gradient, NodeTangent, Path, Variable};
 pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, SetupError, StepError, Violation};
@@ -206,6 +209,10 @@ pub mod __private {
     /// Constants that a declaration knows without an import.
     pub mod __circle {
         pub use core::f64::consts::{PI, TAU};
+        #[allow(non_upper_case_globals, reason = "as formulas write it")]
+        pub const pi: f64 = PI;
+        #[allow(non_upper_case_globals, reason = "as formulas write it")]
+        pub const tau: f64 = TAU;
     }
 
     /// Computes a part of a long method in a function of its own.

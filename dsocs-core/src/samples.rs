@@ -240,18 +240,24 @@ impl Samples {
     #[must_use]
     pub fn at<R: Real>(&self, x: R) -> R {
         let place = x.piece(&self.places);
+        let [from, a, b, c, d] = self.polynomial(place);
         // before the first sample its value is held, as the last one's is
-        let Some(index) = place.checked_sub(1) else {
-            return R::from(self.pieces.first().map_or(f64::NAN, |piece| piece[0]));
-        };
-        let (Some(&[a, b, c, d]), Some(&from)) = (self.pieces.get(index), self.places.get(index)) else {
-            return R::from(f64::NAN);
-        };
-        if index + 1 == self.places.len() {
+        if place == 0 || place == self.places.len() {
             return R::from(a);
         }
         let x = x - from;
         ((x * d + c) * x + b) * x + a
+    }
+
+    /// Where the polynomial begins beyond some places, and its coefficients from order 0 on.
+    pub(crate) fn polynomial(&self, places: usize) -> [f64; 5] {
+        let index = places.saturating_sub(1);
+        let (Some(&piece), Some(&from)) = (self.pieces.get(index), self.places.get(index)) else {
+            return [f64::NAN; 5];
+        };
+        // outside of the samples the nearest one is held
+        let [a, b, c, d] = if places == 0 { [piece[0], 0.0, 0.0, 0.0] } else { piece };
+        [from, a, b, c, d]
     }
 }
 

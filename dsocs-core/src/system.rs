@@ -48,6 +48,8 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     const NAME: &'static str;
     /// The first paragraph of the type's documentation, in one line.
     const DOC: &'static str = "";
+    /// The declaration as text: the body of the attribute. See [`Shape::declaration`].
+    const DECLARATION: &'static str = "";
     /// The coordinates, in order. A component of an array has a name like `theta_2`.
     const COORDINATES: [Quantity; N];
     /// The parameters: fields of type `f64` and the elements of arrays of them, in order. Fields of other types are not
@@ -182,6 +184,7 @@ impl Shape {
         Self {
             name: Cow::Borrowed(S::NAME),
             doc: Cow::Borrowed(S::DOC),
+            declaration: Cow::Borrowed(S::DECLARATION),
             coordinates: Cow::Borrowed(const { &S::COORDINATES }),
             parameters: Cow::Borrowed(S::PARAMETERS),
             others: Cow::Borrowed(S::OTHERS),

@@ -48,12 +48,14 @@ mod point;
 mod reference;
 mod run;
 mod symmetry;
+mod text;
 
 use std::fmt;
 use std::ops::ControlFlow;
 
 #[cfg(feature = "sweep")]
 use dsocs_core::Declaration;
+use dsocs_core::text::{Run as TextRun, Text};
 use dsocs_core::{Quantity, SetupError, System};
 
 use crate::check::{self, Expected, Finding, Settings};
@@ -73,6 +75,7 @@ pub use plan::{HeldInput, Method, Plan};
 #[cfg(feature = "sweep")]
 pub use point::{Shown, Watchable, Watched, code};
 pub use symmetry::Symmetry;
+pub use text::NoText;
 
 use drawing::Drawn;
 use erased::{AnySystem, Erased};
@@ -150,6 +153,36 @@ impl Entry {
         extra: impl Into<Vec<Extra<S>>>,
     ) -> Self {
         Self::of(Box::new(Erased::new(system, extra.into())))
+    }
+
+    /// The entry of a system that was read from a text, under a name, with what one of the text's runs says. Its name is the one that is given.
+    ///
+    /// ```
+    /// use dsocs_core::text::Text;
+    /// use dsocs_systems::Entry;
+    ///
+    /// let text = Text::parse(
+    ///     "spring",
+    ///     "coordinates(x);
+    ///      lagrangian = dot(x).powi(2) / 2 - 2 * x.powi(2);
+    ///      run { start = ([1], [0]); until = 5.0; }",
+    /// )?;
+    /// let entry = Entry::of_text("spring", &text, text.runs.first());
+    /// assert!(entry.verify().is_ok());
+    /// # Ok::<(), dsocs_core::text::TextError>(())
+    /// ```
+    #[must_use]
+    pub fn of_text(name: impl Into<String>, text: &Text, run: Option<&TextRun>) -> Self {
+        let entry = Self::of(Box::new(text.system.clone())).named(name);
+        let Some(run) = run else { return entry };
+        Self {
+            start: run.start.clone(),
+            acceleration: run.acceleration.clone(),
+            near: run.near_acceleration.clone(),
+            step: run.step.unwrap_or(entry.step),
+            until: run.until.unwrap_or(entry.until),
+            ..entry
+        }
     }
 
     /// The entry of a system whose type is erased.

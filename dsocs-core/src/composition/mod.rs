@@ -48,6 +48,7 @@
 //! motion does not lead to. A switch so steep that no node falls into it is not noticed; [`crate::taylor::GlobalError`] measures the error
 //! that it causes.
 
+mod any;
 mod backward;
 mod flow;
 mod jumping;
@@ -57,4 +58,5 @@ mod stages;
 
 pub use crate::error::stage::{FailedStage, StageError, StageFailure};
 pub use crate::number::composition::Composition;
+pub use any::AnyComposedFlow;
 pub use flow::ComposedFlow;

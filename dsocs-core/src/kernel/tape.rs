@@ -1,28 +1,34 @@
 //! A kernel that was not compiled: a declaration's tape, walked.
 
+use std::sync::Arc;
+
 use thiserror::Error;
 
 use super::{At, Kernel};
 use crate::kernel::course::Course;
 use crate::kernel::question::{Halt, Question};
 use crate::kernel::report::NodeMut;
+use crate::number::dual::Dual;
 use crate::number::point::{AnyLeg, copy};
+use crate::number::tangent::Tangent;
 use crate::solve::sparse::Sparse;
 use crate::tape::Shape;
-use crate::tape::{Leaf, Number as _, Part, Program, Segment, Source, Tape};
+use crate::tape::{Leaf, Number as _, Part, Program, Segment, Source, Tape, TapeCall};
 
 /// A declared system as its tape and its shape alone: what a declaration becomes that is read at run time.
 ///
 /// It does the same operations in the same order as the code that the attribute writes for the declaration, and so gives the same bits. A
 /// step takes several times as long.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct TapeKernel {
-    tape: Tape,
+    tape: Arc<Tape>,
     shape: Shape,
     /// The values of the parameters, where a run holds no others.
     values: Vec<f64>,
     sparse: Option<Sparse>,
-    hot: Hot,
+    /// What the tape calls, which is data.
+    calls: Vec<TapeCall>,
+    hot: Arc<Hot>,
 }
 
 /// Why a tape and a shape make no system.
@@ -93,13 +99,32 @@ impl Hot {
 }
 
 impl TapeKernel {
+    /// Sets a parameter, by its place among [`Shape::parameters`].
+    pub fn parameter_mut(&mut self, index: usize) -> Option<&mut f64> {
+        self.values.get_mut(index)
+    }
+
     /// The system of a tape. `values` are those of the parameters; missing ones are NaN.
     ///
     /// # Errors
     ///
     /// [`TapeError`] if the tape and the shape do not fit together, or if the tape calls functions.
     pub fn new(tape: Tape, shape: Shape, values: Vec<f64>) -> Result<Self, TapeError> {
-        if tape.calls() {
+        Self::with_calls(tape, shape, values, Vec::new())
+    }
+
+    /// The same of a tape that calls numbers and tables of samples.
+    ///
+    /// # Errors
+    ///
+    /// [`TapeError`] as [`TapeKernel::new`], or if the tape calls more than `calls`.
+    pub fn with_calls(
+        tape: Tape,
+        shape: Shape,
+        values: Vec<f64>,
+        calls: Vec<TapeCall>,
+    ) -> Result<Self, TapeError> {
+        if tape.calls() > calls.len() {
             return Err(TapeError::Functions);
         }
         let (n, m) = (shape.dimension(), shape.unknowns);
@@ -152,10 +177,11 @@ impl TapeKernel {
             }
         }
         Ok(Self {
-            hot: Hot::new(&tape, m, None),
-            tape,
+            hot: Arc::new(Hot::new(&tape, m, None)),
+            tape: Arc::new(tape),
             shape,
             values,
+            calls,
             sparse: None,
         })
     }
@@ -176,7 +202,7 @@ impl TapeKernel {
             });
         }
         Ok(Self {
-            hot: Hot::new(&self.tape, expected, Some(&sparse)),
+            hot: Arc::new(Hot::new(&self.tape, expected, Some(&sparse))),
             sparse: Some(sparse),
             ..self
         })
@@ -257,8 +283,23 @@ impl Source for TapeKernel {
         self.values.get(parameter).copied().unwrap_or(f64::NAN)
     }
 
-    fn call(&self, _: usize, _: &[f64]) -> f64 {
-        f64::NAN
+    fn call(&self, which: usize, arguments: &[f64]) -> f64 {
+        let call = self.calls.get(which);
+        call.map_or(f64::NAN, |call| call.value(arguments.first().copied()))
+    }
+
+    fn call_dual(&self, which: usize, arguments: &[Dual<f64>]) -> Dual<f64> {
+        let argument = arguments
+            .first()
+            .map(|argument| Tangent::new(argument.re, argument.eps));
+        let value = self.calls.get(which).map(|call| call.value(argument));
+        value.map_or(Dual::new(f64::NAN, f64::NAN), |value| {
+            Dual::new(value.value(), value.derivative())
+        })
+    }
+
+    fn data(&self, which: usize) -> Option<&TapeCall> {
+        self.calls.get(which)
     }
 }
 

@@ -4,12 +4,15 @@ use core::cell::Cell;
 
 use super::link::{Kind, Program, Register};
 use super::read::{Binary, Comparison, Function};
+use super::table::polynomial;
 use super::{Leaf, Source};
 use crate::number::bounded::Bounded;
 use crate::number::double::Double;
 use crate::number::lanes::Lanes;
+use crate::number::real::Real;
 use crate::number::scalar::Scalar;
 use crate::number::tangent::{Tangent, Tangent2};
+use crate::samples::Samples;
 use crate::series::jet::Jet;
 
 /// A type of number that tapes are walked with.
@@ -27,6 +30,11 @@ pub trait Number: Scalar {
     /// A number that changes at a rate, which numbers without derivatives do not show.
     #[must_use]
     fn changing(value: f64, rate: f64) -> Self;
+
+    /// The polynomial of samples at the number; see [`Samples::polynomial`].
+    fn polynomial(self, samples: &Samples) -> [Self; 5] {
+        polynomial(self, samples)
+    }
 
     /// Makes room for a program on this thread: its evaluations there allocate nothing then.
     fn prepare(program: &Program);
@@ -58,7 +66,7 @@ impl<T: Scalar> Room<T> {
 }
 
 macro_rules! numbers {
-    ($($number:ty: $changing:expr),* $(,)?) => {
+    ($($number:ty: $changing:expr $(, $polynomial:item)?);* $(;)?) => {
         $(const _: () = {
             thread_local! {
                 static ROOM: Cell<Room<$number>> = Cell::default();
@@ -82,6 +90,8 @@ macro_rules! numbers {
                     changing(value, rate)
                 }
 
+                $($polynomial)?
+
                 fn prepare(program: &Program) {
                     let mut room = ROOM.take();
                     room.fit(program);
@@ -93,17 +103,21 @@ macro_rules! numbers {
 }
 
 numbers!(
-    f64: |value, _| value,
-    Lanes: |value, _| Self::splat(value),
-    Bounded: |value, _| Self::splat(value),
-    Double: |value, _| Self::splat(value),
-    Tangent: Self::new,
-    Tangent2: |value, rate| Self::second(value, [rate, 0.0]),
+    f64: |value, _| value;
+    Lanes: |value, _| Self::splat(value);
+    Bounded: |value, _| Self::splat(value);
+    Double: |value, _| Self::splat(value);
+    Tangent: Self::new;
+    Tangent2: |value, rate| Self::second(value, [rate, 0.0]);
     Jet: |value, _| Self::splat(value),
+        fn polynomial(self, samples: &Samples) -> [Self; 5] {
+            // the series has to know where the next piece begins
+            samples.polynomial(self.piece(samples.places())).map(Self::from)
+        };
 );
 
 /// Evaluates a program.
-fn walk<T: Scalar>(
+fn walk<T: Number>(
     program: &Program,
     source: &dyn Source,
     leaf: &dyn Fn(Leaf) -> T,
@@ -139,6 +153,10 @@ fn walk<T: Scalar>(
             Kind::Call { which, first, count } => {
                 let range = first as usize..(first + count) as usize;
                 let arguments = &program.arguments[range];
+                if let Some(data) = source.data(which as usize) {
+                    registers[instruction.to as usize] = data.value(arguments.first().map(|&first| at(first)));
+                    continue;
+                }
                 let buffer = &mut room.arguments;
                 let [value] = T::from_lanes(|lane| {
                     buffer.clear();

@@ -42,6 +42,7 @@ pub(crate) mod quantity;
 mod read;
 mod shape;
 mod symmetry;
+mod table;
 #[cfg(test)]
 mod tests;
 
@@ -59,6 +60,7 @@ pub(crate) use format::{SEGMENTS, VERSION};
 pub use link::Program;
 pub use shape::Shape;
 pub use symmetry::Symmetry;
+pub use table::TapeCall;
 
 use crate::number::dual::Dual;
 use read::Body;
@@ -81,6 +83,12 @@ pub trait Source: Send + Sync {
     /// The same with a derivative along; NaN where the function is called with plain numbers alone.
     fn call_dual(&self, which: usize, arguments: &[Dual<f64>]) -> Dual<f64> {
         called_with_plain(arguments, &|plain| self.call(which, plain))
+    }
+
+    /// What a call is, where it is data: then it is evaluated with numbers of all types, and [`Source::call`] is not asked.
+    fn data(&self, which: usize) -> Option<&TapeCall> {
+        let _ = which;
+        None
     }
 }
 
@@ -149,9 +157,19 @@ impl Tape {
     }
 
     /// Whether a function of the user's is called, or an expression of parameters that are no numbers.
-    pub(crate) fn calls(&self) -> bool {
-        let mut ops = self.bodies().iter().flat_map(|body| &body.ops);
-        ops.any(|op| matches!(op, read::Op::Call(..)))
+    #[must_use]
+    pub fn calls_functions(&self) -> bool {
+        self.calls() > 0
+    }
+
+    /// How many functions of the user's, and expressions of parameters that are no numbers, may be called.
+    pub(crate) fn calls(&self) -> usize {
+        let ops = self.bodies().iter().flat_map(|body| &body.ops);
+        let calls = ops.filter_map(|op| match op {
+            read::Op::Call(which, _) => Some(which + 1),
+            _ => None,
+        });
+        calls.max().unwrap_or(0)
     }
 
     /// Whether a segment has a sign or a comparison.

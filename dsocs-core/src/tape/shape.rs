@@ -16,6 +16,8 @@ pub struct Shape {
     pub name: Cow<'static, str>,
     /// The first paragraph of its documentation, in one line.
     pub doc: Cow<'static, str>,
+    /// The declaration as text, without comments: the body of the attribute, which a text file says word for word.
+    pub declaration: Cow<'static, str>,
     /// The coordinates, in order.
     pub coordinates: Cow<'static, [Quantity]>,
     /// The parameters that are numbers, in order.

@@ -102,5 +102,5 @@ pub use control::Tolerance;
 pub use ensemble::TaylorEnsemble;
 pub use estimate::Estimates;
 pub use flow::{AnyTaylorFlow, TaylorFlow};
-pub use motion::{GlobalError, Motion};
+pub use motion::{AnyGlobalError, GlobalError, Motion};
 pub use tangents::TaylorTangents;

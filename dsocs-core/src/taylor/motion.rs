@@ -3,23 +3,17 @@
 use super::Tolerance;
 use super::flow::{AnyTaylorFlow, TaylorFlow};
 use crate::error::SetupError;
-use crate::number::point::Point;
+use crate::kernel::TapeKernel;
+use crate::number::point::{AnyPoint, OwnedPoint, Point, copy};
 use crate::run::{AnyPolynomial, Behind, Polynomial, Run as _, RunError};
-use crate::start::Start;
+use crate::start::{AnyStart, Start};
 use crate::system::System;
 
 /// The continuous motion as a function of time. It can be evaluated at any times, in the order of the motion.
 ///
 /// The flow chooses its own steps. Within a step the motion is evaluated from the polynomial of the step.
 #[derive(Debug)]
-pub struct Motion<'s, const N: usize> {
-    /// The flow.
-    flow: AnyTaylorFlow<'s>,
-    /// The start.
-    start: (f64, Point<f64, N>),
-    /// The last time that will be asked for.
-    until: f64,
-}
+pub struct Motion<'s, const N: usize>(AnyMotion<'s>);
 
 impl<'s, const N: usize> Motion<'s, N> {
     /// The motion from a start to the time `until`, which may lie before the start.
@@ -33,20 +27,8 @@ impl<'s, const N: usize> Motion<'s, N> {
         until: f64,
         tolerance: Tolerance,
     ) -> Result<Self, RunError> {
-        Self::of(TaylorFlow::new(system, start, tolerance), until)
-    }
-
-    /// The motion of a flow that stands at its start, or why there is none.
-    fn of(flow: Result<TaylorFlow<'s, N>, SetupError>, until: f64) -> Result<Self, RunError> {
-        if !until.is_finite() {
-            return Err(RunError::Until { until });
-        }
-        let mut flow = flow?.any;
-        let start = (flow.motion.time(), Point::of(flow.motion.point()));
-        if until < start.0 {
-            flow.reverse()?;
-        }
-        Ok(Self { flow, start, until })
+        let flow = TaylorFlow::new(system, start, tolerance);
+        AnyMotion::of(flow.map(|flow| flow.any), until).map(Self)
     }
 
     /// Position, velocity and acceleration at a time between that of the last call and the end.
@@ -55,8 +37,49 @@ impl<'s, const N: usize> Motion<'s, N> {
     ///
     /// [`RunError`] if the motion cannot be computed up to `t`, or if `t` lies outside of the allowed range.
     pub fn at(&mut self, t: f64) -> Result<Point<f64, N>, RunError> {
-        let polynomial = reach(&mut self.flow, self.start.0, self.until, t)?;
-        Ok(polynomial.map_or(self.start.1, |step| Polynomial::of(step).at(t)))
+        let motion = &mut self.0;
+        let polynomial = reach(&mut motion.flow, motion.start.any().t, motion.until, t)?;
+        Ok(polynomial.map_or_else(
+            || motion.start.sized(),
+            |step| Polynomial::of(step).at(t),
+        ))
+    }
+}
+
+/// [`Motion`] of a system without its type.
+#[derive(Debug)]
+struct AnyMotion<'s> {
+    /// The flow.
+    flow: AnyTaylorFlow<'s>,
+    /// The start.
+    start: OwnedPoint<f64>,
+    /// The last time that will be asked for.
+    until: f64,
+}
+
+impl<'s> AnyMotion<'s> {
+    /// The motion of a flow that stands at its start, or why there is none.
+    fn of(flow: Result<AnyTaylorFlow<'s>, SetupError>, until: f64) -> Result<Self, RunError> {
+        if !until.is_finite() {
+            return Err(RunError::Until { until });
+        }
+        let mut flow = flow?;
+        let AnyPoint { t, q, v, a } = flow.motion.point();
+        let start = OwnedPoint::new(q.len(), [q, v, a, &[t]].concat());
+        if until < t {
+            flow.reverse()?;
+        }
+        Ok(Self { flow, start, until })
+    }
+
+    /// The position at a time between that of the last call and the end.
+    fn position(&mut self, t: f64, q: &mut [f64]) -> Result<(), RunError> {
+        let mut point = self.start.clone();
+        if let Some(step) = reach(&mut self.flow, point.any().t, self.until, t)? {
+            step.at(t, &mut point);
+        }
+        copy(q, point.any().q);
+        Ok(())
     }
 }
 
@@ -119,43 +142,17 @@ fn reach<'f>(
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct GlobalError<'s, const N: usize> {
-    /// The motions, the one that counts first.
-    motions: [Motion<'s, N>; 2],
-    /// The largest distance of the two so far.
-    uncertainty: f64,
-}
+pub struct GlobalError<'s, const N: usize>(AnyGlobalError<'s>);
 
 impl<'s, const N: usize> GlobalError<'s, N> {
-    /// Tolerances and orders of the two continuous motions against which errors are measured. Their distance is the uncertainty of the
-    /// continuous motion. Rounding errors are smaller with a low order.
-    pub const REFERENCES: [Tolerance; 2] = [
-        Tolerance::relative(1e-16).order(18),
-        Tolerance::relative(1e-17).order(22),
-    ];
-
     /// The error of motions from a start up to the time `until`.
     ///
     /// # Errors
     ///
     /// As [`Motion::new`].
     pub fn new<S: System<N>>(system: &'s S, start: Start<N>, until: f64) -> Result<Self, RunError> {
-        Self::of(&|tolerance| TaylorFlow::new(system, start, tolerance), until)
-    }
-
-    /// The error of motions up to the time `until` from those that a function begins.
-    fn of(
-        begin: &dyn Fn(Tolerance) -> Result<TaylorFlow<'s, N>, SetupError>,
-        until: f64,
-    ) -> Result<Self, RunError> {
-        let [first, second] = Self::REFERENCES;
-        Ok(Self {
-            motions: [
-                Motion::of(begin(first), until)?,
-                Motion::of(begin(second), until)?,
-            ],
-            uncertainty: 0.0,
-        })
+        let begin = |tolerance| TaylorFlow::new(system, start, tolerance).map(|flow| flow.any);
+        AnyGlobalError::of(&begin, until).map(Self)
     }
 
     /// The absolute difference of each coordinate between the position `q` and the continuous motion at the time `t`. The times have
@@ -165,27 +162,83 @@ impl<'s, const N: usize> GlobalError<'s, N> {
     ///
     /// [`RunError`] if the continuous motion cannot be computed up to `t`.
     pub fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError> {
-        let [first, second] = &mut self.motions;
-        let (truth, other) = (first.at(t)?.q, second.at(t)?.q);
-        Ok(distances(&truth, &other, q, &mut self.uncertainty))
+        let mut distances = *q;
+        self.0.replace(t, &mut distances)?;
+        Ok(distances)
     }
 
     /// The uncertainty of the continuous motion itself, up to the last time. Estimated errors below it are meaningless.
     #[must_use]
     pub fn uncertainty(&self) -> f64 {
-        self.uncertainty
+        self.0.uncertainty()
     }
 }
 
-/// How far the position `q` is from the true one; and how far that is from the other, if it is farther than any before.
-fn distances<const N: usize>(
-    truth: &[f64; N],
-    other: &[f64; N],
-    q: &[f64; N],
-    uncertainty: &mut f64,
-) -> [f64; N] {
-    for (truth, other) in truth.iter().zip(other) {
-        *uncertainty = uncertainty.max((truth - other).abs());
+/// [`GlobalError`] of a system without its type.
+#[derive(Debug)]
+pub struct AnyGlobalError<'s> {
+    /// The motions, the one that counts first.
+    motions: [AnyMotion<'s>; 2],
+    /// The largest distance of the two so far.
+    uncertainty: f64,
+}
+
+impl<'s> AnyGlobalError<'s> {
+    /// Tolerances and orders of the two continuous motions against which errors are measured. Their distance is the uncertainty of the
+    /// continuous motion. Rounding errors are smaller with a low order.
+    pub const REFERENCES: [Tolerance; 2] = [
+        Tolerance::relative(1e-16).order(18),
+        Tolerance::relative(1e-17).order(22),
+    ];
+
+    /// The error of motions of a system that was read from a text, from a start up to the time `until`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Motion::new`].
+    pub fn of_tape(system: &'s TapeKernel, start: &AnyStart, until: f64) -> Result<Self, RunError> {
+        Self::of(
+            &|tolerance| AnyTaylorFlow::of_tape(system, start, tolerance),
+            until,
+        )
     }
-    core::array::from_fn(|i| (q[i] - truth[i]).abs())
+
+    /// The error of motions up to the time `until` from those that a function begins.
+    fn of(
+        begin: &dyn Fn(Tolerance) -> Result<AnyTaylorFlow<'s>, SetupError>,
+        until: f64,
+    ) -> Result<Self, RunError> {
+        let [first, second] = Self::REFERENCES;
+        Ok(Self {
+            motions: [
+                AnyMotion::of(begin(first), until)?,
+                AnyMotion::of(begin(second), until)?,
+            ],
+            uncertainty: 0.0,
+        })
+    }
+
+    /// Puts the absolute differences from the continuous motion at the time `t` in the place of a position. The times have to be in the order of the
+    /// motion.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] if the continuous motion cannot be computed up to `t`.
+    pub fn replace(&mut self, t: f64, q: &mut [f64]) -> Result<(), RunError> {
+        let [first, second] = &mut self.motions;
+        let (mut truth, mut other) = (vec![f64::NAN; q.len()], vec![f64::NAN; q.len()]);
+        first.position(t, &mut truth)?;
+        second.position(t, &mut other)?;
+        for ((q, truth), other) in q.iter_mut().zip(truth).zip(other) {
+            self.uncertainty = self.uncertainty.max((truth - other).abs());
+            *q = (*q - truth).abs();
+        }
+        Ok(())
+    }
+
+    /// The uncertainty of the continuous motion itself, up to the last time.
+    #[must_use]
+    pub fn uncertainty(&self) -> f64 {
+        self.uncertainty
+    }
 }

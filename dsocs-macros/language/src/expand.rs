@@ -5,10 +5,11 @@ use quote::quote;
 use syn::{Generics, Ident, Item, Path};
 
 use crate::check::check;
+use crate::emit::Data;
 use crate::errors::{Errors, compile_errors};
 use crate::input::{Fields, not_a_struct};
 use crate::model::Model;
-use crate::{core_path, emit, lower, parse, shared, stub};
+use crate::{core_path, emit, layout, lower, parse, shared, stub};
 
 /// What `#[dsocs { declaration }] item` becomes: the item with its implementation, or, where the declaration is wrong, the
 /// item with an error at every mistake and an implementation without content, so that none follows from them elsewhere.
@@ -39,6 +40,12 @@ impl Model {
     pub fn code(&self) -> TokenStream {
         in_core(emit::expand(self), self.core.as_ref())
     }
+
+    /// The declaration as data, for an engine that runs it without a compiler.
+    #[must_use]
+    pub fn data(&self) -> Data {
+        emit::data(self)
+    }
 }
 
 /// What a wrong declaration leaves.
@@ -53,6 +60,7 @@ pub(crate) struct Refused {
 /// The model of a declaration, or its mistakes.
 pub(crate) fn model(declaration: TokenStream, item: &Item) -> Result<Model, Refused> {
     let errors = Errors::new();
+    let text = layout::text(&declaration);
     let declaration = parse::declaration(declaration, &errors);
     let coordinates = declaration.coordinates.given();
     let model = match item {
@@ -63,7 +71,7 @@ pub(crate) fn model(declaration: TokenStream, item: &Item) -> Result<Model, Refu
         other => Err(not_a_struct(other, &errors)),
     };
     match (errors.finish(), model) {
-        (Ok(()), Ok(model)) => Ok(model),
+        (Ok(()), Ok(model)) => Ok(Model { text, ..model }),
         (result, _) => {
             let stub = match (head(item), coordinates) {
                 (Some((ident, generics)), Some(coordinates)) => {

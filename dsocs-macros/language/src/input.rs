@@ -11,7 +11,11 @@ use crate::syntax::{bare, doc};
 
 /// The fields of the struct.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Fields(Vec<Field>);
+pub(crate) struct Fields {
+    all: Vec<Field>,
+    /// Whether no compiler reads the declaration: then nothing of Rust is known but the language.
+    without_compiler: bool,
+}
 
 /// The most elements of an array that are listed as parameters: a table of data is none.
 const LISTED: usize = 1000;
@@ -61,7 +65,10 @@ impl Fields {
                     .named
                     .iter()
                     .filter_map(|field| Field::read(field, &item.generics));
-                Ok(Self(fields.collect()))
+                Ok(Self {
+                    all: fields.collect(),
+                    without_compiler: false,
+                })
             }
             syn::Fields::Unit => Ok(Self::default()),
             syn::Fields::Unnamed(_) => Err(errors.at(
@@ -71,14 +78,27 @@ impl Fields {
         }
     }
 
+    /// The same for a declaration that no compiler reads.
+    pub(crate) fn without_compiler(self) -> Self {
+        Self {
+            without_compiler: true,
+            ..self
+        }
+    }
+
+    /// Whether a compiler reads the declaration: it knows functions and constants of the user's own.
+    pub(crate) fn have_compiler(&self) -> bool {
+        !self.without_compiler
+    }
+
     /// The fields, in order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &Field> {
-        self.0.iter()
+        self.all.iter()
     }
 
     /// The field at a place.
     pub(crate) fn get(&self, index: usize) -> Option<&Field> {
-        self.0.get(index)
+        self.all.get(index)
     }
 
     /// The names of the elements of arrays, at the tokens of their fields.
@@ -93,7 +113,7 @@ impl Fields {
     /// The other fields, each with its type.
     pub(crate) fn others(&self) -> Vec<(String, String)> {
         let others = self
-            .0
+            .all
             .iter()
             .filter(|field| field.reference || field.parameters().is_empty());
         others
@@ -103,7 +123,7 @@ impl Fields {
 
     /// The fields that can be listed and set by name.
     pub(crate) fn parameters(&self) -> Vec<ParameterField> {
-        self.0
+        self.all
             .iter()
             .filter(|field| !field.reference)
             .flat_map(Field::parameters)
@@ -150,6 +170,11 @@ impl Field {
             ty,
             doc,
         })
+    }
+
+    /// Whether it is a table of samples.
+    pub(crate) fn is_table(&self) -> bool {
+        self.kind == Kind::Unknown && self.ty.rsplit("::").next() == Some("Samples")
     }
 
     /// Whether its type may be a reference to a number.

@@ -7,7 +7,7 @@
 //! - `lower`: that → a `model` whose expressions share one `graph`;
 //! - `mechanics`: the model → what has to vanish, the paper's equations;
 //! - `passes`: the equations made fast, one rewriting of the graph after another;
-//! - `emit`: the graph → Rust.
+//! - `emit`: the graph → Rust, or data for an engine that runs it without a compiler.
 //!
 //! Every mistake on the way is collected in `errors` and told at the user's own tokens. The attribute itself is in
 //! `dsocs-macros` and does no more than to call [`expand`]; users depend on `dsocs-core`, which re-exports it.
@@ -20,6 +20,7 @@ mod errors;
 mod expand;
 mod graph;
 mod input;
+mod layout;
 mod lower;
 mod mechanics;
 mod mistake;
@@ -32,11 +33,15 @@ mod shared;
 mod source;
 mod stub;
 mod syntax;
+mod text;
 #[cfg(test)]
 mod tests;
 
+pub use emit::{Call, Data, Quantity};
 pub use expand::expand;
+pub use mechanics::Symmetry;
 pub use mistake::Mistake;
 pub use model::Model;
 pub use shared::statements;
 pub use source::{Source, analyze};
+pub use text::{Curve, MOST_BYTES, Run, Text, read};

@@ -17,6 +17,8 @@ use crate::mistake::Mistake;
 pub struct Model {
     /// Where `dsocs-core` is found, if not under its own name.
     pub(crate) core: Option<Path>,
+    /// The declaration as text.
+    pub(crate) text: String,
     /// The struct, as the user wrote it, without the attribute.
     pub(crate) item: ItemStruct,
     /// The coordinates' names.

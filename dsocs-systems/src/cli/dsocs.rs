@@ -17,6 +17,9 @@ struct Arguments {
     /// What to do.
     #[command(subcommand)]
     command: Option<Command>,
+    /// What text files are read with.
+    #[command(flatten)]
+    file: super::file::FileArguments,
     /// What `dsocs paper` takes.
     #[command(flatten)]
     paper: paper::PaperArguments,
@@ -40,12 +43,13 @@ enum Command {
 /// hard cases of `stability`.
 #[must_use]
 pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
+    let arguments: Arguments = super::arguments();
     let program = Program {
         is_dsocs: true,
         syntax: Arguments::command,
+        constants: arguments.file.constants.clone(),
         ..Program::new(entries)
     };
-    let arguments: Arguments = super::arguments();
     finish(
         program
             .verified()

@@ -7,10 +7,11 @@ use std::process::ExitCode;
 
 use thiserror::Error;
 
-use crate::entry::{CheckFailure, EntryError, RunFailure, UnknownName};
+use crate::entry::{CheckFailure, EntryError, NoText, RunFailure, UnknownName};
 #[cfg(all(feature = "dsocs", not(test)))]
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
+use dsocs_core::text::TextError;
 use dsocs_core::{RunError, SetupError, StepFailure, Symmetry, Undefined};
 
 /// What has no value, where that is why a run does not begin.
@@ -153,6 +154,12 @@ pub enum CliError {
     /// A name does not exist.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
+    /// A text file is no system.
+    #[error(transparent)]
+    Text(#[from] TextError),
+    /// A system is more than a text can say.
+    #[error(transparent)]
+    NoText(#[from] NoText),
     /// A parameter's value is infinite or not a number.
     #[error("parameter `{name}` is {value}; it must be finite")]
     Parameter {
@@ -373,6 +380,8 @@ impl CliError {
         match self {
             Self::Closed => ExitCode::SUCCESS,
             Self::Unknown(_)
+            | Self::Text(_)
+            | Self::NoText(_)
             | Self::Parameter { .. }
             | Self::TableFormat(_)
             | Self::NotJson(_)

@@ -40,6 +40,7 @@ pub mod dsocs;
 mod energy;
 mod error;
 pub(crate) mod expression;
+mod file;
 #[cfg(test)]
 mod hints;
 mod input;
@@ -69,6 +70,7 @@ mod start;
 mod sweep;
 mod table;
 mod terminal;
+mod text;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -88,6 +90,9 @@ struct Arguments {
     /// What to do.
     #[command(subcommand)]
     command: Command,
+    /// What text files are read with.
+    #[command(flatten)]
+    file: file::FileArguments,
 }
 
 /// What is said of commands that are not there.
@@ -113,6 +118,8 @@ enum Command {
     Plot(map::MapArguments),
     /// List the systems with their parameters
     List(list::ListArguments),
+    /// Write a system as a text file to standard output: what every command takes in place of a name
+    Text(text::TextArguments),
     /// Write completions for a shell to standard output
     Completions(manual::CompletionsArguments),
     /// Write a page of the manual to standard output
@@ -131,6 +138,7 @@ impl Command {
             #[cfg(feature = "sweep")]
             Self::Plot(arguments) => map::plot(arguments),
             Self::List(arguments) => list::list(arguments, program),
+            Self::Text(arguments) => text::text(arguments, program),
             Self::Completions(arguments) => manual::completions(arguments, program),
             Self::Man(arguments) => manual::man(arguments, program),
         }
@@ -147,6 +155,8 @@ struct Program {
     mistakes: Vec<Option<EntryError>>,
     /// The syntax of its arguments.
     syntax: fn() -> clap::Command,
+    /// Numbers in place of those that text files give their constants.
+    constants: Vec<(String, f64)>,
     /// Whether it is `dsocs`, whose systems have hard cases with known answers.
     #[cfg(all(feature = "dsocs", not(test)))]
     is_dsocs: bool,
@@ -155,8 +165,11 @@ struct Program {
 /// The command line over some systems: reads the arguments, carries out the command, and reports errors on standard error.
 #[must_use]
 pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
-    let program = Program::new(entries);
-    let Arguments { command } = arguments();
+    let Arguments { command, file } = arguments();
+    let program = Program {
+        constants: file.constants,
+        ..Program::new(entries)
+    };
     finish(
         program
             .verified()
@@ -258,6 +271,7 @@ impl Program {
             entries: entries.into_iter().collect(),
             mistakes: Vec::new(),
             syntax: Arguments::command,
+            constants: Vec::new(),
         }
     }
 
@@ -296,13 +310,24 @@ impl Program {
         }
     }
 
-    /// The system of a name.
+    /// The system of a name, or in a text file.
     fn find(&mut self, name: &str) -> Result<&mut Entry, CliError> {
+        let place = self.place(name)?;
+        self.at(place)
+    }
+
+    /// The place of the system of a name. One in a text file is read, and comes last.
+    fn place(&mut self, name: &str) -> Result<usize, CliError> {
         if let Some(place) = self.entries.iter().position(|entry| entry.name() == name) {
-            return self.at(place);
+            return Ok(place);
         }
-        let known = self.entries.iter().map(Entry::name);
-        Err(UnknownName::new("system", name, known).into())
+        let Some(entry) = file::entry(name, &self.constants)? else {
+            let known = self.entries.iter().map(Entry::name);
+            return Err(UnknownName::new("system", name, known).into());
+        };
+        self.mistakes.push(entry.verify().err());
+        self.entries.push(entry);
+        Ok(self.entries.len() - 1)
     }
 
     /// The systems in which nothing is wrong, for commands that take all. Those that are left out are told.
@@ -331,17 +356,20 @@ impl Program {
         if names.is_empty() {
             return Ok(self.sound());
         }
+        let mut places = Vec::new();
         for name in names {
-            self.find(name)?;
+            let place = self.place(name)?;
+            self.at(place)?;
+            places.push(place);
         }
-        let place = |entry: &Entry| names.iter().position(|name| name == entry.name());
-        let mut chosen: Vec<&mut Entry> = self
+        let mut chosen: Vec<(usize, &mut Entry)> = self
             .entries
             .iter_mut()
-            .filter(|entry| place(entry).is_some())
+            .enumerate()
+            .filter_map(|(place, entry)| Some((places.iter().position(|&chosen| chosen == place)?, entry)))
             .collect();
-        chosen.sort_by_key(|entry| place(entry));
-        Ok(chosen)
+        chosen.sort_by_key(|(wanted, _)| *wanted);
+        Ok(chosen.into_iter().map(|(_, entry)| entry).collect())
     }
 }
 

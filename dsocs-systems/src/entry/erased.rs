@@ -1,9 +1,9 @@
 //! A system of any type: all code of the command line that is made anew for every system.
 
-use dsocs_core::__private::TapeKernel;
-use dsocs_core::taylor::{AnyTaylorFlow, GlobalError};
+use dsocs_core::taylor::{AnyGlobalError, AnyTaylorFlow, GlobalError};
+use dsocs_core::text::TapeKernel;
 use dsocs_core::{
-    ComposedFlow, Composition, Kernel, Quantity, Run, RunError, SetupError, Start, System, TaylorFlow,
+    AnyComposedFlow, ComposedFlow, Composition, Kernel, Quantity, Run, RunError, SetupError, Start, System, TaylorFlow,
     Tolerance,
 };
 
@@ -89,6 +89,49 @@ fn continuous<'s, S: System<N>, const N: usize>(
         Some(h) => flow.every(h)?.into_run(),
         None => flow.into_run(),
     })
+}
+
+impl AnySystem for TapeKernel {
+    fn extra(&self) -> Vec<Quantity> {
+        Vec::new()
+    }
+
+    fn parameter(&mut self, index: usize) -> Option<&mut f64> {
+        self.parameter_mut(index)
+    }
+
+    fn copy(&self) -> Box<dyn AnySystem> {
+        Box::new(self.clone())
+    }
+
+    fn composed<'s>(
+        &'s self,
+        h: f64,
+        composition: Composition,
+        beginning: &Beginning,
+    ) -> Result<Box<dyn Run + 's>, SetupError> {
+        Ok(AnyComposedFlow::new(self, h, composition, &beginning.start())?.into_run())
+    }
+
+    fn errors<'s>(&'s self, beginning: &Beginning, until: f64) -> Result<Box<dyn Errors + 's>, RunError> {
+        Ok(Box::new(AnyGlobalError::of_tape(self, &beginning.start(), until)?))
+    }
+
+    #[cfg(feature = "sweep")]
+    fn ends(
+        &self,
+        _: &Plan,
+        _: &[Beginning],
+        _: &[lanes::Varied],
+        _: &mut dyn FnMut(usize, &Row<'_>),
+    ) -> bool {
+        false
+    }
+
+    #[cfg(feature = "sweep")]
+    fn has_lanes(&self) -> bool {
+        false
+    }
 }
 
 /// A system with its parameters, and the motions that it begins. A [`Beginning`] has to [fit](Beginning::fits).

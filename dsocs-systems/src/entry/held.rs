@@ -1,6 +1,6 @@
 //! Inputs that are held: how a run is given their values, and the continuous motion under them that errors are measured against.
 
-use dsocs_core::taylor::GlobalError;
+use dsocs_core::taylor::AnyGlobalError;
 use dsocs_core::{OwnedNode, Run, RunError, SetupError};
 
 use super::beginning::Beginning;
@@ -41,7 +41,7 @@ impl<'s> HeldErrors<'s> {
         inputs: &'s [HeldInput],
     ) -> Result<Self, SetupError> {
         // they are the same for any number of coordinates
-        let [first, second] = GlobalError::<1>::REFERENCES;
+        let [first, second] = AnyGlobalError::REFERENCES;
         let node = || OwnedNode::new(system.kernel().shape().dimension());
         Ok(Self {
             motions: [

@@ -1,7 +1,7 @@
 //! The continuous motion that errors are measured against.
 
 use dsocs_core::RunError;
-use dsocs_core::taylor::GlobalError;
+use dsocs_core::taylor::{AnyGlobalError, GlobalError};
 
 /// How far a motion is from the continuous one; see [`GlobalError`].
 pub(super) trait Errors {
@@ -16,6 +16,18 @@ impl<const N: usize> Errors for GlobalError<'_, N> {
     fn at(&mut self, t: f64, q: &[f64]) -> Result<Vec<f64>, RunError> {
         let q = q.first_chunk().unwrap_or(&[f64::NAN; N]);
         Ok(Self::at(self, t, q)?.to_vec())
+    }
+
+    fn uncertainty(&self) -> f64 {
+        Self::uncertainty(self)
+    }
+}
+
+impl Errors for AnyGlobalError<'_> {
+    fn at(&mut self, t: f64, q: &[f64]) -> Result<Vec<f64>, RunError> {
+        let mut distances = q.to_vec();
+        self.replace(t, &mut distances)?;
+        Ok(distances)
     }
 
     fn uncertainty(&self) -> f64 {

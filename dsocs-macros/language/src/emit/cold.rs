@@ -102,17 +102,19 @@ impl Expressions {
     }
 }
 
-/// `impl Source` of the declaration.
-pub(super) fn source(
+/// The tape of a declaration, and what it calls.
+pub(super) struct Cold {
+    pub(super) bytes: Vec<u8>,
+    pub(super) calls: Calls,
+}
+
+/// The tape of the declaration.
+pub(super) fn tape(
     model: &Model,
     stages: &Stages,
-    declared: (&Graph, Declared),
+    declared: (&Graph, &Declared),
     expressions: &Expressions,
-    functions: &Functions,
-) -> TokenStream {
-    let name = &model.item.ident;
-    let generics = between_threads(&model.item.generics);
-    let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
+) -> Cold {
     let mut calls = Calls::default();
     let segments = segments(model, stages, declared, expressions, &mut calls);
     let mut bytes = vec![VERSION];
@@ -121,7 +123,15 @@ pub(super) fn source(
         number(&mut bytes, segment.len());
         bytes.extend(segment);
     }
-    let tape = Literal::byte_string(&bytes);
+    Cold { bytes, calls }
+}
+
+/// `impl Source` of the declaration.
+pub(super) fn source(model: &Model, Cold { bytes, calls }: &Cold, functions: &Functions) -> TokenStream {
+    let name = &model.item.ident;
+    let generics = between_threads(&model.item.generics);
+    let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
+    let tape = Literal::byte_string(bytes);
     let arms = calls.arms(&model.graph, functions);
     let dual_arms = calls.dual_arms(&model.graph, functions);
     let call_dual = (!dual_arms.is_empty()).then(|| {
@@ -173,7 +183,7 @@ pub(super) fn source(
 fn segments(
     model: &Model,
     stages: &Stages,
-    (declared_graph, declared): (&Graph, Declared),
+    (declared_graph, declared): (&Graph, &Declared),
     expressions: &Expressions,
     calls: &mut Calls,
 ) -> Vec<Segment> {
@@ -227,7 +237,7 @@ fn segments(
     let observed: Vec<NodeId> = model.observe.iter().map(|&(_, node)| node).collect();
     let observe = of(&expressions.graph, &observed, 0);
     let [declared, fields, factors] =
-        [declared.rows, declared.fields, declared.factors].map(|nodes| of(declared_graph, &nodes, 0));
+        [&declared.rows, &declared.fields, &declared.factors].map(|nodes| of(declared_graph, nodes, 0));
     let arriving = of(&expressions.graph, &expressions.arriving, 0);
     let external = of(&expressions.graph, &model.external_forces, 0);
     let external_on_leg = of(

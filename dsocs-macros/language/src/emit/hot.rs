@@ -5,12 +5,12 @@ use std::collections::HashMap;
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
+use super::facts::Facts;
 use super::pieces::{between_threads, matrix};
 use super::program::{Place, Value};
 use super::stages::Stages;
-use crate::graph::{Graph, Leaf, NodeId};
+use crate::graph::Leaf;
 use crate::model::Model;
-use crate::passes::Unknowns;
 use crate::passes::sparse::Order;
 
 /// Where a leaf stands in the arguments of the generated methods.
@@ -46,12 +46,12 @@ fn later(stages: &Stages, outputs: &[Value]) -> (TokenStream, Vec<TokenStream>) 
 }
 
 /// `impl Compiled` of the declaration.
-pub(super) fn compiled(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> TokenStream {
+pub(super) fn compiled(model: &Model, facts: &Facts, stages: &Stages) -> TokenStream {
     let name = &model.item.ident;
     let generics = between_threads(&model.item.generics);
     let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
     let n = model.coordinates.len();
-    let types = types(model, graph, stages, unknowns);
+    let types = types(facts);
     let early = early_methods(model, stages);
     let iteration = iteration_methods(stages, n);
     let report = report_method(model, stages);
@@ -73,33 +73,30 @@ pub(super) fn compiled(model: &Model, graph: &Graph, stages: &Stages, unknowns: 
 }
 
 /// The associated types, all arrays of literal sizes, and what kind of rows there are.
-fn types(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> TokenStream {
-    let affine = |&entry: &NodeId| graph.leaves(entry).all(|leaf| !matches!(leaf, Leaf::Z(_)));
-    let linear = unknowns.jacobian.iter().flatten().all(affine);
-    let is_unknown = |leaf| matches!(leaf, Leaf::Z(_));
-    let jumps = |&row: &NodeId| graph.deciding(row).any(is_unknown) || graph.calls_with(row, is_unknown);
-    let jumps = unknowns.rows.iter().any(jumps);
-    let moves = |leaf| matches!(leaf, Leaf::N(_) | Leaf::D(_) | Leaf::P(_) | Leaf::Z(_));
-    let mut solved = unknowns.rows.iter().chain(&unknowns.second_difference);
-    let piecewise = solved.any(|&value| graph.deciding(value).any(moves));
-    let scaled = unknowns.scaled(graph);
-    let divided = (model.constraints.iter()).any(|row| row.divided || row.divide.is_some());
-    let n = model.coordinates.len();
+fn types(facts: &Facts) -> TokenStream {
+    let Facts {
+        linear,
+        jumps,
+        piecewise,
+        scaled,
+        divided,
+        ..
+    } = facts;
     let [parameters, m, constants, known, motion] = [
-        model.parameters.len(),
-        unknowns.kept.len(),
-        stages.constants_count() + past_count(model),
-        stages.known.len(),
-        n + model.multipliers(),
+        facts.parameters,
+        facts.unknowns,
+        facts.constants,
+        facts.known,
+        facts.motion,
     ]
     .map(Literal::usize_unsuffixed);
     // what is empty has its default
-    let places = |name: TokenStream, places: Vec<usize>| {
+    let places = |name: TokenStream, places: &[usize]| {
         let literals = places.iter().copied().map(Literal::usize_unsuffixed);
         (!places.is_empty()).then(|| quote!(const #name: &'static [usize] = &[#(#literals),*];))
     };
-    let of_positions = places(quote!(OF_POSITIONS), model.parameters_of_positions());
-    let of_rates = places(quote!(OF_RATES), model.parameters_of_rates());
+    let of_positions = places(quote!(OF_POSITIONS), &facts.of_positions);
+    let of_rates = places(quote!(OF_RATES), &facts.of_rates);
     quote! {
         #of_positions
         #of_rates

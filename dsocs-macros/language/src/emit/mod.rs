@@ -7,6 +7,8 @@
 //! [`system`] puts everything together.
 
 mod cold;
+mod data;
+mod facts;
 mod functions;
 mod hot;
 pub(crate) mod jets;
@@ -17,7 +19,8 @@ mod program;
 mod stages;
 mod system;
 
-pub(crate) use system::expand;
+pub use data::{Call, Data, Quantity};
+pub(crate) use system::{data, expand};
 
 #[cfg(test)]
 mod tests;

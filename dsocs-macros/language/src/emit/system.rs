@@ -1,16 +1,19 @@
 //! The struct with all of its implementations.
 
-use proc_macro2::{Literal, TokenStream};
+use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
 
 use super::cold::{self, Declared, Expressions};
+use super::data::Data;
+use super::facts::Facts;
 use super::functions::Functions;
 use super::kernel::{self, kernel};
 use super::pieces::between_threads;
 use super::stages::{Energy, Stages};
 use super::{hot, jets};
-use crate::mechanics::{self, Symmetry};
-use crate::model::{Kind, Model, ParameterField, Warning, plain};
+use crate::graph::Graph;
+use crate::mechanics;
+use crate::model::{Model, ParameterField, Warning, plain};
 use crate::passes;
 
 /// The struct as the user wrote it, and its `impl System`.
@@ -58,8 +61,18 @@ fn warning(warning: &Warning) -> TokenStream {
     }
 }
 
-/// The implementations of the declaration, hot and cold.
-fn system(model: &Model) -> TokenStream {
+/// The step of a declaration, and all that is known of it.
+struct Assembled<'a> {
+    model: &'a Model,
+    facts: Facts,
+    stages: Stages<'a>,
+    graph: &'a Graph,
+    declared: Declared,
+    expressions: &'a Expressions,
+}
+
+/// Assembles the step of a declaration, and makes something of it.
+fn assembled<R>(model: &Model, make: impl FnOnce(Assembled<'_>) -> R) -> R {
     let mut graph = model.graph.clone();
     let step = mechanics::step(model, &mut graph);
     let unknowns = passes::step(&mut graph, &step.rows, model.coordinates.len(), step.multipliers);
@@ -67,15 +80,46 @@ fn system(model: &Model) -> TokenStream {
     let expressions = Expressions::new(model);
     let energy = Energy::new(expressions.graph(), expressions.energy);
     let stages = Stages::new(&graph, &step, &unknowns, energy);
-    let metadata = metadata(model);
-    let compiled = hot::compiled(model, &graph, &stages, &unknowns);
+    make(Assembled {
+        model,
+        facts: Facts::new(model, &graph, &stages, &unknowns),
+        stages,
+        graph: &graph,
+        declared,
+        expressions: &expressions,
+    })
+}
+
+/// The declaration as data, for an engine that runs it without a compiler.
+pub(crate) fn data(model: &Model) -> Data {
+    let together = passes::together(model);
+    let model = together.as_ref().unwrap_or(model);
+    assembled(model, |all| {
+        let cold = cold::tape(model, &all.stages, (all.graph, &all.declared), all.expressions);
+        Data::new(model, all.facts, cold, all.stages.sparse)
+    })
+}
+
+/// The implementations of the declaration, hot and cold.
+fn system(model: &Model) -> TokenStream {
+    assembled(model, |all| code(&all))
+}
+
+/// The code of an assembled declaration.
+fn code(all: &Assembled<'_>) -> TokenStream {
+    let Assembled {
+        model, facts, stages, ..
+    } = all;
+    let metadata = metadata(model, facts);
+    let compiled = hot::compiled(model, facts, stages);
     let functions = Functions::new(model);
-    let source = cold::source(model, &stages, (&graph, declared), &expressions, &functions);
+    let tape = cold::tape(model, stages, (all.graph, &all.declared), all.expressions);
+    let source = cold::source(model, &tape, &functions);
     let functions = functions.methods(model);
     let kind = kernel::Kind {
-        third_order: model.order() > 2,
+        third_order: facts.order > 2,
         sparse: stages.sparse.is_some(),
-        scaled: unknowns.scaled(&graph),
+        scaled: facts.scaled,
     };
     let kernel = kernel(
         &model.item.ident,
@@ -93,7 +137,7 @@ fn system(model: &Model) -> TokenStream {
 }
 
 /// The `impl System`: names, and access to the parameters by their place.
-fn metadata(model: &Model) -> TokenStream {
+fn metadata(model: &Model, facts: &Facts) -> TokenStream {
     let name = &model.item.ident;
     let generics = between_threads(&model.item.generics);
     let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
@@ -109,19 +153,18 @@ fn metadata(model: &Model) -> TokenStream {
         let others = model.others.iter().map(|(name, ty)| quantity(name, ty));
         quote!(const OTHERS: &'static [::dsocs_core::Quantity] = &[#(#others),*];)
     });
-    let (own_name, doc) = (plain(name), &model.docs.system);
-    let symmetry = symmetry(model);
-    let depends_on_time = model.depends_on_time();
-    let order = (model.order() > 2).then(|| {
-        let order = Literal::usize_unsuffixed(model.order());
+    let (own_name, doc, text) = (plain(name), &model.docs.system, &model.text);
+    let symmetry = Ident::new(facts.symmetry.name(), Span::call_site());
+    let order = (facts.order > 2).then(|| {
+        let order = Literal::usize_unsuffixed(facts.order);
         quote!(const ORDER: usize = #order;)
     });
-    let forced = !model.external_forces.is_empty();
+    let (depends_on_time, forced) = (facts.depends_on_time, facts.external_forces);
     let [forms, holonomic, nonholonomic, kinematic] = [
-        model.forms.len(),
-        model.count(Kind::Holonomic),
-        model.count(Kind::Nonholonomic),
-        model.count(Kind::Kinematic),
+        facts.forms,
+        facts.holonomic,
+        facts.nonholonomic,
+        facts.kinematic,
     ]
     .map(Literal::usize_unsuffixed);
     let indices: Vec<_> = (0..model.parameters.len())
@@ -134,6 +177,7 @@ fn metadata(model: &Model) -> TokenStream {
         impl #impl_generics ::dsocs_core::System<#n> for #name #type_generics #where_clause {
             const NAME: &'static str = #own_name;
             const DOC: &'static str = #doc;
+            const DECLARATION: &'static str = #text;
             const COORDINATES: [::dsocs_core::Quantity; #n] = [#(#coordinates),*];
             const PARAMETERS: &'static [::dsocs_core::Quantity] = &[#(#parameters),*];
             #others
@@ -165,18 +209,5 @@ fn metadata(model: &Model) -> TokenStream {
                 }
             }
         }
-    }
-}
-
-/// Whether the step is symmetric: a variant of `dsocs_core::Symmetry`.
-fn symmetry(model: &Model) -> TokenStream {
-    match Symmetry::decide(model) {
-        Symmetry::AnyLegs => quote!(AnyLegs),
-        Symmetry::Momenta => quote!(Momenta),
-        Symmetry::LowerOrder => quote!(LowerOrder),
-        Symmetry::ThirdOrder => quote!(ThirdOrder),
-        Symmetry::LagrangianMap => quote!(LagrangianMap),
-        Symmetry::KinematicMap => quote!(KinematicMap),
-        Symmetry::VariationalMap => quote!(VariationalMap),
     }
 }

@@ -176,6 +176,24 @@ pub(crate) enum Callee {
 }
 
 impl Callee {
+    /// The name of the table of samples whose value this is: `wind` of `self.wind.at`.
+    pub(crate) fn of_samples(&self) -> Option<String> {
+        let Self::Function(tokens) = self else { return None };
+        let trees: Vec<String> = tokens.clone().into_iter().map(|tree| tree.to_string()).collect();
+        match trees.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
+            ["self", ".", name, ".", "at"] => Some((*name).to_owned()),
+            _ => None,
+        }
+    }
+
+    /// The function as it is written.
+    pub(crate) fn written(&self) -> String {
+        match self {
+            Self::Function(tokens) => tokens.to_string().replace(' ', ""),
+            Self::Method(name) => name.to_string(),
+        }
+    }
+
     /// The place of the function's name in the user's source.
     pub(crate) fn span(&self) -> Span {
         match self {

@@ -9,9 +9,9 @@ use super::elsewhere::is_module;
 use super::lowering::{Lowered, Lowering, Origin};
 use crate::errors::Reported;
 use crate::graph::{Callee, NodeId};
-use crate::input::{Kind, place};
+use crate::input::{Field, Kind, place};
 use crate::names::Binding;
-use crate::nearest::did_you_mean;
+use crate::nearest::{did_you_mean, nearest};
 use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {
@@ -48,6 +48,10 @@ impl Lowering<'_> {
                         "expected a function, but `{name}` is a number; a product is written with `*`, and what depends on time or \
                          position is a function of yours, such as `table.at(t)`"
                     );
+                    return Err(self.errors.at(name, message));
+                }
+                Some(Binding::Field(index)) if self.is_table_at(*index) => {
+                    let message = format!("`{name}` is a table of samples; expected its value at a place, `{name}.at(t)`");
                     return Err(self.errors.at(name, message));
                 }
                 Some(Binding::Field(_)) if !self.is_closed(whole) => {
@@ -104,6 +108,12 @@ impl Lowering<'_> {
                 ));
             }
         }
+        if !self.fields.have_compiler() {
+            return Err(match plain_name(&call.func) {
+                Some(name) => self.unknown_function(name),
+                None => self.needs_compiler(&call.func),
+            });
+        }
         if self.is_closed(whole) {
             return self.param(whole);
         }
@@ -133,10 +143,18 @@ impl Lowering<'_> {
         {
             return self.builtin(builtin, &call.method, &call.receiver, &arguments);
         }
-        if self.is_closed(whole) {
+        if let Some(table) = self.table(&call.receiver) {
+            if call.method != "at" || arguments.len() != 1 {
+                let message = format!("expected the value of the samples at one place, `{table}.at(t)`");
+                return Err(self.errors.at(&call.method, message));
+            }
+            let (place, dot, method) = (place(table), &call.dot_token, &call.method);
+            return self.opaque(Callee::Function(quote!(#place #dot #method)), None, &arguments);
+        }
+        if self.fields.have_compiler() && self.is_closed(whole) {
             return self.param(whole);
         }
-        if self.is_closed(&call.receiver) {
+        if self.fields.have_compiler() && self.is_closed(&call.receiver) {
             let receiver = self.closed(&call.receiver)?;
             let (dot, method, turbofish) = (&call.dot_token, &call.method, &call.turbofish);
             let callee: TokenStream = quote!(#receiver #dot #method #turbofish);
@@ -167,7 +185,45 @@ impl Lowering<'_> {
                 ),
             ));
         }
+        if !self.fields.have_compiler() {
+            let hint = did_you_mean(&name, Builtin::names());
+            return Err(self.errors.at(
+                &call.method,
+                format!("numbers have no method `{name}` here{hint}"),
+            ));
+        }
         self.opaque(Callee::Method(call.method.clone()), Some(receiver), &arguments)
+    }
+
+    /// Whether a field is a table of samples of a declaration that no compiler reads.
+    fn is_table_at(&self, index: usize) -> bool {
+        !self.fields.have_compiler() && self.fields.get(index).is_some_and(Field::is_table)
+    }
+
+    /// The table of samples that an expression is, in a declaration that no compiler reads.
+    fn table<'e>(&self, expr: &'e Expr) -> Option<&'e Ident> {
+        let name = plain_name(bare(expr))?;
+        match self.scope.get(name) {
+            Some(Binding::Field(index)) => self.is_table_at(*index).then_some(name),
+            _ => None,
+        }
+    }
+
+    /// What to say about a function that is none of the language and none of the declaration.
+    fn unknown_function(&self, name: &Ident) -> Reported {
+        let text = name.to_string();
+        let own = nearest(&text, self.functions.iter().map(String::as_str));
+        let message = match (own, nearest(&text, Builtin::names())) {
+            (Some(near), _) => format!("no function `{text}` is known here; did you mean `{near}`?"),
+            (None, Some(near)) => {
+                format!("no function `{text}` is known here; did you mean the method `.{near}(…)`?")
+            }
+            (None, None) => format!(
+                "no function `{text}` is known here; a function of your own is written `let {text} = |x| …;`, and no compiler reads this \
+                 text, so that it cannot be one of Rust"
+            ),
+        };
+        self.errors.at(name, message)
     }
 
     /// The module of functions that an expression would be elsewhere: `np` in `np.sin(x)`.

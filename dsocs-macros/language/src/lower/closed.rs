@@ -11,7 +11,7 @@ use super::lowering::Lowering;
 use crate::errors::Reported;
 use crate::input::place;
 use crate::names::{Binding, RESERVED};
-use crate::syntax::plain_name;
+use crate::syntax::{bare, plain_name};
 
 /// Looks for something of the motion or of the language.
 struct Search<'s, 'l> {
@@ -59,9 +59,23 @@ impl Lowering<'_> {
             bound: bound.0,
             wrong: None,
         };
-        let mut expr = expr.clone();
-        rewrite.visit_expr_mut(&mut expr);
-        rewrite.wrong.map_or_else(|| Ok(expr.into_token_stream()), Err)
+        let mut rewritten = expr.clone();
+        rewrite.visit_expr_mut(&mut rewritten);
+        if let Some(reported) = rewrite.wrong {
+            return Err(reported);
+        }
+        if !self.fields.have_compiler() && !is_element(expr) {
+            return Err(self.needs_compiler(expr));
+        }
+        Ok(rewritten.into_token_stream())
+    }
+}
+
+/// Whether an expression is an element of a parameter's array.
+fn is_element(expr: &Expr) -> bool {
+    match bare(expr) {
+        Expr::Index(index) => plain_name(bare(&index.expr)).is_some(),
+        _ => false,
     }
 }
 
@@ -95,13 +109,13 @@ impl Rewrite<'_, '_> {
         if let Err(reported) = self.lowering.check_free_name(name) {
             self.wrong = Some(reported);
         }
-        is_of_circle(name).then(|| free(name))
+        is_of_circle(name).then(|| free(name, self.lowering.fields.have_compiler()))
     }
 }
 
 /// A name that is none of the declaration's: a constant of the user's module, or one of the circle, which need not be imported.
-pub(super) fn free(name: &Ident) -> TokenStream {
-    if !is_of_circle(name) {
+pub(super) fn free(name: &Ident, have_compiler: bool) -> TokenStream {
+    if !have_compiler || !is_of_circle(name) {
         return name.to_token_stream();
     }
     // what the user's module calls so comes first
@@ -118,8 +132,17 @@ pub(super) fn free(name: &Ident) -> TokenStream {
 }
 
 /// Whether a name is that of a constant of the circle.
-fn is_of_circle(name: &Ident) -> bool {
-    name == "PI" || name == "TAU"
+pub(super) fn is_of_circle(name: &Ident) -> bool {
+    circle(&name.to_string()).is_some()
+}
+
+/// The value of a constant of the circle.
+pub(crate) fn circle(name: &str) -> Option<f64> {
+    match name {
+        "PI" | "pi" => Some(core::f64::consts::PI),
+        "TAU" | "tau" => Some(core::f64::consts::TAU),
+        _ => None,
+    }
 }
 
 impl Rewrite<'_, '_> {

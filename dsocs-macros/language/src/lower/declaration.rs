@@ -100,6 +100,7 @@ pub(crate) fn model(
         warnings: Vec::new(),
         docs: docs(declaration, item, &observe),
         core: declaration.core.given().cloned(),
+        text: String::new(),
         item: item.clone(),
         coordinates: coordinates.clone(),
         parameters,

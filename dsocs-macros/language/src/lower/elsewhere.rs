@@ -68,8 +68,8 @@ pub(super) fn of_method(name: &str) -> Option<&'static str> {
 /// The constant that is meant by another name of it.
 pub(super) fn constant(name: &str) -> Option<&'static str> {
     match name {
-        "pi" | "Pi" | "π" => Some("PI"),
-        "tau" | "Tau" | "τ" => Some("TAU"),
+        "Pi" | "π" => Some("pi"),
+        "Tau" | "τ" => Some("tau"),
         _ => None,
     }
 }

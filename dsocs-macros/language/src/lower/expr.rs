@@ -4,7 +4,7 @@ use proc_macro2::Ident;
 use quote::{ToTokens, quote};
 use syn::{BinOp, Block, Expr, ExprField, ExprIf, ExprLit, ExprPath, Lit, Member, Stmt, UnOp};
 
-use super::closed::free;
+use super::closed::{free, is_of_circle};
 use super::lowering::{Lowered, Lowering};
 use super::wrong::{is_zero, not_a_number};
 use crate::errors::Reported;
@@ -16,7 +16,7 @@ use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {
     /// The value of an expression (in a map: its component [`Lowering::component`]).
-    pub(super) fn expr(&mut self, expr: &Expr) -> Lowered {
+    pub(crate) fn expr(&mut self, expr: &Expr) -> Lowered {
         match expr {
             Expr::Paren(inner) => self.expr(&inner.expr),
             Expr::Group(inner) => self.expr(&inner.expr),
@@ -80,7 +80,8 @@ impl Lowering<'_> {
     fn path(&mut self, path: &ExprPath) -> Lowered {
         let name = match path.path.get_ident() {
             Some(name) if path.qself.is_none() => name,
-            _ => return Ok(self.graph.param(path.to_token_stream())),
+            _ if self.fields.have_compiler() => return Ok(self.graph.param(path.to_token_stream())),
+            _ => return Err(self.needs_compiler(path)),
         };
         let node = match self.scope.get(name) {
             Some(Binding::Field(index)) => {
@@ -141,8 +142,10 @@ impl Lowering<'_> {
                 self.graph.leaf(Leaf::H)
             }
             None => {
-                self.check_free_name(name)?;
-                self.graph.param(free(name))
+                if !is_of_circle(name) {
+                    self.check_free_name(name)?;
+                }
+                self.graph.param(free(name, self.fields.have_compiler()))
             }
         };
         Ok(node)

@@ -116,7 +116,7 @@ impl Lowering<'_> {
     }
 
     /// The entries of a list, each at its indices. The first mistake in one that stands for several is told for all of these.
-    pub(super) fn each<T>(
+    pub(crate) fn each<T>(
         &mut self,
         entries: &[Entry],
         mut lower: impl FnMut(&mut Self, &Expr) -> Result<T, Reported>,

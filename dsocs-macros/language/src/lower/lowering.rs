@@ -13,7 +13,7 @@ use crate::names::{Binding, Scope};
 use crate::syntax::bare;
 
 /// A node, unless a mistake was reported.
-pub(super) type Lowered = Result<NodeId, Reported>;
+pub(crate) type Lowered = Result<NodeId, Reported>;
 
 /// Where a derivative enters an expression.
 #[derive(Clone, Debug)]
@@ -23,8 +23,8 @@ pub(super) struct Origin {
 }
 
 /// The state of the pass.
-pub(super) struct Lowering<'d> {
-    pub(super) graph: Graph,
+pub(crate) struct Lowering<'d> {
+    pub(crate) graph: Graph,
     pub(super) fields: &'d Fields,
     /// The coordinates as they were declared.
     pub(super) groups: &'d [Group],
@@ -65,7 +65,7 @@ pub(super) struct Nodes {
 
 impl<'d> Lowering<'d> {
     /// The state before the first `let`.
-    pub(super) fn new(
+    pub(crate) fn new(
         declaration: &Declaration,
         groups: &'d [Group],
         coordinates: &'d [Ident],

@@ -20,4 +20,6 @@ mod unused;
 mod wrong;
 
 pub(crate) use builtin::Builtin;
+pub(crate) use closed::circle;
 pub(crate) use declaration::model;
+pub(crate) use lowering::Lowering;

@@ -86,7 +86,7 @@ impl Lowering<'_> {
                 format!("no name `{text}` is known here; did you mean `{}`?", constant(&text).unwrap_or_default())
             }
             "self" => "expected the parameter by its name alone, without `self`".to_owned(),
-            _ if text.starts_with(|first: char| first.is_uppercase()) => return Ok(()),
+            _ if self.fields.have_compiler() && text.starts_with(|first: char| first.is_uppercase()) => return Ok(()),
             _ if self.later.contains(&text) => {
                 format!("`{text}` is defined further down; expected its `let` before this use")
             }
@@ -108,6 +108,13 @@ impl Lowering<'_> {
             }
         };
         Err(self.errors.at(name, message))
+    }
+
+    /// Refuses what only a compiler can make sense of.
+    pub(super) fn needs_compiler(&self, tokens: impl ToTokens) -> Reported {
+        let message = "this is Rust beyond the language of declarations, and no compiler reads this text; expected numbers, parameters, `let`s \
+                       and the functions of the language: write a function as `let f = |x| …;`, and data as samples";
+        self.errors.at(tokens, message)
     }
 
     /// The derivative that a name like `x_dot`, `xdot`, `dx` or `x_ddot` stands for elsewhere.

@@ -33,7 +33,7 @@ pub(crate) use lower_order::{pair, phase};
 pub(crate) use nodes::PointNodes;
 pub(crate) use sides::{Sides, sides};
 pub(crate) use step::{StepEquations, step};
-pub(crate) use symmetry::Symmetry;
+pub use symmetry::Symmetry;
 
 #[cfg(test)]
 mod tests;

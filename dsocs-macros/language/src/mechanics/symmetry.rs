@@ -16,9 +16,11 @@ use crate::graph::algebra::Merge;
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::model::{Model, PairPoint, TriplePoint};
 
-/// The answer: a variant of `dsocs_core::Symmetry`.
+/// Whether steps of different lengths can be composed, or why not: a variant of `dsocs_core::Symmetry`, which says what each is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Symmetry {
+#[non_exhaustive]
+#[allow(missing_docs, reason = "what each is, dsocs_core says")]
+pub enum Symmetry {
     AnyLegs,
     Momenta,
     LowerOrder,
@@ -26,6 +28,22 @@ pub(crate) enum Symmetry {
     LagrangianMap,
     KinematicMap,
     VariationalMap,
+}
+
+impl Symmetry {
+    /// The name of the variant.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AnyLegs => "AnyLegs",
+            Self::Momenta => "Momenta",
+            Self::LowerOrder => "LowerOrder",
+            Self::ThirdOrder => "ThirdOrder",
+            Self::LagrangianMap => "LagrangianMap",
+            Self::KinematicMap => "KinematicMap",
+            Self::VariationalMap => "VariationalMap",
+        }
+    }
 }
 
 impl Symmetry {

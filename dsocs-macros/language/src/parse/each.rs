@@ -11,7 +11,7 @@ use crate::syntax::{bare, plain_name};
 const MOST: usize = 10_000;
 
 /// The entries of a list's elements.
-pub(super) fn entries(
+pub(crate) fn entries(
     elements: impl IntoIterator<Item = Expr>,
     errors: &Errors,
 ) -> Result<Vec<Entry>, Reported> {

@@ -19,6 +19,7 @@ mod values;
 use self::lets::read_let;
 use self::values::{read_factor, read_fields, read_map, read_names, read_path, read_rows};
 
+pub(crate) use self::each::entries;
 pub(crate) use self::lets::plain_let;
 
 /// The words that a statement can begin with, apart from `let`.
@@ -102,10 +103,10 @@ fn only_documentation(attributes: &[Attribute], errors: &Errors) {
 }
 
 /// Parsing and lowering go as deep as the expression; beyond this depth the compiler's stack might not.
-const DEEPEST: usize = 100;
+pub(crate) const DEEPEST: usize = 100;
 
 /// The first token beyond a depth of parentheses, prefixes like `-` and method calls.
-fn too_deep(tokens: &TokenStream, left: usize) -> Option<TokenTree> {
+pub(crate) fn too_deep(tokens: &TokenStream, left: usize) -> Option<TokenTree> {
     let mut prefixes = 0;
     for tree in tokens.clone() {
         match &tree {
@@ -303,8 +304,8 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
         }
         "branch" => {
             let entries = match value {
-                Expr::Array(array) => each::entries(array.elems, errors),
-                factor => each::entries([factor], errors),
+                Expr::Array(array) => entries(array.elems, errors),
+                factor => entries([factor], errors),
             };
             let branch = entries.map(|entries| Branch {
                 keyword,

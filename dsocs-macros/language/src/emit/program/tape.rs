@@ -7,7 +7,9 @@ use quote::quote;
 
 use super::schedule::Product;
 use super::{Given, Op, Program, Stored, Value};
+use crate::emit::data::Call;
 use crate::emit::functions::Functions;
+use crate::lower::circle;
 use crate::graph::{Comparison, Graph, Leaf, Param, Unary};
 
 /// The byte of the first function.
@@ -35,6 +37,32 @@ impl Calls {
             self.0.push(called);
             self.0.len() - 1
         })
+    }
+
+    /// What is called, for an engine that has no compiler.
+    pub(crate) fn asked(&self, graph: &Graph) -> Vec<Call> {
+        let calls = self.0.iter();
+        calls
+            .map(|called| match called {
+                Called::Function { callee, wrt, .. } => {
+                    let callee = graph.callee(*callee);
+                    match callee.of_samples() {
+                        Some(name) => Call::Samples {
+                            name,
+                            derivative: wrt.len(),
+                        },
+                        None => Call::Rust(callee.written()),
+                    }
+                }
+                Called::Expression(param) => {
+                    let tokens = match graph.read_param(*param) {
+                        Param::Expression(tokens) => tokens.to_string(),
+                        Param::Number(place) => place.to_string(),
+                    };
+                    circle(&tokens).map_or(Call::Rust(tokens), Call::Number)
+                }
+            })
+            .collect()
     }
 
     /// The arms that evaluate the calls, with the arguments as plain numbers.

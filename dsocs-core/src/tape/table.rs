@@ -1,0 +1,56 @@
+//! Calls that are data: numbers, and tables of samples.
+
+use std::sync::Arc;
+
+use super::evaluate::Number;
+use crate::number::scalar::Scalar;
+use crate::samples::Samples;
+
+/// A call of a tape that is data.
+#[derive(Clone, Debug)]
+pub enum TapeCall {
+    /// A number, without arguments.
+    Number(f64),
+    /// The derivative of some order of a table of samples, at its one argument.
+    Samples {
+        /// The table.
+        samples: Arc<Samples>,
+        /// The order; 0 is the value.
+        derivative: usize,
+    },
+}
+
+impl TapeCall {
+    /// The value at an argument. The operations are those of [`Samples::at`] with dual numbers, in their order.
+    pub(crate) fn value<T: Number>(&self, argument: Option<T>) -> T {
+        let (samples, derivative, x) = match (self, argument) {
+            (Self::Number(value), _) => return T::splat(*value),
+            (Self::Samples { samples, derivative }, Some(x)) => (samples, *derivative, x),
+            (Self::Samples { .. }, None) => return T::splat(f64::NAN),
+        };
+        let [from, a, b, c, d] = x.polynomial(samples);
+        let x = x - from;
+        let rows = (x * d + c) * x + b;
+        match derivative {
+            0 => rows * x + a,
+            1 => (d * x + (x * d + c)) * x + rows,
+            2 => {
+                let slope = d * x + (x * d + c);
+                (d + d) * x + slope + slope
+            }
+            3 => {
+                let twice = d + d;
+                twice + twice + twice
+            }
+            _ => T::splat(0.0) * x,
+        }
+    }
+}
+
+/// The polynomial of samples at a number, of each of its lanes.
+pub(super) fn polynomial<T: Scalar>(x: T, samples: &Samples) -> [T; 5] {
+    T::from_lanes(|lane| {
+        let x = x.lane(lane);
+        samples.polynomial(samples.places().partition_point(|&place| place <= x))
+    })
+}

@@ -1,0 +1,228 @@
+//! Systems that are read from text when a program runs, without a compiler.
+//!
+//! A text says what a Rust file would say: the parameters with their values, then the body of the attribute `#[dsocs { … }]`, word for word.
+//!
+//! ```
+//! use dsocs_core::{AnyFlow, AnyStart, Run, text::Text};
+//!
+//! let text = Text::parse(
+//!     "swing",
+//!     "//! A pendulum.
+//!      parameters {
+//!          /// The length of the rod [m]
+//!          length = 2.0,
+//!      }
+//!      coordinates(theta);
+//!      lagrangian = dot(theta).powi(2) / 2 + 9.81 / length * theta.cos();
+//!      run { start = ([pi / 2], [0]); step = 0.01; until = 5.0; }",
+//! )?;
+//! let mut flow = AnyFlow::new(&text.system, 0.01, &AnyStart::second_order(&[1.0], &[0.0]))?;
+//! flow.to(5.0)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What is read is a [`TapeKernel`], which goes wherever a [`Kernel`](crate::Kernel) does. It gives the bits of the compiled system.
+//!
+//! A text runs nothing but its declaration. It may name files of samples, which are read: [`Text::parse`] refuses them, [`Text::read`] looks for them in
+//! the folder of the text.
+
+mod error;
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use dsocs_language::{Call, Curve, Data};
+
+pub use dsocs_language::{Mistake, Run};
+pub use crate::kernel::{TapeError, TapeKernel};
+pub use error::TextError;
+
+use crate::samples::{Samples, SamplesError};
+use crate::solve::sparse::Sparse;
+use crate::tape::quantity::Quantity;
+use crate::tape::{Shape, Symmetry, Tape, TapeCall};
+
+/// The stack on which a text is read: expressions may be nested.
+const STACK: usize = 64 << 20;
+
+/// A system that was read from a text, and what the text says of runs.
+#[derive(Debug)]
+pub struct Text {
+    /// The system, with the values of its parameters.
+    pub system: TapeKernel,
+    /// What is run.
+    pub runs: Vec<Run>,
+    /// What is declared and has no effect.
+    pub warnings: Vec<Mistake>,
+}
+
+impl Text {
+    /// Reads a system from a text without files. `name` is what it is called.
+    ///
+    /// # Errors
+    ///
+    /// [`TextError`] with all mistakes of the text.
+    pub fn parse(name: &str, text: &str) -> Result<Self, TextError> {
+        Self::with(name, text, None, &[])
+    }
+
+    /// Reads a system from a file, whose name without its ending is that of the system. Files that it names are looked for beside it.
+    ///
+    /// # Errors
+    ///
+    /// [`TextError`] if a file cannot be read, or with all mistakes of the text.
+    pub fn read(file: impl AsRef<Path>) -> Result<Self, TextError> {
+        Self::read_with(file, &[])
+    }
+
+    /// The same with numbers in place of those that the text gives its constants (`const n = 3;`).
+    ///
+    /// # Errors
+    ///
+    /// As [`Text::read`]; also for a constant that the text does not have.
+    pub fn read_with(file: impl AsRef<Path>, constants: &[(String, f64)]) -> Result<Self, TextError> {
+        let file = file.as_ref();
+        let bytes = error::bytes(file)?;
+        let name = file.file_stem().map_or_else(|| "system".into(), |stem| stem.to_string_lossy());
+        let text = String::from_utf8(bytes).map_err(|error| TextError::Utf8 {
+            file: file.to_owned(),
+            at: error.utf8_error().valid_up_to(),
+        })?;
+        let folder = file.parent().unwrap_or(Path::new(""));
+        Self::with(&name, &text, Some(folder), constants).map_err(|error| error.in_file(file))
+    }
+
+    /// Reads a text whose files are in a folder, if it may name any.
+    fn with(
+        name: &str,
+        text: &str,
+        folder: Option<&Path>,
+        constants: &[(String, f64)],
+    ) -> Result<Self, TextError> {
+        let read = || {
+            let read = dsocs_language::read(name, text, constants);
+            read.map(|read| {
+                let warnings = read.model.warnings();
+                (read.model.data(), read.values, read.tables, read.runs, warnings)
+            })
+        };
+        // on a thread of its own: nothing of what was read stays behind in this one
+        let thread = std::thread::scope(|scope| {
+            let thread = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, read);
+            thread.map(|thread| thread.join())
+        });
+        let (data, values, tables, runs, warnings) = match thread {
+            Ok(Ok(Ok(read))) => read,
+            Ok(Ok(Err(mistakes))) => return Err(TextError::mistakes(name, text, mistakes)),
+            Ok(Err(_)) => return Err(TextError::Panic),
+            Err(error) => return Err(TextError::Thread(error.to_string())),
+        };
+        let mut found = HashMap::new();
+        for (parameter, file, curve) in tables {
+            found.insert(parameter, samples(folder, &file, curve)?);
+        }
+        Ok(Self {
+            system: system(data, values, &found)?,
+            runs,
+            warnings,
+        })
+    }
+}
+
+/// The samples in a file.
+fn samples(folder: Option<&Path>, file: &str, curve: Curve) -> Result<Arc<Samples>, TextError> {
+    let Some(folder) = folder else {
+        return Err(TextError::Files { file: file.to_owned() });
+    };
+    let path = folder.join(file);
+    error::bytes(&path)?;
+    let samples = Samples::read(path).and_then(|samples| match curve {
+        Curve::Linear => Samples::linear(samples),
+        Curve::Monotone => Samples::monotone(samples),
+        _ => Samples::cubic(samples),
+    });
+    samples.map(Arc::new).map_err(|cause: SamplesError| TextError::Samples {
+        file: file.to_owned(),
+        cause,
+    })
+}
+
+/// The system that data declare.
+fn system(
+    data: Data,
+    values: Vec<f64>,
+    tables: &HashMap<String, Arc<Samples>>,
+) -> Result<TapeKernel, TextError> {
+    let calls = data.calls.iter().map(|call| match call {
+        Call::Number(value) => Some(TapeCall::Number(*value)),
+        Call::Samples { name, derivative } => tables.get(name).map(|samples| TapeCall::Samples {
+            samples: Arc::clone(samples),
+            derivative: *derivative,
+        }),
+        _ => None,
+    });
+    let calls = calls.collect::<Option<Vec<_>>>().ok_or(TextError::Panic)?;
+    let sparse = data.sparse.as_ref().and_then(|[entries, pivots]| {
+        let narrow = |places: &[[usize; 2]]| {
+            let places = places.iter();
+            let places = places.map(|&[row, column]| Some([u16::try_from(row).ok()?, u16::try_from(column).ok()?]));
+            places.collect::<Option<Vec<_>>>()
+        };
+        Sparse::owned(data.unknowns, narrow(entries)?, narrow(pivots)?)
+    });
+    let tape = Tape::owned(data.tape.clone()).map_err(|_| TextError::Panic)?;
+    let kernel = TapeKernel::with_calls(tape, shape(data), values, calls).map_err(TextError::Tape)?;
+    match sparse {
+        Some(sparse) => kernel.sparse(sparse).map_err(TextError::Tape),
+        None => Ok(kernel),
+    }
+}
+
+/// The shape that data tell.
+fn shape(data: Data) -> Shape {
+    let quantity = |of: dsocs_language::Quantity| Quantity {
+        name: of.name.into(),
+        doc: of.doc.into(),
+    };
+    let quantities = |all: Vec<dsocs_language::Quantity>| all.into_iter().map(quantity).collect::<Vec<_>>();
+    Shape {
+        name: data.itself.name.into(),
+        doc: data.itself.doc.into(),
+        declaration: data.declaration.into(),
+        increments: data.coordinates.len(),
+        coordinates: quantities(data.coordinates).into(),
+        parameters: quantities(data.parameters).into(),
+        others: quantities(data.others).into(),
+        observables: quantities(data.observables).into(),
+        unknowns: data.unknowns,
+        motion: data.motion,
+        constants: data.constants,
+        known: data.known,
+        order: data.order,
+        holonomic: data.holonomic,
+        nonholonomic: data.nonholonomic,
+        kinematic: data.kinematic,
+        forms: data.forms,
+        third_order: data.third_order.into(),
+        of_positions: data.of_positions.into(),
+        of_rates: data.of_rates.into(),
+        depends_on_time: data.depends_on_time,
+        external_forces: data.external_forces,
+        linear: data.linear,
+        jumps: data.jumps,
+        piecewise: data.piecewise,
+        scaled: data.scaled,
+        divided: data.divided,
+        symmetry: match data.symmetry {
+            dsocs_language::Symmetry::AnyLegs => Symmetry::AnyLegs,
+            dsocs_language::Symmetry::Momenta => Symmetry::Momenta,
+            dsocs_language::Symmetry::LowerOrder => Symmetry::LowerOrder,
+            dsocs_language::Symmetry::ThirdOrder => Symmetry::ThirdOrder,
+            dsocs_language::Symmetry::LagrangianMap => Symmetry::LagrangianMap,
+            dsocs_language::Symmetry::KinematicMap => Symmetry::KinematicMap,
+            dsocs_language::Symmetry::VariationalMap => Symmetry::VariationalMap,
+            _ => Symmetry::Unknown,
+        },
+    }
+}

@@ -1,0 +1,73 @@
+//! Counts and kinds of a declaration, as code and data tell them.
+
+use super::stages::Stages;
+use crate::graph::{Graph, Leaf, NodeId};
+use crate::mechanics::Symmetry;
+use crate::model::{Kind, Model};
+use crate::passes::Unknowns;
+
+/// Counts and kinds of a declaration; `dsocs_core::Shape` says what each is.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "facts that do not depend on each other"
+)]
+pub(crate) struct Facts {
+    pub(crate) parameters: usize,
+    pub(crate) unknowns: usize,
+    pub(crate) motion: usize,
+    pub(crate) constants: usize,
+    pub(crate) known: usize,
+    pub(crate) order: usize,
+    pub(crate) holonomic: usize,
+    pub(crate) nonholonomic: usize,
+    pub(crate) kinematic: usize,
+    pub(crate) forms: usize,
+    pub(crate) third_order: Vec<usize>,
+    pub(crate) of_positions: Vec<usize>,
+    pub(crate) of_rates: Vec<usize>,
+    pub(crate) depends_on_time: bool,
+    pub(crate) external_forces: bool,
+    pub(crate) linear: bool,
+    pub(crate) jumps: bool,
+    pub(crate) piecewise: bool,
+    pub(crate) scaled: bool,
+    pub(crate) divided: bool,
+    pub(crate) symmetry: Symmetry,
+}
+
+impl Facts {
+    /// Those of a declaration whose step is computed in some stages.
+    pub(crate) fn new(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> Self {
+        let n = model.coordinates.len();
+        let affine = |&entry: &NodeId| graph.leaves(entry).all(|leaf| !matches!(leaf, Leaf::Z(_)));
+        let is_unknown = |leaf| matches!(leaf, Leaf::Z(_));
+        let jumps = |&row: &NodeId| graph.deciding(row).any(is_unknown) || graph.calls_with(row, is_unknown);
+        let moves = |leaf| matches!(leaf, Leaf::N(_) | Leaf::D(_) | Leaf::P(_) | Leaf::Z(_));
+        let mut solved = unknowns.rows.iter().chain(&unknowns.second_difference);
+        // of third order a step knows the last second difference, too
+        let past = if model.order() > 2 { n } else { 0 };
+        Self {
+            parameters: model.parameters.len(),
+            unknowns: unknowns.kept.len(),
+            motion: n + model.multipliers(),
+            constants: stages.constants_count() + past,
+            known: stages.known.len(),
+            order: model.order(),
+            holonomic: model.count(Kind::Holonomic),
+            nonholonomic: model.count(Kind::Nonholonomic),
+            kinematic: model.count(Kind::Kinematic),
+            forms: model.forms.len(),
+            third_order: model.third_order().collect(),
+            of_positions: model.parameters_of_positions(),
+            of_rates: model.parameters_of_rates(),
+            depends_on_time: model.depends_on_time(),
+            external_forces: !model.external_forces.is_empty(),
+            linear: unknowns.jacobian.iter().flatten().all(affine),
+            jumps: unknowns.rows.iter().any(jumps),
+            piecewise: solved.any(|&value| graph.deciding(value).any(moves)),
+            scaled: unknowns.scaled(graph),
+            divided: (model.constraints.iter()).any(|row| row.divided || row.divide.is_some()),
+            symmetry: Symmetry::decide(model),
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! A system in a text file: what a Rust file would say of it, and what is run.
+//!
+//! ```text
+//! //! A pendulum in the wind.
+//! const n = 1;
+//! parameters {
+//!     /// The length of the rod [m]
+//!     length = 1.0,
+//!     wind = samples("wind.csv"),
+//! }
+//! coordinates(theta);
+//! lagrangian = dot(theta).powi(2) / 2 + 9.81 / length * theta.cos();
+//! external_forces = wind.at(t) * theta.cos();
+//! run { start = ([pi / 4], [0.0]); step = 0.01; until = 20.0; }
+//! ```
+//!
+//! Everything but `const`, `parameters` and `run` is the body of the attribute, word for word. The text becomes a struct with that attribute, and goes
+//! the same way.
+
+mod constants;
+mod parameters;
+mod split;
+mod values;
+
+use proc_macro2::{Ident, Span, TokenStream};
+use quote::quote_spanned;
+use syn::ItemStruct;
+
+use crate::check::check;
+use crate::errors::Errors;
+use crate::input::Fields;
+use crate::mistake::Mistake;
+use crate::model::Model;
+use crate::{layout, lower, parse};
+
+pub use parameters::Curve;
+pub use values::Run;
+
+/// The most bytes that a text may have.
+pub const MOST_BYTES: usize = 1 << 20;
+
+/// Brackets may be nested so deep: those of expressions, which have a limit of their own, in those of statements.
+const DEEPEST: usize = parse::DEEPEST + 20;
+
+/// A system that was read from a text.
+#[derive(Clone, Debug)]
+pub struct Text {
+    /// What it declares.
+    pub model: Model,
+    /// The numbers among its parameters, in the order of [`Model::parameters`].
+    pub values: Vec<f64>,
+    /// Its tables of samples: the name of the parameter, the file that is named, how it is interpolated.
+    pub tables: Vec<(String, String, Curve)>,
+    /// What is run.
+    pub runs: Vec<Run>,
+}
+
+/// Reads a system from a text. `name` is what it is called, such as the name of the file without its ending; `constants` are values in place of those
+/// that the text gives its constants (`const n = 3;`).
+///
+/// ```
+/// let text = dsocs_language::read(
+///     "swing",
+///     "parameters { length = 2.0 }
+///      coordinates(theta);
+///      lagrangian = dot(theta).powi(2) / 2 + 9.81 / length * theta.cos();
+///      run { start = ([pi / 2], [0]); until = 5.0; }",
+///     &[],
+/// )
+/// .map_err(|mistakes| mistakes[0].clone())?;
+/// assert_eq!(text.model.parameters(), ["length"]);
+/// assert_eq!(text.values, [2.0]);
+/// assert_eq!(text.runs[0].start, Some([vec![std::f64::consts::FRAC_PI_2], vec![0.0]]));
+/// # Ok::<(), dsocs_language::Mistake>(())
+/// ```
+///
+/// # Errors
+///
+/// All mistakes, at least one, in the order of the text.
+pub fn read(name: &str, text: &str, constants: &[(String, f64)]) -> Result<Text, Vec<Mistake>> {
+    if text.len() > MOST_BYTES {
+        let message = format!(
+            "the text has {} bytes; expected at most {MOST_BYTES}: a table of data belongs into a file of samples",
+            text.len()
+        );
+        return Err(vec![Mistake::of(Span::call_site(), message)]);
+    }
+    let tokens: TokenStream = text.parse().map_err(|error: proc_macro2::LexError| {
+        let message = "a bracket, a quotation mark or a character is out of place here";
+        vec![Mistake::of(error.span(), message.to_owned())]
+    })?;
+    if let Some(tree) = parse::too_deep(&tokens, DEEPEST) {
+        let message = format!("expected brackets that are nested at most {DEEPEST} deep");
+        return Err(vec![Mistake::of(tree.span(), message)]);
+    }
+    let errors = Errors::new();
+    let read = of_tokens(name, tokens, constants, &errors);
+    match (errors.finish(), read) {
+        (Ok(()), Some(text)) => Ok(text),
+        (result, _) => {
+            let first = Span::call_site();
+            let mistakes = result.err().unwrap_or_default();
+            Err(mistakes
+                .iter()
+                .flat_map(|error| Mistake::all(error, first))
+                .collect())
+        }
+    }
+}
+
+/// The system that tokens declare; `None` if a mistake was reported.
+fn of_tokens(
+    name: &str,
+    tokens: TokenStream,
+    constants: &[(String, f64)],
+    errors: &Errors,
+) -> Option<Text> {
+    let parts = split::split(tokens, errors);
+    let parts = constants::insert(parts, constants, errors);
+    let text = layout::text(&parts.declaration);
+    let declaration = parse::declaration(parts.declaration, errors);
+    let parameters = parameters::read(parts.parameters, errors);
+    let item = item(name, &parts.docs, &parameters)?;
+    let fields = Fields::read(&item, errors).ok()?.without_compiler();
+    let checked = check(&declaration, &fields, errors);
+    let model = lower::model(&declaration, &item, &fields, checked, errors);
+    let values = values::parameters(&parameters, &fields, errors);
+    let model = Model { text, ..model.ok()? };
+    let values = values.ok()?;
+    let runs = values::runs(parts.runs, &model, &fields, &values, errors);
+    Some(Text {
+        tables: parameters.iter().filter_map(parameters::Parameter::table).collect(),
+        model,
+        values,
+        runs: runs.ok()?,
+    })
+}
+
+/// The struct that the text declares.
+fn item(name: &str, docs: &[String], parameters: &[parameters::Parameter]) -> Option<ItemStruct> {
+    let name = Ident::new(&type_name(name), Span::call_site());
+    let fields = parameters.iter().map(parameters::Parameter::field);
+    let docs = docs.iter();
+    let tokens = quote_spanned!(Span::call_site()=> #(#[doc = #docs])* pub struct #name { #(#fields),* });
+    syn::parse2(tokens).ok()
+}
+
+/// The name of a type: `InvertedPendulum` for `inverted-pendulum`.
+fn type_name(name: &str) -> String {
+    let words = name.split(|c: char| !c.is_ascii_alphanumeric());
+    let mut camel: String = words
+        .flat_map(|word| {
+            let (first, rest) = word.split_at(word.len().min(1));
+            first.to_ascii_uppercase().chars().chain(rest.chars()).collect::<Vec<_>>()
+        })
+        .collect();
+    if !camel.starts_with(|first: char| first.is_ascii_alphabetic()) {
+        camel.insert_str(0, "System");
+    }
+    // a type of this name is a word of Rust
+    if camel == "Self" { "System".to_owned() } else { camel }
+}

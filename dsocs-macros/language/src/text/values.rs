@@ -1,0 +1,314 @@
+//! Numbers of a text: the values of parameters, and what its runs begin with.
+
+use std::collections::HashSet;
+
+use proc_macro2::{Group, Ident};
+use syn::parse::{Parse, ParseStream, Parser};
+use syn::{Expr, Token};
+
+use super::parameters::{Parameter, Value};
+use crate::ast::{Declaration, Entry};
+use crate::errors::{Errors, Reported};
+use crate::graph::{NodeId, Param};
+use crate::input::Fields;
+use crate::lower::{Lowering, circle};
+use crate::model::{Model, ParameterField};
+use crate::nearest::did_you_mean;
+use crate::parse::{DEEPEST, entries, too_deep};
+use crate::syntax::bare;
+
+/// `run { … }`: what is run.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Run {
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// Position and velocity at the start.
+    pub start: Option<[Vec<f64>; 2]>,
+    /// The acceleration at the start, where a constraint is of third order.
+    pub acceleration: Option<Vec<f64>>,
+    /// Near which initial acceleration to look where there are several.
+    pub near_acceleration: Option<Vec<f64>>,
+    /// The step.
+    pub step: Option<f64>,
+    /// The time at which it ends.
+    pub until: Option<f64>,
+}
+
+/// What can be said of a run.
+const KEYS: [&str; 5] = ["start", "acceleration", "near_acceleration", "step", "until"];
+
+/// Where expressions of parameters are evaluated.
+struct Evaluation<'d> {
+    lowering: Lowering<'d>,
+    errors: &'d Errors,
+    /// The values of the parameters so far.
+    values: Vec<f64>,
+}
+
+impl<'d> Evaluation<'d> {
+    fn new(nothing: &Declaration, fields: &'d Fields, values: Vec<f64>, errors: &'d Errors) -> Self {
+        Self {
+            lowering: Lowering::new(nothing, &[], &[], fields, errors),
+            errors,
+            values,
+        }
+    }
+
+    /// The numbers that nodes are.
+    fn numbers(&mut self, nodes: &[NodeId], fields: &[ParameterField]) -> Vec<f64> {
+        self.lowering
+            .graph
+            .set_numbers(fields.iter().map(ParameterField::read));
+        let graph = &self.lowering.graph;
+        let param = |which| match graph.read_param(which) {
+            Param::Number(place) => self.values.get(place).copied().unwrap_or(f64::NAN),
+            Param::Expression(tokens) => circle(&tokens.to_string()).unwrap_or(f64::NAN),
+        };
+        graph
+            .values(nodes, &|_| f64::NAN, &param)
+            .unwrap_or_else(|| vec![f64::NAN; nodes.len()])
+    }
+
+    /// The number that an expression is.
+    fn number(&mut self, expr: &Expr, fields: &[ParameterField]) -> Result<f64, Reported> {
+        let node = self.lowering.expr(expr)?;
+        let [value] = self.numbers(&[node], fields)[..] else {
+            return Ok(f64::NAN);
+        };
+        self.finite(expr, value)
+    }
+
+    /// A number that is one.
+    fn finite(&self, expr: &Expr, value: f64) -> Result<f64, Reported> {
+        if value.is_finite() {
+            return Ok(value);
+        }
+        let message = "this has no value that is finite; expected numbers and parameters whose values are given before";
+        Err(self.errors.at(expr, message))
+    }
+
+    /// The numbers of a vector, `[1.0, 0.5]`, `[0.0; 3]` or `[each(0..3, |i| 1 + 0.01 * i)]`.
+    fn vector(&mut self, expr: &Expr, fields: &[ParameterField]) -> Result<Vec<f64>, Reported> {
+        let entries: Vec<Entry> = match bare(expr) {
+            Expr::Array(array) => entries(array.elems.iter().cloned(), self.errors)?,
+            Expr::Repeat(repeat) => {
+                let count = match bare(&repeat.len) {
+                    Expr::Lit(literal) => match &literal.lit {
+                        syn::Lit::Int(count) => count.base10_parse::<usize>().ok(),
+                        _ => None,
+                    },
+                    _ => None,
+                };
+                let count = count.filter(|&count| count <= 10_000).ok_or_else(|| {
+                    let message = "expected a whole number of at most 10000";
+                    self.errors.at(&repeat.len, message)
+                })?;
+                entries(std::iter::repeat_n((*repeat.expr).clone(), count), self.errors)?
+            }
+            other => {
+                let message = "expected numbers in brackets, one for each coordinate, such as `[1.0, 0.0]`";
+                return Err(self.errors.at(other, message));
+            }
+        };
+        let nodes = self.lowering.each(&entries, Lowering::expr)?;
+        let numbers = self.numbers(&nodes, fields);
+        for (entry, value) in entries.iter().zip(&numbers) {
+            self.finite(&entry.value, *value)?;
+        }
+        Ok(numbers)
+    }
+}
+
+/// The values of the parameters that are numbers.
+pub(super) fn parameters(
+    parameters: &[Parameter],
+    fields: &Fields,
+    errors: &Errors,
+) -> Result<Vec<f64>, Reported> {
+    let all = fields.parameters();
+    let nothing = Declaration::default();
+    let mut evaluation = Evaluation::new(&nothing, fields, Vec::new(), errors);
+    let mut wrong = Ok(());
+    for parameter in parameters {
+        let expressions = match &parameter.value {
+            Value::Number(value) => std::slice::from_ref(value),
+            Value::Array(values) => values,
+            Value::Table(..) => continue,
+            Value::Broken(reported) => {
+                wrong = Err(*reported);
+                continue;
+            }
+        };
+        for expr in expressions {
+            let known = &all[..evaluation.values.len().min(all.len())];
+            let value = before(known, &all, expr, errors).and_then(|()| evaluation.number(expr, &all));
+            if let Err(reported) = value {
+                wrong = Err(reported);
+            }
+            evaluation.values.push(value.unwrap_or(f64::NAN));
+        }
+    }
+    wrong.map(|()| evaluation.values)
+}
+
+/// Refuses parameters whose values are given later.
+fn before(
+    known: &[ParameterField],
+    all: &[ParameterField],
+    expr: &Expr,
+    errors: &Errors,
+) -> Result<(), Reported> {
+    struct Names(Vec<Ident>);
+    impl<'ast> syn::visit::Visit<'ast> for Names {
+        fn visit_expr_path(&mut self, path: &'ast syn::ExprPath) {
+            self.0.extend(path.path.get_ident().cloned());
+        }
+    }
+    let mut names = Names(Vec::new());
+    syn::visit::Visit::visit_expr(&mut names, expr);
+    let is_of = |fields: &[ParameterField], name: &Ident| fields.iter().any(|field| field.ident == *name);
+    for name in names.0 {
+        if is_of(all, &name) && !is_of(known, &name) {
+            let message = format!("the value of `{name}` is given here or further down; expected it before this use");
+            return Err(errors.at(&name, message));
+        }
+    }
+    Ok(())
+}
+
+/// `key = value;` in a run.
+struct Setting(Ident, Expr);
+
+impl Parse for Setting {
+    fn parse(input: ParseStream) -> syn::Result<Self> {
+        let key = input.parse()?;
+        input.parse::<Token![=]>()?;
+        Ok(Self(key, input.parse()?))
+    }
+}
+
+/// Reads what is run.
+pub(super) fn runs(
+    runs: Vec<(Ident, Option<Ident>, Group)>,
+    model: &Model,
+    fields: &Fields,
+    values: &[f64],
+    errors: &Errors,
+) -> Result<Vec<Run>, Reported> {
+    let nothing = Declaration::default();
+    let mut evaluation = Evaluation::new(&nothing, fields, values.to_vec(), errors);
+    let mut names = HashSet::new();
+    let mut all = Vec::new();
+    let mut wrong = Ok(());
+    for (word, name, group) in runs {
+        let text = name.as_ref().map(ToString::to_string);
+        if !names.insert(text.clone()) {
+            let reported = match &name {
+                Some(name) => errors.at(name, format!("a run is called `{name}` already")),
+                None => errors.at(&word, "a second run needs a name, `run fast { … }`"),
+            };
+            wrong = Err(reported);
+        }
+        match run(text, &group, model, &mut evaluation) {
+            Ok(run) => all.push(run),
+            Err(reported) => wrong = Err(reported),
+        }
+    }
+    wrong.map(|()| all)
+}
+
+/// Reads one run.
+fn run(
+    name: Option<String>,
+    group: &Group,
+    model: &Model,
+    evaluation: &mut Evaluation<'_>,
+) -> Result<Run, Reported> {
+    let errors = evaluation.errors;
+    if let Some(deep) = too_deep(&group.stream(), DEEPEST) {
+        return Err(errors.at(deep, "expected values that are nested less deep"));
+    }
+    let parser = syn::punctuated::Punctuated::<Setting, Token![;]>::parse_terminated;
+    let settings = parser.parse2(group.stream()).map_err(|error| {
+        let message = format!("expected `name = value;` ({error})");
+        errors.push(syn::Error::new(error.span(), message))
+    })?;
+    let fields = &model.parameters;
+    let n = model.coordinates.len();
+    let mut run = Run {
+        name,
+        start: None,
+        acceleration: None,
+        near_acceleration: None,
+        step: None,
+        until: None,
+    };
+    let mut told = HashSet::new();
+    let mut wrong = Ok(());
+    for Setting(key, value) in settings {
+        let text = key.to_string();
+        let result = if told.insert(text.clone()) {
+            set(&mut run, (&text, &key), &value, (fields, n), evaluation)
+        } else {
+            Err(errors.at(&key, format!("`{text}` is given a second time here")))
+        };
+        wrong = wrong.and(result);
+    }
+    wrong.map(|()| run)
+}
+
+/// Sets what one setting says.
+fn set(
+    run: &mut Run,
+    (text, key): (&str, &Ident),
+    value: &Expr,
+    (fields, n): (&[ParameterField], usize),
+    evaluation: &mut Evaluation<'_>,
+) -> Result<(), Reported> {
+    let errors = evaluation.errors;
+    let mut vector = |expr: &Expr| {
+        let numbers = evaluation.vector(expr, fields)?;
+        if numbers.len() == n {
+            return Ok(numbers);
+        }
+        let message = format!(
+            "expected {n} numbers, one for each coordinate, found {}",
+            numbers.len()
+        );
+        Err(errors.at(expr, message))
+    };
+    match text {
+        "start" => {
+            let parts: Vec<&Expr> = match bare(value) {
+                Expr::Tuple(tuple) => tuple.elems.iter().collect(),
+                _ => Vec::new(),
+            };
+            let [q0, v0] = parts[..] else {
+                let message = "expected position and velocity, `start = ([1.0, 0.0], [0.0, 0.5]);`";
+                return Err(errors.at(value, message));
+            };
+            let (q0, v0) = (vector(q0), vector(v0));
+            run.start = Some([q0?, v0?]);
+        }
+        "acceleration" => run.acceleration = Some(vector(value)?),
+        "near_acceleration" => run.near_acceleration = Some(vector(value)?),
+        "step" => {
+            let step = evaluation.number(value, fields)?;
+            if step == 0.0 {
+                return Err(errors.at(value, "expected a step that is not zero"));
+            }
+            run.step = Some(step);
+        }
+        "until" => run.until = Some(evaluation.number(value, fields)?),
+        _ => {
+            let hint = did_you_mean(text, KEYS);
+            let message = format!(
+                "a run has no `{text}`{hint}; it has {}",
+                KEYS.map(|key| format!("`{key}`")).join(", ")
+            );
+            return Err(errors.at(key, message));
+        }
+    }
+    Ok(())
+}

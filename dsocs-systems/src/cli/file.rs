@@ -1,0 +1,60 @@
+//! Systems in text files, wherever a command takes the name of a system.
+
+use std::path::Path;
+
+use clap::Args;
+use dsocs_core::text::Text;
+
+use super::CliError;
+use crate::entry::{Entry, UnknownName};
+
+/// The ending of a text file with a system.
+const ENDING: &str = ".dsocs";
+
+/// What text files are read with.
+#[derive(Debug, Clone, Args)]
+pub struct FileArguments {
+    /// A number in place of the one that a text file gives a constant (`const n = 3;`)
+    #[arg(long = "const", value_name = "NAME=NUMBER", value_parser = constant, global = true, help_heading = "Text files")]
+    pub constants: Vec<(String, f64)>,
+}
+
+/// `n=8`.
+fn constant(text: &str) -> Result<(String, f64), String> {
+    let parts = text.split_once('=');
+    let constant = parts.and_then(|(name, number)| Some((name.trim().to_owned(), number.trim().parse().ok()?)));
+    constant.ok_or_else(|| "expected a name and a number, n=8".to_owned())
+}
+
+/// The system in a text file, with the first of its runs: `swing.dsocs`; or with the run of a name: `swing.dsocs:fast`. `None` if it is no name of a file.
+pub fn entry(name: &str, constants: &[(String, f64)]) -> Result<Option<Entry>, CliError> {
+    let (file, run) = match name.rsplit_once(&format!("{ENDING}:")) {
+        Some((stem, run)) => (format!("{stem}{ENDING}"), Some(run)),
+        None if name.ends_with(ENDING) => (name.to_owned(), None),
+        None => return Ok(None),
+    };
+    let text = Text::read_with(&file, constants)?;
+    for warning in &text.warnings {
+        eprintln!("warning: {file}:{warning}");
+    }
+    let names = || text.runs.iter().filter_map(|run| run.name.as_deref());
+    let chosen = match run {
+        None => {
+            let unnamed = text.runs.iter().find(|run| run.name.is_none());
+            unnamed.or_else(|| text.runs.first())
+        }
+        Some(name) => {
+            let found = text.runs.iter().find(|run| run.name.as_deref() == Some(name));
+            Some(found.ok_or_else(|| UnknownName::new("run", name, names()))?)
+        }
+    };
+    let stem = Path::new(&file).file_stem();
+    let own = stem.map_or_else(|| file.clone(), |stem| stem.to_string_lossy().into_owned());
+    let own: String = own.chars().map(|c| if c.is_whitespace() { '-' } else { c }).collect();
+    let own = own.trim_start_matches('-');
+    Ok(Some(Entry::of_text(
+        if own.is_empty() { "system" } else { own },
+        &text,
+        chosen,
+    )))
+}
