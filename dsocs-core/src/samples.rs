@@ -256,7 +256,11 @@ impl Samples {
             return [f64::NAN; 5];
         };
         // outside of the samples the nearest one is held
-        let [a, b, c, d] = if places == 0 { [piece[0], 0.0, 0.0, 0.0] } else { piece };
+        let [a, b, c, d] = if places == 0 {
+            [piece[0], 0.0, 0.0, 0.0]
+        } else {
+            piece
+        };
         [from, a, b, c, d]
     }
 }

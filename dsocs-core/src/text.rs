@@ -34,8 +34,8 @@ use std::sync::Arc;
 
 use dsocs_language::{Call, Curve, Data};
 
-pub use dsocs_language::{Mistake, Run};
 pub use crate::kernel::{TapeError, TapeKernel};
+pub use dsocs_language::{Mistake, Run};
 pub use error::TextError;
 
 use crate::samples::{Samples, SamplesError};
@@ -84,7 +84,9 @@ impl Text {
     pub fn read_with(file: impl AsRef<Path>, constants: &[(String, f64)]) -> Result<Self, TextError> {
         let file = file.as_ref();
         let bytes = error::bytes(file)?;
-        let name = file.file_stem().map_or_else(|| "system".into(), |stem| stem.to_string_lossy());
+        let name = file
+            .file_stem()
+            .map_or_else(|| "system".into(), |stem| stem.to_string_lossy());
         let text = String::from_utf8(bytes).map_err(|error| TextError::Utf8 {
             file: file.to_owned(),
             at: error.utf8_error().valid_up_to(),
@@ -109,7 +111,9 @@ impl Text {
         };
         // on a thread of its own: nothing of what was read stays behind in this one
         let thread = std::thread::scope(|scope| {
-            let thread = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, read);
+            let thread = std::thread::Builder::new()
+                .stack_size(STACK)
+                .spawn_scoped(scope, read);
             thread.map(|thread| thread.join())
         });
         let (data, values, tables, runs, warnings) = match thread {
@@ -133,7 +137,9 @@ impl Text {
 /// The samples in a file.
 fn samples(folder: Option<&Path>, file: &str, curve: Curve) -> Result<Arc<Samples>, TextError> {
     let Some(folder) = folder else {
-        return Err(TextError::Files { file: file.to_owned() });
+        return Err(TextError::Files {
+            file: file.to_owned(),
+        });
     };
     let path = folder.join(file);
     error::bytes(&path)?;
@@ -142,10 +148,12 @@ fn samples(folder: Option<&Path>, file: &str, curve: Curve) -> Result<Arc<Sample
         Curve::Monotone => Samples::monotone(samples),
         _ => Samples::cubic(samples),
     });
-    samples.map(Arc::new).map_err(|cause: SamplesError| TextError::Samples {
-        file: file.to_owned(),
-        cause,
-    })
+    samples
+        .map(Arc::new)
+        .map_err(|cause: SamplesError| TextError::Samples {
+            file: file.to_owned(),
+            cause,
+        })
 }
 
 /// The system that data declare.
@@ -166,7 +174,8 @@ fn system(
     let sparse = data.sparse.as_ref().and_then(|[entries, pivots]| {
         let narrow = |places: &[[usize; 2]]| {
             let places = places.iter();
-            let places = places.map(|&[row, column]| Some([u16::try_from(row).ok()?, u16::try_from(column).ok()?]));
+            let places =
+                places.map(|&[row, column]| Some([u16::try_from(row).ok()?, u16::try_from(column).ok()?]));
             places.collect::<Option<Vec<_>>>()
         };
         Sparse::owned(data.unknowns, narrow(entries)?, narrow(pivots)?)

@@ -154,7 +154,8 @@ fn walk<T: Number>(
                 let range = first as usize..(first + count) as usize;
                 let arguments = &program.arguments[range];
                 if let Some(data) = source.data(which as usize) {
-                    registers[instruction.to as usize] = data.value(arguments.first().map(|&first| at(first)));
+                    registers[instruction.to as usize] =
+                        data.value(arguments.first().map(|&first| at(first)));
                     continue;
                 }
                 let buffer = &mut room.arguments;

@@ -39,10 +39,7 @@ impl<'s, const N: usize> Motion<'s, N> {
     pub fn at(&mut self, t: f64) -> Result<Point<f64, N>, RunError> {
         let motion = &mut self.0;
         let polynomial = reach(&mut motion.flow, motion.start.any().t, motion.until, t)?;
-        Ok(polynomial.map_or_else(
-            || motion.start.sized(),
-            |step| Polynomial::of(step).at(t),
-        ))
+        Ok(polynomial.map_or_else(|| motion.start.sized(), |step| Polynomial::of(step).at(t)))
     }
 }
 

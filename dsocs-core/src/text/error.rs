@@ -42,7 +42,9 @@ pub enum TextError {
         at: usize,
     },
     /// A text that is in no folder names a file.
-    #[error("the text names the file `{file}`, and has no folder in which it could be; expected a text in a file, `Text::read`")]
+    #[error(
+        "the text names the file `{file}`, and has no folder in which it could be; expected a text in a file, `Text::read`"
+    )]
     Files {
         /// The file.
         file: String,
@@ -81,7 +83,9 @@ impl TextError {
     /// The same with the name of the file.
     pub(super) fn in_file(self, file: &Path) -> Self {
         match self {
-            Self::Mistakes { mistakes, text, .. } => Self::mistakes(&file.display().to_string(), &text, mistakes),
+            Self::Mistakes { mistakes, text, .. } => {
+                Self::mistakes(&file.display().to_string(), &text, mistakes)
+            }
             other => other,
         }
     }
@@ -94,7 +98,11 @@ fn shown(name: &str, text: &str, mistakes: &[Mistake]) -> String {
         .collect();
     // the place of a column, which is counted in characters
     let place = |line: usize, column: usize| {
-        let from = line.checked_sub(1).and_then(|line| lines.get(line)).copied().unwrap_or(0);
+        let from = line
+            .checked_sub(1)
+            .and_then(|line| lines.get(line))
+            .copied()
+            .unwrap_or(0);
         let rest = text.get(from..).unwrap_or_default();
         let places = rest.char_indices().map(|(at, _)| at).chain([rest.len()]);
         from + places.take(column.max(1)).last().unwrap_or(0)
@@ -110,7 +118,11 @@ fn shown(name: &str, text: &str, mistakes: &[Mistake]) -> String {
             .path(name)
             .annotation(AnnotationKind::Primary.span(from..to));
         // whoever prints the error says of the first one that it is one
-        let level = if count == 0 { Level::ERROR.no_name() } else { Level::ERROR };
+        let level = if count == 0 {
+            Level::ERROR.no_name()
+        } else {
+            Level::ERROR
+        };
         let title = level.primary_title(mistake.message.as_str());
         renderer.render(&[title.element(snippet)])
     });

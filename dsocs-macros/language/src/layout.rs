@@ -87,7 +87,8 @@ impl Layout {
         let known = start != end;
         match self.last {
             Some(last) if known && start.line == last.line && start.column >= last.column => {
-                self.text.extend(core::iter::repeat_n(' ', (start.column - last.column).min(4)));
+                self.text
+                    .extend(core::iter::repeat_n(' ', (start.column - last.column).min(4)));
             }
             Some(last) if known && start.line != last.line => self.line(start.column),
             Some(_) if !self.joint => self.text.push(' '),
@@ -127,7 +128,10 @@ impl Layout {
         self.text.push_str("///");
         self.text.push_str(line);
         // the next token begins a line
-        self.last = Some(LineColumn { line: usize::MAX, column: 0 });
+        self.last = Some(LineColumn {
+            line: usize::MAX,
+            column: 0,
+        });
     }
 
     /// The text.

@@ -33,9 +33,9 @@ mod shared;
 mod source;
 mod stub;
 mod syntax;
-mod text;
 #[cfg(test)]
 mod tests;
+mod text;
 
 pub use emit::{Call, Data, Quantity};
 pub use expand::expand;

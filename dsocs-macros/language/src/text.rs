@@ -109,12 +109,7 @@ pub fn read(name: &str, text: &str, constants: &[(String, f64)]) -> Result<Text,
 }
 
 /// The system that tokens declare; `None` if a mistake was reported.
-fn of_tokens(
-    name: &str,
-    tokens: TokenStream,
-    constants: &[(String, f64)],
-    errors: &Errors,
-) -> Option<Text> {
+fn of_tokens(name: &str, tokens: TokenStream, constants: &[(String, f64)], errors: &Errors) -> Option<Text> {
     let parts = split::split(tokens, errors);
     let parts = constants::insert(parts, constants, errors);
     let text = layout::text(&parts.declaration);
@@ -129,7 +124,10 @@ fn of_tokens(
     let values = values.ok()?;
     let runs = values::runs(parts.runs, &model, &fields, &values, errors);
     Some(Text {
-        tables: parameters.iter().filter_map(parameters::Parameter::table).collect(),
+        tables: parameters
+            .iter()
+            .filter_map(parameters::Parameter::table)
+            .collect(),
         model,
         values,
         runs: runs.ok()?,
@@ -151,12 +149,20 @@ fn type_name(name: &str) -> String {
     let mut camel: String = words
         .flat_map(|word| {
             let (first, rest) = word.split_at(word.len().min(1));
-            first.to_ascii_uppercase().chars().chain(rest.chars()).collect::<Vec<_>>()
+            first
+                .to_ascii_uppercase()
+                .chars()
+                .chain(rest.chars())
+                .collect::<Vec<_>>()
         })
         .collect();
     if !camel.starts_with(|first: char| first.is_ascii_alphabetic()) {
         camel.insert_str(0, "System");
     }
     // a type of this name is a word of Rust
-    if camel == "Self" { "System".to_owned() } else { camel }
+    if camel == "Self" {
+        "System".to_owned()
+    } else {
+        camel
+    }
 }

@@ -22,7 +22,8 @@ pub struct FileArguments {
 /// `n=8`.
 fn constant(text: &str) -> Result<(String, f64), String> {
     let parts = text.split_once('=');
-    let constant = parts.and_then(|(name, number)| Some((name.trim().to_owned(), number.trim().parse().ok()?)));
+    let constant =
+        parts.and_then(|(name, number)| Some((name.trim().to_owned(), number.trim().parse().ok()?)));
     constant.ok_or_else(|| "expected a name and a number, n=8".to_owned())
 }
 
@@ -50,7 +51,10 @@ pub fn entry(name: &str, constants: &[(String, f64)]) -> Result<Option<Entry>, C
     };
     let stem = Path::new(&file).file_stem();
     let own = stem.map_or_else(|| file.clone(), |stem| stem.to_string_lossy().into_owned());
-    let own: String = own.chars().map(|c| if c.is_whitespace() { '-' } else { c }).collect();
+    let own: String = own
+        .chars()
+        .map(|c| if c.is_whitespace() { '-' } else { c })
+        .collect();
     let own = own.trim_start_matches('-');
     Ok(Some(Entry::of_text(
         if own.is_empty() { "system" } else { own },

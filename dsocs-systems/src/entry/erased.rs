@@ -3,8 +3,8 @@
 use dsocs_core::taylor::{AnyGlobalError, AnyTaylorFlow, GlobalError};
 use dsocs_core::text::TapeKernel;
 use dsocs_core::{
-    AnyComposedFlow, ComposedFlow, Composition, Kernel, Quantity, Run, RunError, SetupError, Start, System, TaylorFlow,
-    Tolerance,
+    AnyComposedFlow, ComposedFlow, Composition, Kernel, Quantity, Run, RunError, SetupError, Start, System,
+    TaylorFlow, Tolerance,
 };
 
 use super::beginning::Beginning;
@@ -114,7 +114,11 @@ impl AnySystem for TapeKernel {
     }
 
     fn errors<'s>(&'s self, beginning: &Beginning, until: f64) -> Result<Box<dyn Errors + 's>, RunError> {
-        Ok(Box::new(AnyGlobalError::of_tape(self, &beginning.start(), until)?))
+        Ok(Box::new(AnyGlobalError::of_tape(
+            self,
+            &beginning.start(),
+            until,
+        )?))
     }
 
     #[cfg(feature = "sweep")]

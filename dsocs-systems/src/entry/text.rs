@@ -32,9 +32,18 @@ impl Entry {
     pub fn text(&self) -> Result<String, NoText> {
         let kernel = self.system.kernel();
         let shape = kernel.shape();
-        let others = shape.others.iter().map(|other| format!("`{}` is of type `{}`", other.name, other.doc));
-        let extra = self.description.parameters.get(shape.parameters.len()..).unwrap_or_default();
-        let extra = extra.iter().map(|extra| format!("`{}` is not declared", extra.name));
+        let others = shape
+            .others
+            .iter()
+            .map(|other| format!("`{}` is of type `{}`", other.name, other.doc));
+        let extra = self
+            .description
+            .parameters
+            .get(shape.parameters.len()..)
+            .unwrap_or_default();
+        let extra = extra
+            .iter()
+            .map(|extra| format!("`{}` is not declared", extra.name));
         let calls = (kernel.tape().calls_functions() && shape.others.is_empty())
             .then(|| "it calls functions of Rust".to_owned());
         let fields: Vec<String> = others.chain(extra).chain(calls).collect();
@@ -66,7 +75,11 @@ impl Entry {
         if let Some(near) = &self.near {
             let _ = writeln!(run, "    near_acceleration = {near:?};");
         }
-        let _ = writeln!(run, "    step = {:?};\n    until = {:?};\n}}", self.step, self.until);
+        let _ = writeln!(
+            run,
+            "    step = {:?};\n    until = {:?};\n}}",
+            self.step, self.until
+        );
         run
     }
 }

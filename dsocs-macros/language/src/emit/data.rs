@@ -120,8 +120,12 @@ impl Data {
             tape: cold.bytes,
             itself: quantity(model.name(), &docs.system),
             declaration: model.text.clone(),
-            coordinates: coordinates.map(|(name, doc)| quantity(plain(name), doc)).collect(),
-            parameters: parameters.map(|field| quantity(&field.name, &field.doc)).collect(),
+            coordinates: coordinates
+                .map(|(name, doc)| quantity(plain(name), doc))
+                .collect(),
+            parameters: parameters
+                .map(|field| quantity(&field.name, &field.doc))
+                .collect(),
             others: others.map(|(name, ty)| quantity(name, ty)).collect(),
             observables: observables
                 .map(|((name, _), doc)| quantity(plain(name), doc))

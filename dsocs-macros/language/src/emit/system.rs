@@ -160,13 +160,8 @@ fn metadata(model: &Model, facts: &Facts) -> TokenStream {
         quote!(const ORDER: usize = #order;)
     });
     let (depends_on_time, forced) = (facts.depends_on_time, facts.external_forces);
-    let [forms, holonomic, nonholonomic, kinematic] = [
-        facts.forms,
-        facts.holonomic,
-        facts.nonholonomic,
-        facts.kinematic,
-    ]
-    .map(Literal::usize_unsuffixed);
+    let [forms, holonomic, nonholonomic, kinematic] =
+        [facts.forms, facts.holonomic, facts.nonholonomic, facts.kinematic].map(Literal::usize_unsuffixed);
     let indices: Vec<_> = (0..model.parameters.len())
         .map(Literal::usize_unsuffixed)
         .collect();

@@ -18,10 +18,21 @@ fn with_tape(declaration: TokenStream, item: TokenStream) -> String {
         Ok(mut file) => {
             // jets have tests of their own
             file.items.retain(|item| !is_jets(item));
-            prettyplease::unparse(&file)
+            without_declaration(&prettyplease::unparse(&file))
         }
         Err(error) => panic!("not Rust: {error}\n{expanded}"),
     }
+}
+
+/// The code without the text of the declaration.
+fn without_declaration(code: &str) -> String {
+    let Some(start) = code.find("    const DECLARATION") else {
+        return code.to_owned();
+    };
+    let end = code[start..]
+        .find("\";\n")
+        .map_or(code.len(), |end| start + end + 3);
+    format!("{}{}", &code[..start], &code[end..])
 }
 
 /// The code with the tape's length in the place of its bytes: its operations are those of the code.

@@ -51,8 +51,7 @@ impl Lowering<'_> {
                     return Err(self.errors.at(name, message));
                 }
                 Some(Binding::Field(index)) if self.is_table_at(*index) => {
-                    let message = format!("`{name}` is a table of samples; expected its value at a place, `{name}.at(t)`");
-                    return Err(self.errors.at(name, message));
+                    return Err(self.whole_table(name));
                 }
                 Some(Binding::Field(_)) if !self.is_closed(whole) => {
                     let place = place(name);
@@ -196,8 +195,15 @@ impl Lowering<'_> {
     }
 
     /// Whether a field is a table of samples of a declaration that no compiler reads.
-    fn is_table_at(&self, index: usize) -> bool {
+    pub(super) fn is_table_at(&self, index: usize) -> bool {
         !self.fields.have_compiler() && self.fields.get(index).is_some_and(Field::is_table)
+    }
+
+    /// What to say about a table of samples in the place of a number.
+    pub(super) fn whole_table(&self, name: &Ident) -> Reported {
+        let message =
+            format!("`{name}` is a table of samples; expected its value at a place, `{name}.at(t)`");
+        self.errors.at(name, message)
     }
 
     /// The table of samples that an expression is, in a declaration that no compiler reads.

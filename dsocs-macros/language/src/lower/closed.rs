@@ -50,6 +50,22 @@ impl Lowering<'_> {
         !search.found
     }
 
+    /// Whether an expression is an element of a parameter's array.
+    fn is_element(&self, expr: &Expr) -> bool {
+        let Expr::Index(index) = bare(expr) else {
+            return false;
+        };
+        let binding = plain_name(bare(&index.expr)).and_then(|name| self.scope.get(name));
+        let Some(Binding::Field(field)) = binding else {
+            return false;
+        };
+        let length = self.fields.get(*field).and_then(|field| field.length);
+        let place = self
+            .integer(&index.index)
+            .and_then(|place| usize::try_from(place).ok());
+        place.zip(length).is_some_and(|(place, length)| place < length)
+    }
+
     /// The tokens of a closed expression.
     pub(super) fn closed(&self, expr: &Expr) -> Result<TokenStream, Reported> {
         let mut bound = Bound::default();
@@ -64,18 +80,10 @@ impl Lowering<'_> {
         if let Some(reported) = rewrite.wrong {
             return Err(reported);
         }
-        if !self.fields.have_compiler() && !is_element(expr) {
+        if !self.fields.have_compiler() && !self.is_element(expr) {
             return Err(self.needs_compiler(expr));
         }
         Ok(rewritten.into_token_stream())
-    }
-}
-
-/// Whether an expression is an element of a parameter's array.
-fn is_element(expr: &Expr) -> bool {
-    match bare(expr) {
-        Expr::Index(index) => plain_name(bare(&index.expr)).is_some(),
-        _ => false,
     }
 }
 
@@ -106,10 +114,13 @@ impl Rewrite<'_, '_> {
             Some(&Binding::Index(value)) => return Some(literal(value, name.span())),
             _ => {}
         }
+        if is_of_circle(name) {
+            return Some(free(name, self.lowering.fields.have_compiler()));
+        }
         if let Err(reported) = self.lowering.check_free_name(name) {
             self.wrong = Some(reported);
         }
-        is_of_circle(name).then(|| free(name, self.lowering.fields.have_compiler()))
+        None
     }
 }
 

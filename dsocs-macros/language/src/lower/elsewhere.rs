@@ -68,8 +68,8 @@ pub(super) fn of_method(name: &str) -> Option<&'static str> {
 /// The constant that is meant by another name of it.
 pub(super) fn constant(name: &str) -> Option<&'static str> {
     match name {
-        "Pi" | "π" => Some("pi"),
-        "Tau" | "τ" => Some("tau"),
+        "pi" | "Pi" | "π" => Some("pi"),
+        "tau" | "Tau" | "τ" => Some("tau"),
         _ => None,
     }
 }

@@ -72,7 +72,8 @@ impl Lowering<'_> {
             ));
         }
         match digits.parse() {
-            Ok(value) => Ok(self.graph.constant(value)),
+            Ok(value) if f64::is_finite(value) => Ok(self.graph.constant(value)),
+            Ok(_) => Err(self.errors.at(literal, "this number is larger than any `f64`")),
             Err(_) => Err(self.errors.at(literal, "expected a number")),
         }
     }
@@ -81,13 +82,20 @@ impl Lowering<'_> {
         let name = match path.path.get_ident() {
             Some(name) if path.qself.is_none() => name,
             _ if self.fields.have_compiler() => return Ok(self.graph.param(path.to_token_stream())),
-            _ => return Err(self.needs_compiler(path)),
+            _ => match path.path.segments.last() {
+                // `std::f64::consts::PI`, as in Rust
+                Some(last) if is_of_circle(&last.ident) && path.qself.is_none() => &last.ident,
+                _ => return Err(self.needs_compiler(path)),
+            },
         };
         let node = match self.scope.get(name) {
             Some(Binding::Field(index)) => {
                 let Some(field) = self.fields.get(*index) else {
                     return self.unknown(name);
                 };
+                if self.is_table_at(*index) {
+                    return Err(self.whole_table(name));
+                }
                 let tokens = field.number(name, self.errors)?;
                 return Ok(self.graph.param(tokens));
             }

@@ -1,7 +1,7 @@
 //! `each(…)` in lists: the same as its entries written out.
 
+use super::code;
 use super::mistakes::one;
-use super::model;
 
 /// A chain of four point masses in the plane with rods.
 const CHAIN: &str = "coordinates(x: [4], y: [4]); lagrangian = sum(0..4, |i| (dot(x[i]).powi(2) + dot(y[i]).powi(2)) / 2 - y[i]);";
@@ -9,7 +9,7 @@ const CHAIN: &str = "coordinates(x: [4], y: [4]); lagrangian = sum(0..4, |i| (do
 /// Asserts that two declarations have the same code.
 #[track_caller]
 fn same(written: &str, short: &str) {
-    let code = |rest: &str| model(&format!("{CHAIN} {rest}")).code().to_string();
+    let code = |rest: &str| code(&format!("{CHAIN} {rest}"));
     assert!(code(written) == code(short), "{written}\n{short}");
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{ITEM, analyzed, fields_of, model};
+use super::{ITEM, analyzed, code, fields_of, model};
 use crate::graph::{Callee, Comparison, Graph, Leaf, Node, NodeId};
 use crate::model::Model;
 
@@ -272,11 +272,7 @@ fn maps_of_components_and_of_vectors() {
 #[test]
 fn the_map_of_the_lagrangian_where_none_is_written() {
     const FREE: &str = "lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - x * y";
-    let code = |statements: &str| {
-        model(&format!("coordinates(x, y); {statements}"))
-            .code()
-            .to_string()
-    };
+    let code = |statements: &str| code(&format!("coordinates(x, y); {statements}"));
     let is = |map: &str, statements: &str| {
         let (default, declared) = (
             code(statements),

@@ -10,6 +10,7 @@ mod mistakes;
 mod random;
 mod rates;
 mod text;
+mod text_files;
 mod third_order;
 mod time_mistakes;
 mod together;
@@ -42,6 +43,15 @@ fn model(declaration: &str) -> Model {
         Ok(model) => model,
         Err(mistakes) => panic!("{declaration}\n{:?}", mistakes.errors),
     }
+}
+
+/// The code of a declaration on [`ITEM`], without its text.
+fn code(declaration: &str) -> String {
+    let model = Model {
+        text: String::new(),
+        ..model(declaration)
+    };
+    model.code().to_string()
 }
 
 /// The fields that span the virtual displacements of a model.

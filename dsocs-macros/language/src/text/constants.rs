@@ -30,7 +30,10 @@ pub(super) fn insert(parts: Parts, given: &[(String, f64)], errors: &Errors) -> 
             errors.at(name, format!("expected a number, `const {text} = 3;`"));
         }
         if values.insert(text.clone(), value.unwrap_or(f64::NAN)).is_some() {
-            errors.at(name, format!("the constant `{text}` is declared a second time here"));
+            errors.at(
+                name,
+                format!("the constant `{text}` is declared a second time here"),
+            );
         }
     }
     for (name, _) in given {
@@ -56,7 +59,10 @@ pub(super) fn insert(parts: Parts, given: &[(String, f64)], errors: &Errors) -> 
         ..parts
     };
     for name in bound {
-        errors.at(&name, format!("`{name}` is a constant of this text; expected another name"));
+        errors.at(
+            &name,
+            format!("`{name}` is a constant of this text; expected another name"),
+        );
     }
     parts
 }

@@ -109,7 +109,10 @@ pub(super) fn read(group: Option<Group>, errors: &Errors) -> Vec<Parameter> {
         .map(|Written(attributes, name, length, value)| {
             for attribute in &attributes {
                 if !attribute.path().is_ident("doc") {
-                    errors.at(attribute, "attributes other than documentation have no meaning here");
+                    errors.at(
+                        attribute,
+                        "attributes other than documentation have no meaning here",
+                    );
                 }
             }
             Parameter {

@@ -123,7 +123,8 @@ fn constant(word: &Ident, trees: &mut Vec<TokenTree>, parts: &mut Parts, errors:
 
 /// The text of `//!`, which the lexer hands over as `#![doc = "…"]`.
 fn inner_doc(tree: &TokenTree, trees: &mut Vec<TokenTree>, begins: bool) -> Option<String> {
-    let is = |tree: Option<&TokenTree>, c| matches!(tree, Some(TokenTree::Punct(punct)) if punct.as_char() == c);
+    let is =
+        |tree: Option<&TokenTree>, c| matches!(tree, Some(TokenTree::Punct(punct)) if punct.as_char() == c);
     if !begins || !is(Some(tree), '#') || !is(trees.last(), '!') {
         return None;
     }

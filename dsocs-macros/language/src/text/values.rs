@@ -55,6 +55,20 @@ impl<'d> Evaluation<'d> {
         }
     }
 
+    /// The nodes of expressions and the numbers that they are.
+    fn evaluated(&mut self, exprs: &[&Expr], nodes: &[NodeId], fields: &[ParameterField]) -> Vec<f64> {
+        let mut numbers = self.numbers(nodes, fields);
+        for (number, expr) in numbers.iter_mut().zip(exprs) {
+            // the graph knows no sign of zero
+            if *number == 0.0
+                && matches!(bare(expr), Expr::Unary(unary) if matches!(bare(&unary.expr), Expr::Lit(_)))
+            {
+                *number = -0.0;
+            }
+        }
+        numbers
+    }
+
     /// The numbers that nodes are.
     fn numbers(&mut self, nodes: &[NodeId], fields: &[ParameterField]) -> Vec<f64> {
         self.lowering
@@ -73,7 +87,7 @@ impl<'d> Evaluation<'d> {
     /// The number that an expression is.
     fn number(&mut self, expr: &Expr, fields: &[ParameterField]) -> Result<f64, Reported> {
         let node = self.lowering.expr(expr)?;
-        let [value] = self.numbers(&[node], fields)[..] else {
+        let [value] = self.evaluated(&[expr], &[node], fields)[..] else {
             return Ok(f64::NAN);
         };
         self.finite(expr, value)
@@ -84,7 +98,8 @@ impl<'d> Evaluation<'d> {
         if value.is_finite() {
             return Ok(value);
         }
-        let message = "this has no value that is finite; expected numbers and parameters whose values are given before";
+        let message =
+            "this has no value that is finite; expected numbers and parameters whose values are given before";
         Err(self.errors.at(expr, message))
     }
 
@@ -112,7 +127,8 @@ impl<'d> Evaluation<'d> {
             }
         };
         let nodes = self.lowering.each(&entries, Lowering::expr)?;
-        let numbers = self.numbers(&nodes, fields);
+        let exprs: Vec<&Expr> = entries.iter().map(|entry| &entry.value).collect();
+        let numbers = self.evaluated(&exprs, &nodes, fields);
         for (entry, value) in entries.iter().zip(&numbers) {
             self.finite(&entry.value, *value)?;
         }
@@ -170,7 +186,8 @@ fn before(
     let is_of = |fields: &[ParameterField], name: &Ident| fields.iter().any(|field| field.ident == *name);
     for name in names.0 {
         if is_of(all, &name) && !is_of(known, &name) {
-            let message = format!("the value of `{name}` is given here or further down; expected it before this use");
+            let message =
+                format!("the value of `{name}` is given here or further down; expected it before this use");
             return Err(errors.at(&name, message));
         }
     }
@@ -273,7 +290,7 @@ fn set(
             return Ok(numbers);
         }
         let message = format!(
-            "expected {n} numbers, one for each coordinate, found {}",
+            "expected a number for each coordinate, {n}, found {}",
             numbers.len()
         );
         Err(errors.at(expr, message))

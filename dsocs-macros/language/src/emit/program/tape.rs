@@ -9,8 +9,8 @@ use super::schedule::Product;
 use super::{Given, Op, Program, Stored, Value};
 use crate::emit::data::Call;
 use crate::emit::functions::Functions;
-use crate::lower::circle;
 use crate::graph::{Comparison, Graph, Leaf, Param, Unary};
+use crate::lower::circle;
 
 /// The byte of the first function.
 const FIRST_FUNCTION: u8 = 32;

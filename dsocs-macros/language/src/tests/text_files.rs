@@ -1,0 +1,337 @@
+//! Systems in text files: what is read, and what is said about a wrong one.
+
+use proptest::prelude::*;
+
+use crate::{Call, Curve, Text, read};
+
+const PENDULUM: &str =
+    "coordinates(theta); lagrangian = dot(theta).powi(2) / 2 + 9.81 / length * theta.cos();";
+
+fn text(text: &str) -> Text {
+    match read("swing", text, &[]) {
+        Ok(read) => read,
+        Err(mistakes) => panic!("{text}\n{mistakes:?}"),
+    }
+}
+
+/// The mistakes of a text, as `line:column: message`.
+fn mistakes(text: &str) -> Vec<String> {
+    match read("swing", text, &[]) {
+        Ok(_) => Vec::new(),
+        Err(mistakes) => mistakes.iter().map(ToString::to_string).collect(),
+    }
+}
+
+#[test]
+fn parameters_and_runs_have_their_values() {
+    let read = text(&format!(
+        "//! A pendulum.
+         //! Second line.
+         const n = 3;
+         parameters {{
+             /// The length [m]
+             length = 2.0,
+             half = length / 2,
+             masses: [n] = [1.0; n],
+             others = [half, 2 * pi, -0.0],
+             gust = samples(\"gust.csv\", monotone),
+         }}
+         {PENDULUM}
+         external_forces = gust.at(t) * masses[1] * others[0];
+         run {{ start = ([pi / 4], [0]); step = 1e-3; until = n }}
+         run fast {{ start = ([1; 1], [each(0..1, |i| 0.5 + i)]); }}"
+    ));
+    assert_eq!(read.model.name(), "Swing");
+    assert_eq!(
+        read.model.parameters(),
+        [
+            "length", "half", "masses_0", "masses_1", "masses_2", "others_0", "others_1", "others_2"
+        ]
+    );
+    let tau = core::f64::consts::TAU;
+    assert_eq!(read.values, [2.0, 1.0, 1.0, 1.0, 1.0, 1.0, tau, 0.0]);
+    assert!(read.values[7].is_sign_negative());
+    assert_eq!(
+        read.tables,
+        [("gust".to_owned(), "gust.csv".to_owned(), Curve::Monotone)]
+    );
+    let [run, fast] = &read.runs[..] else {
+        panic!("{:?}", read.runs)
+    };
+    assert_eq!(
+        (run.name.as_deref(), run.step, run.until),
+        (None, Some(1e-3), Some(3.0))
+    );
+    assert_eq!(run.start, Some([vec![core::f64::consts::FRAC_PI_4], vec![0.0]]));
+    assert_eq!(fast.name.as_deref(), Some("fast"));
+    assert_eq!(fast.start, Some([vec![1.0], vec![0.5]]));
+    let data = read.model.data();
+    assert_eq!(data.itself.doc, "A pendulum. Second line.");
+    assert_eq!(data.others[0].name, "gust");
+    let table = Call::Samples {
+        name: "gust".to_owned(),
+        derivative: 0,
+    };
+    assert!(data.calls.contains(&table), "{:?}", data.calls);
+}
+
+#[test]
+fn a_run_may_set_a_constant() {
+    let chain = "const n = 3; coordinates(q: [n]); lagrangian = sum(0..n, |i| dot(q[i]).powi(2)) / 2;";
+    assert_eq!(text(chain).model.coordinates().len(), 3);
+    let five = read("chain", chain, &[("n".to_owned(), 5.0)]).unwrap();
+    assert_eq!(five.model.coordinates().len(), 5);
+    let wrong = read("chain", chain, &[("m".to_owned(), 5.0)]).unwrap_err();
+    assert!(
+        wrong[0].message.contains("no constant of the text is called `m`"),
+        "{wrong:?}"
+    );
+}
+
+#[test]
+fn the_text_of_a_declaration_declares_the_same() {
+    for statements in [
+        PENDULUM,
+        "coordinates(\n    /// The angle [rad]\n    theta,\n);\nlet w = -dot(theta) / (1 + theta.powi(2));\nlagrangian = w.powi(2) / length;",
+    ] {
+        let first = text(&format!("parameters {{ length = 1 }} {statements}"))
+            .model
+            .data();
+        let again = text(&format!("parameters {{ length = 1 }} {}", first.declaration))
+            .model
+            .data();
+        assert_eq!(first, again);
+    }
+}
+
+#[test]
+fn every_mistake_is_told_at_its_place() {
+    for (statements, place, message) in [
+        (
+            "parameters { length = 1, length2 = lenght }",
+            "1:36",
+            "did you mean `length`?",
+        ),
+        (
+            "parameters { a = b, b = 1, length = 1 }",
+            "1:18",
+            "expected it before this use",
+        ),
+        ("parameters { length = 1 / 0 }", "1:23", "no value that is finite"),
+        (
+            "parameters { length = 1, masses: [3] = [1, 2] }",
+            "1:40",
+            "expected 3 values",
+        ),
+        (
+            "parameters { length = samples(3) }",
+            "1:23",
+            "expected the name of a file",
+        ),
+        ("parameters { length 1 }", "1:21", "expected `name = value`"),
+        ("parameters length = 1;", "1:1", "expected `parameters {"),
+        (
+            "parameters { length = 1 } parameters { m = 1 }",
+            "1:27",
+            "a second time",
+        ),
+        ("parameters { length = 1 } const length = 2;", "1:14", ""),
+        ("const t = 2; parameters { length = 1 }", "1:7", "`t` is time"),
+        (
+            "const n = x; parameters { length = 1 }",
+            "1:7",
+            "expected a number",
+        ),
+        (
+            "const n = 2; let n = 3; parameters { length = 1 }",
+            "1:18",
+            "is a constant of this text",
+        ),
+        (
+            "parameters { length = 1 } run { start = ([1, 2], [0]); }",
+            "1:42",
+            "a number for each coordinate",
+        ),
+        (
+            "parameters { length = 1 } run { start = [1]; }",
+            "1:41",
+            "position and velocity",
+        ),
+        (
+            "parameters { length = 1 } run { stepp = 1; }",
+            "1:33",
+            "did you mean `step`?",
+        ),
+        ("parameters { length = 1 } run { step = 0; }", "1:40", "not zero"),
+        (
+            "parameters { length = 1 } run { step = 1; step = 2; }",
+            "1:43",
+            "a second time",
+        ),
+        (
+            "parameters { length = 1 } run { } run { }",
+            "1:35",
+            "a second run needs a name",
+        ),
+        (
+            "parameters { length = 1 } run a { } run a { }",
+            "1:41",
+            "called `a` already",
+        ),
+        (
+            "parameters { length = 1 } external_forces = drag(theta);",
+            "1:45",
+            "no function `drag` is known here",
+        ),
+        (
+            "parameters { length = 1 } external_forces = Drag::at(theta);",
+            "1:45",
+            "Rust beyond the language",
+        ),
+        (
+            "parameters { length = 1 } external_forces = LENGTH * theta;",
+            "1:45",
+            "no name `LENGTH` is known here",
+        ),
+        (
+            "parameters { length = 1 } external_forces = theta.sen();",
+            "1:51",
+            "did you mean `sin`?",
+        ),
+        (
+            "parameters { length = 1, w = samples(\"w.csv\") } external_forces = w.value(t);",
+            "1:69",
+            "`w.at(t)`",
+        ),
+        (
+            "parameters { length = 1, w = samples(\"w.csv\") } external_forces = w(t);",
+            "1:67",
+            "`w.at(t)`",
+        ),
+        (
+            "parameters { length = 1, w = samples(\"w.csv\") } external_forces = w * t;",
+            "1:67",
+            "",
+        ),
+    ] {
+        let told = mistakes(&format!("{statements} {PENDULUM}"));
+        let found = told
+            .iter()
+            .any(|told| told.starts_with(&format!("{place}:")) && told.contains(message));
+        assert!(
+            found,
+            "{statements}
+{told:#?}"
+        );
+    }
+    // of all statements at once
+    let all = mistakes(
+        "parameters { length = lenght }\nrun { stepp = 1; }\ncoordinates(theta);\nlagrangian = thta;",
+    );
+    assert!(all.len() >= 2, "{all:?}");
+}
+
+#[test]
+fn what_is_too_large_is_refused() {
+    let deep = format!("{}1{}", "(".repeat(100_000), ")".repeat(100_000));
+    let most = "x".repeat(crate::MOST_BYTES + 1);
+    for (text, message) in [
+        (format!("coordinates(x); lagrangian = {deep};"), "nested at most"),
+        (format!("parameters {{ a = {deep} }}"), "nested at most"),
+        (most, "expected at most"),
+        (
+            "coordinates(x); lagrangian = sum(0..1000000000, |i| i * x);".to_owned(),
+            "200000",
+        ),
+        (
+            "coordinates(x: [1000000000]); lagrangian = 1;".to_owned(),
+            "expected",
+        ),
+        (
+            "parameters { m: [1000000000] = [1; 1000000000] } coordinates(x); lagrangian = x;".to_owned(),
+            "at most",
+        ),
+        (
+            "let f = |u| f(u); coordinates(x); lagrangian = f(x);".to_owned(),
+            "`f`",
+        ),
+        ("coordinates(x); lagrangian = 1e999 * x;".to_owned(), ""),
+    ] {
+        let told = mistakes(&text);
+        assert!(
+            told.iter().any(|told| told.contains(message)),
+            "{:.80}\n{:.300}",
+            text,
+            format!("{told:?}")
+        );
+    }
+}
+
+/// Words of which texts are made.
+const WORDS: [&str; 40] = [
+    "parameters",
+    "run",
+    "const",
+    "coordinates",
+    "lagrangian",
+    "kinematic",
+    "holonomic",
+    "let",
+    "dot",
+    "sum",
+    "each",
+    "x",
+    "y",
+    "n",
+    "t",
+    "h",
+    "pi",
+    "samples",
+    "\"a.csv\"",
+    "(",
+    ")",
+    "{",
+    "}",
+    "[",
+    "]",
+    "=",
+    ";",
+    ",",
+    ":",
+    ".",
+    "|",
+    "+",
+    "-",
+    "*",
+    "/",
+    "1",
+    "2.5",
+    "0..3",
+    "//! doc\n",
+    "/// doc\n",
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
+
+    #[test]
+    fn bytes_end_in_a_message_or_a_system(text in ".{0,200}") {
+        let _ = read("any", &text, &[]).map(|read| read.model.data());
+    }
+
+    #[test]
+    fn words_end_in_a_message_or_a_system(words in prop::collection::vec(prop::sample::select(&WORDS[..]), 0..60)) {
+        let _ = read("any", &words.join(" "), &[]).map(|read| read.model.data());
+    }
+
+    #[test]
+    fn what_is_cut_off_ends_in_a_message_or_a_system(from in 0..400_usize, to in 0..400_usize) {
+        let whole = format!(
+            "//! Docs\nconst n = 2; parameters {{ /// m\n m: [n] = [1; n], length = 2.0 }} {PENDULUM} \
+             external_forces = -m[0] * dot(theta).signum(); observe = [w]; let w = theta; run {{ start = ([1], [0]); step = 0.1; until = 1; }}"
+        );
+        let keep = |place: &usize| *place < from.min(to) || *place >= from.max(to);
+        let text: String = whole.char_indices().filter(|(at, _)| keep(at)).map(|(_, c)| c).collect();
+        let _ = read("any", &text, &[]).map(|read| read.model.data());
+    }
+}

@@ -1,0 +1,220 @@
+//! Systems from text files: every system of the library runs from its printed file with the same bits.
+
+use std::fs;
+use std::process::Command;
+
+use dsocs_core::text::Text;
+use tempfile::TempDir;
+
+/// What the program writes to standard output and standard error, and whether it succeeds.
+fn dsocs(folder: &TempDir, arguments: &[&str]) -> (String, String, bool) {
+    let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
+        .args(arguments)
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (text(output.stdout), text(output.stderr), output.status.success())
+}
+
+/// The numbers of a table, line by line, without its head.
+fn numbers(table: &str) -> Vec<Vec<f64>> {
+    let lines = table.lines().skip(1);
+    lines
+        .map(|line| line.split(',').map(|number| number.parse().unwrap()).collect())
+        .collect()
+}
+
+#[test]
+fn systems_run_from_their_printed_files_with_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut others = Vec::new();
+    for entry in dsocs_systems::systems::all() {
+        let name = entry.name();
+        let Ok(text) = entry.text() else {
+            others.push(name.to_owned());
+            continue;
+        };
+        let file = format!("{name}.dsocs");
+        fs::write(folder.path().join(&file), &text).unwrap();
+        // what is read is printed once more
+        assert_eq!(dsocs(&folder, &["text", &file]).0, text, "{name}");
+        let until = (1000.0 * entry.default_step()).to_string();
+        let run = |of: &str, more: &[&str]| {
+            let arguments = [&["run", of, "--until", &until], more].concat();
+            dsocs(&folder, &arguments)
+        };
+        // all columns: positions, velocities, forces, what is observed, energies
+        assert_eq!(run(name, &[]), run(&file, &[]), "{name}");
+        let composed = run(name, &["--order", "4"]);
+        if composed.2 {
+            assert_eq!(composed, run(&file, &["--order", "4"]), "{name}");
+        }
+        let taylor = ["--tolerance", "1e-12"];
+        let (compiled, read) = (run(name, &taylor), run(&file, &taylor));
+        assert_eq!(compiled.2, read.2, "{name}: {} {}", compiled.1, read.1);
+        if compiled.2 {
+            let (compiled, read) = (numbers(&compiled.0), numbers(&read.0));
+            assert_eq!(compiled.len(), read.len());
+            // until errors have grown
+            for (compiled, read) in compiled.iter().zip(&read).take(100) {
+                let size = compiled.iter().fold(1.0_f64, |size, x| size.max(x.abs()));
+                let apart = compiled.iter().zip(read).map(|(x, y)| (x - y).abs());
+                let apart = apart.fold(0.0, f64::max);
+                assert!(apart <= 1e-9 * size, "{name} at {}: {apart:e}", compiled[0]);
+            }
+        }
+    }
+    // their parameters are functions of Rust
+    assert_eq!(others, ["particle"]);
+}
+
+#[test]
+fn a_table_beside_the_file_is_read_and_its_derivatives_are_those_of_rust() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("pull.csv"), "t,pull\n0,0\n1,1\n2,0.5\n4,2\n").unwrap();
+    let text = "parameters { pull = samples(\"pull.csv\") }
+        coordinates(x);
+        lagrangian = (1 + pull.at(t)) * dot(x).powi(2) / 2 - pull.at(x) * x / 10;
+        run { start = ([1.0], [0.2]); step = 0.01; until = 2.0; }";
+    fs::write(folder.path().join("pull.dsocs"), text).unwrap();
+    // the same as a polynomial: the spline through four points that is no knot anywhere is one cubic
+    let [a, b, c, d] = cubic([0.0, 1.0, 2.0, 4.0], [0.0, 1.0, 0.5, 2.0]);
+    let polynomial = format!(
+        "let f = |u| (({d} * u + {c}) * u + {b}) * u + {a};
+        coordinates(x);
+        lagrangian = (1 + f(t)) * dot(x).powi(2) / 2 - f(x) * x / 10;
+        run {{ start = ([1.0], [0.2]); step = 0.01; until = 2.0; }}"
+    );
+    fs::write(folder.path().join("polynomial.dsocs"), polynomial).unwrap();
+    for more in [&[][..], &["--tolerance", "1e-11", "--step", "0.01"]] {
+        let of = |file: &str| {
+            let (out, told, good) = dsocs(&folder, &[&["run", file], more].concat());
+            assert!(good, "{told}");
+            numbers(&out)
+        };
+        let (table, polynomial) = (of("pull.dsocs"), of("polynomial.dsocs"));
+        assert_eq!(table.len(), polynomial.len());
+        for (table, polynomial) in table.iter().zip(&polynomial) {
+            for (x, y) in table.iter().zip(polynomial) {
+                assert!(
+                    (x - y).abs() <= 1e-8 * (1.0 + y.abs()),
+                    "{table:?} {polynomial:?}"
+                );
+            }
+        }
+    }
+}
+
+/// The coefficients of the cubic polynomial through four points, by Newton's divided differences.
+fn cubic(x: [f64; 4], mut y: [f64; 4]) -> [f64; 4] {
+    for order in 1..4 {
+        for i in (order..4).rev() {
+            y[i] = (y[i] - y[i - 1]) / (x[i] - x[i - order]);
+        }
+    }
+    // (((y3) (u - x2) + y2) (u - x1) + y1) (u - x0) + y0
+    let mut p = [y[3], 0.0, 0.0, 0.0];
+    for k in (0..3).rev() {
+        let mut next = [0.0; 4];
+        for (i, &c) in p.iter().enumerate() {
+            if i < 3 {
+                next[i + 1] += c;
+            }
+            next[i] -= x[k] * c;
+        }
+        next[0] += y[k];
+        p = next;
+    }
+    p
+}
+
+#[test]
+fn every_verb_takes_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let swing = "//! A pendulum.
+        parameters {
+            /// The length of the rod [m]
+            length = 1.0,
+        }
+        coordinates(
+            /// The angle from below [rad]
+            theta
+        );
+        lagrangian = dot(theta).powi(2) / 2 + 9.81 / length * theta.cos();
+        run { start = ([pi / 4], [0]); step = 0.01; until = 2.0; }
+        run far { start = ([3], [0]); until = 1.0; }";
+    fs::write(folder.path().join("swing.dsocs"), swing).unwrap();
+    for arguments in [
+        &["list", "swing.dsocs"][..],
+        &["list", "swing.dsocs", "--format", "json"],
+        &["check", "swing.dsocs"],
+        &[
+            "run",
+            "swing.dsocs",
+            "--plot",
+            "swing.svg",
+            "--report",
+            "swing.html",
+        ],
+        &["run", "swing.dsocs", "--set", "length=2", "--estimate-error"],
+        &["run", "swing.dsocs:far"],
+        &["stability", "swing.dsocs"],
+    ] {
+        let (out, told, good) = dsocs(&folder, arguments);
+        assert!(good, "{arguments:?}\n{out}\n{told}");
+    }
+    let last = |of: &str| numbers(&dsocs(&folder, &["run", of]).0).pop().unwrap()[0];
+    assert_eq!([last("swing.dsocs"), last("swing.dsocs:far")], [2.0, 1.0]);
+}
+
+#[test]
+fn mistakes_are_underlined_in_the_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases: [(&[u8], &str); 6] = [
+        (
+            b"coordinates(x);\nlagrangian = dot(y).powi(2);\nholonomic = x * dot(x);",
+            "no name `y` is known here",
+        ),
+        (b"\xff\xfe", "is no text"),
+        (b"", "expected the statement `coordinates(x, y);`"),
+        (
+            b"parameters { w = samples(\"nowhere.csv\") } coordinates(x); lagrangian = w.at(x);",
+            "nowhere.csv",
+        ),
+        (
+            b"parameters { w = samples(\"/dev/zero\") } coordinates(x); lagrangian = w.at(x);",
+            "it is no file",
+        ),
+        (b"coordinates(x); lagrangian = x\x1b[31m;", "out of place"),
+    ];
+    for (bytes, message) in cases {
+        fs::write(folder.path().join("wrong.dsocs"), bytes).unwrap();
+        let (out, told, good) = dsocs(&folder, &["run", "wrong.dsocs"]);
+        assert!(!good && out.is_empty() && told.starts_with("error: "), "{told}");
+        assert!(told.contains(message), "{told}");
+        assert!(!told.contains('\u{1b}'), "{told:?}");
+    }
+    fs::write(folder.path().join("wrong.dsocs"), cases[0].0).unwrap();
+    let told = dsocs(&folder, &["run", "wrong.dsocs"]).1;
+    for line in [
+        "--> wrong.dsocs:2:18",
+        "lagrangian = dot(y).powi(2);",
+        "  |                  ^",
+        "--> wrong.dsocs:3:",
+    ] {
+        assert!(told.contains(line), "{told}");
+    }
+    // what is no file
+    let told = dsocs(&folder, &["run", "missing.dsocs"]).1;
+    assert!(told.contains("cannot read missing.dsocs"), "{told}");
+    let told = dsocs(&folder, &["run", "swing.dsocs:fast", "--const", "n"]).1;
+    assert!(told.contains("expected a name and a number"), "{told}");
+}
+
+#[test]
+fn a_text_without_a_folder_reads_no_file() {
+    let text = "parameters { w = samples(\"w.csv\") } coordinates(x); lagrangian = w.at(x);";
+    let error = Text::parse("w", text).unwrap_err().to_string();
+    assert!(error.contains("has no folder"), "{error}");
+}
