@@ -32,10 +32,10 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use dsocs_language::{Call, Curve, Data};
+use dsocs_language::{Call, Data};
 
 pub use crate::kernel::{TapeError, TapeKernel};
-pub use dsocs_language::{Mistake, Run};
+pub use dsocs_language::{Curve, Mistake, Run, Table};
 pub use error::TextError;
 
 use crate::samples::{Samples, SamplesError};
@@ -51,6 +51,8 @@ const STACK: usize = 64 << 20;
 pub struct Text {
     /// The system, with the values of its parameters.
     pub system: TapeKernel,
+    /// Its tables of samples.
+    pub tables: Vec<Table>,
     /// What is run.
     pub runs: Vec<Run>,
     /// What is declared and has no effect.
@@ -114,7 +116,7 @@ impl Text {
             let thread = std::thread::Builder::new()
                 .stack_size(STACK)
                 .spawn_scoped(scope, read);
-            thread.map(|thread| thread.join())
+            thread.map(std::thread::ScopedJoinHandle::join)
         });
         let (data, values, tables, runs, warnings) = match thread {
             Ok(Ok(Ok(read))) => read,
@@ -123,11 +125,12 @@ impl Text {
             Err(error) => return Err(TextError::Thread(error.to_string())),
         };
         let mut found = HashMap::new();
-        for (parameter, file, curve) in tables {
-            found.insert(parameter, samples(folder, &file, curve)?);
+        for Table { name, file, curve } in &tables {
+            found.insert(name.clone(), samples(folder, file, *curve)?);
         }
         Ok(Self {
             system: system(data, values, &found)?,
+            tables,
             runs,
             warnings,
         })

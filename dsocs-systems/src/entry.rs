@@ -55,7 +55,7 @@ use std::ops::ControlFlow;
 
 #[cfg(feature = "sweep")]
 use dsocs_core::Declaration;
-use dsocs_core::text::{Run as TextRun, Text};
+use dsocs_core::text::{Run as TextRun, Table, Text};
 use dsocs_core::{Quantity, SetupError, System};
 
 use crate::check::{self, Expected, Finding, Settings};
@@ -98,6 +98,8 @@ pub struct Entry {
     summary: String,
     /// Where it comes from.
     source: Option<String>,
+    /// Its tables of samples, if it was read from a text.
+    tables: Vec<Table>,
     /// The start unless the command line gives one: position and velocity.
     start: Option<[Vec<f64>; 2]>,
     /// The acceleration that the run begins with, where a constraint is of third order.
@@ -173,7 +175,10 @@ impl Entry {
     /// ```
     #[must_use]
     pub fn of_text(name: impl Into<String>, text: &Text, run: Option<&TextRun>) -> Self {
-        let entry = Self::of(Box::new(text.system.clone())).named(name);
+        let entry = Self {
+            tables: text.tables.clone(),
+            ..Self::of(Box::new(text.system.clone())).named(name)
+        };
         let Some(run) = run else { return entry };
         Self {
             start: run.start.clone(),
@@ -194,6 +199,7 @@ impl Entry {
             system,
             description,
             source: None,
+            tables: Vec::new(),
             start: None,
             acceleration: None,
             near: None,

@@ -44,4 +44,4 @@ pub use mistake::Mistake;
 pub use model::Model;
 pub use shared::statements;
 pub use source::{Source, analyze};
-pub use text::{Curve, MOST_BYTES, Run, Text, read};
+pub use text::{Curve, MOST_BYTES, Run, Table, Text, read};

@@ -33,7 +33,7 @@ use crate::mistake::Mistake;
 use crate::model::Model;
 use crate::{layout, lower, parse};
 
-pub use parameters::Curve;
+pub use parameters::{Curve, Table};
 pub use values::Run;
 
 /// The most bytes that a text may have.
@@ -49,8 +49,8 @@ pub struct Text {
     pub model: Model,
     /// The numbers among its parameters, in the order of [`Model::parameters`].
     pub values: Vec<f64>,
-    /// Its tables of samples: the name of the parameter, the file that is named, how it is interpolated.
-    pub tables: Vec<(String, String, Curve)>,
+    /// Its tables of samples.
+    pub tables: Vec<Table>,
     /// What is run.
     pub runs: Vec<Run>,
 }

@@ -8,7 +8,7 @@ use super::expression;
 use crate::entry::{Method, Row};
 
 /// The options that choose how a motion is computed.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct AccuracyArguments {
     /// The order of the step: 2 is the paper's; 4, 6 and 8 are compositions of it [default: 2]
     #[arg(long, value_name = "P", value_parser = order)]

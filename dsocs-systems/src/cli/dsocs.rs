@@ -57,7 +57,7 @@ pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
                 None => paper::paper(&arguments.paper),
                 Some(Command::Paper(arguments)) => paper::paper(&arguments),
                 Some(Command::Report(arguments)) => report::report(&arguments, &mut program),
-                Some(Command::New(arguments)) => new::new(&arguments),
+                Some(Command::New(arguments)) => new::new(&arguments, &mut program),
                 Some(Command::Common(command)) => command.execute(&mut program),
             }),
     )

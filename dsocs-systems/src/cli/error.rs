@@ -157,6 +157,14 @@ pub enum CliError {
     /// A text file is no system.
     #[error(transparent)]
     Text(#[from] TextError),
+    /// What is to be watched is no file.
+    #[error(
+        "expected a text file, such as `swing.dsocs`, found `{0}`: what is compiled does not change while it runs"
+    )]
+    NoFile(String),
+    /// No page can be shown at a port of this machine.
+    #[error("cannot show a page at a port of this machine: {0}")]
+    Port(io::Error),
     /// A system is more than a text can say.
     #[error(transparent)]
     NoText(#[from] NoText),
@@ -382,6 +390,8 @@ impl CliError {
             Self::Unknown(_)
             | Self::Text(_)
             | Self::NoText(_)
+            | Self::NoFile(_)
+            | Self::Port(_)
             | Self::Parameter { .. }
             | Self::TableFormat(_)
             | Self::NotJson(_)

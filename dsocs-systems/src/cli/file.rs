@@ -1,6 +1,6 @@
 //! Systems in text files, wherever a command takes the name of a system.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dsocs_core::text::Text;
@@ -27,12 +27,23 @@ fn constant(text: &str) -> Result<(String, f64), String> {
     constant.ok_or_else(|| "expected a name and a number, n=8".to_owned())
 }
 
+/// The text file that a name is; `None` if it is no name of a file.
+pub fn path(name: &str) -> Option<PathBuf> {
+    parts(name).map(|(file, _)| PathBuf::from(file))
+}
+
+/// The text file and the run that a name says.
+fn parts(name: &str) -> Option<(String, Option<&str>)> {
+    match name.rsplit_once(&format!("{ENDING}:")) {
+        Some((stem, run)) => Some((format!("{stem}{ENDING}"), Some(run))),
+        None => name.ends_with(ENDING).then(|| (name.to_owned(), None)),
+    }
+}
+
 /// The system in a text file, with the first of its runs: `swing.dsocs`; or with the run of a name: `swing.dsocs:fast`. `None` if it is no name of a file.
 pub fn entry(name: &str, constants: &[(String, f64)]) -> Result<Option<Entry>, CliError> {
-    let (file, run) = match name.rsplit_once(&format!("{ENDING}:")) {
-        Some((stem, run)) => (format!("{stem}{ENDING}"), Some(run)),
-        None if name.ends_with(ENDING) => (name.to_owned(), None),
-        None => return Ok(None),
+    let Some((file, run)) = parts(name) else {
+        return Ok(None);
     };
     let text = Text::read_with(&file, constants)?;
     for warning in &text.warnings {

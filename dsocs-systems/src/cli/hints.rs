@@ -255,7 +255,8 @@ fn execute(folder: &Path, words: &str) -> Result<(), CliError> {
     });
     let out = out.display().to_string();
     let words = words.split(' ').chain(["--out", &out]);
-    let Arguments { command } = Arguments::try_parse_from(core::iter::once("dsocs").chain(words)).unwrap();
+    let Arguments { command, .. } =
+        Arguments::try_parse_from(core::iter::once("dsocs").chain(words)).unwrap();
     command.execute(&mut Program::new(entries()).verified()?)
 }
 
@@ -448,7 +449,7 @@ fn a_mistake_in_an_entry_is_that_of_its_system_alone() {
     let execute = |words: &str| {
         let out = folder.path().join("a.csv").display().to_string();
         let words = words.replace("OUT", &out);
-        let Arguments { command } =
+        let Arguments { command, .. } =
             Arguments::try_parse_from(core::iter::once("dsocs").chain(words.split(' '))).unwrap();
         command.execute(&mut Program::new(entries()).verified()?)
     };

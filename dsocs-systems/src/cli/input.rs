@@ -9,7 +9,7 @@ use super::CliError;
 use crate::entry::{Entry, HeldInput};
 
 /// Parameters that change during a run.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct InputArguments {
     /// A parameter that changes at nodes: a .csv file with two columns, the time in s and the value that holds from the next node on; before the first time the parameter has its own value; may be given
     /// several times

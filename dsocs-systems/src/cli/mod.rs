@@ -71,6 +71,7 @@ mod sweep;
 mod table;
 mod terminal;
 mod text;
+mod watch;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -106,6 +107,8 @@ const NO_SWEEP: &str = "Many runs by a plan, here or on a cluster (`sweep`, `plo
 enum Command {
     /// Run one system and write its trajectory
     Run(Box<run::RunArguments>),
+    /// Run a text file at every save, and show the page in a browser that reloads it
+    Watch(Box<watch::WatchArguments>),
     /// Measure numerical stability on hard cases, and compare each value with its limit
     Stability(stability::StabilityArguments),
     /// Check the paper's theorems on a system: regularity, symplectic and momentum laws, reversibility, order
@@ -131,6 +134,7 @@ impl Command {
     fn execute(&self, program: &mut Program) -> Result<(), CliError> {
         match self {
             Self::Run(arguments) => run::run(arguments, program),
+            Self::Watch(arguments) => watch::watch(arguments, program),
             Self::Stability(arguments) => stability::stability(arguments, program),
             Self::Check(arguments) => check::check(arguments, program),
             #[cfg(feature = "sweep")]
@@ -328,6 +332,12 @@ impl Program {
         self.mistakes.push(entry.verify().err());
         self.entries.push(entry);
         Ok(self.entries.len() - 1)
+    }
+
+    /// Forgets the systems of text files, which are read again.
+    fn forget_beyond(&mut self, entries: usize) {
+        self.entries.truncate(entries);
+        self.mistakes.truncate(entries);
     }
 
     /// The systems in which nothing is wrong, for commands that take all. Those that are left out are told.

@@ -2,11 +2,11 @@
 
 use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use clap::Args;
 
-use super::{CliError, output};
+use super::{CliError, Program, output};
 
 /// The crate's `main.rs`.
 const MAIN: &str = include_str!("new/main.rs.txt");
@@ -16,6 +16,9 @@ const MAIN: &str = include_str!("new/main.rs.txt");
 pub struct NewArguments {
     /// The folder of the new crate; its last part is the crate's name unless `--name` gives another
     path: PathBuf,
+    /// A system that it begins with: a text file, or the name of one of this program's [default: a mass that swings on a spring]
+    #[arg(long, value_name = "FILE")]
+    from: Option<String>,
     /// The crate's name
     #[arg(long)]
     name: Option<String>,
@@ -31,12 +34,35 @@ pub struct NewArguments {
 ///
 /// [`CliError`] if the name is none for a crate, the folder has something in it, there is no checkout where one is given, or a
 /// file cannot be written.
-pub fn new(arguments: &NewArguments) -> Result<(), CliError> {
+pub fn new(arguments: &NewArguments, program: &mut Program) -> Result<(), CliError> {
     let folder = &arguments.path;
     let name = name(arguments)?;
     if fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) || folder.is_file() {
         return Err(CliError::Occupied(folder.clone()));
     }
+    let mut tables = Vec::new();
+    let (main, what) = match &arguments.from {
+        None => (MAIN.to_owned(), "a mass that swings on a spring".to_owned()),
+        Some(from) => {
+            let entry = program.find(from)?;
+            let beside = Path::new(from).parent().unwrap_or(Path::new(""));
+            // those beside the text; others stay where they are
+            let is_beside = |file: &&str| {
+                Path::new(file)
+                    .components()
+                    .all(|part| matches!(part, Component::Normal(_)))
+            };
+            for file in entry.files().filter(is_beside) {
+                let path = beside.join(file);
+                let bytes = fs::read(&path).map_err(|cause| CliError::Read {
+                    path,
+                    cause: cause.to_string(),
+                })?;
+                tables.push((file.to_owned(), bytes));
+            }
+            (entry.rust()?, format!("`{}`", entry.name()))
+        }
+    };
     let checkout = match &arguments.checkout {
         Some(given) => match checkout(given) {
             Some(found) => Some(found),
@@ -46,13 +72,16 @@ pub fn new(arguments: &NewArguments) -> Result<(), CliError> {
     };
     for (file, content) in [
         ("Cargo.toml", manifest(&name, checkout.as_deref()).as_str()),
-        ("src/main.rs", MAIN),
+        ("src/main.rs", main.as_str()),
         (".gitignore", "/target\n/results\n"),
     ] {
         output::write(&folder.join(file), content.as_bytes())?;
     }
+    for (file, bytes) in tables {
+        output::write(&folder.join(file), &bytes)?;
+    }
     let text = format!(
-        "A crate with a system of one's own is in {0}: src/main.rs declares a mass that swings on a spring.\n\n\
+        "A crate with a system of one's own is in {0}: src/main.rs declares {what}.\n\n\
          cd {0}\n\
          cargo run --release -- list                      # coordinates, parameters, defaults\n\
          cargo run --release -- run --report motion.html  # a run, as a page to open in a browser\n\

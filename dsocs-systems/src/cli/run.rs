@@ -24,7 +24,7 @@ use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, Unkn
 const PROGRESS: u64 = 1024;
 
 /// What `run` takes.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct RunArguments {
     /// The system, one of `list`; may be left out if there is only one
@@ -78,6 +78,21 @@ pub struct RunArguments {
     /// A page with the moving mechanism and the plots of all columns under one slider: a single .html file
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+}
+
+impl RunArguments {
+    /// The system.
+    pub fn system(&self) -> Option<&str> {
+        self.system.as_deref()
+    }
+
+    /// The same with a page of the run.
+    pub fn with_page(self, page: PathBuf) -> Self {
+        Self {
+            report: Some(page),
+            ..self
+        }
+    }
 }
 
 /// Runs one system and writes its trajectory.

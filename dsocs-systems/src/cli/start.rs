@@ -8,7 +8,7 @@ use crate::check::Begin;
 use crate::entry::{Beginning, Entry, UnknownName};
 
 /// Where a motion begins, and the parameters.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct StartArguments {
     /// The first node, a number for each coordinate, or those by name that differ from the system's own start (`theta=30deg`); numbers may be written like `pi/2`, `sqrt(2)` or `30deg`, as in all options
     #[arg(long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',', value_parser = component)]
@@ -117,7 +117,7 @@ pub fn vector(
 }
 
 /// How a motion begins with its position and velocity.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct BeginArguments {
     /// How the second node follows from position and velocity [default: second-order]
     #[arg(long, value_enum)]

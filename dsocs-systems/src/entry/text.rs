@@ -1,7 +1,8 @@
-//! A system as the text of a file that says the same.
+//! A system as text: the text file that says the same, and the Rust that does.
 
 use std::fmt::Write as _;
 
+use dsocs_core::text::{Curve, Table};
 use dsocs_core::{Kernel, Quantity};
 use thiserror::Error;
 
@@ -22,94 +23,213 @@ pub struct NoText {
 
 dsocs_core::debug_is_message!(NoText);
 
+/// A parameter as it is declared.
+struct Parameter<'a> {
+    name: &'a str,
+    doc: &'a str,
+    /// How many elements it has, if it is an array.
+    length: Option<usize>,
+    /// Its value, as text and Rust write it.
+    value: String,
+}
+
 impl Entry {
-    /// The system as the text of a file, with the present values of its parameters, its start, step and end. A system that was read from a file with
-    /// tables of samples has none of its own.
+    /// The system as the text of a file, with the present values of its parameters, its start, step and end.
     ///
     /// # Errors
     ///
-    /// [`NoText`] if it has parameters of other types than numbers.
+    /// [`NoText`] if it has parameters of other types than numbers and tables of samples, or calls functions of Rust.
     pub fn text(&self) -> Result<String, NoText> {
-        let kernel = self.system.kernel();
-        let shape = kernel.shape();
-        let others = shape
-            .others
-            .iter()
-            .map(|other| format!("`{}` is of type `{}`", other.name, other.doc));
-        let extra = self
-            .description
-            .parameters
-            .get(shape.parameters.len()..)
-            .unwrap_or_default();
-        let extra = extra
-            .iter()
-            .map(|extra| format!("`{}` is not declared", extra.name));
-        let calls = (kernel.tape().calls_functions() && shape.others.is_empty())
-            .then(|| "it calls functions of Rust".to_owned());
-        let fields: Vec<String> = others.chain(extra).chain(calls).collect();
-        if !fields.is_empty() {
-            return Err(NoText {
-                name: self.name.clone(),
-                fields,
-            });
-        }
+        let shape = self.system.kernel().shape();
         let mut text = String::new();
         for line in shape.doc.lines() {
             let _ = writeln!(text, "//! {line}");
         }
-        text.push_str(&parameters(kernel));
+        let parameters = self.as_declared()?;
+        if !parameters.is_empty() || !self.tables.is_empty() {
+            text.push_str("parameters {\n");
+            for of in &parameters {
+                documentation(&mut text, of.doc);
+                let length = of
+                    .length
+                    .map_or_else(String::new, |length| format!(": [{length}]"));
+                let _ = writeln!(text, "    {}{length} = {},", of.name, of.value);
+            }
+            for Table { name, file, curve } in &self.tables {
+                let curve = match curve {
+                    Curve::Linear => ", linear",
+                    Curve::Monotone => ", monotone",
+                    _ => "",
+                };
+                let _ = writeln!(text, "    {name} = samples({file:?}{curve}),");
+            }
+            text.push_str("}\n");
+        }
         text.push_str(&shape.declaration);
-        text.push_str(&self.run_as_text());
-        Ok(text)
-    }
-
-    /// `run { … }`.
-    fn run_as_text(&self) -> String {
-        let mut run = String::from("run {\n");
+        text.push_str("run {\n");
         if let Some([q0, v0]) = &self.start {
-            let _ = writeln!(run, "    start = ({q0:?}, {v0:?});");
+            let _ = writeln!(text, "    start = ({q0:?}, {v0:?});");
         }
-        if let Some(a0) = &self.acceleration {
-            let _ = writeln!(run, "    acceleration = {a0:?};");
-        }
-        if let Some(near) = &self.near {
-            let _ = writeln!(run, "    near_acceleration = {near:?};");
+        for (name, vector) in [
+            ("acceleration", &self.acceleration),
+            ("near_acceleration", &self.near),
+        ] {
+            if let Some(vector) = vector {
+                let _ = writeln!(text, "    {name} = {vector:?};");
+            }
         }
         let _ = writeln!(
-            run,
+            text,
             "    step = {:?};\n    until = {:?};\n}}",
             self.step, self.until
         );
-        run
+        Ok(text)
+    }
+
+    /// The system as the `main.rs` of a crate whose command line runs it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Entry::text`].
+    pub fn rust(&self) -> Result<String, NoText> {
+        let shape = self.system.kernel().shape();
+        let parameters = self.as_declared()?;
+        let has_tables = !self.tables.is_empty();
+        let mut rust = format!("//! {}\n\nuse std::process::ExitCode;\n\n", self.summary);
+        rust.push_str(if has_tables {
+            "use dsocs_core::{Samples, SamplesError, dsocs};\n"
+        } else {
+            "use dsocs_core::dsocs;\n"
+        });
+        rust.push_str("use dsocs_systems::{Entry, cli};\n\n");
+        for line in shape.doc.lines() {
+            let _ = writeln!(rust, "/// {line}");
+        }
+        rust.push_str("#[dsocs {\n");
+        for line in shape.declaration.lines() {
+            let _ = writeln!(rust, "    {line}");
+        }
+        let _ = write!(rust, "}}]\n#[derive(Clone)]\nstruct {} {{\n", shape.name);
+        for of in &parameters {
+            documentation(&mut rust, of.doc);
+            let ty = of
+                .length
+                .map_or_else(|| "f64".to_owned(), |length| format!("[f64; {length}]"));
+            let _ = writeln!(rust, "    {}: {ty},", of.name);
+        }
+        for table in &self.tables {
+            let _ = writeln!(rust, "    {}: Samples,", table.name);
+        }
+        let result = if has_tables {
+            "Result<ExitCode, SamplesError>"
+        } else {
+            "ExitCode"
+        };
+        let _ = write!(
+            rust,
+            "}}\n\nfn main() -> {result} {{\n    let system = {} {{\n",
+            shape.name
+        );
+        for of in &parameters {
+            let _ = writeln!(rust, "        {}: {},", of.name, of.value);
+        }
+        for Table { name, file, curve } in &self.tables {
+            let curve = match curve {
+                Curve::Linear => "linear",
+                Curve::Monotone => "monotone",
+                _ => "cubic",
+            };
+            let _ = writeln!(
+                rust,
+                "        {name}: Samples::{curve}(Samples::read({file:?})?)?,"
+            );
+        }
+        let _ = write!(
+            rust,
+            "    }};\n    let entry = Entry::new(system)\n        .named({:?})\n",
+            self.name
+        );
+        match (&self.start, &self.acceleration) {
+            (Some([q0, v0]), Some(a0)) => {
+                let _ = writeln!(rust, "        .start_with_acceleration({q0:?}, {v0:?}, {a0:?})");
+            }
+            (Some([q0, v0]), None) => {
+                let _ = writeln!(rust, "        .start({q0:?}, {v0:?})");
+            }
+            _ => {}
+        }
+        if let Some(near) = &self.near {
+            let _ = writeln!(rust, "        .near_acceleration({near:?})");
+        }
+        let _ = writeln!(
+            rust,
+            "        .step({:?})\n        .until({:?});",
+            self.step, self.until
+        );
+        let run = "cli::main([entry])";
+        let _ = if has_tables {
+            writeln!(rust, "    Ok({run})\n}}")
+        } else {
+            writeln!(rust, "    {run}\n}}")
+        };
+        Ok(rust)
+    }
+
+    /// The files of its tables, as the text names them.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.tables.iter().map(|table| table.file.as_str())
+    }
+
+    /// The parameters that are numbers, arrays as arrays.
+    fn as_declared(&self) -> Result<Vec<Parameter<'_>>, NoText> {
+        let kernel = self.system.kernel();
+        let shape = kernel.shape();
+        let is_table = |name: &str| self.tables.iter().any(|table| table.name == name);
+        let others = shape.others.iter().filter(|other| !is_table(&other.name));
+        let others = others.map(|other| format!("`{}` is of type `{}`", other.name, other.doc));
+        let extra = self.description.parameters.get(shape.parameters.len()..);
+        let extra = extra.unwrap_or_default().iter();
+        let extra = extra.map(|extra| format!("`{}` is not declared", extra.name));
+        let calls = (kernel.tape().calls_functions() && shape.others.is_empty())
+            .then(|| "it calls functions of Rust".to_owned());
+        let fields: Vec<String> = others.chain(extra).chain(calls).collect();
+        if fields.is_empty() {
+            Ok(parameters(kernel))
+        } else {
+            Err(NoText {
+                name: self.name.clone(),
+                fields,
+            })
+        }
     }
 }
 
-/// `parameters { … }`; nothing if there are none.
-fn parameters(kernel: &dyn Kernel) -> String {
+/// Writes a line of documentation, if there is one.
+fn documentation(text: &mut String, doc: &str) {
+    if !doc.is_empty() {
+        let _ = writeln!(text, "    /// {doc}");
+    }
+}
+
+/// The parameters of a system.
+fn parameters(kernel: &dyn Kernel) -> Vec<Parameter<'_>> {
     let shape = kernel.shape();
     let all = &shape.parameters[..];
-    if all.is_empty() {
-        return String::new();
-    }
-    let mut text = String::from("parameters {\n");
+    let mut parameters = Vec::new();
     let mut place = 0;
     while let Some(first) = all.get(place) {
         let length = elements(&all[place..], &shape.declaration);
-        if !first.doc.is_empty() {
-            let _ = writeln!(text, "    /// {}", first.doc);
-        }
-        let _ = match length {
-            None => writeln!(text, "    {} = {:?},", first.name, kernel.value(place)),
-            Some(length) => {
-                let name = first.name.trim_end_matches("_0");
-                let values: Vec<f64> = (place..place + length).map(|place| kernel.value(place)).collect();
-                writeln!(text, "    {name}: [{length}] = {values:?},")
-            }
-        };
-        place += length.unwrap_or(1);
+        let count = length.unwrap_or(1);
+        let values: Vec<f64> = (place..place + count).map(|place| kernel.value(place)).collect();
+        parameters.push(Parameter {
+            name: length.map_or(&*first.name, |_| first.name.trim_end_matches("_0")),
+            doc: &first.doc,
+            length,
+            value: length.map_or_else(|| format!("{:?}", kernel.value(place)), |_| format!("{values:?}")),
+        });
+        place += count;
     }
-    text.push_str("}\n");
-    text
+    parameters
 }
 
 /// How many elements the array has with whose first element some parameters begin; `None` if they begin with a number.

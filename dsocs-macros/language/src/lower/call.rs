@@ -14,6 +14,17 @@ use crate::names::Binding;
 use crate::nearest::{did_you_mean, nearest};
 use crate::syntax::{bare, plain_name};
 
+/// The name of `f64::name`.
+fn function_of_f64(function: &Expr) -> Option<&Ident> {
+    match function {
+        Expr::Path(path) if path.qself.is_none() && path.path.segments.len() == 2 => {
+            let of_f64 = path.path.segments[0].ident == "f64";
+            of_f64.then(|| &path.path.segments[1].ident)
+        }
+        _ => None,
+    }
+}
+
 impl Lowering<'_> {
     /// `function(…)`
     pub(super) fn call(&mut self, call: &ExprCall, whole: &Expr) -> Lowered {
@@ -89,12 +100,7 @@ impl Lowering<'_> {
             return Err(self
                 .errors
                 .at(number, "a number is no function; a product is written with `*`"));
-        } else if let Expr::Path(path) = &*call.func
-            && path.qself.is_none()
-            && path.path.segments.len() == 2
-            && path.path.segments[0].ident == "f64"
-        {
-            let name = &path.path.segments[1].ident;
+        } else if let Some(name) = function_of_f64(&call.func) {
             let builtin = Builtin::find(&name.to_string());
             if let (Some(builtin), Some((receiver, rest))) = (builtin, arguments.split_first()) {
                 return self.builtin(builtin, name, receiver, rest);

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::{Call, Curve, Text, read};
+use crate::{Call, Curve, Table, Text, read};
 
 const PENDULUM: &str =
     "coordinates(theta); lagrangian = dot(theta).powi(2) / 2 + 9.81 / length * theta.cos();";
@@ -51,10 +51,12 @@ fn parameters_and_runs_have_their_values() {
     let tau = core::f64::consts::TAU;
     assert_eq!(read.values, [2.0, 1.0, 1.0, 1.0, 1.0, 1.0, tau, 0.0]);
     assert!(read.values[7].is_sign_negative());
-    assert_eq!(
-        read.tables,
-        [("gust".to_owned(), "gust.csv".to_owned(), Curve::Monotone)]
-    );
+    let gust = Table {
+        name: "gust".to_owned(),
+        file: "gust.csv".to_owned(),
+        curve: Curve::Monotone,
+    };
+    assert_eq!(read.tables, [gust]);
     let [run, fast] = &read.runs[..] else {
         panic!("{:?}", read.runs)
     };
@@ -104,116 +106,119 @@ fn the_text_of_a_declaration_declares_the_same() {
     }
 }
 
+/// Texts before a declaration, the line and column of the mistake, and a part of its message.
+const MISTAKES: &[(&str, &str, &str)] = &[
+    (
+        "parameters { length = 1, length2 = lenght }",
+        "1:36",
+        "did you mean `length`?",
+    ),
+    (
+        "parameters { a = b, b = 1, length = 1 }",
+        "1:18",
+        "expected it before this use",
+    ),
+    ("parameters { length = 1 / 0 }", "1:23", "no value that is finite"),
+    (
+        "parameters { length = 1, masses: [3] = [1, 2] }",
+        "1:40",
+        "expected 3 values",
+    ),
+    (
+        "parameters { length = samples(3) }",
+        "1:23",
+        "expected the name of a file",
+    ),
+    ("parameters { length 1 }", "1:21", "expected `name = value`"),
+    ("parameters length = 1;", "1:1", "expected `parameters {"),
+    (
+        "parameters { length = 1 } parameters { m = 1 }",
+        "1:27",
+        "a second time",
+    ),
+    ("parameters { length = 1 } const length = 2;", "1:14", ""),
+    ("const t = 2; parameters { length = 1 }", "1:7", "`t` is time"),
+    (
+        "const n = x; parameters { length = 1 }",
+        "1:7",
+        "expected a number",
+    ),
+    (
+        "const n = 2; let n = 3; parameters { length = 1 }",
+        "1:18",
+        "is a constant of this text",
+    ),
+    (
+        "parameters { length = 1 } run { start = ([1, 2], [0]); }",
+        "1:42",
+        "a number for each coordinate",
+    ),
+    (
+        "parameters { length = 1 } run { start = [1]; }",
+        "1:41",
+        "position and velocity",
+    ),
+    (
+        "parameters { length = 1 } run { stepp = 1; }",
+        "1:33",
+        "did you mean `step`?",
+    ),
+    ("parameters { length = 1 } run { step = 0; }", "1:40", "not zero"),
+    (
+        "parameters { length = 1 } run { step = 1; step = 2; }",
+        "1:43",
+        "a second time",
+    ),
+    (
+        "parameters { length = 1 } run { } run { }",
+        "1:35",
+        "a second run needs a name",
+    ),
+    (
+        "parameters { length = 1 } run a { } run a { }",
+        "1:41",
+        "called `a` already",
+    ),
+    (
+        "parameters { length = 1 } external_forces = drag(theta);",
+        "1:45",
+        "no function `drag` is known here",
+    ),
+    (
+        "parameters { length = 1 } external_forces = Drag::at(theta);",
+        "1:45",
+        "Rust beyond the language",
+    ),
+    (
+        "parameters { length = 1 } external_forces = LENGTH * theta;",
+        "1:45",
+        "no name `LENGTH` is known here",
+    ),
+    (
+        "parameters { length = 1 } external_forces = theta.sen();",
+        "1:51",
+        "did you mean `sin`?",
+    ),
+    (
+        "parameters { length = 1, w = samples(\"w.csv\") } external_forces = w.value(t);",
+        "1:69",
+        "`w.at(t)`",
+    ),
+    (
+        "parameters { length = 1, w = samples(\"w.csv\") } external_forces = w(t);",
+        "1:67",
+        "`w.at(t)`",
+    ),
+    (
+        "parameters { length = 1, w = samples(\"w.csv\") } external_forces = w * t;",
+        "1:67",
+        "",
+    ),
+];
+
 #[test]
 fn every_mistake_is_told_at_its_place() {
-    for (statements, place, message) in [
-        (
-            "parameters { length = 1, length2 = lenght }",
-            "1:36",
-            "did you mean `length`?",
-        ),
-        (
-            "parameters { a = b, b = 1, length = 1 }",
-            "1:18",
-            "expected it before this use",
-        ),
-        ("parameters { length = 1 / 0 }", "1:23", "no value that is finite"),
-        (
-            "parameters { length = 1, masses: [3] = [1, 2] }",
-            "1:40",
-            "expected 3 values",
-        ),
-        (
-            "parameters { length = samples(3) }",
-            "1:23",
-            "expected the name of a file",
-        ),
-        ("parameters { length 1 }", "1:21", "expected `name = value`"),
-        ("parameters length = 1;", "1:1", "expected `parameters {"),
-        (
-            "parameters { length = 1 } parameters { m = 1 }",
-            "1:27",
-            "a second time",
-        ),
-        ("parameters { length = 1 } const length = 2;", "1:14", ""),
-        ("const t = 2; parameters { length = 1 }", "1:7", "`t` is time"),
-        (
-            "const n = x; parameters { length = 1 }",
-            "1:7",
-            "expected a number",
-        ),
-        (
-            "const n = 2; let n = 3; parameters { length = 1 }",
-            "1:18",
-            "is a constant of this text",
-        ),
-        (
-            "parameters { length = 1 } run { start = ([1, 2], [0]); }",
-            "1:42",
-            "a number for each coordinate",
-        ),
-        (
-            "parameters { length = 1 } run { start = [1]; }",
-            "1:41",
-            "position and velocity",
-        ),
-        (
-            "parameters { length = 1 } run { stepp = 1; }",
-            "1:33",
-            "did you mean `step`?",
-        ),
-        ("parameters { length = 1 } run { step = 0; }", "1:40", "not zero"),
-        (
-            "parameters { length = 1 } run { step = 1; step = 2; }",
-            "1:43",
-            "a second time",
-        ),
-        (
-            "parameters { length = 1 } run { } run { }",
-            "1:35",
-            "a second run needs a name",
-        ),
-        (
-            "parameters { length = 1 } run a { } run a { }",
-            "1:41",
-            "called `a` already",
-        ),
-        (
-            "parameters { length = 1 } external_forces = drag(theta);",
-            "1:45",
-            "no function `drag` is known here",
-        ),
-        (
-            "parameters { length = 1 } external_forces = Drag::at(theta);",
-            "1:45",
-            "Rust beyond the language",
-        ),
-        (
-            "parameters { length = 1 } external_forces = LENGTH * theta;",
-            "1:45",
-            "no name `LENGTH` is known here",
-        ),
-        (
-            "parameters { length = 1 } external_forces = theta.sen();",
-            "1:51",
-            "did you mean `sin`?",
-        ),
-        (
-            "parameters { length = 1, w = samples(\"w.csv\") } external_forces = w.value(t);",
-            "1:69",
-            "`w.at(t)`",
-        ),
-        (
-            "parameters { length = 1, w = samples(\"w.csv\") } external_forces = w(t);",
-            "1:67",
-            "`w.at(t)`",
-        ),
-        (
-            "parameters { length = 1, w = samples(\"w.csv\") } external_forces = w * t;",
-            "1:67",
-            "",
-        ),
-    ] {
+    for (statements, place, message) in MISTAKES {
         let told = mistakes(&format!("{statements} {PENDULUM}"));
         let found = told
             .iter()

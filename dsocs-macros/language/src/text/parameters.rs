@@ -21,6 +21,17 @@ pub enum Curve {
     Monotone,
 }
 
+/// A table of samples among the parameters.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Table {
+    /// The name of the parameter.
+    pub name: String,
+    /// The file, as the text names it.
+    pub file: String,
+    /// How it is interpolated.
+    pub curve: Curve,
+}
+
 /// A parameter.
 pub(super) struct Parameter {
     /// Its documentation.
@@ -34,7 +45,7 @@ pub(super) struct Parameter {
 /// What a parameter is.
 pub(super) enum Value {
     /// A number.
-    Number(Expr),
+    Number(Box<Expr>),
     /// An array of numbers: each one, or one for all.
     Array(Vec<Expr>),
     /// Samples in a file.
@@ -59,9 +70,13 @@ impl Parameter {
     }
 
     /// The table of samples that it is.
-    pub(super) fn table(&self) -> Option<(String, String, Curve)> {
+    pub(super) fn table(&self) -> Option<Table> {
         match &self.value {
-            Value::Table(file, curve) => Some((self.name.to_string(), file.clone(), *curve)),
+            Value::Table(file, curve) => Some(Table {
+                name: self.name.to_string(),
+                file: file.clone(),
+                curve: *curve,
+            }),
             _ => None,
         }
     }
@@ -117,7 +132,7 @@ pub(super) fn read(group: Option<Group>, errors: &Errors) -> Vec<Parameter> {
             }
             Parameter {
                 attributes,
-                value: self::value(&name, length.as_ref(), value, errors).unwrap_or_else(Value::Broken),
+                value: self::value(&name, length.as_ref(), &value, errors).unwrap_or_else(Value::Broken),
                 name,
             }
         })
@@ -128,9 +143,9 @@ pub(super) fn read(group: Option<Group>, errors: &Errors) -> Vec<Parameter> {
 const MOST: usize = 1000;
 
 /// What a parameter is.
-fn value(name: &Ident, length: Option<&Expr>, value: Expr, errors: &Errors) -> Result<Value, Reported> {
+fn value(name: &Ident, length: Option<&Expr>, value: &Expr, errors: &Errors) -> Result<Value, Reported> {
     let declared = length.map(|length| count(length, errors)).transpose()?;
-    let found = match bare(&value) {
+    let found = match bare(value) {
         Expr::Array(array) => Value::Array(array.elems.iter().cloned().collect()),
         Expr::Repeat(repeat) => {
             let count = count(&repeat.len, errors)?;
@@ -140,22 +155,22 @@ fn value(name: &Ident, length: Option<&Expr>, value: Expr, errors: &Errors) -> R
             let (file, curve) = samples(call, errors)?;
             Value::Table(file, curve)
         }
-        _ => Value::Number(value.clone()),
+        _ => Value::Number(Box::new(value.clone())),
     };
     match (&found, declared) {
         (Value::Array(values), Some(declared)) if values.len() != declared => Err(errors.at(
-            &value,
+            value,
             format!(
                 "expected {declared} values of `{name}`, as it is declared, found {}",
                 values.len()
             ),
         )),
         (Value::Number(_) | Value::Table(..), Some(declared)) => Err(errors.at(
-            &value,
+            value,
             format!("expected an array of {declared} values, such as `[1.0; {declared}]`"),
         )),
         (Value::Array(values), None) if values.len() > MOST => Err(errors.at(
-            &value,
+            value,
             format!(
                 "an array of parameters has at most {MOST} elements, found {}; a table of data belongs into a file, `samples(\"data.csv\")`",
                 values.len()

@@ -148,7 +148,7 @@ pub(super) fn parameters(
     let mut wrong = Ok(());
     for parameter in parameters {
         let expressions = match &parameter.value {
-            Value::Number(value) => std::slice::from_ref(value),
+            Value::Number(value) => std::slice::from_ref(&**value),
             Value::Array(values) => values,
             Value::Table(..) => continue,
             Value::Broken(reported) => {

@@ -19,8 +19,11 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// What a page may load: nothing but what it has in itself.
-const POLICY: &str =
+pub(super) const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+
+/// What a page may ask besides, where it is served and asks whether there is a new one.
+pub(super) const CONNECTS: &str = "; connect-src 'self'";
 
 /// A page in the making.
 pub struct Page {
@@ -61,6 +64,11 @@ impl Page {
     /// Adds a paragraph; what stands between backticks is code.
     pub fn paragraph(&mut self, text: &str) {
         self.add(format!("<p>{}</p>", coded(text)));
+    }
+
+    /// Adds text as it stands, line by line.
+    pub fn preformatted(&mut self, text: &str) {
+        self.add(format!("<pre>{}</pre>", escaped(text)));
     }
 
     /// Gives the script something to read.
