@@ -3,7 +3,7 @@
 //! A text says what a Rust file would say: the parameters with their values, then the body of the attribute `#[dsocs { … }]`, word for word.
 //!
 //! ```
-//! use dsocs_core::{AnyFlow, AnyStart, Run, text::Text};
+//! use dsocs_core::{AnyFlow, AnyStart, text::Text};
 //!
 //! let text = Text::parse(
 //!     "swing",
@@ -17,7 +17,7 @@
 //!      run { start = ([pi / 2], [0]); step = 0.01; until = 5.0; }",
 //! )?;
 //! let mut flow = AnyFlow::new(&text.system, 0.01, &AnyStart::second_order(&[1.0], &[0.0]))?;
-//! flow.to(5.0)?;
+//! flow.run_mut().to(5.0)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
