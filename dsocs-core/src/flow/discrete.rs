@@ -159,6 +159,7 @@ impl<'s> Discrete<'s> {
     #[cold]
     pub fn answer(&mut self) -> Result<StepReport, StepError> {
         let shape = self.shape();
+        self.catch_up();
         let is_near = self.is_to_look() && self.outlook() == Outlook::Sided;
         if is_near && let Some(report) = self.solve_sided(None, false) {
             return report;

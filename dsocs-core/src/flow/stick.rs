@@ -11,6 +11,7 @@ use crate::regularity::sticking::{self, Contact, Outlook};
 use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
+use crate::solve::predictor::PAST;
 use crate::start::Beginning;
 use crate::tape::declaration::Declaration;
 
@@ -23,6 +24,8 @@ pub(super) struct Contacts {
     sides: Option<(u64, Vec<f64>)>,
     /// The number of the step that begins where the last one ends in which a side changed.
     changed: Option<u64>,
+    /// The number of the step on whose first leg the arguments were looked at last.
+    seen: u64,
 }
 
 impl Contacts {
@@ -59,6 +62,7 @@ impl Contacts {
             pieces,
             sides: None,
             changed: None,
+            seen: 1,
         }))
     }
 }
@@ -87,9 +91,32 @@ impl Discrete<'_> {
         (e.is_finite() && bend.is_finite()).then_some([e, bend])
     }
 
+    /// Takes the signs that arguments have after smooth steps in which nobody looked at them: a motion may change faster than its last steps told.
+    #[cold]
+    pub(super) fn catch_up(&mut self) {
+        let index = self.course.index();
+        let Some(contacts) = self.contacts.as_ref().filter(|contacts| contacts.seen < index) else {
+            return;
+        };
+        let mut contacts = contacts.clone();
+        let leg = AnyLeg {
+            t: self.course.time(),
+            ..self.next_leg()
+        };
+        let now = sticking::pieces_of_leg(&self.declaration(), self.course.h, leg);
+        for (piece, now) in contacts.pieces.iter_mut().zip(now) {
+            if now != Piece::Between {
+                *piece = now;
+            }
+        }
+        contacts.seen = index;
+        self.contacts = Some(contacts);
+    }
+
     /// What may happen in the next step. Where nothing does, smooth steps go on for a while.
     #[cold]
     pub(super) fn outlook(&mut self) -> Outlook {
+        self.catch_up();
         let Some(contacts) = &self.contacts else {
             return Outlook::Clear(1);
         };
@@ -103,8 +130,12 @@ impl Discrete<'_> {
                 return Outlook::Sided;
             }
         } else if let Outlook::Clear(steps) = outlook {
-            // without a past nothing is known of how arguments change
-            let steps = if expected.is_some() { steps } else { 1 };
+            // how arguments change, and how that changes, is told by a whole past: a motion that begins where its velocity turns seems even
+            let steps = if self.course.predictor.past().len() == PAST {
+                steps
+            } else {
+                1
+            };
             self.course.looks_at = self.course.index() + steps;
         }
         outlook
@@ -150,6 +181,7 @@ impl Discrete<'_> {
                 contacts.changed = Some(index + 1);
             }
             contacts.pieces = pieces;
+            contacts.seen = index + 1;
         }
     }
 
@@ -157,6 +189,7 @@ impl Discrete<'_> {
     pub(super) fn turn_contacts(&mut self) {
         if let Some(contacts) = &mut self.contacts {
             contacts.sides = None;
+            contacts.seen = 0;
             self.course.looks_at = 0;
         }
     }
@@ -248,6 +281,7 @@ impl Discrete<'_> {
             contacts.changed = Some(index + 1);
         }
         contacts.pieces = solution.pieces;
+        contacts.seen = index + 1;
         contacts.sides = (!is_declared).then_some((index + 1, solution.sides));
         Some(report)
     }
@@ -300,6 +334,7 @@ impl Discrete<'_> {
         };
         self.go(&e, &multipliers, report)?;
         contacts.pieces = pieces;
+        contacts.seen = index + 1;
         contacts.sides = None;
         self.course.since = index.saturating_sub(1);
         self.changed = Some(Box::new(Changed {

@@ -165,6 +165,19 @@ proptest! {
     }
 }
 
+/// A motion that begins at rest where its velocity turns seems even in its first steps: the next turn is seen all the same.
+#[test]
+fn a_turn_long_after_an_even_start_has_its_sign() {
+    let (k, x, h) = (
+        0.265_708_914_163_951_1,
+        17.764_411_719_061_886,
+        0.047_575_530_560_012_014,
+    );
+    let dry = 0.304_460_917_930_102_44 * k * x / (1.0 + k * x * x);
+    let law = Law { k, dry, square: 1.0 };
+    nodes_hold(&Bent { k, dry }, law, x, h, 36.0);
+}
+
 /// A motion that passes its turns: the error falls with the step, to first order.
 #[test]
 fn the_motion_is_that_of_the_declaration() {
