@@ -192,13 +192,18 @@ pub mod __private {
     pub use crate::series::coefficient::Coefficient;
     pub use crate::series::orders::RECIPROCALS;
     pub use crate::series::rows::Rows;
-    pub use crate::series::sums::{Table, add_product, newest, weighted};
+    pub use crate::series::sums::{Table, add_product, weighted};
     pub use crate::solve::sparse::Sparse;
     pub use crate::solve::unknown::{Linearization, Unknown};
     pub use crate::tape::Shape;
     pub use crate::tape::declaration::Declaration;
     pub use crate::tape::{Number, Source, Tape};
     pub use crate::taylor::solve::{Accelerations, back};
+
+    /// What the recurrences of Taylor series are made of.
+    pub mod series {
+        pub use crate::series::formulas::*;
+    }
 
     /// What the attribute writes behind a kernel.
     pub mod kernel {

@@ -8,6 +8,7 @@
 #![allow(clippy::needless_range_loop)]
 
 pub(crate) mod coefficient;
+pub mod formulas;
 pub(crate) mod jet;
 pub(crate) mod orders;
 pub(crate) mod roots;

@@ -5,7 +5,7 @@ use quote::quote;
 use syn::{Generics, Ident, Item, Path};
 
 use crate::check::check;
-use crate::emit::Data;
+use crate::emit::{Data, Series};
 use crate::errors::{Errors, compile_errors};
 use crate::input::{Fields, not_a_struct};
 use crate::model::Model;
@@ -45,6 +45,12 @@ impl Model {
     #[must_use]
     pub fn data(&self) -> Data {
         emit::data(self)
+    }
+
+    /// The recurrences of its Taylor series as data; `None` of a declaration of third order, which has none.
+    #[must_use]
+    pub fn series(&self) -> Option<Series> {
+        emit::series(self)
     }
 }
 

@@ -37,7 +37,7 @@ mod syntax;
 mod tests;
 mod text;
 
-pub use emit::{Call, Data, Quantity};
+pub use emit::{Call, Data, Quantity, Series};
 pub use expand::expand;
 pub use mechanics::Symmetry;
 pub use mistake::Mistake;

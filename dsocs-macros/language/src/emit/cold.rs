@@ -126,6 +126,21 @@ pub(super) fn tape(
     Cold { bytes, calls }
 }
 
+/// How many segments a tape has.
+const SEGMENTS: usize = 27;
+
+/// A tape of constants alone.
+pub(super) fn of_constants(constants: &Segment) -> Vec<u8> {
+    let none = Segment::default().bytes();
+    let others = (1..SEGMENTS).map(|_| none.clone());
+    let mut bytes = vec![VERSION];
+    for segment in [constants.bytes()].into_iter().chain(others) {
+        number(&mut bytes, segment.len());
+        bytes.extend(segment);
+    }
+    bytes
+}
+
 /// `impl Source` of the declaration.
 pub(super) fn source(model: &Model, Cold { bytes, calls }: &Cold, functions: &Functions) -> TokenStream {
     let name = &model.item.ident;

@@ -20,6 +20,8 @@ mod stages;
 mod system;
 
 pub use data::{Call, Data, Quantity};
+pub use jets::Series;
+pub(crate) use jets::series;
 pub(crate) use system::{data, expand};
 
 #[cfg(test)]

@@ -4,31 +4,30 @@
 //! system for the accelerations, [`lower`] makes of them sequences of coefficients ([`sequence`]), [`write`] the code of
 //! order 0 and of any other order. The orders are a loop, so the code is as long as the declaration, whatever the order.
 
+mod data;
 mod describe;
 mod lower;
+mod plan;
 mod sequence;
 mod write;
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 use syn::{Generics, Ident};
 
-use self::lower::Lower;
-use self::sequence::{Argument, Op, Sequence, Sequences};
+use self::plan::Plan;
+use self::sequence::{Op, Sequence};
 use self::write::{Writer, kth, local, zeroth};
 use super::phase;
 use super::pieces::{between_threads, matrix};
 use super::program::{Place, Program, Value};
-use crate::graph::{Graph, Node, NodeId, Unary};
-use crate::mechanics;
+use crate::graph::{Graph, NodeId};
 use crate::model::Model;
-use crate::passes::{self, Motion};
 
-/// With up to so many products the time of an order is that of the longest chain of operations; with more it is that of
-/// all of them.
-const MOST_EAGER: usize = 16;
+pub use data::Series;
+pub(crate) use data::series;
 
 /// Of a Jacobian with fewer entries than one in so many, those are written alone.
 const MOSTLY_ZERO: usize = 4;
@@ -36,15 +35,14 @@ const MOSTLY_ZERO: usize = 4;
 /// The `impl Jets` of the declaration.
 pub(super) fn jets(model: &Model) -> TokenStream {
     let mut graph = model.graph.clone();
-    let motion = motion(model, &mut graph);
-    let (plan, sequences) = Plan::new(&mut graph, &motion, &watched(model));
-    let mut writer = Writer::new(&graph, sequences);
-    let body = plan.body(&mut writer, &motion);
+    let plan = Plan::of(model, &mut graph);
+    let writer = Writer::new(&graph, &plan);
+    let body = writer.body();
 
     let [products, squares] = writer.blocks().map(Literal::usize_unsuffixed);
-    let calls = Literal::usize_unsuffixed(writer.calls.len());
-    let (switches, names) = switches(model, &graph, &writer);
-    let (constants_code, constants) = constants(&graph, &writer.constants);
+    let calls = Literal::usize_unsuffixed(plan.calls.len());
+    let (switches, names) = switches(model, &graph, &plan);
+    let (constants_code, constants) = constants(&graph, &plan.constants);
     let count = Literal::usize_unsuffixed(constants.len());
     let name = &model.item.ident;
     let generics = between_threads(&model.item.generics);
@@ -86,47 +84,16 @@ pub(super) fn jets(model: &Model) -> TokenStream {
     }
 }
 
-/// What jumps in the Lagrangian and in constraints on positions or velocities. The equations may show nothing of it, since a derivative is that of
-/// one side: `lagrangian = dot(x).powi(2) / 2 - x.signum()` is a step of the potential, and the acceleration is zero on both sides of it.
-fn watched(model: &Model) -> Vec<NodeId> {
-    let graph = &model.graph;
-    let constraints = model.constraints.iter();
-    let lower = constraints.filter(|row| row.order < 2).map(|row| row.value);
-    let mut open: Vec<NodeId> = lower.chain([model.lagrangian]).collect();
-    let (mut seen, mut found) = (BTreeSet::new(), Vec::new());
-    while let Some(id) = open.pop() {
-        if graph.deciding(id).next().is_none() || !seen.insert(id) {
-            continue;
-        }
-        if matches!(graph.node(id), Node::Unary(Unary::Signum, _) | Node::Select(..)) {
-            found.push(id);
-        }
-        open.extend(graph.parts(id));
-    }
-    found
-}
-
 /// How many switches there are, behind a comma, and what they are called; nothing if there are none.
-fn switches(model: &Model, graph: &Graph, writer: &Writer<'_>) -> (TokenStream, TokenStream) {
-    let text = |&node: &NodeId| describe::describe(graph, &model.coordinates, node);
-    let declared = writer.sequences.switches().iter();
-    let mut names: Vec<String> = declared
-        .map(|(argument, nodes)| match argument {
-            // no motion ends there
-            Argument::Steep(_) => String::new(),
-            _ => nodes.iter().map(text).collect::<Vec<_>>().join(" - "),
-        })
-        .collect();
-    let count = Literal::usize_unsuffixed(names.len());
-    let count = if names.is_empty() {
-        TokenStream::new()
-    } else {
-        quote!(, #count)
+fn switches(model: &Model, graph: &Graph, plan: &Plan) -> (TokenStream, TokenStream) {
+    let names = plan.names(model, graph);
+    let count = match names.len() - plan.calls.len() {
+        0 => TokenStream::new(),
+        count => {
+            let count = Literal::usize_unsuffixed(count);
+            quote!(, #count)
+        }
     };
-    names.extend(writer.calls.iter().map(|&call| match writer.sequences.op(call) {
-        Op::Call { callee, .. } => format!("a comparison in {}", describe::function(graph, *callee)),
-        _ => String::new(),
-    }));
     if names.is_empty() {
         return (count, TokenStream::new());
     }
@@ -166,127 +133,61 @@ pub(crate) fn none(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
     }
 }
 
-/// The motion of a declaration, in the form with the fewest products of sequences.
-fn motion(model: &Model, graph: &mut Graph) -> Motion {
-    let equations = mechanics::continuous(model, graph);
-    let n = model.coordinates.len();
-    let rows = (equations.rows.as_slice(), equations.velocities.as_slice());
-    passes::motion(graph, rows, n, model.multipliers(), Lower::cost)
-}
-
-/// What is computed, and in which order.
-struct Plan {
-    /// The operations.
-    ops: Vec<(Sequence, Op)>,
-    /// Those that orders beyond 0 need.
-    lasting: BTreeSet<Sequence>,
-    /// Those that depend on accelerations that are solved for in numbers.
-    accelerated: BTreeSet<Sequence>,
-    accelerations: Vec<Sequence>,
-    rows: Vec<Sequence>,
-    jacobian: Vec<Sequence>,
-}
-
-impl Plan {
-    /// The sequences of a motion, and those of functions that jump although the motion shows nothing of it.
-    fn new(graph: &mut Graph, motion: &Motion, watched: &[NodeId]) -> (Self, Sequences) {
-        let lasting = [motion.accelerations.as_slice(), &motion.rows].concat();
-        let mut lower = Lower::new(graph, &lasting);
-        let mut all =
-            |nodes: &[NodeId]| -> Vec<Sequence> { nodes.iter().map(|&node| lower.lower(node)).collect() };
-        let (accelerations, rows) = (all(&motion.accelerations), all(&motion.rows));
-        let jacobian = all(&motion.jacobian.concat());
-        all(watched);
-        let sequences = lower.sequences;
-        let plan = Self {
-            ops: sequences
-                .ops()
-                .map(|(sequence, op)| (sequence, op.clone()))
-                .collect(),
-            lasting: sequences.needed(&[accelerations.as_slice(), &rows, &sequences.switched()].concat()),
-            accelerated: sequences.accelerated(),
-            accelerations,
-            rows,
-            jacobian,
-        };
-        (plan, sequences)
-    }
-
-    /// The statements of order 0, of sequences that depend on accelerations or of the others.
-    fn start(&self, writer: &mut Writer<'_>, accelerated: bool) -> TokenStream {
-        self.ops
-            .iter()
-            .filter(|(to, _)| self.accelerated.contains(to) == accelerated)
-            .map(|(to, op)| writer.start(*to, op))
-            .collect()
+impl Writer<'_> {
+    /// The statements of order 0 for some sequences.
+    fn all_start<'p>(&self, ops: impl Iterator<Item = (Sequence, &'p Op)>) -> TokenStream {
+        ops.map(|(to, op)| self.start(to, op)).collect()
     }
 
     /// The statements of order `k`.
-    fn next(&self, writer: &mut Writer<'_>, accelerated: bool) -> TokenStream {
-        self.ops
-            .iter()
-            .filter(|(to, _)| self.lasting.contains(to) && self.accelerated.contains(to) == accelerated)
-            .map(|(to, op)| writer.next(*to, op))
-            .collect()
-    }
-
-    /// The statements of order `k` that the orders to come need once the accelerations are known.
-    fn again(&self, writer: &mut Writer<'_>) -> TokenStream {
-        let operands = writer.sequences.products.iter().flatten();
-        let mut outputs: Vec<Sequence> = operands
-            .chain(&writer.sequences.squares)
-            .map(|operand| operand.sequence())
-            .collect();
-        outputs.extend(&self.accelerations);
-        outputs.extend(writer.sequences.switched());
-        let needed = writer.sequences.needed(&outputs);
-        self.ops
-            .iter()
-            .filter(|(to, _)| self.accelerated.contains(to) && needed.contains(to))
-            .map(|(to, op)| writer.next(*to, op))
-            .collect()
+    fn all_next<'p>(&self, ops: impl Iterator<Item = (Sequence, &'p Op)>) -> TokenStream {
+        ops.map(|(to, op)| self.next(to, op)).collect()
     }
 
     /// The Jacobian at order 0. Where most of it is zero the rest is written entry by entry: the compiler looks at every one.
-    fn matrix(&self, motion: &Motion, m: usize) -> TokenStream {
+    fn matrix(&self, m: usize) -> TokenStream {
+        let Plan { motion, jacobian, .. } = self.plan;
         if motion.entries.len() * MOSTLY_ZERO >= m * m {
-            let entries: Vec<_> = self.jacobian.iter().map(|&entry| zeroth(entry)).collect();
+            let entries: Vec<_> = jacobian.iter().map(|&entry| zeroth(entry)).collect();
             return matrix(&entries, m);
         }
-        let jacobian = local("jacobian");
+        let matrix = local("jacobian");
         let size = Literal::usize_unsuffixed(m);
         let entries = motion.entries.iter().map(|&[row, column]| {
-            let entry = zeroth(self.jacobian[row * m + column]);
+            let entry = zeroth(jacobian[row * m + column]);
             let [row, column] = [row, column].map(Literal::usize_unsuffixed);
-            quote!(#jacobian[#row][#column] = #entry;)
+            quote!(#matrix[#row][#column] = #entry;)
         });
         quote!({
-            let mut #jacobian = [[__T::splat(0.0); #size]; #size];
+            let mut #matrix = [[__T::splat(0.0); #size]; #size];
             #(#entries)*
-            #jacobian
+            #matrix
         })
     }
 
     /// The body of `expand`.
     #[allow(clippy::too_many_lines)] // one quotation: the whole of what is generated
-    fn body(&self, writer: &mut Writer<'_>, motion: &Motion) -> TokenStream {
+    fn body(&self) -> TokenStream {
+        let Plan {
+            sequences,
+            eager,
+            motion,
+            rows,
+            ..
+        } = self.plan;
         let [q, v, a, z, s, y] = ["q", "v", "a", "z", "s", "y"].map(local);
         let [k, r, degree, series, table] = ["k", "r", "degree", "series", "table"].map(local);
         let [products, squares, inverse] = ["products", "squares", "inverse"].map(local);
         let [o, p, f, below] = ["o", "p", "f", "below"].map(local);
-        let length = Literal::usize_unsuffixed(self.ops.len());
-        let n = Literal::usize_unsuffixed(self.accelerations.len());
-        // how many inner sums there are is known once all recurrences are written
-        for accelerated in [false, true] {
-            self.next(writer, accelerated);
-        }
-        writer.eager = writer.sequences.products.len() <= MOST_EAGER;
-        writer.sequences.fill(write::LANES);
-        let eager = writer.eager;
+        let length = Literal::usize_unsuffixed(sequences.ops().count());
+        let n = Literal::usize_unsuffixed(self.plan.accelerations.len());
         let [sums_of_products, sums_of_squares] =
-            [writer.sequences.products.len(), writer.sequences.squares.len()].map(Literal::usize_unsuffixed);
-        let (start, next) = (self.start(writer, false), self.next(writer, false));
-        let (remember, declare) = if eager {
+            [sequences.products.len(), sequences.squares.len()].map(Literal::usize_unsuffixed);
+        let (start, next) = (
+            self.all_start(self.plan.at_start(false)),
+            self.all_next(self.plan.beyond(false)),
+        );
+        let (remember, declare) = if *eager {
             (
                 quote! {
                     if <__T as ::dsocs_core::__private::Coefficient>::PACKED {
@@ -307,25 +208,27 @@ impl Plan {
         } else {
             (TokenStream::new(), TokenStream::new())
         };
-        let (first, later): (Vec<_>, Vec<_>) = self
-            .accelerations
-            .iter()
+        let accelerations = self.plan.accelerations.iter();
+        let (first, later): (Vec<_>, Vec<_>) = accelerations
             .map(|&output| (zeroth(output), kth(output)))
             .unzip();
         let (solve_start, solve_next) = if motion.unknown.is_empty() {
             (TokenStream::new(), TokenStream::new())
         } else {
-            let (start, next) = (self.start(writer, true), self.next(writer, true));
-            let again = self.again(writer);
+            let (start, next) = (
+                self.all_start(self.plan.at_start(true)),
+                self.all_next(self.plan.beyond(true)),
+            );
+            let again = self.all_next(self.plan.again());
             let unknown: Vec<_> = motion.unknown.iter().map(|&leaf| write::leaf(leaf)).collect();
             let multipliers = Literal::usize_unsuffixed(motion.multipliers);
             let l = local("l");
             let m = unknown.len();
             let places: Vec<_> = (0..m).map(Literal::usize_unsuffixed).collect();
-            let jacobian = self.matrix(motion, m);
+            let jacobian = self.matrix(m);
             let (zeroth_rows, kth_rows) = (
-                self.rows.iter().map(|&row| zeroth(row)),
-                self.rows.iter().map(|&row| kth(row)),
+                rows.iter().map(|&row| zeroth(row)),
+                rows.iter().map(|&row| kth(row)),
             );
             let affine = motion.affine;
             (
@@ -357,7 +260,7 @@ impl Plan {
                 },
             )
         };
-        let (store, watch) = (writer.store(), writer.watch());
+        let (store, watch) = (self.store(), self.watch());
         quote! {
             let (mut #q, mut #v) = #series.start();
             let mut #z = [__T::splat(0.0); #length];
@@ -384,11 +287,17 @@ impl Plan {
     }
 }
 
-/// Code for expressions of the parameters.
-fn constants(graph: &Graph, nodes: &[NodeId]) -> (TokenStream, Vec<TokenStream>) {
+/// The operations of expressions of the parameters, and their results.
+fn computed<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Vec<Value>) {
     let mut program = Program::new(graph, |_| 0);
     program.plan(nodes);
-    let values: Vec<Value> = nodes.iter().map(|&node| program.lower(node)).collect();
+    let values = nodes.iter().map(|&node| program.lower(node)).collect();
+    (program, values)
+}
+
+/// Code for expressions of the parameters.
+fn constants(graph: &Graph, nodes: &[NodeId]) -> (TokenStream, Vec<TokenStream>) {
+    let (program, values) = computed(graph, nodes);
     program.code(&values, &HashMap::new(), "n", &|_| Place::nowhere())
 }
 

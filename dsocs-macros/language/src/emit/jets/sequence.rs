@@ -116,6 +116,51 @@ impl Op {
             Self::Call { args, .. } => args.clone(),
         }
     }
+
+    /// The inner sums of its recurrence beyond order 0, in the order in which the recurrence takes them; `own` is the sequence itself.
+    pub(super) fn inner(&self, own: Sequence) -> Vec<[Operand; 2]> {
+        use Operand::{Plain, Rate};
+        match *self {
+            Self::Product(u, v) => vec![[Plain(u), Plain(v)]],
+            Self::Square(u) => vec![[Plain(u), Plain(u)]],
+            Self::Quotient(_, v) | Self::Reciprocal(v) => vec![[Plain(own), Plain(v)]],
+            Self::Root(_) => vec![[Plain(own), Plain(own)]],
+            Self::CubeRoot(u) | Self::Power(u, _) => vec![[Plain(own), Rate(u)], [Rate(own), Plain(u)]],
+            Self::Exp(u) | Self::ExpM1(u) => vec![[Rate(u), Plain(own)]],
+            Self::Ln(u) | Self::Ln1p(u) => vec![[Rate(own), Plain(u)]],
+            Self::Sin(u, partner)
+            | Self::Cos(u, partner)
+            | Self::Sinh(u, partner)
+            | Self::Cosh(u, partner)
+            | Self::Tan(u, partner)
+            | Self::Tanh(u, partner) => vec![[Rate(u), Plain(partner)]],
+            Self::Inverse(_, _, slope) => vec![[Rate(own), Plain(slope)]],
+            Self::Atan2(y, x, radius) => {
+                vec![[Rate(y), Plain(x)], [Rate(x), Plain(y)], [Rate(own), Plain(radius)]]
+            }
+            Self::Leaf(_)
+            | Self::Constant(_)
+            | Self::Linear(..)
+            | Self::Conjugate(..)
+            | Self::Abs(_)
+            | Self::Signum(_)
+            | Self::Select(..)
+            | Self::Call { .. } => Vec::new(),
+        }
+    }
+
+    /// The constants of its recurrence, of order 0 or of the others.
+    pub(super) fn constants(&self, is_start: bool) -> Vec<Constant> {
+        match self {
+            Self::Constant(constant) if is_start => vec![*constant],
+            Self::Linear(constant, terms) => {
+                let constant = constant.filter(|_| is_start);
+                constant.into_iter().chain(terms.iter().map(|&(c, _)| c)).collect()
+            }
+            Self::Power(_, exponent) => vec![*exponent],
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// A function whose derivative is the reciprocal of a sequence.
@@ -329,11 +374,16 @@ impl Sequences {
         arguments.flatten().collect()
     }
 
-    /// The lane of an inner sum.
-    pub(super) fn lane(&mut self, x: Operand, y: Operand) -> Lane {
+    /// The lane of an inner sum that was added.
+    pub(super) fn lane(&self, [x, y]: [Operand; 2]) -> Option<Lane> {
+        self.places.get(&[x.min(y), x.max(y)]).copied()
+    }
+
+    /// Adds an inner sum, if it is new.
+    pub(super) fn add_lane(&mut self, [x, y]: [Operand; 2]) {
         let key = [x.min(y), x.max(y)];
-        if let Some(&known) = self.places.get(&key) {
-            return known;
+        if self.places.contains_key(&key) {
+            return;
         }
         let lane = if x == y {
             self.squares.push(x);
@@ -343,6 +393,5 @@ impl Sequences {
             Lane::Product(self.products.len() - 1)
         };
         self.places.insert(key, lane);
-        lane
     }
 }

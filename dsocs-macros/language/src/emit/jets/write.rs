@@ -3,12 +3,10 @@
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{ToTokens, quote, quote_spanned};
 
-use super::sequence::{Argument, Constant, Lane, Op, Operand, Sequence, Sequences};
+use super::plan::{Factor, LANES, Plan};
+use super::sequence::{Argument, Constant, Lane, Op, Operand, Sequence};
 use crate::emit::functions;
-use crate::graph::{Comparison, Graph, Leaf, NodeId};
-
-/// How many sums a block of lanes holds, as `LANES` in `dsocs-core/src/series/orders.rs`.
-pub(super) const LANES: usize = 4;
+use crate::graph::{Comparison, Graph, Leaf};
 
 /// Longer sums are formed by a function, in several sums side by side.
 const SHORT_SUM: usize = 4;
@@ -16,13 +14,7 @@ const SHORT_SUM: usize = 4;
 /// Writes the recurrences of some sequences.
 pub(super) struct Writer<'g> {
     pub(super) graph: &'g Graph,
-    pub(super) sequences: Sequences,
-    /// What is computed once a run, by place in `c`.
-    pub(super) constants: Vec<NodeId>,
-    /// The sequences that are calls of the user's functions, by place.
-    pub(super) calls: Vec<Sequence>,
-    /// Whether inner sums take the newest coefficients from variables.
-    pub(super) eager: bool,
+    pub(super) plan: &'g Plan,
 }
 
 /// A name that no name of the user's can be.
@@ -74,40 +66,31 @@ pub(super) fn leaf(leaf: Leaf) -> TokenStream {
 }
 
 impl<'g> Writer<'g> {
-    pub(super) fn new(graph: &'g Graph, sequences: Sequences) -> Self {
-        Self {
-            graph,
-            sequences,
-            constants: Vec::new(),
-            calls: Vec::new(),
-            eager: false,
-        }
+    pub(super) fn new(graph: &'g Graph, plan: &'g Plan) -> Self {
+        Self { graph, plan }
     }
 
     /// A factor that does not change in time.
-    pub(super) fn constant(&mut self, constant: Constant) -> TokenStream {
-        if let Some(value) = self.graph.as_constant(constant)
-            && value.is_finite()
-        {
-            let magnitude = Literal::f64_suffixed(value.abs());
-            return if value < 0.0 {
-                quote!(__T::splat(-#magnitude))
-            } else {
-                quote!(__T::splat(#magnitude))
-            };
+    fn constant(&self, constant: Constant) -> TokenStream {
+        match self.plan.factor(self.graph, constant) {
+            Factor::Number(value) => {
+                let magnitude = Literal::f64_suffixed(value.abs());
+                if value < 0.0 {
+                    quote!(__T::splat(-#magnitude))
+                } else {
+                    quote!(__T::splat(#magnitude))
+                }
+            }
+            Factor::Computed(place) => {
+                let (array, place) = (local("c"), at(place));
+                quote!(#array[#place])
+            }
         }
-        let known = self.constants.iter().position(|&known| known == constant);
-        let place = known.unwrap_or_else(|| {
-            self.constants.push(constant);
-            self.constants.len() - 1
-        });
-        let (array, place) = (local("c"), at(place));
-        quote!(#array[#place])
     }
 
     /// `constant + Σ coefficient · term`.
     fn linear(
-        &mut self,
+        &self,
         constant: Option<Constant>,
         terms: &[(Constant, Sequence)],
         value: fn(Sequence) -> TokenStream,
@@ -145,7 +128,7 @@ impl<'g> Writer<'g> {
 
     /// The statements of order 0 for one sequence.
     #[allow(clippy::too_many_lines)] // one operation after another, each a few lines
-    pub(super) fn start(&mut self, sequence: Sequence, op: &Op) -> TokenStream {
+    pub(super) fn start(&self, sequence: Sequence, op: &Op) -> TokenStream {
         let to = zeroth(sequence);
         let z = |u: &Sequence| zeroth(*u);
         let method = |name: &str, u: &Sequence| {
@@ -154,7 +137,7 @@ impl<'g> Writer<'g> {
         };
         let reciprocal = |of: TokenStream| {
             let y = inverse(sequence);
-            quote!(#y = __T::splat(1.0) / (#of);)
+            quote!(#y = ::dsocs_core::__private::series::inverted::<__T>(#of);)
         };
         match op {
             Op::Leaf(which) => {
@@ -225,7 +208,7 @@ impl<'g> Writer<'g> {
             }
             Op::Conjugate(u, _) => {
                 let u = z(u);
-                quote!(#to = (__T::splat(1.0) - #u) * (__T::splat(1.0) + #u);)
+                quote!(#to = ::dsocs_core::__private::series::conjugate::<__T>(#u);)
             }
             Op::Inverse(function, u, slope) => {
                 let (value, y) = (method(function.name(), u), reciprocal(z(slope)));
@@ -264,7 +247,7 @@ impl<'g> Writer<'g> {
                 };
                 quote! {
                     #decides
-                    #to = __T::select_lt(__T::splat(0.0), #y, #then, #otherwise);
+                    #to = ::dsocs_core::__private::series::select::<__T>(#y, #then, #otherwise);
                 }
             }
             Op::Call { args, .. } => {
@@ -300,7 +283,7 @@ impl<'g> Writer<'g> {
 
     /// The table of a switch and its place there, if its argument moves.
     fn switch(&self, argument: Argument) -> Option<[TokenStream; 2]> {
-        let (table, place) = (local("table"), at(self.sequences.place(argument)?));
+        let (table, place) = (local("table"), at(self.plan.sequences.place(argument)?));
         Some([quote!(#table), quote!(#place)])
     }
 
@@ -317,7 +300,7 @@ impl<'g> Writer<'g> {
     /// Hands the coefficients of order `k` of their arguments to the switches.
     pub(super) fn watch(&self) -> TokenStream {
         let (table, k) = (local("table"), local("k"));
-        let switches = self.sequences.switches().iter().enumerate();
+        let switches = self.plan.sequences.switches().iter().enumerate();
         switches
             .map(|(place, &(argument, _))| {
                 let place = at(place);
@@ -334,143 +317,117 @@ impl<'g> Writer<'g> {
     }
 
     /// The place of a call among all.
-    fn call(&mut self, sequence: Sequence) -> usize {
-        let known = self.calls.iter().position(|&known| known == sequence);
-        known.unwrap_or_else(|| {
-            self.calls.push(sequence);
-            self.calls.len() - 1
-        })
+    fn call(&self, sequence: Sequence) -> usize {
+        let mut calls = self.plan.calls.iter();
+        calls.position(|&known| known == sequence).unwrap_or_default()
     }
 
     /// Whether a sequence has coefficients beyond order 0.
     fn moves(&self, sequence: Sequence) -> bool {
-        !matches!(
-            self.sequences.ops().nth(sequence.index()),
-            Some((_, Op::Constant(_)))
-        )
+        !matches!(self.plan.sequences.op(sequence), Op::Constant(_))
     }
 
-    /// The inner sum of a lane. Its newest terms, of the orders 1 and `k-1`, may come from variables: what has just been
-    /// stored, number by number, cannot be loaded at once as a row.
-    fn inner(&mut self, x: Operand, y: Operand) -> TokenStream {
-        let (array, place) = match self.sequences.lane(x, y) {
-            Lane::Product(place) => (local("products"), place),
-            Lane::Square(place) => (local("squares"), place),
+    /// An inner sum. Its newest terms, of the orders 1 and `k-1`, may come from variables: what has just been stored, number by number, cannot
+    /// be loaded at once as a row.
+    fn inner(&self, [x, y]: [Operand; 2]) -> TokenStream {
+        let (array, place) = match self.plan.sequences.lane([x, y]) {
+            Some(Lane::Product(place)) => (local("products"), place),
+            Some(Lane::Square(place)) => (local("squares"), place),
+            // nothing but what lasts has a recurrence
+            None => return quote!(__T::splat(0.0)),
         };
         let (block, lane) = (at(place / LANES), at(place % LANES));
         let sum = quote!(#array[#block][#lane]);
-        if !self.eager {
+        if !self.plan.eager {
             return sum;
         }
-        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::__private::newest::<__FUSED, __T>(#sum, #a, #b));
-        // j x_j is x_1 for j = 1
-        let first = |operand: Operand| element("o", operand.sequence());
-        let before = |operand: Operand| {
-            let value = element("p", operand.sequence());
+        let newest = |operand: Operand| {
+            // j x_j is x_1 for j = 1
+            let (first, value) = (element("o", operand.sequence()), element("p", operand.sequence()));
             let below = local("below");
             match operand {
-                Operand::Plain(_) => value,
-                Operand::Rate(_) => quote!((#below * #value)),
+                Operand::Plain(_) => quote!([#first, #value]),
+                Operand::Rate(_) => quote!([#first, #below * #value]),
             }
         };
+        let first = newest(x);
         if x == y {
-            let first = first(x);
-            return add(sum, quote!(__T::splat(2.0) * #first), before(x));
+            return quote!(::dsocs_core::__private::series::inner_square::<__FUSED, __T>(#sum, #first));
         }
-        let sum = add(sum, first(x), before(y));
-        add(sum, first(y), before(x))
+        let second = newest(y);
+        quote!(::dsocs_core::__private::series::inner::<__FUSED, __T>(#sum, #first, #second))
     }
 
     /// The statement of order `k` for one sequence.
-    #[allow(clippy::too_many_lines)] // one recurrence after another, each a few lines
-    pub(super) fn next(&mut self, sequence: Sequence, op: &Op) -> TokenStream {
-        use Operand::{Plain, Rate};
+    pub(super) fn next(&self, sequence: Sequence, op: &Op) -> TokenStream {
         let (to, y) = (kth(sequence), inverse(sequence));
         let (s, z) = (|u: &Sequence| kth(*u), |u: &Sequence| zeroth(*u));
+        let pair = |u: &Sequence| {
+            let (start, now) = (zeroth(*u), kth(*u));
+            quote!([#start, #now])
+        };
         let (own, r, k) = (zeroth(sequence), local("r"), local("k"));
-        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::__private::add_product::<__FUSED, __T>(#sum, #a, #b));
+        let sums: Vec<_> = op.inner(sequence).into_iter().map(|sum| self.inner(sum)).collect();
+        let series = quote!(::dsocs_core::__private::series);
+        let rate = |u: &Sequence, factor: TokenStream| {
+            let u = s(u);
+            quote!(#series::rate::<__FUSED, __T>(#(#sums,)* #u, #factor, #r))
+        };
         let value = match op {
             Op::Leaf(Leaf::T) => quote!(__T::splat(if #k == 1 { 1.0 } else { 0.0 })),
             Op::Leaf(which) => leaf(*which),
             Op::Constant(_) | Op::Signum(_) => quote!(__T::splat(0.0)),
             Op::Linear(_, terms) => self.linear(None, terms, kth),
             Op::Product(u, v) => {
-                let inner = self.inner(Plain(*u), Plain(*v));
-                let inner = add(inner, z(u), s(v));
-                add(inner, s(u), z(v))
+                let (u, v) = (pair(u), pair(v));
+                quote!(#series::product::<__FUSED, __T>(#(#sums,)* #u, #v))
             }
             Op::Square(u) => {
-                let inner = self.inner(Plain(*u), Plain(*u));
-                let u0 = z(u);
-                add(inner, quote!(__T::splat(2.0) * #u0), s(u))
+                let u = pair(u);
+                quote!(#series::square::<__FUSED, __T>(#(#sums,)* #u))
             }
             Op::Quotient(u, v) => {
-                let inner = self.inner(Plain(sequence), Plain(*v));
-                let (u, inner) = (s(u), add(inner, own, s(v)));
-                quote!((#u - #inner) * #y)
+                let (u, v) = (s(u), s(v));
+                quote!(#series::quotient::<__FUSED, __T>(#(#sums,)* #own, #u, #v, #y))
             }
             Op::Reciprocal(v) => {
-                let inner = self.inner(Plain(sequence), Plain(*v));
-                let inner = add(inner, own, s(v));
-                quote!(-#inner * #y)
+                let v = s(v);
+                quote!(#series::reciprocal::<__FUSED, __T>(#(#sums,)* #own, #v, #y))
             }
             Op::Root(u) => {
-                let inner = self.inner(Plain(sequence), Plain(sequence));
                 let u = s(u);
-                quote!((#u - #inner) * #y)
+                quote!(#series::root::<__T>(#(#sums,)* #u, #y))
             }
-            Op::CubeRoot(u) => self.power(sequence, *u, &quote!(__T::splat(1.0 / 3.0))),
-            Op::Power(u, exponent) => {
-                let exponent = self.constant(*exponent);
-                self.power(sequence, *u, &exponent)
-            }
-            Op::Exp(u) => {
-                let inner = self.inner(Rate(*u), Plain(sequence));
-                add(quote!(#inner * #r), s(u), own)
-            }
-            Op::ExpM1(u) => {
-                let inner = self.inner(Rate(*u), Plain(sequence));
-                add(quote!(#inner * #r), s(u), quote!((__T::splat(1.0) + #own)))
-            }
-            Op::Ln(u) | Op::Ln1p(u) => {
-                let inner = self.inner(Rate(sequence), Plain(*u));
+            Op::CubeRoot(u) | Op::Power(u, _) => {
+                let exponent = match op {
+                    Op::Power(_, exponent) => self.constant(*exponent),
+                    _ => quote!(__T::splat(1.0 / 3.0)),
+                };
                 let u = s(u);
-                quote!((#u - #inner * #r) * #y)
+                quote!(#series::power::<__T>(#exponent, [#(#sums),*], #own, #u, [#y, #r]))
             }
-            Op::Sin(u, partner) | Op::Sinh(u, partner) | Op::Cosh(u, partner) => {
-                let inner = self.inner(Rate(*u), Plain(*partner));
-                add(quote!(#inner * #r), s(u), z(partner))
-            }
+            Op::Exp(u) => rate(u, own),
+            Op::ExpM1(u) => rate(u, quote!((__T::splat(1.0) + #own))),
+            Op::Sin(u, factor)
+            | Op::Sinh(u, factor)
+            | Op::Cosh(u, factor)
+            | Op::Tan(u, factor)
+            | Op::Tanh(u, factor) => rate(u, z(factor)),
             Op::Cos(u, partner) => {
-                let inner = self.inner(Rate(*u), Plain(*partner));
-                let sum = add(quote!(#inner * #r), s(u), z(partner));
-                quote!(-#sum)
-            }
-            Op::Tan(u, slope) | Op::Tanh(u, slope) => {
-                let inner = self.inner(Rate(*u), Plain(*slope));
-                add(quote!(#inner * #r), s(u), z(slope))
+                let sine = rate(u, z(partner));
+                quote!(-#sine)
             }
             Op::Conjugate(_, square) => {
                 let square = s(square);
                 quote!(-#square)
             }
-            Op::Inverse(_, u, slope) => {
-                let inner = self.inner(Rate(sequence), Plain(*slope));
+            Op::Ln(u) | Op::Ln1p(u) | Op::Inverse(_, u, _) => {
                 let u = s(u);
-                quote!((#u - #inner * #r) * #y)
+                quote!(#series::by_slope::<__T>(#(#sums,)* #u, #y, #r))
             }
-            Op::Atan2(ordinate, abscissa, radius) => {
-                let turn = [
-                    self.inner(Rate(*ordinate), Plain(*abscissa)),
-                    self.inner(Rate(*abscissa), Plain(*ordinate)),
-                    self.inner(Rate(sequence), Plain(*radius)),
-                ];
-                let [left, right, rest] = turn;
-                let (ordinate, ordinate0) = (s(ordinate), z(ordinate));
-                let (abscissa, abscissa0) = (s(abscissa), z(abscissa));
-                quote! {
-                    ((#left - #right - #rest) * #r + (#ordinate * #abscissa0 - #abscissa * #ordinate0)) * #y
-                }
+            Op::Atan2(ordinate, abscissa, _) => {
+                let (ordinate, abscissa) = (pair(ordinate), pair(abscissa));
+                quote!(#series::angle::<__T>([#(#sums),*], #ordinate, #abscissa, [#y, #r]))
             }
             Op::Abs(u) => {
                 let u = s(u);
@@ -478,7 +435,7 @@ impl<'g> Writer<'g> {
             }
             Op::Select(_, [_, _, then, otherwise]) => {
                 let (then, otherwise) = (s(then), s(otherwise));
-                quote!(__T::select_lt(__T::splat(0.0), #y, #then, #otherwise))
+                quote!(#series::select::<__T>(#y, #then, #otherwise))
             }
             Op::Call { args, .. } => {
                 let (table, place) = (local("table"), at(self.call(sequence)));
@@ -494,14 +451,6 @@ impl<'g> Writer<'g> {
         quote!(#to = #value;)
     }
 
-    /// `w = u^α`: `k u₀ w_k = α k w₀ u_k + Σ (α (k-j) - j) w_j u_{k-j}`.
-    fn power(&mut self, w: Sequence, u: Sequence, exponent: &TokenStream) -> TokenStream {
-        let outer = self.inner(Operand::Plain(w), Operand::Rate(u));
-        let inner = self.inner(Operand::Rate(w), Operand::Plain(u));
-        let (w0, u, y, r) = (zeroth(w), kth(u), inverse(w), local("r"));
-        quote!((#exponent * (#outer * #r + #w0 * #u) - #inner * #r) * #y)
-    }
-
     /// Stores the operands of order `k` for the inner sums of the orders to come.
     pub(super) fn store(&self) -> TokenStream {
         let (table, k, degree) = (local("table"), local("k"), local("degree"));
@@ -514,7 +463,7 @@ impl<'g> Writer<'g> {
             }
         };
         let mut code = TokenStream::new();
-        for (block, lanes) in self.sequences.products.chunks(LANES).enumerate() {
+        for (block, lanes) in self.plan.sequences.products.chunks(LANES).enumerate() {
             let block = at(block);
             let sides = [0, 1].map(|side| {
                 let lanes = (0..LANES).map(|lane| operand(lanes.get(lane).map(|operands| &operands[side])));
@@ -526,7 +475,7 @@ impl<'g> Writer<'g> {
                 #table.products[#block].right[#k] = #right;
             });
         }
-        for (block, lanes) in self.sequences.squares.chunks(LANES).enumerate() {
+        for (block, lanes) in self.plan.sequences.squares.chunks(LANES).enumerate() {
             let block = at(block);
             let lanes = (0..LANES).map(|lane| operand(lanes.get(lane)));
             code.extend(quote!(#table.squares[#block].rows[#k] = [#(#lanes),*];));
@@ -537,8 +486,8 @@ impl<'g> Writer<'g> {
     /// The numbers of blocks of products and of squares.
     pub(super) fn blocks(&self) -> [usize; 2] {
         [
-            self.sequences.products.len().div_ceil(LANES),
-            self.sequences.squares.len().div_ceil(LANES),
+            self.plan.sequences.products.len().div_ceil(LANES),
+            self.plan.sequences.squares.len().div_ceil(LANES),
         ]
     }
 }

@@ -39,6 +39,15 @@ impl Calls {
         })
     }
 
+    /// The number of the call of a function, or of a derivative of one.
+    pub(crate) fn function(&mut self, callee: usize, count: usize, wrt: &[usize]) -> usize {
+        self.place(Called::Function {
+            callee,
+            count,
+            wrt: wrt.to_vec(),
+        })
+    }
+
     /// What is called, for an engine that has no compiler.
     pub(crate) fn asked(&self, graph: &Graph) -> Vec<Call> {
         let calls = self.0.iter();

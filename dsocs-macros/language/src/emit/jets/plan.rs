@@ -1,0 +1,201 @@
+//! What is computed of a motion, in which order, and from what: all that is known before it is written, as code or as data.
+
+use std::collections::BTreeSet;
+
+use super::describe;
+use super::lower::Lower;
+use super::sequence::{Argument, Constant, Op, Sequence, Sequences};
+use crate::graph::{Graph, Node, NodeId, Unary};
+use crate::mechanics;
+use crate::model::Model;
+use crate::passes::{self, Motion};
+
+/// How many sums a block of lanes holds, as `LANES` in `dsocs-core/src/series/orders.rs`.
+pub(super) const LANES: usize = 4;
+
+/// With up to so many products the time of an order is that of the longest chain of operations; with more it is that of
+/// all of them.
+const MOST_EAGER: usize = 16;
+
+/// What is computed, and in which order.
+pub(super) struct Plan {
+    /// The operations, and the sums of their recurrences.
+    pub(super) sequences: Sequences,
+    /// Those that orders beyond 0 need.
+    pub(super) lasting: BTreeSet<Sequence>,
+    /// Those that depend on accelerations that are solved for in numbers.
+    pub(super) accelerated: BTreeSet<Sequence>,
+    /// Those of the latter that the orders to come need once the accelerations are known.
+    pub(super) again: BTreeSet<Sequence>,
+    pub(super) accelerations: Vec<Sequence>,
+    pub(super) rows: Vec<Sequence>,
+    /// The Jacobian of the rows, row by row.
+    pub(super) jacobian: Vec<Sequence>,
+    /// What the parameters decide, each once.
+    pub(super) constants: Vec<NodeId>,
+    /// The sequences that are calls of the user's functions, by place.
+    pub(super) calls: Vec<Sequence>,
+    /// Whether inner sums take the newest coefficients from variables.
+    pub(super) eager: bool,
+    /// The motion that is expanded.
+    pub(super) motion: Motion,
+}
+
+/// A factor that does not change in time.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Factor {
+    /// A number.
+    Number(f64),
+    /// What the parameters decide, by its place among [`Plan::constants`].
+    Computed(usize),
+}
+
+impl Plan {
+    /// The plan of a declaration's motion.
+    pub(super) fn of(model: &Model, graph: &mut Graph) -> Self {
+        let motion = motion(model, graph);
+        Self::new(graph, motion, &watched(model))
+    }
+
+    /// The sequences of a motion, and those of functions that jump although the motion shows nothing of it.
+    pub(super) fn new(graph: &mut Graph, motion: Motion, watched: &[NodeId]) -> Self {
+        let lasting = [motion.accelerations.as_slice(), &motion.rows].concat();
+        let mut lower = Lower::new(graph, &lasting);
+        let mut all =
+            |nodes: &[NodeId]| -> Vec<Sequence> { nodes.iter().map(|&node| lower.lower(node)).collect() };
+        let (accelerations, rows) = (all(&motion.accelerations), all(&motion.rows));
+        let jacobian = all(&motion.jacobian.concat());
+        all(watched);
+        let sequences = lower.sequences;
+        let switched = sequences.switched();
+        let mut plan = Self {
+            lasting: sequences.needed(&[accelerations.as_slice(), &rows, &switched].concat()),
+            accelerated: sequences.accelerated(),
+            again: BTreeSet::new(),
+            accelerations,
+            rows,
+            jacobian,
+            constants: Vec::new(),
+            calls: Vec::new(),
+            eager: false,
+            sequences,
+            motion,
+        };
+        plan.find(graph);
+        plan
+    }
+
+    /// Finds inner sums, constants and calls: those of the orders beyond 0, then those of order 0.
+    fn find(&mut self, graph: &Graph) {
+        for is_start in [false, true] {
+            for accelerated in [false, true] {
+                let places: Vec<Sequence> = if is_start {
+                    self.at_start(accelerated).map(|(to, _)| to).collect()
+                } else {
+                    self.beyond(accelerated).map(|(to, _)| to).collect()
+                };
+                for to in places {
+                    let op = self.sequences.op(to).clone();
+                    for constant in op.constants(is_start) {
+                        if number(graph, constant).is_none() && !self.constants.contains(&constant) {
+                            self.constants.push(constant);
+                        }
+                    }
+                    if matches!(op, Op::Call { .. }) && !self.calls.contains(&to) {
+                        self.calls.push(to);
+                    }
+                    if !is_start {
+                        for sum in op.inner(to) {
+                            self.sequences.add_lane(sum);
+                        }
+                    }
+                }
+            }
+        }
+        self.eager = self.sequences.products.len() <= MOST_EAGER;
+        self.sequences.fill(LANES);
+        let operands = self.sequences.products.iter().flatten();
+        let operands = operands.chain(&self.sequences.squares);
+        let mut outputs: Vec<Sequence> = operands.map(|operand| operand.sequence()).collect();
+        outputs.extend(&self.accelerations);
+        outputs.extend(self.sequences.switched());
+        let needed = self.sequences.needed(&outputs);
+        self.again = self.accelerated.intersection(&needed).copied().collect();
+    }
+
+    /// The operations of order 0, of sequences that depend on accelerations or of the others.
+    pub(super) fn at_start(&self, accelerated: bool) -> impl Iterator<Item = (Sequence, &Op)> {
+        let ops = self.sequences.ops();
+        ops.filter(move |(to, _)| self.accelerated.contains(to) == accelerated)
+    }
+
+    /// The operations of the orders beyond 0.
+    pub(super) fn beyond(&self, accelerated: bool) -> impl Iterator<Item = (Sequence, &Op)> {
+        self.at_start(accelerated)
+            .filter(|(to, _)| self.lasting.contains(to))
+    }
+
+    /// The operations of an order that the orders to come need once the accelerations are known.
+    pub(super) fn again(&self) -> impl Iterator<Item = (Sequence, &Op)> {
+        self.sequences.ops().filter(|(to, _)| self.again.contains(to))
+    }
+
+    /// A factor that does not change in time.
+    pub(super) fn factor(&self, graph: &Graph, constant: Constant) -> Factor {
+        let computed = || {
+            let mut constants = self.constants.iter();
+            constants.position(|&known| known == constant).unwrap_or_default()
+        };
+        number(graph, constant).map_or_else(|| Factor::Computed(computed()), Factor::Number)
+    }
+
+    /// What the switches are called: those of the declaration, then one for each of the user's functions.
+    pub(super) fn names(&self, model: &Model, graph: &Graph) -> Vec<String> {
+        let text = |&node: &NodeId| describe::describe(graph, &model.coordinates, node);
+        let declared = self.sequences.switches().iter();
+        let declared = declared.map(|(argument, nodes)| match argument {
+            // no motion ends there
+            Argument::Steep(_) => String::new(),
+            _ => nodes.iter().map(text).collect::<Vec<_>>().join(" - "),
+        });
+        let calls = self.calls.iter();
+        let calls = calls.map(|&call| match self.sequences.op(call) {
+            Op::Call { callee, .. } => format!("a comparison in {}", describe::function(graph, *callee)),
+            _ => String::new(),
+        });
+        declared.chain(calls).collect()
+    }
+}
+
+/// The number that a constant is, if it is written as one.
+fn number(graph: &Graph, constant: Constant) -> Option<f64> {
+    graph.as_constant(constant).filter(|value| value.is_finite())
+}
+
+/// The motion of a declaration, in the form with the fewest products of sequences.
+fn motion(model: &Model, graph: &mut Graph) -> Motion {
+    let equations = mechanics::continuous(model, graph);
+    let n = model.coordinates.len();
+    let rows = (equations.rows.as_slice(), equations.velocities.as_slice());
+    passes::motion(graph, rows, n, model.multipliers(), Lower::cost)
+}
+
+/// What jumps in the Lagrangian and in constraints on positions or velocities. The equations may show nothing of it, since a derivative is that of
+/// one side: `lagrangian = dot(x).powi(2) / 2 - x.signum()` is a step of the potential, and the acceleration is zero on both sides of it.
+fn watched(model: &Model) -> Vec<NodeId> {
+    let graph = &model.graph;
+    let constraints = model.constraints.iter();
+    let lower = constraints.filter(|row| row.order < 2).map(|row| row.value);
+    let mut open: Vec<NodeId> = lower.chain([model.lagrangian]).collect();
+    let (mut seen, mut found) = (BTreeSet::new(), Vec::new());
+    while let Some(id) = open.pop() {
+        if graph.deciding(id).next().is_none() || !seen.insert(id) {
+            continue;
+        }
+        if matches!(graph.node(id), Node::Unary(Unary::Signum, _) | Node::Select(..)) {
+            found.push(id);
+        }
+        open.extend(graph.parts(id));
+    }
+    found
+}
