@@ -34,6 +34,7 @@ use std::sync::Arc;
 
 use dsocs_language::{Call, Data};
 
+use crate::kernel::series::Series;
 pub use crate::kernel::{TapeError, TapeKernel};
 pub use dsocs_language::{Curve, Mistake, Run, Table};
 pub use error::TextError;
@@ -104,37 +105,70 @@ impl Text {
         folder: Option<&Path>,
         constants: &[(String, f64)],
     ) -> Result<Self, TextError> {
-        let read = || {
+        let read = apart(|| {
             let read = dsocs_language::read(name, text, constants);
             read.map(|read| {
                 let warnings = read.model.warnings();
                 (read.model.data(), read.values, read.tables, read.runs, warnings)
             })
-        };
-        // on a thread of its own: nothing of what was read stays behind in this one
-        let thread = std::thread::scope(|scope| {
-            let thread = std::thread::Builder::new()
-                .stack_size(STACK)
-                .spawn_scoped(scope, read);
-            thread.map(std::thread::ScopedJoinHandle::join)
-        });
-        let (data, values, tables, runs, warnings) = match thread {
-            Ok(Ok(Ok(read))) => read,
-            Ok(Ok(Err(mistakes))) => return Err(TextError::mistakes(name, text, mistakes)),
-            Ok(Err(_)) => return Err(TextError::Panic),
-            Err(error) => return Err(TextError::Thread(error.to_string())),
-        };
+        })?;
+        let (data, values, tables, runs, warnings) =
+            read.map_err(|mistakes| TextError::mistakes(name, text, mistakes))?;
         let mut found = HashMap::new();
         for Table { name, file, curve } in &tables {
             found.insert(name.clone(), samples(folder, file, *curve)?);
         }
+        let declared = (name.to_owned(), text.to_owned(), constants.to_vec());
         Ok(Self {
-            system: system(data, values, &found)?,
+            system: system(data, values, &found)?.with_series(move || series(&declared, &found)),
             tables,
             runs,
             warnings,
         })
     }
+}
+
+/// Does something with a text on a thread of its own, which has the stack for it: nothing of what was read stays behind in this one.
+fn apart<R: Send>(work: impl FnOnce() -> R + Send) -> Result<R, TextError> {
+    let thread = std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new()
+            .stack_size(STACK)
+            .spawn_scoped(scope, work);
+        thread.map(std::thread::ScopedJoinHandle::join)
+    });
+    match thread {
+        Ok(Ok(result)) => Ok(result),
+        Ok(Err(_)) => Err(TextError::Panic),
+        Err(error) => Err(TextError::Thread(error.to_string())),
+    }
+}
+
+/// The recurrences of a text that has been read: its name, itself, and its constants. Not every run asks for them, and they take as long as the rest,
+/// so the text is read once more where one does.
+fn series(
+    (name, text, constants): &(String, String, Vec<(String, f64)>),
+    tables: &HashMap<String, Arc<Samples>>,
+) -> Option<Series> {
+    let read = || {
+        let read = dsocs_language::read(name, text, constants).ok()?;
+        read.model.series()
+    };
+    let series = apart(read).ok()??;
+    let calls = calls(&series.calls, tables)?;
+    Series::new(&series.recurrences, series.constants, calls).ok()
+}
+
+/// What a tape calls.
+fn calls(calls: &[Call], tables: &HashMap<String, Arc<Samples>>) -> Option<Vec<TapeCall>> {
+    let calls = calls.iter().map(|call| match call {
+        Call::Number(value) => Some(TapeCall::Number(*value)),
+        Call::Samples { name, derivative } => tables.get(name).map(|samples| TapeCall::Samples {
+            samples: Arc::clone(samples),
+            derivative: *derivative,
+        }),
+        _ => None,
+    });
+    calls.collect()
 }
 
 /// The samples in a file.
@@ -165,15 +199,7 @@ fn system(
     values: Vec<f64>,
     tables: &HashMap<String, Arc<Samples>>,
 ) -> Result<TapeKernel, TextError> {
-    let calls = data.calls.iter().map(|call| match call {
-        Call::Number(value) => Some(TapeCall::Number(*value)),
-        Call::Samples { name, derivative } => tables.get(name).map(|samples| TapeCall::Samples {
-            samples: Arc::clone(samples),
-            derivative: *derivative,
-        }),
-        _ => None,
-    });
-    let calls = calls.collect::<Option<Vec<_>>>().ok_or(TextError::Panic)?;
+    let calls = calls(&data.calls, tables).ok_or(TextError::Panic)?;
     let sparse = data.sparse.as_ref().and_then(|[entries, pivots]| {
         let narrow = |places: &[[usize; 2]]| {
             let places = places.iter();

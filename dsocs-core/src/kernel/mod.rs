@@ -9,6 +9,7 @@ pub(crate) mod generated;
 pub(crate) mod jets;
 pub(crate) mod question;
 pub(crate) mod report;
+pub(crate) mod series;
 mod tape;
 
 pub use tape::{TapeError, TapeKernel};

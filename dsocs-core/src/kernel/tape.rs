@@ -1,6 +1,7 @@
 //! A kernel that was not compiled: a declaration's tape, walked.
 
-use std::sync::Arc;
+use core::fmt;
+use std::sync::{Arc, OnceLock};
 
 use thiserror::Error;
 
@@ -8,6 +9,7 @@ use super::{At, Kernel};
 use crate::kernel::course::Course;
 use crate::kernel::question::{Halt, Question};
 use crate::kernel::report::NodeMut;
+use crate::kernel::series::Series;
 use crate::number::dual::Dual;
 use crate::number::point::{AnyLeg, copy};
 use crate::number::tangent::Tangent;
@@ -29,6 +31,23 @@ pub struct TapeKernel {
     /// What the tape calls, which is data.
     calls: Vec<TapeCall>,
     hot: Arc<Hot>,
+    series: Arc<Recurrences>,
+}
+
+/// The recurrences of Taylor series, which are made when they are asked for.
+#[derive(Default)]
+struct Recurrences {
+    made: OnceLock<Option<Arc<Series>>>,
+    make: Option<Box<Make>>,
+}
+
+/// What makes recurrences.
+type Make = dyn Fn() -> Option<Series> + Send + Sync;
+
+impl fmt::Debug for Recurrences {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Recurrences").field(&self.made).finish()
+    }
 }
 
 /// Why a tape and a shape make no system.
@@ -183,7 +202,28 @@ impl TapeKernel {
             values,
             calls,
             sparse: None,
+            series: Arc::default(),
         })
+    }
+
+    /// The same with Taylor series. Their recurrences are made when a method asks for them first.
+    #[cfg_attr(not(feature = "text"), allow(dead_code))] // only what is read from a text has any
+    pub(crate) fn with_series(self, make: impl Fn() -> Option<Series> + Send + Sync + 'static) -> Self {
+        let series = Recurrences {
+            made: OnceLock::new(),
+            make: Some(Box::new(make)),
+        };
+        Self {
+            series: Arc::new(series),
+            ..self
+        }
+    }
+
+    /// The recurrences of its Taylor series, if it has any.
+    pub(crate) fn series(&self) -> Option<Arc<Series>> {
+        let Recurrences { made, make } = &*self.series;
+        let made = made.get_or_init(|| make.as_ref().and_then(|make| make()).map(Arc::new));
+        made.clone()
     }
 
     /// The same with a Jacobian that is eliminated as a sparse matrix.

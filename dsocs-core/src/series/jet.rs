@@ -46,11 +46,6 @@ impl Jet {
         }
     }
 
-    /// The coefficient of the order that is being computed, if that is higher than 0.
-    pub(crate) fn coefficient(self) -> f64 {
-        self.now
-    }
-
     /// A number of whose higher orders nothing is known.
     fn unseen(value: f64) -> Self {
         Self::moving(value, f64::NAN)

@@ -156,6 +156,7 @@ impl<T: Coefficient> Series<T> {
     }
 
     /// Takes the acceleration of order `k`, from which the position and the velocity of the next order follow.
+    #[inline(always)]
     pub(crate) fn advance(&mut self, k: usize, a: &[T]) {
         let next = (k + 1).min(MAX_ORDER);
         let (n, scale) = (self.dimension, T::splat(RECIPROCALS[next]));
@@ -431,19 +432,26 @@ impl Series {
 
     /// How far the position and the velocity move in a time `s`, and the acceleration then.
     pub(crate) fn increments(&self, s: f64, moves: [&mut [f64]; 3]) {
+        self.increments_as::<false>(s, moves);
+    }
+
+    /// The same, with products and sums rounded once if `FUSED`.
+    #[inline(always)]
+    pub(crate) fn increments_as<const FUSED: bool>(&self, s: f64, moves: [&mut [f64]; 3]) {
         match self.dimension {
             // few components stay in registers
-            1 => self.few_increments::<1>(s, moves),
-            2 => self.few_increments::<2>(s, moves),
-            3 => self.few_increments::<3>(s, moves),
-            4 => self.few_increments::<4>(s, moves),
-            n => self.many_increments(n.max(1), s, moves),
+            1 => self.few_increments::<FUSED, 1>(s, moves),
+            2 => self.few_increments::<FUSED, 2>(s, moves),
+            3 => self.few_increments::<FUSED, 3>(s, moves),
+            4 => self.few_increments::<FUSED, 4>(s, moves),
+            n => self.many_increments::<FUSED>(n.max(1), s, moves),
         }
     }
 
     /// The same of `N` components.
-    fn few_increments<const N: usize>(&self, s: f64, moves: [&mut [f64]; 3]) {
-        let increments = self.increments_of::<false, N>(s);
+    #[inline(always)]
+    fn few_increments<const FUSED: bool, const N: usize>(&self, s: f64, moves: [&mut [f64]; 3]) {
+        let increments = self.increments_of::<FUSED, N>(s);
         for (to, from) in moves.into_iter().zip(&increments) {
             for (to, from) in to.iter_mut().zip(from) {
                 *to = *from;
@@ -452,7 +460,9 @@ impl Series {
     }
 
     /// The same of any number of components.
-    fn many_increments(&self, n: usize, s: f64, [q, v, a]: [&mut [f64]; 3]) {
+    #[inline(always)]
+    fn many_increments<const FUSED: bool>(&self, n: usize, s: f64, [q, v, a]: [&mut [f64]; 3]) {
+        let add = |sum: f64, x: f64| add_product::<FUSED, f64>(sum, x, s);
         let beyond = |table: &'_ [f64]| table.len().min(n);
         let (positions, velocities) = (self.positions(), self.velocities());
         for x in [&mut *q, &mut *v, &mut *a] {
@@ -460,17 +470,17 @@ impl Series {
         }
         for row in positions[beyond(positions)..].chunks_exact(n).rev() {
             for (q, row) in q.iter_mut().zip(row) {
-                *q = row + *q * s;
+                *q = add(*row, *q);
             }
         }
         for row in velocities[beyond(velocities)..].chunks_exact(n).rev() {
             for ((a, v), row) in a.iter_mut().zip(&mut *v).zip(row) {
-                *a = *v + *a * s;
-                *v = row + *v * s;
+                *a = add(*v, *a);
+                *v = add(*row, *v);
             }
         }
         for ((q, v), a) in q.iter_mut().zip(v).zip(a) {
-            *a = *v + *a * s;
+            *a = add(*v, *a);
             (*q, *v) = (*q * s, *v * s);
         }
     }
@@ -484,7 +494,7 @@ impl Series {
             4 => self.few_points::<4>(s, moves),
             n => {
                 let [q, v, a] = moves;
-                self.many_increments(n.max(1), s, [&mut *q, &mut *v, a]);
+                self.many_increments::<false>(n.max(1), s, [&mut *q, &mut *v, a]);
                 for ((q, v), (start, rate)) in q.iter_mut().zip(v).zip(self.q.iter().zip(&self.v)) {
                     (*q, *v) = (start + *q, rate + *v);
                 }

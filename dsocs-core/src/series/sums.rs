@@ -37,6 +37,14 @@ pub struct Squares<T = f64> {
     pub rows: [Row<T>; ROWS],
 }
 
+impl<T: Coefficient> Default for Squares<T> {
+    fn default() -> Self {
+        Self {
+            rows: [[T::splat(0.0); LANES]; ROWS],
+        }
+    }
+}
+
 /// What the recurrences of a system keep of the orders before: `P` blocks of products, `S` of squares, `C` calls of the
 /// user's functions, `W` switches; the last two for each motion.
 #[derive(Debug)]
@@ -55,10 +63,9 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
     for Table<T, P, S, C, W>
 {
     fn default() -> Self {
-        let zero = [[T::splat(0.0); LANES]; ROWS];
         Self {
             products: boxed(&Products::default()),
-            squares: boxed(&Squares { rows: zero }),
+            squares: boxed(&Squares::default()),
             calls: (0..T::TRACKS)
                 .map(|_| core::array::from_fn(|_| Call::default()))
                 .collect(),
@@ -281,6 +288,50 @@ pub(crate) fn inner_sums<const FUSED: bool>(blocks: &[Products], k: usize, sums:
     }
     for (sum, block) in to_rest.iter_mut().zip(rest) {
         [*sum] = together::<f64, FUSED, 1, 2>(core::array::from_ref(block), k, 2);
+    }
+}
+
+/// The inner sums of any number of blocks of products and of squares, as [`Table::product_sums`] and [`Table::square_sums`] form them: the squares
+/// stand behind the products.
+#[inline(always)]
+pub(crate) fn all_sums<const FUSED: bool, const EAGER: bool>(
+    products: &[Products],
+    squares: &[Squares],
+    k: usize,
+    sums: &mut [Row<f64>],
+) {
+    let first = first::<EAGER>(k);
+    let (to_products, to_squares) = sums.split_at_mut(products.len().min(sums.len()));
+    match (products, &mut *to_products) {
+        ([one], [to]) => [*to] = together::<f64, FUSED, 1, 2>(core::array::from_ref(one), k, first),
+        ([_, _], [_, _]) => several::<FUSED, 2, 2>(products, k, first, to_products),
+        ([_, _, _], [_, _, _]) => several::<FUSED, 3, 1>(products, k, first, to_products),
+        _ => {
+            let (fours, rest) = products.as_chunks::<4>();
+            let (to_fours, to_rest) = to_products.as_chunks_mut::<4>();
+            for (to, blocks) in to_fours.iter_mut().zip(fours) {
+                *to = together::<f64, FUSED, 4, 1>(blocks, k, first);
+            }
+            for (to, block) in to_rest.iter_mut().zip(rest) {
+                [*to] = together::<f64, FUSED, 1, 2>(core::array::from_ref(block), k, first);
+            }
+        }
+    }
+    for (to, block) in to_squares.iter_mut().zip(squares) {
+        *to = square_sum::<f64, FUSED>(block, k, first, LANES);
+    }
+}
+
+/// The inner sums of `P` blocks.
+#[inline(always)]
+fn several<const FUSED: bool, const P: usize, const A: usize>(
+    blocks: &[Products],
+    k: usize,
+    first: usize,
+    sums: &mut [Row<f64>],
+) {
+    if let (Some(blocks), Some(sums)) = (blocks.first_chunk(), sums.first_chunk_mut()) {
+        *sums = together::<f64, FUSED, P, A>(blocks, k, first);
     }
 }
 

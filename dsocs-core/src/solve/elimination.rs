@@ -501,6 +501,51 @@ mod tests {
     }
 
     #[test]
+    fn inverses_of_slices_have_the_bits_of_arrays() {
+        fn compare<const M: usize>(seed: u64) {
+            let mut state = seed;
+            let mut number = || {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+            };
+            let mut matrix = [[0.0; M]; M];
+            for row in &mut matrix {
+                let scale = 10_f64.powf(100.0 * number());
+                for entry in row {
+                    *entry = scale * number();
+                }
+            }
+            let (mut right, mut pivots, mut columns) = (vec![0.0; M * M], vec![0.0; M], vec![0.0; M * M]);
+            for fused in [false, true] {
+                let mut rows = matrix.as_flattened().to_vec();
+                let room = (&mut right[..], &mut pivots[..], &mut columns[..]);
+                let inverse = if fused {
+                    slices::inverse::<true>(&mut rows, room.0, room.1, room.2);
+                    inverse::<true, M>(&matrix)
+                } else {
+                    slices::inverse::<false>(&mut rows, room.0, room.1, room.2);
+                    inverse::<false, M>(&matrix)
+                };
+                let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(inverse.as_flattened()), bits(&columns));
+                assert!(columns.iter().all(|x| x.is_finite()));
+            }
+        }
+        for seed in 1..20 {
+            compare::<1>(seed);
+            compare::<2>(seed);
+            compare::<5>(seed);
+            compare::<8>(seed);
+            compare::<13>(seed);
+        }
+        let (mut right, mut pivots, mut columns) = ([0.0; 4], [0.0; 2], [0.0; 4]);
+        slices::inverse::<false>(&mut [1.0, 2.0, 2.0, 4.0], &mut right, &mut pivots, &mut columns);
+        assert!(columns.iter().all(|x| x.is_nan()));
+    }
+
+    #[test]
     fn many_rows_are_eliminated_as_few_are() {
         /// Column by column, as few rows are.
         #[allow(clippy::needless_range_loop)] // as it is written in a book

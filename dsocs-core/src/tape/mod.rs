@@ -64,6 +64,7 @@ pub use table::TapeCall;
 
 use crate::number::dual::Dual;
 use read::Body;
+pub(crate) use read::Reader;
 
 /// Where a tape gets from what is no expression of its leaves: the system, as the attribute implements it.
 pub trait Source: Send + Sync {
@@ -170,12 +171,6 @@ impl Tape {
             _ => None,
         });
         calls.max().unwrap_or(0)
-    }
-
-    /// Whether a segment has a sign or a comparison.
-    pub(crate) fn branches(&self, segment: Segment) -> bool {
-        let body = self.bodies().get(segment as usize);
-        body.is_some_and(|body| body.ops.iter().any(read::Op::branches))
     }
 
     /// How many results a part of a segment has.

@@ -110,14 +110,6 @@ const LEAVES: [fn(usize) -> Leaf; 15] = [
 ];
 
 impl Op {
-    /// Whether a sign or a comparison decides what it is.
-    pub(super) fn branches(&self) -> bool {
-        matches!(
-            self,
-            Self::Select(..) | Self::Function(Function::Abs | Function::Signum, _)
-        )
-    }
-
     /// The operations that are read, by their places.
     pub(super) fn parts(&self) -> &[usize] {
         match self {
@@ -217,25 +209,43 @@ fn body(reader: &mut Reader<'_>, before: &[Body]) -> Option<Body> {
 }
 
 /// Bytes that have not been read yet.
-struct Reader<'b> {
+pub(crate) struct Reader<'b> {
     rest: &'b [u8],
 }
 
-impl Reader<'_> {
-    fn byte(&mut self) -> Option<u8> {
+impl<'b> Reader<'b> {
+    /// Bytes to be read from their beginning.
+    pub(crate) fn new(bytes: &'b [u8]) -> Self {
+        Self { rest: bytes }
+    }
+
+    /// Whether all have been read.
+    pub(crate) fn is_at_end(&self) -> bool {
+        self.rest.is_empty()
+    }
+
+    /// A text behind its length.
+    pub(crate) fn text(&mut self) -> Option<&'b str> {
+        let length = self.number()?;
+        let (text, rest) = self.rest.split_at_checked(length)?;
+        self.rest = rest;
+        core::str::from_utf8(text).ok()
+    }
+
+    pub(crate) fn byte(&mut self) -> Option<u8> {
         let (&byte, rest) = self.rest.split_first()?;
         self.rest = rest;
         Some(byte)
     }
 
-    fn bytes<const K: usize>(&mut self) -> Option<[u8; K]> {
+    pub(crate) fn bytes<const K: usize>(&mut self) -> Option<[u8; K]> {
         let (&bytes, rest) = self.rest.split_first_chunk()?;
         self.rest = rest;
         Some(bytes)
     }
 
     /// A whole number.
-    fn number(&mut self) -> Option<usize> {
+    pub(crate) fn number(&mut self) -> Option<usize> {
         let mut number: u32 = 0;
         for shift in (0..32).step_by(7) {
             let byte = self.byte()?;

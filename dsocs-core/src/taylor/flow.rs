@@ -11,6 +11,7 @@ use crate::number::compensated::Compensated;
 use crate::run::{Node, Polynomial, Run, RunError, Stepper};
 use crate::start::{self, Given, Start};
 use crate::system::System;
+use crate::tape::Shape;
 
 /// A run of the continuous system, to a tolerance.
 ///
@@ -61,11 +62,7 @@ impl<'s> AnyTaylorFlow<'s> {
         tolerance: &Tolerance,
     ) -> Result<Self, SetupError> {
         let declaration = equations.declaration();
-        if declaration.shape().is_of_third_order() {
-            return Err(SetupError::ThirdOrder {
-                method: "the Taylor series (TaylorFlow)",
-            });
-        }
+        Self::check_order(declaration.shape())?;
         tolerance.check()?;
         start::check_parameters(&declaration)?;
         let phase = start.phase(&declaration)?;
@@ -87,6 +84,16 @@ impl<'s> AnyTaylorFlow<'s> {
                 }
             }
         }
+    }
+
+    /// Refuses a system of third order.
+    pub(super) fn check_order(shape: &Shape) -> Result<(), SetupError> {
+        if shape.is_of_third_order() {
+            return Err(SetupError::ThirdOrder {
+                method: "the Taylor series (TaylorFlow)",
+            });
+        }
+        Ok(())
     }
 
     /// Puts the nodes on a grid of times, a distance of `h` apart; see [`TaylorFlow::every`].

@@ -89,7 +89,7 @@ pub(crate) mod solve;
 mod start;
 mod state;
 mod tangents;
-mod tape;
+mod interpreted;
 mod watch;
 
 pub use crate::error::series::{FailedSeries, Jump, SeriesError, SeriesFailure};

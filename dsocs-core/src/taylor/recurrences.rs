@@ -55,9 +55,11 @@ pub(crate) trait SeriesKernel {
         self.judge(next, step.to.a(), step.weights, step.p)
     }
 
-    /// What the switches are: those of the declaration, then one for each group of the user's functions. Those where a smooth function is steep
-    /// have no names.
-    fn switches(&self) -> &[&'static str];
+    /// How many switches there are: those of the declaration, then one for each group of the user's functions.
+    fn switches(&self) -> usize;
+
+    /// What a switch is. Those where a smooth function is steep have no names.
+    fn name(&self, switch: usize) -> Cow<'static, str>;
 
     /// How many groups of switches there are.
     fn groups(&self) -> usize;
@@ -82,15 +84,14 @@ pub(crate) trait SeriesKernel {
 impl dyn SeriesKernel + '_ {
     /// Whether a sign may decide between pieces.
     pub(super) fn has_pieces(&self) -> bool {
-        self.switches().iter().any(|name| !name.is_empty())
+        (0..self.switches()).any(|switch| !self.name(switch).is_empty())
     }
 
     /// The same of the declaration, or of a function of the user's at the last point of expansion.
     pub(super) fn has_pieces_here(&mut self) -> bool {
         let groups = self.groups();
-        let names = self.switches();
-        let declared = names.len().saturating_sub(groups.saturating_sub(1));
-        names[..declared].iter().any(|name| !name.is_empty())
+        let declared = self.switches().saturating_sub(groups.saturating_sub(1));
+        (0..declared).any(|switch| !self.name(switch).is_empty())
             || (1..groups).any(|group| !self.group(group).is_empty())
     }
 
@@ -98,12 +99,10 @@ impl dyn SeriesKernel + '_ {
     pub(super) fn switch(&self, group: usize, place: usize) -> Cow<'static, str> {
         // functions stand at the end, one for each group but the first
         let functions = self.groups().saturating_sub(1);
-        let names = self.switches();
-        let place = match group {
-            0 => place,
-            _ => names.len().saturating_sub(functions) + group - 1,
-        };
-        Cow::Borrowed(names.get(place).copied().unwrap_or("an expression"))
+        match group {
+            0 => self.name(place),
+            _ => self.name(self.switches().saturating_sub(functions) + group - 1),
+        }
     }
 }
 
@@ -205,8 +204,12 @@ impl<S: System<N>, const N: usize> SeriesKernel for Recurrences<'_, S, N> {
         self.expand_at(next, Some(step))
     }
 
-    fn switches(&self) -> &[&'static str] {
-        S::SWITCHES
+    fn switches(&self) -> usize {
+        S::SWITCHES.len()
+    }
+
+    fn name(&self, switch: usize) -> Cow<'static, str> {
+        Cow::Borrowed(S::SWITCHES.get(switch).copied().unwrap_or("an expression"))
     }
 
     fn groups(&self) -> usize {

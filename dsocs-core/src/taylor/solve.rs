@@ -6,6 +6,7 @@
 use crate::series::coefficient::Coefficient;
 use crate::series::sums::add_product;
 use crate::solve::convergence::{LAST_UPDATE, Update};
+use crate::solve::elimination::slices;
 
 /// How often the accelerations of order 0 are improved where the rows are not affine in them.
 const MAX_ITERATIONS: u32 = 50;
@@ -144,6 +145,97 @@ fn kept<T: Coefficient, const M: usize>(bits: u32, old: &[T; M], new: [T; M]) ->
     })
 }
 
+/// [`Accelerations`] of one motion with any number of rows: the same operations in the same order. What it needs is made once.
+#[derive(Clone, Debug)]
+pub(super) struct AnyAccelerations {
+    affine: bool,
+    iteration: u32,
+    ended: bool,
+    /// What is to be added to the accelerations; NaN if there is no solution.
+    pub update: Vec<f64>,
+    /// The inverse of the rows' Jacobian, by columns.
+    pub inverse: Vec<f64>,
+    pivots: Vec<f64>,
+    right: Vec<f64>,
+    sizes: Vec<f64>,
+}
+
+impl AnyAccelerations {
+    /// So many rows, which may be affine in the accelerations.
+    pub fn new(affine: bool, rows: usize) -> Self {
+        let vector = || vec![0.0; rows];
+        let matrix = || vec![0.0; rows * rows];
+        Self {
+            affine,
+            iteration: 0,
+            ended: false,
+            update: vector(),
+            inverse: matrix(),
+            pivots: vector(),
+            right: matrix(),
+            sizes: vector(),
+        }
+    }
+
+    /// Begins an iteration.
+    pub fn begin(&mut self) {
+        (self.iteration, self.ended) = (0, false);
+        self.update.fill(0.0);
+        self.inverse.fill(f64::NAN);
+    }
+
+    /// Takes the rows, and their Jacobian row by row, which is destroyed; `false` if the accelerations are as good as they get.
+    #[inline(always)]
+    pub fn improve<const FUSED: bool>(&mut self, rows: &[f64], jacobian: &mut [f64], a: &[f64]) -> bool {
+        if self.ended {
+            return false;
+        }
+        if self.iteration == 0 || !self.affine {
+            slices::inverse::<FUSED>(jacobian, &mut self.right, &mut self.pivots, &mut self.inverse);
+        }
+        let limit = if self.affine {
+            AFFINE_ITERATIONS
+        } else {
+            MAX_ITERATIONS
+        };
+        if self.affine && self.iteration == limit || !self.affine && self.iteration > 0 && self.is_good(a) {
+            return false;
+        }
+        if self.iteration == limit {
+            self.ended = true;
+            self.update.fill(f64::NAN);
+            self.inverse.fill(f64::NAN);
+            return true;
+        }
+        back_into::<FUSED>(&self.inverse, rows, &mut self.update);
+        self.iteration += 1;
+        true
+    }
+
+    /// See [`Accelerations::is_good`].
+    fn is_good(&mut self, a: &[f64]) -> bool {
+        let largest = a.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        self.sizes.fill(largest);
+        let last = Update {
+            components: &&self.update[..],
+            unknowns: &a,
+            sizes: &&self.sizes[..],
+        };
+        last.is_small(LAST_UPDATE)
+    }
+}
+
+/// The solution of `J x + r = 0`, for any number of rows.
+#[inline(always)]
+pub(super) fn back_into<const FUSED: bool>(inverse: &[f64], rows: &[f64], solution: &mut [f64]) {
+    solution.fill(0.0);
+    for (column, &row) in inverse.chunks_exact(rows.len().max(1)).zip(rows) {
+        for (x, &entry) in solution.iter_mut().zip(column) {
+            *x = add_product::<FUSED, f64>(*x, entry, -row);
+        }
+    }
+}
+
 /// The solution of `J x + r = 0`.
 #[inline(always)]
 #[must_use]
@@ -181,6 +273,43 @@ mod tests {
                 return (a, *accelerations.inverse());
             }
         }
+    }
+
+    /// Follows the iteration on slices.
+    fn solve_any<const M: usize>(
+        affine: bool,
+        mut a: [f64; M],
+        rows: impl Fn(&[f64; M]) -> ([f64; M], [[f64; M]; M]),
+    ) -> ([f64; M], Vec<f64>) {
+        let mut accelerations = AnyAccelerations::new(affine, M);
+        accelerations.begin();
+        loop {
+            for (a, update) in a.iter_mut().zip(&accelerations.update) {
+                *a += update;
+            }
+            let (residual, mut jacobian) = rows(&a);
+            if !accelerations.improve::<false>(&residual, jacobian.as_flattened_mut(), &a) {
+                return (a, accelerations.inverse.clone());
+            }
+        }
+    }
+
+    #[test]
+    fn slices_take_the_steps_of_arrays() {
+        let of_bits = |x: &[f64]| -> Vec<u64> { x.iter().map(|x| x.to_bits()).collect() };
+        for affine in [true, false] {
+            let rows = |a: &[f64; 2]| {
+                let third = if affine { 0.0 } else { 0.1 };
+                let row = [3.0 * a[0] + a[1] + third * a[0].powi(3) - 1.0, a[0] - 2.0 * a[1] - 0.3];
+                (row, [[3.0 + 3.0 * third * a[0].powi(2), 1.0], [1.0, -2.0]])
+            };
+            let (one, inverse) = solve(affine, [0.5, 0.1], rows);
+            let (other, columns) = solve_any(affine, [0.5, 0.1], rows);
+            assert_eq!(of_bits(&one), of_bits(&other));
+            assert_eq!(of_bits(inverse.as_flattened()), of_bits(&columns));
+        }
+        let none = |a: &[f64; 1]| ([a[0] * a[0] + 2.0], [[2.0 * a[0]]]);
+        assert!(solve_any(false, [1.0], none).0[0].is_nan());
     }
 
     #[test]

@@ -94,13 +94,6 @@ impl Call {
         if is_same { result.now } else { f64::NAN }
     }
 
-    /// The coefficient of the same order once more, for other inputs.
-    pub(crate) fn again(&mut self, k: usize, function: impl FnOnce() -> Jet) -> f64 {
-        // the memory holds what the operations have kept of this order, and is filled again
-        memory::own();
-        self.next::<false>(k, function)
-    }
-
     /// Puts what belongs to order `k` into the memory.
     #[inline(always)]
     fn enter<const FUSED: bool>(&mut self, k: usize) -> Option<Box<Saved>> {

@@ -66,19 +66,99 @@ fn quotients([a, b, c, d]: [f64; 4], [x, y]: [f64; 2]) -> (f64, f64) {
     ((x * d - b * y) * scale, (a * y - c * x) * scale)
 }
 
+/// The inverse of a matrix of so many rows, by columns; rows may differ in size by hundreds of orders of magnitude. NaN if it is singular. Products
+/// and sums are rounded once if `FUSED`. The matrix is destroyed; `right` and `inverse` are as large, and `pivots` has as many numbers as there are rows.
+#[inline(always)]
+#[allow(clippy::inline_always)] // for the machine's own instructions
+pub(crate) fn inverse<const FUSED: bool>(
+    matrix: &mut [f64],
+    right: &mut [f64],
+    pivots: &mut [f64],
+    inverse: &mut [f64],
+) {
+    let minus = |lower: f64, factor: f64, upper: f64| {
+        if FUSED {
+            (-factor).mul_add(upper, lower)
+        } else {
+            lower - factor * upper
+        }
+    };
+    let size = pivots.len();
+    let width = size.max(1);
+    right.fill(0.0);
+    for (i, (row, right)) in matrix
+        .chunks_exact_mut(width)
+        .zip(right.chunks_exact_mut(width))
+        .enumerate()
+    {
+        right[i] = scale_row(row);
+    }
+    for k in 0..size {
+        let (mut pivot, mut largest) = (k, matrix[k * size + k].abs());
+        for i in k + 1..size {
+            let entry = matrix[i * size + k].abs();
+            if largest < entry {
+                (pivot, largest) = (i, entry);
+            }
+        }
+        if pivot != k {
+            for rows in [&mut *matrix, &mut *right] {
+                let (upper, lower) = rows.split_at_mut(pivot * size);
+                upper[k * size..(k + 1) * size].swap_with_slice(&mut lower[..size]);
+            }
+        }
+        pivots[k] = matrix[k * size + k].recip();
+        let (above, rest) = matrix.split_at_mut(k * size);
+        let (row, below) = rest.split_at_mut(size);
+        let (right_above, rest) = right.split_at_mut(k * size);
+        let (right_row, right_below) = rest.split_at_mut(size);
+        let others = above
+            .chunks_exact_mut(width)
+            .zip(right_above.chunks_exact_mut(width));
+        let others = others.chain(
+            below
+                .chunks_exact_mut(width)
+                .zip(right_below.chunks_exact_mut(width)),
+        );
+        for (other, right) in others {
+            let factor = other[k] * pivots[k];
+            for (lower, upper) in other[k + 1..].iter_mut().zip(&row[k + 1..]) {
+                *lower = minus(*lower, factor, *upper);
+            }
+            for (lower, upper) in right.iter_mut().zip(&*right_row) {
+                *lower = minus(*lower, factor, *upper);
+            }
+        }
+    }
+    if !pivots.iter().all(|pivot| pivot.is_finite()) {
+        inverse.fill(f64::NAN);
+        return;
+    }
+    for (j, column) in inverse.chunks_exact_mut(width).enumerate() {
+        for (i, entry) in column.iter_mut().enumerate() {
+            *entry = right[i * size + j] * pivots[i];
+        }
+    }
+}
+
+/// Brings a row to a common size with others, by a power of two, and tells by which.
+fn scale_row(row: &mut [f64]) -> f64 {
+    let size = row.iter().fold(
+        0.0,
+        |size, entry| {
+            if size < entry.abs() { entry.abs() } else { size }
+        },
+    );
+    let scale = inverse_power_of_two(size);
+    for entry in row {
+        *entry *= scale;
+    }
+    scale
+}
+
 /// Brings the rows to a common size, by powers of two.
 fn scale_rows(matrix: &mut [f64], right: &mut [f64]) {
     for (row, x) in matrix.chunks_exact_mut(right.len().max(1)).zip(right) {
-        let size = row.iter().fold(
-            0.0,
-            |size, entry| {
-                if size < entry.abs() { entry.abs() } else { size }
-            },
-        );
-        let scale = inverse_power_of_two(size);
-        for entry in row {
-            *entry *= scale;
-        }
-        *x *= scale;
+        *x *= scale_row(row);
     }
 }
