@@ -271,7 +271,9 @@ pub enum SetupError {
         absolute: f64,
     },
     /// The system is a tape alone.
-    #[error("a tape alone has no Taylor series: their recurrences belong to a text (`text::Text`) or a compiled system")]
+    #[error(
+        "a tape alone has no Taylor series: their recurrences belong to a text (`text::Text`) or a compiled system"
+    )]
     NoSeries,
     /// The motion has no Taylor series at the start.
     #[error(transparent)]

@@ -281,11 +281,7 @@ impl Series {
     ///
     /// [`MalformedTape`] if the bytes break the format.
     #[cfg_attr(not(feature = "text"), allow(dead_code))] // only what is read from a text has any
-    pub(crate) fn new(
-        bytes: &[u8],
-        constants: Vec<u8>,
-        calls: Vec<TapeCall>,
-    ) -> Result<Self, MalformedTape> {
+    pub(crate) fn new(bytes: &[u8], constants: Vec<u8>, calls: Vec<TapeCall>) -> Result<Self, MalformedTape> {
         let constants = Tape::owned(constants)?;
         if constants.calls() > calls.len() {
             return Err(MalformedTape);
@@ -458,7 +454,9 @@ fn read(reader: &mut Reader<'_>, constants: Tape, calls: Vec<TapeCall>) -> Optio
     let mut terms = Vec::new();
     let mut own = 0..sequences;
     let operations = list(sequences, || counts.operation(own.next()?, reader, &mut terms))?;
-    let products = list(products, || Some([counts.operand(reader)?, counts.operand(reader)?]))?;
+    let products = list(products, || {
+        Some([counts.operand(reader)?, counts.operand(reader)?])
+    })?;
     let squares = list(squares, || counts.operand(reader))?;
     let arguments = list(switches, || match reader.number()? {
         0 | 1 => Some(Argument::One(counts.sequence(reader)?)),

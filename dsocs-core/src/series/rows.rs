@@ -155,18 +155,10 @@ impl<T: Coefficient> Series<T> {
         &self.q[k * self.dimension..(k + 1) * self.dimension]
     }
 
-    /// Takes the acceleration of order `k`, from which the position and the velocity of the next order follow.
+    /// The coefficients of position and velocity by order, to be set: one for each coordinate.
     #[inline(always)]
-    pub(crate) fn advance(&mut self, k: usize, a: &[T]) {
-        let next = (k + 1).min(MAX_ORDER);
-        let (n, scale) = (self.dimension, T::splat(RECIPROCALS[next]));
-        for (i, a) in a.iter().enumerate().take(n) {
-            self.q[next * n + i] = self.v[(next - 1) * n + i] * scale;
-            self.v[next * n + i] = *a * scale;
-            if next == self.order {
-                self.q[(next + 1) * n + i] = self.v[next * n + i] * T::splat(RECIPROCALS[next + 1]);
-            }
-        }
+    pub(crate) fn tables_mut(&mut self) -> [&mut [T]; 2] {
+        [&mut self.q, &mut self.v]
     }
 
     /// The same, to be set.

@@ -300,39 +300,87 @@ pub(crate) fn all_sums<const FUSED: bool, const EAGER: bool>(
     k: usize,
     sums: &mut [Row<f64>],
 ) {
+    let k = k.clamp(1, ROWS - 1);
     let first = first::<EAGER>(k);
     let (to_products, to_squares) = sums.split_at_mut(products.len().min(sums.len()));
-    match (products, &mut *to_products) {
-        ([one], [to]) => [*to] = together::<f64, FUSED, 1, 2>(core::array::from_ref(one), k, first),
-        ([_, _], [_, _]) => several::<FUSED, 2, 2>(products, k, first, to_products),
-        ([_, _, _], [_, _, _]) => several::<FUSED, 3, 1>(products, k, first, to_products),
-        _ => {
-            let (fours, rest) = products.as_chunks::<4>();
-            let (to_fours, to_rest) = to_products.as_chunks_mut::<4>();
-            for (to, blocks) in to_fours.iter_mut().zip(fours) {
-                *to = together::<f64, FUSED, 4, 1>(blocks, k, first);
-            }
-            for (to, block) in to_rest.iter_mut().zip(rest) {
-                [*to] = together::<f64, FUSED, 1, 2>(core::array::from_ref(block), k, first);
-            }
-        }
-    }
+    // of a few blocks, and of those beyond the last four, each sum is two side by side
+    let ones = match products.len() {
+        0..=2 => 0,
+        3..=4 => products.len(),
+        many => many - many % 4,
+    };
+    let (of_ones, of_twos) = products.split_at(ones);
+    let (to_ones, to_twos) = to_products.split_at_mut(ones);
+    in_pairs::<FUSED, 1>(of_ones, k, first, to_ones);
+    in_pairs::<FUSED, 2>(of_twos, k, first, to_twos);
     for (to, block) in to_squares.iter_mut().zip(squares) {
         *to = square_sum::<f64, FUSED>(block, k, first, LANES);
     }
 }
 
-/// The inner sums of `P` blocks.
+/// The inner sums of blocks, two blocks in one loop; each is `A` sums side by side.
 #[inline(always)]
-fn several<const FUSED: bool, const P: usize, const A: usize>(
+fn in_pairs<const FUSED: bool, const A: usize>(
     blocks: &[Products],
     k: usize,
     first: usize,
     sums: &mut [Row<f64>],
 ) {
-    if let (Some(blocks), Some(sums)) = (blocks.first_chunk(), sums.first_chunk_mut()) {
-        *sums = together::<f64, FUSED, P, A>(blocks, k, first);
+    let ((pairs, rest), (to_pairs, to_rest)) = (blocks.as_chunks::<2>(), sums.as_chunks_mut::<2>());
+    for (to, pair) in to_pairs.iter_mut().zip(pairs) {
+        *to = along_rows::<FUSED, 2, A>(pair, k, first);
     }
+    for (to, block) in to_rest.iter_mut().zip(rest) {
+        [*to] = along_rows::<FUSED, 1, A>(core::array::from_ref(block), k, first);
+    }
+}
+
+/// [`together`] for an order of which nothing is known where it is compiled: rows are iterated over, so that no place is compared with a length.
+#[inline(always)]
+fn along_rows<const FUSED: bool, const P: usize, const A: usize>(
+    blocks: &[Products; P],
+    k: usize,
+    first: usize,
+) -> [Row<f64>; P] {
+    let end = (k + 1).saturating_sub(first);
+    // as many rows from the left as from the right, which are read backwards
+    let rows: [[&[Row<f64>]; 2]; P] = core::array::from_fn(|p| {
+        [&blocks[p].left, &blocks[p].right].map(|rows| rows.get(first..end).unwrap_or_default())
+    });
+    let mut sums = [[[0.0; LANES]; A]; P];
+    let mut total = [[0.0; LANES]; P];
+    let chunks = rows.map(|[left, right]| (left.as_chunks::<A>(), right.as_rchunks::<A>()));
+    let mut add = |p: usize, left: &[Row<f64>; A], right: &[Row<f64>; A]| {
+        for a in 0..A {
+            add_rows::<f64, FUSED>(&mut sums[p][a], &left[a], &right[A - 1 - a], LANES);
+        }
+    };
+    if P == 2 {
+        // both blocks have as many rows
+        let [one, other] = [0, P - 1].map(|p| chunks[p].0.0.iter().zip(chunks[p].1.1.iter().rev()));
+        for ((left, right), (other_left, other_right)) in one.zip(other) {
+            add(0, left, right);
+            add(P - 1, other_left, other_right);
+        }
+    } else {
+        for (p, ((left, _), (_, right))) in chunks.iter().enumerate() {
+            for (left, right) in left.iter().zip(right.iter().rev()) {
+                add(p, left, right);
+            }
+        }
+    }
+    for (p, ((_, left), (right, _))) in chunks.iter().enumerate() {
+        for (left, right) in left.iter().zip(right.iter().rev()) {
+            add_rows::<f64, FUSED>(&mut sums[p][0], left, right, LANES);
+        }
+        total[p] = sums[p][0];
+        for sum in &sums[p][1..] {
+            for lane in 0..LANES {
+                total[p][lane] += sum[lane];
+            }
+        }
+    }
+    total
 }
 
 /// `Σ left_j right_{k-j}` over `first ≤ j ≤ k - first` for each block, in `A` sums side by side: one alone would wait for itself.

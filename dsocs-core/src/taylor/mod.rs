@@ -79,6 +79,7 @@ mod flow;
 mod grid;
 mod inputs;
 mod integrator;
+mod interpreted;
 mod lanes;
 mod motion;
 mod moved;
@@ -89,7 +90,6 @@ pub(crate) mod solve;
 mod start;
 mod state;
 mod tangents;
-mod interpreted;
 mod watch;
 
 pub use crate::error::series::{FailedSeries, Jump, SeriesError, SeriesFailure};

@@ -300,7 +300,10 @@ mod tests {
         for affine in [true, false] {
             let rows = |a: &[f64; 2]| {
                 let third = if affine { 0.0 } else { 0.1 };
-                let row = [3.0 * a[0] + a[1] + third * a[0].powi(3) - 1.0, a[0] - 2.0 * a[1] - 0.3];
+                let row = [
+                    3.0 * a[0] + a[1] + third * a[0].powi(3) - 1.0,
+                    a[0] - 2.0 * a[1] - 0.3,
+                ];
                 (row, [[3.0 + 3.0 * third * a[0].powi(2), 1.0], [1.0, -2.0]])
             };
             let (one, inverse) = solve(affine, [0.5, 0.1], rows);

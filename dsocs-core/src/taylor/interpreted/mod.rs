@@ -11,14 +11,14 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use self::order::Lists;
-use self::walk::{Expansion, Tables, Way};
+use self::walk::{Expansion, Factors, Tables, Way, zeros};
 use super::Tolerance;
 use super::control::Judged;
 use super::flow::AnyTaylorFlow;
 use super::recurrences::{Along, SeriesKernel};
 use super::state::State;
 use crate::error::SetupError;
-use crate::kernel::series::{Place, Series};
+use crate::kernel::series::Series;
 use crate::kernel::{Kernel, TapeKernel};
 use crate::number::dispatch;
 use crate::number::dual::Dual;
@@ -35,7 +35,7 @@ pub(super) struct Interpreted<'s> {
     /// The values of the parameters.
     values: Vec<f64>,
     /// Factors: numbers, what the parameters decide, and 1/3.
-    factors: Vec<f64>,
+    factors: Box<Factors>,
     tables: Tables,
     /// Room for a step: its increments.
     room: Cell<Vec<f64>>,
@@ -76,13 +76,12 @@ impl<'s> Interpreted<'s> {
     /// The series of a system with the values that its parameters have; `None` if it has no recurrences.
     fn new(kernel: &'s TapeKernel) -> Option<Self> {
         let series = kernel.series()?;
-        let third = Place::try_from(series.factors()).ok()?;
         let values = (0..kernel.shape().parameters.len()).map(|place| kernel.value(place));
         let mut interpreted = Self {
-            lists: Lists::new(&series, third),
+            lists: Lists::new(&series)?,
             values: values.collect(),
-            factors: Vec::new(),
-            tables: Tables::new(&series),
+            factors: zeros(&0.0)?,
+            tables: Tables::new(&series)?,
             room: Cell::default(),
             kernel,
             series,
@@ -94,17 +93,21 @@ impl<'s> Interpreted<'s> {
     /// Computes what the parameters decide.
     fn decide(&mut self) {
         let series = &*self.series;
-        self.factors.clear();
-        self.factors.extend(&series.numbers);
-        let (values, factors) = (&self.values, &mut self.factors);
+        let (numbers, computed) = self.factors.split_at_mut(series.numbers.len());
+        numbers.copy_from_slice(&series.numbers);
+        let values = &self.values;
         let leaf = |which| match which {
             Leaf::Parameter(i) => values.get(i).copied().unwrap_or(f64::NAN),
             _ => f64::NAN,
         };
         let program = series.constants.program(Segment::Constants, Part::All);
         let source = Called(self.kernel, series);
-        f64::walk(program, &source, &leaf, &mut |_, value| factors.push(value));
-        factors.push(1.0 / 3.0);
+        f64::walk(program, &source, &leaf, &mut |place, value| {
+            if let Some(factor) = computed.get_mut(place) {
+                *factor = value;
+            }
+        });
+        self.factors[series.factors()] = 1.0 / 3.0;
     }
 
     /// Expands a series, first at the end of a step if there is one.
@@ -137,7 +140,7 @@ impl SeriesKernel for Interpreted<'_> {
             *own = *value;
         }
         self.decide();
-        self.tables = Tables::new(&self.series);
+        self.tables.forget();
     }
 
     fn expand(&mut self, series: &mut rows::Series) {

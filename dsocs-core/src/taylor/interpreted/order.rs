@@ -1,6 +1,13 @@
 //! The operations of one order beyond 0, as they are walked: what an operation of [`Series`] becomes whose places are known.
 
-use crate::kernel::series::{ACCELERATED, AGAIN, Code, LASTING, Operation, Place, Series};
+use crate::kernel::series::{ACCELERATED, AGAIN, Code, LASTING, Operation, Series};
+use crate::series::orders::LANES;
+
+/// The place of a sequence, a factor or a sum: tables have room for all that it can be, so that no place has to be compared with a length.
+pub(super) type Place = u16;
+
+/// How many there may be.
+pub(super) const ROOM: usize = 1 << Place::BITS;
 
 /// An operation of an order. Places are those of sequences; `sum` is that of an inner sum.
 #[derive(Clone, Copy, Debug)]
@@ -31,8 +38,8 @@ pub(super) enum Step {
     /// A sum of terms, which stand from the first on.
     Linear {
         to: Place,
-        first: Place,
-        count: Place,
+        first: u32,
+        count: u32,
     },
     Product {
         to: Place,
@@ -83,7 +90,15 @@ pub(super) enum Step {
     /// A sine, and the cosine after it.
     Circle {
         sine: Place,
+        cosine: Place,
         u: Place,
+        sums: [Place; 2],
+    },
+    /// A function with `w' = g u'`, its square, and `g = 1 - w²`, one after the other.
+    Tangent {
+        to: Place,
+        u: Place,
+        slope: Place,
         sums: [Place; 2],
     },
     /// `slope w' = u'`.
@@ -121,76 +136,150 @@ pub(super) enum Step {
 }
 
 /// Longer sums are formed in several sums side by side, as the attribute has it.
-pub(super) const SHORT_SUM: Place = 4;
+pub(super) const SHORT_SUM: usize = 4;
 
 /// The operations of an order: those that depend on no acceleration that is solved for, those that do, and those of the latter that are computed
 /// again.
 #[derive(Debug)]
 pub(super) struct Lists {
-    /// Positions and velocities, which come first: the sequence, and the place in a row of all of them.
-    pub(super) moves: Vec<[Place; 2]>,
+    /// The terms of long sums: factors and sequences.
+    pub(super) terms: Vec<[Place; 2]>,
+    /// The sequences of each coordinate: position, velocity and acceleration. What is no operand has the place that nothing reads.
+    pub(super) coordinates: Vec<[Place; 3]>,
     pub(super) known: Vec<Step>,
     pub(super) accelerated: Vec<Step>,
     pub(super) again: Vec<Step>,
 }
 
 impl Lists {
-    /// Those of some recurrences; `third` is the place of the factor 1/3.
-    pub(super) fn new(series: &Series, third: Place) -> Self {
-        let velocities = Place::try_from(series.coordinates).unwrap_or(Place::MAX);
+    /// Those of some recurrences; `None` if there are more than there is room for.
+    pub(super) fn new(series: &Series) -> Option<Self> {
+        // behind the others stand a sequence that is zero, one that nothing reads, and a factor that is 1/3
+        let third = narrow(u32::try_from(series.factors()).ok()?)?;
+        let unread = narrow(u32::try_from(series.operations.len() + 1).ok()?)?;
+        let blocks = series.products.len().div_ceil(LANES) + series.squares.len().div_ceil(LANES);
+        if blocks * LANES > ROOM {
+            return None;
+        }
         let mut lists = Self {
-            moves: Vec::new(),
+            terms: Vec::new(),
+            coordinates: Vec::new(),
             known: Vec::new(),
             accelerated: Vec::new(),
             again: Vec::new(),
         };
+        for &term in &series.terms {
+            lists.terms.push(all(term)?);
+        }
+        for &acceleration in &series.accelerations {
+            lists.coordinates.push([unread, unread, narrow(acceleration)?]);
+        }
         for (to, op) in (0..).zip(&series.operations) {
+            let to = narrow(to)?;
             if op.lists & LASTING == 0 {
                 continue;
             }
             match op.code {
-                Code::Position => lists.moves.push([to, op.index]),
-                Code::Velocity => lists.moves.push([to, velocities + op.index]),
+                Code::Position => lists.coordinates.get_mut(op.index as usize)?[0] = to,
+                Code::Velocity => lists.coordinates.get_mut(op.index as usize)?[1] = to,
+                // their coefficients are zero, and a cosine is computed with its sine
+                Code::Constant | Code::Signum | Code::Cos => {}
                 _ => {
-                    let Some(step) = step(series, to, op, third) else {
-                        continue;
-                    };
+                    let step = step(series, to, op, third)?;
                     if op.lists & ACCELERATED == 0 {
                         lists.known.push(step);
+                        join(&mut lists.known);
                         continue;
                     }
                     lists.accelerated.push(step);
+                    join(&mut lists.accelerated);
                     if op.lists & AGAIN > 0 {
                         lists.again.push(step);
+                        join(&mut lists.again);
                     }
                 }
             }
         }
-        lists
+        Some(lists)
     }
 }
 
-/// An operation as it is walked; `None` if nothing is left to be done.
+/// A place for which there is room.
+pub(super) fn narrow(place: u32) -> Option<Place> {
+    Place::try_from(place).ok()
+}
+
+/// Some of them.
+fn all<const K: usize>(places: [u32; K]) -> Option<[Place; K]> {
+    let mut narrow = [0; K];
+    for (to, place) in narrow.iter_mut().zip(places) {
+        *to = Place::try_from(place).ok()?;
+    }
+    Some(narrow)
+}
+
+/// Makes one of the last steps where one does for all of them.
+fn join(steps: &mut Vec<Step>) {
+    if let [
+        ..,
+        Step::Rate { to, u, factor, sum },
+        Step::Square {
+            to: square,
+            u: value,
+            sum: of_square,
+        },
+        Step::Minus {
+            to: slope,
+            u: negative,
+        },
+    ] = **steps
+        && (factor, value, negative) == (slope, to, square)
+        && (usize::from(square), usize::from(slope)) == (usize::from(to) + 1, usize::from(to) + 2)
+    {
+        let before = steps.len() - 3;
+        steps.truncate(before);
+        steps.push(Step::Tangent {
+            to,
+            u,
+            slope,
+            sums: [sum, of_square],
+        });
+    }
+}
+
+/// An operation as it is walked.
 fn step(series: &Series, to: Place, op: &Operation, third: Place) -> Option<Step> {
-    let [u, v, w, z] = op.parts;
-    let sums = op.sums;
+    let [u, v, w, z] = all(op.parts)?;
+    let sums = all(op.sums)?;
     let sum = sums[0];
     Some(match op.code {
         Code::Time => Step::Time { to },
-        Code::Acceleration => Step::Acceleration { to, index: op.index },
-        Code::Multiplier => Step::Multiplier { to, index: op.index },
-        // their coefficients are zero, a cosine is computed with its sine, and leaves have come first
+        Code::Acceleration => Step::Acceleration {
+            to,
+            index: narrow(op.index)?,
+        },
+        Code::Multiplier => Step::Multiplier {
+            to,
+            index: narrow(op.index)?,
+        },
+        // these come first or have nothing to be done
         Code::Constant | Code::Signum | Code::Cos | Code::Position | Code::Velocity => return None,
         Code::Linear => {
             let [first, count] = op.terms;
             let terms = series.terms.get(first as usize..)?;
             match (count, terms) {
-                (1, &[[c, u], ..]) => Step::Scaled { to, c, u },
-                (2, &[[c, u], [d, v], ..]) => Step::Two {
-                    to,
-                    c: [c, d],
-                    u: [u, v],
-                },
+                (1, &[term, ..]) => {
+                    let [c, u] = all(term)?;
+                    Step::Scaled { to, c, u }
+                }
+                (2, &[one, other, ..]) => {
+                    let ([c, u], [d, v]) = (all(one)?, all(other)?);
+                    Step::Two {
+                        to,
+                        c: [c, d],
+                        u: [u, v],
+                    }
+                }
                 _ => Step::Linear { to, first, count },
             }
         }
@@ -199,10 +288,16 @@ fn step(series: &Series, to: Place, op: &Operation, third: Place) -> Option<Step
         Code::Quotient => Step::Quotient { to, u, v, sum },
         Code::Reciprocal => Step::Reciprocal { to, v: u, sum },
         Code::Root => Step::Root { to, u, sum },
-        Code::CubeRoot | Code::Power => Step::Power {
+        Code::CubeRoot => Step::Power {
             to,
             u,
-            exponent: if op.code == Code::Power { op.index } else { third },
+            exponent: third,
+            sums: [sum, sums[1]],
+        },
+        Code::Power => Step::Power {
+            to,
+            u,
+            exponent: narrow(op.index)?,
             sums: [sum, sums[1]],
         },
         Code::Exp => Step::Rate {
@@ -213,11 +308,12 @@ fn step(series: &Series, to: Place, op: &Operation, third: Place) -> Option<Step
         },
         Code::ExpM1 => Step::ExpM1 { to, u, sum },
         Code::Sin => {
-            let cosine = series.operations.get(v as usize)?;
+            let [other, ..] = all(series.operations.get(usize::from(v))?.sums)?;
             Step::Circle {
                 sine: to,
+                cosine: v,
                 u,
-                sums: [sum, cosine.sums[0]],
+                sums: [sum, other],
             }
         }
         Code::Sinh | Code::Cosh | Code::Tan | Code::Tanh => Step::Rate {
@@ -226,18 +322,10 @@ fn step(series: &Series, to: Place, op: &Operation, third: Place) -> Option<Step
             factor: v,
             sum,
         },
-        Code::Ln | Code::Ln1p => Step::BySlope {
-            to,
-            u,
-            slope: u,
-            sum,
-        },
-        Code::Asin | Code::Acos | Code::Atan | Code::Asinh | Code::Acosh | Code::Atanh => Step::BySlope {
-            to,
-            u,
-            slope: v,
-            sum,
-        },
+        Code::Ln | Code::Ln1p => Step::BySlope { to, u, slope: u, sum },
+        Code::Asin | Code::Acos | Code::Atan | Code::Asinh | Code::Acosh | Code::Atanh => {
+            Step::BySlope { to, u, slope: v, sum }
+        }
         Code::Conjugate => Step::Minus { to, u: v },
         Code::Atan2 => Step::Angle {
             to,

@@ -2,8 +2,8 @@
 
 use core::cell::Cell;
 
-use super::order::{Lists, SHORT_SUM, Step};
-use crate::kernel::series::{ACCELERATED, Argument, Code, Operation, Place, Series, Term};
+use super::order::{Lists, Place, ROOM, SHORT_SUM, Step, narrow};
+use crate::kernel::series::{ACCELERATED, Argument, Code, Operation, Series};
 use crate::number::compensated;
 use crate::number::dispatch::Work;
 use crate::number::scalar::Scalar;
@@ -19,17 +19,30 @@ use crate::taylor::recurrences::Along;
 use crate::taylor::solve::{AnyAccelerations, back_into};
 use crate::taylor::state::State;
 
-/// A sequence: what is kept of its coefficients.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sequence {
-    /// The coefficient of order 0.
-    start: f64,
-    /// What is divided by in every order, inverted; or what decides between pieces.
-    inverse: f64,
-    /// That of order 1; zero up to order 2, where the newest terms are the same one.
-    first: f64,
-    /// Those of this order and of the one before, by turns.
-    now: [f64; 2],
+/// What is kept of the coefficients of a sequence.
+type Sequence = [f64; 5];
+
+/// The coefficient of order 0.
+const START: usize = 0;
+/// What is divided by in every order, inverted; or what decides between pieces.
+const INVERSE: usize = 1;
+/// The coefficient of order 1; zero up to order 2, where the newest terms are the same one.
+const FIRST: usize = 2;
+/// The coefficients of this order and of the one before stand from here on, by turns.
+const NOW: usize = 3;
+
+/// All sequences. There is room for every place that a [`Place`] can be; where nothing is written, the system gives no memory.
+type Sequences = [Sequence; ROOM];
+
+/// All factors.
+pub(super) type Factors = [f64; ROOM];
+
+/// The inner sums of an order.
+type Sums = [Row<f64>; ROOM / LANES];
+
+/// A table of zeros that was never on the stack.
+pub(super) fn zeros<T: Clone, const M: usize>(zero: &T) -> Option<Box<[T; M]>> {
+    vec![zero.clone(); M].into_boxed_slice().try_into().ok()
 }
 
 /// The operands of a row: the sequences, and 1 for those that are multiplied by the order.
@@ -41,17 +54,16 @@ struct Stored {
 
 /// What recurrences keep of the orders before.
 pub(super) struct Tables {
-    sequences: Vec<Sequence>,
+    sequences: Box<Sequences>,
     products: Vec<Products>,
     squares: Vec<Squares>,
-    /// What is stored of each order: left and right of each block of products, then the blocks of squares.
-    stored: Vec<Stored>,
+    /// What is stored of each order: left and right of each block of products, and the blocks of squares.
+    of_products: Vec<[Stored; 2]>,
+    of_squares: Vec<Stored>,
     /// The inner sums of an order, products before squares.
-    sums: Vec<Row<f64>>,
-    /// Position and velocity of an order.
-    row: Vec<f64>,
-    /// The accelerations of an order as the recurrences give them.
-    outputs: Vec<f64>,
+    sums: Box<Sums>,
+    /// The velocity of an order.
+    velocity: Vec<f64>,
     /// Accelerations, then multipliers, that are solved for, and the same in the order of the unknowns.
     solved: Vec<f64>,
     unknown: Vec<f64>,
@@ -64,14 +76,15 @@ pub(super) struct Tables {
 
 impl Tables {
     /// Tables before the first order.
-    pub(super) fn new(series: &Series) -> Self {
-        let zero = Place::try_from(series.operations.len()).unwrap_or(Place::MAX);
-        let rows = |operands: &mut dyn Iterator<Item = (Place, bool)>| {
+    pub(super) fn new(series: &Series) -> Option<Self> {
+        let zero = u32::try_from(series.operations.len()).ok()?;
+        let rows = |operands: &mut dyn Iterator<Item = (u32, bool)>| {
             let operands: Vec<_> = operands.collect();
             let rows = operands.chunks(LANES).map(|lanes| {
                 let lane = |lane: usize| lanes.get(lane).copied().unwrap_or((zero, false));
                 Stored {
-                    from: core::array::from_fn(|i| lane(i).0),
+                    // sequences for which there is room
+                    from: core::array::from_fn(|i| narrow(lane(i).0).unwrap_or_default()),
                     rate: core::array::from_fn(|i| if lane(i).1 { 1.0 } else { 0.0 }),
                 }
             });
@@ -79,20 +92,18 @@ impl Tables {
         };
         let [left, right] =
             [0, 1].map(|side: usize| rows(&mut series.products.iter().map(|operands| operands[side])));
-        let products = left.into_iter().zip(right).flat_map(<[Stored; 2]>::from);
-        let squares = rows(&mut series.squares.iter().copied());
-        let [blocks, of_squares] =
-            [series.products.len(), series.squares.len()].map(|count| count.div_ceil(LANES));
+        let of_products = left.into_iter().zip(right).map(<[Stored; 2]>::from);
+        let of_products: Vec<_> = of_products.collect();
+        let of_squares = rows(&mut series.squares.iter().copied());
         let m = series.rows.len();
-        Self {
-            // behind the last stands one that is zero
-            sequences: vec![Sequence::default(); series.operations.len() + 1],
-            products: vec![Products::default(); blocks],
-            squares: vec![Squares::default(); of_squares],
-            stored: products.chain(squares).collect(),
-            sums: vec![[0.0; LANES]; blocks + of_squares],
-            row: vec![0.0; 2 * series.coordinates],
-            outputs: vec![0.0; series.coordinates],
+        Some(Self {
+            sequences: zeros(&[0.0; 5])?,
+            products: vec![Products::default(); of_products.len()],
+            squares: vec![Squares::default(); of_squares.len()],
+            of_products,
+            of_squares,
+            sums: zeros(&[0.0; LANES])?,
+            velocity: vec![0.0; series.coordinates],
             solved: vec![0.0; series.coordinates + series.multipliers],
             unknown: vec![0.0; m],
             rows: vec![0.0; m],
@@ -100,7 +111,15 @@ impl Tables {
             accelerations: AnyAccelerations::new(series.affine, m),
             switches: vec![Switch::default(); series.switches],
             calls: vec![Call::default(); series.functions()],
-        }
+        })
+    }
+}
+
+impl Tables {
+    /// Forgets what switches and functions have met; the other tables are written before they are read.
+    pub(super) fn forget(&mut self) {
+        self.switches.fill_with(Switch::default);
+        self.calls.fill_with(Call::default);
     }
 }
 
@@ -139,7 +158,7 @@ pub(super) struct Expansion<'a, 'c> {
     pub(super) series: &'a Series,
     pub(super) lists: &'a Lists,
     /// The factors by their places.
-    pub(super) factors: &'a [f64],
+    pub(super) factors: &'a Factors,
     pub(super) tables: &'a mut Tables,
     pub(super) room: &'a Cell<Vec<f64>>,
     pub(super) next: &'a mut rows::Series,
@@ -203,17 +222,19 @@ impl Expansion<'_, '_> {
     fn start<const FUSED: bool>(&mut self) {
         let Self { series, next, .. } = self;
         let tables = &mut *self.tables;
+        let n = series.coordinates;
+        tables.velocity.copy_from_slice(next.start().1);
         let walk = Start {
             series,
+            lists: self.lists,
             factors: self.factors,
             next,
         };
-        for sequence in &mut tables.sequences {
-            (sequence.first, sequence.now) = (0.0, [0.0; 2]);
+        for sequence in tables.sequences.iter_mut().take(series.operations.len()) {
+            [sequence[FIRST], sequence[NOW], sequence[NOW + 1]] = [0.0; 3];
         }
         walk.operations::<FUSED>(tables, false);
         if !series.unknown.is_empty() {
-            let n = series.coordinates;
             for (a, &guess) in tables.solved.iter_mut().zip(walk.next.velocity_of(1)) {
                 *a = if guess.is_finite() { guess } else { 0.0 };
             }
@@ -227,13 +248,13 @@ impl Expansion<'_, '_> {
                 }
                 walk.operations::<FUSED>(tables, true);
                 for (row, &from) in tables.rows.iter_mut().zip(&series.rows) {
-                    *row = tables.sequences[from as usize].start;
+                    *row = tables.sequences[from as usize][START];
                 }
                 let size = series.rows.len();
                 tables.jacobian.fill(0.0);
                 for &[row, column, from] in &series.jacobian {
                     tables.jacobian[row as usize * size + column as usize] =
-                        tables.sequences[from as usize].start;
+                        tables.sequences[from as usize][START];
                 }
                 let more = tables.accelerations.improve::<FUSED>(
                     &tables.rows,
@@ -245,106 +266,161 @@ impl Expansion<'_, '_> {
                 }
             }
         }
-        for (output, &from) in tables.outputs.iter_mut().zip(&series.accelerations) {
-            *output = tables.sequences[from as usize].start;
-        }
-        next.advance(0, &tables.outputs);
+        let [q, v] = next.tables_mut();
+        let (_, v) = v.split_at_mut(n);
+        advance::<START, 1>(
+            &self.lists.coordinates,
+            &mut tables.sequences,
+            &mut tables.velocity,
+            1,
+            [&mut q[n..], v],
+        );
     }
 
     /// The orders beyond.
     #[inline(always)]
     fn orders<const FUSED: bool, const EAGER: bool>(&mut self) {
-        let (series, lists, next) = (self.series, self.lists, &mut *self.next);
-        let n = series.coordinates;
-        let tables = &mut *self.tables;
-        for k in 1..next.order() {
-            let Tables {
-                sequences,
-                products,
-                squares,
-                stored,
-                sums,
-                row,
-                outputs,
-                solved,
-                rows,
-                accelerations,
-                switches,
-                calls,
-                unknown,
-                ..
-            } = &mut *tables;
-            all_sums::<FUSED, EAGER>(products, squares, k, sums);
-            let turn = k & 1;
-            let mut order = Order {
-                series,
-                factors: self.factors,
-                sums: sums.as_flattened(),
-                sequences,
-                solved,
-                calls,
-                k,
-                turn,
-                r: RECIPROCALS[k],
-                below: k as f64 - 1.0,
-            };
-            row[..n].copy_from_slice(next.position_of(k));
-            row[n..].copy_from_slice(next.velocity_of(k));
-            for &[to, from] in &lists.moves {
-                order.sequences[to as usize].now[turn] = row[from as usize];
+        let (n, order) = (self.series.coordinates, self.next.order());
+        let [q, v] = self.next.tables_mut();
+        let rows = q
+            .chunks_exact_mut(n.max(1))
+            .skip(2)
+            .zip(v.chunks_exact_mut(n.max(1)).skip(2));
+        for (k, (q, v)) in (1..order).zip(rows) {
+            // an order is long: no register is spent on what could be counted from one to the next
+            let k = core::hint::black_box(k);
+            let row = [q, v];
+            // of two coefficients those of this order, by turns: a literal each, so that no place is computed
+            if k % 2 == 0 {
+                order_of::<FUSED, EAGER, 0, 1>(self.series, self.lists, self.factors, self.tables, k, row);
+            } else {
+                order_of::<FUSED, EAGER, 1, 0>(self.series, self.lists, self.factors, self.tables, k, row);
             }
-            order.walk::<FUSED, EAGER>(&lists.known);
-            if !series.unknown.is_empty() {
-                order.solved.fill(0.0);
-                order.walk::<FUSED, EAGER>(&lists.accelerated);
-                for (row, &from) in rows.iter_mut().zip(&series.rows) {
-                    *row = order.sequences[from as usize].now[turn];
-                }
-                back_into::<FUSED>(&accelerations.inverse, rows, unknown);
-                for (&place, x) in series.unknown.iter().zip(&*unknown) {
-                    order.solved[at(place, n)] = *x;
-                }
-                order.walk::<FUSED, EAGER>(&lists.again);
-            }
-            for (switch, argument) in switches.iter_mut().zip(&series.arguments) {
-                let of = |place: Place| order.sequences[place as usize].now[turn];
-                switch.push(
-                    k,
-                    match *argument {
-                        Argument::One(u) => of(u),
-                        Argument::Difference(u, v) => of(u) - of(v),
-                    },
-                );
-            }
-            for (output, &from) in outputs.iter_mut().zip(&series.accelerations) {
-                *output = order.sequences[from as usize].now[turn];
-            }
-            let below = order.below;
-            let (of_products, of_squares) = stored.split_at(2 * products.len());
-            for (block, [left, right]) in products.iter_mut().zip(of_products.as_chunks().0) {
-                block.left[k] = left.row(sequences, turn, below);
-                block.right[k] = right.row(sequences, turn, below);
-            }
-            for (block, stored) in squares.iter_mut().zip(of_squares) {
-                block.rows[k] = stored.row(sequences, turn, below);
-            }
-            if EAGER && k == 2 {
-                for sequence in &mut *sequences {
-                    sequence.first = sequence.now[1];
-                }
-            }
-            next.advance(k, outputs);
         }
+        // a position is ahead of its velocity
+        let (velocities, q) = (&v[order * n..], &mut q[(order + 1) * n..]);
+        for (q, v) in q.iter_mut().zip(velocities).take(n) {
+            *q = v * RECIPROCALS[order + 1];
+        }
+    }
+}
+
+/// Takes the accelerations of an order, which stand at a place of their sequences. Positions and velocities of the next order follow.
+#[inline(always)]
+fn advance<const FROM: usize, const NEXT: usize>(
+    coordinates: &[[Place; 3]],
+    sequences: &mut Sequences,
+    velocity: &mut [f64],
+    next: usize,
+    [to_q, to_v]: [&mut [f64]; 2],
+) {
+    let scale = RECIPROCALS[next];
+    let rows = to_q.iter_mut().zip(to_v).zip(velocity);
+    for (&[q, v, a], ((to_q, to_v), now)) in coordinates.iter().zip(rows) {
+        *to_q = *now * scale;
+        *now = sequences[a as usize][FROM] * scale;
+        *to_v = *now;
+        sequences[q as usize][NOW + NEXT] = *to_q;
+        sequences[v as usize][NOW + NEXT] = *now;
+    }
+}
+
+/// One order, whose coefficients stand at `TURN`, and those of the next one at `NEXT`.
+#[inline(always)]
+fn order_of<const FUSED: bool, const EAGER: bool, const TURN: usize, const NEXT: usize>(
+    series: &Series,
+    lists: &Lists,
+    factors: &Factors,
+    tables: &mut Tables,
+    k: usize,
+    row: [&mut [f64]; 2],
+) {
+    let n = series.coordinates;
+    let Tables {
+        sequences,
+        products,
+        squares,
+        of_products,
+        of_squares,
+        sums,
+        velocity,
+        solved,
+        rows,
+        accelerations,
+        switches,
+        calls,
+        unknown,
+        ..
+    } = tables;
+    let (sequences, sums): (&mut Sequences, &mut Sums) = (sequences, sums);
+    all_sums::<FUSED, EAGER>(products, squares, k, &mut sums[..products.len() + squares.len()]);
+    let below = k as f64 - 1.0;
+    let mut order = Order::<TURN> {
+        series,
+        lists,
+        factors,
+        sums: sums.as_flattened(),
+        sequences,
+        solved,
+        calls,
+        k,
+        r: RECIPROCALS[k],
+        below,
+    };
+    // one walk for all lists: it is long
+    let mut list = &lists.known;
+    for phase in 0.. {
+        order.walk::<FUSED, EAGER>(list);
+        if phase == 2 || series.unknown.is_empty() {
+            break;
+        }
+        if phase == 0 {
+            order.solved.fill(0.0);
+            list = &lists.accelerated;
+            continue;
+        }
+        for (row, &from) in rows.iter_mut().zip(&series.rows) {
+            *row = order.of_series(from);
+        }
+        back_into::<FUSED>(&accelerations.inverse, rows, unknown);
+        for (&place, x) in series.unknown.iter().zip(&*unknown) {
+            order.solved[at(place, n)] = *x;
+        }
+        list = &lists.again;
+    }
+    for (switch, argument) in switches.iter_mut().zip(&series.arguments) {
+        let coefficient = match *argument {
+            Argument::One(u) => order.of_series(u),
+            Argument::Difference(u, v) => order.of_series(u) - order.of_series(v),
+        };
+        switch.push(k, coefficient);
+    }
+    for (block, [left, right]) in products.iter_mut().zip(of_products) {
+        block.left[k] = left.row::<TURN>(sequences, below);
+        block.right[k] = right.row::<TURN>(sequences, below);
+    }
+    for (block, stored) in squares.iter_mut().zip(of_squares) {
+        block.rows[k] = stored.row::<TURN>(sequences, below);
+    }
+    if EAGER && k == 2 {
+        for sequence in sequences.iter_mut().take(series.operations.len()) {
+            sequence[FIRST] = sequence[NOW + 1];
+        }
+    }
+    if TURN == 0 {
+        advance::<NOW, NEXT>(&lists.coordinates, sequences, velocity, k + 1, row);
+    } else {
+        advance::<{ NOW + 1 }, NEXT>(&lists.coordinates, sequences, velocity, k + 1, row);
     }
 }
 
 impl Stored {
     /// The operands of an order.
     #[inline(always)]
-    fn row(&self, sequences: &[Sequence], turn: usize, below: f64) -> Row<f64> {
+    fn row<const TURN: usize>(&self, sequences: &Sequences, below: f64) -> Row<f64> {
         let mut row = [0.0; LANES];
         for i in 0..LANES {
-            row[i] = sequences[self.from[i] as usize].now[turn];
+            row[i] = sequences[self.from[i] as usize][NOW + TURN];
         }
         // exact: a small whole number, and 1 for those that are not multiplied
         for i in 0..LANES {
@@ -356,14 +432,15 @@ impl Stored {
 
 /// The place of an unknown among accelerations and multipliers.
 #[inline(always)]
-fn at((is_multiplier, place): (bool, Place), coordinates: usize) -> usize {
+fn at((is_multiplier, place): (bool, u32), coordinates: usize) -> usize {
     place as usize + if is_multiplier { coordinates } else { 0 }
 }
 
 /// Order 0.
 struct Start<'a> {
     series: &'a Series,
-    factors: &'a [f64],
+    lists: &'a Lists,
+    factors: &'a Factors,
     next: &'a rows::Series,
 }
 
@@ -388,7 +465,7 @@ impl Start<'_> {
             calls,
             ..
         } = tables;
-        let z = |part: usize| sequences[op.parts[part] as usize].start;
+        let z = |part: usize| sequences[op.parts[part] as usize][START];
         let u = z(0);
         let index = op.index as usize;
         let switch = op.switch.map(|switch| switch as usize);
@@ -402,9 +479,9 @@ impl Start<'_> {
             Code::Constant => self.factors[index],
             Code::Linear => {
                 let constant = op.constant.map(|constant| self.factors[constant as usize]);
-                let terms = terms(self.series, op.terms);
+                let terms = terms(self.lists, op.terms[0], op.terms[1]);
                 linear::<FUSED>(constant, terms, self.factors, |place| {
-                    sequences[place as usize].start
+                    sequences[place as usize][START]
                 })
             }
             Code::Product => u * z(1),
@@ -443,7 +520,7 @@ impl Start<'_> {
             Code::Sin => {
                 let (sine, cosine) = Coefficient::sin_cos(u);
                 if let Some(partner) = sequences.get_mut(to + 1) {
-                    partner.start = cosine;
+                    partner[START] = cosine;
                 }
                 sine
             }
@@ -505,37 +582,37 @@ impl Start<'_> {
             }
             Code::Call => {
                 let moves = self.series.moves(op.parts[0]);
-                match (self.series.calls.get(index), switch.and_then(|call| calls.get_mut(call))) {
+                match (
+                    self.series.calls.get(index),
+                    switch.and_then(|call| calls.get_mut(call)),
+                ) {
                     (Some(table), Some(call)) => call.first([u], [moves], |[x]| table.value::<Jet>(Some(x))),
                     _ => f64::NAN,
                 }
             }
         };
         if let Some(to) = sequences.get_mut(to) {
-            (to.start, to.inverse) = (value, inverse);
+            [to[START], to[INVERSE]] = [value, inverse];
         }
     }
 }
 
 /// Some of the terms.
 #[inline(always)]
-fn terms(series: &Series, [first, count]: [Place; 2]) -> &[Term] {
+fn terms(lists: &Lists, first: u32, count: u32) -> &[[Place; 2]] {
     let first = first as usize;
-    series
-        .terms
-        .get(first..first + count as usize)
-        .unwrap_or_default()
+    lists.terms.get(first..first + count as usize).unwrap_or_default()
 }
 
 /// `constant + Σ coefficient · term`, as the attribute writes it.
 #[inline(always)]
 fn linear<const FUSED: bool>(
     constant: Option<f64>,
-    terms: &[Term],
-    factors: &[f64],
+    terms: &[[Place; 2]],
+    factors: &Factors,
     value: impl Fn(Place) -> f64,
 ) -> f64 {
-    if terms.len() > SHORT_SUM as usize {
+    if terms.len() > SHORT_SUM {
         // four sums side by side
         let mut sums = [0.0; 4];
         for (i, &[c, x]) in terms.iter().enumerate() {
@@ -556,50 +633,55 @@ fn linear<const FUSED: bool>(
 }
 
 /// An order beyond 0.
-struct Order<'a> {
+struct Order<'a, const TURN: usize> {
     series: &'a Series,
-    factors: &'a [f64],
+    lists: &'a Lists,
+    factors: &'a Factors,
     /// The inner sums.
     sums: &'a [f64],
-    sequences: &'a mut [Sequence],
+    sequences: &'a mut Sequences,
     /// Accelerations and multipliers.
     solved: &'a mut [f64],
     calls: &'a mut [Call],
     k: usize,
-    /// Which of two coefficients are those of this order.
-    turn: usize,
     r: f64,
     below: f64,
 }
 
-impl Order<'_> {
+impl<const TURN: usize> Order<'_, TURN> {
     #[inline(always)]
-    fn of(&self, place: Place) -> Sequence {
-        self.sequences[place as usize]
+    fn of(&self, place: Place) -> &Sequence {
+        &self.sequences[place as usize]
     }
 
     /// Its coefficient of this order.
     #[inline(always)]
     fn now(&self, place: Place) -> f64 {
-        self.sequences[place as usize].now[self.turn]
+        self.of(place)[NOW + TURN]
+    }
+
+    /// The same by a place of the series.
+    #[inline(always)]
+    fn of_series(&self, place: u32) -> f64 {
+        self.sequences[place as usize][NOW + TURN]
     }
 
     /// Its coefficients of order 0 and of this order.
     #[inline(always)]
-    fn pair(&self, of: Sequence) -> [f64; 2] {
-        [of.start, of.now[self.turn]]
+    fn pair(&self, of: &Sequence) -> [f64; 2] {
+        [of[START], of[NOW + TURN]]
     }
 
     /// Its coefficients of order 1 and of the order before.
     #[inline(always)]
-    fn newest(&self, of: Sequence) -> [f64; 2] {
-        [of.first, of.now[self.turn ^ 1]]
+    fn newest(&self, of: &Sequence) -> [f64; 2] {
+        [of[FIRST], of[NOW + (TURN ^ 1)]]
     }
 
     /// Those of `j x_j`.
     #[inline(always)]
-    fn rates(&self, of: Sequence) -> [f64; 2] {
-        [of.first, self.below * of.now[self.turn ^ 1]]
+    fn rates(&self, of: &Sequence) -> [f64; 2] {
+        [of[FIRST], self.below * of[NOW + (TURN ^ 1)]]
     }
 
     /// The inner sum of two operands.
@@ -632,9 +714,7 @@ impl Order<'_> {
             let (to, value) = match *step {
                 Step::Time { to } => (to, if k == 1 { 1.0 } else { 0.0 }),
                 Step::Acceleration { to, index } => (to, self.solved[index as usize]),
-                Step::Multiplier { to, index } => {
-                    (to, self.solved[self.series.coordinates + index as usize])
-                }
+                Step::Multiplier { to, index } => (to, self.solved[self.series.coordinates + index as usize]),
                 Step::Scaled { to, c, u } => (to, self.factors[c as usize] * self.now(u)),
                 Step::Two {
                     to,
@@ -646,7 +726,7 @@ impl Order<'_> {
                     (to, add_product::<FUSED, f64>(sum, d, self.now(v)))
                 }
                 Step::Linear { to, first, count } => {
-                    let terms = terms(self.series, [first, count]);
+                    let terms = terms(self.lists, first, count);
                     (
                         to,
                         linear::<FUSED>(None, terms, self.factors, |place| self.now(place)),
@@ -668,25 +748,25 @@ impl Order<'_> {
                 Step::Quotient { to, u, v, sum } => {
                     let (u, v, own) = (self.now(u), self.of(v), self.of(to));
                     let inner = self.inner::<FUSED, EAGER>(sum, self.newest(own), self.newest(v));
-                    let v = v.now[self.turn];
+                    let v = v[NOW + TURN];
                     (
                         to,
-                        formulas::quotient::<FUSED, f64>(inner, own.start, u, v, own.inverse),
+                        formulas::quotient::<FUSED, f64>(inner, own[START], u, v, own[INVERSE]),
                     )
                 }
                 Step::Reciprocal { to, v, sum } => {
                     let (v, own) = (self.of(v), self.of(to));
                     let inner = self.inner::<FUSED, EAGER>(sum, self.newest(own), self.newest(v));
-                    let v = v.now[self.turn];
+                    let v = v[NOW + TURN];
                     (
                         to,
-                        formulas::reciprocal::<FUSED, f64>(inner, own.start, v, own.inverse),
+                        formulas::reciprocal::<FUSED, f64>(inner, own[START], v, own[INVERSE]),
                     )
                 }
                 Step::Root { to, u, sum } => {
                     let own = self.of(to);
                     let inner = self.inner_square::<FUSED, EAGER>(sum, self.newest(own));
-                    (to, formulas::root(inner, self.now(u), own.inverse))
+                    (to, formulas::root(inner, self.now(u), own[INVERSE]))
                 }
                 Step::Power {
                     to,
@@ -698,39 +778,60 @@ impl Order<'_> {
                     let outer = self.inner::<FUSED, EAGER>(outer, self.newest(own), self.rates(u));
                     let inner = self.inner::<FUSED, EAGER>(inner, self.rates(own), self.newest(u));
                     let exponent = self.factors[exponent as usize];
-                    let u = u.now[self.turn];
+                    let u = u[NOW + TURN];
                     (
                         to,
-                        formulas::power(exponent, [outer, inner], own.start, u, [own.inverse, r]),
+                        formulas::power(exponent, [outer, inner], own[START], u, [own[INVERSE], r]),
                     )
                 }
                 Step::Rate { to, u, factor, sum } => {
                     let (u, factor) = (self.of(u), self.of(factor));
                     let inner = self.inner::<FUSED, EAGER>(sum, self.rates(u), self.newest(factor));
-                    let u = u.now[self.turn];
-                    (to, formulas::rate::<FUSED, f64>(inner, u, factor.start, r))
+                    let u = u[NOW + TURN];
+                    (to, formulas::rate::<FUSED, f64>(inner, u, factor[START], r))
                 }
                 Step::ExpM1 { to, u, sum } => {
                     let (u, own) = (self.of(u), self.of(to));
                     let inner = self.inner::<FUSED, EAGER>(sum, self.rates(u), self.newest(own));
-                    let u = u.now[self.turn];
-                    (to, formulas::rate::<FUSED, f64>(inner, u, 1.0 + own.start, r))
+                    let u = u[NOW + TURN];
+                    (to, formulas::rate::<FUSED, f64>(inner, u, 1.0 + own[START], r))
                 }
-                Step::Circle { sine, u, sums } => {
-                    let cosine = sine + 1;
-                    let u = self.of(u);
-                    let [s, c] = [self.of(sine), self.of(cosine)];
-                    let (rates, u) = (self.rates(u), u.now[self.turn]);
-                    let inner = self.inner::<FUSED, EAGER>(sums[0], rates, self.newest(c));
-                    let value = formulas::rate::<FUSED, f64>(inner, u, c.start, r);
-                    self.sequences[sine as usize].now[self.turn] = value;
-                    let inner = self.inner::<FUSED, EAGER>(sums[1], rates, self.newest(s));
-                    (cosine, -formulas::rate::<FUSED, f64>(inner, u, s.start, r))
+                Step::Circle {
+                    sine,
+                    cosine,
+                    u,
+                    sums,
+                } => {
+                    let [u, s, c] = [u, sine, cosine].map(|place| self.of(place));
+                    let (rates, u) = (self.rates(u), u[NOW + TURN]);
+                    let inner = [
+                        self.inner::<FUSED, EAGER>(sums[0], rates, self.newest(c)),
+                        self.inner::<FUSED, EAGER>(sums[1], rates, self.newest(s)),
+                    ];
+                    let value = formulas::rate::<FUSED, f64>(inner[0], u, c[START], r);
+                    let other = -formulas::rate::<FUSED, f64>(inner[1], u, s[START], r);
+                    self.sequences[sine as usize][NOW + TURN] = value;
+                    (cosine, other)
+                }
+                Step::Tangent {
+                    to,
+                    u,
+                    slope,
+                    sums: [sum, of_square],
+                } => {
+                    let [u, own, factor] = [u, to, slope].map(|place| self.of(place));
+                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(u), self.newest(factor));
+                    let now = formulas::rate::<FUSED, f64>(inner, u[NOW + TURN], factor[START], r);
+                    let inner = self.inner_square::<FUSED, EAGER>(of_square, self.newest(own));
+                    let square = formulas::square::<FUSED, f64>(inner, [own[START], now]);
+                    self.sequences[to as usize][NOW + TURN] = now;
+                    self.sequences[usize::from(slope - 1)][NOW + TURN] = square;
+                    (slope, -square)
                 }
                 Step::BySlope { to, u, slope, sum } => {
                     let (slope, own) = (self.of(slope), self.of(to));
                     let inner = self.inner::<FUSED, EAGER>(sum, self.rates(own), self.newest(slope));
-                    (to, formulas::by_slope(inner, self.now(u), own.inverse, r))
+                    (to, formulas::by_slope(inner, self.now(u), own[INVERSE], r))
                 }
                 Step::Minus { to, u } => (to, -self.now(u)),
                 Step::Angle {
@@ -748,30 +849,28 @@ impl Order<'_> {
                     ];
                     (
                         to,
-                        formulas::angle(sums, self.pair(y), self.pair(x), [own.inverse, r]),
+                        formulas::angle(sums, self.pair(y), self.pair(x), [own[INVERSE], r]),
                     )
                 }
-                Step::Abs { to, u } => (to, self.of(to).inverse * self.now(u)),
+                Step::Abs { to, u } => (to, self.of(to)[INVERSE] * self.now(u)),
                 Step::Select { to, then, otherwise } => {
-                    let decides = self.of(to).inverse;
-                    (
-                        to,
-                        formulas::select(decides, self.now(then), self.now(otherwise)),
-                    )
+                    let decides = self.of(to)[INVERSE];
+                    (to, formulas::select(decides, self.now(then), self.now(otherwise)))
                 }
                 Step::Call { to } => (to, self.call::<FUSED>(to)),
             };
-            self.sequences[to as usize].now[self.turn] = value;
+            self.sequences[to as usize][NOW + TURN] = value;
         }
     }
 
-    /// The coefficient of a table of samples.
-    #[inline(always)]
+    /// The coefficient of a table of samples. It is long and seldom, and would take registers from all others.
+    #[cold]
+    #[inline(never)]
     fn call<const FUSED: bool>(&mut self, to: Place) -> f64 {
         let Some(op) = self.series.operations.get(to as usize) else {
             return f64::NAN;
         };
-        let argument = self.pair(self.of(op.parts[0]));
+        let argument = self.pair(&self.sequences[op.parts[0] as usize]);
         let moves = self.series.moves(op.parts[0]);
         let table = self.series.calls.get(op.index as usize);
         let call = op.switch.and_then(|call| self.calls.get_mut(call as usize));

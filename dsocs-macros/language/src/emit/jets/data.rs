@@ -186,11 +186,8 @@ impl Bytes<'_> {
         self.out.push(code);
         let lists = [&self.plan.lasting, &self.plan.accelerated, &self.plan.again];
         let lists = lists.iter().enumerate();
-        self.out.push(
-            lists
-                .map(|(bit, list)| u8::from(list.contains(&to)) << bit)
-                .sum(),
-        );
+        self.out
+            .push(lists.map(|(bit, list)| u8::from(list.contains(&to)) << bit).sum());
         match op {
             Op::Leaf(Leaf::Q(i) | Leaf::V(i) | Leaf::A(i) | Leaf::Lambda(i)) => self.number(*i),
             Op::Leaf(_) => {}

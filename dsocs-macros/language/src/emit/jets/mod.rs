@@ -209,9 +209,8 @@ impl Writer<'_> {
             (TokenStream::new(), TokenStream::new())
         };
         let accelerations = self.plan.accelerations.iter();
-        let (first, later): (Vec<_>, Vec<_>) = accelerations
-            .map(|&output| (zeroth(output), kth(output)))
-            .unzip();
+        let (first, later): (Vec<_>, Vec<_>) =
+            accelerations.map(|&output| (zeroth(output), kth(output))).unzip();
         let (solve_start, solve_next) = if motion.unknown.is_empty() {
             (TokenStream::new(), TokenStream::new())
         } else {

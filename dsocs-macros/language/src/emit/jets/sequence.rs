@@ -136,7 +136,11 @@ impl Op {
             | Self::Tanh(u, partner) => vec![[Rate(u), Plain(partner)]],
             Self::Inverse(_, _, slope) => vec![[Rate(own), Plain(slope)]],
             Self::Atan2(y, x, radius) => {
-                vec![[Rate(y), Plain(x)], [Rate(x), Plain(y)], [Rate(own), Plain(radius)]]
+                vec![
+                    [Rate(y), Plain(x)],
+                    [Rate(x), Plain(y)],
+                    [Rate(own), Plain(radius)],
+                ]
             }
             Self::Leaf(_)
             | Self::Constant(_)
@@ -155,7 +159,10 @@ impl Op {
             Self::Constant(constant) if is_start => vec![*constant],
             Self::Linear(constant, terms) => {
                 let constant = constant.filter(|_| is_start);
-                constant.into_iter().chain(terms.iter().map(|&(c, _)| c)).collect()
+                constant
+                    .into_iter()
+                    .chain(terms.iter().map(|&(c, _)| c))
+                    .collect()
             }
             Self::Power(_, exponent) => vec![*exponent],
             _ => Vec::new(),

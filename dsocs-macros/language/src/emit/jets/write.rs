@@ -367,7 +367,11 @@ impl<'g> Writer<'g> {
             quote!([#start, #now])
         };
         let (own, r, k) = (zeroth(sequence), local("r"), local("k"));
-        let sums: Vec<_> = op.inner(sequence).into_iter().map(|sum| self.inner(sum)).collect();
+        let sums: Vec<_> = op
+            .inner(sequence)
+            .into_iter()
+            .map(|sum| self.inner(sum))
+            .collect();
         let series = quote!(::dsocs_core::__private::series);
         let rate = |u: &Sequence, factor: TokenStream| {
             let u = s(u);
