@@ -4,7 +4,7 @@ use dsocs_core::__private::{AnyLeg, At, Course, Tape, TapeError, TapeKernel};
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::Text;
 use dsocs_core::{
-    AnyFlow, AnyStart, Kernel, OwnedNode, Run, SetupError, Start, Stepper, Stop, System, TaylorFlow,
+    AnyFlow, AnyStart, Kernel, OwnedNode, Run, Samples, SetupError, Start, Stepper, Stop, System, TaylorFlow,
     Tolerance, dsocs,
 };
 use dsocs_core::{NodeMut, NodeScalars};
@@ -299,6 +299,15 @@ fn same_series<S: System<N> + Clone + Send + 'static, const N: usize>(
     system: &S,
     own: &Own,
 ) -> Result<Option<String>, SetupError> {
+    same_series_of(system, &of_text(system), own)
+}
+
+/// The same with a kernel that was read from a text before.
+fn same_series_of<S: System<N>, const N: usize>(
+    system: &S,
+    kernel: &TapeKernel,
+    own: &Own,
+) -> Result<Option<String>, SetupError> {
     let array = |vector: &[f64]| <[f64; N]>::try_from(vector).unwrap();
     let start = Start::second_order(array(&own.q), array(&own.v));
     let start = match &own.a {
@@ -306,9 +315,8 @@ fn same_series<S: System<N> + Clone + Send + 'static, const N: usize>(
         None => start,
     };
     let tolerance = Tolerance::relative(TOLERANCE);
-    let kernel = of_text(system);
     let compiled = TaylorFlow::new(system, start, tolerance);
-    let of_text = AnyTaylorFlow::of_tape(&kernel, &own.start(&kernel), tolerance);
+    let of_text = AnyTaylorFlow::of_tape(kernel, &own.start(kernel), tolerance);
     let (mut compiled, mut of_text) = match (compiled, of_text) {
         (Ok(compiled), Ok(of_text)) => (compiled, of_text),
         (Err(one), Err(other)) => {
@@ -338,6 +346,37 @@ fn a_text_has_the_series_of_the_compiled_system_bit_for_bit() {
     }
     with_all!(check);
     assert!(compared > 18, "{compared}");
+}
+
+/// A mass that a table pulls, at its position and with time.
+#[dsocs {
+    coordinates(x);
+    lagrangian = (1 + pull.at(t)) * dot(x).powi(2) / 2 - pull.at(x) * x / 10 - x.powi(2) / 2 + pull.at(1.5) * x / 100;
+}]
+struct Pulled {
+    pull: Samples,
+}
+
+#[test]
+fn tables_of_a_text_have_the_series_of_those_of_rust() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("pull.csv");
+    std::fs::write(&table, "t,pull\n-2,0.1\n0,0\n1,1\n2,0.5\n4,0.7\n60,0.9\n").unwrap();
+    let system = Pulled {
+        pull: Samples::cubic(Samples::read(&table).unwrap()).unwrap(),
+    };
+    let declaration = &system.kernel().shape().declaration;
+    let text = format!("parameters {{ pull = samples(\"pull.csv\") }}\n{declaration}");
+    let file = folder.path().join("pulled.dsocs");
+    std::fs::write(&file, text).unwrap();
+    let kernel = Text::read(file).unwrap().system;
+    let own = Own {
+        q: vec![0.5],
+        v: vec![0.4],
+        a: None,
+        h: 0.01,
+    };
+    assert_eq!(same_series_of(&system, &kernel, &own).unwrap(), None);
 }
 
 #[test]

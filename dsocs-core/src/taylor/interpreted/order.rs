@@ -35,6 +35,12 @@ pub(super) enum Step {
         c: [Place; 2],
         u: [Place; 2],
     },
+    /// The same with a third term: as many as a step has room for.
+    Three {
+        to: Place,
+        c: [Place; 3],
+        u: [Place; 3],
+    },
     /// A sum of terms, which stand from the first on.
     Linear {
         to: Place,
@@ -278,6 +284,14 @@ fn step(series: &Series, to: Place, op: &Operation, third: Place) -> Option<Step
                         to,
                         c: [c, d],
                         u: [u, v],
+                    }
+                }
+                (3, &[one, other, third, ..]) => {
+                    let ([c, u], [d, v], [e, w]) = (all(one)?, all(other)?, all(third)?);
+                    Step::Three {
+                        to,
+                        c: [c, d, e],
+                        u: [u, v, w],
                     }
                 }
                 _ => Step::Linear { to, first, count },

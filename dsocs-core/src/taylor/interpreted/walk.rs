@@ -725,6 +725,18 @@ impl<const TURN: usize> Order<'_, TURN> {
                     let d = self.factors[d as usize];
                     (to, add_product::<FUSED, f64>(sum, d, self.now(v)))
                 }
+                Step::Three {
+                    to,
+                    c: [c, d, e],
+                    u: [u, v, w],
+                } => {
+                    let sum = self.factors[c as usize] * self.now(u);
+                    let sum = add_product::<FUSED, f64>(sum, self.factors[d as usize], self.now(v));
+                    (
+                        to,
+                        add_product::<FUSED, f64>(sum, self.factors[e as usize], self.now(w)),
+                    )
+                }
                 Step::Linear { to, first, count } => {
                     let terms = terms(self.lists, first, count);
                     (

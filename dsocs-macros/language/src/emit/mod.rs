@@ -3,7 +3,7 @@
 //! [`crate::mechanics`] says what has to vanish, [`crate::passes`] make it fast; here code is written, and nothing else.
 //! [`program`] turns expressions into operations, [`stages`] says when those of a step are computed. They are written twice:
 //! [`hot`], what a run evaluates often, as straight-line code, which [`kernel`] puts behind slices, and [`cold`], all of them, as a tape. [`jets`] writes the
-//! recurrences of Taylor series, and [`phase`] how a motion is brought back onto constraints. [`functions`] is where all of them call the user's functions.
+//! recurrences of Taylor series, as code or as data, and [`phase`] how a motion is brought back onto constraints. [`functions`] is where all of them call the user's functions.
 //! [`system`] puts everything together.
 
 mod cold;

@@ -1,8 +1,8 @@
 //! Taylor series of the continuous motion: the recurrences of a declaration.
 //!
 //! The expression graph, walked a third time: after values and dual numbers, jets. [`passes::motion`] solves the continuous
-//! system for the accelerations, [`lower`] makes of them sequences of coefficients ([`sequence`]), [`write`] the code of
-//! order 0 and of any other order. The orders are a loop, so the code is as long as the declaration, whatever the order.
+//! system for the accelerations, [`lower`] makes of them sequences of coefficients ([`sequence`]), [`plan`] says what is computed
+//! in which order, and [`write`] writes the code of order 0 and of any other order, or [`data`] the same as data. The orders are a loop, so the code is as long as the declaration, whatever the order.
 
 mod data;
 mod describe;
