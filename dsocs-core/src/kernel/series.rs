@@ -194,10 +194,9 @@ impl Code {
             Self::CubeRoot | Self::Power => [1, 2],
             Self::Conjugate => [2, 0],
             Self::Atan2 => [3, 3],
-            Self::Abs | Self::Signum => [1, 0],
+            // a call has one argument
+            Self::Abs | Self::Signum | Self::Call => [1, 0],
             Self::Less | Self::LessOrEqual => [4, 0],
-            // one argument
-            Self::Call => [1, 0],
         }
     }
 
@@ -338,13 +337,11 @@ impl Counts {
     /// Squares stand behind the blocks of products.
     fn sum(&self, reader: &mut Reader<'_>) -> Option<Place> {
         let number = reader.number()?;
-        match number % 2 {
-            0 => place(number / 2, self.products),
-            _ => {
-                let first = Place::try_from(self.products.next_multiple_of(LANES)).ok()?;
-                Some(place(number / 2, self.squares)? + first)
-            }
+        if number.is_multiple_of(2) {
+            return place(number / 2, self.products);
         }
+        let first = Place::try_from(self.products.next_multiple_of(LANES)).ok()?;
+        Some(place(number / 2, self.squares)? + first)
     }
 
     /// An operation, and its terms.

@@ -4,6 +4,7 @@
 //! Inner sums run over rows of orders as there; what is interpreted is the rest of an order.
 
 mod order;
+mod start;
 mod walk;
 
 use core::cell::Cell;

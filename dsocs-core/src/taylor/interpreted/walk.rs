@@ -3,11 +3,10 @@
 use core::cell::Cell;
 
 use super::order::{Lists, Place, ROOM, SHORT_SUM, Step, narrow};
-use crate::kernel::series::{ACCELERATED, Argument, Code, Operation, Series};
+use super::start::Start;
+use crate::kernel::series::{Argument, Series};
 use crate::number::compensated;
 use crate::number::dispatch::Work;
-use crate::number::scalar::Scalar;
-use crate::series::coefficient::Coefficient;
 use crate::series::formulas;
 use crate::series::jet::{Call, Jet};
 use crate::series::orders::{LANES, RECIPROCALS, Row};
@@ -23,9 +22,9 @@ use crate::taylor::state::State;
 type Sequence = [f64; 5];
 
 /// The coefficient of order 0.
-const START: usize = 0;
+pub(super) const START: usize = 0;
 /// What is divided by in every order, inverted; or what decides between pieces.
-const INVERSE: usize = 1;
+pub(super) const INVERSE: usize = 1;
 /// The coefficient of order 1; zero up to order 2, where the newest terms are the same one.
 const FIRST: usize = 2;
 /// The coefficients of this order and of the one before stand from here on, by turns.
@@ -54,7 +53,7 @@ struct Stored {
 
 /// What recurrences keep of the orders before.
 pub(super) struct Tables {
-    sequences: Box<Sequences>,
+    pub(super) sequences: Box<Sequences>,
     products: Vec<Products>,
     squares: Vec<Squares>,
     /// What is stored of each order: left and right of each block of products, and the blocks of squares.
@@ -65,7 +64,7 @@ pub(super) struct Tables {
     /// The velocity of an order.
     velocity: Vec<f64>,
     /// Accelerations, then multipliers, that are solved for, and the same in the order of the unknowns.
-    solved: Vec<f64>,
+    pub(super) solved: Vec<f64>,
     unknown: Vec<f64>,
     rows: Vec<f64>,
     jacobian: Vec<f64>,
@@ -436,177 +435,16 @@ fn at((is_multiplier, place): (bool, u32), coordinates: usize) -> usize {
     place as usize + if is_multiplier { coordinates } else { 0 }
 }
 
-/// Order 0.
-struct Start<'a> {
-    series: &'a Series,
-    lists: &'a Lists,
-    factors: &'a Factors,
-    next: &'a rows::Series,
-}
-
-impl Start<'_> {
-    /// The operations that depend on accelerations that are solved for, or the others.
-    #[inline(always)]
-    fn operations<const FUSED: bool>(&self, tables: &mut Tables, accelerated: bool) {
-        for (to, op) in self.series.operations.iter().enumerate() {
-            if (op.lists & ACCELERATED > 0) == accelerated {
-                self.operation::<FUSED>(to, op, tables);
-            }
-        }
-    }
-
-    /// One operation.
-    #[inline(always)]
-    fn operation<const FUSED: bool>(&self, to: usize, op: &Operation, tables: &mut Tables) {
-        let Tables {
-            sequences,
-            solved,
-            switches,
-            calls,
-            ..
-        } = tables;
-        let z = |part: usize| sequences[op.parts[part] as usize][START];
-        let u = z(0);
-        let index = op.index as usize;
-        let switch = op.switch.map(|switch| switch as usize);
-        let mut inverse = 0.0;
-        let value = match op.code {
-            Code::Time => self.next.time(),
-            Code::Position => self.next.position_of(0)[index],
-            Code::Velocity => self.next.velocity_of(0)[index],
-            Code::Acceleration => solved[index],
-            Code::Multiplier => solved[self.series.coordinates + index],
-            Code::Constant => self.factors[index],
-            Code::Linear => {
-                let constant = op.constant.map(|constant| self.factors[constant as usize]);
-                let terms = terms(self.lists, op.terms[0], op.terms[1]);
-                linear::<FUSED>(constant, terms, self.factors, |place| {
-                    sequences[place as usize][START]
-                })
-            }
-            Code::Product => u * z(1),
-            Code::Square => u * u,
-            Code::Quotient => {
-                inverse = formulas::inverted(z(1));
-                u / z(1)
-            }
-            Code::Reciprocal => {
-                inverse = formulas::inverted(u);
-                1.0 / u
-            }
-            Code::Root => {
-                let root = Scalar::sqrt(u);
-                inverse = formulas::inverted(2.0 * root);
-                root
-            }
-            Code::CubeRoot => {
-                inverse = formulas::inverted(u);
-                Scalar::cbrt(u)
-            }
-            Code::Power => {
-                inverse = formulas::inverted(u);
-                Scalar::powf(u, self.factors[index])
-            }
-            Code::Exp => Scalar::exp(u),
-            Code::ExpM1 => Scalar::exp_m1(u),
-            Code::Ln => {
-                inverse = formulas::inverted(u);
-                Scalar::ln(u)
-            }
-            Code::Ln1p => {
-                inverse = formulas::inverted(1.0 + u);
-                Scalar::ln_1p(u)
-            }
-            Code::Sin => {
-                let (sine, cosine) = Coefficient::sin_cos(u);
-                if let Some(partner) = sequences.get_mut(to + 1) {
-                    partner[START] = cosine;
-                }
-                sine
-            }
-            // computed with its sine
-            Code::Cos => return,
-            Code::Sinh => Scalar::sinh(u),
-            Code::Cosh => Scalar::cosh(u),
-            Code::Tan => Scalar::tan(u),
-            Code::Tanh => {
-                if let Some(switch) = switch.and_then(|switch| switches.get_mut(switch)) {
-                    switch.steep(u);
-                }
-                Scalar::tanh(u)
-            }
-            Code::Conjugate => formulas::conjugate(u),
-            Code::Asin | Code::Acos | Code::Atan | Code::Asinh | Code::Acosh | Code::Atanh => {
-                inverse = formulas::inverted(z(1));
-                match op.code {
-                    Code::Asin => Scalar::asin(u),
-                    Code::Acos => Scalar::acos(u),
-                    Code::Atan => Scalar::atan(u),
-                    Code::Asinh => Scalar::asinh(u),
-                    Code::Acosh => Scalar::acosh(u),
-                    _ => Scalar::atanh(u),
-                }
-            }
-            Code::Atan2 => {
-                inverse = formulas::inverted(z(2));
-                Scalar::atan2(u, z(1))
-            }
-            Code::Abs | Code::Signum => {
-                let own = Scalar::signum(u);
-                let sign = match switch.and_then(|switch| switches.get_mut(switch)) {
-                    Some(switch) => switch.start(u, own),
-                    None => own,
-                };
-                if op.code == Code::Signum {
-                    sign
-                } else {
-                    // its sign serves in every order
-                    inverse = sign;
-                    Scalar::abs(u)
-                }
-            }
-            Code::Less | Code::LessOrEqual => {
-                let holds = if op.code == Code::Less {
-                    u < z(1)
-                } else {
-                    u <= z(1)
-                };
-                inverse = match switch.and_then(|switch| switches.get_mut(switch)) {
-                    Some(switch) => {
-                        let side = switch.start(u - z(1), if holds { -1.0 } else { 1.0 });
-                        if side < 0.0 { 1.0 } else { 0.0 }
-                    }
-                    None => f64::from(holds),
-                };
-                formulas::select(inverse, z(2), z(3))
-            }
-            Code::Call => {
-                let moves = self.series.moves(op.parts[0]);
-                match (
-                    self.series.calls.get(index),
-                    switch.and_then(|call| calls.get_mut(call)),
-                ) {
-                    (Some(table), Some(call)) => call.first([u], [moves], |[x]| table.value::<Jet>(Some(x))),
-                    _ => f64::NAN,
-                }
-            }
-        };
-        if let Some(to) = sequences.get_mut(to) {
-            [to[START], to[INVERSE]] = [value, inverse];
-        }
-    }
-}
-
 /// Some of the terms.
 #[inline(always)]
-fn terms(lists: &Lists, first: u32, count: u32) -> &[[Place; 2]] {
+pub(super) fn terms(lists: &Lists, first: u32, count: u32) -> &[[Place; 2]] {
     let first = first as usize;
     lists.terms.get(first..first + count as usize).unwrap_or_default()
 }
 
 /// `constant + Σ coefficient · term`, as the attribute writes it.
 #[inline(always)]
-fn linear<const FUSED: bool>(
+pub(super) fn linear<const FUSED: bool>(
     constant: Option<f64>,
     terms: &[[Place; 2]],
     factors: &Factors,
@@ -668,13 +506,13 @@ impl<const TURN: usize> Order<'_, TURN> {
 
     /// Its coefficients of order 0 and of this order.
     #[inline(always)]
-    fn pair(&self, of: &Sequence) -> [f64; 2] {
+    fn pair(of: &Sequence) -> [f64; 2] {
         [of[START], of[NOW + TURN]]
     }
 
     /// Its coefficients of order 1 and of the order before.
     #[inline(always)]
-    fn newest(&self, of: &Sequence) -> [f64; 2] {
+    fn newest(of: &Sequence) -> [f64; 2] {
         [of[FIRST], of[NOW + (TURN ^ 1)]]
     }
 
@@ -708,6 +546,7 @@ impl<const TURN: usize> Order<'_, TURN> {
 
     /// Computes some sequences.
     #[inline(always)]
+    #[allow(clippy::too_many_lines)] // one recurrence after another, each a few lines
     fn walk<const FUSED: bool, const EAGER: bool>(&mut self, steps: &[Step]) {
         let (k, r) = (self.k, self.r);
         for step in steps {
@@ -746,20 +585,20 @@ impl<const TURN: usize> Order<'_, TURN> {
                 }
                 Step::Product { to, u, v, sum } => {
                     let (u, v) = (self.of(u), self.of(v));
-                    let inner = self.inner::<FUSED, EAGER>(sum, self.newest(u), self.newest(v));
+                    let inner = self.inner::<FUSED, EAGER>(sum, Self::newest(u), Self::newest(v));
                     (
                         to,
-                        formulas::product::<FUSED, f64>(inner, self.pair(u), self.pair(v)),
+                        formulas::product::<FUSED, f64>(inner, Self::pair(u), Self::pair(v)),
                     )
                 }
                 Step::Square { to, u, sum } => {
                     let u = self.of(u);
-                    let inner = self.inner_square::<FUSED, EAGER>(sum, self.newest(u));
-                    (to, formulas::square::<FUSED, f64>(inner, self.pair(u)))
+                    let inner = self.inner_square::<FUSED, EAGER>(sum, Self::newest(u));
+                    (to, formulas::square::<FUSED, f64>(inner, Self::pair(u)))
                 }
                 Step::Quotient { to, u, v, sum } => {
                     let (u, v, own) = (self.now(u), self.of(v), self.of(to));
-                    let inner = self.inner::<FUSED, EAGER>(sum, self.newest(own), self.newest(v));
+                    let inner = self.inner::<FUSED, EAGER>(sum, Self::newest(own), Self::newest(v));
                     let v = v[NOW + TURN];
                     (
                         to,
@@ -768,7 +607,7 @@ impl<const TURN: usize> Order<'_, TURN> {
                 }
                 Step::Reciprocal { to, v, sum } => {
                     let (v, own) = (self.of(v), self.of(to));
-                    let inner = self.inner::<FUSED, EAGER>(sum, self.newest(own), self.newest(v));
+                    let inner = self.inner::<FUSED, EAGER>(sum, Self::newest(own), Self::newest(v));
                     let v = v[NOW + TURN];
                     (
                         to,
@@ -777,7 +616,7 @@ impl<const TURN: usize> Order<'_, TURN> {
                 }
                 Step::Root { to, u, sum } => {
                     let own = self.of(to);
-                    let inner = self.inner_square::<FUSED, EAGER>(sum, self.newest(own));
+                    let inner = self.inner_square::<FUSED, EAGER>(sum, Self::newest(own));
                     (to, formulas::root(inner, self.now(u), own[INVERSE]))
                 }
                 Step::Power {
@@ -787,8 +626,8 @@ impl<const TURN: usize> Order<'_, TURN> {
                     sums: [outer, inner],
                 } => {
                     let (u, own) = (self.of(u), self.of(to));
-                    let outer = self.inner::<FUSED, EAGER>(outer, self.newest(own), self.rates(u));
-                    let inner = self.inner::<FUSED, EAGER>(inner, self.rates(own), self.newest(u));
+                    let outer = self.inner::<FUSED, EAGER>(outer, Self::newest(own), self.rates(u));
+                    let inner = self.inner::<FUSED, EAGER>(inner, self.rates(own), Self::newest(u));
                     let exponent = self.factors[exponent as usize];
                     let u = u[NOW + TURN];
                     (
@@ -798,13 +637,13 @@ impl<const TURN: usize> Order<'_, TURN> {
                 }
                 Step::Rate { to, u, factor, sum } => {
                     let (u, factor) = (self.of(u), self.of(factor));
-                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(u), self.newest(factor));
+                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(u), Self::newest(factor));
                     let u = u[NOW + TURN];
                     (to, formulas::rate::<FUSED, f64>(inner, u, factor[START], r))
                 }
                 Step::ExpM1 { to, u, sum } => {
                     let (u, own) = (self.of(u), self.of(to));
-                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(u), self.newest(own));
+                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(u), Self::newest(own));
                     let u = u[NOW + TURN];
                     (to, formulas::rate::<FUSED, f64>(inner, u, 1.0 + own[START], r))
                 }
@@ -817,8 +656,8 @@ impl<const TURN: usize> Order<'_, TURN> {
                     let [u, s, c] = [u, sine, cosine].map(|place| self.of(place));
                     let (rates, u) = (self.rates(u), u[NOW + TURN]);
                     let inner = [
-                        self.inner::<FUSED, EAGER>(sums[0], rates, self.newest(c)),
-                        self.inner::<FUSED, EAGER>(sums[1], rates, self.newest(s)),
+                        self.inner::<FUSED, EAGER>(sums[0], rates, Self::newest(c)),
+                        self.inner::<FUSED, EAGER>(sums[1], rates, Self::newest(s)),
                     ];
                     let value = formulas::rate::<FUSED, f64>(inner[0], u, c[START], r);
                     let other = -formulas::rate::<FUSED, f64>(inner[1], u, s[START], r);
@@ -832,9 +671,9 @@ impl<const TURN: usize> Order<'_, TURN> {
                     sums: [sum, of_square],
                 } => {
                     let [u, own, factor] = [u, to, slope].map(|place| self.of(place));
-                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(u), self.newest(factor));
+                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(u), Self::newest(factor));
                     let now = formulas::rate::<FUSED, f64>(inner, u[NOW + TURN], factor[START], r);
-                    let inner = self.inner_square::<FUSED, EAGER>(of_square, self.newest(own));
+                    let inner = self.inner_square::<FUSED, EAGER>(of_square, Self::newest(own));
                     let square = formulas::square::<FUSED, f64>(inner, [own[START], now]);
                     self.sequences[to as usize][NOW + TURN] = now;
                     self.sequences[usize::from(slope - 1)][NOW + TURN] = square;
@@ -842,7 +681,7 @@ impl<const TURN: usize> Order<'_, TURN> {
                 }
                 Step::BySlope { to, u, slope, sum } => {
                     let (slope, own) = (self.of(slope), self.of(to));
-                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(own), self.newest(slope));
+                    let inner = self.inner::<FUSED, EAGER>(sum, self.rates(own), Self::newest(slope));
                     (to, formulas::by_slope(inner, self.now(u), own[INVERSE], r))
                 }
                 Step::Minus { to, u } => (to, -self.now(u)),
@@ -855,13 +694,13 @@ impl<const TURN: usize> Order<'_, TURN> {
                 } => {
                     let (y, x, radius, own) = (self.of(y), self.of(x), self.of(radius), self.of(to));
                     let sums = [
-                        self.inner::<FUSED, EAGER>(left, self.rates(y), self.newest(x)),
-                        self.inner::<FUSED, EAGER>(right, self.rates(x), self.newest(y)),
-                        self.inner::<FUSED, EAGER>(rest, self.rates(own), self.newest(radius)),
+                        self.inner::<FUSED, EAGER>(left, self.rates(y), Self::newest(x)),
+                        self.inner::<FUSED, EAGER>(right, self.rates(x), Self::newest(y)),
+                        self.inner::<FUSED, EAGER>(rest, self.rates(own), Self::newest(radius)),
                     ];
                     (
                         to,
-                        formulas::angle(sums, self.pair(y), self.pair(x), [own[INVERSE], r]),
+                        formulas::angle(sums, Self::pair(y), Self::pair(x), [own[INVERSE], r]),
                     )
                 }
                 Step::Abs { to, u } => (to, self.of(to)[INVERSE] * self.now(u)),
@@ -882,7 +721,7 @@ impl<const TURN: usize> Order<'_, TURN> {
         let Some(op) = self.series.operations.get(to as usize) else {
             return f64::NAN;
         };
-        let argument = self.pair(&self.sequences[op.parts[0] as usize]);
+        let argument = Self::pair(&self.sequences[op.parts[0] as usize]);
         let moves = self.series.moves(op.parts[0]);
         let table = self.series.calls.get(op.index as usize);
         let call = op.switch.and_then(|call| self.calls.get_mut(call as usize));

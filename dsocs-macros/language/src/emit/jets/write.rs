@@ -403,9 +403,10 @@ impl<'g> Writer<'g> {
                 quote!(#series::root::<__T>(#(#sums,)* #u, #y))
             }
             Op::CubeRoot(u) | Op::Power(u, _) => {
-                let exponent = match op {
-                    Op::Power(_, exponent) => self.constant(*exponent),
-                    _ => quote!(__T::splat(1.0 / 3.0)),
+                let exponent = if let Op::Power(_, exponent) = op {
+                    self.constant(*exponent)
+                } else {
+                    quote!(__T::splat(1.0 / 3.0))
                 };
                 let u = s(u);
                 quote!(#series::power::<__T>(#exponent, [#(#sums),*], #own, #u, [#y, #r]))
