@@ -53,6 +53,8 @@ pub struct Text {
     pub system: TapeKernel,
     /// Its tables of samples.
     pub tables: Vec<Table>,
+    /// What stands in the tables, in their order.
+    pub samples: Vec<Arc<Samples>>,
     /// What is run.
     pub runs: Vec<Run>,
     /// What is declared and has no effect.
@@ -128,9 +130,12 @@ impl Text {
         for Table { name, file, curve } in &tables {
             found.insert(name.clone(), samples(folder, file, *curve)?);
         }
+        let samples = tables.iter().filter_map(|table| found.get(&table.name));
+        let samples = samples.cloned().collect();
         Ok(Self {
             system: system(data, values, &found)?,
             tables,
+            samples,
             runs,
             warnings,
         })
