@@ -54,6 +54,60 @@ const UNUSUAL: [&str; 34] = [
     "samples(\"/dev/zero\")",
 ];
 
+/// The declarations in the sources below a folder, as texts: the attributes, with the numbers among the fields of the structs as parameters.
+fn declared(folder: &Path, texts: &mut Vec<String>) {
+    for entry in fs::read_dir(folder).into_iter().flatten() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            declared(&path, texts);
+        }
+        if path
+            .extension()
+            .is_none_or(|ending| ending != "rs" && ending != "md")
+        {
+            continue;
+        }
+        let source = fs::read_to_string(&path).unwrap();
+        // inside of documentation, too
+        let source = source.lines().map(|line| {
+            let line = line.trim_start();
+            line.strip_prefix("//! ")
+                .or(line.strip_prefix("/// "))
+                .unwrap_or(line)
+        });
+        let source: Vec<&str> = source.collect();
+        for part in source.join("\n").split("#[dsocs {").skip(1) {
+            let Some((body, item)) = part.split_once("\n}]") else {
+                continue;
+            };
+            let item = item.split_once("struct ").map_or("", |(_, item)| item);
+            let fields = item
+                .split_once('{')
+                .and_then(|(_, fields)| fields.split_once('}'));
+            let mut parameters = String::new();
+            for field in fields.map_or("", |(fields, _)| fields).split(',') {
+                let field = field
+                    .lines()
+                    .last()
+                    .unwrap_or("")
+                    .trim()
+                    .trim_start_matches("pub ");
+                match field.split_once(": ") {
+                    Some((name, "f64")) => parameters += &format!("    {name} = 1.0,\n"),
+                    Some((name, ty)) if ty.starts_with("[f64; ") => {
+                        let length = ty.trim_start_matches("[f64; ").trim_end_matches(']');
+                        parameters += &format!("    {name}: [{length}] = [1.0; {length}],\n");
+                    }
+                    _ => {}
+                }
+            }
+            texts.push(format!(
+                "parameters {{\n{parameters}}}\n{body}\nrun {{ step = 0.01; }}\n"
+            ));
+        }
+    }
+}
+
 /// Numbers by chance (xorshift64*).
 struct Chance(u64);
 
@@ -94,7 +148,8 @@ fn mutated(chance: &mut Chance, texts: &[String]) -> Vec<u8> {
     let text = &texts[chance.below(texts.len())];
     let other = pieces(&texts[chance.below(texts.len())]);
     let mut own = pieces(text);
-    for _ in 0..=chance.below(4) {
+    // one change seldom makes it no system, many do
+    for _ in 0..[1, 1, 1, 1, 2, 2, 3, 6][chance.below(8)] {
         let (at, to) = (chance.below(own.len()), chance.below(own.len()));
         let few = |chance: &mut Chance, length: usize| (at, (at + 1 + chance.below(12)).min(length));
         match chance.below(9) {
@@ -178,15 +233,20 @@ fn whatever_is_done_to_a_text_ends_in_a_message_or_a_system() {
         .filter_map(|entry| entry.text().ok())
         .collect();
     assert!(texts.len() > 5);
-    let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fuzz/seeds/text");
-    for seed in fs::read_dir(seeds).into_iter().flatten() {
-        texts.push(fs::read_to_string(seed.unwrap().path()).unwrap());
+    // as they are, and outside of the library
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    for folder in ["tests", "dsocs-systems", "dsocs-core/src"] {
+        declared(&workspace.join(folder), &mut texts);
     }
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mutated.dsocs");
     let begun = Instant::now();
     let (mut count, mut systems, mut slowest) = (0_u64, 0_u64, Duration::ZERO);
     while begun.elapsed().as_secs_f64() < seconds {
-        let bytes = mutated(&mut chance, &texts);
+        // a long run begins with the texts as they are
+        let bytes = match usize::try_from(count).ok().and_then(|count| texts.get(count)) {
+            Some(text) if seconds > 60.0 => text.clone().into_bytes(),
+            _ => mutated(&mut chance, &texts),
+        };
         fs::write(&place, &bytes).unwrap();
         let one = Instant::now();
         let is_system = catch_unwind(AssertUnwindSafe(|| ten_steps(&bytes)));
@@ -208,6 +268,9 @@ fn whatever_is_done_to_a_text_ends_in_a_message_or_a_system() {
             }
         }
         (count, systems) = (count + 1, systems + u64::from(is_system));
+        if count == texts.len() as u64 {
+            eprintln!("{count} texts, {systems} of them systems");
+        }
     }
     eprintln!("{count} texts, {systems} of them systems, the slowest in {slowest:?}");
     assert!(systems > 0 && systems < count);
