@@ -44,7 +44,7 @@ use crate::tape::quantity::Quantity;
 use crate::tape::{Shape, Symmetry, Tape, TapeCall};
 
 /// The stack on which a text is read: expressions may be nested.
-const STACK: usize = 64 << 20;
+const STACK: usize = 256 << 20;
 
 /// A system that was read from a text, and what the text says of runs.
 #[derive(Debug)]
@@ -107,11 +107,14 @@ impl Text {
         constants: &[(String, f64)],
     ) -> Result<Self, TextError> {
         let read = || {
-            let read = dsocs_language::read(name, text, constants);
-            read.map(|read| {
-                let warnings = read.model.warnings();
-                (read.model.data(), read.values, read.tables, read.runs, warnings)
-            })
+            let read = dsocs_language::within_limits(|| {
+                let read = dsocs_language::read(name, text, constants);
+                read.map(|read| {
+                    let warnings = read.model.warnings();
+                    (read.model.data(), read.values, read.tables, read.runs, warnings)
+                })
+            });
+            read.unwrap_or_else(|mistake| Err(vec![mistake]))
         };
         // on a thread of its own: nothing of what was read stays behind in this one
         let thread = std::thread::scope(|scope| {

@@ -64,6 +64,12 @@ impl Lowering<'_> {
                 Some(Binding::Field(index)) if self.is_table_at(*index) => {
                     return Err(self.whole_table(name));
                 }
+                Some(Binding::Field(_)) if !self.fields.have_compiler() => {
+                    let message = format!(
+                        "expected a function, but `{name}` is an array of numbers; its first is `{name}[0]`, and a product is written with `*`"
+                    );
+                    return Err(self.errors.at(name, message));
+                }
                 Some(Binding::Field(_)) if !self.is_closed(whole) => {
                     let place = place(name);
                     let callee = Callee::Function(quote_spanned!(name.span()=> (#place)));
