@@ -65,10 +65,7 @@ impl Lowering<'_> {
                     return Err(self.whole_table(name));
                 }
                 Some(Binding::Field(_)) if !self.fields.have_compiler() => {
-                    let message = format!(
-                        "expected a function, but `{name}` is an array of numbers; its first is `{name}[0]`, and a product is written with `*`"
-                    );
-                    return Err(self.errors.at(name, message));
+                    return Err(self.called_array(name));
                 }
                 Some(Binding::Field(_)) if !self.is_closed(whole) => {
                     let place = place(name);
@@ -134,6 +131,14 @@ impl Lowering<'_> {
             other => return Err(self.errors.at(other, "expected the name of a function")),
         };
         self.opaque(Callee::Function(callee), None, &arguments)
+    }
+
+    /// What to say where an array of a text is called.
+    fn called_array(&self, name: &Ident) -> Reported {
+        let message = format!(
+            "expected a function, but `{name}` is an array of numbers; its first is `{name}[0]`, and a product is written with `*`"
+        );
+        self.errors.at(name, message)
     }
 
     /// What to say about a derivative beyond the third.

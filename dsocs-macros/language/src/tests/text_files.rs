@@ -33,6 +33,24 @@ fn an_array_is_no_function() {
 }
 
 #[test]
+fn messages_are_for_people_who_know_no_rust() {
+    for (lagrangian, run, part) in [
+        ("x ^ 2", "", "`^` is no power here"),
+        ("x ** 2", "", "`**` is no power here"),
+        ("sin(x)", "", "functions of numbers are methods here"),
+        ("y", "", "expected a coordinate, a parameter or an earlier `let`"),
+        ("x", "until = -1.0;", "this run ends before it begins"),
+        ("x", "step = -0.1; until = 1.0;", "this run ends before it begins"),
+    ] {
+        let text = format!("coordinates(x); lagrangian = dot(x).powi(2) - {lagrangian}; run {{ {run} }}");
+        let mistakes = crate::read("rust", &text, &[]).unwrap_err();
+        assert!(mistakes[0].message.contains(part), "{mistakes:?}");
+    }
+    let back = "coordinates(x); lagrangian = dot(x).powi(2); run { step = -0.1; until = -1.0; }";
+    assert!(crate::read("back", back, &[]).is_ok());
+}
+
+#[test]
 fn what_a_terminal_would_obey_is_refused() {
     for (text, place) in [
         ("//! a\n//! b\u{1b}[31m", (2, 6)),
