@@ -93,10 +93,10 @@ fn declared(folder: &Path, texts: &mut Vec<String>) {
                     .trim()
                     .trim_start_matches("pub ");
                 match field.split_once(": ") {
-                    Some((name, "f64")) => parameters += &format!("    {name} = 1.0,\n"),
+                    Some((name, "f64")) => parameters.extend([name, " = 1.0,\n"]),
                     Some((name, ty)) if ty.starts_with("[f64; ") => {
                         let length = ty.trim_start_matches("[f64; ").trim_end_matches(']');
-                        parameters += &format!("    {name}: [{length}] = [1.0; {length}],\n");
+                        parameters.extend([name, ": [", length, "] = [1.0; ", length, "],\n"]);
                     }
                     _ => {}
                 }

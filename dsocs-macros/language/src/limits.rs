@@ -103,11 +103,11 @@ mod tests {
             "{long}"
         );
         // each function calls the one before it twice
-        let mut functions = "let f0 = |u| u * u + u.sin();".to_owned();
-        for i in 1..17 {
-            functions += &format!("let f{i} = |u| f{0}(f{0}(u));", i - 1);
-        }
-        let text = format!("{functions} coordinates(x); lagrangian = dot(x).powi(2) / 2 + f16(x);");
+        let functions = (1..17).map(|i| format!("let f{i} = |u| f{0}(f{0}(u));", i - 1));
+        let functions: String = functions.collect();
+        let text = format!(
+            "let f0 = |u| u * u + u.sin(); {functions} coordinates(x); lagrangian = dot(x).powi(2) / 2 + f16(x);"
+        );
         let deep = told(MOST, &text).unwrap();
         assert!(deep.contains("nested more than 10000 deep"), "{deep}");
         // a mistake is one whatever it costs

@@ -140,12 +140,10 @@ fn stamps(files: &[PathBuf]) -> Vec<Stamp> {
 /// A page that begins with an error, above what is below it.
 fn wrong(name: &str, error: &str, below: Option<&String>, told: &str) -> String {
     let error = format!("error: {error}");
-    match below {
-        Some(below) => page::headed(below, &error, told),
-        None => {
-            let mut page = Page::new(name, "No run yet: the next save is run again.");
-            page.preformatted(&error);
-            page.finish()
-        }
+    if let Some(below) = below {
+        return page::headed(below, &error, told);
     }
+    let mut page = Page::new(name, "No run yet: the next save is run again.");
+    page.preformatted(&error);
+    page.finish()
 }

@@ -55,11 +55,7 @@ impl Lowering<'_> {
                         .get(*index)
                         .is_some_and(|field| field.kind == Kind::Number) =>
                 {
-                    let message = format!(
-                        "expected a function, but `{name}` is a number; a product is written with `*`, and what depends on time or \
-                         position is a function of yours, such as `table.at(t)`"
-                    );
-                    return Err(self.errors.at(name, message));
+                    return Err(self.called_number(name));
                 }
                 Some(Binding::Field(index)) if self.is_table_at(*index) => {
                     return Err(self.whole_table(name));
@@ -131,6 +127,15 @@ impl Lowering<'_> {
             other => return Err(self.errors.at(other, "expected the name of a function")),
         };
         self.opaque(Callee::Function(callee), None, &arguments)
+    }
+
+    /// What to say where a number is called.
+    fn called_number(&self, name: &Ident) -> Reported {
+        let message = format!(
+            "expected a function, but `{name}` is a number; a product is written with `*`, and what depends on time or position is a \
+             function of yours, such as `table.at(t)`"
+        );
+        self.errors.at(name, message)
     }
 
     /// What to say where an array of a text is called.

@@ -25,7 +25,7 @@ fn mistakes(text: &str) -> Vec<String> {
 #[test]
 fn an_array_is_no_function() {
     let text = "parameters { dry: [2] = [1.0; 2] } coordinates(x, y); lagrangian = dot(x).powi(2) + dot(y).powi(2) - dry(x);";
-    let mistakes = crate::read("array", text, &[]).unwrap_err();
+    let mistakes = read("array", text, &[]).unwrap_err();
     assert!(
         mistakes[0].message.contains("`dry` is an array of numbers"),
         "{mistakes:?}"
@@ -43,11 +43,11 @@ fn messages_are_for_people_who_know_no_rust() {
         ("x", "step = -0.1; until = 1.0;", "this run ends before it begins"),
     ] {
         let text = format!("coordinates(x); lagrangian = dot(x).powi(2) - {lagrangian}; run {{ {run} }}");
-        let mistakes = crate::read("rust", &text, &[]).unwrap_err();
+        let mistakes = read("rust", &text, &[]).unwrap_err();
         assert!(mistakes[0].message.contains(part), "{mistakes:?}");
     }
     let back = "coordinates(x); lagrangian = dot(x).powi(2); run { step = -0.1; until = -1.0; }";
-    assert!(crate::read("back", back, &[]).is_ok());
+    assert!(read("back", back, &[]).is_ok());
 }
 
 #[test]
@@ -59,12 +59,12 @@ fn what_a_terminal_would_obey_is_refused() {
         ("parameters { w = samples(\"\\u{9b}31m\") }", (1, 26)),
         ("coordinates(x);\r lagrangian = x;", (1, 16)),
     ] {
-        let mistakes = crate::read("hidden", text, &[]).unwrap_err();
+        let mistakes = read("hidden", text, &[]).unwrap_err();
         assert!(mistakes[0].message.contains("which is not seen"), "{mistakes:?}");
         assert_eq!((mistakes[0].line, mistakes[0].column), place);
     }
     let good = "//! Two\r\n//! lines\t\r\ncoordinates(x);\r\nlagrangian = dot(x).powi(2) / 2;";
-    assert!(crate::read("good", good, &[]).is_ok());
+    assert!(read("good", good, &[]).is_ok());
 }
 
 #[test]
