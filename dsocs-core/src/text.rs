@@ -45,7 +45,7 @@ use crate::tape::quantity::Quantity;
 use crate::tape::{Shape, Symmetry, Tape, TapeCall};
 
 /// The stack on which a text is read: expressions may be nested.
-const STACK: usize = 64 << 20;
+const STACK: usize = 256 << 20;
 
 /// A system that was read from a text, and what the text says of runs.
 #[derive(Debug)]
@@ -54,6 +54,8 @@ pub struct Text {
     pub system: TapeKernel,
     /// Its tables of samples.
     pub tables: Vec<Table>,
+    /// What stands in the tables, in their order.
+    pub samples: Vec<Arc<Samples>>,
     /// What is run.
     pub runs: Vec<Run>,
     /// What is declared and has no effect.
@@ -106,11 +108,14 @@ impl Text {
         constants: &[(String, f64)],
     ) -> Result<Self, TextError> {
         let read = apart(|| {
-            let read = dsocs_language::read(name, text, constants);
-            read.map(|read| {
-                let warnings = read.model.warnings();
-                (read.model.data(), read.values, read.tables, read.runs, warnings)
-            })
+            let read = dsocs_language::within_limits(|| {
+                let read = dsocs_language::read(name, text, constants);
+                read.map(|read| {
+                    let warnings = read.model.warnings();
+                    (read.model.data(), read.values, read.tables, read.runs, warnings)
+                })
+            });
+            read.unwrap_or_else(|mistake| Err(vec![mistake]))
         })?;
         let (data, values, tables, runs, warnings) =
             read.map_err(|mistakes| TextError::mistakes(name, text, mistakes))?;
@@ -119,9 +124,12 @@ impl Text {
             found.insert(name.clone(), samples(folder, file, *curve)?);
         }
         let declared = (name.to_owned(), text.to_owned(), constants.to_vec());
+        let samples = tables.iter().filter_map(|table| found.get(&table.name));
+        let samples = samples.cloned().collect();
         Ok(Self {
             system: system(data, values, &found)?.with_series(move || series(&declared, &found)),
             tables,
+            samples,
             runs,
             warnings,
         })
@@ -150,8 +158,11 @@ fn series(
     tables: &HashMap<String, Arc<Samples>>,
 ) -> Option<Series> {
     let read = || {
-        let read = dsocs_language::read(name, text, constants).ok()?;
-        read.model.series()
+        let read = dsocs_language::within_limits(|| {
+            let read = dsocs_language::read(name, text, constants).ok()?;
+            read.model.series()
+        });
+        read.ok().flatten()
     };
     let series = apart(read).ok()??;
     let calls = calls(&series.calls, tables)?;

@@ -52,11 +52,12 @@ mod text;
 
 use std::fmt;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 #[cfg(feature = "sweep")]
 use dsocs_core::Declaration;
 use dsocs_core::text::{Run as TextRun, Table, Text};
-use dsocs_core::{Quantity, SetupError, System};
+use dsocs_core::{Quantity, Samples, SetupError, System};
 
 use crate::check::{self, Expected, Finding, Settings};
 
@@ -98,8 +99,8 @@ pub struct Entry {
     summary: String,
     /// Where it comes from.
     source: Option<String>,
-    /// Its tables of samples, if it was read from a text.
-    tables: Vec<Table>,
+    /// Its tables of samples, if it was read from a text, and what stands in them.
+    tables: Vec<(Table, Arc<Samples>)>,
     /// The start unless the command line gives one: position and velocity.
     start: Option<[Vec<f64>; 2]>,
     /// The acceleration that the run begins with, where a constraint is of third order.
@@ -176,7 +177,12 @@ impl Entry {
     #[must_use]
     pub fn of_text(name: impl Into<String>, text: &Text, run: Option<&TextRun>) -> Self {
         let entry = Self {
-            tables: text.tables.clone(),
+            tables: text
+                .tables
+                .iter()
+                .cloned()
+                .zip(text.samples.iter().cloned())
+                .collect(),
             ..Self::of(Box::new(text.system.clone())).named(name)
         };
         let Some(run) = run else { return entry };
@@ -512,6 +518,7 @@ impl Entry {
         Self {
             name: self.name.clone(),
             summary: self.summary.clone(),
+            tables: self.tables.clone(),
             start: self.start.clone(),
             acceleration: self.acceleration.clone(),
             near: self.near.clone(),

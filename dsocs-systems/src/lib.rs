@@ -1,5 +1,5 @@
 //! The systems of the paper and others, declared with [`dsocs_core::dsocs`]; a command line for any list of systems; and the book, the
-//! module `guide`, which begins with *Your own system in ten minutes*.
+//! module `guide`, which begins with *A system in a text file*.
 //!
 //! # Your own systems on the command line
 //!

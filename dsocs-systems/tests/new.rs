@@ -20,13 +20,8 @@ fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-#[test]
-fn a_new_crate_builds_runs_and_is_checked() {
-    let folder = tempfile::tempdir().unwrap();
-    let told = dsocs(folder.path(), &["new", "my-swing"]);
-    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
-    assert!(String::from_utf8(told.stdout).unwrap().contains("cd my-swing"));
-    let crate_folder = folder.path().join("my-swing");
+/// Builds a crate without a warning, and gives back its program.
+fn build(crate_folder: &Path, name: &str) -> PathBuf {
     // the versions that the workspace was built with, which are here already
     let lock = workspace().join("Cargo.lock");
     if lock.exists() {
@@ -41,16 +36,24 @@ fn a_new_crate_builds_runs_and_is_checked() {
         .args(["--config", "profile.dev.package.'*'.opt-level=0"])
         .args(["--config", "profile.dev.package.'*'.debug=false"])
         .env("CARGO_TARGET_DIR", &target)
-        .current_dir(&crate_folder)
+        .current_dir(crate_folder)
         .output()
         .unwrap();
     let said = String::from_utf8_lossy(&built.stderr);
     assert!(built.status.success(), "{said}");
     assert!(!said.contains("warning"), "{said}");
+    let file = format!("{name}{}", std::env::consts::EXE_SUFFIX);
+    target.join("debug").join(file)
+}
 
-    let program = target
-        .join("debug")
-        .join(format!("my-swing{}", std::env::consts::EXE_SUFFIX));
+#[test]
+fn a_new_crate_builds_runs_and_is_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = dsocs(folder.path(), &["new", "my-swing"]);
+    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+    assert!(String::from_utf8(told.stdout).unwrap().contains("cd my-swing"));
+    let crate_folder = folder.path().join("my-swing");
+    let program = build(&crate_folder, "my-swing");
     let answer = |arguments: &[&str]| {
         let output = Command::new(&program)
             .args(arguments)
@@ -79,6 +82,92 @@ fn a_new_crate_builds_runs_and_is_checked() {
     assert!(page.contains("data-kind=\"rod\""));
     let check = answer(&["check"]);
     assert!(check.contains(" ok") && !check.contains("FAILED"), "{check}");
+}
+
+/// Two beads on a wire that moves, as a text with a constant, an array, samples, documentation and a second run.
+const BEADS: &str = "//! Two beads on a wire. It moves.
+const n = 2;
+parameters {
+    /// The mass of each bead [kg]
+    masses: [n] = [0.1, 0.2],
+    stiffness = 40.0,
+    push = samples(\"push.csv\", monotone),
+}
+coordinates(
+    /// The place of each bead [m]
+    x: [n]
+);
+let pull = stiffness / 2 * (x[1] - x[0]).powi(2);
+lagrangian = sum(0..n, |i| masses[i] / 2 * dot(x[i]).powi(2)) - pull;
+external_forces = (push.at(t), -0.1 * dot(x[1]));
+/// What the spring holds [J]
+let held = pull;
+observe = [held];
+run { start = ([0.0, 0.1], [0.0; n]); step = 0.01; until = 2.0; }
+run fast { start = ([0.0, 0.1], [1.0; n]); step = 0.005; until = 1.0; }
+";
+
+#[test]
+fn a_crate_of_a_text_file_says_the_same_word_for_word_and_gives_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("beads.dsocs"), BEADS).unwrap();
+    fs::write(folder.path().join("push.csv"), "0,0\n1,1\n2,0.5\n").unwrap();
+    let told = dsocs(folder.path(), &["new", "--from", "beads.dsocs:fast", "my-beads"]);
+    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+    let crate_folder = folder.path().join("my-beads");
+    let main = fs::read_to_string(crate_folder.join("src/main.rs")).unwrap();
+    let words = |text: &str| text.split_whitespace().collect::<String>();
+    // constants are numbers there
+    let declared = BEADS.replace("[n]", "[2]").replace("0..n", "0..2");
+    let from = declared.find("coordinates(").unwrap();
+    let declared = &declared[from..declared.find("run {").unwrap()];
+    assert!(words(&main).contains(&words(declared)), "{main}");
+    for line in [
+        "//! Two beads on a wire",
+        "/// Two beads on a wire. It moves.",
+        "/// The mass of each bead [kg]",
+        "masses: [f64; 2],",
+        "push: Samples,",
+    ] {
+        assert!(main.lines().any(|found| found.trim() == line), "{line}: {main}");
+    }
+    assert!(crate_folder.join("push.csv").is_file());
+    let program = build(&crate_folder, "my-beads");
+    let own = Command::new(program)
+        .arg("run")
+        .current_dir(&crate_folder)
+        .output()
+        .unwrap();
+    let text = dsocs(folder.path(), &["run", "beads.dsocs:fast"]);
+    assert!(own.status.success() && text.status.success());
+    assert!(own.stdout == text.stdout, "the same bits");
+}
+
+#[test]
+fn what_a_text_says_is_no_code_of_the_crate() {
+    let folder = tempfile::tempdir().unwrap();
+    let hostile = "#![doc = \"One.\\nfn main() { one }\"]\nparameters {\n#[doc = \"two\\n} fn two() {}\"]\nlength = 1.0 }\n\
+                   coordinates(#[doc = \"three\\n} fn three() {}\"] x);\nlagrangian = length * dot(x).powi(2);\nrun { start = ([1], [0]); }";
+    fs::write(folder.path().join("hostile.dsocs"), hostile).unwrap();
+    let told = dsocs(folder.path(), &["new", "--from", "hostile.dsocs", "mine"]);
+    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+    let main = fs::read_to_string(folder.path().join("mine/src/main.rs")).unwrap();
+    for line in main.lines().filter(|line| line.contains("fn ")) {
+        let line = line.trim();
+        let is_comment = line.starts_with("//") || line.contains("#[doc = ");
+        assert!(is_comment || line == "fn main() -> ExitCode {", "{main}");
+    }
+    // what is no file, no name, and more than a text can say
+    for (from, part) in [
+        ("nowhere.dsocs", "cannot read nowhere.dsocs"),
+        ("nothing", "no system"),
+        ("particle", "more than a text can say"),
+    ] {
+        let output = dsocs(folder.path(), &["new", "--from", from, "other"]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && message.contains(part), "{message}");
+        assert!(!folder.path().join("other").exists());
+    }
 }
 
 #[test]

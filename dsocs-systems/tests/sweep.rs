@@ -712,3 +712,171 @@ fn the_recipe_for_slurm_runs() {
     let done = command.env("DSOCS", env!("CARGO_BIN_EXE_dsocs")).status();
     assert!(done.unwrap().success());
 }
+
+/// A pendulum in a text file, with a second run.
+const SWING: &str = "//! A pendulum.
+parameters {
+    /// The length of the rod <b>bold</b> [m<&>]
+    length = 1.0,
+}
+coordinates(
+    /// The angle from below [rad]
+    theta
+);
+lagrangian = dot(theta).powi(2) / 2 + 9.81 / length * theta.cos();
+run { start = ([pi / 4], [0]); step = 0.01; until = 1.0; }
+run far { start = ([3], [0]); step = 0.01; until = 0.5; }
+";
+
+#[test]
+fn a_text_file_is_swept_and_carried_in_every_table() {
+    let plan = "system = \"swing.dsocs\"\npart = 2\n[vary]\nlength = { from = 1, to = 2, count = 6 }\n[keep]\nnodes = { every = 50 }";
+    let (folder, out) = with(plan);
+    fs::write(folder.path().join("swing.dsocs"), SWING).unwrap();
+    let sweep = ["sweep", "plan.toml", "--out", "sweep"];
+    // one task where the file is, the others without it
+    succeeds(&mut dsocs(
+        folder.path(),
+        &[&sweep[..], &["--shard", "1/3"]].concat(),
+    ));
+    fs::remove_file(folder.path().join("swing.dsocs")).unwrap();
+    let [_, told] = succeeds(&mut dsocs(
+        folder.path(),
+        &[&sweep[..], &["--shard", "2/3"]].concat(),
+    ));
+    assert!(
+        told.contains("there is no swing.dsocs; its text in sweep is taken"),
+        "{told}"
+    );
+    succeeds(&mut dsocs(folder.path(), &sweep));
+    let all = tables(&out);
+    assert_eq!(all.len(), 6);
+    // all at once, where the file is
+    let (whole, elsewhere) = with(plan);
+    fs::write(whole.path().join("swing.dsocs"), SWING).unwrap();
+    let [_, told] = succeeds(&mut dsocs(whole.path(), &sweep));
+    assert!(!told.contains("is taken"), "{told}");
+    assert!(all == tables(&elsewhere));
+    // the text, from every table and from the folder
+    let text = dsocs_systems::sweep::text(&out).unwrap();
+    for table in all.keys() {
+        assert_eq!(
+            dsocs_systems::sweep::text(&out.join(table)).unwrap(),
+            text,
+            "{table}"
+        );
+        let [printed, _] = succeeds(&mut dsocs(&out, &["text", table]));
+        assert_eq!(printed, text);
+    }
+    fs::write(folder.path().join("swing.dsocs"), &text).unwrap();
+    let [last, _] = succeeds(&mut dsocs(
+        folder.path(),
+        &["run", "swing.dsocs", "--columns", "theta", "--set", "length=2"],
+    ));
+    let end = Content::open(&out).unwrap().numbers(&["end_theta"]).unwrap();
+    assert_eq!(end[0][5], last.lines().last().unwrap().parse::<f64>().unwrap());
+    // a figure, in which nothing of the text is more than text
+    succeeds(&mut dsocs(
+        folder.path(),
+        &["plot", "sweep", "--out", "sweep.svg"],
+    ));
+    let figure = fs::read_to_string(folder.path().join("sweep.svg")).unwrap();
+    assert!(
+        figure.contains("[m&lt;&amp;&gt;]") && !figure.contains("<b>") && !figure.contains("[m<"),
+        "{figure:.3000}"
+    );
+    // another text is another sweep
+    fs::write(folder.path().join("swing.dsocs"), SWING.replace("9.81", "9.8")).unwrap();
+    let (_, told) = fails(&mut dsocs(folder.path(), &sweep));
+    assert!(told.contains("holds another sweep: text"), "{told}");
+    // the run of a name, and a mistake
+    fs::write(folder.path().join("swing.dsocs"), SWING).unwrap();
+    fs::write(
+        folder.path().join("far.toml"),
+        plan.replace("swing.dsocs", "swing.dsocs:far"),
+    )
+    .unwrap();
+    succeeds(&mut dsocs(folder.path(), &["sweep", "far.toml", "--out", "far"]));
+    let far = Content::open(&folder.path().join("far")).unwrap();
+    assert_eq!(far.numbers(&["end_t"]).unwrap()[0], [0.5; 6]);
+    fs::write(
+        folder.path().join("swing.dsocs"),
+        SWING.replace("theta.cos", "phi.cos"),
+    )
+    .unwrap();
+    let (code, told) = fails(&mut dsocs(
+        folder.path(),
+        &["sweep", "plan.toml", "--out", "other"],
+    ));
+    assert!(
+        code == 2 && told.contains("no name `phi`") && !folder.path().join("other").exists(),
+        "{told}"
+    );
+}
+
+#[test]
+fn samples_of_a_swept_text_are_part_of_the_sweep() {
+    let (folder, _) = with("system = \"pull.dsocs\"\n[vary]\nx = [0, 1, 2]");
+    let text = "parameters { pull = samples(\"pull.csv\") } coordinates(x); lagrangian = dot(x).powi(2) / 2 + pull.at(t) * x; \
+                run { start = ([0], [0]); until = 1.0; }";
+    fs::write(folder.path().join("pull.dsocs"), text).unwrap();
+    fs::write(folder.path().join("pull.csv"), "0,0\n1,1\n").unwrap();
+    let sweep = ["sweep", "plan.toml", "--out", "sweep"];
+    succeeds(&mut dsocs(folder.path(), &sweep));
+    succeeds(&mut dsocs(folder.path(), &sweep));
+    fs::write(folder.path().join("pull.csv"), "0,0\n1,2\n").unwrap();
+    let (_, told) = fails(&mut dsocs(folder.path(), &sweep));
+    assert!(told.contains("holds another sweep: samples"), "{told}");
+    // a text of somebody else's is not let read files
+    fs::remove_file(folder.path().join("pull.dsocs")).unwrap();
+    let (code, told) = fails(&mut dsocs(folder.path(), &sweep));
+    assert!(
+        code == 2 && told.contains("the text names the file `pull.csv`"),
+        "{told}"
+    );
+}
+
+#[test]
+fn a_foreign_text_is_text() {
+    let (folder, out) = with("system = \"swing.dsocs\"\n[vary]\ntheta = [0, 1]");
+    fs::write(folder.path().join("swing.dsocs"), SWING).unwrap();
+    succeeds(&mut dsocs(
+        folder.path(),
+        &["sweep", "plan.toml", "--out", "sweep"],
+    ));
+    fs::remove_file(folder.path().join("swing.dsocs")).unwrap();
+    let path = out.join("manifest.json");
+    let manifest: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    for (foreign, told) in [
+        // what a terminal would obey, and what Rust would run
+        ("//! \u{1b}[31mred\ncoordinates(x); lagrangian = x;", "U+001B"),
+        ("coordinates(x); lagrangian = std::process::exit(3);", "error: "),
+        (
+            "parameters { w = samples(\"/etc/passwd\") } coordinates(x); lagrangian = w.at(x);",
+            "names the file `/etc/passwd`",
+        ),
+        (
+            "coordinates(x); lagrangian = sum(0..1000000000, |i| x);",
+            "more than 200000 terms",
+        ),
+    ] {
+        let mut whole = manifest.clone();
+        whole["text"] = foreign.into();
+        fs::write(&path, whole.to_string()).unwrap();
+        let (code, said) = fails(&mut dsocs(
+            folder.path(),
+            &["sweep", "plan.toml", "--out", "sweep"],
+        ));
+        assert!(
+            code == 2 && said.contains(told) && !said.contains('\u{1b}'),
+            "{said}"
+        );
+        let [printed, _] = succeeds(&mut dsocs(folder.path(), &["text", "sweep"]));
+        assert!(!printed.contains('\u{1b}'));
+    }
+    let (code, told) = fails(&mut dsocs(folder.path(), &["text", "plan.toml"]));
+    assert!(code == 2 && told.contains("no system"), "{told}");
+    fs::write(folder.path().join("no.parquet"), "PAR1").unwrap();
+    let (_, told) = fails(&mut dsocs(folder.path(), &["text", "no.parquet"]));
+    assert!(told.contains("cannot read no.parquet"), "{told}");
+}

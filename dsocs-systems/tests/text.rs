@@ -214,3 +214,91 @@ fn a_text_without_a_folder_reads_no_file() {
     let error = Text::parse("w", text).unwrap_err().to_string();
     assert!(error.contains("has no folder"), "{error}");
 }
+
+/// The listings of a page that are text files.
+fn listings(page: &str) -> Vec<&str> {
+    let blocks = page.split("```text\n").skip(1);
+    blocks
+        .filter_map(|block| block.split_once("```").map(|(block, _)| block))
+        .collect()
+}
+
+#[test]
+fn the_listings_of_the_book_run() {
+    let book = include_str!("../src/guide/text_files.md");
+    let readme = include_str!("../../README.md");
+    let folder = tempfile::tempdir().unwrap();
+    let mut count = 0;
+    for listing in listings(book).into_iter().chain(listings(readme)) {
+        if !listing.starts_with("//!") {
+            continue;
+        }
+        count += 1;
+        fs::write(folder.path().join("swing.dsocs"), listing).unwrap();
+        let (out, told, good) = dsocs(&folder, &["run", "swing.dsocs"]);
+        assert!(
+            good && told.is_empty() && out.lines().count() > 100,
+            "{listing}{told}"
+        );
+        // the library reads it, too
+        assert!(Text::parse("swing", listing).is_ok());
+    }
+    assert_eq!(count, 3);
+    // the run of a name, and the mistake as it is shown
+    let all = listings(book);
+    fs::write(folder.path().join("swing.dsocs"), all[0]).unwrap();
+    assert!(dsocs(&folder, &["run", "swing.dsocs:far"]).2);
+    let wrong = all[0].replace("-friction * length.powi(2) * dot(theta)", "-friction * dot(thet)");
+    fs::write(folder.path().join("swing.dsocs"), wrong).unwrap();
+    let told = dsocs(&folder, &["run", "swing.dsocs"]).1;
+    let shown = all.iter().find(|listing| listing.starts_with("error")).unwrap();
+    assert!(told.starts_with(shown.trim_end()), "{told}");
+}
+
+#[test]
+fn what_a_text_says_is_escaped() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "//! A <script>alert(1)</script> & \"swing\".
+        parameters {
+            /// The <i>length</i> [m</svg>]
+            length = 1.0,
+        }
+        coordinates(
+            /// The <b>angle</b> [rad<\"&>]
+            theta
+        );
+        lagrangian = dot(theta).powi(2) / 2 + 9.81 / length * theta.cos();
+        /// The <u>height</u>, =1+1 [m,\"]
+        let height = 1 - theta.cos();
+        observe = [height];
+        run { start = ([1], [0]); until = 1.0; }";
+    fs::write(folder.path().join("odd <b>.dsocs"), text).unwrap();
+    let arguments = [
+        "run",
+        "odd <b>.dsocs",
+        "--report",
+        "odd.html",
+        "--plot",
+        "odd.svg",
+        "--out",
+        "odd.csv",
+    ];
+    let (_, told, good) = dsocs(&folder, &arguments);
+    assert!(good, "{told}");
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    for name in ["odd.html", "odd.svg"] {
+        let page = read(name);
+        for tag in ["<script>alert", "<b>", "<i>", "<u>", "</svg>]", "rad<"] {
+            assert!(!page.contains(tag), "{tag} in {name}");
+        }
+    }
+    assert!(read("odd.html").contains("&lt;script&gt;alert(1)"));
+    // the head of a table is names alone
+    let table = read("odd.csv");
+    let head = table.lines().next().unwrap();
+    assert_eq!(head, "t,theta,v_theta,force_theta,energy,height");
+    let (list, _, good) = dsocs(&folder, &["list", "odd <b>.dsocs"]);
+    assert!(good && !list.contains('\u{1b}'), "{list}");
+    let (json, _, good) = dsocs(&folder, &["list", "odd <b>.dsocs", "--format", "json"]);
+    assert!(good && serde_json::from_str::<serde_json::Value>(&json).is_ok());
+}

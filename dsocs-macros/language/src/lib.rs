@@ -21,6 +21,7 @@ mod expand;
 mod graph;
 mod input;
 mod layout;
+mod limits;
 mod lower;
 mod mechanics;
 mod mistake;
@@ -39,6 +40,7 @@ mod text;
 
 pub use emit::{Call, Data, Quantity, Series};
 pub use expand::expand;
+pub use limits::within_limits;
 pub use mechanics::Symmetry;
 pub use mistake::Mistake;
 pub use model::Model;

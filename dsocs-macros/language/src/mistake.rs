@@ -42,6 +42,17 @@ impl Mistake {
         Self::at(span, span, message)
     }
 
+    /// A mistake at a character of a source; line and column count from 1.
+    pub(crate) fn of_character(line: usize, column: usize, message: String) -> Self {
+        Self {
+            line,
+            column,
+            end_line: line,
+            end_column: column + 1,
+            message,
+        }
+    }
+
     /// The mistakes that `syn` tells in one error.
     pub(crate) fn all(error: &syn::Error, attribute: Span) -> impl Iterator<Item = Self> {
         let errors = error.clone().into_iter();

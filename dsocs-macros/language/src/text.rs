@@ -17,6 +17,7 @@
 //! Everything but `const`, `parameters` and `run` is the body of the attribute, word for word. The text becomes a struct with that attribute, and goes
 //! the same way.
 
+mod characters;
 mod constants;
 mod parameters;
 mod split;
@@ -85,6 +86,7 @@ pub fn read(name: &str, text: &str, constants: &[(String, f64)]) -> Result<Text,
         );
         return Err(vec![Mistake::of(Span::call_site(), message)]);
     }
+    characters::check(text)?;
     let tokens: TokenStream = text.parse().map_err(|error: proc_macro2::LexError| {
         let message = "a bracket, a quotation mark or a character is out of place here";
         vec![Mistake::of(error.span(), message.to_owned())]
@@ -93,6 +95,7 @@ pub fn read(name: &str, text: &str, constants: &[(String, f64)]) -> Result<Text,
         let message = format!("expected brackets that are nested at most {DEEPEST} deep");
         return Err(vec![Mistake::of(tree.span(), message)]);
     }
+    characters::check_literals(&tokens)?;
     let errors = Errors::new();
     let read = of_tokens(name, tokens, constants, &errors);
     match (errors.finish(), read) {

@@ -60,16 +60,49 @@ pub fn entry(name: &str, constants: &[(String, f64)]) -> Result<Option<Entry>, C
             Some(found.ok_or_else(|| UnknownName::new("run", name, names()))?)
         }
     };
-    let stem = Path::new(&file).file_stem();
-    let own = stem.map_or_else(|| file.clone(), |stem| stem.to_string_lossy().into_owned());
+    Ok(Some(Entry::of_text(own_name(&file), &text, chosen)))
+}
+
+/// The name of the system in a file.
+fn own_name(file: &str) -> String {
+    let stem = Path::new(file).file_stem();
+    let own = stem.map_or_else(|| file.to_owned(), |stem| stem.to_string_lossy().into_owned());
     let own: String = own
         .chars()
         .map(|c| if c.is_whitespace() { '-' } else { c })
         .collect();
     let own = own.trim_start_matches('-');
-    Ok(Some(Entry::of_text(
-        if own.is_empty() { "system" } else { own },
-        &text,
-        chosen,
-    )))
+    if own.is_empty() { "system" } else { own }.to_owned()
+}
+
+/// The system of a plan that names a text file beside it. Where the file is not, the text in the folder of the sweep is taken, which somebody began
+/// where the file is: nothing but its declaration is run, and no file that it names is read. `None` if the plan names no file.
+#[cfg(feature = "sweep")]
+pub fn planned(
+    name: Option<&str>,
+    plan: &Path,
+    out: &Path,
+    constants: &[(String, f64)],
+) -> Result<Option<Entry>, CliError> {
+    let Some((file, run)) = name.and_then(parts) else {
+        return Ok(None);
+    };
+    let path = plan.parent().unwrap_or(Path::new("")).join(&file);
+    if !path.exists()
+        && let Ok(text) = crate::sweep::text(out)
+    {
+        eprintln!(
+            "note: there is no {}; its text in {} is taken",
+            path.display(),
+            out.display()
+        );
+        let own = own_name(&file);
+        let text = Text::parse(&own, &text)?;
+        return Ok(Some(Entry::of_text(own, &text, text.runs.first())));
+    }
+    let path = path.to_string_lossy();
+    match run {
+        Some(run) => entry(&format!("{path}:{run}"), constants),
+        None => entry(&path, constants),
+    }
 }

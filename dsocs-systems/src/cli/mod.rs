@@ -157,6 +157,8 @@ struct Program {
     entries: Vec<Entry>,
     /// What is wrong with each of them.
     mistakes: Vec<Option<EntryError>>,
+    /// The places of the systems that were read from text files, by the names that they were asked by.
+    read: Vec<(String, usize)>,
     /// The syntax of its arguments.
     syntax: fn() -> clap::Command,
     /// Numbers in place of those that text files give their constants.
@@ -274,6 +276,7 @@ impl Program {
             name: stem.map_or_else(|| "dsocs".to_owned(), |stem| stem.to_string_lossy().into_owned()),
             entries: entries.into_iter().collect(),
             mistakes: Vec::new(),
+            read: Vec::new(),
             syntax: Arguments::command,
             constants: Vec::new(),
         }
@@ -325,17 +328,22 @@ impl Program {
         if let Some(place) = self.entries.iter().position(|entry| entry.name() == name) {
             return Ok(place);
         }
+        if let Some((_, place)) = self.read.iter().find(|(read, _)| read == name) {
+            return Ok(*place);
+        }
         let Some(entry) = file::entry(name, &self.constants)? else {
             let known = self.entries.iter().map(Entry::name);
             return Err(UnknownName::new("system", name, known).into());
         };
         self.mistakes.push(entry.verify().err());
+        self.read.push((name.to_owned(), self.entries.len()));
         self.entries.push(entry);
         Ok(self.entries.len() - 1)
     }
 
     /// Forgets the systems of text files, which are read again.
     fn forget_beyond(&mut self, entries: usize) {
+        self.read.clear();
         self.entries.truncate(entries);
         self.mistakes.truncate(entries);
     }

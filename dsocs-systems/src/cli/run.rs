@@ -27,7 +27,7 @@ const PROGRESS: u64 = 1024;
 #[derive(Args, Clone, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct RunArguments {
-    /// The system, one of `list`; may be left out if there is only one
+    /// The system: one of `list`, or a text file, `swing.dsocs`; may be left out if there is only one
     system: Option<String>,
     /// The step h, in s; negative to run back in time
     #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
@@ -86,12 +86,11 @@ impl RunArguments {
         self.system.as_deref()
     }
 
-    /// The same with a page of the run.
-    pub fn with_page(self, page: PathBuf) -> Self {
-        Self {
-            report: Some(page),
-            ..self
-        }
+    /// The same with a page of the run, which is where the second part says: at this place unless another was asked for.
+    pub fn with_page(self, otherwise: PathBuf) -> (Self, PathBuf) {
+        let page = self.report.clone().unwrap_or(otherwise);
+        let report = Some(page.clone());
+        (Self { report, ..self }, page)
     }
 }
 

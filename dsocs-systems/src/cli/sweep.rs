@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
-use super::{CliError, Program, interrupt, progress};
+use super::{CliError, Program, file, interrupt, progress};
 use crate::sweep::{Options, Plan, Shard, Status, Sweep, SweepError, status};
 
 /// What `sweep` takes.
@@ -51,7 +51,11 @@ pub fn sweep(arguments: &SweepArguments, program: &Program) -> Result<(), CliErr
         path: path.clone(),
         cause: cause.to_string(),
     })?;
-    let sweep = Sweep::new(&Plan::read(&text)?, &program.entries)?;
+    let plan = Plan::read(&text)?;
+    let sweep = match file::planned(plan.system.as_deref(), &path, out, &program.constants)? {
+        Some(entry) => Sweep::new(&Plan { system: None, ..plan }, [&entry])?,
+        None => Sweep::new(&plan, &program.entries)?,
+    };
     let shard = shard(arguments)?;
     let threads = arguments.threads.map_or_else(|| threads(&shard), usize::from);
 

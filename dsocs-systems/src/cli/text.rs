@@ -9,15 +9,39 @@ use super::{CliError, Program};
 /// What is written.
 #[derive(Debug, Args)]
 pub struct TextArguments {
-    /// The system's name; it may be left out if there is only one
+    /// The system's name, or the folder or a Parquet file of a sweep; it may be left out if there is only one system
     pub system: Option<String>,
 }
 
 /// Writes a system as a text file.
 pub fn text(arguments: &TextArguments, program: &mut Program) -> Result<(), CliError> {
-    let entry = program.one(arguments.system.as_deref())?;
-    let text = entry.text()?;
+    let text = match swept(arguments.system.as_deref(), program)? {
+        Some(text) => text,
+        None => program.one(arguments.system.as_deref())?.text()?,
+    };
     std::io::stdout()
         .write_all(text.as_bytes())
         .map_err(CliError::stdout)
+}
+
+/// The text that a sweep has of its system, if a sweep is meant. What a terminal would obey is left out: anybody may have written it.
+#[cfg(feature = "sweep")]
+fn swept(name: Option<&str>, program: &Program) -> Result<Option<String>, CliError> {
+    let is_known = |name: &str| program.entries.iter().any(|entry| entry.name() == name);
+    let Some(name) = name.filter(|name| !is_known(name)) else {
+        return Ok(None);
+    };
+    let path = std::path::Path::new(name);
+    if !path.is_dir() && path.extension().is_none_or(|ending| ending != "parquet") {
+        return Ok(None);
+    }
+    let seen = |c: &char| !c.is_control() || matches!(c, '\n' | '\t');
+    Ok(Some(crate::sweep::text(path)?.chars().filter(seen).collect()))
+}
+
+/// Without the feature `sweep` there is none.
+#[cfg(not(feature = "sweep"))]
+#[allow(clippy::unnecessary_wraps)] // as with the feature
+fn swept(_: Option<&str>, _: &Program) -> Result<Option<String>, CliError> {
+    Ok(None)
 }

@@ -1,19 +1,21 @@
 //! `watch`: runs a text file at every save, and shows the page in a browser that reloads it.
 
+mod server;
+
 use std::fs;
-use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
-use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
 use clap::Args;
+use dsocs_core::text::TextError;
 
-use super::page::{CONNECTS, POLICY, Page};
+use self::server::Server;
+use super::page::{self, Page};
 use super::run::{RunArguments, run};
-use super::{CliError, Program, interrupt};
+use super::{CliError, Program, file, interrupt};
 
 /// What `watch` takes.
 #[derive(Args, Debug)]
@@ -26,173 +28,122 @@ pub struct WatchArguments {
     port: u16,
 }
 
-/// So often the files are looked at, and the page asks whether there is a new one.
-const EVERY: Duration = Duration::from_millis(100);
+/// The files are looked at so often.
+const EVERY: Duration = Duration::from_millis(50);
 
-/// A request has so many bytes at most.
-const LONGEST_REQUEST: u64 = 8192;
-
-/// The page, and how often it has changed.
-#[derive(Default)]
-struct Shown {
-    version: u64,
-    html: String,
-}
-
-/// What a file was when it was last looked at: when it was changed, and its length.
-type Seen = Option<(SystemTime, u64)>;
+/// What is seen of a file without reading it: when it was changed, and its length; `None` if it is not there.
+type Stamp = Option<(SystemTime, u64)>;
 
 /// Runs a text file at every save.
+///
+/// # Errors
+///
+/// [`CliError`] if there is no text file to watch or no port to show it at, or if a run is interrupted. Mistakes in the text are shown.
 pub fn watch(arguments: &WatchArguments, program: &mut Program) -> Result<(), CliError> {
-    let file = arguments.run.system().unwrap_or_default().to_owned();
-    let Some(path) = super::file::path(&file) else {
-        return Err(CliError::NoFile(file));
+    let name = arguments.run.system().unwrap_or_default();
+    let Some(text) = file::path(name) else {
+        return Err(CliError::NoFile(name.to_owned()));
     };
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.port)).map_err(CliError::Port)?;
-    let address = listener.local_addr().map_err(CliError::Port)?;
-    let shown = Arc::new(Mutex::new(Shown::default()));
-    let folder = tempfile::tempdir().map_err(CliError::Port)?;
-    let page = folder.path().join("page.html");
-    let run_arguments = arguments.run.clone().with_page(page.clone());
-    let interrupted = interrupt::watch();
+    let folder = tempfile::tempdir().map_err(|cause| CliError::Write {
+        path: std::env::temp_dir(),
+        cause,
+    })?;
+    let (run_arguments, page) = arguments.run.clone().with_page(folder.path().join("page.html"));
+    let waiting = Page::new(name, "The first run is on its way.").finish();
+    let server = Server::start(arguments.port, &waiting).map_err(CliError::Port)?;
+    let mut out = io::stdout();
+    writeln!(out, "http://{}", server.address())
+        .and_then(|()| out.flush())
+        .map_err(CliError::stdout)?;
+
     let entries = program.entries.len();
-    let mut seen = Vec::new();
+    let interrupted = interrupt::watch();
+    let mut files = vec![text.clone()];
+    let (mut shown, mut last) = (None, None);
+    let mut good = None;
     while !interrupted.load(Ordering::Relaxed) {
-        let now = look(
-            &path,
-            program
-                .entries
-                .get(entries)
-                .map_or_else(Vec::new, |entry| entry.files().map(ToOwned::to_owned).collect()),
-        );
-        if now == seen {
+        let now = Some(stamps(&files));
+        // a file that is being written is let be: it is read when two looks see the same, and what is saved after that has another stamp
+        if now == shown || now != last {
+            last = now;
             thread::sleep(EVERY);
             continue;
         }
         let begun = Instant::now();
         program.forget_beyond(entries);
-        let _ = fs::remove_file(&page);
-        let result = run(&run_arguments, program);
-        let html = match (&result, fs::read_to_string(&page)) {
-            (Ok(()), Ok(html)) => html,
-            (Err(error), _) => wrong(&file, &error.to_string()),
-            (_, Err(error)) => wrong(&file, &error.to_string()),
+        let found = program.find(name).map(|entry| {
+            let named = entry.files().map(|named| beside(&text, named));
+            core::iter::once(text.clone()).chain(named).collect()
+        });
+        let needed = match &found {
+            Ok(needed) => needed,
+            Err(error) => &with_missing(&files, &text, error),
         };
-        let first = publish(&shown, &html);
+        // what has not been looked at may have changed since it was read
+        if *needed != files {
+            files.clone_from(needed);
+            last = None;
+            continue;
+        }
+        shown = now;
+        let result = found.and_then(|_| run(&run_arguments, program));
+        let html = match &result {
+            Ok(()) | Err(CliError::Partial { .. }) => fs::read_to_string(&page).ok(),
+            Err(_) => None,
+        };
         match result {
-            Ok(()) => eprintln!("{file}: {:.2} s", begun.elapsed().as_secs_f64()),
-            Err(error) => eprintln!("error: {error}"),
+            Ok(()) => {
+                eprintln!("{name}: {:.2} s", begun.elapsed().as_secs_f64());
+                server.show(html.as_deref().unwrap_or_default());
+            }
+            Err(error @ CliError::Interrupted { .. }) => return Err(error),
+            Err(error) => {
+                eprintln!("error: {error}");
+                let (below, told) = match (&html, &good) {
+                    (Some(partial), _) => (Some(partial), "Below is what was computed before."),
+                    (None, Some(good)) => (Some(good), "Below is the last page before this error."),
+                    (None, None) => (None, ""),
+                };
+                server.show(&wrong(name, &error.to_string(), below, told));
+            }
         }
-        if first {
-            serve(listener.try_clone().map_err(CliError::Port)?, address, &shown);
-            println!("http://{address}");
-            let _ = io::stdout().flush();
-        }
-        // the files that it names are known now
-        seen = look(
-            &path,
-            program
-                .entries
-                .get(entries)
-                .map_or_else(Vec::new, |entry| entry.files().map(ToOwned::to_owned).collect()),
-        );
-        seen[0] = now.first().copied().flatten();
+        good = html.or(good);
     }
     Ok(())
 }
 
-/// What the text and the files that it names are now.
-fn look(path: &Path, files: Vec<String>) -> Vec<Seen> {
-    let beside = path.parent().unwrap_or(Path::new(""));
-    let files = files.into_iter().map(|file| beside.join(file));
-    let all = core::iter::once(path.to_owned()).chain(files);
-    all.map(|file: PathBuf| {
+/// A file that the text names.
+fn beside(text: &Path, named: impl AsRef<Path>) -> PathBuf {
+    text.parent().unwrap_or(Path::new("")).join(named)
+}
+
+/// The files, with one that keeps the text from being read.
+fn with_missing(files: &[PathBuf], text: &Path, error: &CliError) -> Vec<PathBuf> {
+    let missing = match error {
+        CliError::Text(TextError::File { file, .. }) => Some(file.clone()),
+        CliError::Text(TextError::Samples { file, .. }) => Some(beside(text, file)),
+        _ => None,
+    };
+    let missing = missing.filter(|missing| !files.contains(missing));
+    files.iter().cloned().chain(missing).collect()
+}
+
+/// What is seen of the files.
+fn stamps(files: &[PathBuf]) -> Vec<Stamp> {
+    let stamp = |file: &PathBuf| {
         let metadata = fs::metadata(file).ok()?;
         Some((metadata.modified().ok()?, metadata.len()))
-    })
-    .collect()
-}
-
-/// The page of an error.
-fn wrong(file: &str, error: &str) -> String {
-    let mut page = Page::new(
-        file,
-        "The text has a mistake; the page comes again when it is saved without it.",
-    );
-    page.preformatted(&format!("error: {error}"));
-    page.finish()
-}
-
-/// Shows a page. Returns whether it is the first.
-fn publish(shown: &Mutex<Shown>, html: &str) -> bool {
-    let mut shown = shown.lock().unwrap_or_else(PoisonError::into_inner);
-    shown.version += 1;
-    let version = shown.version;
-    // asks, and loads what is new
-    let script = format!(
-        "<script>setInterval(async () => {{ try {{ const answer = await fetch('/version'); \
-         if (answer.ok && await answer.text() !== '{version}') location.reload(); }} catch {{}} }}, {});</script>\n</body>",
-        EVERY.as_millis()
-    );
-    shown.html = html
-        .replacen(POLICY, &format!("{POLICY}{CONNECTS}"), 1)
-        .replacen("</body>", &script, 1);
-    version == 1
-}
-
-/// Answers requests on a thread.
-fn serve(listener: TcpListener, address: SocketAddr, shown: &Arc<Mutex<Shown>>) {
-    let shown = Arc::clone(shown);
-    thread::spawn(move || {
-        for stream in listener.incoming().flatten() {
-            let shown = Arc::clone(&shown);
-            thread::spawn(move || {
-                // whoever asked has gone
-                let _ = answer(&stream, address, &shown);
-            });
-        }
-    });
-}
-
-/// Answers one request.
-fn answer(stream: &TcpStream, address: SocketAddr, shown: &Mutex<Shown>) -> io::Result<()> {
-    stream.set_read_timeout(Some(Duration::from_secs(5)))?;
-    stream.set_write_timeout(Some(Duration::from_secs(5)))?;
-    let mut lines = BufReader::new(stream.take(LONGEST_REQUEST)).lines();
-    let request = lines.next().transpose()?.unwrap_or_default();
-    let mut host = None;
-    for line in lines {
-        let line = line?;
-        if line.is_empty() {
-            break;
-        }
-        if let Some((name, value)) = line.split_once(':')
-            && name.eq_ignore_ascii_case("host")
-        {
-            host = Some(value.trim().to_owned());
-        }
-    }
-    // a page of another origin that was led here under its own name reads nothing
-    let own = [address.to_string(), format!("localhost:{}", address.port())];
-    let is_own = host.is_some_and(|host| own.contains(&host));
-    let shown = shown.lock().unwrap_or_else(PoisonError::into_inner);
-    let mut words = request.split(' ');
-    let (status, kind, body) = match (words.next(), words.next(), is_own) {
-        (_, _, false) => (
-            "403 Forbidden",
-            "text/plain",
-            "expected the address that dsocs watch prints".to_owned(),
-        ),
-        (Some("GET"), Some("/"), true) => ("200 OK", "text/html; charset=utf-8", shown.html.clone()),
-        (Some("GET"), Some("/version"), true) => ("200 OK", "text/plain", shown.version.to_string()),
-        _ => ("404 Not Found", "text/plain", "there is one page, /".to_owned()),
     };
-    drop(shown);
-    let mut stream = stream;
-    write!(
-        stream,
-        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nCache-Control: no-store\r\n\
-         X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n{body}",
-        body.len()
-    )
+    files.iter().map(stamp).collect()
+}
+
+/// A page that begins with an error, above what is below it.
+fn wrong(name: &str, error: &str, below: Option<&String>, told: &str) -> String {
+    let error = format!("error: {error}");
+    if let Some(below) = below {
+        return page::headed(below, &error, told);
+    }
+    let mut page = Page::new(name, "No run yet: the next save is run again.");
+    page.preformatted(&error);
+    page.finish()
 }

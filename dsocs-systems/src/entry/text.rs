@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+#[cfg(feature = "sweep")]
+use dsocs_core::Samples;
 use dsocs_core::text::{Curve, Table};
 use dsocs_core::{Kernel, Quantity};
 use thiserror::Error;
@@ -55,7 +57,7 @@ impl Entry {
                     .map_or_else(String::new, |length| format!(": [{length}]"));
                 let _ = writeln!(text, "    {}{length} = {},", of.name, of.value);
             }
-            for Table { name, file, curve } in &self.tables {
+            for (Table { name, file, curve }, _) in &self.tables {
                 let curve = match curve {
                     Curve::Linear => ", linear",
                     Curve::Monotone => ", monotone",
@@ -95,7 +97,8 @@ impl Entry {
         let shape = self.system.kernel().shape();
         let parameters = self.as_declared()?;
         let has_tables = !self.tables.is_empty();
-        let mut rust = format!("//! {}\n\nuse std::process::ExitCode;\n\n", self.summary);
+        let summary = self.summary.lines().collect::<Vec<_>>().join(" ");
+        let mut rust = format!("//! {summary}\n\nuse std::process::ExitCode;\n\n");
         rust.push_str(if has_tables {
             "use dsocs_core::{Samples, SamplesError, dsocs};\n"
         } else {
@@ -117,7 +120,7 @@ impl Entry {
                 .map_or_else(|| "f64".to_owned(), |length| format!("[f64; {length}]"));
             let _ = writeln!(rust, "    {}: {ty},", of.name);
         }
-        for table in &self.tables {
+        for (table, _) in &self.tables {
             let _ = writeln!(rust, "    {}: Samples,", table.name);
         }
         let result = if has_tables {
@@ -133,7 +136,7 @@ impl Entry {
         for of in &parameters {
             let _ = writeln!(rust, "        {}: {},", of.name, of.value);
         }
-        for Table { name, file, curve } in &self.tables {
+        for (Table { name, file, curve }, _) in &self.tables {
             let curve = match curve {
                 Curve::Linear => "linear",
                 Curve::Monotone => "monotone",
@@ -177,14 +180,22 @@ impl Entry {
 
     /// The files of its tables, as the text names them.
     pub fn files(&self) -> impl Iterator<Item = &str> {
-        self.tables.iter().map(|table| table.file.as_str())
+        self.tables.iter().map(|(table, _)| table.file.as_str())
+    }
+
+    /// The names of its tables of samples, with what stands in them.
+    #[cfg(feature = "sweep")]
+    pub(crate) fn samples(&self) -> impl Iterator<Item = (&str, &Samples)> {
+        self.tables
+            .iter()
+            .map(|(table, samples)| (table.name.as_str(), &**samples))
     }
 
     /// The parameters that are numbers, arrays as arrays.
     fn as_declared(&self) -> Result<Vec<Parameter<'_>>, NoText> {
         let kernel = self.system.kernel();
         let shape = kernel.shape();
-        let is_table = |name: &str| self.tables.iter().any(|table| table.name == name);
+        let is_table = |name: &str| self.tables.iter().any(|(table, _)| table.name == name);
         let others = shape.others.iter().filter(|other| !is_table(&other.name));
         let others = others.map(|other| format!("`{}` is of type `{}`", other.name, other.doc));
         let extra = self.description.parameters.get(shape.parameters.len()..);
@@ -206,8 +217,8 @@ impl Entry {
 
 /// Writes a line of documentation, if there is one.
 fn documentation(text: &mut String, doc: &str) {
-    if !doc.is_empty() {
-        let _ = writeln!(text, "    /// {doc}");
+    for line in doc.lines() {
+        let _ = writeln!(text, "    /// {line}");
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! | chapter | questions that it answers |
 //! |---|---|
-//! | [Your own system in ten minutes](your_own_system) | How do I write a system down, run it, plot it, check it? |
+//! | [A system in a text file](text_files) | How do I write a system down, run it, plot it, without a compiler? |
+//! | [Your own system in ten minutes](your_own_system) | How do I do the same in Rust? |
 //! | [The declaration](declaration) | Which statements are there? |
 //! | [The paper in code](the_paper) | Which formula is which statement? Where do our results differ from the paper's? |
 //! | [Constraints of every order and their forces](constraints) | Which statement do I use for my constraint? Which force does it have? |
@@ -59,6 +60,8 @@ pub mod maps {}
 pub mod methods {}
 #[doc = include_str!("performance.md")]
 pub mod performance {}
+#[cfg_attr(feature = "cli", doc = include_str!("text_files.md"))]
+pub mod text_files {}
 #[doc = include_str!("the_paper.md")]
 pub mod the_paper {}
 #[doc = include_str!("time_forces_inputs.md")]

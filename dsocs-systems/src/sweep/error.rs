@@ -55,6 +55,9 @@ pub enum SweepError {
     /// The folder contains no sweep.
     #[error("{} holds no sweep: it has no manifest.json", .0.display())]
     NoSweep(PathBuf),
+    /// A table or a folder has no text of its system.
+    #[error("{} has no text of its system, which is more than a text can say, or is of an earlier version", .0.display())]
+    NoText(PathBuf),
     /// A file cannot be read.
     #[error("cannot read {}: {cause}", .path.display())]
     Read {

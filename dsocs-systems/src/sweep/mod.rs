@@ -8,7 +8,7 @@
 //! # The plan
 //!
 //! ```toml
-//! system = "pendulum"          # may be left out where there is one
+//! system = "pendulum"          # may be left out where there is one; or a text file beside the plan, "swing.dsocs"
 //! step = 0.1                   # the entry's own, unless given; so are `until`, the start and the parameters
 //! until = 100
 //! order = 4                    # 2 (unless given), 4, 6 or 8; or `tolerance = 1e-9`: the continuous motion
@@ -60,9 +60,12 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `manifest.json` | the plan with all defaults of the system filled in, a hash of it, the version of this crate, the numeric mode, the columns |
+//! | `manifest.json` | the plan with all defaults of the system filled in, the system as a text, a hash of all this, the version of this crate, the numeric mode, the columns |
 //! | `points/part-000000.parquet` | a row for each point: `point`, what varies by its name, `end_…`, `least_…`, `greatest_…`, `count_…`, `first_…`, `last_…` of events, `ended_by`, `error`, `message` |
 //! | `nodes/part-000000.parquet` | a row for each node that is kept: `point`, `node`, columns |
+//!
+//! The system as a text also stands in the metadata of every Parquet file, under the key `dsocs.text`. `dsocs text sweep/`, or [`text`], writes it. A
+//! system with functions of Rust is more than a text can say, and has none.
 //!
 //! A run that fails has a row, too. In it, `error` is a word that says why, `message` is a sentence, and the values at the end are those of the
 //! last node that was computed.
@@ -72,8 +75,9 @@
 //!
 //! A folder that holds the sweep of another plan is refused. So is a folder that was begun by another version of the program, or in another
 //! *numeric mode*: the last digits of the C library's `sin`, `cos` and `exp` depend on the instructions that the processor has. A program
-//! that is statically linked with musl has the same mode on all processors of the same architecture. A sweep does not notice that a system has
-//! changed if the version is the same. Use a new folder after such a change.
+//! that is statically linked with musl has the same mode on all processors of the same architecture. So is a folder of
+//! a system with another text, or with other samples. Where a system has no text, a sweep does not notice that it has changed if the version is the
+//! same: use a new folder after such a change.
 //!
 //! # From a program
 //!
@@ -106,6 +110,6 @@ mod worker;
 
 pub use error::SweepError;
 pub use plan::{Keep, KeptNodes, Plan, PlannedEvent, PlannedStart, SOBOL, Sample, SampleKind, Values};
-pub use read::{Axis, Content, Status, status};
+pub use read::{Axis, Content, Status, status, text};
 pub use run::{Options, Report, Sweep};
 pub use shard::Shard;

@@ -52,6 +52,25 @@ pub fn status(folder: &Path) -> Result<Status, SweepError> {
     })
 }
 
+/// The text of the system that was run, from the folder of a sweep or from one of its Parquet files.
+///
+/// The text is what stands there, whoever wrote it. To read it, [`Text::parse`](dsocs_core::text::Text::parse) runs nothing but the declaration, and
+/// opens none of the files that a text may name.
+///
+/// # Errors
+///
+/// [`SweepError`] if there is none, or it cannot be read.
+pub fn text(path: &Path) -> Result<String, SweepError> {
+    let text = if path.is_dir() {
+        let manifest = Folder::new(path).manifest()?;
+        let manifest = manifest.ok_or_else(|| SweepError::NoSweep(path.to_owned()))?;
+        manifest["text"].as_str().map(str::to_owned)
+    } else {
+        table::text(path).map_err(|cause| SweepError::read(path, cause))?
+    };
+    text.ok_or_else(|| SweepError::NoText(path.to_owned()))
+}
+
 /// The content of the sweep in a folder, as far as it is computed.
 #[derive(Clone, Debug)]
 pub struct Content {

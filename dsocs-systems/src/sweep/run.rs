@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::thread;
 
+use dsocs_core::Samples;
 use serde_json::{Value, json};
 use twox_hash::XxHash3_128;
 
@@ -28,6 +29,8 @@ pub struct Sweep {
     setting: Setting,
     /// Everything that the content depends on.
     manifest: Value,
+    /// The system as a text, which stands in every table.
+    text: Option<String>,
 }
 
 /// How a sweep is computed. The options do not change the results.
@@ -98,6 +101,12 @@ impl Sweep {
                 });
             }
         };
+        // as it is before the plan sets parameters; without one where it is more than a text can say
+        let text = entry.text().ok();
+        let samples: Value = entry
+            .samples()
+            .map(|(name, samples)| (name.to_owned(), Value::from(digest(samples))))
+            .collect();
         let (setting, told) = Setting::new(plan, &mut entry)?;
         let columns = |place: usize| -> Vec<&str> {
             let columns = setting.columns[place].iter();
@@ -113,6 +122,8 @@ impl Sweep {
             "columns": columns(0),
             "node_columns": if setting.nodes.is_some() { columns(1) } else { Vec::new() },
             "plan": told,
+            "text": text,
+            "samples": samples,
         });
         let hash = XxHash3_128::oneshot(manifest.to_string().as_bytes());
         manifest["hash"] = format!("{hash:032x}").into();
@@ -120,6 +131,7 @@ impl Sweep {
             entry,
             setting,
             manifest,
+            text,
         })
     }
 
@@ -199,7 +211,7 @@ impl Sweep {
         };
         let threads = options.threads.clamp(1, open.len().max(1));
         let workers: Vec<_> = (0..threads)
-            .map(|_| Worker::new(self.entry.copy(), setting))
+            .map(|_| Worker::new(self.entry.copy(), setting, self.text.as_deref()))
             .collect();
         let mut report = Report::default();
         thread::scope(|scope| {
@@ -262,6 +274,15 @@ impl Sweep {
             .filter(|&part| shard.has(part) && !folder.has(self.setting.tables(), part))
             .collect()
     }
+}
+
+/// What tells samples from others.
+fn digest(samples: &Samples) -> String {
+    let places = samples.places().iter();
+    let bits = places
+        .flat_map(|&place| [place, samples.at(place)])
+        .flat_map(f64::to_le_bytes);
+    format!("{:032x}", XxHash3_128::oneshot(&bits.collect::<Vec<u8>>()))
 }
 
 /// What the last digits of the results depend on, besides the plan. It is the kind of processor and the functions of the C library: glibc

@@ -9,6 +9,7 @@ use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::ColumnReader;
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
@@ -51,12 +52,12 @@ impl Cells {
 pub struct Writer<W: Write + Send>(SerializedFileWriter<W>);
 
 impl<W: Write + Send> Writer<W> {
-    /// Begins a table with these columns.
+    /// Begins a table with these columns, and the text of the system among what is said of it.
     ///
     /// # Errors
     ///
     /// [`ParquetError`] if it cannot be written.
-    pub fn new(to: W, columns: &[(String, Kind)]) -> Result<Self, ParquetError> {
+    pub fn new(to: W, columns: &[(String, Kind)], text: Option<&str>) -> Result<Self, ParquetError> {
         let fields = columns
             .iter()
             .map(|(name, kind)| {
@@ -77,6 +78,7 @@ impl<W: Write + Send> Writer<W> {
         // the bytes depend only on the values, not on the version of the crate `parquet`
         let properties = WriterProperties::builder()
             .set_created_by(CREATED_BY.to_owned())
+            .set_key_value_metadata(text.map(|text| vec![KeyValue::new(TEXT.to_owned(), text.to_owned())]))
             .build();
         Ok(Self(SerializedFileWriter::new(
             to,
@@ -129,6 +131,21 @@ impl<W: Write + Send> Writer<W> {
     pub fn finish(self) -> Result<(), ParquetError> {
         self.0.close().map(drop)
     }
+}
+
+/// The key of the system's text in the Parquet files.
+const TEXT: &str = "dsocs.text";
+
+/// The text of the system in a Parquet file, if it has one.
+///
+/// # Errors
+///
+/// [`ParquetError`] if it cannot be read.
+pub fn text(path: &Path) -> Result<Option<String>, ParquetError> {
+    let reader = SerializedFileReader::new(File::open(path)?)?;
+    let said = reader.metadata().file_metadata().key_value_metadata();
+    let text = said.into_iter().flatten().find(|said| said.key == TEXT);
+    Ok(text.and_then(|said| said.value.clone()))
 }
 
 /// The name of the writer in the Parquet files.
@@ -223,7 +240,7 @@ mod tests {
         ];
         let written = || {
             let mut bytes = Vec::new();
-            let mut writer = Writer::new(&mut bytes, &columns).unwrap();
+            let mut writer = Writer::new(&mut bytes, &columns, Some("coordinates(x);")).unwrap();
             writer.rows(&cells).unwrap();
             writer.rows(&cells).unwrap();
             writer.finish().unwrap();
@@ -234,6 +251,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.parquet");
         std::fs::write(&path, bytes).unwrap();
+        assert_eq!(text(&path).unwrap().as_deref(), Some("coordinates(x);"));
         let found = read(&path, &["x", "point", "error"]).unwrap();
         let Cells::Number(x) = &found[0] else { panic!() };
         assert!(x[0] == 0.5 && x[4].is_infinite() && x[5].is_nan());

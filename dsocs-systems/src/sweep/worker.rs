@@ -21,6 +21,8 @@ pub struct Worker<'s> {
     entry: Entry,
     /// What every point needs.
     setting: &'s Setting,
+    /// The system as a text, which stands in every table.
+    text: Option<&'s str>,
     /// The run, with the inputs of the last point.
     run: entry::Plan,
     /// The values of what varies.
@@ -31,10 +33,11 @@ pub struct Worker<'s> {
 
 impl<'s> Worker<'s> {
     /// The worker of a thread.
-    pub fn new(entry: Entry, setting: &'s Setting) -> Self {
+    pub fn new(entry: Entry, setting: &'s Setting, text: Option<&'s str>) -> Self {
         Self {
             entry,
             setting,
+            text,
             run: setting.run.clone(),
             values: Vec::new(),
             start: setting.base.clone(),
@@ -64,7 +67,7 @@ impl<'s> Worker<'s> {
         let place = folder.part(Which::Nodes, part);
         let mut writer = match &mut file {
             Some(file) => Some(
-                Writer::new(file.file(), &setting.columns[1])
+                Writer::new(file.file(), &setting.columns[1], self.text)
                     .map_err(|cause| SweepError::table(&place, cause))?,
             ),
             None => None,
@@ -102,7 +105,7 @@ impl<'s> Worker<'s> {
         file.map_or(Ok(()), PartFile::finish)?;
         let mut file = folder.begin(Which::Points, part)?;
         let place = file.path().to_owned();
-        let mut writer = Writer::new(file.file(), &setting.columns[0])
+        let mut writer = Writer::new(file.file(), &setting.columns[0], self.text)
             .map_err(|cause| SweepError::table(&place, cause))?;
         table
             .write(&mut writer)

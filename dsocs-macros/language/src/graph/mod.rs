@@ -27,6 +27,8 @@ use std::collections::{HashMap, HashSet};
 
 use proc_macro2::{Ident, Span, TokenStream};
 
+use crate::limits;
+
 pub(crate) use difference::Change;
 pub(crate) use nonzero::Slopes;
 pub(crate) use rewrite::{Memory, Pass, Substitution};
@@ -296,6 +298,8 @@ pub(crate) struct Graph {
     dependence: Vec<Dependence>,
     /// For every node, the leaves that decide which side of a jump it is on.
     deciding: Vec<Dependence>,
+    /// How many operations there are below each node, one in the other.
+    depths: Vec<u32>,
     known: HashMap<Node, NodeId>,
     leaves: Vec<Leaf>,
     leaf_bits: HashMap<Leaf, usize>,
@@ -439,7 +443,12 @@ impl Graph {
 
     /// The nodes that a node is made of.
     pub(crate) fn parts(&self, id: NodeId) -> Vec<NodeId> {
-        match self.node(id) {
+        Self::parts_of(self.node(id))
+    }
+
+    /// The nodes that a node that may not be known yet is made of.
+    fn parts_of(node: &Node) -> Vec<NodeId> {
+        match node {
             Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => Vec::new(),
             Node::Sum(_, terms) => terms.iter().map(|&(term, _)| term).collect(),
             Node::Product(factors) => factors.iter().map(|&(factor, _)| factor).collect(),
@@ -454,8 +463,14 @@ impl Graph {
         if let Some(&id) = self.known.get(&node) {
             return id;
         }
+        let parts = Self::parts_of(&node);
+        limits::spend(1 + parts.len());
+        let depth = parts.iter().map(|part| self.depths[part.index()]).max();
+        let depth = depth.map_or(0, |depth| depth + 1);
+        limits::descend(depth);
         let id = NodeId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
         self.nodes.push(node.clone());
+        self.depths.push(depth);
         let mut dependence = Dependence::default();
         if let Node::Leaf(leaf) = node {
             let bit = self.leaves.len();
@@ -464,10 +479,12 @@ impl Graph {
             dependence.insert(bit);
         }
         let mut deciding = Dependence::default();
-        for part in self.parts(id) {
+        for part in parts {
             dependence.extend(&self.dependence[part.index()]);
             deciding.extend(&self.deciding[part.index()]);
         }
+        // what is kept of a node grows with the number of leaves
+        limits::spend(dependence.0.len() + deciding.0.len());
         match node {
             Node::Unary(Unary::Signum, a) => deciding.extend(&self.dependence[a.index()]),
             Node::Select(_, [left, right, ..]) => {

@@ -55,14 +55,13 @@ impl Lowering<'_> {
                         .get(*index)
                         .is_some_and(|field| field.kind == Kind::Number) =>
                 {
-                    let message = format!(
-                        "expected a function, but `{name}` is a number; a product is written with `*`, and what depends on time or \
-                         position is a function of yours, such as `table.at(t)`"
-                    );
-                    return Err(self.errors.at(name, message));
+                    return Err(self.called_number(name));
                 }
                 Some(Binding::Field(index)) if self.is_table_at(*index) => {
                     return Err(self.whole_table(name));
+                }
+                Some(Binding::Field(_)) if !self.fields.have_compiler() => {
+                    return Err(self.called_array(name));
                 }
                 Some(Binding::Field(_)) if !self.is_closed(whole) => {
                     let place = place(name);
@@ -128,6 +127,23 @@ impl Lowering<'_> {
             other => return Err(self.errors.at(other, "expected the name of a function")),
         };
         self.opaque(Callee::Function(callee), None, &arguments)
+    }
+
+    /// What to say where a number is called.
+    fn called_number(&self, name: &Ident) -> Reported {
+        let message = format!(
+            "expected a function, but `{name}` is a number; a product is written with `*`, and what depends on time or position is a \
+             function of yours, such as `table.at(t)`"
+        );
+        self.errors.at(name, message)
+    }
+
+    /// What to say where an array of a text is called.
+    fn called_array(&self, name: &Ident) -> Reported {
+        let message = format!(
+            "expected a function, but `{name}` is an array of numbers; its first is `{name}[0]`, and a product is written with `*`"
+        );
+        self.errors.at(name, message)
     }
 
     /// What to say about a derivative beyond the third.

@@ -99,14 +99,15 @@ impl Lowering<'_> {
             return None;
         }
         let meant = method(&text)?;
+        let place = self.where_it_is_so();
         let message = match Builtin::find(&text) {
             Some(_) if text != "log" => {
                 format!(
-                    "functions of numbers are methods in Rust: expected `(…).{meant}` or `f64::{text}(…)`"
+                    "functions of numbers are methods {place}: expected `(…).{meant}` or `f64::{text}(…)`"
                 )
             }
             _ => format!(
-                "functions of numbers are methods in Rust: expected `(…).{meant}`{}",
+                "functions of numbers are methods {place}: expected `(…).{meant}`{}",
                 own(&text)
             ),
         };
@@ -116,8 +117,9 @@ impl Lowering<'_> {
     /// What to say about a function of a module: `np.sin(x)`.
     pub(super) fn function_of_module(&self, module: &Ident, name: &Ident) -> Reported {
         let meant = method(&name.to_string()).unwrap_or_else(|| format!("{name}()"));
+        let place = self.where_it_is_so();
         let message =
-            format!("functions of numbers are methods in Rust: expected `(…).{meant}`, without `{module}`");
+            format!("functions of numbers are methods {place}: expected `(…).{meant}`, without `{module}`");
         self.errors.at(module, message)
     }
 

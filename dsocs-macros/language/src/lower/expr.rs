@@ -192,6 +192,9 @@ impl Lowering<'_> {
             BinOp::Mul(_) => return Ok(self.graph.mul(left?, right?)),
             BinOp::Div(_) => return Ok(self.graph.div(left?, right?)),
             BinOp::Eq(equals) if is_zero(right_side) => return Err(self.equation(equals, right_side)),
+            BinOp::BitXor(_) if !self.fields.have_compiler() => {
+                "`^` is no power here; expected `.powi(2)` or `.powf(a)`"
+            }
             BinOp::BitXor(_) => "`^` is no power in Rust; expected `.powi(2)` or `.powf(a)`",
             BinOp::Lt(_) | BinOp::Le(_) | BinOp::Gt(_) | BinOp::Ge(_) | BinOp::Eq(_) | BinOp::Ne(_) => {
                 "expected a number; a comparison stands in the condition of `if … { … } else { … }` only"

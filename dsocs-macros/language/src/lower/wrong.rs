@@ -69,7 +69,10 @@ impl Lowering<'_> {
             Some(_) => "powi",
             None => "powf",
         };
-        let message = format!("`**` is no power in Rust; expected `.{power}({exponent})`");
+        let message = format!(
+            "`**` is no power {}; expected `.{power}({exponent})`",
+            self.where_it_is_so()
+        );
         Some(self.errors.at(quote!(#star #second), message))
     }
 
@@ -153,10 +156,20 @@ impl Lowering<'_> {
     }
 
     fn kinds_of_names(&self) -> &'static str {
-        if self.component.is_some() {
-            "a node, a field of the struct or `h`"
+        match (self.component.is_some(), self.fields.have_compiler()) {
+            (true, true) => "a node, a field of the struct or `h`",
+            (true, false) => "a node, a parameter or `h`",
+            (false, true) => "a coordinate, a field of the struct or an earlier `let`",
+            (false, false) => "a coordinate, a parameter or an earlier `let`",
+        }
+    }
+
+    /// Where something is so: a text need not be of somebody who knows Rust.
+    pub(super) fn where_it_is_so(&self) -> &'static str {
+        if self.fields.have_compiler() {
+            "in Rust"
         } else {
-            "a coordinate, a field of the struct or an earlier `let`"
+            "here"
         }
     }
 }

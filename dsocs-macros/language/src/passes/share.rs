@@ -9,6 +9,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap};
 
 use crate::graph::{Bits, NodeId};
+use crate::limits;
 
 /// What a product is made of.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -116,6 +117,8 @@ impl Pairs {
 /// The pairs of factors of a product.
 fn pairs(product: &Product) -> Vec<Pair> {
     let factors: Vec<(&Factor, u32)> = product.iter().map(|(factor, &count)| (factor, count)).collect();
+    // each is looked up and kept in several places
+    limits::spend(2 * factors.len() * factors.len());
     let mut pairs = Vec::new();
     for (place, &(first, count)) in factors.iter().enumerate() {
         if count > 1 {

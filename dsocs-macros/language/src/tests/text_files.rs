@@ -23,6 +23,51 @@ fn mistakes(text: &str) -> Vec<String> {
 }
 
 #[test]
+fn an_array_is_no_function() {
+    let text = "parameters { dry: [2] = [1.0; 2] } coordinates(x, y); lagrangian = dot(x).powi(2) + dot(y).powi(2) - dry(x);";
+    let mistakes = read("array", text, &[]).unwrap_err();
+    assert!(
+        mistakes[0].message.contains("`dry` is an array of numbers"),
+        "{mistakes:?}"
+    );
+}
+
+#[test]
+fn messages_are_for_people_who_know_no_rust() {
+    for (lagrangian, run, part) in [
+        ("x ^ 2", "", "`^` is no power here"),
+        ("x ** 2", "", "`**` is no power here"),
+        ("sin(x)", "", "functions of numbers are methods here"),
+        ("y", "", "expected a coordinate, a parameter or an earlier `let`"),
+        ("x", "until = -1.0;", "this run ends before it begins"),
+        ("x", "step = -0.1; until = 1.0;", "this run ends before it begins"),
+    ] {
+        let text = format!("coordinates(x); lagrangian = dot(x).powi(2) - {lagrangian}; run {{ {run} }}");
+        let mistakes = read("rust", &text, &[]).unwrap_err();
+        assert!(mistakes[0].message.contains(part), "{mistakes:?}");
+    }
+    let back = "coordinates(x); lagrangian = dot(x).powi(2); run { step = -0.1; until = -1.0; }";
+    assert!(read("back", back, &[]).is_ok());
+}
+
+#[test]
+fn what_a_terminal_would_obey_is_refused() {
+    for (text, place) in [
+        ("//! a\n//! b\u{1b}[31m", (2, 6)),
+        ("coordinates(x); // \u{202e}", (1, 20)),
+        ("#[doc = \"\\u{7}\"] coordinates(x);", (1, 9)),
+        ("parameters { w = samples(\"\\u{9b}31m\") }", (1, 26)),
+        ("coordinates(x);\r lagrangian = x;", (1, 16)),
+    ] {
+        let mistakes = read("hidden", text, &[]).unwrap_err();
+        assert!(mistakes[0].message.contains("which is not seen"), "{mistakes:?}");
+        assert_eq!((mistakes[0].line, mistakes[0].column), place);
+    }
+    let good = "//! Two\r\n//! lines\t\r\ncoordinates(x);\r\nlagrangian = dot(x).powi(2) / 2;";
+    assert!(read("good", good, &[]).is_ok());
+}
+
+#[test]
 fn parameters_and_runs_have_their_values() {
     let read = text(&format!(
         "//! A pendulum.

@@ -272,7 +272,16 @@ fn run(
         };
         wrong = wrong.and(result);
     }
-    wrong.map(|()| run)
+    wrong?;
+    // without a step of its own it goes on in time
+    if run
+        .until
+        .is_some_and(|until| until * run.step.unwrap_or(1.0) < 0.0)
+    {
+        let message = "this run ends before it begins, at t = 0; expected an `until` of the sign of the `step`, which is negative to run back in time";
+        return Err(errors.at(group.stream(), message));
+    }
+    Ok(run)
 }
 
 /// Sets what one setting says.

@@ -19,11 +19,8 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// What a page may load: nothing but what it has in itself.
-pub(super) const POLICY: &str =
+const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
-
-/// What a page may ask besides, where it is served and asks whether there is a new one.
-pub(super) const CONNECTS: &str = "; connect-src 'self'";
 
 /// A page in the making.
 pub struct Page {
@@ -85,6 +82,19 @@ impl Page {
             self.text
         )
     }
+}
+
+/// A finished page with a script more, which may ask the server that shows the page.
+pub fn asking(html: &str, script: &str) -> String {
+    html.replacen(POLICY, &format!("{POLICY}; connect-src 'self'"), 1)
+        .replacen("</body>", &format!("<script>{script}</script>\n</body>"), 1)
+}
+
+/// A finished page that begins with an error, and what is to be said of the rest.
+pub fn headed(html: &str, error: &str, told: &str) -> String {
+    let (error, told) = (escaped(error), escaped(told));
+    let first = format!("<main>\n<pre class=\"error\">{error}</pre>\n<p>{told}</p>\n");
+    html.replacen("<main>\n", &first, 1)
 }
 
 /// Refuses a file whose name is not that of a page.

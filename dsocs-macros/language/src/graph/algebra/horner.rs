@@ -8,6 +8,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::graph::{Graph, Leaf, Node, NodeId};
+use crate::limits;
 
 /// Rows with more terms are left alone.
 const MOST_TERMS: usize = 20_000;
@@ -101,6 +102,7 @@ pub(crate) fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Opt
     if a.len() * b.len() > MOST_TERMS {
         return None;
     }
+    limits::spend(a.len() * b.len());
     let mut product = BTreeMap::new();
     for (first, &c) in a {
         for (second, &d) in b {

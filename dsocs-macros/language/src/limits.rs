@@ -1,0 +1,120 @@
+//! How far a text is read: anybody may have written it, so that time, memory and stack are bounded whatever it says.
+//!
+//! What a declaration costs is known only while it is written out and differentiated, deep inside of algebra that cannot fail. So whatever goes beyond a
+//! limit unwinds from there to [`within_limits`], without a word of the panic handler. Declarations that a compiler reads have no limits.
+
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+
+use proc_macro2::Span;
+
+use crate::mistake::Mistake;
+
+/// A text may cost so much: an operation that is written costs one, and one more for each operand. A chain of 32 links costs a quarter of it.
+const MOST: u64 = 60_000_000;
+
+/// So deep may an operation be nested, after functions and `let`s are written out.
+const DEEPEST: u32 = 10_000;
+
+thread_local! {
+    /// What may still be spent; `None` without limits.
+    static LEFT: Cell<Option<u64>> = const { Cell::new(None) };
+}
+
+/// A limit that was passed.
+#[derive(Clone, Copy)]
+enum Passed {
+    Cost,
+    Depth,
+}
+
+/// Does something with a text within the limits for time, memory and stack (which has to be of 256 MB).
+///
+/// # Errors
+///
+/// [`Mistake`] that says which limit the text passes.
+pub fn within_limits<T>(work: impl FnOnce() -> T) -> Result<T, Mistake> {
+    within(MOST, work)
+}
+
+/// The same with a limit for the cost.
+fn within<T>(most: u64, work: impl FnOnce() -> T) -> Result<T, Mistake> {
+    LEFT.set(Some(most));
+    let result = catch_unwind(AssertUnwindSafe(work));
+    LEFT.set(None);
+    result.map_err(|payload| {
+        let message = match payload.downcast_ref::<Passed>() {
+            Some(Passed::Cost) => format!(
+                "with its derivatives, the declaration is longer than this library reads ({most} operations and operands); expected fewer coordinates, \
+                 or expressions with fewer of them in one product"
+            ),
+            Some(Passed::Depth) => format!(
+                "written out, an expression is nested more than {DEEPEST} deep; expected fewer functions of functions, or `let`s of `let`s"
+            ),
+            // a mistake of this library
+            None => resume_unwind(payload),
+        };
+        Mistake::of(Span::call_site(), message)
+    })
+}
+
+/// Spends something.
+pub(crate) fn spend(cost: usize) {
+    if let Some(left) = LEFT.get() {
+        match left.checked_sub(cost as u64) {
+            Some(left) => LEFT.set(Some(left)),
+            None => resume_unwind(Box::new(Passed::Cost)),
+        }
+    }
+}
+
+/// Goes down to a depth.
+pub(crate) fn descend(depth: u32) {
+    if depth > DEEPEST && LEFT.get().is_some() {
+        resume_unwind(Box::new(Passed::Depth));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is said of a text of which no more than a cost is read.
+    fn told(most: u64, text: &str) -> Option<String> {
+        let read = within(most, || {
+            let read = crate::read("long", text, &[]);
+            read.map(|read| drop(read.model.data()))
+                .map_err(|mistakes| mistakes[0].clone())
+        });
+        read.and_then(|read| read).err().map(|mistake| mistake.message)
+    }
+
+    #[test]
+    fn what_is_too_long_or_too_deep_is_refused_with_its_limit() {
+        let product = |n: usize| {
+            format!(
+                "coordinates(x: [{n}]); lagrangian = sum(0..{n}, |i| dot(x[i]).powi(2)) + product(0..{n}, |i| x[i].sin());"
+            )
+        };
+        assert_eq!(told(MOST, &product(4)), None);
+        let long = told(100_000, &product(40)).unwrap();
+        assert!(
+            long.contains("longer than this library reads (100000 operations"),
+            "{long}"
+        );
+        // each function calls the one before it twice
+        let functions = (1..17).map(|i| format!("let f{i} = |u| f{0}(f{0}(u));", i - 1));
+        let functions: String = functions.collect();
+        let text = format!(
+            "let f0 = |u| u * u + u.sin(); {functions} coordinates(x); lagrangian = dot(x).powi(2) / 2 + f16(x);"
+        );
+        let deep = told(MOST, &text).unwrap();
+        assert!(deep.contains("nested more than 10000 deep"), "{deep}");
+        // a mistake is one whatever it costs
+        assert!(
+            told(1_000_000, "coordinates(x); lagrangian = y;")
+                .unwrap()
+                .contains("no name `y`")
+        );
+    }
+}

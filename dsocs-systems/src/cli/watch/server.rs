@@ -1,0 +1,163 @@
+//! The page of `watch`, shown to browsers of this machine.
+
+use std::io::{self, ErrorKind, Read as _, Write as _};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant, SystemTime};
+
+use crate::cli::page;
+
+/// The page asks so often whether there is a new one.
+const EVERY: Duration = Duration::from_millis(100);
+
+/// A request has so many bytes at most.
+const LONGEST_REQUEST: usize = 8192;
+
+/// A request is there after this time, or is none.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// So many requests are answered at once; those beyond are turned away. A browser opens six.
+const MOST_AT_ONCE: usize = 32;
+
+/// Shows one page at a port of the loopback interface, which other machines do not reach. Other users of this machine do.
+pub struct Server {
+    address: SocketAddr,
+    shared: Arc<Shared>,
+}
+
+/// What the threads share that answer.
+struct Shared {
+    /// The page, and its number.
+    page: Mutex<(u128, Arc<str>)>,
+    /// How many requests are being answered.
+    busy: AtomicUsize,
+    /// What a browser calls this server.
+    hosts: [String; 2],
+}
+
+impl Server {
+    /// Begins to show a page at a port; 0 is one that is free.
+    ///
+    /// # Errors
+    ///
+    /// If the port is taken.
+    pub fn start(port: u16, html: &str) -> io::Result<Self> {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
+        let address = listener.local_addr()?;
+        // a page that an earlier program showed at this port has another number
+        let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+        let first = since.unwrap_or_default().as_nanos();
+        let shared = Arc::new(Shared {
+            page: Mutex::new((first, numbered(html, first))),
+            busy: AtomicUsize::new(0),
+            hosts: [address.to_string(), format!("localhost:{}", address.port())],
+        });
+        let answering = Arc::clone(&shared);
+        thread::Builder::new().spawn(move || {
+            for stream in listener.incoming().flatten() {
+                answering.busy.fetch_add(1, Ordering::Relaxed);
+                // counts down when it is dropped, whether the thread begins or not
+                let busy = Busy(Arc::clone(&answering));
+                if answering.busy.load(Ordering::Relaxed) <= MOST_AT_ONCE {
+                    // whoever asked and has gone misses nothing
+                    let _ = thread::Builder::new().spawn(move || answer(&stream, &busy.0));
+                }
+            }
+        })?;
+        Ok(Self { address, shared })
+    }
+
+    /// Where the page is.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Shows another page; those that are open reload.
+    pub fn show(&self, html: &str) {
+        let mut page = self.shared.page.lock().unwrap_or_else(PoisonError::into_inner);
+        let number = page.0 + 1;
+        *page = (number, numbered(html, number));
+    }
+}
+
+/// A request that is being answered.
+struct Busy(Arc<Shared>);
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        self.0.busy.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// A page that reloads as soon as there is another number.
+fn numbered(html: &str, number: u128) -> Arc<str> {
+    let script = format!(
+        "setInterval(async () => {{ try {{ const answer = await fetch('/number'); \
+         if (answer.ok && await answer.text() !== '{number}') location.reload(); }} catch {{}} }}, {});",
+        EVERY.as_millis()
+    );
+    page::asking(html, &script).into()
+}
+
+/// Answers one request.
+fn answer(mut stream: &TcpStream, shared: &Shared) -> io::Result<()> {
+    stream.set_write_timeout(Some(PATIENCE))?;
+    let head = head(stream)?;
+    let mut lines = head.lines();
+    let request = lines.next().unwrap_or_default();
+    let mut fields = lines.filter_map(|line| line.split_once(':'));
+    let host = fields.find(|(name, _)| name.eq_ignore_ascii_case("host"));
+    let mut words = request.split(' ');
+    let (status, kind, body): (_, _, Arc<str>) = match (host, words.next(), words.next()) {
+        // a page of another origin whose name leads here reads nothing
+        (Some((_, host)), ..) if !shared.hosts.iter().any(|own| own == host.trim()) => refused(),
+        (None, ..) => refused(),
+        (_, Some("GET"), Some("/")) => {
+            let page = shared.page.lock().unwrap_or_else(PoisonError::into_inner);
+            ("200 OK", "text/html", Arc::clone(&page.1))
+        }
+        (_, Some("GET"), Some("/number")) => {
+            let page = shared.page.lock().unwrap_or_else(PoisonError::into_inner);
+            ("200 OK", "text/plain", page.0.to_string().into())
+        }
+        _ => (
+            "404 Not Found",
+            "text/plain",
+            "there is one page, /\n".to_owned().into(),
+        ),
+    };
+    let head = format!(
+        "HTTP/1.1 {status}\r\nContent-Type: {kind}; charset=utf-8\r\nContent-Length: {}\r\nCache-Control: no-store\r\n\
+         X-Content-Type-Options: nosniff\r\nX-Frame-Options: DENY\r\nCross-Origin-Resource-Policy: same-origin\r\n\
+         Referrer-Policy: no-referrer\r\nConnection: close\r\n\r\n",
+        body.len()
+    );
+    stream.write_all(head.as_bytes())?;
+    stream.write_all(body.as_bytes())
+}
+
+/// The answer to a request that names another host.
+fn refused() -> (&'static str, &'static str, Arc<str>) {
+    let told = "expected the address that `dsocs watch` prints\n";
+    ("403 Forbidden", "text/plain", told.into())
+}
+
+/// The head of a request, up to its empty line.
+fn head(mut stream: &TcpStream) -> io::Result<String> {
+    let end = Instant::now() + PATIENCE;
+    let (mut head, mut part) = (Vec::new(), [0; 1024]);
+    while !head.ends_with(b"\r\n\r\n") {
+        let left = end.saturating_duration_since(Instant::now());
+        if left.is_zero() || head.len() > LONGEST_REQUEST {
+            return Err(ErrorKind::TimedOut.into());
+        }
+        stream.set_read_timeout(Some(left))?;
+        match stream.read(&mut part)? {
+            0 => return Err(ErrorKind::UnexpectedEof.into()),
+            count => head.extend_from_slice(part.get(..count).unwrap_or_default()),
+        }
+    }
+    Ok(String::from_utf8_lossy(&head).into_owned())
+}
