@@ -9,7 +9,7 @@ mod lower;
 mod sequence;
 mod write;
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
@@ -22,6 +22,7 @@ use super::phase;
 use super::pieces::{between_threads, matrix};
 use super::program::{Place, Program, Value};
 use crate::graph::{Graph, Node, NodeId, Unary};
+use crate::hash::HashMap;
 use crate::mechanics;
 use crate::model::Model;
 use crate::passes::{self, Motion};
@@ -389,7 +390,7 @@ fn constants(graph: &Graph, nodes: &[NodeId]) -> (TokenStream, Vec<TokenStream>)
     let mut program = Program::new(graph, |_| 0);
     program.plan(nodes);
     let values: Vec<Value> = nodes.iter().map(|&node| program.lower(node)).collect();
-    program.code(&values, &HashMap::new(), "n", &|_| Place::nowhere())
+    program.code(&values, &HashMap::default(), "n", &|_| Place::nowhere())
 }
 
 #[cfg(test)]
