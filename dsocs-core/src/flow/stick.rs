@@ -91,7 +91,8 @@ impl Discrete<'_> {
         (e.is_finite() && bend.is_finite()).then_some([e, bend])
     }
 
-    /// Takes the signs that arguments have after smooth steps in which nobody looked at them: a motion may change faster than its last steps told.
+    /// Takes the signs that arguments have had for two legs after smooth steps in which nobody looked at them: a motion may change faster than its last
+    /// steps told. One that has changed its sign in the last step alone arrives at zero where the next begins, and is solved for with sides.
     #[cold]
     pub(super) fn catch_up(&mut self) {
         let index = self.course.index();
@@ -99,17 +100,18 @@ impl Discrete<'_> {
             return;
         };
         let mut contacts = contacts.clone();
-        let leg = AnyLeg {
-            t: self.course.time(),
-            ..self.next_leg()
-        };
-        let now = sticking::pieces_of_leg(&self.declaration(), self.course.h, leg);
-        for (piece, now) in contacts.pieces.iter_mut().zip(now) {
-            if now != Piece::Between {
-                *piece = now;
+        contacts.seen = index;
+        if self.course.has_solved {
+            let (declaration, h, t) = (self.declaration(), self.course.h, self.course.time());
+            let legs = [(t, self.next_leg()), (t - h, self.course.solved_leg())];
+            let [last, before] =
+                legs.map(|(t, leg)| sticking::pieces_of_leg(&declaration, h, AnyLeg { t, ..leg }));
+            for ((piece, last), before) in contacts.pieces.iter_mut().zip(last).zip(before) {
+                if last == before && last != Piece::Between {
+                    *piece = last;
+                }
             }
         }
-        contacts.seen = index;
         self.contacts = Some(contacts);
     }
 

@@ -19,6 +19,7 @@ mod emit;
 mod errors;
 mod expand;
 mod graph;
+mod hash;
 mod input;
 mod layout;
 mod limits;

@@ -92,7 +92,10 @@ pub fn read(name: &str, text: &str, constants: &[(String, f64)]) -> Result<Text,
         vec![Mistake::of(error.span(), message.to_owned())]
     })?;
     if let Some(tree) = parse::too_deep(&tokens, DEEPEST) {
-        let message = format!("expected brackets that are nested at most {DEEPEST} deep");
+        let message = format!(
+            "expected brackets and method calls that are nested at most {DEEPEST} deep, and at most {} words and signs between two commas or semicolons",
+            parse::LONGEST
+        );
         return Err(vec![Mistake::of(tree.span(), message)]);
     }
     characters::check_literals(&tokens)?;

@@ -1,7 +1,5 @@
 //! The cold form: `impl Source`, a tape of all that a declaration says.
 
-use std::collections::HashMap;
-
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
@@ -11,6 +9,7 @@ use super::pieces::between_threads;
 use super::program::{Calls, Segment, number};
 use super::stages::{Stages, single};
 use crate::graph::{Graph, Leaf, NodeId};
+use crate::hash::HashMap;
 use crate::mechanics::{self, Sides, StepEquations};
 use crate::model::{Kind, Model};
 use crate::passes;
@@ -202,7 +201,7 @@ fn segments(
     expressions: &Expressions,
     calls: &mut Calls,
 ) -> Vec<Segment> {
-    let nothing = HashMap::new();
+    let nothing = HashMap::default();
     let (program, in_step) = (&stages.program, stages.in_step());
     let constants = constants(stages, calls);
     let known = program.segment(Segment::default(), &stages.known, 0, &stages.in_run(), calls);
@@ -293,7 +292,7 @@ fn segments(
 
 /// What is known when the run begins: for the step, then for the energy.
 fn constants(stages: &Stages, calls: &mut Calls) -> Segment {
-    let nothing = HashMap::new();
+    let nothing = HashMap::default();
     let none = Segment::default();
     let of_step = stages
         .program

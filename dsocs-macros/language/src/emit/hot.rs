@@ -1,7 +1,5 @@
 //! The hot form: `impl Compiled`, straight-line code for what a run evaluates often.
 
-use std::collections::HashMap;
-
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
@@ -10,6 +8,7 @@ use super::pieces::{between_threads, matrix};
 use super::program::{Place, Value};
 use super::stages::Stages;
 use crate::graph::Leaf;
+use crate::hash::HashMap;
 use crate::model::Model;
 use crate::passes::sparse::Order;
 
@@ -158,7 +157,7 @@ fn past(model: &Model) -> Option<TokenStream> {
 /// `parameters`, `constants` and `known`: what comes before the iteration.
 fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
     let read = model.parameters.iter().map(crate::model::ParameterField::read);
-    let nothing = HashMap::new();
+    let nothing = HashMap::default();
     let (constants_code, constants) = stages.program.code(&stages.constants, &nothing, "n", &argument);
     let energy = &stages.energy;
     let (energy_code, of_energy) = energy.program.code(&energy.constants, &nothing, "m", &argument);

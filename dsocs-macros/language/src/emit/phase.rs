@@ -1,13 +1,12 @@
 //! Constraints of lower order: what they ask of a position and of a velocity, and the slopes by which a motion is brought back onto them.
 
-use std::collections::HashMap;
-
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
 use super::program::Place;
 use super::stages::single;
 use crate::graph::{Graph, Leaf, NodeId};
+use crate::hash::HashMap;
 use crate::mechanics;
 use crate::model::{Kind, Model};
 
@@ -74,7 +73,7 @@ pub(super) fn method(model: &Model) -> Option<TokenStream> {
     let code = |rows: &Rows| {
         let (program, values) = single(&graph, &rows.all());
         (program.operations() <= MOST_OPERATIONS).then(|| {
-            let (code, results) = program.code(&values, &HashMap::new(), "n", &argument);
+            let (code, results) = program.code(&values, &HashMap::default(), "n", &argument);
             quote! {
                 #code
                 out.copy_from_slice(&[#(#results),*]);

@@ -14,9 +14,10 @@ mod write;
 pub(crate) use place::Place;
 pub(crate) use tape::{Calls, Segment, number};
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 use crate::graph::{Bits, Comparison, Graph, Leaf, Node, NodeId, Unary};
+use crate::hash::HashMap;
 use crate::passes::share::{Factor, Product, Shared};
 
 /// An operation of a [`Program`].
@@ -162,11 +163,11 @@ impl<'g> Program<'g> {
             stage_of,
             ops: Vec::new(),
             stages: Vec::new(),
-            known: HashMap::new(),
-            lowered: HashMap::new(),
-            node_stages: HashMap::new(),
+            known: HashMap::default(),
+            lowered: HashMap::default(),
+            node_stages: HashMap::default(),
             shared: Shared::default(),
-            running: HashMap::new(),
+            running: HashMap::default(),
             running_parts: Shared::default(),
             cells: Vec::new(),
         }

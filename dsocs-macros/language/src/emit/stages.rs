@@ -1,9 +1,10 @@
 //! The values of one step's methods, and when each is known: once a run, once a step, once an iteration.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 use super::program::{Given, Program, Stored, Value};
 use crate::graph::{Graph, Leaf, NodeId};
+use crate::hash::HashMap;
 use crate::mechanics::{PointNodes, StepEquations};
 use crate::passes::Unknowns;
 use crate::passes::sparse::{self, Order};

@@ -1,6 +1,8 @@
 //! The values of expressions, in numbers.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
+
+use crate::hash::HashMap;
 
 use super::{Comparison, Graph, Leaf, Node, NodeId};
 
@@ -20,7 +22,7 @@ impl Graph {
                 left.extend(self.parts(node));
             }
         }
-        let mut values: HashMap<NodeId, f64> = HashMap::new();
+        let mut values: HashMap<NodeId, f64> = HashMap::default();
         // an expression is made after its parts, so in the order of their numbers
         for node in needed {
             let of = |id: &NodeId| values.get(id).copied().unwrap_or(f64::NAN);

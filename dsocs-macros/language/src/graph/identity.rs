@@ -8,9 +8,9 @@
 //! binary; functions count as unrelated unknowns, so `sin² + cos² - 1` is not recognised, and nothing that differs from
 //! zero is taken for it.
 
-use std::collections::HashMap;
-
 use super::{Graph, Leaf, Node, NodeId, Unary};
+
+use crate::hash::HashMap;
 
 /// A Mersenne prime.
 const PRIME: u64 = (1 << 61) - 1;

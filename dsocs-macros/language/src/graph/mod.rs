@@ -23,10 +23,11 @@ mod identity;
 mod nonzero;
 mod rewrite;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::BTreeMap;
 
 use proc_macro2::{Ident, Span, TokenStream};
 
+use crate::hash::{HashMap, HashSet};
 use crate::limits;
 
 pub(crate) use difference::Change;
@@ -304,11 +305,11 @@ pub(crate) struct Graph {
     leaves: Vec<Leaf>,
     leaf_bits: HashMap<Leaf, usize>,
     params: Vec<TokenStream>,
-    param_texts: HashMap<String, usize>,
+    param_texts: BTreeMap<String, usize>,
     /// The parameters that are numbers, as they are read, without spaces.
     numbers: Vec<String>,
     callees: Vec<Callee>,
-    callee_texts: HashMap<String, usize>,
+    callee_texts: BTreeMap<String, usize>,
     derivatives: HashMap<(NodeId, derivative::Direction), NodeId>,
     residues: identity::Residues,
 }
@@ -339,7 +340,7 @@ impl Graph {
 
     /// What an expression reads of the struct.
     pub(crate) fn params_of(&self, id: NodeId) -> Vec<Param<'_>> {
-        let (mut params, mut seen, mut open) = (Vec::new(), HashSet::new(), vec![id]);
+        let (mut params, mut seen, mut open) = (Vec::new(), HashSet::default(), vec![id]);
         while let Some(id) = open.pop() {
             if !seen.insert(id) {
                 continue;
@@ -411,7 +412,7 @@ impl Graph {
 
     /// Whether a node may call a function of the user's of a leaf that is asked for.
     pub(crate) fn calls_with(&self, id: NodeId, asked: fn(Leaf) -> bool) -> bool {
-        let mut seen = HashSet::new();
+        let mut seen = HashSet::default();
         let mut open = vec![id];
         while let Some(id) = open.pop() {
             if !seen.insert(id) || !self.leaves(id).any(asked) {

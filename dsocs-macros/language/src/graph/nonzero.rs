@@ -6,7 +6,9 @@
 //! rows' slopes, and their determinant is evaluated modulo the prime. What is evaluated to be zero at random points is
 //! zero; where it is not, or where not all zeros of the coefficient are found, the answer is no.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::hash::HashMap;
 
 use super::identity::{Known, POINTS, add, invert, multiply, random, signed_power, subtract};
 use super::{Graph, Node, NodeId, Unary};
@@ -152,7 +154,7 @@ impl Graph {
 
     /// Whether the determinant is zero, or does not exist, where an atom has a value.
     fn singular(&mut self, slopes: &Slopes, point: usize, (atom, value): Place) -> bool {
-        let mut known: Known = HashMap::from([(atom, Some(value))]);
+        let mut known: Known = HashMap::from_iter([(atom, Some(value))]);
         if slopes.columns != slopes.rows.len() {
             return false;
         }

@@ -3,9 +3,9 @@
 //! A [`Pass`] says what becomes of a node; [`Graph::rewrite`] takes it through an expression. Putting expressions in the
 //! place of leaves is the simplest pass ([`Graph::substitute`]); those that make code faster are in [`crate::passes`].
 
-use std::collections::HashMap;
-
 use super::{Graph, Leaf, Node, NodeId};
+
+use crate::hash::HashMap;
 
 /// What has become of nodes so far.
 pub(crate) type Memory = HashMap<NodeId, NodeId>;
@@ -113,7 +113,7 @@ impl<'p> Substitution<'p> {
     pub(crate) fn new(places: &'p HashMap<Leaf, NodeId>) -> Self {
         Self {
             places,
-            memory: Memory::new(),
+            memory: Memory::default(),
         }
     }
 }

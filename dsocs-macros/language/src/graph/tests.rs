@@ -1,8 +1,8 @@
 //! The graph against numbers: normal form, derivatives and differences.
 
-use std::collections::HashMap;
-
 use super::{Change, Comparison, Graph, Leaf, Node, NodeId, Unary};
+
+use crate::hash::HashMap;
 
 /// The value of a node without calls and parameters.
 fn value(graph: &Graph, id: NodeId, at: &dyn Fn(Leaf) -> f64) -> f64 {
@@ -134,7 +134,7 @@ fn derivatives_agree_with_central_differences() {
 fn differences_agree_with_subtraction_and_keep_digits_that_it_loses() {
     let mut graph = Graph::new();
     let all = expressions(&mut graph);
-    let mut leaves = HashMap::new();
+    let mut leaves = HashMap::default();
     for i in 0..2 {
         let (before, delta) = (graph.leaf(Leaf::N(i)), graph.leaf(Leaf::E(i)));
         let after = graph.add(before, delta);
@@ -149,7 +149,7 @@ fn differences_agree_with_subtraction_and_keep_digits_that_it_loses() {
         }
     };
     for id in all {
-        let mut done = HashMap::new();
+        let mut done = HashMap::default();
         let change = graph.difference(id, &leaves, &|leaf| matches!(leaf, Leaf::E(_)), false, &mut done);
         let coarse = value(&graph, change.delta, &at(0.01));
         let plain = value(&graph, change.after, &at(0.01)) - value(&graph, change.before, &at(0.01));

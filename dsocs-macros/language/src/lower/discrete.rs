@@ -1,7 +1,5 @@
 //! A discrete Lagrangian and discrete constraints that are given directly, in terms of the nodes: `x[0]`, `x[1]`, `x[2]`.
 
-use std::collections::HashMap;
-
 use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{Expr, ExprCall};
@@ -10,6 +8,7 @@ use super::lowering::{Lowered, Lowering, Maps, Nodes};
 use crate::ast::Constraints;
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
+use crate::hash::HashMap;
 use crate::model::{PairPoint, TriplePoint};
 use crate::names::Binding;
 use crate::syntax::bare;
@@ -180,7 +179,7 @@ impl Lowering<'_> {
                 return Ok(value);
             }
             let [t1, t2] = [Leaf::T1, Leaf::T2].map(|leaf| self.graph.leaf(leaf));
-            let mut later = HashMap::from([(Leaf::T0, t1), (Leaf::T1, t2)]);
+            let mut later = HashMap::from_iter([(Leaf::T0, t1), (Leaf::T1, t2)]);
             for i in 0..self.coordinates.len() {
                 later.insert(Leaf::X0(i), self.graph.leaf(Leaf::X1(i)));
                 later.insert(Leaf::X1(i), self.graph.leaf(Leaf::X2(i)));

@@ -1,11 +1,10 @@
 //! The discrete Lagrangian, and the force that its discrete Euler-Lagrange equations leave at a node (paper, section 3).
 
-use std::collections::HashMap;
-
 use super::nodes::{LeafOf, Nodes, at_pair, mean, on_pair};
 use super::works::Force;
 use crate::graph::algebra::gathered_slopes;
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
+use crate::hash::HashMap;
 use crate::model::{Model, PairPoint};
 
 /// `L_d(x0, x1)`, on the leg from `N - D` to `N`.
@@ -42,7 +41,7 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
         None => Parts::of_map(model, graph),
     };
     let (first, second) = (nodes.first_leg(), nodes.second_leg());
-    let mut change = HashMap::from(nodes.change_of_time(graph));
+    let mut change = HashMap::from_iter(nodes.change_of_time(graph));
     for i in 0..n {
         change.insert(
             Leaf::X0(i),
@@ -63,7 +62,7 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
     }
     let external = external_on_leg(model, graph);
     let zero = graph.constant(0.0);
-    let mut changes = HashMap::new();
+    let mut changes = HashMap::default();
     let (mut on_first, mut on_second) = (Substitution::new(&first), Substitution::new(&second));
     let (mut value, mut plain) = (Vec::new(), Vec::new());
     for i in 0..n {

@@ -1,8 +1,7 @@
 //! The nodes of a step, and the maps `φ⁻¹` from them to points of the continuous system (paper, section 3).
 
-use std::collections::HashMap;
-
 use crate::graph::{Change, Graph, Leaf, NodeId};
+use crate::hash::HashMap;
 use crate::model::{Model, PairPoint, TriplePoint};
 
 /// A point of the second order tangent bundle, component by component.
@@ -130,7 +129,7 @@ impl Nodes {
     /// `((q0+q1)/2, (q1-q0)/h, (q2-q1-q0+p)/2h², (q2-3q1+3q0-p)/h³)`.
     pub(super) fn middle_of_four(&self, graph: &mut Graph) -> HashMap<Leaf, NodeId> {
         let h = graph.leaf(Leaf::H);
-        let mut places = HashMap::from([(Leaf::T, graph.linear(0.0, &[(self.t1, 1.0), (h, -0.5)]))]);
+        let mut places = HashMap::from_iter([(Leaf::T, graph.linear(0.0, &[(self.t1, 1.0), (h, -0.5)]))]);
         for i in 0..self.q1.len() {
             let (before, change) = (graph.leaf(Leaf::P(i)), graph.leaf(Leaf::E(i)));
             let a = graph.linear(0.0, &[(before, 1.0), (change, 0.5)]);

@@ -5,9 +5,8 @@
 //! side. So has a corner, such as `|u|`, whose argument `u` is that of a jump, as in friction that depends on how fast it slips: it is `s u`. At both ends
 //! of a leg that rests on a moving surface `u` is a little beside zero, on different sides, and `|u|` would be so in the mean, where `s u` is not.
 
-use std::collections::HashMap;
-
 use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass, Unary};
+use crate::hash::HashMap;
 use crate::model::{Displacements, Kind, Model, Row};
 
 /// A declaration with sides in the place of signs.
@@ -127,7 +126,7 @@ fn vanishes_with(graph: &mut Graph, value: NodeId, argument: NodeId) -> bool {
     }
     let others: Vec<_> = others.iter().map(|&&(node, c)| (node, -c / slope)).collect();
     let zero = graph.linear(-constant / slope, &others);
-    let there = graph.substitute(value, &HashMap::from([(leaf, zero)]));
+    let there = graph.substitute(value, &HashMap::from_iter([(leaf, zero)]));
     graph.vanishes(there)
 }
 

@@ -1,12 +1,11 @@
 //! The rows of a step: the constraints at its nodes, and the works of the discrete force (paper, section 3).
 
-use std::collections::HashMap;
-
 use super::equation::{Equation, Pivots};
 use super::force::discrete_force;
 use super::nodes::{Nodes, PointNodes, map_point, on_pair};
 use super::works::works;
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
+use crate::hash::HashMap;
 use crate::model::{Displacements, Kind, Model, Row};
 
 /// The discrete step in terms of the middle node `N`, the known increment `D` and the second difference `E`; where a constraint is of third
@@ -101,7 +100,7 @@ fn holonomic(graph: &mut Graph, nodes: &Nodes, g: NodeId) -> Equation {
     let [_, (_, time)] = nodes.change_of_time(graph);
     change.insert(Leaf::T, time);
     let late = |leaf: Leaf| matches!(leaf, Leaf::E(_));
-    let Change { before, after, delta } = graph.difference(g, &change, &late, false, &mut HashMap::new());
+    let Change { before, after, delta } = graph.difference(g, &change, &late, false, &mut HashMap::default());
     Equation {
         value: graph.linear(0.0, &[(delta, 1.0), (before, CORRECTED)]),
         plain: graph.linear(0.0, &[(after, 1.0), (before, CORRECTED - 1.0)]),

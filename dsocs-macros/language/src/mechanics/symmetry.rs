@@ -8,12 +8,11 @@
 //! Where `L_d` leads to other equations, as with a mass matrix that varies, legs of different lengths are joined by the momenta at
 //! the nodes instead. That map is symmetric where `L_d` is: where it is the same with its nodes exchanged and `-h` in place of `h`.
 
-use std::collections::HashMap;
-
 use super::force::points_of_arriving;
 use super::nodes::{LeafOf, Nodes};
 use crate::graph::algebra::Merge;
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
+use crate::hash::HashMap;
 use crate::model::{Model, PairPoint, TriplePoint};
 
 /// Whether steps of different lengths can be composed, or why not: a variant of `dsocs_core::Symmetry`, which says what each is.
@@ -136,7 +135,7 @@ impl Symmetry {
 /// [`super::arriving`].
 fn is_symmetric_leg(model: &Model, graph: &mut Graph) -> bool {
     let h = graph.leaf(Leaf::H);
-    let mut exchanged = HashMap::from([
+    let mut exchanged = HashMap::from_iter([
         (Leaf::H, graph.neg(h)),
         (Leaf::T0, graph.leaf(Leaf::T1)),
         (Leaf::T1, graph.leaf(Leaf::T0)),
@@ -191,7 +190,7 @@ fn momentum_is_linear(model: &Model, graph: &mut Graph) -> bool {
 /// The nodes of a step in terms of its parabola's point.
 fn parabola(graph: &mut Graph, n: usize) -> HashMap<Leaf, NodeId> {
     let h = graph.leaf(Leaf::H);
-    let mut nodes = HashMap::from([(Leaf::Clock, graph.leaf(Leaf::T))]);
+    let mut nodes = HashMap::from_iter([(Leaf::Clock, graph.leaf(Leaf::T))]);
     for i in 0..n {
         let [q, v, a] = [Leaf::Q(i), Leaf::V(i), Leaf::A(i)].map(|leaf| graph.leaf(leaf));
         let second = graph.product(&[(h, 2), (a, 1)]);

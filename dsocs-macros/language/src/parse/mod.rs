@@ -53,7 +53,9 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
         if let Some(tree) = too_deep(&chunk, DEEPEST) {
             let reported = errors.at(
                 tree,
-                format!("expected an expression that is nested at most {DEEPEST} deep: a `let` gives a part a name"),
+                format!(
+                    "expected an expression that is nested at most {DEEPEST} deep and has at most {LONGEST} words and signs: a `let` gives a part a name"
+                ),
             );
             mark_broken(&mut declaration, chunk, reported);
             continue;
@@ -105,10 +107,17 @@ fn only_documentation(attributes: &[Attribute], errors: &Errors) {
 /// Parsing and lowering go as deep as the expression; beyond this depth the compiler's stack might not.
 pub(crate) const DEEPEST: usize = 100;
 
-/// The first token beyond a depth of parentheses, prefixes like `-` and method calls.
+/// The most tokens between two commas or semicolons, brackets with what they hold as one: a sum goes as deep as it has terms.
+pub(crate) const LONGEST: usize = 8000;
+
+/// The first token beyond a depth of brackets, prefixes like `-`, method calls, closures, assignments and alternatives, or beyond [`LONGEST`].
 pub(crate) fn too_deep(tokens: &TokenStream, left: usize) -> Option<TokenTree> {
-    let mut prefixes = 0;
+    // how many tokens there are since the last separator, and what goes deeper among them
+    let (mut count, mut prefixes, mut methods, mut inner) = (0, 0, 0, 0);
+    let mut before = '\0';
     for tree in tokens.clone() {
+        count += 1;
+        let mut punctuation = '\0';
         match &tree {
             TokenTree::Group(group) => {
                 prefixes = 0;
@@ -121,13 +130,32 @@ pub(crate) fn too_deep(tokens: &TokenStream, left: usize) -> Option<TokenTree> {
                     None => return Some(tree),
                 }
             }
-            TokenTree::Punct(_) => {
+            TokenTree::Punct(punct) => {
+                punctuation = punct.as_char();
                 prefixes += 1;
-                if prefixes > left {
-                    return Some(tree);
+                match punctuation {
+                    ',' | ';' => (count, methods, inner) = (0, 0, 0),
+                    '.' if before != '.' => methods += 1,
+                    // two of them are a closure's
+                    '|' => inner += 1,
+                    '=' if !matches!(before, '=' | '<' | '>' | '!') => inner += 1,
+                    _ => methods = 0,
                 }
             }
-            _ => prefixes = 0,
+            TokenTree::Ident(word) => {
+                prefixes = 0;
+                if ["else", "return", "break", "move"]
+                    .iter()
+                    .any(|keyword| word == keyword)
+                {
+                    inner += 1;
+                }
+            }
+            TokenTree::Literal(_) => prefixes = 0,
+        }
+        before = punctuation;
+        if count > LONGEST || prefixes.max(methods).max(inner / 2) > left {
+            return Some(tree);
         }
     }
     None

@@ -7,9 +7,10 @@
 //! takes its term along. Only affine expressions are gathered: multiplying out a square of the velocity would turn a sum
 //! of positive terms into a cancellation.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use crate::graph::{Bits, Graph, Leaf, Memory, Node, NodeId, Pass};
+use crate::hash::HashMap;
 
 /// Polynomials with more terms are left alone.
 const MOST_TERMS: usize = 64;
@@ -61,8 +62,8 @@ impl Collapse {
     pub(super) fn new(variables: Variables) -> Self {
         Self {
             variables,
-            polynomials: HashMap::new(),
-            memory: Memory::new(),
+            polynomials: HashMap::default(),
+            memory: Memory::default(),
         }
     }
 

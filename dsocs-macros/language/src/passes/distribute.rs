@@ -4,22 +4,21 @@
 //! equation in which every term has one constant of its own shares its products with the others: the coefficients of a
 //! mass matrix, say, are symmetric. So a sum that is used once, as a factor beside constants, is multiplied out.
 
-use std::collections::{HashMap, HashSet};
-
 use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass};
+use crate::hash::{HashMap, HashSet};
 
 /// Rewrites expressions of one system.
 pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
     let mut distribute = Distribute {
         uses: uses(graph, outputs),
-        memory: Memory::new(),
+        memory: Memory::default(),
     };
     graph.rewrite_all(outputs.iter_mut().map(|output| &mut **output), &mut distribute);
 }
 
 /// How often each expression is used.
 fn uses(graph: &Graph, outputs: &[&mut NodeId]) -> HashMap<NodeId, u32> {
-    let (mut uses, mut seen) = (HashMap::new(), HashSet::new());
+    let (mut uses, mut seen) = (HashMap::default(), HashSet::default());
     let mut open: Vec<NodeId> = outputs.iter().map(|output| **output).collect();
     for &output in &open {
         *uses.entry(output).or_default() += 1;

@@ -6,10 +6,9 @@
 //! are left to pivots in numbers. That is what the paper does by hand with the pendulum: the variational equation gives `ψ₂`, and one
 //! equation for `θ₂` is left. A system whose rows are all of this kind has no unknowns left and takes no iteration.
 
-use std::collections::HashMap;
-
 use crate::graph::algebra::Merge;
 use crate::graph::{Graph, Leaf, NodeId, Slopes, Substitution};
+use crate::hash::HashMap;
 use crate::mechanics::Equation;
 
 /// Which rows are solved.
@@ -70,7 +69,7 @@ impl Elimination {
     pub(super) fn run(&mut self, graph: &mut Graph, rule: Rule) {
         // what has been found of coefficients: it does not change with what is solved, because the determinant of the rows that
         // are left is that of all rows, divided by coefficients that are not zero
-        let mut safe = HashMap::new();
+        let mut safe = HashMap::default();
         let mut found: Vec<Option<Found>> = self.rows.iter().map(|_| None).collect();
         while let Some(pivot) = self.linear_row(graph, rule, &mut safe, &mut found) {
             found.remove(pivot.0);
@@ -81,7 +80,7 @@ impl Elimination {
     /// Solves one row more, if the rule admits any.
     pub(super) fn run_once(&mut self, graph: &mut Graph, rule: Rule) -> bool {
         let mut found: Vec<Option<Found>> = self.rows.iter().map(|_| None).collect();
-        let pivot = self.linear_row(graph, rule, &mut HashMap::new(), &mut found);
+        let pivot = self.linear_row(graph, rule, &mut HashMap::default(), &mut found);
         pivot.is_some_and(|pivot| {
             self.solve(graph, pivot);
             true
@@ -92,7 +91,7 @@ impl Elimination {
     fn solve(&mut self, graph: &mut Graph, (row, unknown, coefficient): (usize, Leaf, NodeId)) {
         let equation = self.rows.remove(row);
         let zero = graph.constant(0.0);
-        let rest = graph.substitute(equation.value, &HashMap::from([(unknown, zero)]));
+        let rest = graph.substitute(equation.value, &HashMap::from_iter([(unknown, zero)]));
         let quotient = graph.div(rest, coefficient);
         let solution = graph.neg(quotient);
         self.put(graph, &[(unknown, solution)]);

@@ -1,13 +1,12 @@
 //! What only the continuous motion needs: declared factors divided out by a velocity, one or two rows solved by Cramer's rule.
 
-use std::collections::{HashMap, HashSet};
-
 use super::collapse::{Collapse, Variables};
 use super::eliminate::Elimination;
 use super::quotient::{self, Leaves};
 use super::{Cost, MOST_SOLVED};
 use crate::graph::algebra::{Horner, Simplify};
 use crate::graph::{Graph, Leaf, NodeId};
+use crate::hash::{HashMap, HashSet};
 use crate::mechanics::Equation;
 
 /// The rows of the continuous motion of `n` coordinates without their declared factors. These are of order 1 at most, and where the other

@@ -8,10 +8,9 @@
 //! solutions put into this row, until it does. Of rows that cannot be solved for any values of the parameters and at any position, multiples
 //! are subtracted.
 
-use std::collections::{HashMap, HashSet};
-
 use super::eliminate::{Elimination, Rule};
 use crate::graph::{Graph, Leaf, Node, NodeId};
+use crate::hash::{HashMap, HashSet};
 use crate::mechanics::Equation;
 
 /// Rows of a higher degree in the unknown are divided as numbers. The square of an energy, as in a Lyapunov function that pumps it, has a rate of
@@ -121,7 +120,7 @@ fn divide_along(
     // it stands in no row, where maps of nodes have been put in
     let along = Leaf::X0(0);
     let distance = graph.leaf(along);
-    let mut places = HashMap::new();
+    let mut places = HashMap::default();
     for &(variable, slope) in slopes {
         let (leaf, step) = (graph.leaf(variable), graph.mul(slope, distance));
         places.insert(variable, graph.add(leaf, step));
@@ -130,7 +129,7 @@ fn divide_along(
     let slope = graph.derivative(factor, along);
     let quotient = divide_exactly(graph, value, factor, (along, slope))?;
     let zero = graph.constant(0.0);
-    Some(graph.substitute(quotient, &HashMap::from([(along, zero)])))
+    Some(graph.substitute(quotient, &HashMap::from_iter([(along, zero)])))
 }
 
 /// The same where the other rows hold: with rows solved whose coefficient has to be nonzero, as few as possible, then with multiples of those
@@ -248,7 +247,7 @@ fn divide_exactly(
         return None;
     }
     let zero = graph.constant(0.0);
-    let at_zero = HashMap::from([(unknown, zero)]);
+    let at_zero = HashMap::from_iter([(unknown, zero)]);
     let offset = graph.substitute(factor, &at_zero);
 
     // terms that carry the factor openly, such as w tanh(w), need no division
@@ -319,7 +318,7 @@ fn divide_exactly(
 
 /// Whether sums and products alone make an expression of a variable.
 fn is_polynomial(graph: &Graph, value: NodeId, variable: Leaf) -> bool {
-    let mut seen = HashSet::new();
+    let mut seen = HashSet::default();
     let mut open = vec![value];
     while let Some(id) = open.pop() {
         if !seen.insert(id) || !graph.depends_on(id, variable) {

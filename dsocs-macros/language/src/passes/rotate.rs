@@ -4,9 +4,10 @@
 //! the momentum itself those of the angle after the change. The latter are those before it, known when the step begins,
 //! turned by the change: four products instead of two functions.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass, Unary};
+use crate::hash::HashMap;
 
 /// Rewrites expressions in the unknowns.
 pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
@@ -15,7 +16,7 @@ pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
         .iter()
         .copied()
         .partition(|&angle| is_unknown(graph, angle));
-    let mut turned = HashMap::new();
+    let mut turned = HashMap::default();
     for &after in &late {
         for &half in &late {
             let before = graph.linear(0.0, &[(after, 1.0), (half, -2.0)]);
@@ -29,7 +30,7 @@ pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
     }
     let mut rotate = Rotate {
         turned,
-        memory: Memory::new(),
+        memory: Memory::default(),
     };
     graph.rewrite_all(outputs.iter_mut().map(|output| &mut **output), &mut rotate);
 }

@@ -6,9 +6,10 @@
 //! of its own, until no two products have a pair in common.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
 use crate::graph::{Bits, NodeId};
+use crate::hash::HashMap;
 use crate::limits;
 
 /// What a product is made of.
@@ -36,24 +37,43 @@ impl Shared {
     /// Finds the shared parts of some products: again and again the pair of factors that most products have.
     pub(crate) fn find(products: BTreeSet<Product>) -> Self {
         let originals: Vec<Product> = products.into_iter().filter(|product| size(product) > 1).collect();
-        let mut pairs = Pairs::default();
-        let mut current = originals.clone();
-        for (place, product) in current.iter().enumerate() {
-            pairs.enter(place, product);
-        }
+        let factors: BTreeSet<&Factor> = originals.iter().flat_map(Product::keys).collect();
+        let factors: Vec<Factor> = factors.into_iter().cloned().collect();
+        let mut search = Search::new(
+            originals
+                .iter()
+                .map(|product| numbered(product, &factors))
+                .collect(),
+        );
         let mut parts = Vec::new();
-        while let Some((pair, holders)) = pairs.most_frequent() {
-            let part = Factor::Part(parts.len());
-            for place in holders {
-                pairs.leave(place, &current[place]);
-                current[place] = with_part(&current[place], &pair, &part);
-                pairs.enter(place, &current[place]);
+        while let Some((pair, holders)) = search.most_frequent() {
+            let part = narrow(factors.len() + parts.len());
+            for holder in holders {
+                search.replace(holder, pair, part);
             }
-            parts.push(pair_product(&pair));
+            parts.push(pair);
         }
+        let factor = |number: u32| {
+            let number = number as usize;
+            let part = number.checked_sub(factors.len());
+            part.map_or_else(|| factors[number].clone(), Factor::Part)
+        };
+        let products = search.products.iter();
+        let products = products.map(|product| {
+            product
+                .iter()
+                .map(|&(number, count)| (factor(number), count))
+                .collect()
+        });
         Self {
-            parts,
-            products: originals.into_iter().zip(current).collect(),
+            products: originals.into_iter().zip(products).collect(),
+            parts: parts
+                .iter()
+                .map(|&[first, second]| match first == second {
+                    true => Product::from([(factor(first), 2)]),
+                    false => Product::from([(factor(first), 1), (factor(second), 1)]),
+                })
+                .collect(),
         }
     }
 
@@ -68,96 +88,139 @@ impl Shared {
     }
 }
 
-/// Two factors, or twice the same.
-type Pair = (Factor, Factor);
+/// Factors by their numbers, in the order of [`Factor`], and how often they occur; by number.
+type Numbered = Vec<(u32, u32)>;
 
-/// In which products each pair of factors occurs.
-#[derive(Default)]
-struct Pairs {
-    holders: HashMap<Pair, BTreeSet<usize>>,
+/// Two factors by their numbers, the smaller first, or twice the same.
+type Pair = [u32; 2];
+
+/// A product of factors by their places.
+fn numbered(product: &Product, factors: &[Factor]) -> Numbered {
+    let places = product.iter().filter_map(|(factor, &count)| {
+        let place = factors.binary_search(factor).ok()?;
+        Some((narrow(place), count))
+    });
+    places.collect()
+}
+
+/// A number of a factor: no declaration comes near four thousand million.
+fn narrow(number: usize) -> u32 {
+    u32::try_from(number).unwrap_or(u32::MAX)
+}
+
+/// The search for pairs of factors.
+struct Search {
+    /// The products, in terms of the parts that were found.
+    products: Vec<Numbered>,
+    /// In which products each pair of factors occurs.
+    holders: HashMap<Pair, BTreeSet<u32>>,
     /// Pairs by how many products have them; entries that have become wrong are put right when they come up.
     order: BinaryHeap<(usize, Reverse<Pair>)>,
 }
 
-impl Pairs {
-    fn enter(&mut self, place: usize, product: &Product) {
-        for pair in pairs(product) {
-            let holders = self.holders.entry(pair.clone()).or_default();
-            holders.insert(place);
-            if holders.len() > 1 {
-                self.order.push((holders.len(), Reverse(pair)));
+impl Search {
+    fn new(products: Vec<Numbered>) -> Self {
+        let mut holders: HashMap<Pair, BTreeSet<u32>> = HashMap::default();
+        for (place, product) in products.iter().enumerate() {
+            // each pair is looked up and kept in several places
+            limits::spend(product.len() * product.len());
+            for (at, &(first, count)) in product.iter().enumerate() {
+                if count > 1 {
+                    holders.entry([first, first]).or_default().insert(narrow(place));
+                }
+                for &(second, _) in &product[at + 1..] {
+                    holders.entry([first, second]).or_default().insert(narrow(place));
+                }
             }
         }
-    }
-
-    fn leave(&mut self, place: usize, product: &Product) {
-        for pair in pairs(product) {
-            if let Some(holders) = self.holders.get_mut(&pair) {
-                holders.remove(&place);
-            }
+        let shared = holders.iter().filter(|(_, holders)| holders.len() > 1);
+        Self {
+            order: shared
+                .map(|(&pair, holders)| (holders.len(), Reverse(pair)))
+                .collect(),
+            products,
+            holders,
         }
     }
 
     /// The pair that most products have, two at least, and those products.
-    fn most_frequent(&mut self) -> Option<(Pair, Vec<usize>)> {
+    fn most_frequent(&mut self) -> Option<(Pair, Vec<u32>)> {
         while let Some((count, Reverse(pair))) = self.order.pop() {
-            let holders = self.holders.get(&pair).map_or(0, BTreeSet::len);
-            if holders == count {
-                let holders = self.holders[&pair].iter().copied().collect();
-                return Some((pair, holders));
+            let Some(holders) = self.holders.get(&pair) else {
+                continue;
+            };
+            if holders.len() == count {
+                return Some((pair, holders.iter().copied().collect()));
             }
-            if holders > 1 {
-                self.order.push((holders, Reverse(pair)));
+            if holders.len() > 1 {
+                self.order.push((holders.len(), Reverse(pair)));
             }
         }
         None
     }
-}
 
-/// The pairs of factors of a product.
-fn pairs(product: &Product) -> Vec<Pair> {
-    let factors: Vec<(&Factor, u32)> = product.iter().map(|(factor, &count)| (factor, count)).collect();
-    // each is looked up and kept in several places
-    limits::spend(2 * factors.len() * factors.len());
-    let mut pairs = Vec::new();
-    for (place, &(first, count)) in factors.iter().enumerate() {
-        if count > 1 {
-            pairs.push((first.clone(), first.clone()));
+    /// Puts a part in the place of a pair, as often as a product has the pair. Only pairs with one of the three change.
+    fn replace(&mut self, holder: u32, [first, second]: Pair, part: u32) {
+        let product = &mut self.products[holder as usize];
+        let count = |product: &Numbered, factor: u32| {
+            let place = product.binary_search_by_key(&factor, |&(factor, _)| factor);
+            place.map_or(0, |place| product[place].1)
+        };
+        let before = [first, second].map(|factor| count(product, factor));
+        let often = if first == second {
+            before[0] / 2
+        } else {
+            before[0].min(before[1])
+        };
+        for (factor, left) in product.iter_mut() {
+            if *factor == first {
+                *left -= often;
+            }
+            if *factor == second {
+                *left -= often;
+            }
         }
-        pairs.extend(
-            factors[place + 1..]
-                .iter()
-                .map(|&(second, _)| (first.clone(), second.clone())),
-        );
-    }
-    pairs
-}
-
-fn pair_product((first, second): &Pair) -> Product {
-    let mut product = Product::new();
-    for factor in [first, second] {
-        *product.entry(factor.clone()).or_insert(0) += 1;
-    }
-    product
-}
-
-/// A product with a part in the place of a pair, as often as it has the pair.
-fn with_part(product: &Product, pair: &Pair, part: &Factor) -> Product {
-    let pair = pair_product(pair);
-    let often = pair
-        .iter()
-        .map(|(factor, count)| product.get(factor).map_or(0, |present| present / count))
-        .min()
-        .unwrap_or(0);
-    let mut product = product.clone();
-    for (factor, count) in pair {
-        if let Some(present) = product.get_mut(&factor) {
-            *present -= count * often;
+        product.retain(|&(_, left)| left > 0);
+        let after = [first, second].map(|factor| count(product, factor));
+        limits::spend(8 * product.len());
+        let others: Vec<u32> = product.iter().map(|&(factor, _)| factor).collect();
+        // greater than all others
+        product.push((part, often));
+        for place in 0..(if first == second { 1 } else { 2 }) {
+            let factor = [first, second][place];
+            if before[place] > 1 && after[place] <= 1 {
+                self.leave([factor, factor], holder);
+            }
+            if after[place] == 0 {
+                for &other in others.iter().filter(|&&other| other != factor) {
+                    self.leave([factor.min(other), factor.max(other)], holder);
+                }
+            }
+        }
+        if first != second && after.contains(&0) {
+            self.leave([first, second], holder);
+        }
+        for other in others {
+            self.enter([other, part], holder);
+        }
+        if often > 1 {
+            self.enter([part, part], holder);
         }
     }
-    product.retain(|_, count| *count > 0);
-    product.insert(part.clone(), often);
-    product
+
+    fn enter(&mut self, pair: Pair, holder: u32) {
+        let holders = self.holders.entry(pair).or_default();
+        holders.insert(holder);
+        if holders.len() > 1 {
+            self.order.push((holders.len(), Reverse(pair)));
+        }
+    }
+
+    fn leave(&mut self, pair: Pair, holder: u32) {
+        if let Some(holders) = self.holders.get_mut(&pair) {
+            holders.remove(&holder);
+        }
+    }
 }
 
 fn size(product: &Product) -> u32 {

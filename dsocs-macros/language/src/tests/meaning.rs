@@ -1,9 +1,8 @@
 //! What a declaration means: the values of its expressions, and the parts of its model.
 
-use std::collections::HashMap;
-
 use super::{ITEM, analyzed, code, fields_of, model};
 use crate::graph::{Callee, Comparison, Graph, Leaf, Node, NodeId};
+use crate::hash::HashMap;
 use crate::model::Model;
 
 /// The values of the coordinates and of the parameters.
@@ -433,7 +432,7 @@ fn annihilates(coordinates: &[&str], forces: &[&str]) -> Vec<Vec<f64>> {
     );
     let at = At {
         leaves: (0..n).map(|i| (Leaf::Q(i), 0.5 + 0.1 * i as f64)).collect(),
-        params: HashMap::new(),
+        params: HashMap::default(),
     };
     let from_forces = model(&declaration);
     let fields: Vec<_> = fields_of(&from_forces)

@@ -285,8 +285,27 @@ fn every_mistake_is_told_at_its_place() {
 fn what_is_too_large_is_refused() {
     let deep = format!("{}1{}", "(".repeat(100_000), ")".repeat(100_000));
     let most = "x".repeat(crate::MOST_BYTES + 1);
+    let repeated = |first: &str, again: &str| {
+        let lagrangian = format!("{first}{}", again.repeat(1_000_000 / again.len()));
+        (
+            format!("coordinates(x); lagrangian = {lagrangian};"),
+            "nested at most",
+        )
+    };
     for (text, message) in [
         (format!("coordinates(x); lagrangian = {deep};"), "nested at most"),
+        repeated("x", " + x"),
+        repeated("x", " * x"),
+        repeated("x", ".sin()"),
+        repeated("x", ".x"),
+        repeated("x", "[0]"),
+        repeated("x", " as f64"),
+        repeated("x", "(x)"),
+        repeated("x", " < x"),
+        repeated("x", " = x"),
+        repeated("", "|a| "),
+        repeated("", "return "),
+        repeated("", "if x < 0 { 1 } else "),
         (format!("parameters {{ a = {deep} }}"), "nested at most"),
         (most, "expected at most"),
         (
@@ -315,6 +334,35 @@ fn what_is_too_large_is_refused() {
             format!("{told:?}")
         );
     }
+}
+
+/// What is as long as it may be is read, on the stack that texts have.
+#[test]
+fn a_long_sum_is_read() {
+    let terms = crate::parse::LONGEST / 2 - 10;
+    let text = format!(
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2{};",
+        " - x".repeat(terms)
+    );
+    let read = move || crate::read("long", &text, &[]).map(|read| read.model.data().unknowns);
+    let read = std::thread::Builder::new()
+        .stack_size(64 << 20)
+        .spawn(read)
+        .unwrap();
+    assert_eq!(read.join().unwrap().unwrap(), 0);
+}
+
+/// `let`s that use the one before them several times are parts of one graph, and take no more time than their number.
+#[test]
+fn chained_lets_are_shared() {
+    let chain = |count: usize| {
+        let lets = (0..count).map(|i| format!("let e{} = e{i} * e{i}.sin() + e{i};", i + 1));
+        let lets = lets.collect::<String>();
+        let text = format!("coordinates(x); let e0 = x; {lets} lagrangian = dot(x).powi(2) / 2 + e{count};");
+        crate::read("lets", &text, &[]).unwrap().model.data().tape.len()
+    };
+    // they grow by what is new
+    assert!(chain(40) < 3 * chain(20));
 }
 
 /// Words of which texts are made.

@@ -1,7 +1,5 @@
 //! The recurrences as data, for an engine that runs them without a compiler; `dsocs_core` says what the bytes mean.
 
-use std::collections::HashMap;
-
 use super::computed;
 use super::plan::{Factor, Plan};
 use super::sequence::{Argument, Constant, Inverse, Lane, Op, Operand, Sequence};
@@ -9,6 +7,7 @@ use crate::emit::cold;
 use crate::emit::data::Call;
 use crate::emit::program::{Calls, Segment, number};
 use crate::graph::{Comparison, Graph, Leaf};
+use crate::hash::HashMap;
 use crate::model::Model;
 use crate::passes;
 
@@ -37,7 +36,7 @@ pub(crate) fn series(model: &Model) -> Option<Series> {
     let plan = Plan::of(model, &mut graph);
     let mut calls = Calls::default();
     let (program, values) = computed(&graph, &plan.constants);
-    let constants = program.segment(Segment::default(), &values, 0, &HashMap::new(), &mut calls);
+    let constants = program.segment(Segment::default(), &values, 0, &HashMap::default(), &mut calls);
     let mut bytes = Bytes {
         graph: &graph,
         plan: &plan,

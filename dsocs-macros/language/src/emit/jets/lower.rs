@@ -1,9 +1,10 @@
 //! From the expression graph to sequences of Taylor coefficients.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::sequence::{Argument, Inverse, Op, Sequence, Sequences};
 use crate::graph::{Graph, Node, NodeId, Unary};
+use crate::hash::HashMap;
 use crate::passes::share::{Factor, Product, Shared};
 
 /// Makes sequences of expressions, each expression once.
@@ -24,10 +25,10 @@ impl<'g> Lower<'g> {
         Self {
             graph,
             sequences: Sequences::default(),
-            done: HashMap::new(),
-            pairs: HashMap::new(),
-            tangents: HashMap::new(),
-            products: HashMap::new(),
+            done: HashMap::default(),
+            pairs: HashMap::default(),
+            tangents: HashMap::default(),
+            products: HashMap::default(),
             shared: Shared::find(products),
         }
     }

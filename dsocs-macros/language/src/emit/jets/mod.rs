@@ -11,8 +11,6 @@ mod plan;
 mod sequence;
 mod write;
 
-use std::collections::HashMap;
-
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 use syn::{Generics, Ident};
@@ -24,6 +22,7 @@ use super::phase;
 use super::pieces::{between_threads, matrix};
 use super::program::{Place, Program, Value};
 use crate::graph::{Graph, NodeId};
+use crate::hash::HashMap;
 use crate::model::Model;
 
 pub use data::Series;
@@ -297,7 +296,7 @@ fn computed<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Vec<Value>)
 /// Code for expressions of the parameters.
 fn constants(graph: &Graph, nodes: &[NodeId]) -> (TokenStream, Vec<TokenStream>) {
     let (program, values) = computed(graph, nodes);
-    program.code(&values, &HashMap::new(), "n", &|_| Place::nowhere())
+    program.code(&values, &HashMap::default(), "n", &|_| Place::nowhere())
 }
 
 #[cfg(test)]

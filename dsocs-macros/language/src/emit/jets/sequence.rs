@@ -4,9 +4,10 @@
 //! that the inner sums of every recurrence are formed together, in lanes, before the rest of the order: a [`Lane`] is one
 //! such sum.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 use crate::graph::{Comparison, Leaf, NodeId};
+use crate::hash::HashMap;
 
 /// A sequence of coefficients.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]

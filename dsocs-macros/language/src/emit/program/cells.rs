@@ -9,7 +9,7 @@
 //! that have as many members, each with a part in the other's place, are computed in one loop ([`Group`]).
 
 use std::cmp::Ordering;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
@@ -18,6 +18,7 @@ use super::place::{Place, number};
 use super::schedule::{Product, Schedule};
 use super::{Op, Program, Value};
 use crate::graph::{Bits, Comparison, Leaf, Unary};
+use crate::hash::HashMap;
 
 /// So many operations of one kind make a loop.
 const FEWEST: usize = 6;
@@ -101,9 +102,9 @@ struct Kinds {
 impl Kinds {
     fn new() -> Self {
         Self {
-            numbers: HashMap::new(),
-            of: HashMap::new(),
-            sums: HashMap::new(),
+            numbers: HashMap::default(),
+            of: HashMap::default(),
+            sums: HashMap::default(),
         }
     }
 
@@ -401,11 +402,11 @@ impl<'a, 'g> Cells<'a, 'g> {
             prefix,
             places,
             items: Vec::new(),
-            item_of_kind: HashMap::new(),
-            item_of_one: HashMap::new(),
-            at: HashMap::new(),
-            arguments: HashMap::new(),
-            counts: HashMap::new(),
+            item_of_kind: HashMap::default(),
+            item_of_one: HashMap::default(),
+            at: HashMap::default(),
+            arguments: HashMap::default(),
+            counts: HashMap::default(),
         };
         let mut kinds = Kinds::new();
         let mut members: Vec<Vec<Value>> = Vec::new();

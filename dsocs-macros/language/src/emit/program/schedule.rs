@@ -1,6 +1,8 @@
 //! Which operations some results need, and in which order.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
+
+use crate::hash::HashMap;
 
 use super::{Given, Op, Program, Value};
 
@@ -42,7 +44,7 @@ impl Program<'_> {
     /// What has to be computed for `outputs` where some values are given.
     pub(super) fn schedule(&self, outputs: &[Value], given: &Given) -> Schedule {
         let mut needed = BTreeSet::new();
-        let mut uses: HashMap<Value, usize> = HashMap::new();
+        let mut uses: HashMap<Value, usize> = HashMap::default();
         let mut open: Vec<Value> = outputs.to_vec();
         for &output in outputs {
             *uses.entry(output).or_default() += 2; // an output is never folded into another operation

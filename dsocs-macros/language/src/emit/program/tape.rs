@@ -1,7 +1,5 @@
 //! Operations of a [`Program`] as bytes of a tape; `dsocs_core` says what they mean.
 
-use std::collections::HashMap;
-
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
 
@@ -10,6 +8,7 @@ use super::{Given, Op, Program, Stored, Value};
 use crate::emit::data::Call;
 use crate::emit::functions::Functions;
 use crate::graph::{Comparison, Graph, Leaf, Param, Unary};
+use crate::hash::HashMap;
 use crate::lower::circle;
 
 /// The byte of the first function.
@@ -228,7 +227,7 @@ impl Program<'_> {
             program: self,
             bytes: before.operations,
             count: before.count,
-            places: HashMap::new(),
+            places: HashMap::default(),
         };
         for &value in &schedule.values {
             match given.get(&value) {

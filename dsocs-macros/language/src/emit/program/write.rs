@@ -1,6 +1,6 @@
 //! Straight-line code of a [`Program`].
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{quote, quote_spanned};
@@ -11,6 +11,7 @@ use super::schedule::{Product, Schedule};
 use super::{Given, Op, Program, Value};
 use crate::emit::functions;
 use crate::graph::{Comparison, Graph, Leaf, Param};
+use crate::hash::HashMap;
 
 /// Every `let` opens a scope inside of the one before it. Some thousands of them, one in another, overflow the stack of
 /// the compiler where it writes debug information; longer code stands in blocks, which hand on what is used later.

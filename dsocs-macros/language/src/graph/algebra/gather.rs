@@ -8,11 +8,12 @@
 //! What belongs to one coordinate is never multiplied out, nor is what is affine in coordinates: the difference of two positions has
 //! digits that they do not have.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 use super::horner::{Monomial, Polynomial, Ties, add, gather, multiply};
 use super::simplify;
 use crate::graph::{Graph, Leaf, Node, NodeId};
+use crate::hash::HashMap;
 
 /// Systems with fewer coordinates are left alone.
 const FEWEST: usize = 4;
@@ -123,7 +124,7 @@ impl Expansion {
     fn new(most: usize) -> Self {
         Self {
             most,
-            known: HashMap::new(),
+            known: HashMap::default(),
         }
     }
 

@@ -5,9 +5,10 @@
 //! the products `cⱼ aⱼ` serve every row. What costs is a product of two sequences; a sum with constant coefficients does
 //! not. So rows are multiplied out, what cancels goes, and what many terms share is taken out, as in Horner's scheme.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::graph::{Graph, Leaf, Node, NodeId};
+use crate::hash::HashMap;
 use crate::limits;
 
 /// Rows with more terms are left alone.

@@ -6,9 +6,8 @@
 
 #![allow(clippy::float_cmp)] // coefficients are compared with exact ones and zeros
 
-use std::collections::HashMap;
-
 use crate::graph::{Graph, Memory, Node, NodeId, Pass};
+use crate::hash::HashMap;
 
 /// Equal expressions found so far.
 #[derive(Default)]

@@ -3,9 +3,8 @@
 //! A product of two sequences is a convolution; a sum costs nothing beside it. So what all terms of a sum share is
 //! taken out of it, and an even power of a root is a power of what the root was taken of: `|v|³/|v|²` is `|v|`.
 
-use std::collections::HashMap;
-
 use crate::graph::{Graph, Memory, Node, NodeId, Pass, Unary};
+use crate::hash::HashMap;
 
 /// Takes common factors out, and squares of roots.
 #[derive(Default)]

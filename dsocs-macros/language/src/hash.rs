@@ -1,0 +1,3 @@
+//! Maps and sets that hash quickly: their keys are small numbers, which nobody chooses to collide.
+
+pub(crate) use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
