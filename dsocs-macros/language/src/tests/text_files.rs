@@ -344,10 +344,10 @@ fn a_long_sum_is_read() {
         "coordinates(x); lagrangian = dot(x).powi(2) / 2{};",
         " - x".repeat(terms)
     );
-    let read = move || crate::read("long", &text, &[]).map(|read| read.model.data().unknowns);
+    let reads = move || read("long", &text, &[]).map(|read| read.model.data().unknowns);
     let read = std::thread::Builder::new()
         .stack_size(64 << 20)
-        .spawn(read)
+        .spawn(reads)
         .unwrap();
     assert_eq!(read.join().unwrap().unwrap(), 0);
 }
@@ -359,7 +359,7 @@ fn chained_lets_are_shared() {
         let lets = (0..count).map(|i| format!("let e{} = e{i} * e{i}.sin() + e{i};", i + 1));
         let lets = lets.collect::<String>();
         let text = format!("coordinates(x); let e0 = x; {lets} lagrangian = dot(x).powi(2) / 2 + e{count};");
-        crate::read("lets", &text, &[]).unwrap().model.data().tape.len()
+        read("lets", &text, &[]).unwrap().model.data().tape.len()
     };
     // they grow by what is new
     assert!(chain(40) < 3 * chain(20));
