@@ -55,7 +55,8 @@ const ARRIVALS: usize = 4;
 /// Where an argument would be zero after so many steps, as it has changed in the last one, the step is solved with sides.
 const NEAR: f64 = 1.5;
 
-/// Arguments are looked at again before they may have gone this part of their way to zero, by how they change and how that changes.
+/// Arguments are looked at again before they may have gone this part of their way to zero, by how they change, in either direction, and how that
+/// changes.
 const BOLD: f64 = 0.5;
 
 /// So many steps are made at most before arguments are looked at again.
@@ -196,9 +197,9 @@ impl Contact<'_> {
             if way < NEAR * (nears + turns) {
                 return Outlook::Sided;
             }
-            // as far as `nears k + turns k²/2` is a part of the way
-            let part = BOLD * way;
-            clear = clear.min(2.0 * part / (nears + (nears * nears + 2.0 * turns * part).sqrt()));
+            // as far as `moves k + turns k²/2` is a part of the way; what goes away and turns only later may come back as quickly
+            let (part, moves) = (BOLD * way, change.abs());
+            clear = clear.min(2.0 * part / (moves + (moves * moves + 2.0 * turns * part).sqrt()));
         }
         #[expect(
             clippy::cast_possible_truncation,
