@@ -517,3 +517,40 @@ fn five(reader: &mut Reader<'_>) -> Option<[usize; 5]> {
     }
     Some(numbers)
 }
+
+#[cfg(all(test, feature = "text"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_that_are_cut_or_changed_are_no_recurrences_or_others() {
+        let text = "parameters { length = 2.0 }
+            coordinates(x, y);
+            lagrangian = (dot(x).powi(2) + dot(y).powi(2) * (2 + x.sin())) / 2 - length * x.cos() - y.abs() * x.exp();";
+        let text = dsocs_language::read("cut", text, &[]).unwrap();
+        let written = text.model.series().unwrap();
+        let read = |bytes: &[u8]| Series::new(bytes, written.constants.clone(), Vec::new());
+        let series = read(&written.recurrences).unwrap();
+        assert_eq!(series.coordinates, 2);
+        assert_eq!(series.names.len(), 1);
+        for length in 0..written.recurrences.len() {
+            assert!(read(&written.recurrences[..length]).is_err(), "{length}");
+        }
+        for place in 0..written.recurrences.len() {
+            for value in [0, 1, 127, 255] {
+                let mut changed = written.recurrences.clone();
+                changed[place] = value;
+                // an error, or other recurrences whose places are those of something
+                if let Ok(series) = read(&changed) {
+                    let count = series.operations.len();
+                    let parts = series.operations.iter().flat_map(|op| op.parts);
+                    assert!(
+                        parts
+                            .chain(series.rows.clone())
+                            .all(|part| (part as usize) < count)
+                    );
+                }
+            }
+        }
+    }
+}
