@@ -4,9 +4,9 @@
 //! it does not see that `(I + J)/h - I/h - J/h` is zero, let alone that a declared factor divides a constraint. Here an
 //! expression is evaluated as a rational function in arithmetic modulo a prime, at random values for its leaves,
 //! parameters and functions of one or more arguments. A function that is not identically zero is zero at a random
-//! point with a probability of about its degree divided by 2⁶¹ (Schwartz and Zippel). Numbers count as what they are in
-//! binary; functions count as unrelated unknowns, so `sin² + cos² - 1` is not recognised, and nothing that differs from
-//! zero is taken for it.
+//! point with a probability of about its degree divided by 2⁶¹ (Schwartz and Zippel). Numbers count as what their author
+//! means: `0.1 * 0.3` is three hundredths, although no double is. Functions count as unrelated unknowns, so
+//! `sin² + cos² - 1` is not recognised, and nothing that differs from zero by more than the rounding of numbers is taken for it.
 
 use super::{Graph, Leaf, Node, NodeId, Unary};
 
@@ -154,11 +154,69 @@ fn power(base: u64, exponent: u64) -> u64 {
     result
 }
 
-/// A double as the dyadic rational that it is.
+/// Denominators of fractions that numbers are taken for.
+const LARGEST_DENOMINATOR: u64 = 1_000_000;
+
+/// Numbers that were computed from others are wrong by so many units in the last place at most.
+const ROUNDINGS: f64 = 8.0;
+
+/// The number that a double stands for: a fraction times a power of ten if there is a short one beside it, and else what it is in binary.
 fn number(value: f64) -> Option<u64> {
     if !value.is_finite() {
         return None;
     }
+    let magnitude = fraction(value.abs()).unwrap_or_else(|| dyadic(value.abs()));
+    Some(if value < 0.0 {
+        (PRIME - magnitude) % PRIME
+    } else {
+        magnitude
+    })
+}
+
+/// The short fraction times a power of ten that a positive number rounds.
+fn fraction(value: f64) -> Option<u64> {
+    // whole numbers and halves are what they are, and products with powers of ten are in range
+    let is_exact = value < 1e15 && (value * 16.0).fract() == 0.0;
+    if is_exact || !(1e-290..1e290).contains(&value) {
+        return None;
+    }
+    let exponent = value.log10().floor();
+    #[expect(clippy::cast_possible_truncation, reason = "between -290 and 290")]
+    let exponent = exponent as i32;
+    // both powers are exact to a rounding or two
+    let mantissa = if exponent < 0 {
+        value * 10_f64.powi(-exponent)
+    } else {
+        value / 10_f64.powi(exponent)
+    };
+    // convergents of the continued fraction: numerators and denominators
+    let (mut above, mut below) = ([1.0, 0.0], [0.0, 1.0]);
+    let mut rest = mantissa;
+    while below[0] <= LARGEST_DENOMINATOR as f64 {
+        let whole = rest.floor();
+        above = [whole * above[0] + above[1], above[0]];
+        below = [whole * below[0] + below[1], below[0]];
+        if below[0] > LARGEST_DENOMINATOR as f64 {
+            return None;
+        }
+        let near = above[0] / below[0];
+        if (near - mantissa).abs() <= ROUNDINGS * f64::EPSILON * mantissa {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "whole numbers below ten million"
+            )]
+            let [above, below] = [above[0], below[0]].map(|part| part as u64);
+            let quotient = multiply(above, invert(below));
+            return Some(multiply(quotient, signed_power(10, exponent)));
+        }
+        rest = 1.0 / (rest - whole);
+    }
+    None
+}
+
+/// A positive double as the dyadic rational that it is.
+fn dyadic(value: f64) -> u64 {
     let bits = value.to_bits();
     let biased = i32::try_from(bits >> 52 & 0x7ff).unwrap_or_default();
     let fraction = bits & ((1 << 52) - 1);
@@ -169,12 +227,7 @@ fn number(value: f64) -> Option<u64> {
     };
     // 2^61 = 1, so that the exponent counts modulo 61 only
     let shift = u64::try_from(exponent.rem_euclid(EXPONENT)).unwrap_or_default();
-    let magnitude = multiply(mantissa % PRIME, power(2, shift));
-    Some(if value < 0.0 {
-        (PRIME - magnitude) % PRIME
-    } else {
-        magnitude
-    })
+    multiply(mantissa % PRIME, power(2, shift))
 }
 
 /// A well mixed number below the prime (splitmix64).
@@ -231,6 +284,20 @@ mod tests {
             assert_eq!(add(a, b), 0, "{value}");
         }
         assert_eq!(multiply(number(0.25).unwrap(), 4), 1);
-        assert_ne!(number(0.1 + 0.2), number(0.3), "as in doubles");
+        // as they are meant
+        for (value, meant) in [
+            (0.1 + 0.2, 0.3),
+            (0.1 * 0.1, 0.01),
+            (1.1 * 1.1, 1.21),
+            (9.81 * 0.3e-12, 2.943e-12),
+            (2.0 * 0.6, 1.2),
+        ] {
+            assert_eq!(number(value), number(meant), "{meant}");
+        }
+        assert_eq!(multiply(number(1.2).unwrap(), 10), 12);
+        assert_eq!(multiply(number(6.02e23).unwrap(), 50), number(3.01e25).unwrap());
+        // and nothing else is
+        assert_ne!(number(0.3), number(0.3 + 1e-14));
+        assert_ne!(number(core::f64::consts::PI), number(355.0 / 113.0));
     }
 }

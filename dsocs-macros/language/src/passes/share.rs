@@ -69,9 +69,12 @@ impl Shared {
             products: originals.into_iter().zip(products).collect(),
             parts: parts
                 .iter()
-                .map(|&[first, second]| match first == second {
-                    true => Product::from([(factor(first), 2)]),
-                    false => Product::from([(factor(first), 1), (factor(second), 1)]),
+                .map(|&[first, second]| {
+                    if first == second {
+                        Product::from([(factor(first), 2)])
+                    } else {
+                        Product::from([(factor(first), 1), (factor(second), 1)])
+                    }
                 })
                 .collect(),
         }
