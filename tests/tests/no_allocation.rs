@@ -2,8 +2,11 @@
 
 use std::hint::black_box;
 
+use dsocs_core::__private::{Tape, TapeKernel};
 use dsocs_core::taylor::{TaylorFlow, Tolerance};
-use dsocs_core::{ComposedFlow, Composition, Flow, Node, Path, Start, Stepper, System};
+use dsocs_core::{
+    AnyFlow, AnyStart, ComposedFlow, Composition, Flow, Kernel, Node, OwnedNode, Path, Start, Stepper, System,
+};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 
@@ -65,6 +68,46 @@ fn the_pendulum() {
         &InertiaWheelPendulum::default(),
         0.1,
         Start::paper(START.0, START.1),
+    );
+}
+
+#[test]
+fn a_system_that_was_not_compiled() {
+    // the chain has more unknowns than stand in a vector itself
+    fn allocations(kernel: &dyn Kernel, start: &AnyStart) {
+        let shape = kernel.shape().clone();
+        let values = (0..shape.parameters.len()).map(|place| kernel.value(place));
+        let tape = Tape::owned(kernel.tape().bytes().to_vec()).unwrap();
+        let mut of_tape = TapeKernel::new(tape, shape, values.collect()).unwrap();
+        if let Some(sparse) = kernel.sparse() {
+            of_tape = of_tape.sparse(sparse.clone()).unwrap();
+        }
+        let mut flow = AnyFlow::new(&of_tape, 0.005, start).unwrap();
+        let flow = flow.run_mut();
+        let mut node = OwnedNode::new(kernel.shape().dimension());
+        // the thread keeps what was allocated for the first steps
+        for _ in 0..10 {
+            flow.advance().unwrap();
+        }
+        let steps = allocation_counter::measure(|| {
+            for _ in 0..300 {
+                flow.advance().unwrap();
+                flow.tell(node.room());
+            }
+        });
+        assert_eq!(
+            steps.count_total, 0,
+            "300 steps allocate {} bytes",
+            steps.bytes_total
+        );
+    }
+    allocations(
+        InertiaWheelPendulum::default().kernel(),
+        &AnyStart::paper(&START.0, &START.1),
+    );
+    allocations(
+        PlanarChain8::default().kernel(),
+        &AnyStart::second_order(&[1.0; 8], &[0.0; 8]),
     );
 }
 

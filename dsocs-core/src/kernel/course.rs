@@ -138,6 +138,18 @@ impl Vectors {
         })
     }
 
+    /// As slices, in the order of [`Arrays`]; the sums of the last leg stand in one, and those of the second difference.
+    #[inline]
+    pub fn slices(&mut self) -> [&mut [f64]; 6] {
+        let n = self.increments;
+        let (leg, rest) = self.numbers.split_at_mut(SOLVED_Q * n);
+        let (solved_q, rest) = rest.split_at_mut(n);
+        let (solved_d, rest) = rest.split_at_mut(n);
+        let (e, rest) = rest.split_at_mut(n);
+        let (second, before) = rest.split_at_mut((BEFORE - SECOND) * n);
+        [leg, solved_q, solved_d, e, second, before]
+    }
+
     /// The step that was solved last, as arrays; `None` of another number of coordinates.
     #[inline]
     pub fn solved<const N: usize>(&self, t: f64) -> Option<Solved<'_, N>> {

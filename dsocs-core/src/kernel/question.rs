@@ -30,6 +30,4 @@ pub enum Question {
     Sides,
     /// An input changes at the middle node.
     InputChanges,
-    /// The system was not compiled: all of its steps are made on slices.
-    Interpreted,
 }

@@ -1,21 +1,23 @@
 //! A kernel that was not compiled: a declaration's tape, walked.
 
+use core::cell::Cell;
 use core::fmt;
+use core::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use thiserror::Error;
 
 use super::{At, Kernel};
 use crate::kernel::course::Course;
-use crate::kernel::question::{Halt, Question};
+use crate::kernel::question::Halt;
 use crate::kernel::report::NodeMut;
 use crate::kernel::series::Series;
 use crate::number::dual::Dual;
 use crate::number::point::{AnyLeg, copy};
 use crate::number::tangent::Tangent;
 use crate::solve::sparse::Sparse;
-use crate::tape::Shape;
-use crate::tape::{Leaf, Number as _, Part, Program, Segment, Source, Tape, TapeCall};
+use crate::step::slices::{self, Kept, Room, Walked};
+use crate::tape::{Leaf, Part, Program, Segment, Shape, Source, Straight, Stretch, Tape, TapeCall};
 
 /// A declared system as its tape and its shape alone: what a declaration becomes that is read at run time.
 ///
@@ -73,46 +75,178 @@ pub enum TapeError {
 
 crate::debug_is_message!(TapeError);
 
-/// What is evaluated often. Each program reads what was computed before from the slices that it is handed.
+/// What is evaluated often. Each program reads what was computed before from the numbers that it is handed.
 #[derive(Debug)]
 struct Hot {
-    constants: Program,
-    known: Program,
+    places: Places,
+    stretch: Stretch,
+    constants: Straight,
+    known: Straight,
     /// The rows, then their Jacobian row by row.
-    residual: Program,
+    residual: Straight,
     /// The rows, then the entries of a sparse Jacobian.
-    entries: Program,
-    scales: Program,
-    unknown: Program,
-    second_difference: Program,
+    entries: Straight,
+    scales: Straight,
+    unknown: Straight,
+    second_difference: Straight,
     /// Position, velocity, acceleration, time and constraint force.
-    node: Program,
-    energy: Program,
+    node: Straight,
+    energy: Straight,
+}
+
+/// Where what is handed to programs stands in the stretch that they compute in. The first number there is handed to none: it is NaN.
+#[derive(Clone, Debug)]
+struct Places {
+    h: usize,
+    clock: usize,
+    t: usize,
+    parameters: Range<usize>,
+    constants: Range<usize>,
+    /// The second difference before, which stands behind the constants.
+    past: usize,
+    known: Range<usize>,
+    z: Range<usize>,
+    multipliers: Range<usize>,
+    n: Range<usize>,
+    d: Range<usize>,
+    e: Range<usize>,
+    q: Range<usize>,
+    v: Range<usize>,
+    count: usize,
+}
+
+impl Places {
+    fn new(shape: &Shape, place_of_past: usize) -> Self {
+        let (n, m) = (shape.dimension(), shape.unknowns);
+        let mut count = 1;
+        let mut next = |length: usize| {
+            count += length;
+            count - length..count
+        };
+        let [h, clock, t] = [(); 3].map(|()| next(1).start);
+        let constants = next(shape.constants);
+        Self {
+            h,
+            clock,
+            t,
+            parameters: next(shape.parameters.len()),
+            past: constants.start + place_of_past,
+            constants,
+            known: next(shape.known),
+            z: next(m),
+            multipliers: next(m.max(shape.forms)),
+            n: next(n),
+            d: next(n),
+            e: next(n),
+            q: next(n),
+            v: next(n),
+            count,
+        }
+    }
+
+    /// Where a leaf is; at the place of nothing if there is none of this number.
+    fn of(&self, leaf: Leaf) -> usize {
+        let (range, i) = match leaf {
+            Leaf::H => return self.h,
+            Leaf::Clock => return self.clock,
+            Leaf::T => return self.t,
+            Leaf::Parameter(i) => (&self.parameters, i),
+            Leaf::Constant(i) => (&self.constants, i),
+            Leaf::P(i) => (&(self.past..self.constants.end), i),
+            Leaf::Known(i) => (&self.known, i),
+            Leaf::Z(i) => (&self.z, i),
+            Leaf::Lambda(i) => (&self.multipliers, i),
+            Leaf::N(i) => (&self.n, i),
+            Leaf::D(i) => (&self.d, i),
+            Leaf::E(i) => (&self.e, i),
+            Leaf::Q(i) => (&self.q, i),
+            Leaf::V(i) => (&self.v, i),
+            Leaf::A(_) | Leaf::J(_) | Leaf::Side(_) => return 0,
+        };
+        range.clone().nth(i).unwrap_or(0)
+    }
+}
+
+/// A program, and what is handed to it.
+type Reading = (Program, fn(Leaf) -> bool);
+
+/// What the run knows when it begins.
+fn is_of_run(leaf: Leaf) -> bool {
+    matches!(leaf, Leaf::H | Leaf::Parameter(_))
+}
+
+/// What a step begins with.
+fn is_of_leg(leaf: Leaf) -> bool {
+    matches!(
+        leaf,
+        Leaf::Constant(_) | Leaf::Clock | Leaf::N(_) | Leaf::D(_) | Leaf::P(_)
+    )
+}
+
+/// What an iteration knows.
+fn is_of_iteration(leaf: Leaf) -> bool {
+    matches!(leaf, Leaf::Constant(_) | Leaf::Known(_) | Leaf::Z(_))
 }
 
 impl Hot {
-    fn new(tape: &Tape, unknowns: usize, sparse: Option<&Sparse>) -> Self {
+    fn new(tape: &Tape, shape: &Shape, sparse: Option<&Sparse>) -> Self {
         let program = |segment, given: &[Segment]| {
             let all: Vec<usize> = (0..tape.count(segment, Part::All)).collect();
             tape.later(segment, &all, given)
         };
         let both = [Segment::Constants, Segment::Known];
+        let unknowns = shape.unknowns;
         let entries = sparse.map(|sparse| {
             let places = sparse.places().iter().map(|place| place.map(usize::from));
             let entries = places.map(|[row, column]| unknowns * (1 + row) + column);
             let wanted: Vec<usize> = (0..unknowns).chain(entries).collect();
             tape.later(Segment::Residual, &wanted, &both)
         });
+        let programs: [Reading; 9] = [
+            (program(Segment::Constants, &[]), is_of_run),
+            (program(Segment::Known, &both[..1]), is_of_leg),
+            (program(Segment::Residual, &both), is_of_iteration),
+            (entries.unwrap_or_default(), is_of_iteration),
+            (program(Segment::Scales, &both), is_of_iteration),
+            (program(Segment::Unknown, &[]), |leaf| {
+                matches!(leaf, Leaf::E(_) | Leaf::Lambda(_))
+            }),
+            (program(Segment::SecondDifference, &both), is_of_iteration),
+            (program(Segment::Node, &both[..1]), |leaf| {
+                is_of_leg(leaf) || matches!(leaf, Leaf::E(_))
+            }),
+            (program(Segment::Energy, &both[..1]), |leaf| {
+                matches!(leaf, Leaf::Constant(_) | Leaf::T | Leaf::Q(_) | Leaf::V(_))
+            }),
+        ];
+        let places = Places::new(shape, tape.count(Segment::Constants, Part::All));
+        let mut stretch = Stretch::new(places.count, programs.iter().map(|(program, _)| program));
+        let [
+            constants,
+            known,
+            residual,
+            entries,
+            scales,
+            unknown,
+            second_difference,
+            node,
+            energy,
+        ] = programs.map(|(program, reads)| {
+            let place = |leaf| if reads(leaf) { places.of(leaf) } else { 0 };
+            stretch.straighten(&program, &place)
+        });
         Self {
-            constants: program(Segment::Constants, &[]),
-            known: program(Segment::Known, &both[..1]),
-            residual: program(Segment::Residual, &both),
-            entries: entries.unwrap_or_default(),
-            scales: program(Segment::Scales, &both),
-            unknown: program(Segment::Unknown, &[]),
-            second_difference: program(Segment::SecondDifference, &both),
-            node: program(Segment::Node, &both[..1]),
-            energy: program(Segment::Energy, &both[..1]),
+            places,
+            stretch,
+            constants,
+            known,
+            residual,
+            entries,
+            scales,
+            unknown,
+            second_difference,
+            node,
+            energy,
         }
     }
 }
@@ -196,7 +330,7 @@ impl TapeKernel {
             }
         }
         Ok(Self {
-            hot: Arc::new(Hot::new(&tape, m, None)),
+            hot: Arc::new(Hot::new(&tape, &shape, None)),
             tape: Arc::new(tape),
             shape,
             values,
@@ -242,72 +376,137 @@ impl TapeKernel {
             });
         }
         Ok(Self {
-            hot: Arc::new(Hot::new(&self.tape, expected, Some(&sparse))),
+            hot: Arc::new(Hot::new(&self.tape, &self.shape, Some(&sparse))),
             sparse: Some(sparse),
             ..self
         })
     }
 
-    /// Evaluates a program.
-    fn walk(
-        &self,
-        program: &Program,
-        leaf: &dyn Fn(Leaf) -> Option<f64>,
-        result: &mut dyn FnMut(usize, f64),
-    ) {
-        let leaf = |which| leaf(which).unwrap_or(f64::NAN);
-        f64::walk(program, self, &leaf, result);
+    /// Computes in the room that this thread keeps.
+    fn in_room<R>(&self, work: impl FnOnce(&mut Room) -> R) -> R {
+        // whoever evaluates this kernel inside finds another, empty room
+        let mut room = ROOM.take();
+        self.hot.stretch.prepare(&mut room.numbers);
+        let result = work(&mut room);
+        ROOM.set(room);
+        result
     }
 
     /// Evaluates a program; as many results are written as there is room for.
-    fn write(&self, program: &Program, leaf: &dyn Fn(Leaf) -> Option<f64>, out: &mut [f64]) {
-        self.walk(program, leaf, &mut |place, value| {
-            if let Some(out) = out.get_mut(place) {
-                *out = value;
-            }
-        });
+    fn write(&self, program: &Straight, numbers: &mut [f64], out: &mut [f64]) {
+        program.run(&self.hot.stretch, &self.calls, numbers);
+        for (out, result) in out.iter_mut().zip(program.results(numbers)) {
+            *out = result;
+        }
     }
 
     /// Evaluates a program; the results go to one slice and then to another.
-    fn write_both(&self, program: &Program, at: At<'_>, first: &mut [f64], second: &mut [f64]) {
-        self.walk(program, &|leaf| of_iteration(at, leaf), &mut |place, value| {
-            let out = match place.checked_sub(first.len()) {
-                None => first.get_mut(place),
-                Some(place) => second.get_mut(place),
-            };
-            if let Some(out) = out {
-                *out = value;
+    fn write_both(&self, program: &Straight, numbers: &mut [f64], first: &mut [f64], second: &mut [f64]) {
+        program.run(&self.hot.stretch, &self.calls, numbers);
+        let mut results = program.results(numbers);
+        for out in [first, second] {
+            for (out, result) in out.iter_mut().zip(&mut results) {
+                *out = result;
             }
-        });
+        }
+    }
+
+    /// Takes in where an iteration is.
+    fn take_at(&self, numbers: &mut [f64], at: At<'_>) {
+        self.take_constants(numbers, at.constants);
+        take(numbers, &self.hot.places.known, at.known);
+        self.take_unknowns(numbers, at.z);
     }
 
     /// Where the second difference of a step of third order begins among the constants.
     fn place_of_past(&self) -> usize {
         self.tape.count(Segment::Constants, Part::All)
     }
+}
 
-    /// What a step begins with.
-    fn of_leg(&self, constants: &[f64], leg: AnyLeg<'_, f64>, which: Leaf) -> Option<f64> {
-        match which {
-            Leaf::Constant(i) => constants.get(i).copied(),
-            Leaf::Clock => Some(leg.t),
-            Leaf::N(i) => leg.q.get(i).copied(),
-            Leaf::D(i) => leg.d.get(i).copied(),
-            Leaf::P(i) => constants.get(self.place_of_past() + i).copied(),
-            _ => None,
-        }
+thread_local! {
+    /// What kernels compute in on this thread; kept, so that a step allocates nothing.
+    static ROOM: Cell<Room> = const { Cell::new(Room::EMPTY) };
+}
+
+/// Takes numbers in; missing ones are NaN.
+#[inline]
+fn take(numbers: &mut [f64], places: &Range<usize>, values: &[f64]) {
+    let Some(room) = numbers.get_mut(places.clone()) else {
+        return;
+    };
+    if let Some(values) = values.get(..room.len()) {
+        room.copy_from_slice(values);
+    } else {
+        room.fill(f64::NAN);
+        copy(room, values);
     }
 }
 
-/// What an iteration knows.
-fn of_iteration(at: At<'_>, which: Leaf) -> Option<f64> {
-    let (values, i) = match which {
-        Leaf::Constant(i) => (at.constants, i),
-        Leaf::Known(i) => (at.known, i),
-        Leaf::Z(i) => (at.z, i),
-        _ => return None,
-    };
-    values.get(i).copied()
+/// Takes one number in.
+#[inline]
+fn take_one(numbers: &mut [f64], place: usize, value: f64) {
+    if let Some(number) = numbers.get_mut(place) {
+        *number = value;
+    }
+}
+
+impl Walked for TapeKernel {
+    fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    fn sparse(&self) -> Option<&Sparse> {
+        self.sparse.as_ref()
+    }
+
+    fn take_constants(&self, numbers: &mut [f64], constants: &[f64]) {
+        take(numbers, &self.hot.places.constants, constants);
+    }
+
+    fn take_past(&self, numbers: &mut [f64], constants: &mut [f64], past: &[f64]) {
+        self.remember(constants, past);
+        self.take_constants(numbers, constants);
+    }
+
+    fn take_leg(&self, numbers: &mut [f64], leg: AnyLeg<'_, f64>) {
+        let Hot { places, known, .. } = &*self.hot;
+        take_one(numbers, places.clock, leg.t);
+        take(numbers, &places.n, leg.q);
+        take(numbers, &places.d, leg.d);
+        known.run(&self.hot.stretch, &self.calls, numbers);
+        known.put(numbers, places.known.start);
+    }
+
+    #[inline]
+    fn take_unknowns(&self, numbers: &mut [f64], z: &[f64]) {
+        take(numbers, &self.hot.places.z, z);
+    }
+
+    fn rows(&self, numbers: &mut [f64], rows: &mut [f64], jacobian: &mut [f64]) {
+        self.write_both(&self.hot.residual, numbers, rows, jacobian);
+    }
+
+    fn sparse_rows(&self, numbers: &mut [f64], rows: &mut [f64], entries: &mut [f64]) {
+        self.write_both(&self.hot.entries, numbers, rows, entries);
+    }
+
+    fn row_scales(&self, numbers: &mut [f64], scales: &mut [f64]) {
+        self.write(&self.hot.scales, numbers, scales);
+    }
+
+    fn difference(&self, numbers: &mut [f64], e: &mut [f64]) {
+        self.write(&self.hot.second_difference, numbers, e);
+    }
+
+    fn unknowns_of(&self, numbers: &mut [f64], e: &[f64], z: &mut [f64]) {
+        let places = &self.hot.places;
+        take(numbers, &places.e, e);
+        if let Some(multipliers) = numbers.get_mut(places.multipliers.clone()) {
+            multipliers.fill(0.0);
+        }
+        self.write(&self.hot.unknown, numbers, z);
+    }
 }
 
 impl Source for TapeKernel {
@@ -344,13 +543,14 @@ impl Source for TapeKernel {
 }
 
 impl Kernel for TapeKernel {
-    /// Every step is made on slices.
-    fn smooth(&self, _: &mut Course, count: u64) -> Halt {
-        if count == 0 {
-            Halt::Done
-        } else {
-            Halt::Asks(Question::Interpreted)
-        }
+    fn smooth(&self, course: &mut Course, count: u64) -> Halt {
+        self.in_room(|room| match self.shape.unknowns {
+            1 => slices::smooth::<_, [f64; 1]>(self, room, course, count),
+            2 => slices::smooth::<_, [f64; 2]>(self, room, course, count),
+            3 => slices::smooth::<_, [f64; 3]>(self, room, course, count),
+            4 => slices::smooth::<_, [f64; 4]>(self, room, course, count),
+            _ => slices::smooth::<_, Kept>(self, room, course, count),
+        })
     }
 
     fn constants(&self, parameters: &[f64], h: f64, constants: &mut [f64]) {
@@ -358,12 +558,11 @@ impl Kernel for TapeKernel {
         if let Some(past) = constants.get_mut(self.place_of_past()..) {
             past.fill(0.0);
         }
-        let leaf = |which| match which {
-            Leaf::H => Some(h),
-            Leaf::Parameter(i) => parameters.get(i).copied(),
-            _ => None,
-        };
-        self.write(&self.hot.constants, &leaf, constants);
+        self.in_room(|Room { numbers, .. }| {
+            take_one(numbers, self.hot.places.h, h);
+            take(numbers, &self.hot.places.parameters, parameters);
+            self.write(&self.hot.constants, numbers, constants);
+        });
     }
 
     fn remember(&self, constants: &mut [f64], past: &[f64]) {
@@ -382,15 +581,21 @@ impl Kernel for TapeKernel {
     }
 
     fn known(&self, constants: &[f64], leg: AnyLeg<'_, f64>, known: &mut [f64]) {
-        self.write(
-            &self.hot.known,
-            &|which| self.of_leg(constants, leg, which),
-            known,
-        );
+        self.in_room(|Room { numbers, .. }| {
+            self.take_constants(numbers, constants);
+            self.take_leg(numbers, leg);
+            copy(
+                known,
+                numbers.get(self.hot.places.known.clone()).unwrap_or_default(),
+            );
+        });
     }
 
     fn linearize(&self, at: At<'_>, rows: &mut [f64], jacobian: &mut [f64]) {
-        self.write_both(&self.hot.residual, at, rows, jacobian);
+        self.in_room(|Room { numbers, .. }| {
+            self.take_at(numbers, at);
+            self.rows(numbers, rows, jacobian);
+        });
     }
 
     fn sparse(&self) -> Option<&Sparse> {
@@ -399,66 +604,83 @@ impl Kernel for TapeKernel {
 
     fn entries(&self, at: At<'_>, rows: &mut [f64], entries: &mut [f64]) {
         if self.sparse.is_some() {
-            self.write_both(&self.hot.entries, at, rows, entries);
+            self.in_room(|Room { numbers, .. }| {
+                self.take_at(numbers, at);
+                self.sparse_rows(numbers, rows, entries);
+            });
         }
     }
 
     fn scales(&self, at: At<'_>, scales: &mut [f64]) {
         scales.fill(1.0);
         if self.shape.scaled {
-            self.write(&self.hot.scales, &|which| of_iteration(at, which), scales);
+            self.in_room(|Room { numbers, .. }| {
+                self.take_at(numbers, at);
+                self.row_scales(numbers, scales);
+            });
         }
     }
 
     fn unknown(&self, e: &[f64], multipliers: &[f64], z: &mut [f64]) {
-        let leaf = |which| match which {
-            Leaf::E(i) => e.get(i).copied(),
-            // missing ones are zero
-            Leaf::Lambda(i) => Some(multipliers.get(i).copied().unwrap_or(0.0)),
-            _ => None,
-        };
-        self.write(&self.hot.unknown, &leaf, z);
+        self.in_room(|Room { numbers, .. }| {
+            let places = &self.hot.places;
+            take(numbers, &places.e, e);
+            if let Some(room) = numbers.get_mut(places.multipliers.clone()) {
+                // missing ones are zero
+                room.fill(0.0);
+                copy(room, multipliers);
+            }
+            self.write(&self.hot.unknown, numbers, z);
+        });
     }
 
     fn second_difference(&self, at: At<'_>, e: &mut [f64]) {
-        self.write(&self.hot.second_difference, &|which| of_iteration(at, which), e);
+        self.in_room(|Room { numbers, .. }| {
+            self.take_at(numbers, at);
+            self.difference(numbers, e);
+        });
     }
 
-    fn report(&self, course: &Course, mut node: NodeMut<'_>) {
-        let n = self.shape.dimension();
+    fn report(&self, course: &Course, node: NodeMut<'_>) {
         let (leg, e) = (course.solved_leg(), course.vectors.e());
-        // as it was before the step
-        let mut constants = course.constants.clone();
-        self.remember(&mut constants, course.vectors.before());
-        let leaf = |which| match which {
-            Leaf::E(i) => e.get(i).copied(),
-            which => self.of_leg(&constants, leg, which),
-        };
-        let mut t = f64::NAN;
-        let [q, v, a, force] = node.split();
-        self.walk(&self.hot.node, &leaf, &mut |place, value| {
-            let (out, first) = match place.checked_div(n).unwrap_or(3) {
-                0 => (&mut *q, 0),
-                1 => (&mut *v, n),
-                2 => (&mut *a, 2 * n),
-                _ if place == 3 * n => (core::slice::from_mut(&mut t), 3 * n),
-                _ => (&mut *force, 3 * n + 1),
-            };
-            if let Some(out) = out.get_mut(place - first) {
-                *out = value;
+        let Hot {
+            places,
+            node: point,
+            energy,
+            ..
+        } = &*self.hot;
+        let n = node.vectors.len() / 4;
+        let (motion, force) = node.vectors.split_at_mut(3 * n);
+        let energy = self.in_room(|Room { numbers, .. }| {
+            self.take_constants(numbers, &course.constants);
+            // as it was before the step
+            take(
+                numbers,
+                &(places.past..places.constants.end),
+                course.vectors.before(),
+            );
+            take_one(numbers, places.clock, leg.t);
+            take(numbers, &places.n, leg.q);
+            take(numbers, &places.d, leg.d);
+            take(numbers, &places.e, e);
+            point.run(&self.hot.stretch, &self.calls, numbers);
+            let mut t = [f64::NAN];
+            let mut results = point.results(numbers);
+            for out in [&mut *motion, &mut t, force] {
+                for (out, result) in out.iter_mut().zip(&mut results) {
+                    *out = result;
+                }
             }
+            drop(results);
+            take_one(numbers, places.t, t[0]);
+            take(numbers, &places.q, &motion[..n]);
+            take(numbers, &places.v, &motion[n..2 * n]);
+            let mut value = [f64::NAN];
+            self.write(energy, numbers, &mut value);
+            value[0]
         });
-        let leaf = |which| match which {
-            Leaf::Constant(i) => constants.get(i).copied(),
-            Leaf::T => Some(t),
-            Leaf::Q(i) => q.get(i).copied(),
-            Leaf::V(i) => v.get(i).copied(),
-            _ => None,
-        };
-        let mut energy = f64::NAN;
-        self.write(&self.hot.energy, &leaf, core::slice::from_mut(&mut energy));
         // the node is the one between the legs, whatever the maps say
-        copy(q, leg.q);
+        copy(motion, leg.q);
         node.scalars.energy = energy;
     }
 }

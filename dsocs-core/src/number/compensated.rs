@@ -71,6 +71,15 @@ pub(crate) fn add_all(hi: &mut [f64], lo: &mut [f64], term: &[f64]) {
     }
 }
 
+/// Adds sums, each as its two parts, to others.
+#[inline]
+pub(crate) fn plus_all([hi, lo]: [&mut [f64]; 2], [term_hi, term_lo]: [&[f64]; 2]) {
+    let terms = term_hi.iter().zip(term_lo);
+    for ((hi, lo), (&term_hi, &term_lo)) in hi.iter_mut().zip(lo).zip(terms) {
+        (*hi, *lo) = plus((*hi, *lo), (term_hi, term_lo));
+    }
+}
+
 /// Adds a number of plain double precision to a sum.
 #[inline(always)]
 pub(crate) fn add<T: Scalar>((hi, lo): (T, T), term: T) -> (T, T) {

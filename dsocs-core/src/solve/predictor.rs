@@ -8,6 +8,7 @@ use super::elimination::Determinant;
 use super::newton::Notes;
 use super::unknown::Unknown;
 use crate::number::array::Array;
+use crate::number::point::copy;
 use crate::number::scalar::Scalar;
 use crate::solve::Vector;
 
@@ -234,7 +235,10 @@ pub(crate) fn size_after(size: f64, z: f64) -> f64 {
 /// The unknowns of the next step, each by the polynomial of the degree whose last two differences are smallest.
 #[allow(clippy::inline_always)] // part of every step
 #[inline(always)]
-fn extrapolate<T: Scalar, U: AsRef<[T]> + AsMut<[T]> + Clone>(last: &U, differences: [&U; ORDER]) -> U {
+fn extrapolate<T: Scalar, U: AsRef<[T]> + AsMut<[T]> + Clone>(
+    last: &U,
+    differences: [&(impl AsRef<[T]> + ?Sized); ORDER],
+) -> U {
     let mut sizes = last.clone();
     for size in sizes.as_mut() {
         *size = size.abs();
@@ -408,6 +412,24 @@ impl Predictor {
         self.determinants.push();
     }
 
+    /// Takes in the solution of a smooth step, and what its rows were multiplied by; the determinant only of a system whose roots are watched for
+    /// others.
+    #[inline]
+    pub fn push_smooth(&mut self, z: &[f64], scales: &[f64], watched: bool) {
+        push_past(&mut self.past, z, size_after);
+        let last = self.past.get_mut((DIFFERENCES + 1) * self.unknowns..);
+        copy(last.unwrap_or_default(), scales);
+        if watched {
+            self.determinants.push();
+        }
+    }
+
+    /// What the rows of the last smooth step were multiplied by; NaN where it is not known.
+    #[inline]
+    pub fn scales(&self) -> &[f64] {
+        self.vector(DIFFERENCES + 1)
+    }
+
     /// How large each unknown has been lately.
     pub fn size(&self) -> &[f64] {
         self.vector(DIFFERENCES)
@@ -481,15 +503,21 @@ impl Predictor {
 
     /// The unknowns of the next step; `None` without a past.
     pub fn predict(&self) -> Option<Vector> {
-        let last = Vector::of(self.last()?);
-        let [d1, d2, d3, d4, d5] = [1, 2, 3, 4, 5].map(|place| Vector::of(self.vector(place)));
-        Some(extrapolate(&last, [&d1, &d2, &d3, &d4, &d5]))
+        self.predict_as(Vector::of)
+    }
+
+    /// The same as vectors of another kind, which `of` makes of numbers.
+    #[inline]
+    pub fn predict_as<U: AsRef<[f64]> + AsMut<[f64]> + Clone>(&self, of: impl Fn(&[f64]) -> U) -> Option<U> {
+        let last = of(self.last()?);
+        let differences = [1, 2, 3, 4, 5].map(|place| self.vector(place));
+        Some(extrapolate(&last, differences))
     }
 
     /// Whether a solution is near its prediction, each unknown within a part of itself.
     pub fn foresees(&self, z: &[f64], part: f64) -> bool {
-        let [last, d1, d2, d3, d4, d5] = [0, 1, 2, 3, 4, 5].map(|place| Vector::of(self.vector(place)));
-        foresees(&extrapolate(&last, [&d1, &d2, &d3, &d4, &d5]), z, part)
+        let differences = [1, 2, 3, 4, 5].map(|place| self.vector(place));
+        foresees(&extrapolate(&Vector::of(self.vector(0)), differences), z, part)
     }
 }
 

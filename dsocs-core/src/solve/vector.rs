@@ -186,14 +186,18 @@ impl Square {
     /// Solves `matrix · z = right`; `None` if the solution is not finite. Rows may differ in size by hundreds of orders of magnitude.
     pub fn solve(&self, right: &[f64]) -> Option<Vector> {
         let mut solution = Vector::of(right);
-        slices::solve(&mut self.entries.clone(), &mut solution);
+        slices::solve(
+            &mut self.entries.clone(),
+            &mut solution,
+            &mut Vector::zero(2 * self.size),
+        );
         solution.is_finite().then_some(solution)
     }
 
     /// Puts the solution of `matrix · z = right` in the place of `right`, but does not look at it. If it is finite, `true` says that
     /// neither overflow nor underflow has harmed it. Beside it stands the determinant. The matrix is destroyed.
     pub fn solve_quick(&mut self, right: &mut [f64]) -> (bool, Determinant) {
-        slices::solve_quick(&mut self.entries, right)
+        slices::solve_quick(&mut self.entries, right, &mut Vector::zero(right.len()))
     }
 
     /// The determinant.

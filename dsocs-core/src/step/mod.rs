@@ -7,6 +7,7 @@
 mod guesses;
 pub(crate) mod pair;
 pub(crate) mod singular;
+pub(crate) mod slices;
 pub(crate) mod smooth;
 
 use smallvec::smallvec;

@@ -28,7 +28,7 @@ pub(crate) const FORESEEN: f64 = 0.1;
 
 /// What rows are multiplied by may change by this part of itself from one step to the next; where it changes by more, it is looked at
 /// beside the root, too.
-const AS_BEFORE: f64 = 0.5;
+pub(super) const AS_BEFORE: f64 = 0.5;
 
 /// The rows of a step as arrays.
 pub(crate) struct Rows<'a, S: System<N>, const N: usize> {

@@ -41,6 +41,7 @@ pub(crate) mod origin;
 pub(crate) mod quantity;
 mod read;
 mod shape;
+mod straight;
 mod symmetry;
 mod table;
 #[cfg(test)]
@@ -59,6 +60,7 @@ pub use format::{Leaf, Part, Segment};
 pub(crate) use format::{SEGMENTS, VERSION};
 pub use link::Program;
 pub use shape::Shape;
+pub(crate) use straight::{Straight, Stretch};
 pub use symmetry::Symmetry;
 pub use table::TapeCall;
 

@@ -5,23 +5,41 @@ use super::{Determinant, LARGEST_DETERMINANT, Pivots, SMALLEST_DETERMINANT, inve
 use crate::solve::Vector;
 
 /// Puts the solution of `matrix · z = right` in the place of `right`; rows may differ in size by hundreds of orders of magnitude. Not finite where the
-/// matrix is singular. The matrix is destroyed.
-pub(crate) fn solve(matrix: &mut [f64], right: &mut [f64]) {
+/// matrix is singular. Beside it stands the determinant. The matrix is destroyed; `room` has two numbers for each row.
+#[inline]
+pub(crate) fn solve(matrix: &mut [f64], right: &mut [f64], room: &mut [f64]) -> Determinant {
     match (&mut *matrix, &mut *right) {
-        ([a], [x]) => *x /= *a,
-        ([a, b, c, d], [x, y]) if is_safe(*a * *d - *b * *c) => {
-            (*x, *y) = quotients([*a, *b, *c, *d], [*x, *y]);
+        ([a], [x]) => {
+            *x /= *a;
+            Determinant::of(*a)
         }
-        _ => {
-            scale_rows(matrix, right);
-            many::eliminate(matrix, right, &mut Vector::zero(right.len()));
+        ([a, b, c, d], [x, y]) => {
+            let determinant = *a * *d - *b * *c;
+            if is_safe(determinant) {
+                (*x, *y) = quotients([*a, *b, *c, *d], [*x, *y]);
+            } else {
+                solve_scaled(matrix, right, room);
+            }
+            Determinant::of(determinant)
         }
+        _ => solve_scaled(matrix, right, room),
     }
 }
 
+/// The same of rows that are first brought to a common size.
+fn solve_scaled(matrix: &mut [f64], right: &mut [f64], room: &mut [f64]) -> Determinant {
+    let size = right.len();
+    let (inverse, scales) = room.split_at_mut(size);
+    scale_rows(matrix, right, scales);
+    let pivots = many::eliminate(matrix, right, inverse);
+    let diagonal = matrix.iter().step_by(size + 1).zip(scales);
+    Determinant::of_pivots(diagonal.map(|(pivot, scale)| *pivot / *scale), pivots.sign < 0.0)
+}
+
 /// The same without a look at the sizes of the rows. If the solution is finite, `true` says that neither overflow nor underflow has harmed it.
-/// Beside it stands the determinant.
-pub(crate) fn solve_quick(matrix: &mut [f64], right: &mut [f64]) -> (bool, Determinant) {
+/// Beside it stands the determinant. `room` has as many numbers as there are rows, at least.
+#[inline]
+pub(crate) fn solve_quick(matrix: &mut [f64], right: &mut [f64], room: &mut [f64]) -> (bool, Determinant) {
     match (&mut *matrix, &mut *right) {
         ([a], [x]) => {
             *x /= *a;
@@ -34,7 +52,7 @@ pub(crate) fn solve_quick(matrix: &mut [f64], right: &mut [f64]) -> (bool, Deter
         }
         _ => {
             let size = right.len();
-            let pivots = many::eliminate(matrix, right, &mut Vector::zero(size));
+            let pivots = many::eliminate(matrix, right, room);
             let safe = pivots.smallest > SMALLEST_DETERMINANT && pivots.largest < LARGEST_DETERMINANT;
             (safe, of_diagonal(matrix, size, &pivots))
         }
@@ -61,6 +79,7 @@ fn of_diagonal(matrix: &[f64], size: usize, pivots: &Pivots<f64>) -> Determinant
 }
 
 /// Cramer's rule.
+#[inline]
 fn quotients([a, b, c, d]: [f64; 4], [x, y]: [f64; 2]) -> (f64, f64) {
     let scale = (a * d - b * c).recip();
     ((x * d - b * y) * scale, (a * y - c * x) * scale)
@@ -156,9 +175,11 @@ fn scale_row(row: &mut [f64]) -> f64 {
     scale
 }
 
-/// Brings the rows to a common size, by powers of two.
-fn scale_rows(matrix: &mut [f64], right: &mut [f64]) {
-    for (row, x) in matrix.chunks_exact_mut(right.len().max(1)).zip(right) {
-        *x *= scale_row(row);
+/// Brings the rows to a common size, by powers of two, and tells by which.
+fn scale_rows(matrix: &mut [f64], right: &mut [f64], scales: &mut [f64]) {
+    let rows = matrix.chunks_exact_mut(right.len().max(1));
+    for ((row, x), scale) in rows.zip(right).zip(scales) {
+        *scale = scale_row(row);
+        *x *= *scale;
     }
 }

@@ -1,0 +1,444 @@
+//! The steps of a smooth motion of a system that was not compiled: [`smooth`](super::smooth) on slices.
+//!
+//! It decides by the same functions and does the same operations in the same order, so it gives the same bits. Nothing is allocated in a step.
+
+use core::cell::Cell;
+use std::mem;
+
+use super::pair;
+use super::smooth::{AS_BEFORE, FORESEEN};
+use super::{Guess, NEARLY_THE_SAME, SECOND_DIFFERENCE, StepReport};
+use crate::kernel::course::{Course, past_is_short};
+use crate::kernel::question::{Halt, Question};
+use crate::number::compensated::{add_all, plus_all};
+use crate::number::point::AnyLeg;
+use crate::solve::elimination::slices;
+use crate::solve::is_finite;
+use crate::solve::newton::{self, Components, Evaluation, Quick, Root};
+use crate::solve::predictor::{Continuation, Predictor, foresees};
+use crate::solve::sparse::{Product, Sparse, Update};
+use crate::tape::Shape;
+
+/// What steps on slices ask of a system. It computes in a stretch of numbers that the caller keeps.
+pub(crate) trait Walked {
+    /// What is known of the system.
+    fn shape(&self) -> &Shape;
+
+    /// The entries of a sparse Jacobian.
+    fn sparse(&self) -> Option<&Sparse>;
+
+    /// Takes in what is known since the run began.
+    fn take_constants(&self, numbers: &mut [f64], constants: &[f64]);
+
+    /// Takes in the second difference that a step of third order goes on from, there and among the constants.
+    fn take_past(&self, numbers: &mut [f64], constants: &mut [f64], past: &[f64]);
+
+    /// Takes in what is known since a step began.
+    fn take_leg(&self, numbers: &mut [f64], leg: AnyLeg<'_, f64>);
+
+    /// Takes in the unknowns; all that follows is evaluated at these.
+    fn take_unknowns(&self, numbers: &mut [f64], z: &[f64]);
+
+    /// The rows, and their Jacobian row by row.
+    fn rows(&self, numbers: &mut [f64], rows: &mut [f64], jacobian: &mut [f64]);
+
+    /// The rows, and the entries of a sparse Jacobian.
+    fn sparse_rows(&self, numbers: &mut [f64], rows: &mut [f64], entries: &mut [f64]);
+
+    /// What each row is, divided by the declared one.
+    fn row_scales(&self, numbers: &mut [f64], scales: &mut [f64]);
+
+    /// The second difference.
+    fn difference(&self, numbers: &mut [f64], e: &mut [f64]);
+
+    /// The unknowns that belong to a second difference, without multipliers.
+    fn unknowns_of(&self, numbers: &mut [f64], e: &[f64], z: &mut [f64]);
+}
+
+/// A vector of unknowns that is made of a slice.
+pub(crate) trait Unknowns: Components {
+    /// A copy of numbers.
+    fn of(numbers: &[f64]) -> Self;
+}
+
+/// Few unknowns, whose number is known where steps are compiled.
+impl<const M: usize> Unknowns for [f64; M] {
+    #[inline]
+    fn of(numbers: &[f64]) -> Self {
+        numbers.first_chunk().copied().unwrap_or([f64::NAN; M])
+    }
+}
+
+thread_local! {
+    /// Vectors that are not used at the time.
+    static FREE: Cell<Vec<Vec<f64>>> = const { Cell::new(Vec::new()) };
+}
+
+/// Any number of unknowns, in room that the thread keeps.
+pub(crate) struct Kept(Vec<f64>);
+
+impl Unknowns for Kept {
+    fn of(numbers: &[f64]) -> Self {
+        let taken = FREE.try_with(|free| {
+            let mut vectors = free.take();
+            let taken = vectors.pop();
+            free.set(vectors);
+            taken
+        });
+        let mut vector = taken.ok().flatten().unwrap_or_default();
+        vector.clear();
+        vector.extend_from_slice(numbers);
+        Self(vector)
+    }
+}
+
+impl Clone for Kept {
+    fn clone(&self) -> Self {
+        Self::of(&self.0)
+    }
+}
+
+impl Drop for Kept {
+    fn drop(&mut self) {
+        let vector = mem::take(&mut self.0);
+        // at the end of a thread there is nothing to keep it in
+        let _ = FREE.try_with(|free| {
+            let mut vectors = free.take();
+            vectors.push(vector);
+            free.set(vectors);
+        });
+    }
+}
+
+impl AsRef<[f64]> for Kept {
+    fn as_ref(&self) -> &[f64] {
+        &self.0
+    }
+}
+
+impl AsMut<[f64]> for Kept {
+    fn as_mut(&mut self) -> &mut [f64] {
+        &mut self.0
+    }
+}
+
+/// What steps compute in.
+pub(crate) struct Room {
+    /// What the system computes in.
+    pub numbers: Vec<f64>,
+    /// The Jacobian, and room for its elimination.
+    matrix: Vec<f64>,
+    /// The second difference of a step, and the sums that it leads to.
+    next: Vec<f64>,
+}
+
+impl Room {
+    /// Without room.
+    pub const EMPTY: Self = Self {
+        numbers: Vec::new(),
+        matrix: Vec::new(),
+        next: Vec::new(),
+    };
+}
+
+impl Default for Room {
+    fn default() -> Self {
+        Self::EMPTY
+    }
+}
+
+/// The rows of a step.
+struct Rows<'a, K, Z> {
+    system: &'a K,
+    shape: &'a Shape,
+    numbers: Cell<&'a mut [f64]>,
+    matrix: Cell<&'a mut [f64]>,
+    past_is_short: bool,
+    /// What the rows of the last step were multiplied by; NaN where it is not known.
+    last_scales: &'a [f64],
+    /// What those of this step are multiplied by, where it was looked at.
+    scales: Cell<Option<Z>>,
+}
+
+impl<K: Walked, Z: Unknowns> Rows<'_, K, Z> {
+    /// What the rows are multiplied by at some unknowns.
+    fn scales_at(&self, z: &Z) -> Z {
+        let mut scales = z.clone();
+        let numbers = self.numbers.take();
+        self.system.take_unknowns(numbers, z.as_ref());
+        self.system.row_scales(numbers, scales.as_mut());
+        self.numbers.set(numbers);
+        scales
+    }
+
+    /// The rows, the update and the determinant by all entries.
+    fn evaluate_dense(&self, numbers: &mut [f64], z: &Z) -> Evaluation<Z> {
+        let matrix = self.matrix.take();
+        let size = self.shape.unknowns;
+        let (jacobian, room) = matrix.split_at_mut(size * size);
+        let mut rows = z.clone();
+        self.system.rows(numbers, rows.as_mut(), jacobian);
+        let mut update = rows.clone();
+        let (safe, determinant) = if self.are_linear() {
+            // the only update has to be a good one
+            negate(update.as_mut());
+            let determinant = slices::solve(jacobian, update.as_mut(), room);
+            let good = is_finite(update.as_ref());
+            if !good {
+                update = rows.clone();
+            }
+            (good, determinant)
+        } else {
+            // the sign changes last, where it becomes part of the sum with the unknowns
+            let found = slices::solve_quick(jacobian, update.as_mut(), room);
+            negate(update.as_mut());
+            found
+        };
+        self.matrix.set(matrix);
+        Evaluation {
+            rows,
+            update,
+            safe,
+            determinant,
+        }
+    }
+}
+
+/// The two parts of sums.
+#[inline]
+fn halves(sums: &mut [f64]) -> [&mut [f64]; 2] {
+    let (hi, lo) = sums.split_at_mut(sums.len() / 2);
+    [hi, lo]
+}
+
+/// Changes all signs.
+#[inline]
+fn negate(vector: &mut [f64]) {
+    for x in vector {
+        *x = -*x;
+    }
+}
+
+impl<K: Walked, Z: Unknowns> Quick for Rows<'_, K, Z> {
+    type Z = Z;
+
+    #[inline]
+    fn are_linear(&self) -> bool {
+        self.shape.linear && !self.shape.jumps
+    }
+
+    #[inline]
+    fn are_watched(&self) -> bool {
+        self.shape.is_watched()
+    }
+
+    #[inline]
+    fn past_is_short(&self) -> bool {
+        self.past_is_short
+    }
+
+    fn evaluate(&self, z: &Z) -> Evaluation<Z> {
+        let numbers = self.numbers.take();
+        self.system.take_unknowns(numbers, z.as_ref());
+        let evaluation = if let Some(sparse) = self.system.sparse() {
+            let mut product = Product::new(sparse.is_odd());
+            let evaluate = |entries: &mut [f64]| {
+                let mut rows = z.clone();
+                self.system.sparse_rows(numbers, rows.as_mut(), entries);
+                rows
+            };
+            let Update { rows, update } = sparse.update(evaluate, |pivot| product.take(pivot));
+            Evaluation {
+                safe: is_finite(update.as_ref()),
+                rows,
+                update,
+                determinant: product.value(),
+            }
+        } else {
+            self.evaluate_dense(numbers, z)
+        };
+        self.numbers.set(numbers);
+        evaluation
+    }
+
+    #[inline]
+    fn is_declared(&self, z: &Z, nearby: &Z) -> bool {
+        if !self.shape.scaled {
+            return true;
+        }
+        let here = self.scales_at(z);
+        self.scales.set(Some(here.clone()));
+        // false also where one of them is no number
+        let near = |there: &[f64], part: f64| {
+            let mut scales = here.as_ref().iter().zip(there);
+            scales.all(|(here, there)| (here - there).abs() < part * here.abs())
+        };
+        // what is nearly as it was at the step before has not vanished in between
+        near(self.last_scales, AS_BEFORE) || near(self.scales_at(nearby).as_ref(), NEARLY_THE_SAME)
+    }
+}
+
+/// A step that was solved.
+struct Solved<Z> {
+    /// The prediction.
+    guess: Z,
+    /// The root.
+    root: Root<Z>,
+    /// What the rows are multiplied by, where it was looked at.
+    scales: Option<Z>,
+}
+
+/// Solves the step that begins with a leg, and changes nothing but what is known of its own determinant.
+fn solve<K: Walked, Z: Unknowns>(
+    system: &K,
+    (numbers, matrix): (&mut [f64], &mut [f64]),
+    leg: AnyLeg<'_, f64>,
+    predictor: &mut Predictor,
+    (past_is_short, max_iterations): (bool, u32),
+) -> Result<Solved<Z>, Question> {
+    let Some(guess) = predictor.predict_as(Z::of) else {
+        return Err(Question::Start);
+    };
+    system.take_leg(numbers, leg);
+    let mut size = guess.clone();
+    system.unknowns_of(numbers, leg.d, size.as_mut());
+    for (size, lately) in size.as_mut().iter_mut().zip(predictor.size()) {
+        *size = lately.max(SECOND_DIFFERENCE * size.abs());
+    }
+    if let Some(natural) = predictor.natural() {
+        natural.raise(size.as_mut(), predictor.size());
+    }
+    let rows = Rows {
+        system,
+        shape: system.shape(),
+        numbers: Cell::new(numbers),
+        matrix: Cell::new(matrix),
+        past_is_short,
+        last_scales: predictor.scales(),
+        scales: Cell::new(None),
+    };
+    let Ok(root) = newton::quick(&rows, guess.clone(), &size, max_iterations) else {
+        return Err(Question::Unsettled);
+    };
+    let watched = rows.are_watched();
+    let scales = rows.scales.take();
+    let determinants = &mut predictor.determinants;
+    if !guess.as_ref().is_empty() && determinants.asks(root.determinant) {
+        return Err(Question::Varies);
+    }
+    if watched {
+        let fits =
+            !root.determinant.value.is_nan() && determinants.take(root.determinant) == Continuation::Fits;
+        if !fits {
+            return Err(Question::Departs);
+        }
+        if pair::in_question(&root, past_is_short) {
+            return Err(Question::Bends);
+        }
+    }
+    Ok(Solved { guess, root, scales })
+}
+
+/// Makes up to `count` steps of a run.
+pub(crate) fn smooth<K: Walked, Z: Unknowns>(
+    system: &K,
+    room: &mut Room,
+    course: &mut Course,
+    count: u64,
+) -> Halt {
+    let shape = system.shape();
+    let third = shape.is_of_third_order();
+    let may_switch = !third && (shape.external_forces || shape.piecewise);
+    let (n, m) = (shape.increments, shape.unknowns);
+    if course.given.is_some() {
+        return Halt::Asks(Question::Start);
+    }
+    let [sums, solved_q, solved_d, e, second, before] = course.vectors.slices();
+    let Room {
+        numbers,
+        matrix,
+        next,
+    } = room;
+    matrix.resize(m * (m + 2), 0.0);
+    // the sums of the next leg, those of its second difference, and the difference itself
+    next.resize(7 * n, 0.0);
+    let (next_sums, rest) = next.split_at_mut(4 * n);
+    let (next_second, found) = rest.split_at_mut(2 * n);
+    system.take_constants(numbers, &course.constants);
+    let mut made = 0;
+    loop {
+        if made == count {
+            return Halt::Done;
+        }
+        let index = course.clock.index() + course.ahead;
+        if shape.jumps && course.looks_at <= index {
+            return Halt::Asks(Question::Sides);
+        }
+        let t = if shape.depends_on_time {
+            course.clock.time_of(index)
+        } else {
+            0.0
+        };
+        let (q, d) = (&sums[..n], &sums[2 * n..3 * n]);
+        let leg = AnyLeg { t, q, d };
+        let limits = (past_is_short(index, course.since), course.max_iterations);
+        let solved = solve::<K, Z>(system, (numbers, matrix), leg, &mut course.predictor, limits);
+        let Solved { guess, root, scales } = match solved {
+            Ok(solved) => solved,
+            Err(question) => return Halt::Asks(question),
+        };
+        let z = root.z.as_ref();
+        system.take_unknowns(numbers, z);
+        system.difference(numbers, found);
+        next_sums.copy_from_slice(sums);
+        let (next_q, next_d) = next_sums.split_at_mut(2 * n);
+        let [next_q, next_q_low] = halves(next_q);
+        let [next_d, next_d_low] = halves(next_d);
+        if third {
+            next_second.copy_from_slice(second);
+            let [hi, lo] = halves(next_second);
+            add_all(hi, lo, found);
+            plus_all([&mut *next_d, &mut *next_d_low], [hi, lo]);
+        } else {
+            add_all(next_d, next_d_low, found);
+        }
+        plus_all([&mut *next_q, next_q_low], [next_d, next_d_low]);
+        if !is_finite(next_q) {
+            return Halt::Asks(Question::NotFinite);
+        }
+        if may_switch || shape.jumps {
+            let foreseen = if m == 0 {
+                // steps without unknowns have no prediction
+                course.has_solved && foresees(e, found, FORESEEN)
+            } else {
+                foresees(guess.as_ref(), z, FORESEEN)
+            };
+            if may_switch && !foreseen {
+                return Halt::Asks(Question::Unforeseen);
+            }
+            course.looked = false;
+        }
+        let scales = scales.as_ref().map(AsRef::as_ref);
+        course
+            .predictor
+            .push_smooth(z, scales.unwrap_or_default(), shape.is_watched());
+        solved_q.copy_from_slice(q);
+        solved_d.copy_from_slice(d);
+        e.copy_from_slice(found);
+        sums.copy_from_slice(next_sums);
+        if third {
+            before.copy_from_slice(&second[..n]);
+            second.copy_from_slice(next_second);
+            system.take_past(numbers, &mut course.constants, &second[..n]);
+        }
+        course.solved_at = t;
+        course.report = StepReport {
+            iterations: root.evaluations,
+            stop: root.stop,
+            guess: Guess::Predicted,
+        };
+        course.has_solved = true;
+        course.clock.tick();
+        made += 1;
+    }
+}
