@@ -181,7 +181,7 @@ pub mod __private {
     pub use crate::kernel::jets::Jets;
     pub use crate::kernel::question::{Halt, Question};
     pub use crate::kernel::report::NodeMut;
-    pub use crate::kernel::{At, Kernel, TapeError, TapeKernel};
+    pub use crate::kernel::{At, Kernel};
     pub use crate::number::dual::{Dual, Part};
     pub use crate::number::lanes::Lanes;
     pub use crate::number::point::{AnyLeg, AnyPoint, OwnedPoint};
@@ -195,6 +195,7 @@ pub mod __private {
     pub use crate::series::sums::{Table, add_product, weighted};
     pub use crate::solve::sparse::Sparse;
     pub use crate::solve::unknown::{Linearization, Unknown};
+    pub use crate::step::{TapeError, TapeKernel};
     pub use crate::tape::Shape;
     pub use crate::tape::declaration::Declaration;
     pub use crate::tape::{Number, Source, Tape};

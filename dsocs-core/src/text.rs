@@ -35,7 +35,7 @@ use std::sync::Arc;
 use dsocs_language::{Call, Data};
 
 use crate::kernel::series::Series;
-pub use crate::kernel::{TapeError, TapeKernel};
+pub use crate::step::{TapeError, TapeKernel};
 pub use dsocs_language::{Curve, Mistake, Run, Table};
 pub use error::TextError;
 

@@ -10,9 +10,6 @@ pub(crate) mod jets;
 pub(crate) mod question;
 pub(crate) mod report;
 pub(crate) mod series;
-mod tape;
-
-pub use tape::{TapeError, TapeKernel};
 
 use crate::kernel::course::Course;
 use crate::kernel::question::Halt;

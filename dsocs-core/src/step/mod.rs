@@ -5,6 +5,7 @@
 //! [`solve`](crate::solve): [`guesses`] are tried where the prediction does not lead to a root, and [`pair`] tells two roots apart.
 
 mod guesses;
+mod interpreted;
 pub(crate) mod pair;
 pub(crate) mod singular;
 pub(crate) mod slices;
@@ -27,6 +28,7 @@ use crate::start::Begins;
 use crate::tape::Shape;
 use crate::tape::declaration::Declaration;
 pub(crate) use guesses::Failing;
+pub use interpreted::{TapeError, TapeKernel};
 use pair::Found;
 
 /// How large an unknown second difference is expected to be at least, relative to the increment.

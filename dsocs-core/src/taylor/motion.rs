@@ -3,10 +3,10 @@
 use super::Tolerance;
 use super::flow::{AnyTaylorFlow, TaylorFlow};
 use crate::error::SetupError;
-use crate::kernel::TapeKernel;
 use crate::number::point::{AnyPoint, OwnedPoint, Point, copy};
 use crate::run::{AnyPolynomial, Behind, Polynomial, Run as _, RunError};
 use crate::start::{AnyStart, Start};
+use crate::step::TapeKernel;
 use crate::system::System;
 
 /// The continuous motion as a function of time. It can be evaluated at any times, in the order of the motion.

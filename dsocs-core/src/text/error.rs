@@ -8,8 +8,8 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use dsocs_language::{MOST_BYTES, Mistake};
 use thiserror::Error;
 
-use crate::kernel::TapeError;
 use crate::samples::SamplesError;
+use crate::step::TapeError;
 
 /// Why a text is no system.
 #[derive(Clone, PartialEq, Error)]

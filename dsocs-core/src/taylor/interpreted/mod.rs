@@ -19,13 +19,14 @@ use super::flow::AnyTaylorFlow;
 use super::recurrences::{Along, SeriesKernel};
 use super::state::State;
 use crate::error::SetupError;
+use crate::kernel::Kernel;
 use crate::kernel::series::Series;
-use crate::kernel::{Kernel, TapeKernel};
 use crate::number::dispatch;
 use crate::number::dual::Dual;
 use crate::series::rows;
 use crate::series::switch::Switch;
 use crate::start::AnyStart;
+use crate::step::TapeKernel;
 use crate::tape::{Leaf, Number as _, Part, Segment, Shape, Source, Tape, TapeCall};
 
 /// The series of a system that was not compiled, with what they need from order to order.

@@ -7,16 +7,16 @@ use std::sync::{Arc, OnceLock};
 
 use thiserror::Error;
 
-use super::{At, Kernel};
+use super::slices::{self, Kept, Room, Walked};
 use crate::kernel::course::Course;
 use crate::kernel::question::Halt;
 use crate::kernel::report::NodeMut;
 use crate::kernel::series::Series;
+use crate::kernel::{At, Kernel};
 use crate::number::dual::Dual;
 use crate::number::point::{AnyLeg, copy};
 use crate::number::tangent::Tangent;
 use crate::solve::sparse::Sparse;
-use crate::step::slices::{self, Kept, Room, Walked};
 use crate::tape::{Leaf, Part, Program, Segment, Shape, Source, Straight, Stretch, Tape, TapeCall};
 
 /// A declared system as its tape and its shape alone: what a declaration becomes that is read at run time.
