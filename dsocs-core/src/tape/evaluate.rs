@@ -31,7 +31,7 @@ pub trait Number: Scalar {
     #[must_use]
     fn changing(value: f64, rate: f64) -> Self;
 
-    /// The polynomial of samples at the number; see [`Samples::polynomial`].
+    /// The polynomial of samples at the number; see `Samples::polynomial`.
     fn polynomial(self, samples: &Samples) -> [Self; 5] {
         polynomial(self, samples)
     }
