@@ -302,3 +302,32 @@ fn what_a_text_says_is_escaped() {
     let (json, _, good) = dsocs(&folder, &["list", "odd <b>.dsocs", "--format", "json"]);
     assert!(good && serde_json::from_str::<serde_json::Value>(&json).is_ok());
 }
+
+#[test]
+fn a_factor_divides_rows_with_decimals_too() {
+    let folder = tempfile::tempdir().unwrap();
+    // products of these numbers round; the law is u = -0.5 x - 0.9 v_x, also where v_x changes its sign
+    fs::write(
+        folder.path().join("law.dsocs"),
+        "coordinates(x, y);
+        let kin = 0.6*dot(x).powi(2) + 0.1*y.cos()*dot(x)*dot(y) + 0.1*dot(y).powi(2);
+        lagrangian = kin - 2*y.cos();
+        let V = kin + 2*y.cos() + 0.25*x.powi(2);
+        kinematic = dot(V) + 0.9*dot(x).powi(2);
+        constraint_forces = [(1, 0)];
+        branch = divide(dot(x));
+        run { start = ([0, 0.3], [0.2, 2]); until = 2; }",
+    )
+    .unwrap();
+    for h in [0.01, 0.0071, 0.003] {
+        let (table, told, done) = dsocs(&folder, &["run", "law.dsocs", "--step", &h.to_string()]);
+        assert!(done && told.is_empty(), "{told}");
+        let nodes = numbers(&table);
+        let errors = nodes[1..].iter().map(|row| {
+            let [x, v, force] = [row[1], row[3], row[5]];
+            (force + 0.5 * x + 0.9 * v).abs()
+        });
+        let largest = errors.fold(0.0, f64::max);
+        assert!(largest <= 30.0 * h * h, "{h}: {largest}");
+    }
+}

@@ -18,7 +18,7 @@ pub struct Energy {
     first: Option<f64>,
     /// The largest without its sign, and its time.
     largest: (f64, f64),
-    /// How it grows, where it begins with zero.
+    /// How it grows.
     growth: Growth,
     /// Where it is known what changes it.
     balance: Balance,
@@ -127,9 +127,7 @@ impl Energy {
         if row.node.energy.abs() > self.largest.0.abs() {
             self.largest = (row.node.energy, row.node.t);
         }
-        if first == 0.0 {
-            self.growth.look(self.largest);
-        }
+        self.growth.look(self.largest);
         if let Some(balance) = row.balance {
             self.balance.look(row, first, balance);
         }
@@ -142,11 +140,14 @@ impl Energy {
             return None;
         }
         let exploded = |before: f64| largest.abs() >= EXPLODED * before.abs();
-        let grows = if first != 0.0 && exploded(first) {
+        // an energy that is nearly zero at the start, as that of a pendulum that begins level with its pivot, is no scale by itself
+        let (before, then) = self.growth.before[1];
+        let grows = if !exploded(first) || !exploded(before) {
+            None
+        } else if first != 0.0 {
             Some(format!("{first:.3} at the start"))
-        } else if first == 0.0 && self.growth.nodes >= FEW {
-            let (before, then) = self.growth.before[1];
-            exploded(before).then(|| format!("0 at the start, and {before:.1e} at t = {then},"))
+        } else if self.growth.nodes >= FEW {
+            Some(format!("0 at the start, and {before:.1e} at t = {then},"))
         } else {
             None
         };
@@ -229,6 +230,16 @@ mod tests {
             for until in [1.0, 300.0] {
                 assert_eq!(note(&driven(stiffness, pull), &[0.0], 0.01, until), None);
             }
+        }
+    }
+
+    #[test]
+    fn an_energy_that_is_nearly_zero_at_the_start_is_no_scale() {
+        let driven = |stiffness, pull| Entry::new(Driven { stiffness, pull });
+        for x0 in [1e-9, 1e-6] {
+            assert_eq!(note(&driven(9.0, 0.0), &[x0], 0.01, 20.0), None);
+            assert_eq!(note(&driven(0.0, 1.0), &[x0], 0.01, 20.0), None);
+            assert!(note(&driven(100.0, 0.0), &[x0], 0.21, 20.0).is_some());
         }
     }
 
