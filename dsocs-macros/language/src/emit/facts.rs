@@ -37,7 +37,13 @@ pub(crate) struct Facts {
 
 impl Facts {
     /// Those of a declaration whose step is computed in some stages.
-    pub(crate) fn new(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> Self {
+    pub(crate) fn new(
+        model: &Model,
+        graph: &Graph,
+        stages: &Stages,
+        unknowns: &Unknowns,
+        symmetry: Symmetry,
+    ) -> Self {
         let n = model.coordinates.len();
         let affine = |&entry: &NodeId| graph.leaves(entry).all(|leaf| !matches!(leaf, Leaf::Z(_)));
         let is_unknown = |leaf| matches!(leaf, Leaf::Z(_));
@@ -67,7 +73,7 @@ impl Facts {
             piecewise: solved.any(|&value| graph.deciding(value).any(moves)),
             scaled: unknowns.scaled(graph),
             divided: (model.constraints.iter()).any(|row| row.divided || row.divide.is_some()),
-            symmetry: Symmetry::decide(model),
+            symmetry,
         }
     }
 }

@@ -12,7 +12,7 @@ use super::pieces::between_threads;
 use super::stages::{Energy, Stages};
 use super::{hot, jets};
 use crate::graph::Graph;
-use crate::mechanics;
+use crate::mechanics::{self, Symmetry};
 use crate::model::{Model, ParameterField, Warning, plain};
 use crate::passes;
 
@@ -75,6 +75,7 @@ struct Assembled<'a> {
 fn assembled<R>(model: &Model, make: impl FnOnce(Assembled<'_>) -> R) -> R {
     let mut graph = model.graph.clone();
     let step = mechanics::step(model, &mut graph);
+    let symmetry = Symmetry::decide(model, &graph, &step);
     let unknowns = passes::step(&mut graph, &step.rows, model.coordinates.len(), step.multipliers);
     let declared = Declared::new(model, &mut graph, &step);
     let expressions = Expressions::new(model);
@@ -82,7 +83,7 @@ fn assembled<R>(model: &Model, make: impl FnOnce(Assembled<'_>) -> R) -> R {
     let stages = Stages::new(&graph, &step, &unknowns, energy);
     make(Assembled {
         model,
-        facts: Facts::new(model, &graph, &stages, &unknowns),
+        facts: Facts::new(model, &graph, &stages, &unknowns, symmetry),
         stages,
         graph: &graph,
         declared,

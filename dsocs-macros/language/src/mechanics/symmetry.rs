@@ -10,6 +10,7 @@
 
 use super::force::points_of_arriving;
 use super::nodes::{LeafOf, Nodes};
+use super::step::StepEquations;
 use crate::graph::algebra::Merge;
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::hash::HashMap;
@@ -46,21 +47,20 @@ impl Symmetry {
 }
 
 impl Symmetry {
-    /// Whether the step is symmetric with any legs, or the first reason why not.
-    pub(crate) fn decide(model: &Model) -> Self {
-        let mut graph = model.graph.clone();
+    /// Whether the step is symmetric with any legs, or the first reason why not. The step is that of the declaration, in a graph that stays as it is:
+    /// what is written on the way to an answer has no place among the expressions that code is made of.
+    pub(crate) fn decide(model: &Model, graph: &Graph, step: &StepEquations) -> Self {
         if model.order() > 2 {
             return Self::ThirdOrder;
         }
         if model.constraints.iter().any(|row| row.order < 2) {
             return Self::LowerOrder;
         }
-        // before the equations are formed, which costs time where the mass matrix is full
-        let paper = is_paper(model, &mut graph);
-        if paper && !momentum_is_linear(model, &mut graph) {
-            return Self::by_momenta(model, &mut graph);
+        let mut declared = model.graph.clone();
+        if is_paper(model, &mut declared) && !momentum_is_linear(model, &mut declared) {
+            return Self::by_momenta(model, &mut declared);
         }
-        let step = super::step(model, &mut graph);
+        let mut graph = graph.clone();
         let continuous = super::continuous(model, &mut graph);
         let point = parabola(&mut graph, model.coordinates.len());
         let mut merge = Merge::default();
@@ -78,7 +78,7 @@ impl Symmetry {
             .into_iter()
             .all(|(&step, &continuous)| same(step, continuous))
         {
-            return Self::by_momenta(model, &mut graph);
+            return Self::by_momenta(model, &mut declared);
         }
         let count = model.constraints.len();
         for (place, (step, continuous)) in step.rows.iter().zip(&continuous.rows).enumerate() {

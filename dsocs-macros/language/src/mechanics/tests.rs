@@ -491,6 +491,9 @@ fn symmetry_in_time() {
             Symmetry::VariationalMap,
         ),
     ] {
-        assert_eq!(Symmetry::decide(&model(&statements)), wanted, "{statements}");
+        let model = model(&statements);
+        let mut graph = model.graph.clone();
+        let step = step(&model, &mut graph);
+        assert_eq!(Symmetry::decide(&model, &graph, &step), wanted, "{statements}");
     }
 }
