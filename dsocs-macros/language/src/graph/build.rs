@@ -2,8 +2,6 @@
 
 #![allow(clippy::float_cmp)] // coefficients are compared with exact ones and zeros
 
-use std::collections::BTreeMap;
-
 use proc_macro2::TokenStream;
 
 use super::{Bits, Callee, Comparison, Graph, Leaf, Node, NodeId, Unary};
@@ -66,29 +64,31 @@ impl Graph {
 
     /// `constant + Σ coefficient · node`.
     pub(crate) fn linear(&mut self, constant: f64, terms: &[(NodeId, f64)]) -> NodeId {
+        // a node in normal form stays as it is
+        if let &[(node, 1.0)] = terms
+            && constant == 0.0
+        {
+            return node;
+        }
         let mut constant = constant;
-        let mut collected: BTreeMap<NodeId, f64> = BTreeMap::new();
+        let mut collected: Vec<(NodeId, f64)> = Vec::with_capacity(terms.len());
         for &(node, coefficient) in terms {
             match self.node(node) {
                 Node::Constant(value) => constant += coefficient * value.get(),
                 Node::Sum(inner, inner_terms) => {
                     constant += coefficient * inner.get();
-                    for &(term, factor) in inner_terms {
-                        *collected.entry(term).or_insert(0.0) += coefficient * factor.get();
-                    }
+                    let inner_terms = inner_terms.iter();
+                    collected.extend(inner_terms.map(|&(term, factor)| (term, coefficient * factor.get())));
                 }
-                _ => *collected.entry(node).or_insert(0.0) += coefficient,
+                _ => collected.push((node, coefficient)),
             }
         }
-        collected.retain(|_, coefficient| *coefficient != 0.0);
-        if collected.is_empty() {
-            return self.constant(constant);
-        }
-        if constant == 0.0
-            && collected.len() == 1
-            && let Some((&node, &1.0)) = collected.first_key_value()
-        {
-            return node;
+        collect(&mut collected, |sum, more| *sum += more);
+        collected.retain(|&(_, coefficient)| coefficient != 0.0);
+        match collected[..] {
+            [] => return self.constant(constant),
+            [(node, 1.0)] if constant == 0.0 => return node,
+            _ => {}
         }
         let terms = collected
             .into_iter()
@@ -106,6 +106,9 @@ impl Graph {
                 (value, self.constant(1.0))
             }
             Node::Sum(constant, terms) => {
+                if let Some(&known) = self.splits.get(&node) {
+                    return known;
+                }
                 let smallest = terms
                     .iter()
                     .map(|(_, c)| c.get().abs())
@@ -114,12 +117,15 @@ impl Graph {
                 let multiples = multiple(constant) && terms.iter().all(|(_, c)| multiple(c));
                 let common = if multiples { smallest } else { 1.0 };
                 let common = common.copysign(terms[0].1.get());
-                if common == 1.0 {
-                    return (1.0, node);
-                }
-                let constant = constant.get() / common;
-                let terms: Vec<_> = terms.iter().map(|&(term, c)| (term, c.get() / common)).collect();
-                (common, self.linear(constant, &terms))
+                let split = if common == 1.0 {
+                    (1.0, node)
+                } else {
+                    let constant = constant.get() / common;
+                    let terms: Vec<_> = terms.iter().map(|&(term, c)| (term, c.get() / common)).collect();
+                    (common, self.linear(constant, &terms))
+                };
+                self.splits.insert(node, split);
+                split
             }
             _ => (1.0, node),
         }
@@ -128,7 +134,7 @@ impl Graph {
     /// `Π node^exponent`.
     pub(crate) fn product(&mut self, factors: &[(NodeId, i32)]) -> NodeId {
         let mut coefficient = 1.0_f64;
-        let mut collected: BTreeMap<NodeId, i32> = BTreeMap::new();
+        let mut collected: Vec<(NodeId, i32)> = Vec::with_capacity(factors.len());
         for &(node, exponent) in factors {
             if exponent == 0 {
                 continue;
@@ -138,21 +144,22 @@ impl Graph {
             match self.node(base) {
                 Node::Constant(_) => {}
                 Node::Product(inner) => {
-                    for &(factor, power) in inner {
-                        raise(
-                            collected.entry(factor).or_insert(0),
-                            power.saturating_mul(exponent),
-                        );
-                    }
+                    let inner = inner.iter();
+                    collected.extend(
+                        inner.map(|&(factor, power)| (factor, bounded(power.saturating_mul(exponent)))),
+                    );
                 }
-                _ => raise(collected.entry(base).or_insert(0), exponent),
+                _ => collected.push((base, bounded(exponent))),
             }
         }
-        collected.retain(|_, exponent| *exponent != 0);
-        let base = match collected.first_key_value() {
-            None => return self.constant(coefficient),
-            Some((&node, &1)) if collected.len() == 1 => node,
-            Some(_) => self.intern(Node::Product(collected.into_iter().collect())),
+        collect(&mut collected, |power, more| {
+            *power = bounded(power.saturating_add(more));
+        });
+        collected.retain(|&(_, exponent)| exponent != 0);
+        let base = match collected[..] {
+            [] => return self.constant(coefficient),
+            [(node, 1)] => node,
+            _ => self.intern(Node::Product(collected)),
         };
         self.scale(coefficient, base)
     }
@@ -365,8 +372,24 @@ impl Unary {
     }
 }
 
-/// Adds to an exponent. A power of 2³⁰ and more is 0, 1 or infinite in double precision, so it stays within that.
-fn raise(exponent: &mut i32, by: i32) {
+/// An exponent within bounds: a power of 2³⁰ and more is 0, 1 or infinite in double precision.
+fn bounded(exponent: i32) -> i32 {
     const LARGEST: i32 = 1 << 30;
-    *exponent = exponent.saturating_add(by).clamp(-LARGEST, LARGEST);
+    exponent.clamp(-LARGEST, LARGEST)
+}
+
+/// Sorts by node, and adds what belongs to the same one, in the order in which it stood.
+fn collect<T: Copy>(collected: &mut Vec<(NodeId, T)>, add: impl Fn(&mut T, T)) {
+    // most come in order: those of one node
+    if collected.is_sorted_by(|a, b| a.0 < b.0) {
+        return;
+    }
+    collected.sort_by_key(|&(node, _)| node);
+    collected.dedup_by(|next, first| {
+        let same = next.0 == first.0;
+        if same {
+            add(&mut first.1, next.1);
+        }
+        same
+    });
 }

@@ -26,23 +26,28 @@ impl Graph {
         self.tangent(id, Direction::Time)
     }
 
-    fn moves(&self, id: NodeId, direction: Direction) -> bool {
-        match direction {
-            Direction::Of(leaf) => self.depends_on(id, leaf),
-            Direction::Time => self
+    /// Whether nodes move in a direction.
+    fn moving(&self, direction: Direction) -> impl Fn(&Self, NodeId) -> bool + use<> {
+        let bit = match direction {
+            Direction::Of(leaf) => Some(self.leaf_bits.get(&leaf).copied()),
+            Direction::Time => None,
+        };
+        move |graph, id| match bit {
+            Some(bit) => bit.is_some_and(|bit| graph.dependence[id.index()].contains(bit)),
+            None => graph
                 .leaves(id)
                 .any(|leaf| matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::A(_) | Leaf::T)),
         }
     }
 
     fn tangent(&mut self, id: NodeId, direction: Direction) -> NodeId {
-        if !self.moves(id, direction) {
-            return self.constant(0.0);
-        }
         if let Some(&known) = self.derivatives.get(&(id, direction)) {
             return known;
         }
-        let result = match self.node(id).clone() {
+        if !self.moving(direction)(self, id) {
+            return self.constant(0.0);
+        }
+        let result = match *self.keep(id) {
             Node::Constant(_) | Node::Param(_) => self.constant(0.0),
             Node::Leaf(leaf) => match (direction, leaf) {
                 (Direction::Time, Leaf::Q(i)) => self.leaf(Leaf::V(i)),
@@ -50,26 +55,30 @@ impl Graph {
                 (Direction::Time, Leaf::A(i)) => self.leaf(Leaf::J(i)),
                 _ => self.constant(1.0),
             },
-            Node::Sum(_, terms) => {
+            Node::Sum(_, ref terms) => {
                 // to see that a term stays takes an eighth of what an operation does
                 limits::spend(terms.len() / 8);
-                let mut moving = Vec::new();
-                for (term, c) in terms {
-                    if self.moves(term, direction) {
-                        moving.push((self.tangent(term, direction), c.get()));
-                    }
+                let moves = self.moving(direction);
+                let mut moving: Vec<_> = terms
+                    .iter()
+                    .filter(|&&(term, _)| moves(self, term))
+                    .map(|&(term, c)| (term, c.get()))
+                    .collect();
+                for (term, _) in &mut moving {
+                    *term = self.tangent(*term, direction);
                 }
                 self.linear(0.0, &moving)
             }
-            Node::Product(factors) => {
+            Node::Product(ref factors) => {
                 let mut terms = Vec::new();
-                for k in 0..factors.len() {
-                    let (base, exponent) = factors[k];
+                let mut rest = Vec::with_capacity(factors.len() + 1);
+                for (k, &(base, exponent)) in factors.iter().enumerate() {
                     let tangent = self.tangent(base, direction);
                     if self.is_zero(tangent) {
                         continue;
                     }
-                    let mut rest = factors.clone();
+                    rest.clear();
+                    rest.extend_from_slice(factors);
                     rest[k].1 = exponent.saturating_sub(1);
                     rest.push((tangent, 1));
                     terms.push((self.product(&rest), f64::from(exponent)));
@@ -94,7 +103,11 @@ impl Graph {
                 let (then, otherwise) = (self.tangent(then, direction), self.tangent(otherwise, direction));
                 self.select(op, left, right, then, otherwise)
             }
-            Node::Call { callee, args, wrt } => {
+            Node::Call {
+                callee,
+                ref args,
+                ref wrt,
+            } => {
                 let mut terms = Vec::new();
                 for (place, &arg) in args.iter().enumerate() {
                     let tangent = self.tangent(arg, direction);

@@ -24,6 +24,7 @@ mod nonzero;
 mod rewrite;
 
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use proc_macro2::{Ident, Span, TokenStream};
 
@@ -295,13 +296,13 @@ impl Dependence {
 /// All expressions of one declaration.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Graph {
-    nodes: Vec<Node>,
+    nodes: Vec<Rc<Node>>,
     dependence: Vec<Dependence>,
     /// For every node, the leaves that decide which side of a jump it is on.
     deciding: Vec<Dependence>,
     /// How many operations there are below each node, one in the other.
     depths: Vec<u32>,
-    known: HashMap<Node, NodeId>,
+    known: HashMap<Rc<Node>, NodeId>,
     leaves: Vec<Leaf>,
     leaf_bits: HashMap<Leaf, usize>,
     params: Vec<TokenStream>,
@@ -311,6 +312,8 @@ pub(crate) struct Graph {
     callees: Vec<Callee>,
     callee_texts: BTreeMap<String, usize>,
     derivatives: HashMap<(NodeId, derivative::Direction), NodeId>,
+    /// What [`Graph::split`] makes of sums.
+    splits: HashMap<NodeId, (f64, NodeId)>,
     residues: identity::Residues,
 }
 
@@ -321,6 +324,11 @@ impl Graph {
 
     pub(crate) fn node(&self, id: NodeId) -> &Node {
         &self.nodes[id.index()]
+    }
+
+    /// A node, to be looked at while others are made.
+    pub(crate) fn keep(&self, id: NodeId) -> Rc<Node> {
+        Rc::clone(&self.nodes[id.index()])
     }
 
     /// The tokens of a [`Node::Param`].
@@ -470,10 +478,11 @@ impl Graph {
         let depth = depth.map_or(0, |depth| depth + 1);
         limits::descend(depth);
         let id = NodeId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
-        self.nodes.push(node.clone());
+        let node = Rc::new(node);
+        self.nodes.push(Rc::clone(&node));
         self.depths.push(depth);
         let mut dependence = Dependence::default();
-        if let Node::Leaf(leaf) = node {
+        if let Node::Leaf(leaf) = *node {
             let bit = self.leaves.len();
             self.leaves.push(leaf);
             self.leaf_bits.insert(leaf, bit);
@@ -486,7 +495,7 @@ impl Graph {
         }
         // what is kept of a node grows with the number of leaves
         limits::spend(dependence.0.len() + deciding.0.len());
-        match node {
+        match *node {
             Node::Unary(Unary::Signum, a) => deciding.extend(&self.dependence[a.index()]),
             Node::Select(_, [left, right, ..]) => {
                 deciding.extend(&self.dependence[left.index()]);

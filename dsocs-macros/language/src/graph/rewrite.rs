@@ -64,35 +64,50 @@ impl Graph {
 
     /// The same operation on what becomes of its parts.
     pub(crate) fn rewrite_parts(&mut self, id: NodeId, pass: &mut impl Pass) -> NodeId {
-        let parts: Vec<_> = self
-            .parts(id)
-            .into_iter()
-            .map(|part| self.rewrite(part, pass))
-            .collect();
+        let before = self.parts(id);
+        let parts: Vec<_> = before.iter().map(|&part| self.rewrite(part, pass)).collect();
+        if parts == before && self.is_settled(id) {
+            return id;
+        }
         self.rebuild(id, &parts)
+    }
+
+    /// Whether a node becomes itself when it is made again of its parts: it is in normal form, unless its numbers have left the range of doubles,
+    /// since what is no number is not equal to itself.
+    fn is_settled(&self, id: NodeId) -> bool {
+        let is_number = |id: NodeId| match self.node(id) {
+            Node::Sum(constant, terms) => {
+                !constant.get().is_nan() && terms.iter().all(|(_, c)| !c.get().is_nan())
+            }
+            _ => true,
+        };
+        match self.node(id) {
+            Node::Product(factors) => factors.iter().all(|&(factor, _)| is_number(factor)),
+            _ => is_number(id),
+        }
     }
 
     /// The same operation on other parts (in the order of [`Graph::parts`]).
     pub(super) fn rebuild(&mut self, id: NodeId, parts: &[NodeId]) -> NodeId {
-        match self.node(id).clone() {
+        match &*self.keep(id) {
             Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => id,
             Node::Sum(constant, terms) => {
                 let terms: Vec<_> = parts
                     .iter()
-                    .zip(&terms)
+                    .zip(terms)
                     .map(|(&part, term)| (part, term.1.get()))
                     .collect();
                 self.linear(constant.get(), &terms)
             }
             Node::Product(factors) => {
-                let factors: Vec<_> = parts.iter().zip(&factors).map(|(&part, f)| (part, f.1)).collect();
+                let factors: Vec<_> = parts.iter().zip(factors).map(|(&part, f)| (part, f.1)).collect();
                 self.product(&factors)
             }
-            Node::Unary(op, _) => self.unary(op, parts[0]),
+            Node::Unary(op, _) => self.unary(*op, parts[0]),
             Node::Powf(..) => self.powf(parts[0], parts[1]),
             Node::Atan2(..) => self.atan2(parts[0], parts[1]),
-            Node::Select(op, _) => self.select(op, parts[0], parts[1], parts[2], parts[3]),
-            Node::Call { callee, wrt, .. } => self.call_partial(callee, parts.to_vec(), wrt),
+            Node::Select(op, _) => self.select(*op, parts[0], parts[1], parts[2], parts[3]),
+            Node::Call { callee, wrt, .. } => self.call_partial(*callee, parts.to_vec(), wrt.clone()),
         }
     }
 
