@@ -379,7 +379,7 @@ fn bounded(exponent: i32) -> i32 {
 }
 
 /// Sorts by node, and adds what belongs to the same one, in the order in which it stood.
-fn collect<T: Copy>(collected: &mut Vec<(NodeId, T)>, add: impl Fn(&mut T, T)) {
+pub(crate) fn collect<T: Copy>(collected: &mut Vec<(NodeId, T)>, add: impl Fn(&mut T, T)) {
     // most come in order: those of one node
     if collected.is_sorted_by(|a, b| a.0 < b.0) {
         return;

@@ -31,6 +31,7 @@ use proc_macro2::{Ident, Span, TokenStream};
 use crate::hash::{HashMap, HashSet};
 use crate::limits;
 
+pub(crate) use build::collect;
 pub(crate) use difference::Change;
 pub(crate) use nonzero::Slopes;
 pub(crate) use rewrite::{Memory, Pass, Substitution};

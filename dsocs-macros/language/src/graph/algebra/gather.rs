@@ -9,8 +9,9 @@
 //! digits that they do not have.
 
 use std::collections::BTreeSet;
+use std::rc::Rc;
 
-use super::horner::{Monomial, Polynomial, Ties, add, gather, multiply};
+use super::horner::{Monomial, Polynomial, Ties, add, gather, multiply, single};
 use super::simplify;
 use crate::graph::{Graph, Leaf, Node, NodeId};
 use crate::hash::HashMap;
@@ -34,8 +35,10 @@ pub(crate) fn slopes(graph: &mut Graph, slopes: &[NodeId]) -> Option<Vec<NodeId>
         .map(|&slope| {
             let polynomial = expansion.polynomial(graph, slope)?;
             let terms = polynomial
-                .into_iter()
-                .map(|(monomial, coefficient)| (monomial, simplify::factored_sum(graph, coefficient)))
+                .iter()
+                .map(|(monomial, &coefficient)| {
+                    (monomial.clone(), simplify::factored_sum(graph, coefficient))
+                })
                 .collect();
             Some(gather(graph, terms, Ties::FewestCoordinates))
         })
@@ -117,7 +120,7 @@ fn is_affine(graph: &Graph, sum: NodeId) -> bool {
 /// Expressions, multiplied out.
 struct Expansion {
     most: usize,
-    known: HashMap<NodeId, Option<Polynomial>>,
+    known: HashMap<NodeId, Option<Rc<Polynomial>>>,
 }
 
 impl Expansion {
@@ -140,8 +143,8 @@ impl Expansion {
         };
         let one = graph.constant(1.0);
         let terms: Vec<_> = polynomial
-            .into_iter()
-            .map(|(monomial, coefficient)| {
+            .iter()
+            .map(|(monomial, &coefficient)| {
                 // what is fixed is a factor like others
                 let (c, rest) = graph.split(coefficient);
                 let mut factors: Monomial = if rest == one {
@@ -149,20 +152,21 @@ impl Expansion {
                 } else {
                     graph.factors(rest)
                 };
-                factors.extend(monomial);
+                factors.extend_from_slice(monomial);
                 (factors, graph.constant(c))
             })
             .collect();
         gather(graph, terms, Ties::FewestCoordinates)
     }
 
-    fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
+    fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Rc<Polynomial>> {
         if let Some(known) = self.known.get(&id) {
             return known.clone();
         }
         let result = self
             .expand(graph, id)
-            .filter(|polynomial| polynomial.len() <= self.most);
+            .filter(|polynomial| polynomial.len() <= self.most)
+            .map(Rc::new);
         self.known.insert(id, result.clone());
         result
     }
@@ -172,7 +176,7 @@ impl Expansion {
         if graph.is_fixed(id) {
             return Some(Polynomial::from([(Vec::new(), id)]));
         }
-        match graph.node(id).clone() {
+        match &*graph.keep(id) {
             Node::Sum(..) if coordinates(graph, id) < 2 || is_affine(graph, id) => {
                 // without what all its terms share, it is the same in every row
                 let (common, rest) = without_common(graph, id);
@@ -183,8 +187,8 @@ impl Expansion {
                 if constant.get() != 0.0 {
                     sum.insert(Vec::new(), graph.constant(constant.get()));
                 }
-                for (term, c) in terms {
-                    for (monomial, coefficient) in self.polynomial(graph, term)? {
+                for &(term, c) in terms {
+                    for (monomial, &coefficient) in &*self.polynomial(graph, term)? {
                         let coefficient = graph.scale(c.get(), coefficient);
                         add(graph, &mut sum, monomial, coefficient);
                     }
@@ -193,13 +197,13 @@ impl Expansion {
             }
             Node::Product(factors) => {
                 let mut product = Polynomial::from([(Vec::new(), one)]);
-                for (factor, exponent) in factors {
+                for &(factor, exponent) in factors {
                     let factor = if graph.is_fixed(factor) {
-                        Polynomial::from([(Vec::new(), graph.powi(factor, exponent))])
+                        single(Vec::new(), graph.powi(factor, exponent))
                     } else if exponent == 1 {
                         self.polynomial(graph, factor)?
                     } else {
-                        Polynomial::from([(vec![(factor, exponent)], one)])
+                        single(vec![(factor, exponent)], one)
                     };
                     product = multiply(graph, &product, &factor)?;
                 }
@@ -309,7 +313,8 @@ mod tests {
         let (stretch, sine) = (graph.sub(x, y), graph.unary(Unary::Sin, z));
         let product = graph.mul(stretch, sine);
         let polynomial = Expansion::new(MOST_TERMS).polynomial(&mut graph, product);
-        let monomials: Vec<_> = polynomial.unwrap_or_default().into_keys().collect();
+        let polynomial = polynomial.unwrap_or_default();
+        let monomials: Vec<_> = polynomial.keys().collect();
         assert_eq!(monomials.len(), 1);
         assert!(monomials[0].contains(&(stretch, 1)) || monomials[0].contains(&(graph.sub(y, x), 1)));
     }

@@ -5,9 +5,10 @@
 //! the products `cⱼ aⱼ` serve every row. What costs is a product of two sequences; a sum with constant coefficients does
 //! not. So rows are multiplied out, what cancels goes, and what many terms share is taken out, as in Horner's scheme.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::rc::Rc;
 
-use crate::graph::{Graph, Leaf, Node, NodeId};
+use crate::graph::{Graph, Leaf, Node, NodeId, collect};
 use crate::hash::HashMap;
 use crate::limits;
 
@@ -24,24 +25,25 @@ pub(crate) type Polynomial = BTreeMap<Monomial, NodeId>;
 /// Multiplies rows out and gathers them.
 #[derive(Default)]
 pub(crate) struct Horner {
-    known: HashMap<NodeId, Option<Polynomial>>,
+    known: HashMap<NodeId, Option<Rc<Polynomial>>>,
 }
 
 impl Horner {
     /// The row with few products; `None` if it has too many terms.
     pub(crate) fn rewrite(&mut self, graph: &mut Graph, row: NodeId) -> Option<NodeId> {
         let polynomial = self.polynomial(graph, row)?;
-        let terms = polynomial.into_iter().collect();
-        Some(gather(graph, terms, Ties::Last))
+        let terms = polynomial.iter().map(|(monomial, &c)| (monomial.clone(), c));
+        Some(gather(graph, terms.collect(), Ties::Last))
     }
 
-    fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
+    fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Rc<Polynomial>> {
         if let Some(known) = self.known.get(&id) {
             return known.clone();
         }
         let result = self
             .expand(graph, id)
-            .filter(|polynomial| polynomial.len() <= MOST_TERMS);
+            .filter(|polynomial| polynomial.len() <= MOST_TERMS)
+            .map(Rc::new);
         self.known.insert(id, result.clone());
         result
     }
@@ -51,14 +53,14 @@ impl Horner {
             return Some(BTreeMap::from([(Vec::new(), id)]));
         }
         let one = graph.constant(1.0);
-        match graph.node(id).clone() {
+        match &*graph.keep(id) {
             Node::Sum(constant, terms) => {
                 let mut sum = BTreeMap::new();
                 if constant.get() != 0.0 {
                     sum.insert(Vec::new(), graph.constant(constant.get()));
                 }
-                for (term, c) in terms {
-                    for (monomial, coefficient) in self.polynomial(graph, term)? {
+                for &(term, c) in terms {
+                    for (monomial, &coefficient) in &*self.polynomial(graph, term)? {
                         let coefficient = graph.scale(c.get(), coefficient);
                         add(graph, &mut sum, monomial, coefficient);
                     }
@@ -66,15 +68,15 @@ impl Horner {
                 Some(sum)
             }
             Node::Product(factors) => {
-                let mut product: Polynomial = BTreeMap::from([(Vec::new(), one)]);
-                for (factor, exponent) in factors {
+                let mut product = Polynomial::from([(Vec::new(), one)]);
+                for &(factor, exponent) in factors {
                     let sum = matches!(graph.node(factor), Node::Sum(..)) && !graph.is_fixed(factor);
                     let (factor, times) = if sum && (0..=HIGHEST_POWER).contains(&exponent) {
                         (self.polynomial(graph, factor)?, exponent)
                     } else if graph.is_fixed(factor) {
-                        (BTreeMap::from([(Vec::new(), graph.powi(factor, exponent))]), 1)
+                        (single(Vec::new(), graph.powi(factor, exponent)), 1)
                     } else {
-                        (BTreeMap::from([(vec![(factor, exponent)], one)]), 1)
+                        (single(vec![(factor, exponent)], one), 1)
                     };
                     for _ in 0..times {
                         product = multiply(graph, &product, &factor)?;
@@ -87,15 +89,28 @@ impl Horner {
     }
 }
 
-pub(crate) fn add(graph: &mut Graph, polynomial: &mut Polynomial, monomial: Monomial, coefficient: NodeId) {
-    let sum = match polynomial.get(&monomial) {
-        Some(&present) => graph.add(present, coefficient),
-        None => coefficient,
+/// A polynomial of one term.
+pub(crate) fn single(monomial: Monomial, coefficient: NodeId) -> Rc<Polynomial> {
+    Rc::new(Polynomial::from([(monomial, coefficient)]))
+}
+
+/// Adds a term to a polynomial.
+pub(crate) fn add(
+    graph: &mut Graph,
+    polynomial: &mut Polynomial,
+    monomial: &[(NodeId, i32)],
+    coefficient: NodeId,
+) {
+    let Some(present) = polynomial.get_mut(monomial) else {
+        if !graph.vanishes(coefficient) {
+            polynomial.insert(monomial.to_vec(), coefficient);
+        }
+        return;
     };
+    let sum = graph.add(*present, coefficient);
+    *present = sum;
     if graph.vanishes(sum) {
-        polynomial.remove(&monomial);
-    } else {
-        polynomial.insert(monomial, sum);
+        polynomial.remove(monomial);
     }
 }
 
@@ -105,15 +120,15 @@ pub(crate) fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Opt
     }
     limits::spend(a.len() * b.len());
     let mut product = BTreeMap::new();
+    let mut monomial = Monomial::new();
     for (first, &c) in a {
         for (second, &d) in b {
-            let mut exponents: BTreeMap<NodeId, i32> = first.iter().copied().collect();
-            for &(factor, exponent) in second {
-                *exponents.entry(factor).or_insert(0) += exponent;
-            }
-            exponents.retain(|_, exponent| *exponent != 0);
+            monomial.clear();
+            monomial.extend(first.iter().chain(second));
+            collect(&mut monomial, |exponent, more| *exponent += more);
+            monomial.retain(|&(_, exponent)| exponent != 0);
             let coefficient = graph.mul(c, d);
-            add(graph, &mut product, exponents.into_iter().collect(), coefficient);
+            add(graph, &mut product, &monomial, coefficient);
         }
     }
     Some(product)
@@ -133,7 +148,7 @@ type Shared = (NodeId, bool);
 
 /// The factor to be taken out of some terms, if two share one.
 fn most_shared(graph: &Graph, terms: &[(Monomial, NodeId)], ties: Ties) -> Option<Shared> {
-    let mut counts: BTreeMap<Shared, usize> = BTreeMap::new();
+    let mut counts: HashMap<Shared, usize> = HashMap::default();
     for (monomial, _) in terms {
         // a product of two takes nothing from being taken apart unless others share a factor
         for &(factor, exponent) in monomial {
@@ -141,29 +156,65 @@ fn most_shared(graph: &Graph, terms: &[(Monomial, NodeId)], ties: Ties) -> Optio
         }
     }
     let most = counts.values().copied().max().filter(|&count| count > 1)?;
-    let mut shared = counts
-        .into_iter()
-        .filter(|&(_, count)| count == most)
-        .map(|(shared, _)| shared);
+    counts.retain(|_, count| *count == most);
+    let mut shared = counts.into_keys();
     match ties {
-        Ties::Last => shared.next_back(),
-        Ties::FewestCoordinates => shared.min_by_key(|&shared| coordinates_beside(graph, terms, shared)),
+        _ if shared.len() == 1 => shared.next(),
+        Ties::Last => shared.max(),
+        Ties::FewestCoordinates => {
+            let beside = coordinates_beside(graph, terms, shared);
+            let counts = beside
+                .into_iter()
+                .map(|(shared, places)| (count(&places), shared));
+            counts.min().map(|(_, shared)| shared)
+        }
     }
 }
 
-/// How many coordinates stand beside a factor.
-fn coordinates_beside(graph: &Graph, terms: &[(Monomial, NodeId)], (shared, positive): Shared) -> usize {
-    let has = |monomial: &Monomial| {
-        monomial
-            .iter()
-            .any(|&(factor, exponent)| factor == shared && (exponent > 0) == positive)
-    };
-    let with = terms.iter().filter(|(monomial, _)| has(monomial));
-    let others = with
-        .flat_map(|(monomial, _)| monomial)
-        .filter(|&&(factor, _)| factor != shared);
-    let places = others.flat_map(|&(factor, _)| graph.leaves(factor).filter_map(Leaf::place));
-    places.collect::<BTreeSet<_>>().len()
+/// Places of coordinates, as bits.
+type Places = Vec<u64>;
+
+fn count(places: &Places) -> u32 {
+    places.iter().map(|word| word.count_ones()).sum()
+}
+
+/// The coordinates that stand beside each of some factors.
+fn coordinates_beside(
+    graph: &Graph,
+    terms: &[(Monomial, NodeId)],
+    shared: impl Iterator<Item = Shared>,
+) -> HashMap<Shared, Places> {
+    let mut beside: HashMap<Shared, Places> = shared.map(|shared| (shared, Places::new())).collect();
+    let mut known: HashMap<NodeId, Places> = HashMap::default();
+    for (monomial, _) in terms {
+        for &(factor, exponent) in monomial {
+            let Some(beside) = beside.get_mut(&(factor, exponent > 0)) else {
+                continue;
+            };
+            for &(other, _) in monomial.iter().filter(|&&(other, _)| other != factor) {
+                let places = known.entry(other).or_insert_with(|| places(graph, other));
+                if beside.len() < places.len() {
+                    beside.resize(places.len(), 0);
+                }
+                for (word, more) in beside.iter_mut().zip(places) {
+                    *word |= *more;
+                }
+            }
+        }
+    }
+    beside
+}
+
+/// The coordinates that an expression depends on.
+fn places(graph: &Graph, id: NodeId) -> Places {
+    let mut places = Places::new();
+    for place in graph.leaves(id).filter_map(Leaf::place) {
+        if places.len() <= place / 64 {
+            places.resize(place / 64 + 1, 0);
+        }
+        places[place / 64] |= 1 << (place % 64);
+    }
+    places
 }
 
 /// The sum of some terms, with what most of them share taken out, and so on in what is left.
