@@ -15,10 +15,11 @@ pub(crate) use place::Place;
 pub(crate) use tape::{Calls, Segment, number};
 
 use std::collections::BTreeSet;
+use std::rc::Rc;
 
 use crate::graph::{Bits, Comparison, Graph, Leaf, Node, NodeId, Unary};
-use crate::hash::HashMap;
-use crate::passes::share::{Factor, Product, Shared};
+use crate::hash::{HashMap, HashSet};
+use crate::passes::share::{self, Factor, Product, Shared};
 
 /// An operation of a [`Program`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
@@ -88,15 +89,21 @@ pub(crate) struct Program<'g> {
     lowered: HashMap<NodeId, Value>,
     node_stages: HashMap<NodeId, usize>,
     shared: Shared,
+    /// The shared parts that are lowered.
+    parts: HashMap<usize, Value>,
+    /// What terms know early, as far as it is lowered.
+    early: HashMap<Early, Value>,
     /// What of a sum is computed as running sums; see [`running`].
     running: HashMap<NodeId, Vec<running::Running>>,
     running_parts: Shared,
+    /// The shared partial sums that are lowered.
+    running_values: HashMap<usize, Value>,
     /// Where every operation stands among those alike, where they are so many that those alike are written once; see [`cells`].
     cells: Vec<cells::Cell>,
 }
 
 /// A number times factors that are known before the rest of a term.
-type Early = (Bits, Vec<(NodeId, i32)>);
+type Early = (Bits, Rc<[(NodeId, i32)]>);
 
 /// A term of a sum: `± early · late`.
 #[derive(Clone)]
@@ -167,8 +174,11 @@ impl<'g> Program<'g> {
             lowered: HashMap::default(),
             node_stages: HashMap::default(),
             shared: Shared::default(),
+            parts: HashMap::default(),
+            early: HashMap::default(),
             running: HashMap::default(),
             running_parts: Shared::default(),
+            running_values: HashMap::default(),
             cells: Vec::new(),
         }
     }
@@ -178,11 +188,12 @@ impl<'g> Program<'g> {
         if let Some(&value) = self.lowered.get(&id) {
             return value;
         }
-        let value = match self.graph.node(id).clone() {
+        let graph = self.graph;
+        let value = match *graph.node(id) {
             Node::Constant(bits) => self.push(Op::Constant(bits)),
             Node::Leaf(leaf) => self.push(Op::Leaf(leaf)),
             Node::Param(param) => self.push(Op::Param(param)),
-            Node::Sum(constant, terms) => self.lower_sum(id, constant, &terms),
+            Node::Sum(constant, ref terms) => self.lower_sum(id, constant, terms),
             Node::Product(_) => self.lower_product(id),
             Node::Unary(op, a) => {
                 let a = self.lower(a);
@@ -200,8 +211,13 @@ impl<'g> Program<'g> {
                 let parts = parts.map(|part| self.lower(part));
                 self.push(Op::Select(op, parts))
             }
-            Node::Call { callee, args, wrt } => {
-                let args = args.into_iter().map(|arg| self.lower(arg)).collect();
+            Node::Call {
+                callee,
+                ref args,
+                ref wrt,
+            } => {
+                let args = args.iter().map(|&arg| self.lower(arg)).collect();
+                let wrt = wrt.clone();
                 self.push(Op::Call { callee, args, wrt })
             }
         };
@@ -289,7 +305,7 @@ impl<'g> Program<'g> {
                 Term {
                     stage,
                     negative: c.get() < 0.0,
-                    early: (Bits::new(c.get().abs()), early),
+                    early: (Bits::new(c.get().abs()), early.into()),
                     late,
                 }
             })
@@ -300,13 +316,18 @@ impl<'g> Program<'g> {
     /// each stage adds to the sum of the one before, and positive ones first, so that the sum needs no negation.
     fn groups(&mut self, terms: &[(NodeId, Bits)]) -> Vec<Vec<Term>> {
         let mut groups: Vec<Vec<Term>> = Vec::new();
+        let mut places: HashMap<(usize, Early), usize> = HashMap::default();
         for term in self.terms(terms) {
-            match groups
-                .iter_mut()
-                .find(|group| group[0].stage == term.stage && group[0].early == term.early)
-            {
-                Some(group) if !is_one(&term.early) => group.push(term),
-                _ => groups.push(vec![term]),
+            if is_one(&term.early) {
+                groups.push(vec![term]);
+                continue;
+            }
+            let place = *places
+                .entry((term.stage, term.early.clone()))
+                .or_insert(groups.len());
+            match groups.get_mut(place) {
+                Some(group) => group.push(term),
+                None => groups.push(vec![term]),
             }
         }
         for group in &mut groups {
@@ -320,15 +341,16 @@ impl<'g> Program<'g> {
     pub(crate) fn plan(&mut self, outputs: &[NodeId]) {
         self.plan_running(&self.sums(outputs));
         let mut products = BTreeSet::new();
-        let mut seen = BTreeSet::new();
+        let mut seen = HashSet::default();
+        let mut planned: HashSet<Early> = HashSet::default();
         let mut open = outputs.to_vec();
         while let Some(id) = open.pop() {
             if !seen.insert(id) {
                 continue;
             }
             let parts = self.graph.parts(id);
-            let terms = match self.graph.node(id).clone() {
-                Node::Sum(_, terms) => self.apart(id, &terms).1,
+            let terms = match self.graph.node(id) {
+                Node::Sum(_, terms) => self.apart(id, terms).1,
                 Node::Product(_) => vec![(id, Bits::new(1.0))],
                 _ => Vec::new(),
             };
@@ -345,13 +367,22 @@ impl<'g> Program<'g> {
                 } else {
                     Product::new()
                 };
+                let mut found = |product: Product| {
+                    // what is no product shares nothing
+                    if share::size(&product) > 1 {
+                        products.insert(product);
+                    }
+                };
                 for term in &group {
-                    products.insert(without(term.product(group.len() == 1), &common));
+                    found(without(term.product(group.len() == 1), &common));
                 }
-                products.insert(common);
+                found(common);
                 while !early.1.is_empty() {
+                    if !planned.insert(early.clone()) {
+                        break;
+                    }
                     let term = self.early_term(&early);
-                    products.insert(term.product(true));
+                    found(term.product(true));
                     early = term.early;
                 }
             }
@@ -361,7 +392,7 @@ impl<'g> Program<'g> {
 
     /// The sums that some expressions contain.
     fn sums(&self, outputs: &[NodeId]) -> Vec<NodeId> {
-        let (mut sums, mut seen, mut open) = (Vec::new(), BTreeSet::new(), outputs.to_vec());
+        let (mut sums, mut seen, mut open) = (Vec::new(), HashSet::default(), outputs.to_vec());
         while let Some(id) = open.pop() {
             if seen.insert(id) {
                 open.extend(self.graph.parts(id));
@@ -459,7 +490,7 @@ impl<'g> Program<'g> {
         Term {
             stage,
             negative: false,
-            early: (*coefficient, early),
+            early: (*coefficient, early.into()),
             late,
         }
     }
@@ -468,8 +499,13 @@ impl<'g> Program<'g> {
         if early.1.is_empty() {
             return self.push(Op::Constant(early.0));
         }
+        if let Some(&value) = self.early.get(early) {
+            return value;
+        }
         let term = self.early_term(early);
-        self.lower_term(&term)
+        let value = self.lower_term(&term);
+        self.early.insert(early.clone(), value);
+        value
     }
 
     /// A product of factors and shared parts, what is known first first.
@@ -492,8 +528,7 @@ impl<'g> Program<'g> {
                     (false, self.power(base, count))
                 }
                 Factor::Part(place) => {
-                    let part = self.shared.part(*place);
-                    let base = self.lower_factors(&part);
+                    let base = self.lower_part(*place);
                     (false, self.power(base, count))
                 }
             };
@@ -512,6 +547,17 @@ impl<'g> Program<'g> {
             Some(result) => result,
             None => self.push(Op::Constant(Bits::new(1.0))),
         }
+    }
+
+    /// A shared part, which may be made of others.
+    fn lower_part(&mut self, place: usize) -> Value {
+        if let Some(&value) = self.parts.get(&place) {
+            return value;
+        }
+        let part = self.shared.part(place);
+        let value = self.lower_factors(&part);
+        self.parts.insert(place, value);
+        value
     }
 
     fn power(&mut self, base: Value, n: i32) -> Value {

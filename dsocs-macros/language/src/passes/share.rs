@@ -7,6 +7,7 @@
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::rc::Rc;
 
 use crate::graph::{Bits, NodeId};
 use crate::hash::HashMap;
@@ -18,7 +19,7 @@ pub(crate) enum Factor {
     /// A node, or its reciprocal.
     Node { node: NodeId, inverse: bool },
     /// A number times factors that are known before the rest.
-    Early(Bits, Vec<(NodeId, i32)>),
+    Early(Bits, Rc<[(NodeId, i32)]>),
     /// A shared part, by its place.
     Part(usize),
 }
@@ -37,51 +38,57 @@ impl Shared {
     /// Finds the shared parts of some products: again and again the pair of factors that most products have.
     pub(crate) fn find(products: BTreeSet<Product>) -> Self {
         let originals: Vec<Product> = products.into_iter().filter(|product| size(product) > 1).collect();
-        let factors: BTreeSet<&Factor> = originals.iter().flat_map(Product::keys).collect();
-        let factors: Vec<Factor> = factors.into_iter().cloned().collect();
-        let mut search = Search::new(
-            originals
-                .iter()
-                .map(|product| numbered(product, &factors))
-                .collect(),
-        );
+        let mut numbers: HashMap<&Factor, u32> = HashMap::default();
+        for factor in originals.iter().flat_map(Product::keys) {
+            numbers.insert(factor, 0);
+        }
+        let mut factors: Vec<&Factor> = numbers.keys().copied().collect();
+        factors.sort_unstable();
+        for (number, &factor) in factors.iter().enumerate() {
+            numbers.insert(factor, narrow(number));
+        }
+        let numbered = originals.iter().map(|product| {
+            let factors = product.iter();
+            factors.map(|(factor, &count)| (numbers[factor], count)).collect()
+        });
+        let mut search = Search::new(numbered.collect(), factors.len());
         let mut parts = Vec::new();
         while let Some((pair, holders)) = search.most_frequent() {
             let part = narrow(factors.len() + parts.len());
-            for holder in holders {
-                search.replace(holder, pair, part);
-            }
+            search.replace_all(&holders, pair, part);
             parts.push(pair);
         }
         let factor = |number: u32| {
             let number = number as usize;
             let part = number.checked_sub(factors.len());
-            part.map_or_else(|| factors[number].clone(), Factor::Part)
+            part.map_or_else(|| (*factors[number]).clone(), Factor::Part)
         };
         let products = search.products.iter();
-        let products = products.map(|product| {
-            product
-                .iter()
-                .map(|&(number, count)| (factor(number), count))
-                .collect()
-        });
-        Self {
-            products: originals.into_iter().zip(products).collect(),
-            parts: parts
-                .iter()
-                .map(|&[first, second]| {
-                    if first == second {
-                        Product::from([(factor(first), 2)])
-                    } else {
-                        Product::from([(factor(first), 1), (factor(second), 1)])
-                    }
-                })
-                .collect(),
-        }
+        let products: Vec<Product> = products
+            .map(|product| {
+                let factors = product.iter();
+                factors.map(|&(number, count)| (factor(number), count)).collect()
+            })
+            .collect();
+        let parts = parts
+            .iter()
+            .map(|&[first, second]| {
+                if first == second {
+                    Product::from([(factor(first), 2)])
+                } else {
+                    Product::from([(factor(first), 1), (factor(second), 1)])
+                }
+            })
+            .collect();
+        let products = originals.into_iter().zip(products).collect();
+        Self { parts, products }
     }
 
     /// The product in terms of shared parts.
     pub(crate) fn product(&self, product: Product) -> Product {
+        if size(&product) < 2 {
+            return product;
+        }
         self.products.get(&product).cloned().unwrap_or(product)
     }
 
@@ -97,52 +104,79 @@ type Numbered = Vec<(u32, u32)>;
 /// Two factors by their numbers, the smaller first, or twice the same.
 type Pair = [u32; 2];
 
-/// A product of factors by their places.
-fn numbered(product: &Product, factors: &[Factor]) -> Numbered {
-    let places = product.iter().filter_map(|(factor, &count)| {
-        let place = factors.binary_search(factor).ok()?;
-        Some((narrow(place), count))
-    });
-    places.collect()
-}
-
 /// A number of a factor: no declaration comes near four thousand million.
 fn narrow(number: usize) -> u32 {
     u32::try_from(number).unwrap_or(u32::MAX)
+}
+
+/// The products that have a pair of factors.
+struct Holders {
+    /// Those that had it when it was found, in order.
+    found: Vec<u32>,
+    /// How many of them still have it.
+    count: usize,
 }
 
 /// The search for pairs of factors.
 struct Search {
     /// The products, in terms of the parts that were found.
     products: Vec<Numbered>,
-    /// In which products each pair of factors occurs.
-    holders: HashMap<Pair, BTreeSet<u32>>,
+    /// The pairs that several products had when they were found. No product gains a pair after that: what is new in it is a part that is new.
+    holders: HashMap<Pair, Holders>,
     /// Pairs by how many products have them; entries that have become wrong are put right when they come up.
     order: BinaryHeap<(usize, Reverse<Pair>)>,
 }
 
 impl Search {
-    fn new(products: Vec<Numbered>) -> Self {
-        let mut holders: HashMap<Pair, BTreeSet<u32>> = HashMap::default();
-        for (place, product) in products.iter().enumerate() {
-            // each pair is looked up and kept in several places
+    /// A search among some products of so many factors.
+    fn new(products: Vec<Numbered>, factors: usize) -> Self {
+        // where each factor stands: in which product, and at which place of it
+        let mut places: Vec<Vec<(u32, u32)>> = vec![Vec::new(); factors];
+        for (holder, product) in products.iter().enumerate() {
+            // each pair is looked at
             limits::spend(product.len() * product.len());
-            for (at, &(first, count)) in product.iter().enumerate() {
-                if count > 1 {
-                    holders.entry([first, first]).or_default().insert(narrow(place));
-                }
-                for &(second, _) in &product[at + 1..] {
-                    holders.entry([first, second]).or_default().insert(narrow(place));
-                }
+            for (at, &(factor, _)) in product.iter().enumerate() {
+                places[factor as usize].push((narrow(holder), narrow(at)));
             }
         }
-        let shared = holders.iter().filter(|(_, holders)| holders.len() > 1);
-        Self {
-            order: shared
-                .map(|(&pair, holders)| (holders.len(), Reverse(pair)))
-                .collect(),
+        let mut search = Self {
             products,
-            holders,
+            holders: HashMap::default(),
+            order: BinaryHeap::new(),
+        };
+        let mut found: Vec<Vec<u32>> = vec![Vec::new(); factors];
+        for (first, places) in places.iter().enumerate() {
+            let mut seconds = Vec::new();
+            for &(holder, at) in places {
+                for &(second, count) in &search.products[holder as usize][at as usize..] {
+                    if second as usize == first && count < 2 {
+                        continue;
+                    }
+                    let found = &mut found[second as usize];
+                    if found.is_empty() {
+                        seconds.push(second);
+                    }
+                    found.push(holder);
+                }
+            }
+            for second in seconds {
+                let found = &mut found[second as usize];
+                search.watch([narrow(first), second], found);
+                found.clear();
+            }
+        }
+        search
+    }
+
+    /// Watches a pair that some products have, if they are several.
+    fn watch(&mut self, pair: Pair, found: &[u32]) {
+        if found.len() > 1 {
+            let holders = Holders {
+                found: found.to_vec(),
+                count: found.len(),
+            };
+            self.holders.insert(pair, holders);
+            self.order.push((found.len(), Reverse(pair)));
         }
     }
 
@@ -152,29 +186,63 @@ impl Search {
             let Some(holders) = self.holders.get(&pair) else {
                 continue;
             };
-            if holders.len() == count {
-                return Some((pair, holders.iter().copied().collect()));
+            if holders.count == count {
+                let holders = self.holders.remove(&pair)?.found.into_iter();
+                let holders = holders.filter(|&holder| self.has(holder, pair));
+                return Some((pair, holders.collect()));
             }
-            if holders.len() > 1 {
-                self.order.push((holders.len(), Reverse(pair)));
+            if holders.count > 1 {
+                self.order.push((holders.count, Reverse(pair)));
+            } else {
+                self.holders.remove(&pair);
             }
         }
         None
     }
 
-    /// Puts a part in the place of a pair, as often as a product has the pair. Only pairs with one of the three change.
+    /// How often a product has a factor.
+    fn count(&self, holder: u32, factor: u32) -> u32 {
+        let product = &self.products[holder as usize];
+        let place = product.binary_search_by_key(&factor, |&(factor, _)| factor);
+        place.map_or(0, |place| product[place].1)
+    }
+
+    fn has(&self, holder: u32, [first, second]: Pair) -> bool {
+        if first == second {
+            self.count(holder, first) > 1
+        } else {
+            self.count(holder, first) > 0 && self.count(holder, second) > 0
+        }
+    }
+
+    /// Puts a part in the place of a pair in some products, as often as each has the pair. Only pairs with one of the three change.
+    fn replace_all(&mut self, holders: &[u32], pair: Pair, part: u32) {
+        let mut beside = Vec::new();
+        for &holder in holders {
+            self.replace(holder, pair, part);
+            for &(factor, count) in &self.products[holder as usize] {
+                if factor != part || count > 1 {
+                    beside.push((factor, holder));
+                }
+            }
+        }
+        beside.sort_unstable();
+        let mut found = Vec::new();
+        for with in beside.chunk_by(|a, b| a.0 == b.0) {
+            found.clear();
+            found.extend(with.iter().map(|&(_, holder)| holder));
+            self.watch([with[0].0, part], &found);
+        }
+    }
+
     fn replace(&mut self, holder: u32, [first, second]: Pair, part: u32) {
-        let product = &mut self.products[holder as usize];
-        let count = |product: &Numbered, factor: u32| {
-            let place = product.binary_search_by_key(&factor, |&(factor, _)| factor);
-            place.map_or(0, |place| product[place].1)
-        };
-        let before = [first, second].map(|factor| count(product, factor));
+        let before = [first, second].map(|factor| self.count(holder, factor));
         let often = if first == second {
             before[0] / 2
         } else {
             before[0].min(before[1])
         };
+        let product = &mut self.products[holder as usize];
         for (factor, left) in product.iter_mut() {
             if *factor == first {
                 *left -= often;
@@ -184,49 +252,35 @@ impl Search {
             }
         }
         product.retain(|&(_, left)| left > 0);
-        let after = [first, second].map(|factor| count(product, factor));
         limits::spend(8 * product.len());
-        let others: Vec<u32> = product.iter().map(|&(factor, _)| factor).collect();
-        // greater than all others
-        product.push((part, often));
+        let after = [first, second].map(|factor| self.count(holder, factor));
+        let Self {
+            products, holders, ..
+        } = self;
+        let product = &mut products[holder as usize];
+        let mut leave = |pair: Pair| {
+            if let Some(holders) = holders.get_mut(&pair) {
+                holders.count -= 1;
+            }
+        };
         for place in 0..(if first == second { 1 } else { 2 }) {
             let factor = [first, second][place];
             if before[place] > 1 && after[place] <= 1 {
-                self.leave([factor, factor], holder);
+                leave([factor, factor]);
             }
             if after[place] == 0 {
-                for &other in others.iter().filter(|&&other| other != factor) {
-                    self.leave([factor.min(other), factor.max(other)], holder);
+                for &(other, _) in &*product {
+                    leave([factor.min(other), factor.max(other)]);
                 }
             }
         }
-        if first != second && after.contains(&0) {
-            self.leave([first, second], holder);
-        }
-        for other in others {
-            self.enter([other, part], holder);
-        }
-        if often > 1 {
-            self.enter([part, part], holder);
-        }
-    }
-
-    fn enter(&mut self, pair: Pair, holder: u32) {
-        let holders = self.holders.entry(pair).or_default();
-        holders.insert(holder);
-        if holders.len() > 1 {
-            self.order.push((holders.len(), Reverse(pair)));
-        }
-    }
-
-    fn leave(&mut self, pair: Pair, holder: u32) {
-        if let Some(holders) = self.holders.get_mut(&pair) {
-            holders.remove(&holder);
-        }
+        // greater than all others
+        product.push((part, often));
     }
 }
 
-fn size(product: &Product) -> u32 {
+/// How many factors a product has, each as often as it occurs.
+pub(crate) fn size(product: &Product) -> u32 {
     product.values().sum()
 }
 

@@ -6,6 +6,7 @@
 //! no two sums have a pair in common (see [`crate::passes::share`]).
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 use super::{Early, Op, Program, Value, is_one};
 use crate::graph::{Bits, Node, NodeId};
@@ -33,39 +34,34 @@ pub(super) struct Running {
 #[derive(Clone)]
 struct Item {
     coefficient: f64,
-    early: BTreeMap<NodeId, i32>,
+    /// By node.
+    early: Vec<(NodeId, i32)>,
     late: Vec<(NodeId, i32)>,
 }
 
 impl Item {
     fn factor(&self) -> Factor {
-        let early = self.early.iter().map(|(&node, &n)| (node, n));
-        let factors = early.chain(self.late.iter().copied()).collect();
+        let factors = self.early.iter().chain(&self.late).copied().collect();
         Factor::Early(Bits::new(self.coefficient), factors)
     }
 }
 
 /// What all of some terms share: taken out of them.
 fn take_common(items: &mut [Item]) -> Early {
-    let mut common = items
-        .first()
-        .map_or_else(BTreeMap::new, |item| item.early.clone());
+    let mut common = items.first().map_or_else(Vec::new, |item| item.early.clone());
     for item in &*items {
-        common.retain(|node, n| item.early.get(node) == Some(&*n));
+        common.retain(|factor| item.early.binary_search(factor).is_ok());
     }
     let size = items.first().map_or(1.0, |item| item.coefficient.abs());
     #[allow(clippy::float_cmp)] // coefficients that are the same number
     let same = items.iter().all(|item| item.coefficient.abs() == size);
     for item in items {
-        item.early.retain(|node, _| !common.contains_key(node));
+        item.early.retain(|factor| common.binary_search(factor).is_err());
         if same {
             item.coefficient = item.coefficient.signum();
         }
     }
-    (
-        Bits::new(if same { size } else { 1.0 }),
-        common.into_iter().collect(),
-    )
+    (Bits::new(if same { size } else { 1.0 }), common.into())
 }
 
 /// What stands in most of some terms: a factor, or a number.
@@ -76,11 +72,11 @@ enum Mark {
 }
 
 impl Mark {
-    fn all(item: &Item) -> Vec<Self> {
+    fn all(item: &Item) -> impl Iterator<Item = Self> {
         let number = Bits::new(item.coefficient.abs());
         let number = (number != Bits::new(1.0)).then_some(Self::Number(number));
-        let factors = item.early.iter().map(|(&node, &n)| Self::Factor(node, n));
-        factors.chain(number).collect()
+        let factors = item.early.iter().map(|&(node, n)| Self::Factor(node, n));
+        factors.chain(number)
     }
 }
 
@@ -98,13 +94,13 @@ fn pieces(mut items: Vec<Item>) -> Vec<(Early, Vec<Item>)> {
         };
         let (mut with, without): (Vec<_>, Vec<_>) = items
             .into_iter()
-            .partition(|item| Mark::all(item).contains(&mark));
+            .partition(|item| Mark::all(item).any(|own| own == mark));
         let common = take_common(&mut with);
         pieces.push((common, with));
         items = without;
     }
     if !items.is_empty() {
-        pieces.push(((Bits::new(1.0), Vec::new()), items));
+        pieces.push(((Bits::new(1.0), Rc::default()), items));
     }
     pieces
 }
@@ -142,16 +138,17 @@ impl Program<'_> {
 
     /// The terms of a sum that may share partial sums with others.
     fn candidates(&mut self, sum: NodeId) -> Vec<Running> {
-        let Node::Sum(_, terms) = self.graph.node(sum).clone() else {
+        let graph = self.graph;
+        let Node::Sum(_, terms) = graph.node(sum) else {
             return Vec::new();
         };
-        let split = self.terms(&terms);
+        let split = self.terms(terms);
         let mut by_stage: BTreeMap<usize, Vec<(NodeId, Item)>> = BTreeMap::new();
         for (&(node, _), term) in terms.iter().zip(&split) {
             let size = term.early.0.get();
             let item = Item {
                 coefficient: if term.negative { -size } else { size },
-                early: term.early.1.iter().copied().collect(),
+                early: term.early.1.to_vec(),
                 late: term.late.clone(),
             };
             by_stage.entry(term.stage).or_default().push((node, item));
@@ -218,10 +215,7 @@ impl Program<'_> {
         let mut values: Vec<(bool, bool, Value)> = Vec::new();
         for factor in list.keys() {
             values.push(match factor {
-                Factor::Part(place) => {
-                    let part = self.running_parts.part(*place);
-                    (false, false, self.lower_list(&part))
-                }
+                Factor::Part(place) => (false, false, self.lower_partial_sum(*place)),
                 Factor::Early(coefficient, factors) => {
                     let negative = coefficient.get() < 0.0;
                     (negative, true, self.lower_item(coefficient.get().abs(), factors))
@@ -241,9 +235,20 @@ impl Program<'_> {
         }
     }
 
+    /// A shared partial sum, which may be made of others.
+    fn lower_partial_sum(&mut self, place: usize) -> Value {
+        if let Some(&value) = self.running_values.get(&place) {
+            return value;
+        }
+        let part = self.running_parts.part(place);
+        let value = self.lower_list(&part);
+        self.running_values.insert(place, value);
+        value
+    }
+
     /// A term without its sign: its factors are told apart again, by when they become known.
-    fn lower_item(&mut self, coefficient: f64, factors: &[(NodeId, i32)]) -> Value {
-        let term = self.early_term(&(Bits::new(coefficient), factors.to_vec()));
+    fn lower_item(&mut self, coefficient: f64, factors: &Rc<[(NodeId, i32)]>) -> Value {
+        let term = self.early_term(&(Bits::new(coefficient), Rc::clone(factors)));
         self.lower_term(&term)
     }
 }
