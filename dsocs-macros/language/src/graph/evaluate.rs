@@ -1,9 +1,5 @@
 //! The values of expressions, in numbers.
 
-use std::collections::BTreeSet;
-
-use crate::hash::HashMap;
-
 use super::{Comparison, Graph, Leaf, Node, NodeId};
 
 impl Graph {
@@ -15,18 +11,23 @@ impl Graph {
         leaf: &dyn Fn(Leaf) -> f64,
         param: &dyn Fn(usize) -> f64,
     ) -> Option<Vec<f64>> {
-        let mut needed = BTreeSet::new();
-        let mut left = nodes.to_vec();
-        while let Some(node) = left.pop() {
-            if needed.insert(node) {
-                left.extend(self.parts(node));
+        let count = nodes.iter().map(|node| node.index() + 1).max().unwrap_or(0);
+        let mut needed = vec![false; count];
+        for node in nodes {
+            needed[node.index()] = true;
+        }
+        // an expression is made after its parts, so in the order of their numbers
+        for place in (0..count).rev() {
+            if needed[place] {
+                for part in Self::parts_of(&self.nodes[place]) {
+                    needed[part.index()] = true;
+                }
             }
         }
-        let mut values: HashMap<NodeId, f64> = HashMap::default();
-        // an expression is made after its parts, so in the order of their numbers
-        for node in needed {
-            let of = |id: &NodeId| values.get(id).copied().unwrap_or(f64::NAN);
-            let value = match self.node(node) {
+        let mut values = vec![f64::NAN; count];
+        for place in (0..count).filter(|&place| needed[place]) {
+            let of = |id: &NodeId| values[id.index()];
+            let value = match &*self.nodes[place] {
                 Node::Constant(bits) => bits.get(),
                 Node::Leaf(which) => leaf(*which),
                 Node::Param(which) => param(*which),
@@ -47,13 +48,8 @@ impl Graph {
                 }
                 Node::Call { .. } => return None,
             };
-            values.insert(node, value);
+            values[place] = value;
         }
-        Some(
-            nodes
-                .iter()
-                .map(|node| values.get(node).copied().unwrap_or(f64::NAN))
-                .collect(),
-        )
+        Some(nodes.iter().map(|node| values[node.index()]).collect())
     }
 }

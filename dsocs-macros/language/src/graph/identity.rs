@@ -138,8 +138,10 @@ pub(super) fn add(a: u64, b: u64) -> u64 {
 }
 
 pub(super) fn multiply(a: u64, b: u64) -> u64 {
-    let product = u128::from(a) * u128::from(b) % u128::from(PRIME);
-    u64::try_from(product).unwrap_or_default()
+    // 2^61 = 1, so that the upper bits count like the lower ones
+    let product = u128::from(a) * u128::from(b);
+    let part = |bits: u128| u64::try_from(bits & u128::from(PRIME)).unwrap_or_default();
+    add(part(product), part(product >> EXPONENT))
 }
 
 fn power(base: u64, exponent: u64) -> u64 {
