@@ -304,6 +304,11 @@ fn what_is_too_large_is_refused() {
         repeated("x", " < x"),
         repeated("x", " = x"),
         repeated("", "|a| "),
+        repeated("", "-"),
+        repeated("", "!"),
+        repeated("", "&"),
+        repeated("x", "?"),
+        repeated("x", ".powi(2)"),
         repeated("", "return "),
         repeated("", "if x < 0 { 1 } else "),
         (format!("parameters {{ a = {deep} }}"), "nested at most"),
@@ -352,16 +357,50 @@ fn a_long_sum_is_read() {
     assert_eq!(read.join().unwrap().unwrap(), 0);
 }
 
-/// `let`s that use the one before them several times are parts of one graph, and take no more time than their number.
+/// `let`s that use the one before them several times are parts of one graph, and take no more time than their number: a walk that forgets where it has
+/// been would take each of these texts billions of steps.
 #[test]
 fn chained_lets_are_shared() {
+    const COUNT: usize = 30;
+    let uses = [
+        "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + #;",
+        "lagrangian = (dot(x).powi(2) * (2 + #.sin()) + dot(y).powi(2)) / 2; observe = [#];",
+        "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; external_forces = (#, 0);",
+        "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; holonomic = # - y;",
+        "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; nonholonomic = dot(#) + y;",
+        "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; kinematic = dot(dot(x) * #) + dot(x); constraint_forces = [(0, 1)]; branch = divide(dot(x));",
+    ];
+    let forms = [
+        "# * #.sin() + #",
+        "#.sin() + #.cos()",
+        "(# + 1) * (# + 2)",
+        "#.powi(2) + #",
+        "# / (1 + #.powi(2))",
+        "if # < 1 { # * x } else { # + 1 }",
+        "#.abs() * # + #.signum()",
+        "#.atan2(# + 1)",
+    ];
+    for (at, form) in forms.into_iter().enumerate() {
+        let lets = (0..COUNT).map(|i| {
+            let value = form.replace('#', &format!("e{i}"));
+            format!("let e{} = {value};", i + 1)
+        });
+        let lets = lets.collect::<String>();
+        // each form in two uses, each use with two forms or three
+        for used in [at, at + 3].map(|at| uses[at % uses.len()]) {
+            let used = used.replace('#', &format!("e{COUNT}"));
+            let text = format!("coordinates(x, y); let e0 = x; {lets} {used}");
+            let data = read("lets", &text, &[]).unwrap().model.data();
+            assert!(data.tape.len() > COUNT, "{form}: {used}");
+        }
+    }
+    // they grow by what is new
     let chain = |count: usize| {
         let lets = (0..count).map(|i| format!("let e{} = e{i} * e{i}.sin() + e{i};", i + 1));
         let lets = lets.collect::<String>();
         let text = format!("coordinates(x); let e0 = x; {lets} lagrangian = dot(x).powi(2) / 2 + e{count};");
         read("lets", &text, &[]).unwrap().model.data().tape.len()
     };
-    // they grow by what is new
     assert!(chain(40) < 3 * chain(20));
 }
 
