@@ -55,6 +55,7 @@ mod jumping;
 mod momenta;
 mod run;
 mod stages;
+mod unresolved;
 
 pub use crate::error::stage::{FailedStage, StageError, StageFailure};
 pub use crate::number::composition::Composition;

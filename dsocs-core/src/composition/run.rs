@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::backward;
 use super::momenta::{self, Momenta};
 use super::stages::{Course, Stage, Stages, State};
+use super::unresolved::Watch;
 use crate::error::stage::{FailedStage, StageError, StageFailure};
 use crate::error::{SetupError, StepError};
 use crate::flow::discrete::{check, constants_of};
@@ -26,7 +27,7 @@ use crate::solve::predictor::Predictor;
 use crate::solve::sum::Sum;
 use crate::start::Begins;
 use crate::start::{self, Given, Phase};
-use crate::step::singular::{self, Place};
+use crate::step::singular::{self, Change, Place};
 use crate::step::{Failing, Step};
 use crate::tape::Symmetry;
 use crate::tape::declaration::Declaration;
@@ -56,6 +57,8 @@ pub(crate) struct Composed<'s> {
     pub(super) rests: bool,
     /// The steps in which something did so that did not before, or in which such a function changed its sign.
     pub(super) unresolved: Option<Unresolved>,
+    /// What tells where an acceleration may jump in a step; `None` where none may.
+    pub(super) watch: Option<Box<Watch>>,
     /// The constraint force of the last step that was made with sides, and the node where it ended.
     pub(super) force: Option<(u64, Vector)>,
 }
@@ -157,6 +160,7 @@ impl<'s> Composed<'s> {
             may_rest: kernel.shape().jumps && Declaration::of(kernel).sides() > 0,
             rests: false,
             unresolved: None,
+            watch: None,
             force: None,
         };
         run.prepare();
@@ -170,6 +174,7 @@ impl<'s> Composed<'s> {
 
     /// Makes the stages for the current step.
     pub(super) fn prepare(&mut self) {
+        self.watch_anew();
         let shape = self.kernel.shape();
         if let Some(joined) = &mut self.joined {
             joined.past.clear();
@@ -215,6 +220,7 @@ impl<'s> Composed<'s> {
         let (course, joined) = (self.course.clone(), self.joined.clone());
         let made = self.make();
         if made.is_ok() && !self.has_crossed(&course) {
+            self.watch();
             return Ok(made?);
         }
         (self.course, self.joined) = (course, joined);
@@ -458,7 +464,8 @@ impl<'s> Composed<'s> {
         let part = determinants.part();
         let fallen = determinants.look();
         let is_led = guess == Guess::Predicted || stage.predictor.last().is_none();
-        if is_led && !fallen {
+        let begins = place == 0 && self.course.clock.index() == self.course.since;
+        if is_led && !fallen && !begins {
             return Ok(());
         }
         let stage = &self.course.stages[place];
@@ -467,7 +474,14 @@ impl<'s> Composed<'s> {
             q: state.q.hi.clone(),
             v: state.kicked(0.5 * stage.h),
         };
-        if let Some(singularity) = singular::on_the_way(&self.declaration(), &[from, to], &state.a) {
+        let declaration = self.declaration();
+        if begins {
+            if singular::change(&declaration, [&from, &to], &state.a) != Change::Little {
+                NearlySingular::count(&mut self.nearly_singular, stage.leg.t);
+            }
+            return Ok(());
+        }
+        if let Some(singularity) = singular::on_the_way(&declaration, &[from, to], &state.a) {
             let cause = self.step_of(stage).refused(StepFailure::PassesSingularity, z);
             return Err(self.failed_at(place, state, |error| error.at(singularity), cause));
         }
@@ -596,7 +610,9 @@ impl Run for Composed<'_> {
         if self.may_rest {
             return self.make_with_sides();
         }
-        Ok(self.make()?)
+        let report = self.make()?;
+        self.watch();
+        Ok(report)
     }
 
     fn tell(&self, node: NodeMut<'_>) {

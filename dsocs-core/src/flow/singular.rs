@@ -7,7 +7,7 @@ use crate::run::NearlySingular;
 use crate::solve::Vector;
 use crate::solve::failure::StepFailure;
 use crate::start;
-use crate::step::singular::{self, Place};
+use crate::step::singular::{self, Change, Place};
 
 impl Discrete<'_> {
     /// Looks at a step whose determinant has become small or has passed zero, or that was not solved from its prediction: a motion that ends at a
@@ -36,16 +36,17 @@ impl Discrete<'_> {
         }
         let (way, declaration) = (self.way(e), self.declaration());
         let near = Vector::of(e).map(|e| e / (self.course.h * self.course.h));
-        let falls = singular::falls(&declaration, [&way[0], &way[1]], &near);
+        let change = singular::change(&declaration, [&way[0], &way[1]], &near);
         // without a past it is the start that the determinant comes from
-        if part.is_nan() && !falls {
+        let begins = part.is_nan();
+        if begins && change == Change::Little {
             return Ok(());
         }
         if let Some(singularity) = singular::on_the_way(&declaration, &way, &near) {
             let cause = self.next_step().refused(StepFailure::PassesSingularity, z);
             return Err(self.failed(cause).at(singularity));
         }
-        if part < 0.0 || falls {
+        if part < 0.0 || change == Change::Falls || (begins && change == Change::Rises) {
             NearlySingular::count(&mut self.nearly_singular, self.course.time());
         }
         Ok(())

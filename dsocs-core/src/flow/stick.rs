@@ -67,6 +67,12 @@ impl Contacts {
     }
 }
 
+/// Whether an argument has gone from one side to the other.
+fn crosses(before: &[Piece], after: &[Piece]) -> bool {
+    let mut both = before.iter().zip(after);
+    both.any(|ends| matches!(ends, (Piece::Minus, Piece::Plus) | (Piece::Plus, Piece::Minus)))
+}
+
 impl Discrete<'_> {
     /// The next step, with a declaration and its contacts.
     fn contact<'a>(&'a self, declaration: Declaration<'a>, contacts: &'a Contacts) -> Contact<'a> {
@@ -272,9 +278,8 @@ impl Discrete<'_> {
             stop,
             guess: Guess::Predicted,
         };
-        if solution.switches && solution.rests() {
-            self.count_unresolved(self.course.time(), 0.0);
-        } else if solution.switches {
+        // a stop costs no order, and neither does a release
+        if solution.switches && (!solution.rests() || crosses(&contacts.pieces, &solution.pieces)) {
             self.count_departure(&solution.e, Stop::Update);
         }
         let index = self.course.index();
@@ -323,7 +328,10 @@ impl Discrete<'_> {
                 stop: if steady { Stop::Sticks } else { Stop::Update },
                 guess: Guess::Given,
             };
-            if old.switches || new.switches {
+            if [&old, &new]
+                .iter()
+                .any(|found| crosses(&contacts.pieces, &found.pieces))
+            {
                 self.count_unresolved(self.course.time(), 0.0);
             }
             (

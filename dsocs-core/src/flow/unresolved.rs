@@ -2,31 +2,18 @@
 //!
 //! A step evaluates a force on its two legs. If the force switches between them and nowhere else, the rows do not show it. An example is dry
 //! friction where the velocity changes its sign. The rows are solved, but the error of the motion is of first order in the step. So the force is
-//! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly, or at least in every quarter of
-//! the way: a force that grows from nothing, as after a start from rest, is bent on the scale of any step. The same holds for a constraint or a
-//! Lagrangian with pieces: of these the acceleration is looked at.
+//! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly, or at least as a polynomial of low
+//! degree does: a force that grows from nothing, as after a start from rest, or that has a multiple zero, is bent on the scale of any step. The same holds
+//! for a constraint or a Lagrangian with pieces: of these the acceleration is looked at. See [`crate::step::jumps`].
 
 use super::discrete::Discrete;
 use crate::number::point::AnyLeg;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::solve::predictor;
-use crate::start;
+use crate::step::jumps;
 use crate::step::smooth::FORESEEN;
 use crate::tape::declaration::Declaration;
-
-/// In so many equal parts a step is divided to tell whether a force or an acceleration jumps.
-const PLACES: u8 = 16;
-
-/// So many of them are a part of the way in which what is smooth is nearly linear.
-const QUARTER: usize = 4;
-
-/// What is smooth departs from a straight line over a quarter of the way by less than this part of its departure over the whole: a parabola by 0.06, and
-/// what grows with the sixth power of the time from a start at rest, as the cube of a position does, by 0.18. What jumps departs by as much.
-const LEFT: f64 = 0.19;
-
-/// A force is unresolved if its departure from a straight line, over a step, is more than this part of the change of the momentum.
-const UNRESOLVED: f64 = 0.1;
 
 impl Discrete<'_> {
     /// Whether a force or a row may switch between the places where a step evaluates it.
@@ -77,7 +64,7 @@ impl Discrete<'_> {
 
     /// Counts a step that is too long for what switches in it.
     fn count(&mut self, time: f64, part: f64, stop: Stop) {
-        if part > UNRESOLVED || stop == Stop::Jump {
+        if part > jumps::UNRESOLVED || stop == Stop::Jump {
             self.count_unresolved(time, part);
         }
     }
@@ -90,9 +77,9 @@ impl Discrete<'_> {
             part = part.max(departure(&declaration, h, leg, e));
         }
         if shape.piecewise
-            && let Some(accelerations) = accelerations(&declaration, h, leg, e)
+            && let Some(accelerations) = jumps::accelerations(&declaration, |part| between(h, leg, e, part))
         {
-            part = part.max(jump_of_acceleration(&accelerations, h, leg));
+            part = part.max(jumps::of_acceleration(&accelerations, h, leg.d));
             part = part.max(kick(&accelerations, h, leg, e));
         }
         part
@@ -109,55 +96,12 @@ fn between(h: f64, leg: AnyLeg<'_, f64>, e: &[f64], part: f64) -> (f64, Vector, 
     (leg.t + place * h, q, v)
 }
 
-/// The accelerations at equally spaced places from the middle of the first leg to that of the second; `None` where the equations do not determine one.
-fn accelerations(
-    declaration: &Declaration<'_>,
-    h: f64,
-    leg: AnyLeg<'_, f64>,
-    e: &[f64],
-) -> Option<Vec<Vector>> {
-    let places = (0..=PLACES).map(|place| {
-        let (t, q, v) = between(h, leg, e, f64::from(place) / f64::from(PLACES));
-        let found = start::acceleration(declaration, (t, &q, &v), None);
-        found.ok().map(|(a, _)| a)
-    });
-    places.collect()
-}
-
-/// The least and the greatest of some numbers.
-fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| {
-        [least.min(x), most.max(x)]
-    })
-}
-
-/// How much the acceleration jumps between the middles of two legs, relative to itself: the largest of all components.
-fn jump_of_acceleration(accelerations: &[Vector], h: f64, leg: AnyLeg<'_, f64>) -> f64 {
-    let jump = |i: usize| {
-        let [least, most] = range(accelerations.iter().map(|a| a[i]));
-        let jumps = accelerations
-            .windows(2)
-            .map(|pair| (pair[1][i] - pair[0][i]).abs());
-        let widest = jumps.fold(0.0, f64::max);
-        // what moves a node by less than the rounding of the increment is no jump
-        let is_rounding = widest * h * h <= f64::EPSILON * leg.d[i].abs();
-        // what is smooth changes little from place to place
-        let is_jump = !is_rounding && widest >= 0.5 * (most - least);
-        if is_jump {
-            widest / most.abs().max(least.abs())
-        } else {
-            0.0
-        }
-    };
-    (0..leg.d.len()).map(jump).fold(0.0, f64::max)
-}
-
 /// How much of the velocity changes in a step although no acceleration on its way explains it, as at a corner of a constraint or where a mass jumps: the
 /// largest of all components.
 fn kick(accelerations: &[Vector], h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
     let parts = (0..e.len()).map(|i| {
         let velocity = leg.d[i].abs().max((leg.d[i] + e[i]).abs());
-        let [least, most] = range(accelerations.iter().map(|a| a[i] * h * h));
+        let [least, most] = jumps::range(accelerations.iter().map(|a| a[i] * h * h));
         (e[i] - e[i].max(least).min(most)).abs() / velocity
     });
     parts.fold(0.0, f64::max)
@@ -173,9 +117,7 @@ fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f
         declaration.external_forces(t, &q[..], &v[..], &mut force);
         force
     };
-    let forces: Vec<Vector> = (0..=PLACES)
-        .map(|place| force(f64::from(place) / f64::from(PLACES)))
-        .collect();
+    let forces: Vec<Vector> = jumps::places().map(force).collect();
     let arrives = declaration.arriving(h, leg);
     let leaves = declaration.arriving(
         h,
@@ -187,11 +129,10 @@ fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f
     );
     let parts = (0..e.len()).map(|i| {
         let values: Vec<f64> = forces.iter().map(|force| force[i]).collect();
-        let whole = aside(&values);
-        let quarters = values.windows(QUARTER + 1).step_by(QUARTER).map(aside);
-        if quarters.fold(0.0, f64::max) <= LEFT * whole {
+        if jumps::is_smooth(&values) {
             return 0.0;
         }
+        let whole = aside(&values);
         // L_d is a Lagrangian, not an action: its derivatives are momenta divided by the step
         let change = (leaves[i] - arrives[i]).abs();
         let ends = [values.first(), values.last()].into_iter().flatten();

@@ -6,6 +6,7 @@
 
 mod guesses;
 mod interpreted;
+pub(crate) mod jumps;
 pub(crate) mod pair;
 pub(crate) mod singular;
 pub(crate) mod slices;

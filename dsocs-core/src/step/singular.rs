@@ -25,6 +25,10 @@ const GROWS: f64 = 16.0;
 /// of what it was, so that it is not missed where it will be less than two steps from zero.
 const FALLS: f64 = 0.25;
 
+/// Where a run begins, a determinant that grows by more than this part of itself in the first step is less than two such steps from zero: there the
+/// acceleration is another one at each end of the step.
+const RISES: f64 = 0.5;
+
 /// A constraint whose part that is independent of those before it is below this part of what it was is dependent.
 pub(crate) const DEPENDENT: f64 = 1e-6;
 
@@ -95,15 +99,32 @@ impl Place {
     }
 }
 
-/// Whether the determinant of the equations for the acceleration changes so much from one place to another that it may pass zero in four such steps.
+/// How the determinant of the equations for the acceleration changes from one place to another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Change {
+    /// Little.
+    Little,
+    /// It may pass zero in four such steps, or has passed it.
+    Falls,
+    /// It grows by so much that the motion comes from a place beside zero.
+    Rises,
+}
+
+/// How the determinant changes from one place to another.
 #[cold]
-pub(crate) fn falls(declaration: &Declaration<'_>, places: [&Place; 2], near: &[f64]) -> bool {
+pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], near: &[f64]) -> Change {
     let [Some(first), Some(second)] = places.map(|place| place.solve(declaration, near)) else {
-        return true;
+        return Change::Falls;
     };
     let unit = second.determinant.exponent;
     let [before, now] = [first, second].map(|solved| solved.determinant.in_units_of(unit));
-    before * now < 0.0 || before.abs() > (1.0 + FALLS) * now.abs()
+    if before * now < 0.0 || before.abs() > (1.0 + FALLS) * now.abs() {
+        Change::Falls
+    } else if now.abs() > (1.0 + RISES) * before.abs() {
+        Change::Rises
+    } else {
+        Change::Little
+    }
 }
 
 /// The time at which constraints of positions and velocities depend on each other on a way, from 0 to 1, and the first that says nothing beside those

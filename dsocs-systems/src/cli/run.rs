@@ -127,13 +127,14 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
     let (mut lost, mut errors, mut energy) = (Lost::default(), Errors::default(), Energy::default());
-    let (mut unresolved, mut nearly_singular) = (None, None);
+    let (mut unresolved, mut nearly_singular, mut may_divide) = (None, None, false);
     let interrupted = interrupt::watch();
     let result = entry.run(&plan, &beginning, &mut |row| {
         lost.look(row);
         errors.look(row);
         energy.look(row);
         (unresolved, nearly_singular) = (row.unresolved, row.nearly_singular);
+        may_divide = row.declaration.shape().may_divide();
         if interrupted.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
@@ -166,7 +167,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         errors.note(entry.description().names(), result.is_err()),
         energy.note(plan.method, plan.h),
         unresolved.map(switched),
-        nearly_singular.map(near),
+        nearly_singular.map(|found| near(found, may_divide)),
         arguments.accuracy.note(),
     ];
     let notes: Vec<String> = notes.into_iter().flatten().collect();
@@ -328,11 +329,15 @@ fn switched(Unresolved { steps, first, .. }: Unresolved) -> String {
 }
 
 /// What is to be said of steps in which the equations were nearly singular.
-fn near(NearlySingular { steps, first }: NearlySingular) -> String {
+fn near(NearlySingular { steps, first }: NearlySingular, may_divide: bool) -> String {
+    let factor = if may_divide {
+        "; a factor of a constraint that vanishes may be divided out, `branch = divide(factor)`"
+    } else {
+        ""
+    };
     format!(
         "warning: the equations are nearly singular in {steps} step{}, first about t = {first:.3}: they hardly determine the acceleration there, and the error of \
-         the motion may be much larger than elsewhere, with that of multipliers (a smaller `--step` shows it; a factor of a constraint that vanishes may be \
-         divided out, `branch = divide(factor)`)",
+         the motion may be much larger than elsewhere, with that of multipliers (a smaller `--step` shows it{factor})",
         if steps == 1 { "" } else { "s" }
     )
 }

@@ -17,7 +17,7 @@ pub struct Row<'a> {
     pub balance: Option<(f64, Option<f64>)>,
     /// How regular the equations are at the node, in a certified run.
     pub regularity: Option<Regularity>,
-    /// The steps so far that were too long for the external forces.
+    /// The steps so far that were too long for what jumps in them.
     pub unresolved: Option<Unresolved>,
     /// The steps so far in which the equations were nearly singular.
     pub nearly_singular: Option<NearlySingular>,

@@ -38,14 +38,12 @@ pub(super) fn run(
             Some(&mut held)
         };
         let shape = system.kernel().shape();
-        // what the step says of forces is asked for at every node
-        let forced = shape.external_forces && plan.method == Method::Step && !plan.certify;
         let is_closed = !shape.external_forces
             && !shape.depends_on_time
             && shape.kinematic == 0
             && plan.inputs.is_empty()
             && !matches!(plan.method, Method::Tolerance(_));
-        hand_on(run, (forced, is_closed), error, plan, sink)
+        hand_on(run, is_closed, error, plan, sink)
     })
 }
 
@@ -146,13 +144,13 @@ fn driven(run: &mut dyn Run, plan: &Plan, take: &mut Take<'_>) -> Result<(), Run
 /// Hands the nodes of a run on.
 fn hand_on(
     run: &mut dyn Run,
-    (forced, is_closed): (bool, bool),
+    is_closed: bool,
     mut error: Option<&mut dyn Errors>,
     plan: &Plan,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
     let mut node = OwnedNode::new(run.kernel().shape().dimension());
-    let is_driven = forced || !plan.inputs.is_empty();
+    let is_driven = !plan.inputs.is_empty();
     let mut failed = None;
     let mut take = |run: &dyn Run| {
         node.take(run);
@@ -161,7 +159,7 @@ fn hand_on(
         let regularity = || run.regularity().or(Some(Regularity::UNKNOWN));
         let mut row = Row {
             regularity: (plan.certify && !is_driven).then(regularity).flatten(),
-            unresolved: is_driven.then(|| run.unresolved()).flatten(),
+            unresolved: run.unresolved(),
             nearly_singular: run.nearly_singular(),
             balance: is_closed.then(|| balance(&declaration, &node)),
             ..Row::of(node, declaration)
