@@ -7,6 +7,7 @@
 pub(crate) mod deficiency;
 pub(crate) mod lengths;
 pub(crate) mod multipliers;
+pub(crate) mod resting;
 pub(crate) mod rounding;
 pub(crate) mod sides;
 pub(crate) mod stacked;

@@ -50,7 +50,8 @@ pub enum SeriesFailure {
         /// The first constraint that says nothing there beside those before it.
         row: DependentRow,
     },
-    /// The motion has come to a place where a function jumps, and from both sides it leads back to this place.
+    /// The motion has come to a place where a function jumps, from both sides it leads back to this place, and no motion at rest is found that goes on,
+    /// since the function that jumps is one of your own, or does not depend on the velocity.
     #[error("the motion sticks where `{switch}` is zero")]
     Sticks {
         /// The argument whose sign changes there, as written in the declaration. For a comparison in one of your functions, the function's
@@ -203,9 +204,9 @@ impl fmt::Display for SeriesError {
             (SeriesFailure::Sticks { switch }, _) => write!(
                 f,
                 "the motion sticks at t = {t}, ({}) = {q:?}, with the velocity {v:?}: `{switch}` is zero there, and the motions on \
-                 both of its sides lead back. A `Flow` follows a motion that sticks; a series does not. Replace the jump by a steep smooth \
-                 function, such as `(v / 0.001).tanh()` for `v.signum()`, or go on from here with a system in which sticking is a \
-                 constraint",
+                 both of its sides lead back. Such a motion goes on at rest where a `signum` or a comparison of the declaration itself jumps with the \
+                 velocity, and the forces at rest are determined. Declare it so, without a function of your own; or replace the jump by a steep smooth \
+                 function, such as `(v / 0.001).tanh()` for `v.signum()`",
                 coordinates.join(", ")
             ),
             (SeriesFailure::Jumps { switch, by }, _) => {

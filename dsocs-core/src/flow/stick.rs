@@ -6,6 +6,7 @@ use crate::error::StepError;
 use crate::kernel::report::{Guess, StepReport};
 use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::multipliers;
+use crate::regularity::resting;
 use crate::regularity::sides::Piece;
 use crate::regularity::sticking::{self, Contact, Outlook};
 use crate::run::Unresolved;
@@ -50,7 +51,7 @@ impl Contacts {
         let mut pieces = sticking::pieces_of_leg(declaration, h, leg);
         let multipliers = declaration.shape().multipliers();
         if a0.is_some()
-            && let Some(found) = sticking::of_motion(declaration, (*t0, q0, v0), multipliers, None)
+            && let Some(found) = resting::of_motion(declaration, (*t0, q0, v0), multipliers, None)
         {
             for (piece, still) in pieces.iter_mut().zip(&found.still) {
                 if *still {
@@ -389,7 +390,7 @@ impl Discrete<'_> {
         let shape = self.shape();
         if shape.jumps
             && declaration.sides() > 0
-            && let Some(found) = sticking::of_motion(
+            && let Some(found) = resting::of_motion(
                 &declaration,
                 (point.t, point.q, point.v),
                 shape.multipliers(),

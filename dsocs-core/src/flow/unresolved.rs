@@ -2,8 +2,8 @@
 //!
 //! A step evaluates a force on its two legs. If the force switches between them and nowhere else, the rows do not show it. An example is dry
 //! friction where the velocity changes its sign. The rows are solved, but the error of the motion is of first order in the step. So the force is
-//! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly, or at least as a polynomial of low
-//! degree does: a force that grows from nothing, as after a start from rest, or that has a multiple zero, is bent on the scale of any step. The same holds
+//! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly, in every quarter of the way or as a
+//! polynomial of low degree does: a force that grows from nothing, as after a start from rest, or that has a multiple zero, is bent on the scale of any step. The same holds
 //! for a constraint or a Lagrangian with pieces: of these the acceleration is looked at. See [`crate::step::jumps`].
 
 use super::discrete::Discrete;
@@ -132,24 +132,11 @@ fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f
         if jumps::is_smooth(&values) {
             return 0.0;
         }
-        let whole = aside(&values);
+        let whole = jumps::aside(&values);
         // L_d is a Lagrangian, not an action: its derivatives are momenta divided by the step
         let change = (leaves[i] - arrives[i]).abs();
         let ends = [values.first(), values.last()].into_iter().flatten();
         whole / ends.fold(change, |largest, force| largest.max(force.abs()))
     });
     parts.fold(0.0, f64::max)
-}
-
-/// How far equally spaced values are from the straight line between the first and the last.
-fn aside(values: &[f64]) -> f64 {
-    let (Some(first), Some(last)) = (values.first(), values.last()) else {
-        return 0.0;
-    };
-    let count = values.len().saturating_sub(1).max(1) as f64;
-    let asides = values.iter().enumerate().map(|(k, value)| {
-        let line = first + k as f64 / count * (last - first);
-        (value - line).abs()
-    });
-    asides.fold(0.0, f64::max)
 }

@@ -30,7 +30,7 @@
 //! fro between two nodes for ever. By the rules above it is at rest when the next leg is.
 
 use crate::number::bounded::Bounded;
-use crate::number::point::{AnyLeg, AnyPoint, OwnedLeg, map, moved};
+use crate::number::point::{AnyLeg, OwnedLeg, map, moved};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 use crate::regularity::sides::{self, Linear, Piece, Sided};
@@ -136,7 +136,7 @@ pub(crate) fn pieces_of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'
 }
 
 /// Which arguments are zero, to rounding, at a position and a velocity.
-fn zero(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<bool> {
+pub(super) fn zero(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<bool> {
     let arguments = declaration.side_arguments(
         Bounded::splat(t),
         &map(q, Bounded::splat),
@@ -377,92 +377,18 @@ impl Contact<'_> {
 }
 
 /// The values of what was differentiated, column by column.
-fn values(columns: &[Vec<Tangent>]) -> Vec<f64> {
+pub(super) fn values(columns: &[Vec<Tangent>]) -> Vec<f64> {
     columns
         .first()
         .map_or_else(Vec::new, |column| column.iter().map(|x| x.value()).collect())
 }
 
 /// The derivatives; columns that are missing are zero.
-fn derivatives(columns: &[Vec<Tangent>], rows: usize, count: usize) -> Matrix {
+pub(super) fn derivatives(columns: &[Vec<Tangent>], rows: usize, count: usize) -> Matrix {
     Matrix::from_fn(rows, count, |i, j| {
         columns
             .get(j)
             .and_then(|column| column.get(i))
             .map_or(0.0, |x| x.derivative())
     })
-}
-
-/// The acceleration, the multipliers and the sides of the continuous system at a point where an argument is zero; `None` elsewhere, and where there is
-/// none. An argument stays zero as long as a side between its bounds makes it do so.
-#[cold]
-pub(crate) fn of_motion(
-    declaration: &Declaration<'_>,
-    (t, q, v): (f64, &[f64], &[f64]),
-    multipliers: usize,
-    near: Option<&[f64]>,
-) -> Option<Sided> {
-    let zero = zero(declaration, t, q, v);
-    if !zero.contains(&true) {
-        return None;
-    }
-    let n = q.len();
-    // the arguments as they change: what does not depend on the acceleration, and the slopes by it
-    let fixed_q: Vec<Tangent> = q.iter().zip(v).map(|(q, v)| Tangent::new(*q, *v)).collect();
-    let drift = declaration.side_arguments(Tangent::new(t, 1.0), &fixed_q, &map(v, Tangent::splat));
-    let still_q = map(q, Tangent::splat);
-    let slopes: Vec<_> = (0..n)
-        .map(|j| declaration.side_arguments(Tangent::splat(t), &still_q, &moved(v, j)))
-        .collect();
-    let slope = |g: usize, j: usize| {
-        if zero[g] && j < n {
-            slopes[j][g].derivative()
-        } else {
-            0.0
-        }
-    };
-    let (still_v, time) = (map(v, Tangent::splat), Tangent::splat(t));
-    let linearize = |x: &[f64], sides: &[f64]| {
-        let rows = |x: &[Tangent], sides: &[Tangent]| {
-            let (a, multipliers) = x.split_at(n);
-            let point = AnyPoint {
-                t: time,
-                q: &still_q,
-                v: &still_v,
-                a,
-            };
-            declaration.sided_continuous(point, multipliers, sides)
-        };
-        let (fixed, plain) = (map(sides, Tangent::splat), map(x, Tangent::splat));
-        let by_unknowns: Vec<_> = (0..x.len()).map(|j| rows(&moved(x, j), &fixed)).collect();
-        let by_sides: Vec<_> = (0..sides.len()).map(|g| rows(&plain, &moved(sides, g))).collect();
-        Linear {
-            rows: values(&by_unknowns),
-            by_unknowns: derivatives(&by_unknowns, x.len(), x.len()),
-            by_sides: derivatives(&by_sides, x.len(), sides.len()),
-            arguments: (0..sides.len())
-                .map(|g| {
-                    if zero[g] {
-                        let terms = (0..n).map(|j| slope(g, j) * x[j]);
-                        drift[g].derivative() + terms.sum::<f64>()
-                    } else {
-                        drift[g].value()
-                    }
-                })
-                .collect(),
-            slopes: Matrix::from_fn(sides.len(), x.len(), slope),
-        }
-    };
-    let pieces: Vec<Piece> = (0..zero.len())
-        .map(|g| {
-            if zero[g] {
-                Piece::Between
-            } else {
-                Piece::of(drift[g].value())
-            }
-        })
-        .collect();
-    let x = (0..n + multipliers).map(|i| near.and_then(|near| near.get(i)).copied().unwrap_or(0.0));
-    let guess = Sided::guess(x.collect(), pieces);
-    sides::solve(&linearize, &guess, &vec![0.0; n + multipliers], 1.0)
 }

@@ -2,8 +2,8 @@
 
 /// The steps of a run that were too long for what switches in them. In such a step, an external force departs from the straight line between its
 /// values on the two legs. The step is counted if this departure is more than a tenth of the change of the momentum over the step, or of the force
-/// if that is larger, and if it is not that of a polynomial of the fourth degree: what is smooth is nearly one on a step, also where it grows from nothing
-/// or has a multiple zero. If a constraint or the Lagrangian has a `signum` or a comparison, the step is also counted if the acceleration jumps by more than
+/// if that is larger, and if it is left within a quarter of the step: a smooth force is nearly straight there, also where it grows from nothing,
+/// or it is nearly a polynomial of the fifth degree, as where it has a multiple zero. If a constraint or the Lagrangian has a `signum` or a comparison, the step is also counted if the acceleration jumps by more than
 /// a tenth of itself; and if the velocity changes by a tenth of itself although no acceleration explains it. Each such step reduces the
 /// order of the run to 1, and a velocity that jumps makes the motion depend on where the nodes lie.
 ///
@@ -14,8 +14,7 @@
 ///
 /// A [`ComposedFlow`](crate::ComposedFlow) looks at accelerations: a step is counted if one jumps in it by more than a tenth of itself.
 ///
-/// Three things help: a smaller step, a function that changes more smoothly, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the jump, unless the motion
-/// sticks there. What switches is evaluated at some places between the legs, and only in steps that differ from their prediction. So a pulse
+/// Three things help: a smaller step, a function that changes more smoothly, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the jump. What switches is evaluated at some places between the legs, and only in steps that differ from their prediction. So a pulse
 /// that lies between two of these places may be missed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unresolved {

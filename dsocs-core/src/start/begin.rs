@@ -9,7 +9,7 @@ use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 use crate::regularity::deficiency;
 use crate::regularity::multipliers::of_motion;
-use crate::regularity::sticking;
+use crate::regularity::resting;
 use crate::regularity::undefined::{self, Undefined};
 use crate::solve::dense::Matrix;
 use crate::solve::failure::{NewtonFailure, StepFailure};
@@ -416,7 +416,7 @@ pub(crate) fn acceleration(
     };
     if shape.jumps
         && declaration.sides() > 0
-        && let Some(found) = sticking::of_motion(declaration, (t, q, v), shape.multipliers(), near)
+        && let Some(found) = resting::of_motion(declaration, (t, q, v), shape.multipliers(), near)
     {
         return Ok(split(&found.x));
     }

@@ -9,13 +9,19 @@ use crate::tape::declaration::Declaration;
 /// In so many equal parts a way is divided.
 const PLACES: u8 = 16;
 
-/// The degree of the polynomials that a step resolves. Lower ones do not hold a force that grows from nothing as the cube of a position does, after a start
-/// at rest, nor one with a multiple zero; higher ones follow a switch.
-const DEGREE: usize = 4;
+/// So many of them are a part of the way in which what is smooth is nearly linear.
+const QUARTER: usize = 4;
 
-/// What a step resolves departs from a polynomial of this degree by less than this part of its range: the sixth power of the time by 0.042, wherever its
-/// zero lies; a jump by a third, at least; tanh(t/w) by 0.04 to 0.15 if w is a tenth of the step, and by 0.014 to 0.044 if it is a fifth.
-const LEFT: f64 = 0.05;
+/// What is smooth departs from a straight line over a quarter of the way by less than this part of its departure over the whole: a parabola by 0.06, and
+/// what grows with the sixth power of the time from a start at rest, as the cube of a position does, by 0.18. What jumps departs by as much.
+const STRAIGHT: f64 = 0.19;
+
+/// What has a multiple zero on the way departs by more, but hardly from a polynomial of this degree.
+const DEGREE: usize = 5;
+
+/// It does so by less than this part of its range. A jump departs by a quarter, at least; tanh(t/w) by 0.02 to 0.1 if w is a tenth of the step, and by
+/// 0.004 to 0.013 if it is a quarter.
+const LEFT: f64 = 0.004;
 
 /// What departs by more than this part of itself is unresolved.
 pub(crate) const UNRESOLVED: f64 = 0.1;
@@ -25,8 +31,27 @@ pub(crate) fn places() -> impl Iterator<Item = f64> {
     (0..=PLACES).map(|place| f64::from(place) / f64::from(PLACES))
 }
 
-/// Whether values at the places of a way are nearly those of a polynomial of low degree, as its distance by least squares tells.
+/// How far equally spaced values are from the straight line between the first and the last.
+pub(crate) fn aside(values: &[f64]) -> f64 {
+    let (Some(first), Some(last)) = (values.first(), values.last()) else {
+        return 0.0;
+    };
+    let count = values.len().saturating_sub(1).max(1) as f64;
+    let asides = values.iter().enumerate().map(|(k, value)| {
+        let line = first + k as f64 / count * (last - first);
+        (value - line).abs()
+    });
+    asides.fold(0.0, f64::max)
+}
+
+/// Whether values at the places of a way are those of something smooth.
 pub(crate) fn is_smooth(values: &[f64]) -> bool {
+    let quarters = values.windows(QUARTER + 1).step_by(QUARTER).map(aside);
+    quarters.fold(0.0, f64::max) <= STRAIGHT * aside(values) || is_polynomial(values)
+}
+
+/// Whether they are nearly those of a polynomial of low degree, as its distance by least squares tells.
+fn is_polynomial(values: &[f64]) -> bool {
     let [least, most] = range(values.iter().copied());
     let product = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
     let take = |from: &mut [f64], part: f64, of: &[f64]| {

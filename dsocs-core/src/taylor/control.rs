@@ -191,6 +191,14 @@ impl Control {
         &self.weights
     }
 
+    /// The error that a part of the acceleration makes in a step of the length `h`, in units of the error that is allowed.
+    pub(super) fn excess(&self, v: &[f64], a: &[f64], part: &[f64], h: f64) -> f64 {
+        let size = self.size(v).max(self.size(a) * h);
+        let allowed = self.relative.max(f64::EPSILON) * size + self.absolute;
+        let error = self.size(part) * h;
+        if error == 0.0 { 0.0 } else { error / allowed }
+    }
+
     /// The size of a vector; NaN if a component is.
     fn size(&self, x: &[f64]) -> f64 {
         size(x, &self.weights)

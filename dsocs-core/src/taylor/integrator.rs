@@ -8,6 +8,7 @@ use super::order::Order;
 use super::projection::{Projection, size};
 use super::recurrences::SeriesKernel;
 use super::state::State;
+use super::sticking::Sticking;
 use super::watch::{self, End, Watch};
 use crate::error::SetupError;
 use crate::error::series::{FailedSeries, Jump, SeriesError, SeriesFailure};
@@ -165,6 +166,8 @@ impl Integrator {
 
     /// Expands the motion at the current point.
     pub(super) fn begin(&mut self, equations: &mut dyn SeriesKernel) {
+        let rests = self.rests();
+        self.forget_rest();
         let t = self.side(self.t.hi[0], true);
         self.next.begin(t, self.now.q(), self.now.v());
         self.jump = None;
@@ -176,7 +179,7 @@ impl Integrator {
             });
         }
         equations.expand(&mut self.next);
-        if self.watch.is_some() {
+        if self.watch.is_some() && !(rests && self.rest(equations, None)) {
             self.begin_at_switch(equations);
         }
     }
@@ -246,8 +249,17 @@ impl Integrator {
     pub(super) fn report(&self) -> StepReport {
         StepReport {
             iterations: self.expansions,
-            stop: Stop::Start,
+            stop: self.stop(),
             guess: Guess::Given,
+        }
+    }
+
+    /// Whether something rested on the last step.
+    fn stop(&self) -> Stop {
+        if self.rested().is_some() {
+            Stop::Sticks
+        } else {
+            Stop::Start
         }
     }
 
@@ -263,13 +275,17 @@ impl Integrator {
         for (room, x) in [(room_q, q), (room_v, v), (room_a, a)] {
             copy(room, x);
         }
-        declaration.continuous_force_into(AnyPoint { t, q, v, a }, force);
+        let point = AnyPoint { t, q, v, a };
+        match self.force_at_rest(equations, point) {
+            Some(sided) => copy(force, &sided),
+            None => declaration.continuous_force_into(point, force),
+        }
         *node.scalars = NodeScalars {
             index: self.clock.index(),
             t,
             energy: declaration.energy(t, q, v),
             iterations: self.expansions,
-            stop: Stop::Start,
+            stop: self.stop(),
         };
     }
 
@@ -293,9 +309,14 @@ impl Integrator {
         if let Some(projection) = &mut self.projection {
             projection.apply(equations, self.t.hi[0], &mut self.now);
         }
+        self.next.begin(self.t.hi[0], self.now.q(), self.now.v());
         self.next.expect(a);
         self.last = Some((t, s));
-        self.begin(equations);
+        // within a step nothing changes
+        let rested = self.rested().map(Sticking::rests_on_last);
+        if !rested.is_some_and(|rests| self.rest(equations, Some(&rests))) {
+            self.begin(equations);
+        }
     }
 
     /// Makes one step towards a time, as long as the tolerance allows, but not beyond it. An infinite time is one that lies
@@ -316,14 +337,24 @@ impl Integrator {
         {
             return Err(self.failed(equations, cause).into());
         }
-        if let Some(switch) = self.watch.as_ref().and_then(|watch| watch.stuck.clone()) {
+        if let Some(switch) = self.watch.as_ref().and_then(|watch| watch.stuck.clone())
+            && !self.rest(equations, None)
+        {
             return Err(self.failed(equations, SeriesFailure::Sticks { switch }).into());
         }
         if let Some((switch, by)) = self.jump.clone() {
             return Err(self.failed(equations, SeriesFailure::Jumps { switch, by }).into());
         }
         let rejected = self.rejected;
-        match self.advance(equations, (until, left), smallest) {
+        let outcome = if self.rests() {
+            self.step_at_rest(equations, (until, left), smallest)
+        } else {
+            if let Some(watch) = &mut self.watch {
+                watch.rested = None;
+            }
+            self.advance(equations, (until, left), smallest)
+        };
+        match outcome {
             Outcome::Good => {
                 self.steps += 1;
                 self.expansions += 1 + u32::try_from(self.rejected - rejected).unwrap_or(u32::MAX - 1);
@@ -728,7 +759,7 @@ impl Integrator {
 }
 
 /// How a step ended.
-enum Outcome {
+pub(super) enum Outcome {
     Good,
     NotFinite,
     TooSmall(f64),

@@ -53,7 +53,8 @@
 //! *Jumps and corners.* A function with a jump or a corner (`if`, `abs`, `signum`, `min`) consists of pieces, and a series is valid in one
 //! piece. The sign of an argument, such as that of `abs`, decides which piece it is. So a step ends where such an argument changes its sign. This
 //! place is found to rounding. The next series belongs to the next piece. If the motion is led back to this place from both sides, as by dry
-//! friction at rest, no piece continues it, and the run ends with [`SeriesFailure::Sticks`]. Where the velocity
+//! friction at rest, no piece continues it. Where functions jump with the velocity, the motion then rests there, and goes on by polynomials that agree with
+//! the equations at several places of a step, up to where it is torn off. Elsewhere the run ends with [`SeriesFailure::Sticks`]. Where the velocity
 //! would have to jump, as that of a bead at the corner of a wire, it ends with [`SeriesFailure::Jumps`]. Branches that depend on the values of numbers
 //! ([`crate::Real::re`]) are not found. There the steps become short.
 //!
@@ -89,6 +90,7 @@ mod recurrences;
 pub(crate) mod solve;
 mod start;
 mod state;
+mod sticking;
 mod tangents;
 mod watch;
 

@@ -9,6 +9,7 @@ use std::borrow::Cow;
 use super::control::Judged;
 use super::integrator::Integrator;
 use super::recurrences::{Along, SeriesKernel};
+use super::sticking::Sticking;
 use crate::series::orders::ROWS;
 use crate::series::roots::Crossing;
 use crate::series::switch::{Reach, Switch};
@@ -17,7 +18,7 @@ use crate::series::switch::{Reach, Switch};
 const TOGETHER: usize = 4;
 
 /// So many changes in a row may come without any time between them.
-const AT_ONCE: u32 = 64;
+pub(super) const AT_ONCE: u32 = 64;
 
 /// Evaluations on the way to the place of a switch.
 const EVALUATIONS: u32 = 200;
@@ -33,9 +34,15 @@ pub(super) struct Watch {
     crossings: Vec<Crossing>,
     touched: Vec<Touched>,
     /// How many steps in a row were too short for a clock.
-    short: u32,
+    pub(super) short: u32,
     /// The switch where no piece continues the motion.
     pub stuck: Option<Cow<'static, str>>,
+    /// What rests at the current point.
+    pub(super) sticking: Option<Box<Sticking>>,
+    /// What rested on the last step.
+    pub(super) rested: Option<Box<Sticking>>,
+    /// Whether the motion begins where something rested: its argument is zero, and not to the last digit.
+    pub(super) leaves: bool,
 }
 
 impl Watch {
@@ -264,7 +271,7 @@ impl Integrator {
         let step = if step > 0.0 && step < 1e100 { step } else { 1.0 };
         let tau = if self.clock.is_forward() { step } else { -step };
         each(equations, |group, place, switch| {
-            if switch.is_zero() {
+            if switch.is_zero() || (watch.leaves && switch.leads(order, tau).0 > 0) {
                 watch
                     .touched
                     .push(Touched::new((group, place), switch, order, tau));

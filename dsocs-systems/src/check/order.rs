@@ -3,10 +3,10 @@
 //! Errors are compared as far as the largest step follows the motion at all. Beyond, a chaotic motion forgets its start within the error
 //! of any step, and a fit there would tell of chaos and not of the scheme.
 
-use dsocs_core::Declaration;
 use dsocs_core::geometry::{
     constraint_force, constraint_multipliers, continuous_multipliers, state_displacements,
 };
+use dsocs_core::{Declaration, RunError};
 
 use super::probe::{First, State, less};
 use super::{Finding, Measured, Report, Subject, larger, probe};
@@ -103,7 +103,7 @@ pub fn with_finer_steps(
 fn fit(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     let measured = errors(subject, parts);
     let declared = subject.expected.order;
-    let (times, errors) = match measured {
+    let (times, errors, ended) = match measured {
         Ok(found) => found,
         Err(error) => {
             report.push("slope of the errors of position", Bar::Reported, Err(error));
@@ -191,6 +191,11 @@ fn fit(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     }
     if last < times.len() {
         report.note(&beyond(subject, parts, until));
+    }
+    if let (Some(ended), Some(reached)) = (ended, times.last()) {
+        report.note(&format!(
+            "compared up to t = {reached:.4}, since the continuous motion ends: {ended}"
+        ));
     }
 }
 
@@ -280,15 +285,24 @@ fn followed(errors: &[f64]) -> usize {
 }
 
 /// Times, and the errors there of every quantity with every step, the first of which is a part of the subject's.
-fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors)> {
+fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors, Option<RunError>)> {
     let h = subject.h;
     let coarse = subject.legs.len().saturating_sub(1).max(2);
     let part = u32::try_from(coarse.div_ceil(NODES))?;
     let count = coarse / part as usize;
-    let times: Vec<f64> = (1..=count)
+    let mut times: Vec<f64> = (1..=count)
         .map(|k| subject.start.t + (k as f64 * f64::from(part)) * h)
         .collect();
-    let exact = probe::exact(subject.system, h, &subject.start, &times, TOLERANCE)?;
+    let (exact, ended) = probe::exact_as_far(subject.system, h, &subject.start, &times, TOLERANCE)?;
+    // beside the place where a motion ends, errors need not fall as a power of the step yet
+    let count = match &ended {
+        Some(_) => exact.len() * 3 / 4,
+        None => exact.len(),
+    };
+    times.truncate(count);
+    if let (0, Some(ended)) = (count, &ended) {
+        return Err(ended.to_string().into());
+    }
     let system = subject.kernel;
     let constrained = subject.expected.kind != Kind::Unconstrained;
     let truth: Vec<[Vec<f64>; 4]> = exact
@@ -347,7 +361,7 @@ fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors)> {
             errors.push(found);
         }
     }
-    Ok((times, errors))
+    Ok((times, errors, ended))
 }
 
 /// How large each component of a quantity becomes: of positions, how far they go.

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use dsocs_core::geometry::Triple;
 use dsocs_core::{
     AnyFlow, AnyLeg, AnyNode, AnyStart, Kernel, OwnedLeg, OwnedNode, OwnedPoint, Regularity, Room, Run,
-    SetupError, Stop, Tolerance, Unresolved,
+    RunError, SetupError, Stop, Tolerance, Unresolved,
 };
 
 use super::{Measured, Settings};
@@ -269,12 +269,26 @@ pub fn exact(
     times: &[f64],
     tolerance: f64,
 ) -> Measured<Vec<OwnedPoint<f64>>> {
+    match exact_as_far(system, h, start, times, tolerance)? {
+        (motion, None) => Ok(motion),
+        (_, Some(ended)) => Err(ended.into()),
+    }
+}
+
+/// The same as far as there is a continuous motion, and why it ends before the last time if it does.
+pub fn exact_as_far(
+    system: &dyn Motions,
+    h: f64,
+    start: &State,
+    times: &[f64],
+    tolerance: f64,
+) -> Measured<(Vec<OwnedPoint<f64>>, Option<RunError>)> {
     let mut motion = Vec::with_capacity(times.len());
     let beginning = start.beginning(First::SecondOrder);
     let mut run = system.continuous(&beginning, Tolerance::relative(tolerance), None)?;
     if h < 0.0 {
         run.reverse()?;
     }
-    run.sample(times, &mut |_, point| motion.push(point.to_owned()))?;
-    Ok(motion)
+    let sampled = run.sample(times, &mut |_, point| motion.push(point.to_owned()));
+    Ok((motion, sampled.err()))
 }

@@ -322,8 +322,8 @@ impl Lost {
 fn switched(Unresolved { steps, first, .. }: Unresolved) -> String {
     format!(
         "warning: a force or a constraint jumps, or nearly so, within {steps} step{}, first about t = {first:.3}: there the motion has an error of the first \
-         order in the step (a smaller `--step`; or `--tolerance`, which goes on from the place of the jump itself, and ends where the motion \
-         sticks there; `--estimate-error` measures what it costs, up to such a place)",
+         order in the step (a smaller `--step`; or `--tolerance`, which goes on from the place of the jump itself; `--estimate-error` measures what \
+         it costs)",
         if steps == 1 { "" } else { "s" }
     )
 }

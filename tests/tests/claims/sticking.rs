@@ -70,8 +70,8 @@ fn a_block_on_a_slope_rests_below_the_limit_and_slides_above() {
                         let report = flow.advance().unwrap();
                         assert_eq!((flow.position()[0], report.stop), (rests, Stop::Sticks));
                     }
-                    assert_eq!(flow.unresolved().unwrap().steps, 1);
-                    assert!((flow.unresolved().unwrap().first - time).abs() <= 1.5 * h);
+                    // a stop costs no order
+                    assert_eq!(flow.unresolved(), None);
                 }
             }
         }
@@ -173,8 +173,8 @@ fn stick_and_slip_on_a_belt_has_its_period_to_second_order() {
         }
         assert_eq!(slips, 7);
         assert!(((last - first) / 6.0 - period).abs() < 0.5 * h, "{h}");
-        // a stop on the belt is one step
-        assert_eq!(flow.unresolved().unwrap().steps, 6);
+        // neither a stop nor a release costs an order
+        assert_eq!(flow.unresolved(), None);
         error
     });
     let order = slope(&steps, &errors);

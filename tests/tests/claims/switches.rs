@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use dsocs_core::taylor::GlobalError;
 use dsocs_core::{
-    Event, Events, Node, Occurrence, Real, RunError, Samples, SeriesFailure, Start, Stepper, System,
+    Event, Events, Node, Occurrence, Real, RunError, Samples, SeriesFailure, Start, Stepper, Stop, System,
     TaylorFlow, Tolerance, dsocs, on_event,
 };
 use dsocs_tests::scenes::random::Random;
@@ -75,15 +75,25 @@ fn flow<S: System<1>>(system: &S, start: [f64; 2], tolerance: f64) -> TaylorFlow
     .unwrap()
 }
 
-/// Where a motion sticks: the time, the position, and the switch.
-fn stuck(error: &RunError) -> (f64, f64, &str) {
-    match error {
-        RunError::Series(error) => match &error.details().cause {
-            SeriesFailure::Sticks { switch } => (error.details().time, error.details().q[0], switch),
-            cause => panic!("{cause}"),
-        },
-        other => panic!("{other}"),
-    }
+/// When a motion comes to rest on its way to a time, and the position there. From then on it stays.
+fn comes_to_rest(run: &mut TaylorFlow<'_, 1>, until: f64) -> (f64, f64) {
+    let rest = loop {
+        let before = (run.time(), TaylorFlow::position(run)[0]);
+        let report = run.advance().unwrap();
+        if report.stop == Stop::Sticks {
+            break before;
+        }
+        assert!(run.time() < until, "{run:?}");
+    };
+    let node = run.to(f64::max(until, 2.0 * run.time())).unwrap();
+    assert_eq!(node.stop, Stop::Sticks);
+    // a sum and what rounding took from it
+    assert!(
+        (node.q[0] - rest.1).abs() <= f64::EPSILON * rest.1.abs(),
+        "{node:?} {rest:?}"
+    );
+    assert!(node.v[0].abs() < 1e-30, "{node:?}");
+    rest
 }
 
 #[test]
@@ -102,10 +112,9 @@ fn the_scene_that_went_wrong_in_silence() {
         assert!((end - exact).abs() < tolerance.max(1e-14), "{tolerance:e}: {end}");
         // a step or two for each half-swing, and none of them tried twice
         assert!(flow.steps() < 30 && flow.rejected() == 0, "{flow:?}");
-        let error = flow.to(5.0).unwrap_err();
-        let (t, x, switch) = stuck(&error);
+        let (t, x) = comes_to_rest(&mut flow, 5.0);
         assert!((t - 8.0 * friction.half()).abs() < tolerance.max(1e-14), "{t}");
-        assert!(x.abs() < 1e-2 && switch == "dot(x)");
+        assert!((x - friction.rest(0.2).1).abs() < tolerance.max(1e-14), "{x}");
     }
 }
 
@@ -142,7 +151,7 @@ fn random_scenes_of_dry_friction_lose_what_they_have_to() {
                 "{start} {tolerance:e} {t}: {x} {exact}"
             );
         }
-        let (t, x, _) = stuck(&run.to(2.0 * end).unwrap_err());
+        let (t, x) = comes_to_rest(&mut run, 2.0 * end);
         assert!((x - place).abs() <= allowed, "{start} {tolerance:e}: {x} {place}");
         assert!(
             (t - end).abs() <= 30.0 * allowed.max(1e-12 * start.abs()) / start.abs() * end,
@@ -218,17 +227,31 @@ fn nodes_on_a_grid_samples_and_events_know_of_it() {
 }
 
 #[test]
-fn what_sticks_from_the_beginning_says_so_and_goes_on_when_it_is_let_go() {
+fn what_sticks_from_the_beginning_rests_and_behind_a_function_says_so() {
     let friction = Friction {
         mass: 1.0,
         stiffness: 40.0,
         dry: 0.5,
     };
     let mut held = flow(&friction, [0.01, 0.0], 1e-9);
-    let error = held.to(1.0).unwrap_err();
-    assert_eq!(stuck(&error), (0.0, 0.01, "dot(x)"));
+    assert_eq!(comes_to_rest(&mut held, 1.0), (0.0, 0.01));
+    let node = held.to(20.0).unwrap();
+    // the friction balances the spring, and no constraint acts
+    assert_eq!((node.a[0], node.force[0]), (0.0, 0.0), "{node:?}");
+    // a function of one's own is not seen into
+    let own = OwnFunction { dry: 0.5 };
+    let error = flow(&own, [0.01, 0.0], 1e-9).to(1.0).unwrap_err();
     let text = error.to_string();
-    assert!(text.contains("sticks") && text.contains("tanh"), "{text}");
+    assert!(text.contains("sticks") && text.contains("of your own"), "{text}");
+    let RunError::Series(error) = error else {
+        panic!("{error}")
+    };
+    let details = error.details();
+    assert_eq!((details.time, details.q[0]), (0.0, 0.01));
+    assert!(
+        matches!(&details.cause, SeriesFailure::Sticks { .. }),
+        "{details:?}"
+    );
     // the advice can be followed
     let smooth = Smooth {
         dry: 0.5,
@@ -236,6 +259,20 @@ fn what_sticks_from_the_beginning_says_so_and_goes_on_when_it_is_let_go() {
     };
     let end = flow(&smooth, [0.2, 0.0], 1e-9).to(8.0).unwrap();
     assert!(end.v[0].abs() < 1e-3 && (end.q[0]).abs() <= 0.0125, "{end:?}");
+}
+
+/// The same scene with a friction in a function of one's own.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - 20 * x.powi(2);
+    external_forces = -dry * coulomb(dot(x));
+}]
+struct OwnFunction {
+    dry: f64,
+}
+
+fn coulomb<R: Real>(x: R) -> R {
+    x.signum()
 }
 
 /// The same scene with a friction that is smooth, and steep.
@@ -450,28 +487,29 @@ struct Sliding {
 }
 
 #[test]
-fn a_sliding_motion_is_told() {
-    // x = 1 - 2 t², x' = -4 t: on the line where 2 t² + 4 t = 1
+fn a_sliding_motion_goes_along_its_line() {
+    // x = 1 - 2 t², x' = -4 t: on the line where 2 t² + 4 t = 1, and then along it
     let t = 1.5_f64.sqrt() - 1.0;
     for tolerance in [1e-3, 1e-8, 1e-14] {
-        let error = flow(&Sliding { force: 4.0 }, [1.0, 0.0], tolerance)
-            .to(3.0)
-            .unwrap_err();
-        let (time, x, switch) = stuck(&error);
+        let sliding = Sliding { force: 4.0 };
+        let mut run = flow(&sliding, [1.0, 0.0], tolerance);
+        let node = run.to(3.0).unwrap();
+        let x = (1.0 - 2.0 * t * t) * (t - 3.0).exp();
         assert!(
-            (time - t).abs() < 1e-14 && (x - (1.0 - 2.0 * t * t)).abs() < 1e-14,
-            "{error}"
+            (node.q[0] - x).abs() < tolerance.max(1e-14) && node.stop == Stop::Sticks,
+            "{node:?} {x}"
         );
-        assert!(["x + dot(x)", "dot(x) + x"].contains(&switch), "{switch}");
+        assert!(
+            (node.v[0] + node.q[0]).abs() < 1e-15 && (node.a[0] - x).abs() < tolerance.max(1e-14),
+            "{node:?}"
+        );
     }
-    // a weaker force goes through the line, and is told where it comes back to it for good
-    let error = flow(&Sliding { force: 0.5 }, [1.0, 0.0], 1e-10)
-        .to(30.0)
-        .unwrap_err();
+    // a weaker force goes through the line, and stays on it where it comes back to it for good
     let root = 5_f64.sqrt();
-    let (time, x, _) = stuck(&error);
-    assert!((time - (3.0 * root - 5.0)).abs() < 1e-14, "{error}");
-    assert!((x - (3.0 - root) / 2.0).abs() < 1e-14, "{error}");
+    let weak = Sliding { force: 0.5 };
+    let node = flow(&weak, [1.0, 0.0], 1e-12).to(10.0).unwrap();
+    let x = (3.0 - root) / 2.0 * (3.0 * root - 5.0 - 10.0).exp();
+    assert!((node.q[0] - x).abs() < 1e-13, "{node:?} {x}");
 }
 
 /// A Lyapunov function whose decrease switches.

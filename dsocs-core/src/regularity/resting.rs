@@ -1,0 +1,211 @@
+//! The continuous motion where something rests on a surface: what functions that jump with the velocity are worth there.
+//!
+//! An argument `g(t, q, v)` that is zero stays so as long as a side in `[-1, 1]` makes its rate zero, `dg/dt + ∂g/∂v · a = 0`. This is the inclusion of
+//! [`crate::regularity::sides`] for the rates of what is zero. As long as the same arguments stay at zero, accelerations, multipliers and sides solve
+//! equations that are as smooth as what was declared.
+
+use crate::number::point::{AnyPoint, map, moved};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::regularity::sides::{self, Linear, Piece, Sided};
+use crate::regularity::sticking::{derivatives, values, zero};
+use crate::solve::dense::Matrix;
+use crate::tape::declaration::Declaration;
+
+/// How often Newton's iteration goes on where it is known what rests.
+const MAX_ITERATIONS: u32 = 20;
+
+/// An update below this part of the unknowns is the last: what is left is its square.
+const LAST: f64 = 1e-9;
+
+/// A point where arguments may be zero.
+pub(crate) struct AtPoint<'a> {
+    declaration: Declaration<'a>,
+    t: f64,
+    q: &'a [f64],
+    v: &'a [f64],
+    /// The arguments, and how they change without an acceleration.
+    drift: Vec<Tangent>,
+    /// Their derivatives by each component of the velocity.
+    slopes: Vec<Vec<Tangent>>,
+}
+
+/// The motion at a point where it is known what rests.
+#[derive(Clone, Debug)]
+pub(crate) struct Held {
+    /// Accelerations, then multipliers.
+    pub(crate) x: Vec<f64>,
+    /// The sides; of what rests they may be beyond their bounds, where it does not any more.
+    pub(crate) sides: Vec<f64>,
+    /// How much of each unknown the sides make, in the sum of their sizes.
+    pub(crate) reach: Vec<f64>,
+    /// By how much the velocity is to change so that what rests has exactly the velocity of its surface.
+    pub(crate) correction: Vec<f64>,
+}
+
+impl<'a> AtPoint<'a> {
+    /// A point.
+    pub(crate) fn new(declaration: Declaration<'a>, (t, q, v): (f64, &'a [f64], &'a [f64])) -> Self {
+        let moving: Vec<Tangent> = q.iter().zip(v).map(|(q, v)| Tangent::new(*q, *v)).collect();
+        let drift = declaration.side_arguments(Tangent::new(t, 1.0), &moving, &map(v, Tangent::splat));
+        let still = map(q, Tangent::splat);
+        let slopes = (0..q.len())
+            .map(|j| declaration.side_arguments(Tangent::splat(t), &still, &moved(v, j)))
+            .collect();
+        Self {
+            declaration,
+            t,
+            q,
+            v,
+            drift,
+            slopes,
+        }
+    }
+
+    /// The derivative of an argument by a component of the velocity.
+    fn slope(&self, g: usize, j: usize) -> f64 {
+        self.slopes
+            .get(j)
+            .and_then(|column| column.get(g))
+            .map_or(0.0, |slope| slope.derivative())
+    }
+
+    /// The arguments.
+    pub(crate) fn arguments(&self) -> Vec<f64> {
+        self.drift.iter().map(|argument| argument.value()).collect()
+    }
+
+    /// How fast an argument changes with an acceleration.
+    pub(crate) fn rate(&self, g: usize, a: &[f64]) -> f64 {
+        let drift = self.drift.get(g).map_or(0.0, |argument| argument.derivative());
+        let terms = a.iter().enumerate().map(|(j, a)| self.slope(g, j) * a);
+        drift + terms.sum::<f64>()
+    }
+
+    /// Rows and arguments, where of those that are zero it is their rates.
+    fn linearize(&self, x: &[f64], sides: &[f64], zero: &[bool]) -> Linear {
+        let n = self.q.len();
+        let (time, q, v) = (
+            Tangent::splat(self.t),
+            map(self.q, Tangent::splat),
+            map(self.v, Tangent::splat),
+        );
+        let rows = |x: &[Tangent], sides: &[Tangent]| {
+            let (a, multipliers) = x.split_at(n);
+            let point = AnyPoint {
+                t: time,
+                q: &q,
+                v: &v,
+                a,
+            };
+            self.declaration.sided_continuous(point, multipliers, sides)
+        };
+        let (fixed, plain) = (map(sides, Tangent::splat), map(x, Tangent::splat));
+        let by_unknowns: Vec<_> = (0..x.len()).map(|j| rows(&moved(x, j), &fixed)).collect();
+        let by_sides: Vec<_> = (0..sides.len()).map(|g| rows(&plain, &moved(sides, g))).collect();
+        let a = x.get(..n).unwrap_or(&[]);
+        Linear {
+            rows: values(&by_unknowns),
+            by_unknowns: derivatives(&by_unknowns, x.len(), x.len()),
+            by_sides: derivatives(&by_sides, x.len(), sides.len()),
+            arguments: (0..sides.len())
+                .map(|g| {
+                    if zero[g] {
+                        self.rate(g, a)
+                    } else {
+                        self.drift[g].value()
+                    }
+                })
+                .collect(),
+            slopes: Matrix::from_fn(sides.len(), x.len(), |g, j| {
+                if zero[g] && j < n { self.slope(g, j) } else { 0.0 }
+            }),
+        }
+    }
+
+    /// Solves the inclusion where some arguments are zero, with unknowns near some.
+    #[cold]
+    pub(crate) fn solve(&self, zero: &[bool], multipliers: usize, near: Option<&[f64]>) -> Option<Sided> {
+        let count = self.q.len() + multipliers;
+        let pieces = zero.iter().zip(&self.drift).map(|(zero, argument)| {
+            if *zero {
+                Piece::Between
+            } else {
+                Piece::of(argument.value())
+            }
+        });
+        let x = (0..count).map(|i| near.and_then(|near| near.get(i)).copied().unwrap_or(0.0));
+        let guess = Sided::guess(x.collect(), pieces.collect());
+        let linearize = |x: &[f64], sides: &[f64]| self.linearize(x, sides, zero);
+        sides::solve(&linearize, &guess, &vec![0.0; count], 1.0)
+    }
+
+    /// The motion where the arguments that are between rest and the others keep their sides, from a guess; `None` if the sides of what rests are not
+    /// determined.
+    pub(crate) fn held(&self, pieces: &[Piece], guess: &Held) -> Option<Held> {
+        let rests: Vec<usize> = (0..pieces.len())
+            .filter(|&g| pieces[g] == Piece::Between)
+            .collect();
+        let zero: Vec<bool> = pieces.iter().map(|piece| *piece == Piece::Between).collect();
+        let mut now = guess.clone();
+        for (side, piece) in now.sides.iter_mut().zip(pieces) {
+            if *piece != Piece::Between {
+                *side = piece.side();
+            }
+        }
+        for _ in 0..MAX_ITERATIONS {
+            let at = self.linearize(&now.x, &now.sides, &zero);
+            let inverse = sides::inverse(at.by_unknowns)?;
+            let newton = inverse.times_vector(&at.rows);
+            let by_sides = inverse.times(&at.by_sides);
+            let by_rests = at.slopes.times(&by_sides);
+            let moved = at.slopes.times_vector(&newton);
+            let own = Matrix::from_fn(rests.len(), rests.len(), |i, j| by_rests[(rests[i], rests[j])]);
+            let own = sides::inverse(own)?;
+            let right: Vec<f64> = rests.iter().map(|&g| at.arguments[g] - moved[g]).collect();
+            let changes = own.times_vector(&right);
+            let along = |changes: &[f64], i: usize| -> f64 {
+                let terms = rests.iter().zip(changes);
+                terms.map(|(&g, change)| by_sides[(i, g)] * change).sum()
+            };
+            now.reach = (0..now.x.len())
+                .map(|i| by_sides.row(i).map(f64::abs).sum())
+                .collect();
+            let mut is_last = true;
+            for (i, x) in now.x.iter_mut().enumerate() {
+                let update = newton[i] + along(&changes, i);
+                *x -= update;
+                is_last &= update.abs() <= LAST * now.reach[i].max(x.abs());
+                if !x.is_finite() {
+                    return None;
+                }
+            }
+            for (&g, change) in rests.iter().zip(&changes) {
+                now.sides[g] += change;
+            }
+            if is_last {
+                let arguments: Vec<f64> = rests.iter().map(|&g| self.drift[g].value()).collect();
+                let by = own.times_vector(&arguments);
+                now.correction = (0..self.q.len()).map(|i| -along(&by, i)).collect();
+                return Some(now);
+            }
+        }
+        None
+    }
+}
+
+/// The acceleration, the multipliers and the sides of the continuous system at a point where an argument is zero to rounding; `None` elsewhere, and
+/// where there is none.
+#[cold]
+pub(crate) fn of_motion(
+    declaration: &Declaration<'_>,
+    (t, q, v): (f64, &[f64], &[f64]),
+    multipliers: usize,
+    near: Option<&[f64]>,
+) -> Option<Sided> {
+    let zero = zero(declaration, t, q, v);
+    if !zero.contains(&true) {
+        return None;
+    }
+    AtPoint::new(*declaration, (t, q, v)).solve(&zero, multipliers, near)
+}
