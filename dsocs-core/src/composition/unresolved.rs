@@ -117,8 +117,7 @@ impl Composed<'_> {
         let Some(accelerations) = jumps::accelerations(&self.declaration(), way) else {
             return;
         };
-        let d = to.q.zip(&from.q, |to, from| to - from);
-        let part = jumps::of_acceleration(&accelerations, h, &d);
+        let part = jumps::departure(&accelerations);
         if part > jumps::UNRESOLVED {
             let counted = self.unresolved.get_or_insert(Unresolved {
                 steps: 0,

@@ -210,7 +210,8 @@ impl<'s> Discrete<'s> {
             self.look_for_singularity(&e, &z, report.guess)?;
         }
         self.course.predictor.push(&z);
-        if !foreseen {
+        // where something was torn off, the argument is not yet clear of zero, and the force only seems to jump
+        if !foreseen && (changes || report.stop == Stop::Jump || !self.meets_jump()) {
             self.look_between(&e, report.stop);
         }
         if may_switch || shape.jumps {

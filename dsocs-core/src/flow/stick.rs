@@ -285,7 +285,7 @@ impl Discrete<'_> {
         }
         let index = self.course.index();
         self.go(&solution.e, &solution.multipliers, report)?;
-        if solution.switches {
+        if solution.pieces != contacts.pieces {
             contacts.changed = Some(index + 1);
         }
         contacts.pieces = solution.pieces;

@@ -50,6 +50,20 @@ pub(crate) fn is_smooth(values: &[f64]) -> bool {
     quarters.fold(0.0, f64::max) <= STRAIGHT * aside(values) || is_polynomial(values)
 }
 
+/// How far accelerations at the places of a way depart from a straight line, relative to themselves: the largest of all components that are not smooth.
+pub(crate) fn departure(accelerations: &[Vector]) -> f64 {
+    let components = accelerations.first().map_or(0, |a| a.len());
+    let departures = (0..components).map(|i| {
+        let values: Vec<f64> = accelerations.iter().map(|a| a[i]).collect();
+        if is_smooth(&values) {
+            return 0.0;
+        }
+        let [least, most] = range(values.iter().copied());
+        aside(&values) / most.abs().max(least.abs())
+    });
+    departures.fold(0.0, f64::max)
+}
+
 /// Whether they are nearly those of a polynomial of low degree, as its distance by least squares tells.
 fn is_polynomial(values: &[f64]) -> bool {
     let [least, most] = range(values.iter().copied());

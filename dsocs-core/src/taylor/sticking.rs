@@ -40,6 +40,9 @@ const CAUTION: f64 = 0.8;
 /// In so many equal parts a step is divided in which events are looked for.
 const PARTS: u32 = 64;
 
+/// A side that is so near its bound is computed for itself.
+const NEAR: f64 = 0.05;
+
 /// An event is found up to this part of the step.
 const FOUND: f64 = 4.0 * f64::EPSILON;
 
@@ -297,13 +300,26 @@ impl Integrator {
         // how far each argument is from its event; negative beyond
         let margins = |x: f64| -> Vec<f64> {
             let (q, v) = way.at((q, v), x);
-            let arguments = declaration.side_arguments(t + x * way.h, &q[..], &v[..]);
+            let at = (t + x * way.h, &q[..], &v[..]);
+            let arguments = declaration.side_arguments(at.0, at.1, at.2);
             let both = sticking.pieces.iter().zip(arguments).zip(&way.sides);
-            both.map(|((piece, argument), side)| match piece {
-                Piece::Between => 1.0 - value(side, x).abs(),
-                piece => piece.side() * argument,
-            })
-            .collect()
+            let mut margins: Vec<f64> = both
+                .map(|((piece, argument), side)| match piece {
+                    Piece::Between => 1.0 - value(side, x).abs(),
+                    piece => piece.side() * argument,
+                })
+                .collect();
+            // the polynomials of the sides are known to the tolerance, and what is torn off goes on from where they are at their bounds
+            let near = |g: usize| sticking.pieces[g] == Piece::Between && margins[g] < NEAR;
+            let near: Vec<usize> = (0..margins.len()).filter(|&g| near(g)).collect();
+            if !near.is_empty()
+                && let Some(held) = AtPoint::new(declaration, at).held(&sticking.pieces, &way.end)
+            {
+                for g in near {
+                    margins[g] = 1.0 - held.sides[g].abs();
+                }
+            }
+            margins
         };
         let mut before = margins(0.0);
         let mut from = 0.0;

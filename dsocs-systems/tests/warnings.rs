@@ -1,0 +1,156 @@
+//! What a run says of itself: warnings where they are due, and none elsewhere.
+
+use std::fs;
+use std::process::Command;
+
+/// What the program writes to standard error for a text, and the last line that it writes to standard output.
+fn run(text: &str, arguments: &[&str]) -> (String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.dsocs"), text).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
+        .args(["run", "scene.dsocs"])
+        .args(arguments)
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    assert!(output.status.success(), "{}", text(output.stderr));
+    let table = text(output.stdout);
+    (
+        text(output.stderr),
+        table.lines().last().unwrap_or_default().to_owned(),
+    )
+}
+
+/// A scene of one coordinate to the time 9.
+fn scene(statements: &str) -> String {
+    format!("coordinates(x); {statements} run {{ start = ([1], [0]); step = 0.01; until = 9; }}")
+}
+
+/// The position at the end.
+fn position(line: &str) -> f64 {
+    line.split(',').nth(1).unwrap().parse().unwrap()
+}
+
+#[test]
+fn a_jump_is_told_by_every_step_that_crosses_it() {
+    let jumps = [
+        "lagrangian = dot(x).powi(2) / 2 - x.abs(); external_forces = 0.3 * t.sin();",
+        "lagrangian = dot(x).powi(2) / 2 - x.abs();",
+        "lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = (t - 1.2345).signum();",
+        "lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = if x > 0.3 { 1 } else { 0 };",
+        "lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = (3000 * (x - 0.3)).tanh();",
+    ];
+    for statements in jumps {
+        for order in ["2", "4", "6", "8"] {
+            let (warnings, _) = run(&scene(statements), &["--order", order]);
+            assert!(
+                warnings.contains("of the first order"),
+                "{statements} {order}: {warnings}"
+            );
+        }
+        let (warnings, _) = run(&scene(statements), &["--tolerance", "1e-9"]);
+        assert_eq!(warnings, "", "{statements}");
+    }
+    let smooth = [
+        "lagrangian = dot(x).powi(2) / 2 + x.cos(); external_forces = 0.3 * t.sin();",
+        "lagrangian = dot(x).powi(2) / 2 - x.powi(4); external_forces = -0.4 * dot(x).powi(3);",
+        "lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = -dot(x) * dot(x).abs();",
+        "lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = (x / 0.3).tanh();",
+    ];
+    for statements in smooth {
+        for order in ["2", "4", "6", "8"] {
+            let (warnings, _) = run(&scene(statements), &["--order", order]);
+            assert_eq!(warnings, "", "{statements} {order}");
+        }
+    }
+}
+
+#[test]
+fn stops_and_releases_are_no_reason_for_a_warning_and_crossings_are() {
+    for statements in [
+        "lagrangian = dot(x).powi(2) / 2; external_forces = -0.5 * (dot(x) - 1).signum();",
+        "lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = -0.6 * (dot(x) - 0.1).signum();",
+    ] {
+        assert_eq!(run(&scene(statements), &[]).0, "", "{statements}");
+    }
+    let crosses =
+        "lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = -0.15 * dot(x).signum();";
+    let (warnings, end) = run(&scene(crosses), &[]);
+    assert!(warnings.contains("within 2 steps"), "{warnings}");
+    // to a tolerance there is nothing to be warned of; after two half-swings it is at 0.4, and swings about 0.15
+    let (warnings, exact) = run(&scene(crosses), &["--tolerance", "1e-10"]);
+    assert_eq!(warnings, "");
+    let there = 0.15 + 0.25 * (9.0 - 2.0 * std::f64::consts::PI).cos();
+    let apart = [&exact, &end].map(|line| (position(line) - there).abs());
+    assert!(apart[0] < 1e-9 && apart[1] < 0.01, "{apart:?}");
+}
+
+#[test]
+fn a_force_with_a_multiple_zero_does_not_jump() {
+    let text = "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + 1.3 * y; \
+        external_forces = (-0.4 * dot(y).powi(3), 0); run { start = ([0, 0], [-0.4, -0.1]); step = 0.01; until = 0.3; }";
+    for step in ["0.002", "0.005", "0.01", "0.017", "0.02", "0.04"] {
+        assert_eq!(run(text, &["--step", step]).0, "", "{step}");
+    }
+}
+
+#[test]
+fn a_start_beside_a_singularity_is_told() {
+    // the determinant is dot(x) + 0.6 dot(y), and small at the start
+    let text = |speed: f64| {
+        format!(
+            "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; \
+             let V = dot(x).powi(2) / 2 + 0.6 * dot(x) * dot(y) + x.powi(2); kinematic = dot(V) + 0.5 * dot(x).powi(2); \
+             constraint_forces = [(1, 0)]; run {{ start = ([0.621, -0.316], [{speed}, 1.52]); step = 0.01; until = 0.5; }}"
+        )
+    };
+    for speed in [-0.911, -0.91, -0.9, -0.87] {
+        let (warnings, end) = run(&text(speed), &[]);
+        let (silent, exact) = run(&text(speed), &["--tolerance", "1e-10"]);
+        let apart = (position(&end) - position(&exact)).abs();
+        assert!(
+            warnings.contains("nearly singular in 1 step, first about t = 0.010"),
+            "{speed}: {apart:e} {warnings}"
+        );
+        assert_eq!(silent, "");
+    }
+    for speed in [-0.4, 0.0, 0.5] {
+        let (warnings, end) = run(&text(speed), &[]);
+        let exact = run(&text(speed), &["--tolerance", "1e-10"]).1;
+        assert_eq!(warnings, "", "{speed}");
+        assert!(
+            (position(&end) - position(&exact)).abs() < 1e-3,
+            "{speed}: {end} {exact}"
+        );
+    }
+}
+
+#[test]
+fn a_change_point_is_told_and_no_factor_is_named_where_there_is_none() {
+    let text = "parameters { l = 1.0 } coordinates(x, y, s); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + 0.3 * dot(s).powi(2); \
+        holonomic = [x.powi(2) + y.powi(2) - 1, (s - x).powi(2) + y.powi(2) - l.powi(2)]; \
+        run { start = ([0.6, 0.8, 1.2], [-0.8, 0.6, -1.6]); step = 0.01; until = 3.0; }";
+    let (warnings, _) = run(text, &[]);
+    assert!(
+        warnings.contains("nearly singular") && !warnings.contains("divide"),
+        "{warnings}"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.dsocs"), text).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
+        .args(["check", "scene.dsocs"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let [table, words] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    assert!(
+        output.status.success() && !table.contains("FAILED"),
+        "{table}{words}"
+    );
+    let said = table + &words;
+    assert!(
+        said.contains("since the continuous motion ends: the rank of the constraints is lost"),
+        "{said}"
+    );
+}
