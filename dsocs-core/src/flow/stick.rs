@@ -6,7 +6,7 @@ use crate::error::StepError;
 use crate::kernel::report::{Guess, StepReport};
 use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::multipliers;
-use crate::regularity::resting;
+use crate::regularity::resting::{self, AtPoint, Held};
 use crate::regularity::sides::Piece;
 use crate::regularity::sticking::{self, Contact, Outlook};
 use crate::run::Unresolved;
@@ -14,6 +14,7 @@ use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::solve::predictor::PAST;
 use crate::start::Beginning;
+use crate::step::jumps;
 use crate::tape::declaration::Declaration;
 
 /// What is known of the arguments of functions that jump with the velocity.
@@ -66,12 +67,6 @@ impl Contacts {
             seen: 1,
         }))
     }
-}
-
-/// Whether an argument has gone from one side to the other.
-fn crosses(before: &[Piece], after: &[Piece]) -> bool {
-    let mut both = before.iter().zip(after);
-    both.any(|ends| matches!(ends, (Piece::Minus, Piece::Plus) | (Piece::Plus, Piece::Minus)))
 }
 
 impl Discrete<'_> {
@@ -279,9 +274,10 @@ impl Discrete<'_> {
             stop,
             guess: Guess::Predicted,
         };
-        // a stop costs no order, and neither does a release
-        if solution.switches && (!solution.rests() || crosses(&contacts.pieces, &solution.pieces)) {
-            self.count_departure(&solution.e, Stop::Update);
+        // neither a stop nor a release costs an order
+        let part = self.jump_of_crossing(&contacts.pieces, &solution.pieces, &solution.e);
+        if part > jumps::UNRESOLVED {
+            self.count_unresolved(self.course.time(), part);
         }
         let index = self.course.index();
         self.go(&solution.e, &solution.multipliers, report)?;
@@ -292,6 +288,48 @@ impl Discrete<'_> {
         contacts.seen = index + 1;
         contacts.sides = (!is_declared).then_some((index + 1, solution.sides));
         Some(report)
+    }
+
+    /// How much the acceleration jumps, relative to itself, where arguments go from one side to the other in a step with a second difference; infinite where
+    /// it is not determined.
+    fn jump_of_crossing(&self, before: &[Piece], after: &[Piece], e: &[f64]) -> f64 {
+        let crosses = |ends: (&Piece, &Piece)| {
+            matches!(ends, (Piece::Minus, Piece::Plus) | (Piece::Plus, Piece::Minus))
+        };
+        if !before.iter().zip(after).any(crosses) {
+            return 0.0;
+        }
+        let (declaration, leg, h) = (self.declaration(), self.next_leg(), self.course.h);
+        let v = Vector::of(leg.d).zip(e, |d, e| (d + 0.5 * e) / h);
+        let point = AtPoint::new(declaration, (self.course.time(), leg.q, &v));
+        let a = Vector::of(e).map(|e| e / (h * h));
+        let accelerations = |crossing: bool| {
+            let both = before.iter().zip(after);
+            let pieces: Vec<Piece> = both
+                .map(|(before, after)| {
+                    if crossing && crosses((before, after)) {
+                        *before
+                    } else {
+                        *after
+                    }
+                })
+                .collect();
+            let guess = Held::guess(&a, declaration.shape().multipliers(), pieces.len());
+            point.held(&pieces, &guess)
+        };
+        let (Some(before), Some(after)) = (accelerations(true), accelerations(false)) else {
+            return f64::INFINITY;
+        };
+        let parts = (0..e.len()).map(|i| {
+            let [before, after] = [before.x[i], after.x[i]];
+            let jump = (after - before).abs();
+            if jump == 0.0 {
+                0.0
+            } else {
+                jump / before.abs().max(after.abs())
+            }
+        });
+        parts.fold(0.0, f64::max)
     }
 
     /// Solves the step where inputs change: the mean of what both values say, since each holds in one half of it.
@@ -329,12 +367,6 @@ impl Discrete<'_> {
                 stop: if steady { Stop::Sticks } else { Stop::Update },
                 guess: Guess::Given,
             };
-            if [&old, &new]
-                .iter()
-                .any(|found| crosses(&contacts.pieces, &found.pieces))
-            {
-                self.count_unresolved(self.course.time(), 0.0);
-            }
             (
                 e,
                 mean(&old.multipliers, &new.multipliers),

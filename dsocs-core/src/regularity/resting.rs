@@ -43,6 +43,20 @@ pub(crate) struct Held {
     pub(crate) correction: Vec<f64>,
 }
 
+impl Held {
+    /// A guess with an acceleration, and without multipliers and sides.
+    pub(crate) fn guess(a: &[f64], multipliers: usize, sides: usize) -> Self {
+        let mut x = a.to_vec();
+        x.resize(a.len() + multipliers, 0.0);
+        Self {
+            reach: vec![0.0; x.len()],
+            correction: vec![0.0; a.len()],
+            sides: vec![0.0; sides],
+            x,
+        }
+    }
+}
+
 impl<'a> AtPoint<'a> {
     /// A point.
     pub(crate) fn new(declaration: Declaration<'a>, (t, q, v): (f64, &'a [f64], &'a [f64])) -> Self {

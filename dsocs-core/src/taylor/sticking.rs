@@ -187,10 +187,9 @@ impl Integrator {
             return false;
         }
         let guess = Held {
-            reach: vec![0.0; found.x.len()],
-            correction: vec![0.0; a.len()],
             x: found.x,
             sides: found.sides,
+            ..Held::guess(&a, multipliers, arguments.len())
         };
         let Some(now) = point.held(&found.pieces, &guess) else {
             return false;
