@@ -86,13 +86,13 @@ pub enum SamplesError {
         cause: String,
     },
     /// A line of a file is no sample.
-    #[error("line {line} of {} is `{found}`; expected a place and a value, two numbers", .file.display())]
+    #[error("line {line} of {} has {found}; expected a place and a value, two numbers", .file.display())]
     Line {
         /// The file.
         file: PathBuf,
         /// The number of the line, from 1.
         line: usize,
-        /// The line.
+        /// What it has in their place: the file may be one that is no business of whoever reads this.
         found: String,
     },
 }
@@ -179,7 +179,7 @@ impl Samples {
         let file = file.as_ref();
         let refused = |error: io::Error| SamplesError::File {
             file: file.to_owned(),
-            cause: error.to_string(),
+            cause: plainly(&error),
         };
         let text = fs::read_to_string(file).map_err(refused)?;
         let lines = text
@@ -204,7 +204,7 @@ impl Samples {
                     return Err(SamplesError::Line {
                         file: file.to_owned(),
                         line: number + 1,
-                        found: line.to_owned(),
+                        found: columns(&numbers, line),
                     });
                 }
             }
@@ -262,6 +262,36 @@ impl Samples {
             piece
         };
         [from, a, b, c, d]
+    }
+}
+
+/// What the system says of a file, without the number that it has for it.
+pub(crate) fn plainly(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        io::ErrorKind::PermissionDenied => "reading it is not allowed".to_owned(),
+        io::ErrorKind::IsADirectory => "it is a folder".to_owned(),
+        io::ErrorKind::InvalidData => "it is no text in UTF-8".to_owned(),
+        _ => {
+            let said = error.to_string();
+            said.split(" (os error").next().unwrap_or_default().to_owned()
+        }
+    }
+}
+
+/// What a line has that is no pair of numbers, without what stands there.
+fn columns(numbers: &[Option<f64>], line: &str) -> String {
+    let point = if line.contains(';') && line.contains(',') {
+        " (a decimal has a point)"
+    } else {
+        ""
+    };
+    match numbers.iter().position(Option::is_none) {
+        Some(column) if numbers.len() == 2 => format!("no number in column {}{point}", column + 1),
+        _ => match numbers.len() {
+            1 => "one column".to_owned(),
+            count => format!("{count} columns{point}"),
+        },
     }
 }
 

@@ -36,7 +36,7 @@ use dsocs_language::{Call, Data};
 
 use crate::kernel::series::Series;
 pub use crate::step::{TapeError, TapeKernel};
-pub use dsocs_language::{Curve, Mistake, Run, Table};
+pub use dsocs_language::{Curve, Mistake, Place, Run, Table};
 pub use error::TextError;
 
 use crate::samples::{Samples, SamplesError};
@@ -60,6 +60,8 @@ pub struct Text {
     pub runs: Vec<Run>,
     /// What is declared and has no effect.
     pub warnings: Vec<Mistake>,
+    /// What was read, word for word.
+    pub text: String,
 }
 
 impl Text {
@@ -92,10 +94,7 @@ impl Text {
         let name = file
             .file_stem()
             .map_or_else(|| "system".into(), |stem| stem.to_string_lossy());
-        let text = String::from_utf8(bytes).map_err(|error| TextError::Utf8 {
-            file: file.to_owned(),
-            at: error.utf8_error().valid_up_to(),
-        })?;
+        let text = error::decoded(file, bytes)?;
         let folder = file.parent().unwrap_or(Path::new(""));
         Self::with(&name, &text, Some(folder), constants).map_err(|error| error.in_file(file))
     }
@@ -119,9 +118,18 @@ impl Text {
         })?;
         let (data, values, tables, runs, warnings) =
             read.map_err(|mistakes| TextError::mistakes(name, text, mistakes))?;
-        let mut found = HashMap::new();
-        for Table { name, file, curve } in &tables {
-            found.insert(name.clone(), samples(folder, file, *curve)?);
+        let (mut found, mut missing) = (HashMap::new(), Vec::new());
+        for table in &tables {
+            match samples(folder, &table.file, table.curve) {
+                Ok(samples) => {
+                    found.insert(table.name.clone(), samples);
+                }
+                Err(message) => missing.push(table.place.mistake(message)),
+            }
+        }
+        if !missing.is_empty() {
+            let files = tables.into_iter().map(|table| table.file).collect();
+            return Err(TextError::mistakes(name, text, missing).with_files(files));
         }
         let declared = (name.to_owned(), text.to_owned(), constants.to_vec());
         let samples = tables.iter().filter_map(|table| found.get(&table.name));
@@ -132,7 +140,14 @@ impl Text {
             samples,
             runs,
             warnings,
+            text: text.to_owned(),
         })
+    }
+
+    /// The warnings with the lines of the text, the place of each underlined; `name` is that of the file. Each begins with `warning: `.
+    #[must_use]
+    pub fn warnings_shown(&self, name: &str) -> Vec<String> {
+        error::shown(name, &self.text, &self.warnings, &error::Kind::Warning)
     }
 }
 
@@ -182,15 +197,15 @@ fn calls(calls: &[Call], tables: &HashMap<String, Arc<Samples>>) -> Option<Vec<T
     calls.collect()
 }
 
-/// The samples in a file.
-fn samples(folder: Option<&Path>, file: &str, curve: Curve) -> Result<Arc<Samples>, TextError> {
+/// The samples in a file, or what is said of a file that has none.
+fn samples(folder: Option<&Path>, file: &str, curve: Curve) -> Result<Arc<Samples>, String> {
     let Some(folder) = folder else {
-        return Err(TextError::Files {
-            file: file.to_owned(),
-        });
+        return Err(
+            "this text has no folder, and so no file beside it; expected a text in a file".to_owned(),
+        );
     };
     let path = folder.join(file);
-    error::bytes(&path)?;
+    error::bytes(&path).map_err(|cause| cause.to_string())?;
     let samples = Samples::read(path).and_then(|samples| match curve {
         Curve::Linear => Samples::linear(samples),
         Curve::Monotone => Samples::monotone(samples),
@@ -198,10 +213,7 @@ fn samples(folder: Option<&Path>, file: &str, curve: Curve) -> Result<Arc<Sample
     });
     samples
         .map(Arc::new)
-        .map_err(|cause: SamplesError| TextError::Samples {
-            file: file.to_owned(),
-            cause,
-        })
+        .map_err(|cause: SamplesError| format!("these samples cannot be used: {cause}"))
 }
 
 /// The system that data declare.

@@ -107,6 +107,10 @@ pub struct Entry {
     acceleration: Option<Vec<f64>>,
     /// Which initial acceleration is meant by default where there are several.
     near: Option<Vec<f64>>,
+    /// Whether the start is moved onto the constraints unless the command line says so.
+    project: bool,
+    /// The text that it was read from, and the names of that text's runs.
+    text: Option<(String, Vec<Option<String>>)>,
     /// The step.
     step: f64,
     /// The end.
@@ -183,6 +187,10 @@ impl Entry {
                 .cloned()
                 .zip(text.samples.iter().cloned())
                 .collect(),
+            text: Some((
+                text.text.clone(),
+                text.runs.iter().map(|run| run.name.clone()).collect(),
+            )),
             ..Self::of(Box::new(text.system.clone())).named(name)
         };
         let Some(run) = run else { return entry };
@@ -190,6 +198,7 @@ impl Entry {
             start: run.start.clone(),
             acceleration: run.acceleration.clone(),
             near: run.near_acceleration.clone(),
+            project: run.project,
             step: run.step.unwrap_or(entry.step),
             until: run.until.unwrap_or(entry.until),
             ..entry
@@ -209,6 +218,8 @@ impl Entry {
             start: None,
             acceleration: None,
             near: None,
+            project: false,
+            text: None,
             step: STEP,
             until: UNTIL,
             symmetries: Vec::new(),
@@ -259,6 +270,14 @@ impl Entry {
     #[must_use]
     pub fn near_acceleration<const N: usize>(mut self, a0: [f64; N]) -> Self {
         self.near = Some(a0.to_vec());
+        self
+    }
+
+    /// Moves the start onto the constraints on positions and velocities by default, by the smallest change. Without it a start that violates them is
+    /// refused.
+    #[must_use]
+    pub fn projected(mut self) -> Self {
+        self.project = true;
         self
     }
 
@@ -387,6 +406,29 @@ impl Entry {
         self.acceleration.as_deref()
     }
 
+    /// Whether the start is moved onto the constraints by default.
+    #[must_use]
+    pub fn projects(&self) -> bool {
+        self.project
+    }
+
+    /// The text that the system was read from, word for word.
+    #[must_use]
+    pub fn source_text(&self) -> Option<&str> {
+        self.text.as_ref().map(|(text, _)| text.as_str())
+    }
+
+    /// The names of the runs in the text that the system was read from; one may have none.
+    pub fn runs(&self) -> impl Iterator<Item = Option<&str>> {
+        let runs = self.text.iter().flat_map(|(_, runs)| runs);
+        runs.map(Option::as_deref)
+    }
+
+    /// The tables of samples of a system that was read from a text.
+    pub fn tables(&self) -> impl Iterator<Item = &Table> {
+        self.tables.iter().map(|(table, _)| table)
+    }
+
     /// The default step of a run, in s.
     #[must_use]
     pub fn default_step(&self) -> f64 {
@@ -443,8 +485,19 @@ impl Entry {
     pub(crate) fn unknown_parameter(&self, name: &str) -> UnknownName {
         let known = self.description.parameters.iter();
         let known = known.map(|parameter| parameter.name.clone());
-        let ty = self.system.kernel().shape().type_of_other(name);
-        UnknownName::new("parameter", name, known).of_type(ty)
+        let unknown = UnknownName::new("parameter", name, known);
+        match self.tables().find(|table| table.name == name) {
+            Some(table) => unknown.instead(format!(
+                ": `{name}` is a table of samples, which stands in the file `{}`; edit that file, or name another one in the text",
+                table.file
+            )),
+            None => match self.system.kernel().shape().type_of_other(name) {
+                Some(ty) => unknown.instead(format!(
+                    ": the field of this name is of type `{ty}`, and parameters are fields of type `f64` and the elements of arrays of them"
+                )),
+                None => unknown,
+            },
+        }
     }
 
     /// Runs as planned and hands each node to `sink`, which may end the run.
@@ -522,6 +575,8 @@ impl Entry {
             start: self.start.clone(),
             acceleration: self.acceleration.clone(),
             near: self.near.clone(),
+            project: self.project,
+            text: self.text.clone(),
             step: self.step,
             until: self.until,
             ..Self::of(self.system.copy())
@@ -548,6 +603,14 @@ impl Entry {
         }
         let motions: &dyn Motions = &*self.system;
         check::check_to(motions, &self.symmetries, self.expected(), settings, own)
+    }
+
+    /// The position and the velocity of settings, moved onto the constraints by the smallest change.
+    pub(crate) fn moved(&self, settings: &Settings<'_>) -> Result<[Vec<f64>; 2], CheckFailure> {
+        let coordinates = &self.description.coordinates;
+        beginning::fits("q0", settings.q0, coordinates)?;
+        beginning::fits("v0", settings.v0, coordinates)?;
+        check::projected(&*self.system, settings)
     }
 
     /// Looks for mistakes in what the entry adds to the declaration.

@@ -8,7 +8,7 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use dsocs_language::{MOST_BYTES, Mistake};
 use thiserror::Error;
 
-use crate::samples::SamplesError;
+use crate::samples::plainly;
 use crate::step::TapeError;
 
 /// Why a text is no system.
@@ -24,6 +24,8 @@ pub enum TextError {
         shown: String,
         /// The text, to say where it stands.
         text: String,
+        /// The files of samples that it names, if these are why it is no system.
+        files: Vec<String>,
     },
     /// A file cannot be read.
     #[error("cannot read {}: {cause}", .file.display())]
@@ -34,28 +36,12 @@ pub enum TextError {
         cause: String,
     },
     /// A file is no text.
-    #[error("{} is no text: the byte after the first {at} is no UTF-8; expected the text of a declaration", .file.display())]
-    Utf8 {
+    #[error("{} {reason}", .file.display())]
+    Encoding {
         /// The file.
         file: PathBuf,
-        /// How many bytes are text.
-        at: usize,
-    },
-    /// A text that is in no folder names a file.
-    #[error(
-        "the text names the file `{file}`, and has no folder in which it could be; expected a text in a file, `Text::read`"
-    )]
-    Files {
-        /// The file.
-        file: String,
-    },
-    /// The samples of a file cannot be used.
-    #[error("the samples in `{file}` cannot be used: {cause}")]
-    Samples {
-        /// The file, as the text names it.
-        file: String,
-        /// Why not.
-        cause: SamplesError,
+        /// How it is written, and what to do.
+        reason: String,
     },
     /// The tape of the declaration does not fit its shape: a mistake of this library.
     #[error("the declaration makes no system, which is a mistake of this library: {0}")]
@@ -74,25 +60,58 @@ impl TextError {
     /// The mistakes of a text.
     pub(super) fn mistakes(name: &str, text: &str, mistakes: Vec<Mistake>) -> Self {
         Self::Mistakes {
-            shown: shown(name, text, &mistakes),
+            shown: shown(name, text, &mistakes, &Kind::Error).join("\n\n"),
             mistakes,
             text: text.to_owned(),
+            files: Vec::new(),
+        }
+    }
+
+    /// The same with the files of samples that are why.
+    pub(super) fn with_files(self, named: Vec<String>) -> Self {
+        match self {
+            Self::Mistakes {
+                mistakes,
+                shown,
+                text,
+                ..
+            } => Self::Mistakes {
+                mistakes,
+                shown,
+                text,
+                files: named,
+            },
+            other => other,
         }
     }
 
     /// The same with the name of the file.
     pub(super) fn in_file(self, file: &Path) -> Self {
         match self {
-            Self::Mistakes { mistakes, text, .. } => {
-                Self::mistakes(&file.display().to_string(), &text, mistakes)
-            }
+            Self::Mistakes {
+                mistakes,
+                text,
+                files,
+                ..
+            } => Self::mistakes(&file.display().to_string(), &text, mistakes).with_files(files),
             other => other,
         }
     }
 }
 
-/// The mistakes with the lines of the text.
-fn shown(name: &str, text: &str, mistakes: &[Mistake]) -> String {
+/// What mistakes are shown as.
+pub(super) enum Kind {
+    /// Errors. Whoever prints them says of the first one that it is one.
+    Error,
+    /// Warnings.
+    Warning,
+}
+
+/// So many places of one mistake are shown.
+const PLACES: usize = 10;
+
+/// Mistakes with the lines of the text. What is said of several places is said once.
+pub(super) fn shown(name: &str, text: &str, mistakes: &[Mistake], kind: &Kind) -> Vec<String> {
     let lines: Vec<usize> = core::iter::once(0)
         .chain(text.match_indices('\n').map(|(at, _)| at + 1))
         .collect();
@@ -107,26 +126,61 @@ fn shown(name: &str, text: &str, mistakes: &[Mistake]) -> String {
         let places = rest.char_indices().map(|(at, _)| at).chain([rest.len()]);
         from + places.take(column.max(1)).last().unwrap_or(0)
     };
-    let renderer = Renderer::plain();
-    let told = mistakes.iter().enumerate().map(|(count, mistake)| {
+    let range = |mistake: &Mistake| {
         let from = place(mistake.line, mistake.column);
         let to = place(mistake.end_line, mistake.end_column).max(from);
         // what is long is shown by its first line
         let first_line = text.get(from..to).and_then(|part| part.find('\n'));
-        let to = first_line.map_or(to, |at| from + at);
+        from..first_line.map_or(to, |at| from + at)
+    };
+    let mut messages: Vec<(&str, Vec<&Mistake>)> = Vec::new();
+    for mistake in mistakes {
+        match messages
+            .iter_mut()
+            .find(|(message, _)| *message == mistake.message)
+        {
+            Some((_, places)) => places.push(mistake),
+            None => messages.push((&mistake.message, vec![mistake])),
+        }
+    }
+    let renderer = Renderer::plain();
+    let told = messages.iter().enumerate().map(|(count, (message, places))| {
+        let places = places.iter().take(PLACES).map(|mistake| range(mistake));
         let snippet = Snippet::source(text)
             .path(name)
-            .annotation(AnnotationKind::Primary.span(from..to));
-        // whoever prints the error says of the first one that it is one
-        let level = if count == 0 {
-            Level::ERROR.no_name()
-        } else {
-            Level::ERROR
+            .annotations(places.map(|range| AnnotationKind::Primary.span(range)));
+        let level = match kind {
+            Kind::Error if count == 0 => Level::ERROR.no_name(),
+            Kind::Error => Level::ERROR,
+            Kind::Warning => Level::WARNING,
         };
-        let title = level.primary_title(mistake.message.as_str());
+        let title = level.primary_title(*message);
         renderer.render(&[title.element(snippet)])
     });
-    told.collect::<Vec<_>>().join("\n\n")
+    told.collect()
+}
+
+/// The text that bytes are.
+pub(super) fn decoded(file: &Path, bytes: Vec<u8>) -> Result<String, TextError> {
+    let refused = |reason: String| TextError::Encoding {
+        file: file.to_owned(),
+        reason,
+    };
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err(refused("is saved as UTF-16; save the file as UTF-8".to_owned()));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = String::from_utf8_lossy(good).matches('\n').count() + 1;
+        refused(format!(
+            "is no text in UTF-8: line {line} has a character in another encoding; save the file as UTF-8"
+        ))
+    })?;
+    // which an editor may put first
+    Ok(match text.strip_prefix('\u{feff}') {
+        Some(text) => text.to_owned(),
+        None => text,
+    })
 }
 
 /// The bytes of a regular file that is not too long.
@@ -135,15 +189,18 @@ pub(super) fn bytes(file: &Path) -> Result<Vec<u8>, TextError> {
         file: file.to_owned(),
         cause,
     };
-    let metadata = std::fs::metadata(file).map_err(|error| refused(error.to_string()))?;
-    if !metadata.is_file() {
-        return Err(refused("it is no file".to_owned()));
+    let metadata = std::fs::metadata(file).map_err(|error| refused(plainly(&error)))?;
+    if metadata.is_dir() {
+        return Err(refused("it is a folder".to_owned()));
     }
-    let opened = File::open(file).map_err(|error| refused(error.to_string()))?;
+    if !metadata.is_file() {
+        return Err(refused("it is no file, but a device or a pipe".to_owned()));
+    }
+    let opened = File::open(file).map_err(|error| refused(plainly(&error)))?;
     let mut bytes = Vec::new();
     let most = 64 * MOST_BYTES as u64;
     let read = opened.take(most + 1).read_to_end(&mut bytes);
-    read.map_err(|error| refused(error.to_string()))?;
+    read.map_err(|error| refused(plainly(&error)))?;
     if bytes.len() as u64 > most {
         return Err(refused(format!("it has more than {most} bytes")));
     }

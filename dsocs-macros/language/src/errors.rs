@@ -13,15 +13,35 @@ pub(crate) struct Reported(());
 /// Collects mistakes; [`Errors::finish`] has to be called before it is dropped.
 #[derive(Debug)]
 pub(crate) struct Errors {
+    /// Whether it is a text that is read, perhaps of somebody who knows no Rust.
+    of_text: bool,
     found: RefCell<Option<Vec<syn::Error>>>,
 }
 
 impl Errors {
-    /// No mistakes so far.
+    /// No mistakes so far, of a declaration in Rust.
     pub(crate) fn new() -> Self {
         Self {
+            of_text: false,
             found: RefCell::new(Some(Vec::new())),
         }
+    }
+
+    /// The same of a text.
+    pub(crate) fn of_text() -> Self {
+        let mut errors = Self::new();
+        errors.of_text = true;
+        errors
+    }
+
+    /// Whether messages are for readers of a text, who need not know Rust.
+    pub(crate) fn are_of_text(&self) -> bool {
+        self.of_text
+    }
+
+    /// What is said to people who know Rust, or to those who read a text.
+    pub(crate) fn words<'w>(&self, rust: &'w str, text: &'w str) -> &'w str {
+        if self.of_text { text } else { rust }
     }
 
     /// Reports a mistake at the given tokens.

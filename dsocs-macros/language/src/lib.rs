@@ -43,7 +43,7 @@ pub use emit::{Call, Data, Quantity, Series};
 pub use expand::expand;
 pub use limits::within_limits;
 pub use mechanics::Symmetry;
-pub use mistake::Mistake;
+pub use mistake::{Mistake, Place};
 pub use model::Model;
 pub use shared::statements;
 pub use source::{Source, analyze};

@@ -4,6 +4,44 @@ use std::fmt;
 
 use proc_macro2::Span;
 
+/// A place in a text; lines and columns count from 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// The line in which it begins.
+    pub line: usize,
+    /// The column in which it begins, in characters.
+    pub column: usize,
+    /// The line in which it ends.
+    pub end_line: usize,
+    /// The column after its last character.
+    pub end_column: usize,
+}
+
+impl Place {
+    /// That of some tokens.
+    pub(crate) fn of(span: Span) -> Self {
+        let (start, end) = (span.start(), span.end());
+        Self {
+            line: start.line,
+            column: start.column + 1,
+            end_line: end.line,
+            end_column: end.column + 1,
+        }
+    }
+
+    /// A mistake there.
+    #[must_use]
+    pub fn mistake(self, message: impl Into<String>) -> Mistake {
+        Mistake {
+            line: self.line,
+            column: self.column,
+            end_line: self.end_line,
+            end_column: self.end_column,
+            message: message.into(),
+        }
+    }
+}
+
 /// A mistake in a declaration, and where it is.
 ///
 /// In text, places are those of the text. In tokens that a compiler has handed over, they are those of its files.
@@ -25,16 +63,8 @@ pub struct Mistake {
 impl Mistake {
     /// A mistake at some tokens; those that are in no source stand for the attribute as a whole.
     pub(crate) fn at(span: Span, attribute: Span, message: String) -> Self {
-        let nowhere = span.byte_range().is_empty() && span.start() == Span::call_site().start();
-        let span = if nowhere { attribute } else { span };
-        let (start, end) = (span.start(), span.end());
-        Self {
-            line: start.line,
-            column: start.column + 1,
-            end_line: end.line,
-            end_column: end.column + 1,
-            message,
-        }
+        let span = if is_nowhere(span) { attribute } else { span };
+        Place::of(span).mistake(message)
     }
 
     /// A mistake at some tokens of a source.
@@ -53,11 +83,28 @@ impl Mistake {
         }
     }
 
+    /// The same of a text; what is missing in it is told at its end.
+    pub(crate) fn in_text(error: &syn::Error, end: (usize, usize)) -> impl Iterator<Item = Self> {
+        let errors = error.clone().into_iter();
+        errors.map(move |error| {
+            if is_nowhere(error.span()) {
+                Self::of_character(end.0, end.1, error.to_string())
+            } else {
+                Self::of(error.span(), error.to_string())
+            }
+        })
+    }
+
     /// The mistakes that `syn` tells in one error.
     pub(crate) fn all(error: &syn::Error, attribute: Span) -> impl Iterator<Item = Self> {
         let errors = error.clone().into_iter();
         errors.map(move |error| Self::at(error.span(), attribute, error.to_string()))
     }
+}
+
+/// Whether a place is in no source.
+fn is_nowhere(span: Span) -> bool {
+    span.byte_range().is_empty() && span.start() == Span::call_site().start()
 }
 
 impl fmt::Display for Mistake {

@@ -19,8 +19,11 @@
 
 mod characters;
 mod constants;
+mod items;
 mod parameters;
+mod slips;
 mod split;
+mod unused;
 mod values;
 
 use proc_macro2::{Ident, Span, TokenStream};
@@ -33,6 +36,9 @@ use crate::input::Fields;
 use crate::mistake::Mistake;
 use crate::model::Model;
 use crate::{layout, lower, parse};
+
+pub(crate) use slips::elsewhere;
+pub(crate) use values::RUN;
 
 pub use parameters::{Curve, Table};
 pub use values::Run;
@@ -86,37 +92,59 @@ pub fn read(name: &str, text: &str, constants: &[(String, f64)]) -> Result<Text,
         );
         return Err(vec![Mistake::of(Span::call_site(), message)]);
     }
-    characters::check(text)?;
-    let tokens: TokenStream = text.parse().map_err(|error: proc_macro2::LexError| {
-        let message = "a bracket, a quotation mark or a character is out of place here";
-        vec![Mistake::of(error.span(), message.to_owned())]
-    })?;
+    // which an editor may put first
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let (text, mut mistakes) = characters::read(text);
+    let tokens: TokenStream = match text.parse() {
+        Ok(tokens) => tokens,
+        Err(_) if !mistakes.is_empty() => return Err(mistakes),
+        Err(error) => {
+            let error: proc_macro2::LexError = error;
+            let message = "a bracket, a quotation mark or a character is out of place here";
+            return Err(vec![Mistake::of(error.span(), message.to_owned())]);
+        }
+    };
     if let Some(tree) = parse::too_deep(&tokens, DEEPEST) {
-        let message = format!(
-            "expected brackets and method calls that are nested at most {DEEPEST} deep, and at most {} words and signs between two commas or semicolons",
-            parse::LONGEST
-        );
-        return Err(vec![Mistake::of(tree.span(), message)]);
+        return Err(vec![Mistake::of(tree.span(), too_deep())]);
     }
     characters::check_literals(&tokens)?;
-    let errors = Errors::new();
+    if tokens.is_empty() && mistakes.is_empty() {
+        let message = "the text declares nothing; expected at least `coordinates(x);` and `lagrangian = dot(x).powi(2) / 2;`";
+        return Err(vec![Mistake::of_character(1, 1, message.to_owned())]);
+    }
+    let errors = Errors::of_text();
     let read = of_tokens(name, tokens, constants, &errors);
     match (errors.finish(), read) {
-        (Ok(()), Some(text)) => Ok(text),
+        (Ok(()), Some(text)) if mistakes.is_empty() => Ok(text),
         (result, _) => {
-            let first = Span::call_site();
-            let mistakes = result.err().unwrap_or_default();
-            Err(mistakes
-                .iter()
-                .flat_map(|error| Mistake::all(error, first))
-                .collect())
+            let found = result.err().unwrap_or_default();
+            let last = end(&text);
+            mistakes.extend(found.iter().flat_map(|error| Mistake::in_text(error, last)));
+            mistakes.sort_by_key(|mistake| [mistake.line, mistake.column]);
+            Err(mistakes)
         }
     }
 }
 
+/// Line and column behind the last word of a text.
+fn end(text: &str) -> (usize, usize) {
+    let text = text.trim_end();
+    let last = text.rsplit('\n').next().unwrap_or_default();
+    (text.matches('\n').count() + 1, last.chars().count() + 1)
+}
+
+/// What is said of brackets in brackets.
+fn too_deep() -> String {
+    format!(
+        "expected brackets and functions that are nested at most {DEEPEST} deep, and at most {} words and signs between two commas or semicolons",
+        parse::LONGEST
+    )
+}
+
 /// The system that tokens declare; `None` if a mistake was reported.
 fn of_tokens(name: &str, tokens: TokenStream, constants: &[(String, f64)], errors: &Errors) -> Option<Text> {
-    let parts = split::split(tokens, errors);
+    let parts = split::split(slips::mended(tokens, errors), errors);
+    let names = unused::Names::of(&parts);
     let parts = constants::insert(parts, constants, errors);
     let text = layout::text(&parts.declaration);
     let declaration = parse::declaration(parts.declaration, errors);
@@ -126,7 +154,8 @@ fn of_tokens(name: &str, tokens: TokenStream, constants: &[(String, f64)], error
     let checked = check(&declaration, &fields, errors);
     let model = lower::model(&declaration, &item, &fields, checked, errors);
     let values = values::parameters(&parameters, &fields, errors);
-    let model = Model { text, ..model.ok()? };
+    let mut model = Model { text, ..model.ok()? };
+    model.warnings.extend(names.warnings(&parameters));
     let values = values.ok()?;
     let runs = values::runs(parts.runs, &model, &fields, &values, errors);
     Some(Text {

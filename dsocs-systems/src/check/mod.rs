@@ -283,6 +283,15 @@ pub fn check_tape(
     check_to(kernel, symmetries, expected, settings, STEPS * settings.h)
 }
 
+/// Position and velocity on the constraints, near to those of the settings.
+pub(crate) fn projected(
+    system: &dyn Motions,
+    settings: &Settings<'_>,
+) -> Result<[Vec<f64>; 2], CheckFailure> {
+    let state = probe::projected(system.kernel(), settings.h, &State::of(settings))?;
+    Ok([state.q, state.v])
+}
+
 /// The same from the start of the settings, with the acceleration near one where there are several, and to the end `own` unless the settings
 /// say another.
 pub(crate) fn check_to(

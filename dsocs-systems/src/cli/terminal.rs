@@ -1,9 +1,15 @@
-//! What standard output is, and tables that suit it.
+//! What standard output is, and tables that suit it; what is said on standard error.
 
 use std::ffi::OsStr;
-use std::io::IsTerminal;
+use std::fmt::Display;
+use std::io::{IsTerminal, Write as _};
 
 use comfy_table::{Table, TableStyle};
+
+/// Says something on standard error. If nobody listens there, nothing is said.
+pub fn tell(what: impl Display) {
+    let _ = writeln!(std::io::stderr(), "{what}");
+}
 
 /// An empty table, coloured where colours are wanted: on a terminal, unless `NO_COLOR` is set to anything (<https://no-color.org>).
 pub fn table(style: TableStyle) -> Table {

@@ -93,18 +93,18 @@ pub fn watch(arguments: &WatchArguments, program: &mut Program) -> Result<(), Cl
         };
         match result {
             Ok(()) => {
-                eprintln!("{name}: {:.2} s", begun.elapsed().as_secs_f64());
+                super::terminal::tell(format_args!("{name}: {:.2} s", begun.elapsed().as_secs_f64()));
                 server.show(html.as_deref().unwrap_or_default());
             }
             Err(error @ CliError::Interrupted { .. }) => return Err(error),
             Err(error) => {
-                eprintln!("error: {error}");
+                super::terminal::tell(format_args!("error: {}", error.plain()));
                 let (below, told) = match (&html, &good) {
                     (Some(partial), _) => (Some(partial), "Below is what was computed before."),
                     (None, Some(good)) => (Some(good), "Below is the last page before this error."),
                     (None, None) => (None, ""),
                 };
-                server.show(&wrong(name, &error.to_string(), below, told));
+                server.show(&wrong(name, &error.plain(), below, told));
             }
         }
         good = html.or(good);
@@ -120,10 +120,10 @@ fn beside(text: &Path, named: impl AsRef<Path>) -> PathBuf {
 /// The files, with one that keeps the text from being read.
 fn with_missing(files: &[PathBuf], text: &Path, error: &CliError) -> Vec<PathBuf> {
     let missing = match error {
-        CliError::Text(TextError::File { file, .. }) => Some(file.clone()),
-        CliError::Text(TextError::Samples { file, .. }) => Some(beside(text, file)),
-        _ => None,
+        CliError::Text(TextError::Mistakes { files, .. }) => files.as_slice(),
+        _ => &[],
     };
+    let missing = missing.iter().map(|file| beside(text, file));
     let missing = missing.filter(|missing| !files.contains(missing));
     files.iter().cloned().chain(missing).collect()
 }

@@ -5,8 +5,8 @@ use thiserror::Error;
 /// A name that does not exist, and those that do.
 #[derive(Clone, PartialEq, Eq, Error)]
 #[error(
-    "there is no {kind} `{name}`{}{}; known: {}",
-    suggestion(.nearest.as_deref()), of_type(.ty.as_deref()), .known.join(", ")
+    "there is no {kind} `{name}`{}{}{}",
+    suggestion(.nearest.as_deref()), .reason.as_deref().unwrap_or_default(), listed(.known)
 )]
 pub struct UnknownName {
     /// What the name should have named.
@@ -15,8 +15,8 @@ pub struct UnknownName {
     pub name: String,
     /// The name that is nearest, if one is near.
     pub nearest: Option<Box<str>>,
-    /// The type of a field of that name, which is no parameter.
-    pub ty: Option<Box<str>>,
+    /// What has that name instead.
+    pub reason: Option<Box<str>>,
     /// All names.
     pub known: Box<[String]>,
 }
@@ -32,28 +32,28 @@ impl UnknownName {
             kind,
             name: name.to_owned(),
             nearest,
-            ty: None,
+            reason: None,
             known: known.into(),
         }
     }
 
-    /// The error for a name that is that of a field of a type, if it is.
+    /// The error for a name that something else has; what is said of this stands behind the name.
     #[must_use]
-    pub fn of_type(self, ty: Option<&str>) -> Self {
+    pub fn instead(self, reason: String) -> Self {
         Self {
-            ty: ty.map(Into::into),
+            reason: Some(reason.into()),
             ..self
         }
     }
 }
 
-/// What is said of a field of a type.
-fn of_type(ty: Option<&str>) -> String {
-    ty.map_or_else(String::new, |ty| {
-        format!(
-            ": the field of this name is of type `{ty}`, and parameters are fields of type `f64` and the elements of arrays of them"
-        )
-    })
+/// The names that exist.
+fn listed(known: &[String]) -> String {
+    if known.is_empty() {
+        "; there is none of any name".to_owned()
+    } else {
+        format!("; known: {}", known.join(", "))
+    }
 }
 
 /// The name that is fewest typing mistakes away, if it is near: one mistake in three letters, or its beginning.

@@ -45,29 +45,35 @@ impl Entry {
         let shape = self.system.kernel().shape();
         let mut text = String::new();
         for line in shape.doc.lines() {
-            let _ = writeln!(text, "//! {line}");
+            let _ = writeln!(text, "//! {}", unescaped(line));
         }
         let parameters = self.as_declared()?;
         if !parameters.is_empty() || !self.tables.is_empty() {
             text.push_str("parameters {\n");
             for of in &parameters {
-                documentation(&mut text, of.doc);
+                documentation(&mut text, &unescaped(of.doc));
                 let length = of
                     .length
                     .map_or_else(String::new, |length| format!(": [{length}]"));
                 let _ = writeln!(text, "    {}{length} = {},", of.name, of.value);
             }
-            for (Table { name, file, curve }, _) in &self.tables {
-                let curve = match curve {
-                    Curve::Linear => ", linear",
-                    Curve::Monotone => ", monotone",
-                    _ => "",
+            for table in self.tables() {
+                documentation(&mut text, &unescaped(&table.doc));
+                let curve = match table.curve {
+                    Curve::Cubic => String::new(),
+                    other => format!(", {}", other.name()),
                 };
-                let _ = writeln!(text, "    {name} = samples({file:?}{curve}),");
+                let _ = writeln!(text, "    {} = samples({:?}{curve}),", table.name, table.file);
             }
             text.push_str("}\n");
         }
-        text.push_str(&shape.declaration);
+        for line in shape.declaration.lines() {
+            let line = match line.split_once("///") {
+                Some((indent, doc)) if indent.trim().is_empty() => format!("{indent}///{}", unescaped(doc)),
+                _ => line.to_owned(),
+            };
+            let _ = writeln!(text, "{line}");
+        }
         text.push_str("run {\n");
         if let Some([q0, v0]) = &self.start {
             let _ = writeln!(text, "    start = ({q0:?}, {v0:?});");
@@ -79,6 +85,9 @@ impl Entry {
             if let Some(vector) = vector {
                 let _ = writeln!(text, "    {name} = {vector:?};");
             }
+        }
+        if self.project {
+            text.push_str("    project = true;\n");
         }
         let _ = writeln!(
             text,
@@ -120,7 +129,8 @@ impl Entry {
                 .map_or_else(|| "f64".to_owned(), |length| format!("[f64; {length}]"));
             let _ = writeln!(rust, "    {}: {ty},", of.name);
         }
-        for (table, _) in &self.tables {
+        for table in self.tables() {
+            documentation(&mut rust, &table.doc);
             let _ = writeln!(rust, "    {}: Samples,", table.name);
         }
         let result = if has_tables {
@@ -136,15 +146,14 @@ impl Entry {
         for of in &parameters {
             let _ = writeln!(rust, "        {}: {},", of.name, of.value);
         }
-        for (Table { name, file, curve }, _) in &self.tables {
-            let curve = match curve {
-                Curve::Linear => "linear",
-                Curve::Monotone => "monotone",
-                _ => "cubic",
-            };
+        for Table {
+            name, file, curve, ..
+        } in self.tables()
+        {
             let _ = writeln!(
                 rust,
-                "        {name}: Samples::{curve}(Samples::read({file:?})?)?,"
+                "        {name}: Samples::{}(Samples::read({file:?})?)?,",
+                curve.name()
             );
         }
         let _ = write!(
@@ -163,6 +172,9 @@ impl Entry {
         }
         if let Some(near) = &self.near {
             let _ = writeln!(rust, "        .near_acceleration({near:?})");
+        }
+        if self.project {
+            rust.push_str("        .projected()\n");
         }
         let _ = writeln!(
             rust,
@@ -213,6 +225,11 @@ impl Entry {
             })
         }
     }
+}
+
+/// Documentation without the signs that keep Rust from taking units for links: `\[J\]`.
+fn unescaped(doc: &str) -> String {
+    doc.replace("\\[", "[").replace("\\]", "]")
 }
 
 /// Writes a line of documentation, if there is one.

@@ -136,7 +136,10 @@ impl Setting {
             targets,
             run,
             base,
-            start: plan.start.clone(),
+            start: PlannedStart {
+                project: plan.start.project || entry.projects(),
+                ..plan.start.clone()
+            },
             watched,
             events: plan.events.iter().map(|event| event.name.clone()).collect(),
             end,

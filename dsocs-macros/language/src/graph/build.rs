@@ -97,6 +97,22 @@ impl Graph {
         self.intern(Node::Sum(Bits::new(constant), terms))
     }
 
+    /// A number in a node that is infinite or none, if there is one.
+    pub(crate) fn not_finite(&self, node: NodeId) -> Option<f64> {
+        let is_wrong = |number: &f64| !number.is_finite();
+        match self.node(node) {
+            Node::Constant(value) => Some(value.get()).filter(is_wrong),
+            Node::Sum(constant, terms) => {
+                let numbers = terms.iter().map(|(_, coefficient)| coefficient);
+                core::iter::once(constant)
+                    .chain(numbers)
+                    .map(|number| number.get())
+                    .find(is_wrong)
+            }
+            _ => None,
+        }
+    }
+
     /// The number that scales a node, and the node without it: `3 x y` is `(3, x y)`. A sum with several terms gives
     /// its smallest coefficient if all are multiples of it, with the sign of its first term.
     pub(crate) fn split(&mut self, node: NodeId) -> (f64, NodeId) {

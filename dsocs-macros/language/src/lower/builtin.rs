@@ -169,11 +169,11 @@ impl Lowering<'_> {
         known
             .filter(|exponent| exponent.unsigned_abs() <= LARGEST_EXPONENT)
             .ok_or_else(|| {
-                self.errors.at(
-                    argument,
-                    "expected an integer literal of at most 10000 as the exponent of `powi`; any other exponent is for \
-                     `powf`",
-                )
+                let message = self.errors.words(
+                    "expected an integer literal of at most 10000 as the exponent of `powi`; any other exponent is for `powf`",
+                    "expected a whole number of at most 10000 as the exponent of `powi`; any other exponent is for `powf`, as in `x.powf(0.5)`",
+                );
+                self.errors.at(argument, message)
             })
     }
 }

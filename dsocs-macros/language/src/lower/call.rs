@@ -132,8 +132,11 @@ impl Lowering<'_> {
     /// What to say where a number is called.
     fn called_number(&self, name: &Ident) -> Reported {
         let message = format!(
-            "expected a function, but `{name}` is a number; a product is written with `*`, and what depends on time or position is a \
-             function of yours, such as `table.at(t)`"
+            "expected a function, but `{name}` is a number; a product is written with `*`, and what depends on time or position is {}",
+            self.errors.words(
+                "a function of yours, such as `table.at(t)`",
+                "a function, `let f = |x| …;`, or a table of samples, `table.at(t)`",
+            )
         );
         self.errors.at(name, message)
     }
@@ -157,7 +160,7 @@ impl Lowering<'_> {
         let name = call.method.to_string();
         let arguments: Vec<_> = call.args.iter().collect();
         if let Some(module) = self.module(&call.receiver) {
-            return Err(self.function_of_module(module, &call.method));
+            return Err(self.function_of_module(module, &call.method, call.args.first()));
         }
         if let Some(builtin) = Builtin::find(&name)
             && !self.is_no_number(&call.receiver)
@@ -182,10 +185,11 @@ impl Lowering<'_> {
             return self.opaque(Callee::Function(callee), None, &arguments);
         }
         if let Some(turbofish) = &call.turbofish {
-            return Err(self.errors.at(
-                turbofish,
+            let message = self.errors.words(
                 "expected no type arguments: the type of the number varies",
-            ));
+                "this has no meaning here",
+            );
+            return Err(self.errors.at(turbofish, message));
         }
         if matches!(name.as_str(), "dot" | "ddot" | "dddot") && arguments.is_empty() {
             let receiver = call.receiver.to_token_stream().to_string().replace(' ', "");
@@ -208,10 +212,9 @@ impl Lowering<'_> {
         }
         if !self.fields.have_compiler() {
             let hint = did_you_mean(&name, Builtin::names());
-            return Err(self.errors.at(
-                &call.method,
-                format!("numbers have no method `{name}` here{hint}"),
-            ));
+            return Err(self
+                .errors
+                .at(&call.method, format!("no function is called `{name}`{hint}")));
         }
         self.opaque(Callee::Method(call.method.clone()), Some(receiver), &arguments)
     }
@@ -244,11 +247,12 @@ impl Lowering<'_> {
         let message = match (own, nearest(&text, Builtin::names())) {
             (Some(near), _) => format!("no function `{text}` is known here; did you mean `{near}`?"),
             (None, Some(near)) => {
-                format!("no function `{text}` is known here; did you mean the method `.{near}(…)`?")
+                format!(
+                    "no function `{text}` is known here; did you mean `.{near}()`, which stands behind what it is of?"
+                )
             }
             (None, None) => format!(
-                "no function `{text}` is known here; a function of your own is written `let {text} = |x| …;`, and no compiler reads this \
-                 text, so that it cannot be one of Rust"
+                "no function `{text}` is known here; a function of your own is written `let {text} = |x| …;`"
             ),
         };
         self.errors.at(name, message)

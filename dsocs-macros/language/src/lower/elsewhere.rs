@@ -8,7 +8,7 @@ use super::lowering::Lowering;
 use crate::errors::Reported;
 
 /// Functions of numbers by other names, and the method that each is here.
-const METHODS: [(&str, &str); 24] = [
+const METHODS: [(&str, &str); 42] = [
     ("pow", "powi(2)` or `.powf(a)"),
     ("power", "powi(2)` or `.powf(a)"),
     ("square", "powi(2)"),
@@ -33,6 +33,24 @@ const METHODS: [(&str, &str); 24] = [
     ("expm1", "exp_m1()"),
     ("maximum", "max(…)"),
     ("minimum", "min(…)"),
+    ("sine", "sin()"),
+    ("cosine", "cos()"),
+    ("tangent", "tan()"),
+    ("tg", "tan()"),
+    ("arcsine", "asin()"),
+    ("arccosine", "acos()"),
+    ("arctangent", "atan()"),
+    ("arctg", "atan()"),
+    ("sh", "sinh()"),
+    ("ch", "cosh()"),
+    ("th", "tanh()"),
+    ("squareroot", "sqrt()"),
+    ("square_root", "sqrt()"),
+    ("root", "sqrt()"),
+    ("exponential", "exp()"),
+    ("logarithm", "ln()"),
+    ("absolute", "abs()"),
+    ("magnitude", "abs()"),
 ];
 
 /// Those of them that are as likely to be a function of the user's own.
@@ -91,16 +109,21 @@ impl Lowering<'_> {
             let argument = argument.map_or_else(|| "x".to_owned(), written);
             let message = format!(
                 "the time derivative is called `dot`: expected `dot({argument})`, and `ddot({argument})` for the second one{}",
-                own(&text)
+                if self.errors.are_of_text() {
+                    String::new()
+                } else {
+                    own(&text)
+                }
             );
             return Some(self.errors.at(name, message));
         }
-        if OWN.contains(&text.as_str()) {
+        if OWN.contains(&text.as_str()) && !self.errors.are_of_text() {
             return None;
         }
         let meant = method(&text)?;
         let place = self.where_it_is_so();
         let message = match Builtin::find(&text) {
+            _ if self.errors.are_of_text() => behind(argument, &meant),
             Some(_) if text != "log" => {
                 format!(
                     "functions of numbers are methods {place}: expected `(…).{meant}` or `f64::{text}(…)`"
@@ -115,11 +138,19 @@ impl Lowering<'_> {
     }
 
     /// What to say about a function of a module: `np.sin(x)`.
-    pub(super) fn function_of_module(&self, module: &Ident, name: &Ident) -> Reported {
+    pub(super) fn function_of_module(
+        &self,
+        module: &Ident,
+        name: &Ident,
+        argument: Option<&impl ToTokens>,
+    ) -> Reported {
         let meant = method(&name.to_string()).unwrap_or_else(|| format!("{name}()"));
-        let place = self.where_it_is_so();
-        let message =
-            format!("functions of numbers are methods {place}: expected `(…).{meant}`, without `{module}`");
+        let message = if self.errors.are_of_text() {
+            format!("{}, without `{module}`", behind(argument, &meant))
+        } else {
+            let place = self.where_it_is_so();
+            format!("functions of numbers are methods {place}: expected `(…).{meant}`, without `{module}`")
+        };
         self.errors.at(module, message)
     }
 
@@ -136,13 +167,18 @@ impl Lowering<'_> {
     /// What to say about a method without its parentheses: `x.abs`.
     pub(super) fn method_without_call(&self, name: &Ident) -> Option<Reported> {
         let meant = method(&name.to_string())?;
-        let message = format!("a method is called with parentheses: expected `.{meant}`");
+        let what = self.errors.words("method is called", "function is written");
+        let message = format!("a {what} with parentheses: expected `.{meant}`");
         Some(self.errors.at(name, message))
     }
 
     /// What to say about a method of numbers that has another name here: `x.squared()`.
     pub(super) fn method_elsewhere(&self, name: &Ident) -> Option<Reported> {
         let meant = of_method(&name.to_string())?;
+        if self.errors.are_of_text() {
+            let message = format!("no function is called `{name}`: expected `.{meant}`");
+            return Some(self.errors.at(name, message));
+        }
         let message = format!(
             "numbers have no method `{name}`: expected `.{meant}` (a method of your own of this name is called by the path of its trait, \
              `Trait::{name}(…)`)"
@@ -154,6 +190,21 @@ impl Lowering<'_> {
 /// How a function of the user's own is called whose name means something else.
 fn own(name: &str) -> String {
     format!(" (a function of your own of this name is called by its path, `self::{name}(…)`)")
+}
+
+/// What to say to a reader of a text where a function stands before what it is of.
+fn behind(argument: Option<&impl ToTokens>, meant: &str) -> String {
+    let written = argument.map(written).unwrap_or_default();
+    let is_short = (1..30).contains(&written.chars().count());
+    let is_whole = written
+        .chars()
+        .all(|c| c.is_alphanumeric() || "_.[]()".contains(c));
+    let of = match (is_short, is_whole) {
+        (true, true) => written,
+        (true, false) => format!("({written})"),
+        _ => "(…)".to_owned(),
+    };
+    format!("a function stands behind what it is of: expected `{of}.{meant}`")
 }
 
 /// An expression as its user wrote it.

@@ -17,6 +17,22 @@ use crate::syntax::{bare, plain_name};
 impl Lowering<'_> {
     /// The value of an expression (in a map: its component [`Lowering::component`]).
     pub(crate) fn expr(&mut self, expr: &Expr) -> Lowered {
+        let value = self.value(expr)?;
+        match self.graph.not_finite(value) {
+            None => Ok(value),
+            Some(number) if number.is_nan() => Err(self.errors.at(
+                expr,
+                "worked out, this is not a number, as `0 / 0` and the square root of -1 are none; expected a finite number",
+            )),
+            Some(_) => Err(self.errors.at(
+                expr,
+                "worked out, this is infinite or has an infinite coefficient; the largest number is about 1.8e308",
+            )),
+        }
+    }
+
+    /// The same before it is known to be finite.
+    fn value(&mut self, expr: &Expr) -> Lowered {
         match expr {
             Expr::Paren(inner) => self.expr(&inner.expr),
             Expr::Group(inner) => self.expr(&inner.expr),
@@ -49,7 +65,7 @@ impl Lowering<'_> {
                 ))
             }
             Expr::Assign(assign) => Err(self.equation(assign.eq_token, &assign.right)),
-            other => Err(self.errors.at(other, not_a_number(other))),
+            other => Err(self.errors.at(other, not_a_number(other, self.errors))),
         }
     }
 
@@ -66,16 +82,36 @@ impl Lowering<'_> {
             other => return Err(self.errors.at(other, "expected a number")),
         };
         if !matches!(suffix, "" | "f64") {
-            return Err(self.errors.at(
-                literal,
-                format!("every number is an `f64`; expected it without the suffix `{suffix}`"),
-            ));
+            return Err(self.errors.at(literal, self.suffix(digits, suffix)));
         }
         match digits.parse() {
             Ok(value) if f64::is_finite(value) => Ok(self.graph.constant(value)),
-            Ok(_) => Err(self.errors.at(literal, "this number is larger than any `f64`")),
+            Ok(_) => {
+                let message = self.errors.words(
+                    "this number is larger than any `f64`",
+                    "this number is too large; the largest one is about 1.8e308",
+                );
+                Err(self.errors.at(literal, message))
+            }
             Err(_) => Err(self.errors.at(literal, "expected a number")),
         }
+    }
+
+    /// What to say about what stands right behind a number.
+    fn suffix(&self, digits: &str, suffix: &str) -> String {
+        if !self.errors.are_of_text() {
+            return format!("every number is an `f64`; expected it without the suffix `{suffix}`");
+        }
+        let is_known = Ident::new(suffix, proc_macro2::Span::call_site());
+        if self.scope.get(&is_known).is_some() || suffix == "t" || is_of_circle(&is_known) {
+            return format!("a product is written with `*`: expected `{digits} * {suffix}`");
+        }
+        if matches!(suffix, "deg" | "degrees") {
+            return format!("angles are in radians: expected `{digits} * pi / 180`");
+        }
+        format!(
+            "a number has no unit: expected `{digits}` alone (`/// … [{suffix}]` above a parameter says its unit)"
+        )
     }
 
     fn path(&mut self, path: &ExprPath) -> Lowered {
@@ -198,6 +234,9 @@ impl Lowering<'_> {
             BinOp::BitXor(_) => "`^` is no power in Rust; expected `.powi(2)` or `.powf(a)`",
             BinOp::Lt(_) | BinOp::Le(_) | BinOp::Gt(_) | BinOp::Ge(_) | BinOp::Eq(_) | BinOp::Ne(_) => {
                 "expected a number; a comparison stands in the condition of `if … { … } else { … }` only"
+            }
+            BinOp::BitAnd(_) | BinOp::BitOr(_) | BinOp::And(_) | BinOp::Or(_) => {
+                "expected a number; `&&` and `||` stand between comparisons, in the condition of `if … { … } else { … }`"
             }
             _ => "expected one of the operators `+`, `-`, `*`, `/`",
         };
@@ -333,7 +372,10 @@ impl Lowering<'_> {
             let message = if self.component.is_some() {
                 "expected a coordinate of a node, such as `q0.x`; this is no node"
             } else {
-                "expected a number, which has no fields; the velocity is written `dot(x)`"
+                self.errors.words(
+                    "expected a number, which has no fields; the velocity is written `dot(x)`",
+                    "a number has no parts; the velocity is written `dot(x)`",
+                )
             };
             Err(self.errors.at(&field.member, message))
         })

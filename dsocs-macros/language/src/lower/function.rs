@@ -38,9 +38,12 @@ impl Lowering<'_> {
         let (range, closure) = match arguments.as_slice() {
             [range, Expr::Closure(closure)] if closure.inputs.len() == 1 => (*range, closure),
             _ => {
+                let what = self
+                    .errors
+                    .words("a closure of its index", "what stands for each index");
                 return Err(self.errors.at(
                     call,
-                    format!("expected a range and a closure of its index, `{name}(0..8, |i| …)`"),
+                    format!("expected a range and {what}, `{name}(0..8, |i| …)`"),
                 ));
             }
         };

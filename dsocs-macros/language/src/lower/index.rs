@@ -166,10 +166,11 @@ impl Lowering<'_> {
     /// An integer that has to be known here.
     pub(super) fn known_integer(&self, expr: &Expr) -> Result<i64, Reported> {
         self.integer(expr).ok_or_else(|| {
-            self.errors.at(
-                expr,
+            let message = self.errors.words(
                 "expected an integer that the declaration itself tells: a literal or an index of `sum`, such as `i + 1`",
-            )
+                "expected a whole number: one that is written here, a constant, `const n = 3;`, or an index, such as `i + 1`",
+            );
+            self.errors.at(expr, message)
         })
     }
 

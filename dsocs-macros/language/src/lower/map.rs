@@ -248,7 +248,10 @@ impl Lowering<'_> {
             )),
             other => Err(self.errors.at(
                 other,
-                format!("expected a tuple of {K} vectors, `{keyword} = {expected};`"),
+                format!(
+                    "expected {} {K} vectors, `{keyword} = {expected};`",
+                    self.errors.words("a tuple of", "parentheses with")
+                ),
             )),
         }
     }

@@ -11,6 +11,7 @@ mod elsewhere;
 mod expr;
 mod function;
 mod index;
+mod look_alike;
 mod lowering;
 mod map;
 mod multiples;

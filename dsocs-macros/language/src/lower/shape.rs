@@ -61,7 +61,8 @@ impl Lowering<'_> {
                 None => format!("`{}`", group.name),
             });
             format!(
-                "expected a tuple with a component for each of the coordinates {}: {n} components, found {}",
+                "expected {} with a component for each of the coordinates {}: {n} components, found {}",
+                self.errors.words("a tuple", "a list in parentheses"),
                 names.collect::<Vec<_>>().join(", "),
                 parts.len()
             )

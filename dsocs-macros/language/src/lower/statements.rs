@@ -26,11 +26,11 @@ impl Lowering<'_> {
         if let Expr::Array(list) = bare(&forces.value)
             && self.groups.iter().all(|group| group.length.is_none())
         {
-            return Err(self.errors.at(
-                list,
-                "expected one tuple with a component for each coordinate, `external_forces = (f1, f2);`: forces that act together are \
-                 added up",
-            ));
+            let what = self.errors.words("one tuple", "parentheses");
+            let message = format!(
+                "expected {what} with a component for each coordinate, `external_forces = (f1, f2);`: forces that act together are added up"
+            );
+            return Err(self.errors.at(list, message));
         }
         if let Expr::Call(call) = bare(&forces.value)
             && plain_name(&call.func).is_some_and(|name| name == "each")

@@ -5,8 +5,9 @@ use quote::{ToTokens, quote};
 use syn::{Expr, Lit, UnOp};
 
 use super::elsewhere::constant;
+use super::look_alike;
 use super::lowering::Lowering;
-use crate::errors::Reported;
+use crate::errors::{Errors, Reported};
 use crate::input::Field;
 use crate::names::Binding;
 use crate::nearest::nearest;
@@ -83,7 +84,13 @@ impl Lowering<'_> {
             "h" => "the step `h` is known in the maps and in discrete expressions only: a system is continuous until they discretize it"
                 .to_owned(),
             "dot" | "ddot" | "dddot" => format!("expected an argument, `{text}(…)`"),
-            "sum" | "product" => format!("expected a range and a closure, `{text}(0..8, |i| …)`"),
+            "sum" | "product" => {
+                let what = self.errors.words("a closure", "what stands for each index");
+                format!("expected a range and {what}, `{text}(0..8, |i| …)`")
+            }
+            "nan" | "NaN" | "NAN" | "inf" | "Inf" | "INF" | "infinity" | "Infinity" | "oo" if self.errors.are_of_text() => {
+                format!("`{text}` is no number that can be calculated with; expected a finite number")
+            }
             "time" if self.component.is_none() => "no name `time` is known here; time is called `t`".to_owned(),
             _ if constant(&text).is_some() => {
                 format!("no name `{text}` is known here; did you mean `{}`?", constant(&text).unwrap_or_default())
@@ -98,10 +105,16 @@ impl Lowering<'_> {
                     let message = format!("no name `{text}` is known here; did you mean `{meant}`?");
                     return Err(self.errors.at(name, message));
                 }
-                let known = self
-                    .scope
-                    .names(|binding| self.component.is_none() || !is_of_motion(binding));
-                match nearest(&text, known) {
+                let known = || {
+                    let is_meant = |binding: &Binding| self.component.is_none() || !is_of_motion(binding);
+                    self.scope.names(is_meant)
+                };
+                let same = known().find(|known| look_alike::folded(known) == look_alike::folded(&text));
+                if let Some(same) = same {
+                    let message = look_alike::told(&text, same);
+                    return Err(self.errors.at(name, message));
+                }
+                match nearest(&text, known()) {
                     Some(near) => format!("no name `{text}` is known here; did you mean `{near}`?"),
                     None => format!(
                         "no name `{text}` is known here; expected {}",
@@ -115,8 +128,8 @@ impl Lowering<'_> {
 
     /// Refuses what only a compiler can make sense of.
     pub(super) fn needs_compiler(&self, tokens: impl ToTokens) -> Reported {
-        let message = "this is Rust beyond the language of declarations, and no compiler reads this text; expected numbers, parameters, `let`s \
-                       and the functions of the language: write a function as `let f = |x| …;`, and data as samples";
+        let message = "this is beyond the language of such texts; expected numbers, parameters, `let`s and the functions of the language: a function \
+                       of your own is written `let f = |x| …;`, and data are given as samples";
         self.errors.at(tokens, message)
     }
 
@@ -124,6 +137,14 @@ impl Lowering<'_> {
     fn derivative_meant(&self, text: &str) -> Option<String> {
         if self.component.is_some() || self.discrete.is_some() {
             return None;
+        }
+        if let Some((base, word)) = look_alike::dotted(text)
+            && is_name(&base)
+        {
+            let name = Ident::new(&base, Span::call_site());
+            if self.scope.get(&name).is_some() {
+                return Some(format!("{word}({base})"));
+            }
         }
         let of = |base: &str, word: &str| {
             let name = Ident::new(base, Span::call_site());
@@ -202,8 +223,17 @@ fn is_of_motion(binding: &Binding) -> bool {
 }
 
 /// What to say about an expression that is never a number.
-pub(super) fn not_a_number(expr: &Expr) -> &'static str {
+pub(super) fn not_a_number(expr: &Expr, errors: &Errors) -> &'static str {
     match expr {
+        Expr::Tuple(_) if errors.are_of_text() => {
+            "expected a number, found several; a decimal has a point, as in `0.5`"
+        }
+        Expr::Macro(_) | Expr::Reference(_) if errors.are_of_text() => {
+            "this has no meaning here; expected a number"
+        }
+        Expr::Closure(_) if errors.are_of_text() => {
+            "expected a number; a function is written `let f = |i| …;`, to be used as `f(2)`"
+        }
         Expr::Tuple(_) => "expected a number, found a tuple",
         Expr::Array(_) | Expr::Repeat(_) => "expected a number, found a list",
         Expr::Closure(_) => {

@@ -134,7 +134,8 @@ fn length(brackets: &Expr, errors: &Errors) -> Result<usize, Reported> {
             return Err(errors.at(
                 brackets,
                 format!(
-                    "expected the number of coordinates alone, `[{length}]`: each is a number of type `f64`"
+                    "expected the number of coordinates alone, `[{length}]`: each is a number{}",
+                    errors.words(" of type `f64`", "")
                 ),
             ));
         }
@@ -153,8 +154,11 @@ fn length(brackets: &Expr, errors: &Errors) -> Result<usize, Reported> {
         },
         _ => Err(errors.at(
             number,
-            "expected a literal number, as in `theta: [8]`: the code for the system is written for one number of \
-             coordinates, before the values of constants are known",
+            errors.words(
+                "expected a literal number, as in `theta: [8]`: the code for the system is written for one number of \
+                 coordinates, before the values of constants are known",
+                "expected a whole number, as in `theta: [8]`, or a constant, `const n = 8;`",
+            ),
         )),
     }
 }

@@ -50,9 +50,9 @@ fn write_out(
     let (range, closure, name) = match arguments.as_slice() {
         [range, Expr::Closure(closure)] => match parameter(closure) {
             Some(name) => (*range, closure, name),
-            None => return Err(errors.at(call, EXPECTED)),
+            None => return Err(errors.at(call, expected(errors))),
         },
-        _ => return Err(errors.at(call, EXPECTED)),
+        _ => return Err(errors.at(call, expected(errors))),
     };
     if let ReturnType::Type(_, ty) = &closure.output {
         return Err(errors.at(ty, "no type is written here: every expression is a number"));
@@ -73,7 +73,12 @@ fn write_out(
 }
 
 /// What is said of another shape.
-const EXPECTED: &str = "expected a range and a closure of its index, `each(0..8, |i| …)`";
+fn expected(errors: &Errors) -> &'static str {
+    errors.words(
+        "expected a range and a closure of its index, `each(0..8, |i| …)`",
+        "expected a range and what stands for each index, `each(0..8, |i| …)`",
+    )
+}
 
 /// The call of `each` that an expression is.
 fn each(expr: &Expr) -> Option<&ExprCall> {
@@ -116,10 +121,11 @@ fn integers(expr: &Expr, indices: &[Index], errors: &Errors) -> Result<core::ops
     };
     let known = |expr: &Expr| {
         integer(expr, indices).ok_or_else(|| {
-            errors.at(
-                expr,
+            let message = errors.words(
                 "expected an integer of literals and outer indices: how many rows there are is known before anything else",
-            )
+                "expected a whole number of constants, `const n = 3;`, and outer indices: how many rows there are is known before anything else",
+            );
+            errors.at(expr, message)
         })
     };
     let (first, last) = (known(start), known(end));

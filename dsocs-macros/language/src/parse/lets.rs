@@ -45,6 +45,11 @@ pub(crate) fn plain_let(local: Local, errors: &Errors) -> Result<(Ident, Expr), 
         Pat::Type(typed) => {
             Err(errors.at(&typed.ty, "no type is written here: every expression is a number"))
         }
+        Pat::TupleStruct(function) => {
+            let name = &function.path;
+            let name = quote::ToTokens::to_token_stream(name);
+            Err(errors.at(function, format!("a function is written `let {name} = |x| …;`")))
+        }
         other => Err(errors.at(other, "expected a plain name, as in `let name = …;`")),
     };
     match local.init {

@@ -1,15 +1,18 @@
 //! Tokens → [`Declaration`]: reads each statement by itself, so that a mistake in one does not hide the others.
 
 use proc_macro2::{Ident, TokenStream, TokenTree};
+use quote::ToTokens;
 use syn::parse::{ParseStream, Parser};
-use syn::{Attribute, Block, Expr, Item, Stmt, Token};
+use syn::{Attribute, Block, Expr, ExprCall, Item, Stmt, Token};
 
 use crate::ast::{Branch, Constraints, Declaration, Directions, Let, Map, Observe, Part, Scalar, Side};
 use crate::errors::{Errors, Reported};
 use crate::nearest::nearest;
 use crate::shared::{self, Chunk};
 use crate::syntax::plain_name;
+use crate::text::{RUN, elsewhere};
 
+mod begin;
 mod coordinates;
 mod each;
 mod lets;
@@ -23,7 +26,7 @@ pub(crate) use self::each::entries;
 pub(crate) use self::lets::plain_let;
 
 /// The words that a statement can begin with, apart from `let`.
-const STATEMENTS: [&str; 15] = [
+pub(crate) const STATEMENTS: [&str; 15] = [
     "coordinates",
     "lagrangian",
     "holonomic",
@@ -60,6 +63,10 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
             mark_broken(&mut declaration, chunk, reported);
             continue;
         }
+        if let Some(reported) = begin::check(&chunk, errors) {
+            mark_broken(&mut declaration, chunk, reported);
+            continue;
+        }
         match statement.parse2(chunk.clone()) {
             Ok((attributes, statement)) => {
                 only_documentation(&attributes, errors);
@@ -81,7 +88,7 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
                 }
             }
             Err(error) => {
-                let reported = errors.push(operator::missing(&chunk, error));
+                let reported = errors.push(operator::missing(&chunk, error, errors));
                 mark_broken(&mut declaration, chunk, reported);
             }
         }
@@ -90,6 +97,18 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
         }
     }
     declaration
+}
+
+/// The expression that tokens are, behind others.
+pub(crate) fn expression(
+    tokens: &TokenStream,
+    before: impl ToTokens,
+    errors: &Errors,
+) -> Result<Expr, Reported> {
+    if tokens.is_empty() {
+        return Err(errors.at(before, "expected a value behind this"));
+    }
+    syn::parse2(tokens.clone()).map_err(|error| errors.push(operator::missing(tokens, error, errors)))
 }
 
 /// Refuses attributes that are no documentation.
@@ -190,6 +209,9 @@ fn statement(input: ParseStream) -> syn::Result<(Vec<Attribute>, Statement)> {
 /// Marks every statement that seems to begin in these tokens as broken, so that it is not reported as missing.
 fn mark_broken(declaration: &mut Declaration, tokens: TokenStream, reported: Reported) {
     let mut last: Option<Ident> = None;
+    if let Some(TokenTree::Ident(first)) = begin::words(&tokens).next() {
+        mark(declaration, &first.to_string(), reported);
+    }
     for tree in tokens {
         match tree {
             TokenTree::Ident(ident) => {
@@ -245,9 +267,12 @@ fn read(declaration: &mut Declaration, statement: Stmt, attributes: &[Attribute]
         Stmt::Local(local) => read_let(declaration, local, attributes, errors),
         Stmt::Expr(Expr::Assign(assign), _) => match plain_name(&assign.left) {
             Some(keyword) => read_assignment(declaration, keyword.clone(), *assign.right, errors),
-            None => {
-                errors.at(&assign.left, expected_statement());
-            }
+            None => match &*assign.left {
+                Expr::Call(call) if plain_name(&call.func).is_some() => defined(declaration, call, errors),
+                other => {
+                    errors.at(other, expected_statement());
+                }
+            },
         },
         Stmt::Expr(Expr::Call(call), _) => match plain_name(&call.func) {
             Some(keyword) if STATEMENTS.iter().any(|statement| keyword == statement) => {
@@ -259,12 +284,20 @@ fn read(declaration: &mut Declaration, statement: Stmt, attributes: &[Attribute]
                 errors.at(&call, expected_statement());
             }
         },
+        Stmt::Expr(Expr::Path(path), _) if path.path.get_ident().is_some() => {
+            if let Some(word) = path.path.get_ident() {
+                unknown(declaration, word, &word.to_string(), errors);
+            }
+        }
         // what `;;` is parsed as
         Stmt::Expr(Expr::Verbatim(tokens), _) if tokens.is_empty() => {}
         Stmt::Item(Item::Use(other)) => {
             errors.at(
                 other,
-                "shared statements are macros, which the compiler alone can find: write them out here",
+                errors.words(
+                    "shared statements are macros, which the compiler alone can find: write them out here",
+                    "no statement begins with `use`: write out here what is meant",
+                ),
             );
         }
         other => {
@@ -349,7 +382,30 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
             let observe = read_names(value, errors).map(|names| Observe { names, lets_before });
             fill(&mut declaration.observe, at, observe, errors);
         }
-        other => unknown(declaration, &keyword, other, errors),
+        other => no_statement(declaration, &keyword, other, errors),
+    }
+}
+
+/// Reports a name that is given an expression as if it were a statement.
+fn no_statement(declaration: &mut Declaration, keyword: &Ident, name: &str, errors: &Errors) {
+    let is_other = GIVEN_FORCES.contains(&name) || name == "forces" || nearest(name, STATEMENTS).is_some();
+    if errors.are_of_text() && RUN.contains(&name) {
+        let message = format!("`{name}` stands in a block of its own, `run {{ {name} = …; }}`");
+        errors.at(keyword, message);
+    } else if errors.are_of_text() && !is_other {
+        let message = format!(
+            "no statement is called `{name}`; `let {name} = …;` gives an expression a name, `parameters {{ {name} = … }}` a parameter its value"
+        );
+        let reported = errors.at(keyword, message);
+        // what uses it is not told again
+        declaration.lets.push(Let {
+            name: keyword.clone(),
+            value: Err(reported),
+            doc: String::new(),
+            shared: false,
+        });
+    } else {
+        unknown(declaration, keyword, name, errors);
     }
 }
 
@@ -381,6 +437,22 @@ fn fill_directions(
             );
         }
         _ => fill(part, keyword, value, errors),
+    }
+}
+
+/// Reports what is defined as a function: `f(x) = …`.
+fn defined(declaration: &mut Declaration, call: &ExprCall, errors: &Errors) {
+    let Some(name) = plain_name(&call.func) else {
+        return;
+    };
+    let text = name.to_string();
+    if STATEMENTS.contains(&text.as_str()) {
+        let reported = errors.at(call, format!("expected `{text} = …;`, without arguments"));
+        mark(declaration, &text, reported);
+    } else if GIVEN_FORCES.contains(&text.as_str()) {
+        unknown(declaration, name, &text, errors);
+    } else {
+        errors.at(call, format!("a function is written `let {text} = |x| …;`"));
     }
 }
 
@@ -419,14 +491,13 @@ fn unknown(declaration: &mut Declaration, keyword: &Ident, word: &str, errors: &
         mark(declaration, "external_forces", errors.at(keyword, message));
         return;
     }
-    match nearest(word, STATEMENTS) {
-        Some(near) => {
-            let message = format!("no statement is called `{word}`; did you mean `{near}`?");
-            mark(declaration, near, errors.at(keyword, message));
-        }
-        None => {
-            errors.at(keyword, expected_statement());
-        }
+    if let Some(near) = nearest(&word.to_lowercase(), STATEMENTS) {
+        let message = format!("no statement is called `{word}`; did you mean `{near}`?");
+        mark(declaration, near, errors.at(keyword, message));
+    } else {
+        let hint = elsewhere(word).filter(|_| errors.are_of_text());
+        let hint = hint.map_or_else(expected_statement, ToOwned::to_owned);
+        errors.at(keyword, format!("no statement begins with `{word}`: {hint}"));
     }
 }
 

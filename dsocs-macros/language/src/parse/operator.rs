@@ -1,15 +1,119 @@
 //! Two values side by side: `length theta.sin()`, for a product.
 
-use proc_macro2::{Ident, Span, TokenStream, TokenTree};
+use proc_macro2::{Ident, Spacing, Span, TokenStream, TokenTree};
 
 use super::STATEMENTS;
+use crate::errors::Errors;
 
-/// The error of a statement that cannot be read, with what to write if an operator is missing where it ends.
-pub(super) fn missing(statement: &TokenStream, error: syn::Error) -> syn::Error {
-    match side_by_side(statement, error.span(), "expected `;` or an operator") {
-        Some(expected) => syn::Error::new(error.span(), format!("{expected}: a product is written with `*`")),
+/// The error of tokens that cannot be read, with what to write if an operator is missing where it ends.
+pub(super) fn missing(tokens: &TokenStream, error: syn::Error, errors: &Errors) -> syn::Error {
+    if errors.are_of_text()
+        && let Some(message) = elsewhere(tokens, error.span())
+    {
+        return syn::Error::new(error.span(), message);
+    }
+    match side_by_side(tokens, error.span(), "expected `;` or an operator") {
+        Some(expected) => {
+            let unit = match before(tokens, error.span()) {
+                Some(TokenTree::Literal(_)) if errors.are_of_text() => ", and a number has no unit",
+                _ => "",
+            };
+            let message = format!("{expected}: a product is written with `*`{unit}");
+            syn::Error::new(error.span(), message)
+        }
+        None if errors.are_of_text() => plain(tokens, &error),
         None => error,
     }
+}
+
+/// What `syn` says, in words for people who know no Rust.
+fn plain(tokens: &TokenStream, error: &syn::Error) -> syn::Error {
+    let said = error.to_string();
+    if said.contains("end of input") {
+        // which has no place
+        let last = last(tokens).filter(|_| error.span().start() == Span::call_site().start());
+        let place = last.unwrap_or_else(|| error.span());
+        return syn::Error::new(place, "this ends too early: expected a value behind it");
+    }
+    let message = match said.as_str() {
+        "expected an expression" => "expected a value here: a number, a name, or something in brackets",
+        "expected `;`" | "unexpected token" | "unexpected token, expected `;`" => {
+            "this does not belong here; expected an operator, or the end of the statement"
+        }
+        said if said.starts_with("expected identifier") => "expected a name here",
+        said if said.starts_with("expected one of") => "expected a name or a value here",
+        said if said.contains("expected `,`") => "expected `,` here, or an operator",
+        _ => return error.clone(),
+    };
+    syn::Error::new(error.span(), message)
+}
+
+/// What is meant by a sign or a word that stands at a place of some tokens, as it is used elsewhere.
+fn elsewhere(tokens: &TokenStream, place: Span) -> Option<&'static str> {
+    const CHOICE: &str = "a choice is written `if x > 0 { 1 } else { 2 }`";
+    let mut before = None;
+    for tree in tokens.clone() {
+        if tree.span().start() == place.start() {
+            return match &tree {
+                TokenTree::Ident(word) if word == "if" || word == "then" => Some(CHOICE),
+                TokenTree::Ident(word) if word == "and" => Some("between comparisons, `and` is written `&&`"),
+                TokenTree::Ident(word) if word == "or" => Some("between comparisons, `or` is written `||`"),
+                TokenTree::Punct(sign) => match sign.as_char() {
+                    '#' => {
+                        Some("documentation, `///`, stands above what it is of; a comment begins with `//`")
+                    }
+                    ',' => Some("several values stand in parentheses or brackets; a decimal has a point"),
+                    '=' if sign.spacing() == Spacing::Joint => {
+                        Some("expected the expression alone; what is done for an index is written `|i| …`")
+                    }
+                    '?' => Some(CHOICE),
+                    _ if sign_of(before.as_ref()) == '|' => Some("an absolute value is written `x.abs()`"),
+                    _ => None,
+                },
+                _ if sign_of(before.as_ref()) == '?' => Some(CHOICE),
+                _ => None,
+            };
+        }
+        if let TokenTree::Group(group) = &tree
+            && let Some(found) = elsewhere(&group.stream(), place)
+        {
+            return Some(found);
+        }
+        before = Some(tree);
+    }
+    None
+}
+
+/// The sign that a token is.
+fn sign_of(tree: Option<&TokenTree>) -> char {
+    match tree {
+        Some(TokenTree::Punct(sign)) => sign.as_char(),
+        _ => '\0',
+    }
+}
+
+/// The last of some tokens that is no semicolon.
+fn last(tokens: &TokenStream) -> Option<Span> {
+    let is_end = |tree: &TokenTree| matches!(tree, TokenTree::Punct(sign) if sign.as_char() == ';');
+    let last = tokens.clone().into_iter().filter(|tree| !is_end(tree)).last()?;
+    Some(last.span())
+}
+
+/// The token before a place.
+fn before(tokens: &TokenStream, place: Span) -> Option<TokenTree> {
+    let mut last = None;
+    for tree in tokens.clone() {
+        if tree.span().start() == place.start() {
+            return last;
+        }
+        if let TokenTree::Group(group) = &tree
+            && let Some(found) = before(&group.stream(), place)
+        {
+            return Some(found);
+        }
+        last = Some(tree);
+    }
+    None
 }
 
 /// What is expected at a place where a value follows another one.

@@ -45,8 +45,10 @@ pub(super) fn read_map(keyword: &Ident, value: Expr, errors: &Errors) -> Result<
         Some("trapezoid") => {
             return Err(errors.at(
                 value,
-                "the trapezoid is a mean of two points, which `phi_lagrangian` alone can be; \
-                 expected `paper`, `midpoint` or a closure",
+                format!(
+                    "the trapezoid is a mean of two points, which `phi_lagrangian` alone can be; expected `paper`, `midpoint` or a {}",
+                    errors.words("closure", "formula")
+                ),
             ));
         }
         _ => {}
@@ -56,7 +58,10 @@ pub(super) fn read_map(keyword: &Ident, value: Expr, errors: &Errors) -> Result<
     let names = names.join(", ");
     Err(errors.at(
         value,
-        format!("expected {names} or a closure, `{keyword} = {example};`{hint}"),
+        format!(
+            "expected {names} or a {}, `{keyword} = {example};`{hint}",
+            errors.words("closure", "formula")
+        ),
     ))
 }
 
@@ -81,9 +86,10 @@ pub(super) fn read_fields(keyword: &Ident, value: Expr, errors: &Errors) -> Resu
         } else {
             ""
         };
+        let what = errors.words("tuples", "components in parentheses");
         return Err(errors.at(
             value,
-            format!("expected a list of tuples in brackets, `{keyword} = [(…, …)];`{rule}"),
+            format!("expected a list of {what} in brackets, `{keyword} = [(…, …)];`{rule}"),
         ));
     };
     each::entries(array.elems, errors)

@@ -9,6 +9,7 @@ mod meaning;
 mod mistakes;
 mod random;
 mod rates;
+mod slips;
 mod text;
 mod text_files;
 mod third_order;

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::{Call, Curve, Table, Text, read};
+use crate::{Call, Curve, Place, Table, Text, read};
 
 const PENDULUM: &str =
     "coordinates(theta); lagrangian = dot(theta).powi(2) / 2 + 9.81 / length * theta.cos();";
@@ -37,7 +37,11 @@ fn messages_are_for_people_who_know_no_rust() {
     for (lagrangian, run, part) in [
         ("x ^ 2", "", "`^` is no power here"),
         ("x ** 2", "", "`**` is no power here"),
-        ("sin(x)", "", "functions of numbers are methods here"),
+        (
+            "sin(x)",
+            "",
+            "a function stands behind what it is of: expected `x.sin()`",
+        ),
         ("y", "", "expected a coordinate, a parameter or an earlier `let`"),
         ("x", "until = -1.0;", "this run ends before it begins"),
         ("x", "step = -0.1; until = 1.0;", "this run ends before it begins"),
@@ -60,8 +64,9 @@ fn what_a_terminal_would_obey_is_refused() {
         ("coordinates(x);\r lagrangian = x;", (1, 16)),
     ] {
         let mistakes = read("hidden", text, &[]).unwrap_err();
-        assert!(mistakes[0].message.contains("which is not seen"), "{mistakes:?}");
-        assert_eq!((mistakes[0].line, mistakes[0].column), place);
+        let hidden = |mistake: &&crate::Mistake| mistake.message.contains("which is not seen");
+        let hidden = mistakes.iter().find(hidden).unwrap();
+        assert_eq!((hidden.line, hidden.column), place);
     }
     let good = "//! Two\r\n//! lines\t\r\ncoordinates(x);\r\nlagrangian = dot(x).powi(2) / 2;";
     assert!(read("good", good, &[]).is_ok());
@@ -79,11 +84,12 @@ fn parameters_and_runs_have_their_values() {
              half = length / 2,
              masses: [n] = [1.0; n],
              others = [half, 2 * pi, -0.0],
+             /// The gust [m/s²]
              gust = samples(\"gust.csv\", monotone),
          }}
          {PENDULUM}
          external_forces = gust.at(t) * masses[1] * others[0];
-         run {{ start = ([pi / 4], [0]); step = 1e-3; until = n }}
+         run {{ start = ([pi / 4], [0]); step = 1e-3; until = n; project = true; }}
          run fast {{ start = ([1; 1], [each(0..1, |i| 0.5 + i)]); }}"
     ));
     assert_eq!(read.model.name(), "Swing");
@@ -100,8 +106,11 @@ fn parameters_and_runs_have_their_values() {
         name: "gust".to_owned(),
         file: "gust.csv".to_owned(),
         curve: Curve::Monotone,
+        doc: "The gust [m/s²]".to_owned(),
+        place: read.tables[0].place,
     };
     assert_eq!(read.tables, [gust]);
+    assert_eq!((gust_at(&read).line, gust_at(&read).column), (11, 29));
     let [run, fast] = &read.runs[..] else {
         panic!("{:?}", read.runs)
     };
@@ -111,6 +120,7 @@ fn parameters_and_runs_have_their_values() {
     );
     assert_eq!(run.start, Some([vec![core::f64::consts::FRAC_PI_4], vec![0.0]]));
     assert_eq!(fast.name.as_deref(), Some("fast"));
+    assert_eq!([run.project, fast.project], [true, false]);
     assert_eq!(fast.start, Some([vec![1.0], vec![0.5]]));
     let data = read.model.data();
     assert_eq!(data.itself.doc, "A pendulum. Second line.");
@@ -120,6 +130,11 @@ fn parameters_and_runs_have_their_values() {
         derivative: 0,
     };
     assert!(data.calls.contains(&table), "{:?}", data.calls);
+}
+
+/// Where the first file of a text is named.
+fn gust_at(text: &Text) -> Place {
+    text.tables[0].place
 }
 
 #[test]
@@ -163,7 +178,11 @@ const MISTAKES: &[(&str, &str, &str)] = &[
         "1:18",
         "expected it before this use",
     ),
-    ("parameters { length = 1 / 0 }", "1:23", "no value that is finite"),
+    (
+        "parameters { length = 1 / 0 }",
+        "1:23",
+        "worked out, this is infinite",
+    ),
     (
         "parameters { length = 1, masses: [3] = [1, 2] }",
         "1:40",
@@ -174,7 +193,11 @@ const MISTAKES: &[(&str, &str, &str)] = &[
         "1:23",
         "expected the name of a file",
     ),
-    ("parameters { length 1 }", "1:21", "expected `name = value`"),
+    (
+        "parameters { length 1 }",
+        "1:21",
+        "expected `length = …`, with `=`",
+    ),
     ("parameters length = 1;", "1:1", "expected `parameters {"),
     (
         "parameters { length = 1 } parameters { m = 1 }",
@@ -232,7 +255,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     (
         "parameters { length = 1 } external_forces = Drag::at(theta);",
         "1:45",
-        "Rust beyond the language",
+        "beyond the language",
     ),
     (
         "parameters { length = 1 } external_forces = LENGTH * theta;",

@@ -1,19 +1,393 @@
-//! Characters that no text has: those that a terminal would obey, and those that hide what stands in a line.
+//! Characters: those that no text has, and those that stand in the place of others.
+//!
+//! A text is looked through before it is cut into words, since a word that cannot be cut is told without a reason. A character that only looks like a sign
+//! of the language is told, and the sign is read in its place, so that what stands behind it is looked at, too.
 
 use proc_macro2::{TokenStream, TokenTree};
 use syn::{Lit, LitStr};
 
+use super::DEEPEST;
 use crate::mistake::Mistake;
 
-/// Refuses such a character where it stands.
-pub(super) fn check(text: &str) -> Result<(), Vec<Mistake>> {
-    let Some((at, message)) = found(text) else {
-        return Ok(());
+/// Signs that look like others, and what is meant.
+const LOOK_ALIKE: [(&str, char); 16] = [
+    ("−–—‐‑‒﹣－", '-'),
+    ("×·⋅∙•∗＊", '*'),
+    ("÷∕⁄／", '/'),
+    ("＋", '+'),
+    ("＝", '='),
+    ("，、", ','),
+    ("；", ';'),
+    ("：", ':'),
+    ("（", '('),
+    ("）", ')'),
+    ("［", '['),
+    ("］", ']'),
+    ("｛", '{'),
+    ("｝", '}'),
+    ("“”„‟«»＂", '"'),
+    ("．", '.'),
+];
+
+/// Signs of mathematics that are words here: the sign, what is read in its place, and how it is written.
+const WRITTEN: [(&str, char, &str); 14] = [
+    ("²", ' ', "a square is written `x.powi(2)`"),
+    ("³", ' ', "a third power is written `x.powi(3)`"),
+    ("⁰¹⁴⁵⁶⁷⁸⁹⁻⁺", ' ', "a power is written `x.powi(4)`"),
+    ("√", ' ', "a root is written `x.sqrt()`"),
+    ("∑", ' ', "a sum is written `sum(0..n, |i| x[i])`"),
+    ("∏", ' ', "a product is written `product(0..n, |i| x[i])`"),
+    (
+        "∂∇",
+        ' ',
+        "the equations of motion are derived for you; the time derivative is written `dot(x)`",
+    ),
+    ("∞", '0', "expected a number that is finite"),
+    ("≤", '<', "written `<=`"),
+    ("≥", '>', "written `>=`"),
+    ("≠", '<', "written `<` or `>`"),
+    ("½", '1', "written `0.5`"),
+    ("°", ' ', "angles are in radians: 30° are written `pi / 6`"),
+    ("…", '0', "in messages it stands for an expression of your own"),
+];
+
+/// A text with more mistakes than these is something else.
+const MOST: usize = 50;
+
+/// Looks through a text: the same with signs of the language in the places of those that look like them, character by character; and what is said of these.
+pub(super) fn read(text: &str) -> (String, Vec<Mistake>) {
+    let mut reader = Reader {
+        characters: text.chars().collect(),
+        at: 0,
+        line: 1,
+        column: 1,
+        is_blank: true,
+        read: String::with_capacity(text.len()),
+        open: Vec::new(),
+        mistakes: Vec::new(),
     };
-    let before = &text[..at];
-    let line = before.matches('\n').count() + 1;
-    let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count()) + 1;
-    Err(vec![Mistake::of_character(line, column, message)])
+    reader.all();
+    reader
+        .mistakes
+        .sort_by_key(|mistake| [mistake.line, mistake.column]);
+    (reader.read, reader.mistakes)
+}
+
+/// A place of a text.
+#[derive(Clone, Copy)]
+struct Place {
+    line: usize,
+    column: usize,
+}
+
+/// How far a text is read.
+struct Reader {
+    characters: Vec<char>,
+    /// The character that comes next.
+    at: usize,
+    /// Its line and its column.
+    line: usize,
+    column: usize,
+    /// Whether nothing but space stands before it in its line.
+    is_blank: bool,
+    /// What is read so far.
+    read: String,
+    /// The brackets that are open, and where they opened.
+    open: Vec<(char, Place)>,
+    mistakes: Vec<Mistake>,
+}
+
+impl Reader {
+    fn peek(&self, ahead: usize) -> Option<char> {
+        self.characters.get(self.at + ahead).copied()
+    }
+
+    fn before(&self) -> Option<char> {
+        let at = self.at.checked_sub(1)?;
+        self.characters.get(at).copied()
+    }
+
+    fn place(&self) -> Place {
+        Place {
+            line: self.line,
+            column: self.column,
+        }
+    }
+
+    fn mistake(&mut self, at: Place, message: impl Into<String>) {
+        let mistake = Mistake::of_character(at.line, at.column, message.into());
+        self.mistakes.push(mistake);
+    }
+
+    /// Goes on by one character, in whose place another is read.
+    fn put(&mut self, read: char) {
+        let Some(character) = self.peek(0) else { return };
+        self.is_blank = character == '\n' || (self.is_blank && character.is_whitespace());
+        if let Some(message) = hidden(character, self.peek(1)) {
+            let at = self.place();
+            self.mistake(at, message);
+            self.read.push(' ');
+        } else {
+            self.read.push(read);
+        }
+        self.at += 1;
+        if character == '\n' {
+            self.line += 1;
+            self.column = 1;
+        } else {
+            self.column += 1;
+        }
+    }
+
+    /// Goes on by one character as it is.
+    fn keep(&mut self) {
+        let character = self.peek(0).unwrap_or(' ');
+        self.put(character);
+    }
+
+    /// Goes on to the end of the line, with blanks in the places of its characters.
+    fn blank_line(&mut self) {
+        while self.peek(0).is_some_and(|c| c != '\n') {
+            self.put(' ');
+        }
+    }
+
+    fn all(&mut self) {
+        while let Some(character) = self.peek(0) {
+            if self.mistakes.len() >= MOST {
+                return;
+            }
+            match character {
+                '/' if self.peek(1) == Some('/') => {
+                    while self.peek(0).is_some_and(|c| c != '\n') {
+                        self.keep();
+                    }
+                }
+                '/' if self.peek(1) == Some('*') => self.comment(),
+                '"' => self.string(&['"']),
+                '\'' | '′' | '’' | '‘' | '″' | '`' => self.apostrophe(character),
+                '#' => self.hash(),
+                '%' if self.is_blank => {
+                    let at = self.place();
+                    self.mistake(at, "a comment begins with `//`");
+                    self.blank_line();
+                }
+                '(' | '[' | '{' => {
+                    let at = self.place();
+                    if self.open.len() == DEEPEST {
+                        self.mistake(at, super::too_deep());
+                        return;
+                    }
+                    self.open.push((character, at));
+                    self.keep();
+                }
+                ')' | ']' | '}' => {
+                    self.close(character);
+                    self.keep();
+                }
+                ';' => {
+                    // nothing in parentheses has one
+                    while let Some(&('(', at)) = self.open.last() {
+                        self.open.pop();
+                        self.mistake(at, "this `(` has no `)` before the end of the statement, `;`");
+                    }
+                    self.keep();
+                }
+                _ => self.other(character),
+            }
+        }
+        while let Some((bracket, at)) = self.open.pop() {
+            let message = format!("this `{bracket}` has no `{}`", partner(bracket));
+            self.mistake(at, message);
+        }
+    }
+
+    /// A comment between `/*` and `*/`; one may stand in another.
+    fn comment(&mut self) {
+        let at = self.place();
+        let mut depth = 0;
+        loop {
+            match (self.peek(0), self.peek(1)) {
+                (Some('/'), Some('*')) => depth += 1,
+                (Some('*'), Some('/')) => depth -= 1,
+                (None, _) => {
+                    self.mistake(at, "this comment has no end, `*/`");
+                    return;
+                }
+                _ => {
+                    self.keep();
+                    continue;
+                }
+            }
+            self.keep();
+            self.keep();
+            if depth == 0 {
+                return;
+            }
+        }
+    }
+
+    /// What stands in quotation marks, of which one comes next.
+    fn string(&mut self, ends: &[char]) {
+        let at = self.place();
+        let line = self.characters[self.at + 1..].iter().take_while(|&&c| c != '\n');
+        let is_closed = line.into_iter().any(|c| ends.contains(c));
+        self.put('"');
+        loop {
+            match self.peek(0) {
+                Some('\\') => {
+                    self.keep();
+                    self.keep();
+                }
+                Some(end) if ends.contains(&end) => {
+                    self.put('"');
+                    return;
+                }
+                other
+                    if matches!(other, None | Some('\n'))
+                        || (!is_closed && matches!(other, Some(')' | ',' | ';' | '}'))) =>
+                {
+                    self.mistake(at, "this quotation mark has no partner in its line");
+                    // what follows is read as if it had one
+                    let last = self.read.pop();
+                    self.read.push(if last == Some('"') { ' ' } else { '"' });
+                    return;
+                }
+                _ => self.keep(),
+            }
+        }
+    }
+
+    /// A sign that is a derivative elsewhere, or half of a pair of quotation marks.
+    fn apostrophe(&mut self, sign: char) {
+        let at = self.place();
+        let before: String = self.read.chars().rev().take_while(|&c| is_of_name(c)).collect();
+        let name: String = before.chars().rev().collect();
+        if sign != '`' && (!name.is_empty() || matches!(self.before(), Some(')' | ']'))) {
+            let argument = if name.is_empty() { "…" } else { &name };
+            let second = sign == '″' || self.peek(1) == Some(sign);
+            let word = if second { "ddot" } else { "dot" };
+            self.mistake(
+                at,
+                format!("a time derivative is written `{word}({argument})`, without `{sign}`"),
+            );
+            self.put(' ');
+            if second && self.peek(0) == Some(sign) {
+                self.put(' ');
+            }
+            return;
+        }
+        let rest = self.characters[self.at + 1..].iter().take_while(|&&c| c != '\n');
+        let has_partner = rest.into_iter().any(|&c| c == sign || (sign == '‘' && c == '’'));
+        if has_partner {
+            self.mistake(
+                at,
+                "the name of a file stands in double quotation marks, `\"wind.csv\"`",
+            );
+            self.string(&[sign, '’']);
+        } else {
+            self.mistake(at, format!("`{sign}` has no meaning here"));
+            self.put(' ');
+        }
+    }
+
+    /// `#`, which begins a comment elsewhere.
+    fn hash(&mut self) {
+        // `#[doc = "…"]`, a name such as `r#type`
+        if matches!(self.peek(1), Some('[' | '!')) || self.before() == Some('r') {
+            self.keep();
+            return;
+        }
+        let at = self.place();
+        self.mistake(at, "a comment begins with `//`, documentation with `///`");
+        self.blank_line();
+    }
+
+    /// A bracket that closes.
+    fn close(&mut self, bracket: char) {
+        let at = self.place();
+        let Some(place) = self.open.iter().rposition(|(open, _)| partner(*open) == bracket) else {
+            self.mistake(at, format!("this `{bracket}` closes no bracket"));
+            return;
+        };
+        while self.open.len() > place + 1 {
+            if let Some((open, from)) = self.open.pop() {
+                let message = format!("this `{open}` has no `{}` before the `{bracket}`", partner(open));
+                self.mistake(from, message);
+            }
+        }
+        self.open.pop();
+    }
+
+    fn other(&mut self, character: char) {
+        let at = self.place();
+        if let Some((_, meant)) = LOOK_ALIKE.iter().find(|(signs, _)| signs.contains(character)) {
+            if *meant == '"' {
+                self.mistake(at, format!("`{character}` looks like `\"`; expected `\"`"));
+                self.string(&['"', '”', '“', '»', '«', '‟', '＂']);
+                return;
+            }
+            self.mistake(
+                at,
+                format!("`{character}` looks like `{meant}`; expected `{meant}`"),
+            );
+            match meant {
+                '(' | '[' | '{' => self.open.push((*meant, at)),
+                ')' | ']' | '}' => self.close(*meant),
+                _ => {}
+            }
+            self.put(*meant);
+        } else if let Some((_, read, how)) = WRITTEN.iter().find(|(signs, ..)| signs.contains(character)) {
+            self.mistake(at, format!("`{character}` has no meaning here; {how}"));
+            self.put(*read);
+        } else if let Some(digit) = subscript(character) {
+            self.mistake(
+                at,
+                format!("`{character}` has no meaning here; expected `{digit}`"),
+            );
+            self.put(digit);
+        } else if matches!(character, '\\' | '$' | '@' | '~') {
+            self.mistake(
+                at,
+                format!("`{character}` has no meaning here; a name stands alone, as `theta`"),
+            );
+            self.put(' ');
+        } else if character.is_ascii() || is_of_name(character) || character.is_whitespace() {
+            self.keep();
+        } else if hidden(character, self.peek(1)).is_some() {
+            self.put(' ');
+        } else if matches!(character, '\u{ad}' | '\u{feff}' | '\u{200b}'..='\u{200f}' | '\u{2060}'..='\u{206f}')
+        {
+            self.mistake(at, unseen(character));
+            let within = self.before().is_some_and(is_of_name) && self.peek(1).is_some_and(is_of_name);
+            self.put(if within { '_' } else { ' ' });
+        } else {
+            let code = u32::from(character);
+            self.mistake(at, format!("`{character}` (U+{code:04X}) has no meaning here"));
+            self.put(' ');
+        }
+    }
+}
+
+/// The bracket that closes another one.
+fn partner(open: char) -> char {
+    match open {
+        '(' => ')',
+        '[' => ']',
+        _ => '}',
+    }
+}
+
+/// Whether a name may have a character, apart from its beginning. What comes close is refused where words are cut.
+fn is_of_name(character: char) -> bool {
+    let is_mark = matches!(character, '\u{300}'..='\u{36f}');
+    character == '_' || character.is_alphanumeric() || is_mark
+}
+
+/// The digit below a line.
+fn subscript(character: char) -> Option<char> {
+    let digit = u32::from(character).checked_sub(u32::from('₀'))?;
+    char::from_digit(digit, 10)
 }
 
 /// Refuses such a character in a string: what is named or said may be shown anywhere.
@@ -27,8 +401,11 @@ pub(super) fn check_literals(tokens: &TokenStream) -> Result<(), Vec<Mistake>> {
                     Lit::Str(text) => LitStr::value(&text),
                     _ => continue,
                 };
-                if let Some((_, message)) = found(&text) {
-                    return Err(vec![Mistake::of(span, message)]);
+                let mut characters = text.chars().peekable();
+                while let Some(character) = characters.next() {
+                    if let Some(message) = hidden(character, characters.peek().copied()) {
+                        return Err(vec![Mistake::of(span, message)]);
+                    }
                 }
             }
             _ => {}
@@ -37,18 +414,16 @@ pub(super) fn check_literals(tokens: &TokenStream) -> Result<(), Vec<Mistake>> {
     Ok(())
 }
 
-/// The place of the first such character, and what is said of it.
-fn found(text: &str) -> Option<(usize, String)> {
-    let mut characters = text.char_indices().peekable();
-    while let Some((at, character)) = characters.next() {
-        let is_end_of_line = character == '\r' && characters.peek().is_some_and(|(_, next)| *next == '\n');
-        let is_space = matches!(character, '\n' | '\t') || is_end_of_line;
-        let hides = matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-        if (character.is_control() && !is_space) || hides {
-            let code = u32::from(character);
-            let message = format!("the character U+{code:04X}, which is not seen, is out of place here");
-            return Some((at, message));
-        }
-    }
-    None
+/// What is said of a character that a terminal would obey, or that hides what stands in a line.
+fn hidden(character: char, next: Option<char>) -> Option<String> {
+    let is_end_of_line = character == '\r' && next == Some('\n');
+    let is_space = matches!(character, '\n' | '\t') || is_end_of_line;
+    let hides = matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    ((character.is_control() && !is_space) || hides).then(|| unseen(character))
+}
+
+/// What is said of a character that is not seen.
+fn unseen(character: char) -> String {
+    let code = u32::from(character);
+    format!("the character U+{code:04X}, which is not seen, is out of place here")
 }

@@ -2,23 +2,36 @@
 
 use proc_macro2::{Group, Ident, Literal, TokenStream};
 use quote::{ToTokens, quote};
-use syn::parse::{Parse, ParseStream};
-use syn::punctuated::Punctuated;
-use syn::{Attribute, Expr, ExprCall, Lit, LitStr, Token, bracketed};
+use syn::{Attribute, Expr, ExprCall, Lit, LitStr};
 
+use super::items::{self, Item};
 use crate::errors::{Errors, Reported};
-use crate::syntax::{bare, plain_name};
+use crate::mistake::Place;
+use crate::syntax::{bare, doc, plain_name};
 
 /// How a table of samples is interpolated; `dsocs_core::Samples` says more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Curve {
-    /// A cubic spline, twice continuously differentiable.
+    /// A cubic spline, twice continuously differentiable: what is meant unless another is named.
+    #[default]
     Cubic,
     /// Straight lines.
     Linear,
     /// Cubic polynomials that do not overshoot.
     Monotone,
+}
+
+impl Curve {
+    /// Its name in a text.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cubic => "cubic",
+            Self::Linear => "linear",
+            Self::Monotone => "monotone",
+        }
+    }
 }
 
 /// A table of samples among the parameters.
@@ -30,6 +43,10 @@ pub struct Table {
     pub file: String,
     /// How it is interpolated.
     pub curve: Curve,
+    /// Its documentation in one line.
+    pub doc: String,
+    /// Where the text names the file.
+    pub place: Place,
 }
 
 /// A parameter.
@@ -49,7 +66,7 @@ pub(super) enum Value {
     /// An array of numbers: each one, or one for all.
     Array(Vec<Expr>),
     /// Samples in a file.
-    Table(String, Curve),
+    Table(String, Curve, Place),
     /// Nothing, since it is wrong.
     Broken(Reported),
 }
@@ -72,57 +89,25 @@ impl Parameter {
     /// The table of samples that it is.
     pub(super) fn table(&self) -> Option<Table> {
         match &self.value {
-            Value::Table(file, curve) => Some(Table {
+            Value::Table(file, curve, place) => Some(Table {
                 name: self.name.to_string(),
                 file: file.clone(),
                 curve: *curve,
+                doc: doc(&self.attributes),
+                place: *place,
             }),
             _ => None,
         }
     }
 }
 
-/// One parameter as it is written: its documentation, its name, its length, its value.
-struct Written(Vec<Attribute>, Ident, Option<Expr>, Expr);
-
-impl Parse for Written {
-    fn parse(input: ParseStream) -> syn::Result<Self> {
-        let attributes = Attribute::parse_outer(input)?;
-        let name: Ident = input.parse()?;
-        let length = if input.peek(Token![:]) {
-            input.parse::<Token![:]>()?;
-            let inner;
-            bracketed!(inner in input);
-            Some(inner.parse()?)
-        } else {
-            None
-        };
-        input.parse::<Token![=]>()?;
-        Ok(Self(attributes, name, length, input.parse()?))
-    }
-}
-
 /// Reads the parameters.
 pub(super) fn read(group: Option<Group>, errors: &Errors) -> Vec<Parameter> {
-    let Some(group) = group else { return Vec::new() };
-    if let Some(deep) = crate::parse::too_deep(&group.stream(), crate::parse::DEEPEST) {
-        errors.at(deep, "expected values that are nested less deep");
-        return Vec::new();
-    }
-    let parser = Punctuated::<Written, Token![,]>::parse_terminated;
-    let written = match syn::parse::Parser::parse2(parser, group.stream()) {
-        Ok(written) => written,
-        Err(error) => {
-            let message = "expected `name = value`, with a comma between parameters";
-            let error = syn::Error::new(error.span(), format!("{message} ({error})"));
-            errors.push(error);
-            return Vec::new();
-        }
-    };
-    let parameters = written.into_iter();
-    parameters
-        .map(|Written(attributes, name, length, value)| {
-            for attribute in &attributes {
+    let items = group.map(|group| items::read(&group, [',', ';'], errors));
+    let items = items.unwrap_or_default().into_iter();
+    items
+        .map(|item| {
+            for attribute in &item.attributes {
                 if !attribute.path().is_ident("doc") {
                     errors.at(
                         attribute,
@@ -131,9 +116,9 @@ pub(super) fn read(group: Option<Group>, errors: &Errors) -> Vec<Parameter> {
                 }
             }
             Parameter {
-                attributes,
-                value: self::value(&name, length.as_ref(), &value, errors).unwrap_or_else(Value::Broken),
-                name,
+                value: value(&item, errors).unwrap_or_else(Value::Broken),
+                attributes: item.attributes,
+                name: item.name,
             }
         })
         .collect()
@@ -143,8 +128,11 @@ pub(super) fn read(group: Option<Group>, errors: &Errors) -> Vec<Parameter> {
 const MOST: usize = 1000;
 
 /// What a parameter is.
-fn value(name: &Ident, length: Option<&Expr>, value: &Expr, errors: &Errors) -> Result<Value, Reported> {
-    let declared = length.map(|length| count(length, errors)).transpose()?;
+fn value(item: &Item, errors: &Errors) -> Result<Value, Reported> {
+    let (name, length) = (&item.name, item.length.as_ref());
+    let value = item.value.as_ref().map_err(|reported| *reported)?;
+    let length = length.map(|length| length.as_ref().map_err(|reported| *reported));
+    let declared = length.map(|length| count(length?, errors)).transpose()?;
     let found = match bare(value) {
         Expr::Array(array) => Value::Array(array.elems.iter().cloned().collect()),
         Expr::Repeat(repeat) => {
@@ -152,8 +140,8 @@ fn value(name: &Ident, length: Option<&Expr>, value: &Expr, errors: &Errors) -> 
             Value::Array(vec![(*repeat.expr).clone(); count])
         }
         Expr::Call(call) if plain_name(&call.func).is_some_and(|name| name == "samples") => {
-            let (file, curve) = samples(call, errors)?;
-            Value::Table(file, curve)
+            let (file, curve, place) = samples(call, errors)?;
+            Value::Table(file, curve, place)
         }
         _ => Value::Number(Box::new(value.clone())),
     };
@@ -197,7 +185,7 @@ fn count(expr: &Expr, errors: &Errors) -> Result<usize, Reported> {
 }
 
 /// The file and the curve of `samples("file", monotone)`.
-fn samples(call: &ExprCall, errors: &Errors) -> Result<(String, Curve), Reported> {
+fn samples(call: &ExprCall, errors: &Errors) -> Result<(String, Curve, Place), Reported> {
     let expected = || {
         let message = "expected the name of a file and, if you like, how it is interpolated: `samples(\"wind.csv\")`, `samples(\"wind.csv\", linear)` \
                        or `samples(\"wind.csv\", monotone)`";
@@ -216,10 +204,12 @@ fn samples(call: &ExprCall, errors: &Errors) -> Result<(String, Curve), Reported
         return Err(expected());
     };
     let curve = match curve.as_deref() {
-        None | Some("cubic") => Curve::Cubic,
-        Some("linear") => Curve::Linear,
-        Some("monotone") => Curve::Monotone,
-        Some(_) => return Err(expected()),
+        None => Curve::default(),
+        Some(name) => {
+            let all = [Curve::Cubic, Curve::Linear, Curve::Monotone];
+            let named = all.into_iter().find(|curve| curve.name() == name);
+            named.ok_or_else(expected)?
+        }
     };
-    Ok((LitStr::value(file), curve))
+    Ok((LitStr::value(file), curve, Place::of(file.span())))
 }

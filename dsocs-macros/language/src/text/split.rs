@@ -36,8 +36,16 @@ pub(super) fn split(tokens: TokenStream, errors: &Errors) -> Parts {
         match word.map(|word| (word.to_string(), word)) {
             Some((text, word)) if text == "parameters" => {
                 begins = true;
+                if is_equals(trees.last())
+                    && let Some(equals) = trees.pop()
+                {
+                    errors.at(equals, "expected `parameters { … }`, without `=`");
+                }
                 match trees.pop() {
-                    Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace => {
+                    Some(TokenTree::Group(group)) => {
+                        if group.delimiter() != Delimiter::Brace {
+                            errors.at(&word, "expected `parameters { … }`, in braces");
+                        }
                         if parts.parameters.is_some() {
                             errors.at(&word, "`parameters` stands a second time here; expected it once");
                         }
@@ -58,6 +66,11 @@ pub(super) fn split(tokens: TokenStream, errors: &Errors) -> Parts {
                 };
                 if name.is_some() {
                     trees.pop();
+                }
+                if is_equals(trees.last())
+                    && let Some(equals) = trees.pop()
+                {
+                    errors.at(equals, "expected `run { … }`, without `=`");
                 }
                 match trees.pop() {
                     Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace => {
@@ -94,6 +107,11 @@ pub(super) fn split(tokens: TokenStream, errors: &Errors) -> Parts {
     }
     parts.declaration = rest.into_iter().collect();
     parts
+}
+
+/// Whether a token is `=`.
+fn is_equals(tree: Option<&TokenTree>) -> bool {
+    matches!(tree, Some(TokenTree::Punct(sign)) if sign.as_char() == '=')
 }
 
 /// Reads `n = 3;` behind `const`.

@@ -3,9 +3,9 @@
 use std::collections::HashSet;
 
 use proc_macro2::{Group, Ident};
-use syn::parse::{Parse, ParseStream, Parser};
-use syn::{Expr, Token};
+use syn::{Expr, Lit};
 
+use super::items::{self, Item};
 use super::parameters::{Parameter, Value};
 use crate::ast::{Declaration, Entry};
 use crate::errors::{Errors, Reported};
@@ -14,7 +14,7 @@ use crate::input::Fields;
 use crate::lower::{Lowering, circle};
 use crate::model::{Model, ParameterField};
 use crate::nearest::did_you_mean;
-use crate::parse::{DEEPEST, entries, too_deep};
+use crate::parse::entries;
 use crate::syntax::bare;
 
 /// `run { … }`: what is run.
@@ -33,10 +33,41 @@ pub struct Run {
     pub step: Option<f64>,
     /// The time at which it ends.
     pub until: Option<f64>,
+    /// Whether the start is moved onto the constraints on positions and velocities.
+    pub project: bool,
 }
 
 /// What can be said of a run.
-const KEYS: [&str; 5] = ["start", "acceleration", "near_acceleration", "step", "until"];
+pub(crate) const RUN: [&str; 6] = [
+    "start",
+    "acceleration",
+    "near_acceleration",
+    "project",
+    "step",
+    "until",
+];
+
+/// Words for the same elsewhere.
+const ELSEWHERE: [(&str, &str); 18] = [
+    ("q0", "`start = ([…], […])`, position and velocity"),
+    ("x0", "`start = ([…], […])`, position and velocity"),
+    ("v0", "`start = ([…], […])`, position and velocity"),
+    ("initial", "`start = ([…], […])`, position and velocity"),
+    ("position", "`start = ([…], […])`, position and velocity"),
+    ("velocity", "`start = ([…], […])`, position and velocity"),
+    ("a0", "`acceleration = […]`"),
+    ("h", "`step = …`"),
+    ("dt", "`step = …`"),
+    ("timestep", "`step = …`"),
+    ("time_step", "`step = …`"),
+    ("tend", "`until = …`"),
+    ("t_end", "`until = …`"),
+    ("tmax", "`until = …`"),
+    ("end", "`until = …`"),
+    ("time", "`until = …`"),
+    ("duration", "`until = …`"),
+    ("stop", "`until = …`"),
+];
 
 /// Where expressions of parameters are evaluated.
 struct Evaluation<'d> {
@@ -99,7 +130,7 @@ impl<'d> Evaluation<'d> {
             return Ok(value);
         }
         let message =
-            "this has no value that is finite; expected numbers and parameters whose values are given before";
+            "this has no finite value; expected numbers, and parameters whose values are given before";
         Err(self.errors.at(expr, message))
     }
 
@@ -110,7 +141,7 @@ impl<'d> Evaluation<'d> {
             Expr::Repeat(repeat) => {
                 let count = match bare(&repeat.len) {
                     Expr::Lit(literal) => match &literal.lit {
-                        syn::Lit::Int(count) => count.base10_parse::<usize>().ok(),
+                        Lit::Int(count) => count.base10_parse::<usize>().ok(),
                         _ => None,
                     },
                     _ => None,
@@ -194,17 +225,6 @@ fn before(
     Ok(())
 }
 
-/// `key = value;` in a run.
-struct Setting(Ident, Expr);
-
-impl Parse for Setting {
-    fn parse(input: ParseStream) -> syn::Result<Self> {
-        let key = input.parse()?;
-        input.parse::<Token![=]>()?;
-        Ok(Self(key, input.parse()?))
-    }
-}
-
 /// Reads what is run.
 pub(super) fn runs(
     runs: Vec<(Ident, Option<Ident>, Group)>,
@@ -243,14 +263,7 @@ fn run(
     evaluation: &mut Evaluation<'_>,
 ) -> Result<Run, Reported> {
     let errors = evaluation.errors;
-    if let Some(deep) = too_deep(&group.stream(), DEEPEST) {
-        return Err(errors.at(deep, "expected values that are nested less deep"));
-    }
-    let parser = syn::punctuated::Punctuated::<Setting, Token![;]>::parse_terminated;
-    let settings = parser.parse2(group.stream()).map_err(|error| {
-        let message = format!("expected `name = value;` ({error})");
-        errors.push(syn::Error::new(error.span(), message))
-    })?;
+    let settings = items::read(group, [';', ','], errors);
     let fields = &model.parameters;
     let n = model.coordinates.len();
     let mut run = Run {
@@ -260,13 +273,22 @@ fn run(
         near_acceleration: None,
         step: None,
         until: None,
+        project: false,
     };
     let mut told = HashSet::new();
     let mut wrong = Ok(());
-    for Setting(key, value) in settings {
+    for Item {
+        name: key,
+        length,
+        value,
+        ..
+    } in settings
+    {
         let text = key.to_string();
-        let result = if told.insert(text.clone()) {
-            set(&mut run, (&text, &key), &value, (fields, n), evaluation)
+        let result = if let Some(length) = length {
+            length.and_then(|length| Err(errors.at(length, format!("expected `{text} = …`, without `:`"))))
+        } else if told.insert(text.clone()) {
+            value.and_then(|value| set(&mut run, (&text, &key), &value, (fields, n), evaluation))
         } else {
             Err(errors.at(&key, format!("`{text}` is given a second time here")))
         };
@@ -284,6 +306,22 @@ fn run(
     Ok(run)
 }
 
+/// Whether two whole numbers stand beside a comma without a blank, as in `1,5`.
+fn has_decimal_comma(expr: &Expr) -> bool {
+    let Expr::Array(array) = bare(expr) else {
+        return false;
+    };
+    let place = |expr: &Expr| match bare(expr) {
+        Expr::Lit(literal) => Some((literal.lit.span().start(), literal.lit.span().end())),
+        _ => None,
+    };
+    let numbers: Vec<_> = array.elems.iter().map(place).collect();
+    numbers.windows(2).any(|pair| match pair {
+        [Some((_, end)), Some((start, _))] => end.line == start.line && end.column + 1 == start.column,
+        _ => false,
+    })
+}
+
 /// Sets what one setting says.
 fn set(
     run: &mut Run,
@@ -298,8 +336,13 @@ fn set(
         if numbers.len() == n {
             return Ok(numbers);
         }
+        let commas = if has_decimal_comma(expr) {
+            "; a decimal has a point"
+        } else {
+            ""
+        };
         let message = format!(
-            "expected a number for each coordinate, {n}, found {}",
+            "expected a number for each coordinate, {n}, found {}{commas}",
             numbers.len()
         );
         Err(errors.at(expr, message))
@@ -326,12 +369,22 @@ fn set(
             }
             run.step = Some(step);
         }
+        "project" => match bare(value) {
+            Expr::Lit(literal) if matches!(literal.lit, Lit::Bool(_)) => {
+                run.project = matches!(&literal.lit, Lit::Bool(yes) if yes.value);
+            }
+            other => return Err(errors.at(other, "expected `true` or `false`")),
+        },
         "until" => run.until = Some(evaluation.number(value, fields)?),
         _ => {
-            let hint = did_you_mean(text, KEYS);
+            let meant = ELSEWHERE.iter().find(|(word, _)| *word == text);
+            let hint = match meant {
+                Some((_, meant)) => format!("; expected {meant}"),
+                None => did_you_mean(text, RUN),
+            };
             let message = format!(
                 "a run has no `{text}`{hint}; it has {}",
-                KEYS.map(|key| format!("`{key}`")).join(", ")
+                RUN.map(|key| format!("`{key}`")).join(", ")
             );
             return Err(errors.at(key, message));
         }

@@ -1,0 +1,328 @@
+//! Slips of those who write such a text for the first time: words that are reserved, decimal commas, semicolons that are missing. Each is told at its place,
+//! and mended there, so that the rest of the text is read as it is meant.
+
+use proc_macro2::{Delimiter, Group, Ident, Literal, Punct, Spacing, Span, TokenStream, TokenTree};
+
+use crate::errors::Errors;
+use crate::parse::STATEMENTS;
+
+/// Words that begin statements elsewhere, and how the same is said here.
+const ELSEWHERE: [(&str, &str); 22] = [
+    ("fn", "a function is written `let f = |x| …;`"),
+    ("def", "a function is written `let f = |x| …;`"),
+    ("function", "a function is written `let f = |x| …;`"),
+    (
+        "for",
+        "there are no loops: a sum is written `sum(0..n, |i| …)`, entries of a list `each(0..n, |i| …)`",
+    ),
+    (
+        "while",
+        "there are no loops: a sum is written `sum(0..n, |i| …)`, entries of a list `each(0..n, |i| …)`",
+    ),
+    (
+        "loop",
+        "there are no loops: a sum is written `sum(0..n, |i| …)`, entries of a list `each(0..n, |i| …)`",
+    ),
+    ("match", "a choice is written `if … { … } else { … }`"),
+    (
+        "return",
+        "what a system does is said by `coordinates`, `lagrangian` and the other statements",
+    ),
+    ("import", "functions and `pi` are known without it"),
+    ("from", "functions and `pi` are known without it"),
+    ("using", "functions and `pi` are known without it"),
+    ("include", "functions and `pi` are known without it"),
+    ("struct", "parameters are written `parameters { mass = 1.0 }`"),
+    ("param", "parameters are written `parameters { mass = 1.0 }`"),
+    ("parameter", "parameters are written `parameters { mass = 1.0 }`"),
+    ("params", "parameters are written `parameters { mass = 1.0 }`"),
+    ("static", "a number is written `const n = 3;`"),
+    ("var", "a name is given by `let x = …;`"),
+    ("float", "a name is given by `let x = …;`"),
+    ("double", "a name is given by `let x = …;`"),
+    ("real", "a name is given by `let x = …;`"),
+    ("coordinate", "coordinates are written `coordinates(x, y);`"),
+];
+
+/// What is said of a word with which no statement begins, where it is one elsewhere.
+pub(crate) fn elsewhere(word: &str) -> Option<&'static str> {
+    let found = ELSEWHERE.iter().find(|(known, _)| *known == word);
+    found.map(|(_, said)| *said)
+}
+
+/// The words of statements that are also reserved: they cannot be read on.
+const CONTROL: [&str; 9] = [
+    "fn", "for", "while", "loop", "match", "return", "struct", "static", "pub",
+];
+
+/// Mends a text.
+pub(super) fn mended(tokens: TokenStream, errors: &Errors) -> TokenStream {
+    let tokens = names(tokens, errors);
+    let trees: Vec<TokenTree> = tokens.into_iter().collect();
+    let mut mended = Mended::default();
+    let mut place = 0;
+    while let Some(tree) = trees.get(place) {
+        let rest = &trees[place..];
+        if mended.is_inside() && begins_statement(rest) && mended.ends_above(tree) {
+            mended.end(errors);
+        }
+        match rest {
+            [TokenTree::Ident(word), ..]
+                if !mended.is_inside() && CONTROL.iter().any(|control| word == control) =>
+            {
+                let message = elsewhere(&word.to_string()).unwrap_or("leave this word out");
+                errors.at(word, format!("no statement begins with `{word}`: {message}"));
+                place += skipped(rest);
+                continue;
+            }
+            [TokenTree::Ident(word), TokenTree::Group(group), ..]
+                if !mended.is_inside() && (word == "parameters" || word == "run") =>
+            {
+                mended.push(tree.clone());
+                mended.push_block(inside(group, errors));
+                place += 2;
+                continue;
+            }
+            [
+                TokenTree::Ident(word),
+                TokenTree::Ident(name),
+                TokenTree::Group(group),
+                ..,
+            ] if !mended.is_inside() && word == "run" => {
+                mended.push(tree.clone());
+                mended.push(name.clone().into());
+                mended.push_block(inside(group, errors));
+                place += 3;
+                continue;
+            }
+            _ => {}
+        }
+        if let Some(number) = decimal_comma(rest, errors) {
+            mended.push(number.into());
+            place += 3;
+            continue;
+        }
+        mended.push(tree.clone());
+        place += 1;
+    }
+    mended.trees.into_iter().collect()
+}
+
+/// What is mended so far.
+#[derive(Default)]
+struct Mended {
+    trees: Vec<TokenTree>,
+    /// The first token of the present statement that is no documentation, and the last one.
+    first: Option<TokenTree>,
+    last: Option<TokenTree>,
+    /// Whether documentation may go on with the next token.
+    is_doc: bool,
+}
+
+impl Mended {
+    /// Whether a statement has begun.
+    fn is_inside(&self) -> bool {
+        self.first.is_some()
+    }
+
+    /// Whether the present statement ends in a line above a token.
+    fn ends_above(&self, tree: &TokenTree) -> bool {
+        let last = self.last.as_ref();
+        last.is_some_and(|last| last.span().end().line < tree.span().start().line)
+    }
+
+    fn push(&mut self, tree: TokenTree) {
+        let is_sharp = matches!(&tree, TokenTree::Punct(punct) if punct.as_char() == '#');
+        let is_end = matches!(&tree, TokenTree::Punct(punct) if punct.as_char() == ';');
+        if is_end {
+            self.first = None;
+        } else if !self.is_inside() && (is_sharp || self.is_doc) {
+            self.is_doc = !matches!(tree, TokenTree::Group(_));
+        } else {
+            self.first.get_or_insert_with(|| tree.clone());
+        }
+        self.last = Some(tree.clone());
+        self.trees.push(tree);
+    }
+
+    /// Adds the block of a statement that ends with it.
+    fn push_block(&mut self, group: Group) {
+        self.last = Some(group.clone().into());
+        self.trees.push(group.into());
+        self.first = None;
+    }
+
+    /// Ends a statement that does not end itself.
+    fn end(&mut self, errors: &Errors) {
+        let (Some(first), Some(last)) = (self.first.take(), &self.last) else {
+            return;
+        };
+        // of another one it is told that it is none
+        if matches!(&first, TokenTree::Ident(word) if is_statement(word)) {
+            errors.at(
+                end_of(last),
+                "expected `;` behind this, at the end of the statement",
+            );
+        }
+        let mut semicolon = Punct::new(';', Spacing::Alone);
+        semicolon.set_span(last.span());
+        self.trees.push(semicolon.into());
+    }
+}
+
+/// The last token of a tree: a bracket that closes.
+fn end_of(tree: &TokenTree) -> TokenStream {
+    let mut end = tree.clone();
+    if let TokenTree::Group(group) = tree {
+        let mut punct = Punct::new(';', Spacing::Alone);
+        punct.set_span(group.span_close());
+        end = punct.into();
+    }
+    end.into()
+}
+
+/// How many tokens there are up to the end of a statement that cannot be read: a semicolon, a block, or the line above another statement.
+fn skipped(trees: &[TokenTree]) -> usize {
+    for (place, tree) in trees.iter().enumerate() {
+        match tree {
+            TokenTree::Punct(punct) if punct.as_char() == ';' => return place + 1,
+            TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => return place + 1,
+            _ if place > 0 && begins_statement(&trees[place..]) => return place,
+            _ => {}
+        }
+    }
+    trees.len()
+}
+
+/// Whether a word begins a statement.
+fn is_statement(word: &Ident) -> bool {
+    let others = ["let", "const", "parameters", "run"];
+    STATEMENTS
+        .iter()
+        .chain(&others)
+        .any(|statement| word == statement)
+}
+
+/// Whether tokens can only be the beginning of a statement, or of its documentation.
+fn begins_statement(trees: &[TokenTree]) -> bool {
+    let is = |tree: Option<&TokenTree>, c: char| matches!(tree, Some(TokenTree::Punct(punct)) if punct.as_char() == c);
+    let is_group = |tree: Option<&TokenTree>, delimiter| matches!(tree, Some(TokenTree::Group(group)) if group.delimiter() == delimiter);
+    let (second, third) = (trees.get(1), trees.get(2));
+    match trees.first() {
+        Some(TokenTree::Punct(punct)) if punct.as_char() == '#' => {
+            is_group(second, Delimiter::Bracket) || (is(second, '!') && is_group(third, Delimiter::Bracket))
+        }
+        Some(TokenTree::Ident(word)) => match word.to_string().as_str() {
+            "let" | "const" => matches!(second, Some(TokenTree::Ident(_))) && is(third, '='),
+            "parameters" => is_group(second, Delimiter::Brace),
+            "run" => {
+                let named = matches!(second, Some(TokenTree::Ident(_))) && is_group(third, Delimiter::Brace);
+                named || is_group(second, Delimiter::Brace)
+            }
+            "coordinates" => is_group(second, Delimiter::Parenthesis),
+            // also one that is none, or a `let` that is missing: nothing within a statement stands before `=`
+            _ => is(second, '=') && !is(third, '='),
+        },
+        _ => false,
+    }
+}
+
+/// A block of numbers without decimal commas.
+fn inside(group: &Group, errors: &Errors) -> Group {
+    let trees: Vec<TokenTree> = group.stream().into_iter().collect();
+    let mut mended = Vec::with_capacity(trees.len());
+    let mut place = 0;
+    while let Some(tree) = trees.get(place) {
+        if let Some(number) = decimal_comma(&trees[place..], errors) {
+            mended.push(number.into());
+            place += 3;
+        } else {
+            mended.push(tree.clone());
+            place += 1;
+        }
+    }
+    let mut new = Group::new(group.delimiter(), mended.into_iter().collect());
+    new.set_span(group.span());
+    new
+}
+
+/// The number that is written with a comma, as `1,5`, if tokens begin with one.
+fn decimal_comma(trees: &[TokenTree], errors: &Errors) -> Option<Literal> {
+    let [
+        TokenTree::Literal(whole),
+        TokenTree::Punct(comma),
+        TokenTree::Literal(part),
+        ..,
+    ] = trees
+    else {
+        return None;
+    };
+    let follow = |a: Span, b: Span| a.end() == b.start();
+    let (before, after) = (whole.to_string(), part.to_string());
+    let is_whole = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    let is_number =
+        comma.as_char() == ',' && is_whole(&before) && after.starts_with(|c: char| c.is_ascii_digit());
+    if !is_number || !follow(whole.span(), comma.span()) || !follow(comma.span(), part.span()) {
+        return None;
+    }
+    let written = format!("{before}.{after}");
+    let mut number: Literal = written.parse().ok()?;
+    let span = whole.span().join(part.span()).unwrap_or_else(|| whole.span());
+    number.set_span(span);
+    errors.at(
+        TokenTree::from(number.clone()),
+        format!("a decimal has a point: expected `{written}`"),
+    );
+    Some(number)
+}
+
+/// Words that mean something here, though they are reserved.
+const KNOWN: [&str; 13] = [
+    "let", "if", "else", "const", "use", "crate", "self", "as", "true", "false", "mut", "ref", "_",
+];
+
+/// Tokens without reserved words in the places of names.
+fn names(tokens: TokenStream, errors: &Errors) -> TokenStream {
+    let trees: Vec<TokenTree> = tokens.into_iter().collect();
+    let mut named = Vec::with_capacity(trees.len());
+    for (place, tree) in trees.iter().enumerate() {
+        named.push(match tree {
+            TokenTree::Group(group) => {
+                let mut new = Group::new(group.delimiter(), names(group.stream(), errors));
+                new.set_span(group.span());
+                new.into()
+            }
+            TokenTree::Ident(word) => name(word, trees.get(place + 1), errors).into(),
+            other => other.clone(),
+        });
+    }
+    named.into_iter().collect()
+}
+
+/// A word; one that is reserved, where a name is expected, with a sign that it is a name.
+fn name(word: &Ident, next: Option<&TokenTree>, errors: &Errors) -> Ident {
+    let text = word.to_string();
+    // any other word can be a name
+    let is_free =
+        KNOWN.contains(&text.as_str()) || text.starts_with("r#") || syn::parse_str::<Ident>(&text).is_ok();
+    let is_name = match next {
+        Some(TokenTree::Punct(sign)) if text == "move" => sign.as_char() != '|',
+        // an expression may begin with these
+        Some(TokenTree::Punct(sign)) if CONTROL.contains(&text.as_str()) => {
+            !matches!(sign.as_char(), '-' | '!' | '&' | '|')
+        }
+        None | Some(TokenTree::Punct(_)) => true,
+        _ => false,
+    };
+    if is_free || !is_name {
+        return word.clone();
+    }
+    errors.at(
+        word,
+        format!("`{text}` is a reserved word; expected another name, such as `{text}_1`"),
+    );
+    match text.as_str() {
+        "super" | "Self" => Ident::new("Super", word.span()),
+        _ => Ident::new_raw(&text, word.span()),
+    }
+}

@@ -1,0 +1,86 @@
+//! Parameters and constants that nothing uses, and those whose names mean something else.
+
+use std::collections::HashSet;
+
+use proc_macro2::{Ident, TokenStream, TokenTree};
+
+use super::parameters::Parameter;
+use super::split::Parts;
+use crate::model::Warning;
+use crate::parse::STATEMENTS;
+
+/// The names of a text.
+pub(super) struct Names {
+    /// Those of its constants.
+    constants: Vec<Ident>,
+    /// Those that stand where something may be used.
+    mentioned: HashSet<String>,
+}
+
+impl Names {
+    /// Those of a text in which constants still have their names.
+    pub(super) fn of(parts: &Parts) -> Self {
+        let mut names = Self {
+            constants: parts.constants.iter().map(|(name, _)| name.clone()).collect(),
+            mentioned: HashSet::new(),
+        };
+        names.add(parts.declaration.clone(), false);
+        for (_, value) in &parts.constants {
+            names.add(value.clone(), false);
+        }
+        let runs = parts.runs.iter().map(|(.., group)| group);
+        for group in parts.parameters.iter().chain(runs) {
+            names.add(group.stream(), true);
+        }
+        names
+    }
+
+    /// Adds the names in some tokens; in a block, those of its parts are none.
+    fn add(&mut self, tokens: TokenStream, is_block: bool) {
+        let mut trees = tokens.into_iter().peekable();
+        while let Some(tree) = trees.next() {
+            match tree {
+                TokenTree::Group(group) => self.add(group.stream(), false),
+                TokenTree::Ident(name) => {
+                    let next = trees.peek();
+                    let is_part =
+                        matches!(next, Some(TokenTree::Punct(sign)) if matches!(sign.as_char(), '=' | ':'));
+                    if !(is_block && is_part) {
+                        self.mentioned.insert(name.to_string());
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// What is said of those that nothing uses, and of those that mean something else.
+    pub(super) fn warnings(&self, parameters: &[Parameter]) -> Vec<Warning> {
+        let constants = self.constants.iter().map(|name| (name, "constant"));
+        let parameters = parameters.iter().map(|parameter| (&parameter.name, "parameter"));
+        let mut warnings = Vec::new();
+        for (name, kind) in constants.chain(parameters) {
+            let text = name.to_string();
+            if !self.mentioned.contains(&text) && !text.starts_with('_') {
+                let message = format!("nothing uses this {kind}; `_{text}` says that it is meant so");
+                warnings.push(Warning {
+                    place: name.clone(),
+                    message,
+                    unused: true,
+                });
+            }
+            let meaning = match text.as_str() {
+                "pi" | "PI" => "the number 3.14159…",
+                "tau" | "TAU" => "the number 6.28318…",
+                word if STATEMENTS.contains(&word) => "the beginning of a statement",
+                _ => continue,
+            };
+            warnings.push(Warning {
+                place: name.clone(),
+                message: format!("`{text}` is also {meaning}; here it means this {kind}"),
+                unused: false,
+            });
+        }
+        warnings
+    }
+}
