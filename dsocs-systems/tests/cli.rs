@@ -687,7 +687,7 @@ fn an_input_is_held_from_time_to_time() {
         ),
         (
             vec!["--input".to_owned(), written("soon.csv", "0,1\nsoon,2\n")],
-            "line 2 of soon.csv is `soon,2`; expected a place and a value",
+            "line 2 of soon.csv has no number in column 1; expected a place and a value",
         ),
         (
             vec!["--input".to_owned(), written("back.csv", "0,1\n0,2\n")],

@@ -172,15 +172,15 @@ fn mistakes_are_underlined_in_the_text() {
             b"coordinates(x);\nlagrangian = dot(y).powi(2);\nholonomic = x * dot(x);",
             "no name `y` is known here",
         ),
-        (b"\xff\xfe", "is no text"),
-        (b"", "expected the statement `coordinates(x, y);`"),
+        (b"\xff\xfe", "is saved as UTF-16"),
+        (b"", "the text declares nothing"),
         (
             b"parameters { w = samples(\"nowhere.csv\") } coordinates(x); lagrangian = w.at(x);",
-            "nowhere.csv",
+            "cannot read nowhere.csv: there is no such file\n --> wrong.dsocs:1:26",
         ),
         (
             b"parameters { w = samples(\"/dev/zero\") } coordinates(x); lagrangian = w.at(x);",
-            "it is no file",
+            "it is no file, but a device or a pipe\n --> wrong.dsocs:1:26",
         ),
         (b"coordinates(x); lagrangian = x\x1b[31m;", "out of place"),
     ];
@@ -206,6 +206,260 @@ fn mistakes_are_underlined_in_the_text() {
     assert!(told.contains("cannot read missing.dsocs"), "{told}");
     let told = dsocs(&folder, &["run", "swing.dsocs:fast", "--const", "n"]).1;
     assert!(told.contains("expected a name and a number"), "{told}");
+}
+
+#[test]
+fn what_is_said_of_several_places_is_said_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "coordinates(x);\nlagrangian = dot(x).powi(2) * mass\n    - mass * x;";
+    fs::write(folder.path().join("wrong.dsocs"), text).unwrap();
+    let told = dsocs(&folder, &["run", "wrong.dsocs"]).1;
+    assert_eq!(told.matches("no name `mass` is known here").count(), 1, "{told}");
+    assert_eq!(told.matches("^^^^").count(), 2, "{told}");
+    assert!(told.contains("wrong.dsocs:2:31"), "{told}");
+}
+
+#[test]
+fn files_that_are_no_text_are_told_how_to_be_saved() {
+    let folder = tempfile::tempdir().unwrap();
+    for (bytes, message) in [
+        (
+            &b"//! P.\n//! Pendel f\xfcr mich.\n"[..],
+            "line 2 has a character in another encoding; save the file as UTF-8",
+        ),
+        (b"\xff\xfe/\0/\0", "is saved as UTF-16; save the file as UTF-8"),
+        (b"\xfe\xff\0/\0/", "is saved as UTF-16; save the file as UTF-8"),
+    ] {
+        fs::write(folder.path().join("wrong.dsocs"), bytes).unwrap();
+        let (_, told, good) = dsocs(&folder, &["list", "wrong.dsocs"]);
+        assert!(!good && told.contains(message), "{told}");
+    }
+    let marked = b"\xef\xbb\xbfcoordinates(x);\nlagrangian = dot(x).powi(2);";
+    fs::write(folder.path().join("marked.dsocs"), marked).unwrap();
+    assert!(dsocs(&folder, &["list", "marked.dsocs"]).2);
+}
+
+#[test]
+fn names_that_are_none_of_a_text_file_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("runs")).unwrap();
+    fs::write(folder.path().join("swing.txt"), "").unwrap();
+    fs::write(folder.path().join("swing.dsocs"), SWING).unwrap();
+    fs::create_dir(folder.path().join("folder.dsocs")).unwrap();
+    for (name, message) in [
+        (
+            "runs",
+            "it is a folder; expected a system, or a text file whose name ends in `.dsocs`",
+        ),
+        ("./runs", "it is a folder"),
+        (
+            "swing.txt",
+            "the name of a text file with a system ends in `.dsocs`",
+        ),
+        ("swing", "did you mean the file `swing.dsocs`?"),
+        ("swing:far", "did you mean the file `swing.dsocs:far`?"),
+        (
+            "swang.txt",
+            "no file of this name; that of a text file with a system ends in `.dsocs`",
+        ),
+        (
+            "missing.dsocs",
+            "cannot read missing.dsocs: there is no such file\n",
+        ),
+        ("folder.dsocs", "cannot read folder.dsocs: it is a folder\n"),
+        ("swing.dsocs:fur", "there is no run `fur` (did you mean `far`?)"),
+        ("pendulm", "did you mean `pendulum`?"),
+    ] {
+        let (_, told, good) = dsocs(&folder, &["run", name]);
+        assert!(!good && told.contains(message), "{name}: {told}");
+        assert!(!told.contains("os error"), "{told}");
+    }
+    let told = dsocs(&folder, &["run", "swing.dsocs", "--out", "swing.txt/a.csv"]).1;
+    assert!(
+        told.contains("cannot write") && !told.contains("os error"),
+        "{told}"
+    );
+}
+
+/// A pendulum with two runs.
+const SWING: &str = "//! A pendulum.
+parameters {
+    /// The length of the rod [m]
+    length = 1.0,
+}
+coordinates(theta);
+lagrangian = dot(theta).powi(2) / 2 + 9.81 / length * theta.cos();
+run { start = ([1], [0]); step = 0.01; until = 1.0; }
+run far { start = ([3], [0]); step = 0.01; until = 1.0; }
+";
+
+#[test]
+fn runs_of_a_file_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("swing.dsocs"), SWING).unwrap();
+    let list = dsocs(&folder, &["list", "swing.dsocs"]).0;
+    assert!(
+        list.contains("other runs of this file: swing.dsocs:far\n"),
+        "{list}"
+    );
+    let list = dsocs(&folder, &["list", "swing.dsocs:far"]).0;
+    assert!(
+        list.contains("--q0 3 ") && list.contains("other runs of this file: swing.dsocs\n"),
+        "{list}"
+    );
+    for command in ["run", "check"] {
+        let help = dsocs(&folder, &[command, "--help"]).0;
+        assert!(help.contains("swing.dsocs:fast"), "{help}");
+    }
+    // before a long one begins
+    let told = dsocs(&folder, &["run", "swing.dsocs", "--until", "1e12", "--out", "."]).1;
+    assert!(told.starts_with("note: this run has 1.0e14 steps"), "{told}");
+}
+
+#[test]
+fn a_file_is_printed_word_for_word() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!("// by hand\nconst n = 2;\n{SWING}").replace("length * theta", "length * n * theta");
+    fs::write(folder.path().join("swing.dsocs"), &text).unwrap();
+    assert_eq!(dsocs(&folder, &["text", "swing.dsocs"]).0, text);
+    // with another number it is another text, which says the same
+    let other = dsocs(&folder, &["text", "swing.dsocs", "--const", "n=4"]).0;
+    fs::write(folder.path().join("other.dsocs"), &other).unwrap();
+    let run = |arguments: &[&str]| dsocs(&folder, &[&["run"], arguments].concat()).0;
+    assert_eq!(run(&["other.dsocs"]), run(&["swing.dsocs", "--const", "n=4"]));
+    // the systems of the library are read by people
+    for entry in dsocs_systems::systems::all() {
+        let Ok(text) = entry.text() else { continue };
+        for noise in ["use {", "\\[", "\n ;", "\n\n"] {
+            assert!(!text.contains(noise), "{noise:?}\n{text}");
+        }
+    }
+    let chain = dsocs(&folder, &["text", "chain"]).0;
+    assert!(
+        chain.contains("    theta: [8],\n);\nlet beyond = |i| sum(i..8, |k| masses[k]);\n"),
+        "{chain}"
+    );
+}
+
+#[test]
+fn tables_of_samples_are_listed_and_belong_to_their_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = SWING.replace(
+        "}\ncoordinates",
+        "    /// The wind [m/s²]\n    wind = samples(\"wind.csv\"),\n    gust = samples(\"wind.csv\", linear),\n}\ncoordinates",
+    );
+    let text = text.replace(
+        "theta.cos();",
+        "theta.cos() + (wind.at(t) + gust.at(t)) * theta.sin();",
+    );
+    fs::write(folder.path().join("swing.dsocs"), &text).unwrap();
+    fs::write(folder.path().join("wind.csv"), "t,wind\n0,0\n1,2\n2,1\n").unwrap();
+    let list = dsocs(&folder, &["list", "swing.dsocs"]).0;
+    for line in [
+        "wind        wind.csv (cubic)   m/s²  The wind\n",
+        "gust        wind.csv (linear)\n",
+    ] {
+        assert!(list.contains(line), "{list}");
+    }
+    let json = dsocs(&folder, &["list", "swing.dsocs", "--format", "json"]).0;
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["samples"][0]["interpolation"], "cubic");
+    for option in [["--set", "wind=0"], ["--input", "wind=wind.csv"]] {
+        let told = dsocs(&folder, &[&["run", "swing.dsocs"], &option[..]].concat()).1;
+        let words = "`wind` is a table of samples, which stands in the file `wind.csv`; edit that file";
+        assert!(told.contains(words) && !told.contains("f64"), "{told}");
+    }
+    // what stands in a file that is no table is nobody's business
+    for (table, message) in [
+        ("0,secret\n1,2\n", "line 1 of wind.csv has no number in column 2"),
+        ("0,1\n1,2,secret\n", "line 2 of wind.csv has 3 columns"),
+        ("0,1\nsecret\n", "line 2 of wind.csv has one column"),
+        (
+            "0;1\n0,5;1,5\n",
+            "line 2 of wind.csv has 4 columns (a decimal has a point)",
+        ),
+        ("1,1\n0,2\n", "expected places in ascending order"),
+        ("", "expected at least one sample"),
+    ] {
+        fs::write(folder.path().join("wind.csv"), table).unwrap();
+        let told = dsocs(&folder, &["run", "swing.dsocs"]).1;
+        assert!(
+            told.contains(message) && told.contains("--> swing.dsocs:6:20"),
+            "{told}"
+        );
+        assert!(!told.contains("secret"), "{told}");
+    }
+}
+
+#[test]
+fn what_has_no_effect_is_underlined() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = SWING.replace("length = 1.0,", "length = 1.0, mass = 2.0,");
+    fs::write(folder.path().join("swing.dsocs"), text).unwrap();
+    let (out, told, good) = dsocs(&folder, &["run", "swing.dsocs"]);
+    assert!(good && !out.is_empty());
+    for line in [
+        "warning: nothing uses this parameter",
+        "--> swing.dsocs:4:19",
+        "^^^^",
+    ] {
+        assert!(told.contains(line), "{told}");
+    }
+}
+
+#[test]
+fn a_run_may_move_its_start_onto_the_constraints() {
+    let folder = tempfile::tempdir().unwrap();
+    let rod = "coordinates(x, y);
+        lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
+        holonomic = x.powi(2) + y.powi(2) - 1;
+        run { start = ([0.6, -0.7], [0.1, 0]); until = 1; }";
+    let projected = rod.replace("until = 1;", "until = 1; project = true;");
+    fs::write(folder.path().join("rod.dsocs"), rod).unwrap();
+    fs::write(folder.path().join("projected.dsocs"), projected).unwrap();
+    let told = dsocs(&folder, &["run", "rod.dsocs"]).1;
+    assert!(
+        told.contains("`--project`") && !told.contains("Start::"),
+        "{told}"
+    );
+    let (table, told, good) = dsocs(&folder, &["run", "projected.dsocs"]);
+    assert!(good && told.is_empty(), "{told}");
+    assert_eq!(table, dsocs(&folder, &["run", "rod.dsocs", "--project"]).0);
+    for command in ["check", "stability"] {
+        let (_, told, good) = dsocs(&folder, &[command, "projected.dsocs"]);
+        assert!(good, "{told}");
+    }
+    let printed = dsocs(&folder, &["text", "projected.dsocs", "--const", "n=1"]).1;
+    assert!(
+        printed.contains("no constant of the text is called `n`"),
+        "{printed}"
+    );
+    let list = dsocs(&folder, &["list", "projected.dsocs"]).0;
+    assert!(list.contains(" --project\n"), "{list}");
+}
+
+#[test]
+fn readers_that_go_away_end_a_program_quietly() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, code) in [
+        (&["list"][..], 0),
+        (&["text", "pendulum"], 0),
+        (&["run", "pendulum"], 0),
+        (&["run", "pendulm"], 2),
+        (&["list", "pendulm"], 2),
+        (&["--help"], 0),
+        (&["run", "--no-such-option"], 2),
+    ] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_dsocs"))
+            .args(arguments)
+            .current_dir(folder.path())
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop((child.stdout.take(), child.stderr.take()));
+        assert_eq!(child.wait().unwrap().code(), Some(code), "{arguments:?}");
+    }
 }
 
 #[test]

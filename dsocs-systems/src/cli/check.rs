@@ -18,7 +18,7 @@ use crate::stability::Bar;
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct CheckArguments {
-    /// Systems of `list` [default: all systems]
+    /// Systems of `list`, or text files, `swing.dsocs`, or their runs, `swing.dsocs:fast` [default: all systems]
     systems: Vec<String>,
     /// The step h, in s [default: the system's own]
     #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
@@ -68,7 +68,7 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
             q0: &arguments.from.q0(entry)?,
             v0: &arguments.from.v0(entry)?,
             a0: a0.as_deref(),
-            begin: arguments.begin.begin(),
+            begin: arguments.begin.begin(entry),
         };
         let findings = match entry.check(&settings) {
             Ok(findings) => findings,

@@ -198,8 +198,8 @@ pub enum CliError {
     },
     /// There is no start to run from.
     #[error(
-        "`{system}` has no start of its own: give one with {}, a number for each coordinate: {}",
-        numbered(.options, .coordinates.len()), .coordinates.join(", ")
+        "`{system}` has no start of its own: give one with {}, a number for each coordinate: {}{}",
+        numbered(.options, .coordinates.len()), .coordinates.join(", "), .in_text
     )]
     NoStart {
         /// The system.
@@ -208,6 +208,8 @@ pub enum CliError {
         options: Vec<&'static str>,
         /// The coordinates.
         coordinates: Vec<String>,
+        /// How a text says it, if the system was read from one.
+        in_text: &'static str,
     },
     /// A crate cannot have this name.
     #[error(
@@ -424,8 +426,72 @@ impl CliError {
     }
 }
 
+impl CliError {
+    /// Its message for people who need not know Rust.
+    #[must_use]
+    pub fn plain(&self) -> String {
+        plain(&self.to_string())
+    }
+}
+
+/// What the library advises in Rust, and what is said for it where options say the same.
+const IN_RUST: [(&str, &str); 10] = [
+    (" (`Start::projected`)", ""),
+    (" (`Start::second_order`)", ""),
+    (" (`Start::third_order(q0, v0, a0)`)", ""),
+    (" (`Start::third_order_by_force(q0, v0, force)`)", ""),
+    (" (`Start::third_order`)", ""),
+    (" (`Start::near_acceleration`)", ""),
+    (" (`Start::nodes`)", ""),
+    (" (`Start::paper`)", ""),
+    (" (Flow)", ""),
+    (
+        "`Samples::monotone` or `Samples::cubic` for `Samples::linear`",
+        "`monotone` or `cubic` for `linear`",
+    ),
+];
+
+/// A message without names of Rust, and without the numbers that the system has for its errors, ` (os error 2)`.
+fn plain(message: &str) -> String {
+    let mut parts = message.split(" (os error ");
+    let mut plain = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        match part.split_once(')') {
+            Some((number, rest)) if number.bytes().all(|byte| byte.is_ascii_digit()) => plain.push_str(rest),
+            _ => plain.extend([" (os error ", part]),
+        }
+    }
+    IN_RUST
+        .iter()
+        .fold(plain, |plain, (rust, said)| plain.replace(rust, said))
+}
+
 impl From<RunFailure> for CliError {
     fn from(failure: RunFailure) -> Self {
         Self::Run { failure }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::plain;
+
+    #[test]
+    fn messages_are_for_people_who_know_no_rust() {
+        for (message, expected) in [
+            (
+                "cannot read a: No such file or directory (os error 2)",
+                "cannot read a: No such file or directory",
+            ),
+            ("a (os error 2); b (os error 13): c", "a; b: c"),
+            ("a (os error x)", "a (os error x)"),
+            ("a (os error ", "a (os error "),
+            (
+                "expected a start that obeys what is declared, or project it (`Start::projected`)\n(on the command line: `--project`)",
+                "expected a start that obeys what is declared, or project it\n(on the command line: `--project`)",
+            ),
+        ] {
+            assert_eq!(plain(message), expected);
+        }
     }
 }

@@ -6,6 +6,7 @@ use clap::Args;
 use dsocs_core::text::Text;
 
 use super::CliError;
+use super::terminal::tell;
 use crate::entry::{Entry, UnknownName};
 
 /// The ending of a text file with a system.
@@ -33,10 +34,35 @@ pub fn path(name: &str) -> Option<PathBuf> {
 }
 
 /// The text file and the run that a name says.
-fn parts(name: &str) -> Option<(String, Option<&str>)> {
+pub fn parts(name: &str) -> Option<(String, Option<&str>)> {
     match name.rsplit_once(&format!("{ENDING}:")) {
         Some((stem, run)) => Some((format!("{stem}{ENDING}"), Some(run))),
         None => name.ends_with(ENDING).then(|| (name.to_owned(), None)),
+    }
+}
+
+/// What is said of a name that is none of a system and of no text file: of a file or a folder of that name, or of a text file that is meant.
+pub fn instead(name: &str) -> Option<String> {
+    let stem = name.split(':').next().unwrap_or(name);
+    let path = Path::new(stem);
+    let text = format!("{stem}{ENDING}");
+    if path.is_dir() {
+        Some(format!(
+            ": it is a folder; expected a system, or a text file whose name ends in `{ENDING}`"
+        ))
+    } else if path.exists() {
+        Some(format!(
+            ": the name of a text file with a system ends in `{ENDING}`"
+        ))
+    } else if Path::new(&text).is_file() {
+        let run = &name[stem.len()..];
+        Some(format!(" (did you mean the file `{text}{run}`?)"))
+    } else if stem.contains(['/', '.', '\\']) {
+        Some(format!(
+            ", and no file of this name; that of a text file with a system ends in `{ENDING}`"
+        ))
+    } else {
+        None
     }
 }
 
@@ -46,8 +72,8 @@ pub fn entry(name: &str, constants: &[(String, f64)]) -> Result<Option<Entry>, C
         return Ok(None);
     };
     let text = Text::read_with(&file, constants)?;
-    for warning in &text.warnings {
-        eprintln!("warning: {file}:{warning}");
+    for warning in text.warnings_shown(&file) {
+        tell(warning);
     }
     let names = || text.runs.iter().filter_map(|run| run.name.as_deref());
     let chosen = match run {
@@ -91,11 +117,11 @@ pub fn planned(
     if !path.exists()
         && let Ok(text) = crate::sweep::text(out)
     {
-        eprintln!(
+        tell(format_args!(
             "note: there is no {}; its text in {} is taken",
             path.display(),
             out.display()
-        );
+        ));
         let own = own_name(&file);
         let text = Text::parse(&own, &text)?;
         return Ok(Some(Entry::of_text(own, &text, text.runs.first())));

@@ -21,7 +21,9 @@ pub fn watch() -> &'static AtomicBool {
             }
         };
         if let Err(error) = ctrlc::set_handler(handler) {
-            eprintln!("note: an interrupted run will leave no file: {error}");
+            super::terminal::tell(format_args!(
+                "note: an interrupted run will leave no file: {error}"
+            ));
         }
     });
     &INTERRUPTED

@@ -14,7 +14,7 @@ use crate::entry::{Entry, Kind};
 /// What `list` takes.
 #[derive(Args, Debug)]
 pub struct ListArguments {
-    /// A system, whose coordinates, parameters and defaults are shown; without it, one line for each system
+    /// A system, or a text file, `swing.dsocs`, whose coordinates, parameters, runs and defaults are shown; without it, one line for each system
     system: Option<String>,
 
     /// The format of the list
@@ -50,6 +50,9 @@ struct Listed<'a> {
     meanings: Vec<&'a str>,
     /// The parameters.
     parameters: Vec<ListedParameter>,
+    /// The tables of samples, if it was read from a text.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    samples: Vec<ListedTable<'a>>,
     /// The observed expressions.
     observables: Vec<&'a str>,
     /// Their units.
@@ -71,6 +74,19 @@ struct ListedParameter {
     unit: Option<String>,
     /// What it is.
     description: String,
+}
+
+/// A table of samples, as it is listed.
+#[derive(Serialize)]
+struct ListedTable<'a> {
+    /// The name of the parameter.
+    name: &'a str,
+    /// The file, as the text names it.
+    file: &'a str,
+    /// How it is interpolated.
+    interpolation: &'static str,
+    /// What it is, with its unit.
+    description: &'a str,
 }
 
 /// What a run takes unless told otherwise.
@@ -126,6 +142,14 @@ impl<'a> Listed<'a> {
             units: units(&description.coordinates),
             meanings: meanings(&description.coordinates),
             parameters,
+            samples: (entry.tables())
+                .map(|table| ListedTable {
+                    name: &table.name,
+                    file: &table.file,
+                    interpolation: table.curve.name(),
+                    description: &table.doc,
+                })
+                .collect(),
             observables: names(&description.observables),
             observable_units: units(&description.observables),
             observable_meanings: meanings(&description.observables),
@@ -147,12 +171,12 @@ impl<'a> Listed<'a> {
 /// [`CliError`] if there is no system of the name, or if the list cannot be written.
 pub fn list(arguments: &ListArguments, program: &mut Program) -> Result<(), CliError> {
     let text = match (&arguments.system, arguments.format) {
-        (Some(name), Format::Text) => text(program.find(name)?),
+        (Some(name), Format::Text) => text(program.find(name)?, Some(name)),
         (Some(name), Format::Json) => {
             let system = Listed::new(program.find(name)?);
             format!("{:#}\n", serde_json::json!(system))
         }
-        (None, Format::Text) if program.entries.len() == 1 => text(program.one(None)?),
+        (None, Format::Text) if program.entries.len() == 1 => text(program.one(None)?, None),
         (None, Format::Text) => by_kind(program),
         (None, Format::Json) => {
             let systems: Vec<Listed> = program.entries.iter_mut().map(Listed::new).collect();
@@ -193,14 +217,15 @@ fn by_kind(program: &Program) -> String {
     )
 }
 
-/// A system, for people.
-fn text(entry: &mut Entry) -> String {
+/// A system, for people. A text file was asked for by a name.
+fn text(entry: &mut Entry, asked: Option<&str>) -> String {
     let mut table = terminal::table(presets::NOTHING);
     let parameters = entry.parameters();
     let description = entry.description();
     let parts = [
         ("coordinate", "", plain(&description.coordinates)),
         ("parameter", "default", parameters_with_values(&parameters)),
+        ("samples", "from", tables(entry)),
         ("observed", "", plain(&description.observables)),
     ];
     for (what, value, rows) in parts {
@@ -217,6 +242,7 @@ fn text(entry: &mut Entry) -> String {
             }
         }
     }
+    let project = if entry.projects() { " --project" } else { "" };
     let source = entry
         .origin()
         .map_or_else(String::new, |source| format!("  source: {source}\n"));
@@ -229,6 +255,7 @@ fn text(entry: &mut Entry) -> String {
         .map(|a0| format!(" --a0 {}", joined(a0)))
         .or_else(|| Some(format!(" --near-a0 {}", joined(entry.default_near()?))))
         .unwrap_or_default();
+    let runs = asked.map_or_else(String::new, |asked| others(entry, asked));
     let lines: Vec<_> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     let description = entry.description();
     let quantities = [
@@ -238,7 +265,7 @@ fn text(entry: &mut Entry) -> String {
     ];
     let broken: String = quantities.into_iter().flatten().filter_map(broken_unit).collect();
     format!(
-        "{} ({}): {}\n{source}  a run: --step {} --until {}{start}{acceleration}\n{}\n{broken}",
+        "{} ({}): {}\n{source}  a run: --step {} --until {}{start}{acceleration}{project}\n{runs}{}\n{broken}",
         entry.name(),
         entry.kind(),
         entry.summary(),
@@ -246,6 +273,42 @@ fn text(entry: &mut Entry) -> String {
         shortest(entry.default_until()),
         lines.join("\n"),
     )
+}
+
+/// The tables of samples of a system that was read from a text, with their files and how they are interpolated.
+fn tables(entry: &Entry) -> Vec<(Quantity, String)> {
+    let tables = entry.tables();
+    tables
+        .map(|table| {
+            let of = Quantity {
+                name: table.name.clone().into(),
+                doc: table.doc.clone().into(),
+            };
+            (of, format!("{} ({})", table.file, table.curve.name()))
+        })
+        .collect()
+}
+
+/// The other runs of a text file, by the names that commands take.
+fn others(entry: &Entry, asked: &str) -> String {
+    let Some((file, own)) = super::file::parts(asked) else {
+        return String::new();
+    };
+    let first = entry
+        .runs()
+        .find(Option::is_none)
+        .or_else(|| entry.runs().next())
+        .flatten();
+    let own = own.or(first);
+    let others = entry.runs().filter(|run| *run != own);
+    let others: Vec<_> = others
+        .map(|run| run.map_or_else(|| file.clone(), |run| format!("{file}:{run}")))
+        .collect();
+    if others.is_empty() {
+        String::new()
+    } else {
+        format!("  other runs of this file: {}\n", others.join(", "))
+    }
 }
 
 /// What is said of a quantity whose unit cannot be read: brackets that do not belong together, or that do not end the comment.

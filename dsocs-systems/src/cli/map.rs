@@ -66,10 +66,10 @@ pub fn plot(arguments: &MapArguments) -> Result<(), CliError> {
     let mut file = OutputFile::create(&arguments.out)?;
     let (parts, there) = content.parts();
     if there < parts {
-        eprintln!(
+        super::terminal::tell(format_args!(
             "note: {} of {parts} parts are missing, and so are their points",
             parts - there
-        );
+        ));
     }
     let (across, up) = axes(arguments, &content)?;
     let of = shown(arguments, &content);
@@ -198,7 +198,7 @@ impl Data {
                 .min_by(|a, b| (a - wanted).abs().total_cmp(&(b - wanted).abs()));
             let Some(nearest) = nearest else { continue };
             if there.len() > 1 {
-                eprintln!("note: {} = {nearest}", axis.name);
+                super::terminal::tell(format_args!("note: {} = {nearest}", axis.name));
             }
             for (kept, value) in kept.iter_mut().zip(&all[place]) {
                 *kept &= value.to_bits() == nearest.to_bits();

@@ -259,7 +259,7 @@ fn finish(result: Result<(), CliError>) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(CliError::Closed) => CliError::Closed.exit_code(),
         Err(error) => {
-            eprintln!("error: {error}");
+            terminal::tell(format_args!("error: {}", error.plain()));
             error.exit_code()
         }
     }
@@ -333,7 +333,12 @@ impl Program {
         }
         let Some(entry) = file::entry(name, &self.constants)? else {
             let known = self.entries.iter().map(Entry::name);
-            return Err(UnknownName::new("system", name, known).into());
+            let unknown = UnknownName::new("system", name, known);
+            return Err(match file::instead(name) {
+                Some(said) => unknown.instead(said),
+                None => unknown,
+            }
+            .into());
         };
         self.mistakes.push(entry.verify().err());
         self.read.push((name.to_owned(), self.entries.len()));
@@ -351,7 +356,7 @@ impl Program {
     /// The systems in which nothing is wrong, for commands that take all. Those that are left out are told.
     fn sound(&mut self) -> Vec<&mut Entry> {
         for mistake in self.mistakes.iter().flatten() {
-            eprintln!("warning: a system is left out: {mistake}");
+            terminal::tell(format_args!("warning: a system is left out: {mistake}"));
         }
         let entries = self.entries.iter_mut().zip(&self.mistakes);
         let sound = entries.filter(|(_, mistake)| mistake.is_none());

@@ -8,6 +8,7 @@ use std::sync::Once;
 use tempfile::NamedTempFile;
 
 use super::CliError;
+use super::terminal::tell;
 use crate::temporary::temporary;
 
 /// A file in the making. It is written beside its target and takes the target's name at the end, so that a target never
@@ -121,10 +122,10 @@ fn tell_of_parts(folder: &Path) {
         let name = entry.file_name();
         let name = name.to_string_lossy();
         if name.starts_with(PART[0]) && name.ends_with(PART[1]) {
-            eprintln!(
-                "note: {} is half a file, of a run that was killed or is still going",
+            tell(format_args!(
+                "note: {} is half a file, of a run that was killed or is still going; unless a run is going there, it can be deleted",
                 entry.path().display()
-            );
+            ));
         }
     }
 }

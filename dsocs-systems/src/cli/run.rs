@@ -17,6 +17,7 @@ use super::motion::{MotionPage, titles};
 use super::plot::Plot;
 use super::start::{BeginArguments, Component, StartArguments, StartOption, component, vector};
 use super::table::{TableFormat, TableWriter};
+use super::terminal::tell;
 use super::{CliError, Program, interrupt, progress};
 use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, UnknownName, columns};
 
@@ -27,7 +28,7 @@ const PROGRESS: u64 = 1024;
 #[derive(Args, Clone, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct RunArguments {
-    /// The system: one of `list`, or a text file, `swing.dsocs`; may be left out if there is only one
+    /// The system: one of `list`, or a text file, `swing.dsocs`, or the run of a name in it, `swing.dsocs:fast`; may be left out if there is only one
     system: Option<String>,
     /// The step h, in s; negative to run back in time
     #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
@@ -105,6 +106,10 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     arguments.from.set(entry)?;
     let plan = plan(arguments, entry)?;
     let beginning = beginning(arguments, entry)?;
+    // a reader of standard output may leave when it has enough
+    if arguments.out.is_some() || arguments.plot.is_some() || arguments.report.is_some() {
+        long(&plan, arguments.from.t0()).into_iter().for_each(tell);
+    }
     let all = columns(entry.description(), &plan);
     let chosen = chosen(arguments.columns.as_deref(), &all)?;
 
@@ -175,7 +180,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let fails_on_the_way = result.is_err() && rows > 0;
     if !fails_on_the_way {
         for note in &notes {
-            eprintln!("{note}");
+            tell(note);
         }
     }
     if let Some(error) = broken {
@@ -279,6 +284,20 @@ fn plan(arguments: &RunArguments, entry: &Entry) -> Result<Plan, CliError> {
         certify: arguments.certify,
         estimate: accuracy.estimates(),
         inputs: arguments.inputs.read(entry)?,
+    })
+}
+
+/// A run of more steps than these is told before it begins.
+const MANY: f64 = 1e8;
+
+/// What is to be said of a run that takes long.
+fn long(plan: &Plan, t0: f64) -> Option<String> {
+    let steps = ((plan.until - t0) / plan.h).abs();
+    (steps > MANY && !matches!(plan.method, Method::Tolerance(_))).then(|| {
+        format!(
+            "note: this run has {steps:.1e} steps; Ctrl-C ends it, and what is computed by then is written (`--until` and `--step` give fewer, `--every` \
+             writes fewer rows)"
+        )
     })
 }
 
@@ -390,7 +409,7 @@ fn beginning(arguments: &RunArguments, entry: &Entry) -> Result<Beginning, CliEr
     } else {
         Beginning::At(t0, Box::new(given))
     };
-    Ok(if arguments.begin.project {
+    Ok(if arguments.begin.project || entry.projects() {
         Beginning::Projected(Box::new(given))
     } else {
         given

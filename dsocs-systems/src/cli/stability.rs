@@ -22,7 +22,7 @@ const BESIDE: u8 = 11;
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct StabilityArguments {
-    /// Systems of `list`, to be measured on their own motions [default: all systems]
+    /// Systems of `list`, or text files, `swing.dsocs`, to be measured on their own motions [default: all systems]
     systems: Vec<String>,
     /// The step h, in s [default: the system's own]
     #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
@@ -65,7 +65,7 @@ pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Resul
     for entry in entries {
         arguments.from.set(entry)?;
         let a0 = arguments.from.a0(entry)?;
-        let settings = Settings {
+        let mut settings = Settings {
             h: arguments.step.unwrap_or(entry.default_step()),
             until: arguments.until,
             t0: arguments.from.t0(),
@@ -74,6 +74,10 @@ pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Resul
             a0: a0.as_deref(),
             begin: Begin::default(),
         };
+        let moved = entry.projects().then(|| entry.moved(&settings)).transpose()?;
+        if let Some([q0, v0]) = &moved {
+            (settings.q0, settings.v0) = (q0, v0);
+        }
         let mut rows = Vec::new();
         for case in &chosen {
             rows.extend(case.run(entry, &settings, arguments.quick, &mut |_| bar.tick()));
@@ -107,9 +111,9 @@ fn library(arguments: &StabilityArguments) -> Result<(), CliError> {
     }
     bar.finish_and_clear();
     if cfg!(not(feature = "peers")) && rows.iter().any(|row| row.number == BESIDE) {
-        eprintln!(
+        terminal::tell(format_args!(
             "note: case {BESIDE} is without the general method's own figures: they need `--features peers`"
-        );
+        ));
     }
     let text = format!("{}\n", table(&rows));
     arguments.finish(&text, &json!({ "cases": encoded(&rows) }), &rows)

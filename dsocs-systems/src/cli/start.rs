@@ -139,10 +139,10 @@ pub enum StartOption {
 
 impl BeginArguments {
     /// As a check takes it.
-    pub fn begin(&self) -> Begin {
+    pub fn begin(&self, entry: &Entry) -> Begin {
         Begin {
             paper: self.start == Some(StartOption::Paper),
-            projected: self.project,
+            projected: self.project || entry.projects(),
         }
     }
 }
@@ -261,6 +261,10 @@ impl StartArguments {
             system: entry.name().to_owned(),
             options: options.map(|(option, _)| option).collect(),
             coordinates: entry.description().names().map(str::to_owned).collect(),
+            in_text: match entry.source_text() {
+                Some(_) => "; or in the text, `run { start = ([…], […]); }`, position and velocity",
+                None => "",
+            },
         }
     }
 }

@@ -85,7 +85,7 @@ pub fn sweep(arguments: &SweepArguments, program: &Program) -> Result<(), CliErr
     });
     bar.finish_and_clear();
     let report = report?;
-    eprintln!(
+    super::terminal::tell(format_args!(
         "{} point{} of {}, {} failed, in {:.1} s on {threads} thread{}; {} of {} parts missing{}",
         report.points,
         plural(report.points),
@@ -100,7 +100,7 @@ pub fn sweep(arguments: &SweepArguments, program: &Program) -> Result<(), CliErr
         } else {
             String::new()
         },
-    );
+    ));
     if report.stopped && report.missing > 0 {
         return Err(CliError::Stopped {
             missing: report.missing,
@@ -118,7 +118,7 @@ fn shard(arguments: &SweepArguments) -> Result<Shard, CliError> {
     let found = Shard::of_environment(&|name| std::env::var(name).ok(), arguments.shards)?;
     match found {
         Some(shard) => {
-            eprintln!("note: shard {shard}, by {}", shard.origin().join(" and "));
+            super::terminal::tell(format_args!("note: shard {shard}, by {}", shard.origin().join(" and ")));
             Ok(shard)
         }
         None if arguments.shards.is_some_and(|count| count > 1) => Err(SweepError::Shard(

@@ -1,4 +1,4 @@
-//! `text`: a system as a text file.
+//! `text`: a system as a text file. One that was read from a file is the text of that file, word for word, unless `--const` changes it.
 
 use std::io::Write as _;
 
@@ -9,15 +9,21 @@ use super::{CliError, Program};
 /// What is written.
 #[derive(Debug, Args)]
 pub struct TextArguments {
-    /// The system's name, or the folder or a Parquet file of a sweep; it may be left out if there is only one system
+    /// The system's name, a text file, or the folder or a Parquet file of a sweep; it may be left out if there is only one system
     pub system: Option<String>,
 }
 
 /// Writes a system as a text file.
 pub fn text(arguments: &TextArguments, program: &mut Program) -> Result<(), CliError> {
-    let text = match swept(arguments.system.as_deref(), program)? {
-        Some(text) => text,
-        None => program.one(arguments.system.as_deref())?.text()?,
+    let text = if let Some(text) = swept(arguments.system.as_deref(), program)? {
+        text
+    } else {
+        let is_as_written = program.constants.is_empty();
+        let entry = program.one(arguments.system.as_deref())?;
+        match entry.source_text() {
+            Some(text) if is_as_written => text.to_owned(),
+            _ => entry.text()?,
+        }
     };
     std::io::stdout()
         .write_all(text.as_bytes())
