@@ -3,11 +3,17 @@
 use proc_macro2::{Delimiter, LineColumn, Spacing, TokenStream, TokenTree};
 use syn::{Lit, LitStr};
 
+use crate::shared;
+
 /// The text of a declaration: its tokens in the lines and columns in which they stand in the source, as far as that is known. Comments are left out,
 /// documentation is not.
 pub(crate) fn text(tokens: &TokenStream) -> String {
     let mut layout = Layout::default();
-    layout.write(tokens);
+    // also those that several declarations share
+    for statement in shared::flat(tokens.clone()) {
+        layout.write(&statement.tokens);
+        layout.is_line_due = true;
+    }
     layout.end()
 }
 
@@ -21,8 +27,14 @@ struct Layout {
     joint: bool,
     /// Where lines of the declaration begin, the least column of all.
     margin: Option<usize>,
-    /// How deep in brackets the next token stands.
-    depth: usize,
+    /// The first and the last line of the brackets in which the next token stands, in their sources.
+    around: Vec<(usize, usize)>,
+    /// Whether the last token stands in another source than the brackets around it, so that nothing is known of the distance to the next.
+    is_foreign: bool,
+    /// The column of the first token of this line.
+    column: usize,
+    /// Whether the next token begins a line, as behind a statement and below documentation.
+    is_line_due: bool,
 }
 
 impl Layout {
@@ -51,13 +63,31 @@ impl Layout {
                         Delimiter::Bracket => ["[", "]"],
                         Delimiter::None => ["", ""],
                     };
-                    self.place(open, group.span_open().start(), group.span_open().end());
+                    let (from, to) = (group.span_open(), group.span_close());
+                    // a group that was moved as a whole tells where all of it stands for each of its brackets
+                    let is_whole = to.start() == from.start() && from.start() != from.end();
+                    let mut after = from.end();
+                    if is_whole {
+                        after.line = from.start().line;
+                        after.column = from.start().column + 1;
+                    }
+                    self.place(open, from.start(), after);
                     self.joint = !matches!(open, "{");
-                    self.depth += 1;
+                    let (begun, column) = (self.text.len(), self.column);
+                    self.around.push((from.start().line, to.end().line));
                     self.write(&group.stream());
-                    self.depth -= 1;
+                    self.around.pop();
                     self.joint = !matches!(close, "}");
-                    self.place(close, group.span_close().start(), group.span_close().end());
+                    if is_whole && !close.is_empty() {
+                        if self.text[begun..].contains('\n') && self.text.ends_with([',', ';']) {
+                            let at = self.margin.map_or(column, |margin| column.max(margin));
+                            self.line(at);
+                            self.joint = true;
+                        }
+                        self.beside(close);
+                    } else {
+                        self.place(close, to.start(), to.end());
+                    }
                 }
                 TokenTree::Punct(punct) => {
                     let spacing = punct.spacing();
@@ -84,30 +114,59 @@ impl Layout {
         if text.is_empty() {
             return;
         }
-        let known = start != end;
-        match self.last {
-            Some(last) if known && start.line == last.line && start.column >= last.column => {
-                self.text
-                    .extend(core::iter::repeat_n(' ', (start.column - last.column).min(4)));
+        let around = self.around.last();
+        let is_known = start != end && around.is_none_or(|&(from, to)| (from..=to).contains(&start.line));
+        let is_due = core::mem::take(&mut self.is_line_due) && !self.text.is_empty();
+        if is_due && self.around.is_empty() {
+            // each statement has its own margin: it may have been written elsewhere
+            self.margin = None;
+            self.line(start.column);
+        } else if is_due {
+            self.line(if is_known { start.column } else { self.column });
+        } else if !is_known {
+            self.beside(text);
+            return;
+        } else if self.is_foreign
+            && (matches!(text, ";" | ",") || self.last.is_some_and(|last| last.line == start.line))
+        {
+            if !self.joint {
+                self.text.push(' ');
             }
-            Some(last) if known && start.line != last.line => self.line(start.column),
-            Some(_) if !self.joint => self.text.push(' '),
-            None => {
-                self.margin.get_or_insert(start.column);
-                if !self.text.is_empty() {
-                    self.line(start.column);
-                }
-            }
-            Some(_) => {}
+        } else {
+            self.distance(start);
         }
         self.text.push_str(text);
-        self.joint = false;
-        self.last = Some(end).filter(|_| known).or(self.last);
+        (self.joint, self.is_foreign) = (false, !is_known);
+        self.last = Some(end).filter(|_| is_known).or(self.last);
+    }
+
+    /// Writes a token of which it is not known where it stands.
+    fn beside(&mut self, text: &str) {
+        if !self.joint && !self.text.is_empty() {
+            self.text.push(' ');
+        }
+        self.text.push_str(text);
+        (self.joint, self.is_foreign) = (false, true);
+    }
+
+    /// Writes the space between the last token and one that stands at a place.
+    fn distance(&mut self, start: LineColumn) {
+        match self.last {
+            Some(last) if start.line == last.line && start.column >= last.column => {
+                let blanks = (start.column - last.column).min(4);
+                self.text.extend(core::iter::repeat_n(' ', blanks));
+            }
+            Some(last) if start.line != last.line => self.line(start.column),
+            Some(_) if !self.joint => self.text.push(' '),
+            Some(_) => {}
+            None => self.line(start.column),
+        }
     }
 
     /// Begins a line at a column of the source.
     fn line(&mut self, column: usize) {
         let margin = *self.margin.get_or_insert(column);
+        self.column = column;
         self.margin = Some(margin.min(column));
         self.text.truncate(self.text.trim_end().len());
         if !self.text.is_empty() {
@@ -119,7 +178,7 @@ impl Layout {
 
     /// Writes a line of documentation.
     fn documentation(&mut self, line: &str) {
-        let indent = 4 * self.depth;
+        let indent = 4 * self.around.len();
         self.text.truncate(self.text.trim_end().len());
         if !self.text.is_empty() {
             self.text.push('\n');
@@ -127,11 +186,7 @@ impl Layout {
         self.text.extend(core::iter::repeat_n(' ', indent));
         self.text.push_str("///");
         self.text.push_str(line);
-        // the next token begins a line
-        self.last = Some(LineColumn {
-            line: usize::MAX,
-            column: 0,
-        });
+        self.is_line_due = true;
     }
 
     /// The text.
