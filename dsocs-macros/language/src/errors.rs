@@ -34,6 +34,13 @@ impl Errors {
         errors
     }
 
+    /// Whether there are so many mistakes that nobody reads on.
+    pub(crate) fn are_many(&self) -> bool {
+        const MANY: usize = 1000;
+        let found = self.found.borrow();
+        found.as_ref().is_some_and(|found| found.len() > MANY)
+    }
+
     /// Whether messages are for readers of a text, who need not know Rust.
     pub(crate) fn are_of_text(&self) -> bool {
         self.of_text

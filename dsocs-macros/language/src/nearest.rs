@@ -7,9 +7,16 @@ pub(crate) fn did_you_mean<'c>(found: &str, candidates: impl IntoIterator<Item =
         .unwrap_or_default()
 }
 
+/// A longer name is a mistake of no letters; to compare it takes time.
+const LONGEST: usize = 200;
+
 /// The nearest of the candidates, if one is near.
 pub(crate) fn nearest<'c>(found: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
-    let limit = found.chars().count().max(3) / 3;
+    let length = found.chars().count();
+    if length > LONGEST {
+        return None;
+    }
+    let limit = length.max(3) / 3;
     candidates
         .into_iter()
         .map(|name| (strsim::damerau_levenshtein(found, name), name))

@@ -46,6 +46,9 @@ pub use values::Run;
 /// The most bytes that a text may have.
 pub const MOST_BYTES: usize = 1 << 20;
 
+/// So many mistakes are told: nobody reads more.
+const MOST_MISTAKES: usize = 100;
+
 /// Brackets may be nested so deep: those of expressions, which have a limit of their own, in those of statements.
 const DEEPEST: usize = parse::DEEPEST + 20;
 
@@ -83,7 +86,7 @@ pub struct Text {
 ///
 /// # Errors
 ///
-/// All mistakes, at least one, in the order of the text.
+/// The mistakes, at least one and at most a hundred, in the order of the text.
 pub fn read(name: &str, text: &str, constants: &[(String, f64)]) -> Result<Text, Vec<Mistake>> {
     if text.len() > MOST_BYTES {
         let message = format!(
@@ -121,6 +124,17 @@ pub fn read(name: &str, text: &str, constants: &[(String, f64)]) -> Result<Text,
             let last = end(&text);
             mistakes.extend(found.iter().flat_map(|error| Mistake::in_text(error, last)));
             mistakes.sort_by_key(|mistake| [mistake.line, mistake.column]);
+            let more = mistakes.len().saturating_sub(MOST_MISTAKES);
+            mistakes.truncate(MOST_MISTAKES);
+            if more > 0
+                && let Some(last) = mistakes.last()
+            {
+                let message = format!("below this there are {more} more mistakes, which are not told");
+                mistakes.push(Mistake {
+                    message,
+                    ..last.clone()
+                });
+            }
             Err(mistakes)
         }
     }

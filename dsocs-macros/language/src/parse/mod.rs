@@ -52,6 +52,9 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
         shared,
     } in shared::flat(tokens)
     {
+        if errors.are_many() {
+            break;
+        }
         let lets = declaration.lets.len();
         if let Some(tree) = too_deep(&chunk, DEEPEST) {
             let reported = errors.at(

@@ -411,6 +411,19 @@ fn numbers_that_are_none() {
 }
 
 #[test]
+fn of_very_many_mistakes_the_first_are_told() {
+    let told = told(&format!("{HEAD}{}", "x y;\n".repeat(50_000)));
+    assert_eq!(told.len(), 101);
+    assert!(
+        told[0].starts_with("3:1: ") && told[100].contains("more mistakes"),
+        "{told:?}"
+    );
+    // a name that is none takes no time
+    let long = "a".repeat(500_000);
+    assert!(!self::told(&format!("{HEAD}{long} = 1; lagrangian = {long}b;")).is_empty());
+}
+
+#[test]
 fn what_nothing_uses_is_warned_of() {
     let text = "const n = 3;
         parameters { length = 1.0, half = length / 2, wind = samples(\"wind.csv\"), pi = 3.0, _spare = 1.0, first = 0.1, masses: [2] = [1, 2] }

@@ -79,16 +79,21 @@ struct Evaluation<'d> {
 
 impl<'d> Evaluation<'d> {
     fn new(nothing: &Declaration, fields: &'d Fields, values: Vec<f64>, errors: &'d Errors) -> Self {
+        let mut lowering = Lowering::new(nothing, &[], &[], fields, errors);
+        let numbers = fields.parameters();
+        lowering
+            .graph
+            .set_numbers(numbers.iter().map(ParameterField::read));
         Self {
-            lowering: Lowering::new(nothing, &[], &[], fields, errors),
+            lowering,
             errors,
             values,
         }
     }
 
     /// The nodes of expressions and the numbers that they are.
-    fn evaluated(&mut self, exprs: &[&Expr], nodes: &[NodeId], fields: &[ParameterField]) -> Vec<f64> {
-        let mut numbers = self.numbers(nodes, fields);
+    fn evaluated(&mut self, exprs: &[&Expr], nodes: &[NodeId]) -> Vec<f64> {
+        let mut numbers = self.numbers(nodes);
         for (number, expr) in numbers.iter_mut().zip(exprs) {
             // the graph knows no sign of zero
             if *number == 0.0
@@ -101,10 +106,7 @@ impl<'d> Evaluation<'d> {
     }
 
     /// The numbers that nodes are.
-    fn numbers(&mut self, nodes: &[NodeId], fields: &[ParameterField]) -> Vec<f64> {
-        self.lowering
-            .graph
-            .set_numbers(fields.iter().map(ParameterField::read));
+    fn numbers(&self, nodes: &[NodeId]) -> Vec<f64> {
         let graph = &self.lowering.graph;
         let param = |which| match graph.read_param(which) {
             Param::Number(place) => self.values.get(place).copied().unwrap_or(f64::NAN),
@@ -116,9 +118,9 @@ impl<'d> Evaluation<'d> {
     }
 
     /// The number that an expression is.
-    fn number(&mut self, expr: &Expr, fields: &[ParameterField]) -> Result<f64, Reported> {
+    fn number(&mut self, expr: &Expr) -> Result<f64, Reported> {
         let node = self.lowering.expr(expr)?;
-        let [value] = self.evaluated(&[expr], &[node], fields)[..] else {
+        let [value] = self.evaluated(&[expr], &[node])[..] else {
             return Ok(f64::NAN);
         };
         self.finite(expr, value)
@@ -135,7 +137,7 @@ impl<'d> Evaluation<'d> {
     }
 
     /// The numbers of a vector, `[1.0, 0.5]`, `[0.0; 3]` or `[each(0..3, |i| 1 + 0.01 * i)]`.
-    fn vector(&mut self, expr: &Expr, fields: &[ParameterField]) -> Result<Vec<f64>, Reported> {
+    fn vector(&mut self, expr: &Expr) -> Result<Vec<f64>, Reported> {
         let entries: Vec<Entry> = match bare(expr) {
             Expr::Array(array) => entries(array.elems.iter().cloned(), self.errors)?,
             Expr::Repeat(repeat) => {
@@ -159,7 +161,7 @@ impl<'d> Evaluation<'d> {
         };
         let nodes = self.lowering.each(&entries, Lowering::expr)?;
         let exprs: Vec<&Expr> = entries.iter().map(|entry| &entry.value).collect();
-        let numbers = self.evaluated(&exprs, &nodes, fields);
+        let numbers = self.evaluated(&exprs, &nodes);
         for (entry, value) in entries.iter().zip(&numbers) {
             self.finite(&entry.value, *value)?;
         }
@@ -189,7 +191,7 @@ pub(super) fn parameters(
         };
         for expr in expressions {
             let known = &all[..evaluation.values.len().min(all.len())];
-            let value = before(known, &all, expr, errors).and_then(|()| evaluation.number(expr, &all));
+            let value = before(known, &all, expr, errors).and_then(|()| evaluation.number(expr));
             if let Err(reported) = value {
                 wrong = Err(reported);
             }
@@ -264,7 +266,6 @@ fn run(
 ) -> Result<Run, Reported> {
     let errors = evaluation.errors;
     let settings = items::read(group, [';', ','], errors);
-    let fields = &model.parameters;
     let n = model.coordinates.len();
     let mut run = Run {
         name,
@@ -288,7 +289,7 @@ fn run(
         let result = if let Some(length) = length {
             length.and_then(|length| Err(errors.at(length, format!("expected `{text} = …`, without `:`"))))
         } else if told.insert(text.clone()) {
-            value.and_then(|value| set(&mut run, (&text, &key), &value, (fields, n), evaluation))
+            value.and_then(|value| set(&mut run, (&text, &key), &value, n, evaluation))
         } else {
             Err(errors.at(&key, format!("`{text}` is given a second time here")))
         };
@@ -327,12 +328,12 @@ fn set(
     run: &mut Run,
     (text, key): (&str, &Ident),
     value: &Expr,
-    (fields, n): (&[ParameterField], usize),
+    n: usize,
     evaluation: &mut Evaluation<'_>,
 ) -> Result<(), Reported> {
     let errors = evaluation.errors;
     let mut vector = |expr: &Expr| {
-        let numbers = evaluation.vector(expr, fields)?;
+        let numbers = evaluation.vector(expr)?;
         if numbers.len() == n {
             return Ok(numbers);
         }
@@ -363,7 +364,7 @@ fn set(
         "acceleration" => run.acceleration = Some(vector(value)?),
         "near_acceleration" => run.near_acceleration = Some(vector(value)?),
         "step" => {
-            let step = evaluation.number(value, fields)?;
+            let step = evaluation.number(value)?;
             if step == 0.0 {
                 return Err(errors.at(value, "expected a step that is not zero"));
             }
@@ -375,7 +376,7 @@ fn set(
             }
             other => return Err(errors.at(other, "expected `true` or `false`")),
         },
-        "until" => run.until = Some(evaluation.number(value, fields)?),
+        "until" => run.until = Some(evaluation.number(value)?),
         _ => {
             let meant = ELSEWHERE.iter().find(|(word, _)| *word == text);
             let hint = match meant {
