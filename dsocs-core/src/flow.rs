@@ -4,10 +4,11 @@ use core::fmt;
 use core::iter::FusedIterator;
 
 use crate::error::SetupError;
+use crate::kernel::Kernel;
 use crate::number::point::Leg;
 use crate::number::point::sized;
 use crate::run::{Inputs, Node, Run, RunError, Stepper};
-use crate::start::Start;
+use crate::start::{AnyStart, Start};
 use crate::system::System;
 
 /// A run of the discrete system, step by step.
@@ -46,6 +47,17 @@ impl<'s, const N: usize> Flow<'s, N> {
     pub fn new<S: System<N>>(system: &'s S, h: f64, start: Start<N>) -> Result<Self, SetupError> {
         let kernel = system.kernel();
         Ok(Self(Discrete::new(kernel, values_of(kernel), h, &start.given())?))
+    }
+
+    /// The run of a system without its type, such as one that was read from a text.
+    ///
+    /// # Errors
+    ///
+    /// As [`Flow::new`]; and [`SetupError::StartLength`] if the system has another number of coordinates than the start.
+    pub fn of(system: &'s dyn Kernel, h: f64, start: Start<N>) -> Result<Self, SetupError> {
+        let start = AnyStart::from(start);
+        start.fits(system.shape())?;
+        Ok(Self(Discrete::new(system, values_of(system), h, &start.0)?))
     }
 
     /// The run without its number of coordinates.

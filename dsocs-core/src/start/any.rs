@@ -1,6 +1,7 @@
 //! A start with any number of coordinates.
 
 use super::begin::{Given, Rule};
+use super::sized::Start;
 use super::third::Free;
 use crate::error::SetupError;
 use crate::solve::Vector;
@@ -10,6 +11,12 @@ use crate::tape::Shape;
 #[derive(Clone, Debug)]
 #[must_use]
 pub struct AnyStart(pub(crate) Given);
+
+impl<const N: usize> From<Start<N>> for AnyStart {
+    fn from(start: Start<N>) -> Self {
+        Self(start.given())
+    }
+}
 
 impl AnyStart {
     /// A start at the time 0 by a rule.

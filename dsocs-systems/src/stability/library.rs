@@ -17,7 +17,26 @@ mod switch;
 mod turns;
 mod two_roots;
 
+use dsocs_core::text::TapeKernel;
+use dsocs_core::text::{Text, TextError};
+
 use super::{Bar, Measured, Report, Row, larger};
+
+/// A system that is declared for one figure. It is read where the figure is measured: that takes a millisecond, and to compile it takes seconds.
+fn read(text: &str) -> Result<TapeKernel, TextError> {
+    Ok(Text::parse("stability", text)?.system)
+}
+
+/// The same system with other values of its parameters, in the order of the declaration.
+fn with(system: &TapeKernel, values: &[f64]) -> TapeKernel {
+    let mut system = system.clone();
+    for (place, &value) in values.iter().enumerate() {
+        if let Some(parameter) = system.parameter_mut(place) {
+            *parameter = value;
+        }
+    }
+    system
+}
 
 /// A hard case.
 #[derive(Clone, Copy, Debug)]

@@ -3,6 +3,9 @@
 
 use core::fmt::Write as _;
 
+use dsocs_core::__private::Source as _;
+use dsocs_core::text::Text;
+
 use super::exact::exact;
 use super::random::{Case, Random, linkage, robot, train, tree};
 use super::scene::Map;
@@ -47,14 +50,14 @@ const KINDS: [&str; 7] = [
     "a tree of four",
 ];
 
-/// The source file: a declaration of each scene, and the run that belongs to it.
+/// The source file: the runs, each with the declaration of its scene.
 #[must_use]
 pub fn source() -> String {
     let mut text = String::from(
         "//! Written by `dsocs_tests::scenes::table`: scenes that were drawn at random, and where the second formulation\n\
          //! of the tests comes to in double the precision.\n\n\
          #![allow(clippy::all, clippy::pedantic)] // as the generator writes\n\n\
-         use dsocs_core::dsocs;\n\nuse super::Run;\n",
+         use super::Run;\n",
     );
     for (kind, name) in KINDS.iter().enumerate() {
         // one in which the steps are short enough throughout
@@ -67,11 +70,15 @@ pub fn source() -> String {
             continue;
         };
         let (body, n) = (Written::new(&case.scene, true).text, case.q0.len());
+        let Ok(Text { system, .. }) = Text::parse(name, &body) else {
+            continue;
+        };
+        let unknowns = system.shape().unknowns;
         // writing to a string does not fail
         let _ = write!(
             text,
-            "\n/// {name}.\n#[dsocs {{\n{body}}}]\npub struct Scene{kind};\n\n\
-             /// Its run.\npub const RUN{kind}: Run<{n}> = Run {{\n    name: {name:?},\n    h: {:?},\n    \
+            "\n/// {name}.\npub const RUN{kind}: Run<{n}, {unknowns}> = Run {{\n    name: {name:?},\n    \
+             text: \"\n{body}\",\n    h: {:?},\n    \
              q0: {:?},\n    q1: {:?},\n    last: {last:?},\n    units: [{}],\n}};\n",
             case.h,
             case.q0,

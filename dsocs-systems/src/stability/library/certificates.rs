@@ -3,10 +3,10 @@
 use std::error::Error;
 use std::ops::ControlFlow;
 
-use dsocs_core::{Flow, Leg, Regularity, Start, Stepper as _, System, dsocs};
+use dsocs_core::{Flow, Kernel, Leg, Regularity, Start, Stepper as _};
 
 use super::garbage::Random;
-use super::{Bar, Measured, Report, larger};
+use super::{Bar, Measured, Report, larger, read, with};
 use crate::Sleigh;
 
 /// The largest exponent of two by which a unit changes.
@@ -27,14 +27,6 @@ struct Units {
     st: f64,
 }
 
-/// The natural units.
-const NATURAL: Units = Units {
-    sx: [1.0; 3],
-    sl: [1.0; 2],
-    sm: 1.0,
-    st: 1.0,
-};
-
 impl Units {
     /// Units at random: powers of two, which do not round.
     fn new(random: &mut Random) -> Self {
@@ -49,7 +41,8 @@ impl Units {
 }
 
 /// A sleigh that a motor turns: a constraint of velocities and one of accelerations.
-#[dsocs {
+const LED: &str = "
+    parameters { sx: [3] = [1; 3], sl: [2] = [1; 2], sm = 1, st = 1 }
     coordinates(x, y, theta);
     let angle = theta / sx[2];
     let ahead = st * dot(x) / sx[0];
@@ -60,31 +53,24 @@ impl Units {
     nonholonomic = sl[0] * across;
     kinematic = sl[1] * (st * dot(turn) + turn / 2 + (2 * angle).sin());
     constraint_forces = [(0, 0, 1 / sx[2])];
-}]
-struct Led {
-    sx: [f64; 3],
-    sl: [f64; 2],
-    sm: f64,
-    st: f64,
-}
+";
 
 /// The nonholonomic particle beside a discrete row in which the first node does not stand: there is no way back.
-#[dsocs {
+const ONWARD: &str = "
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2;
     nonholonomic = dot(z) - y * dot(x);
     kinematic = ddot(y) + x.sin() * dot(x);
     discrete_kinematic = (y[2] - y[1]) / h - x[1].cos();
     constraint_forces = [(0, 1, 0)];
-}]
-struct Onward;
+";
 
 /// A triple of nodes, by its first leg and its second difference, and its certificate.
 type Certified = (Leg<f64, 3>, [f64; 3], Regularity);
 
 /// The certificates of the first steps of a motion.
-fn certified<S: System<3>>(system: &S, h: f64, start: Start<3>) -> Result<Vec<Certified>, Box<dyn Error>> {
-    let mut flow = Flow::new(system, h, start)?;
+fn certified(system: &dyn Kernel, h: f64, start: Start<3>) -> Result<Vec<Certified>, Box<dyn Error>> {
+    let mut flow = Flow::of(system, h, start)?;
     let mut all = Vec::with_capacity(STEPS);
     for _ in 0..STEPS {
         let leg = flow.leg();
@@ -93,23 +79,29 @@ fn certified<S: System<3>>(system: &S, h: f64, start: Start<3>) -> Result<Vec<Ce
         for (e, d) in e.iter_mut().zip(leg.d) {
             *e -= d;
         }
-        all.push((leg, e, Regularity::of(system.kernel(), h, leg.any(), &e)));
+        all.push((leg, e, Regularity::of(system, h, leg.any(), &e)));
     }
     Ok(all)
 }
 
 /// By how much certificates change with units, at most, relative to themselves.
 fn changes() -> Measured {
-    let led = |Units { sx, sl, sm, st }| Led { sx, sl, sm, st };
+    let led = read(LED)?;
     let start = Start::second_order([0.0, 0.0, 0.4], [1.0, 0.4_f64.tan(), 0.3]);
     let h = 0.05;
-    let natural = certified(&led(NATURAL), h, start)?;
+    let natural = certified(&led, h, start)?;
     let mut random = Random::new(14);
     let mut worst = 0.0;
     for _ in 0..SYSTEMS {
         let units = Units::new(&mut random);
         let scaled = |x: &[f64; 3]| [x[0] * units.sx[0], x[1] * units.sx[1], x[2] * units.sx[2]];
-        let system = led(units);
+        let Units {
+            sx: [x, y, z],
+            sl: [one, other],
+            sm,
+            st,
+        } = units;
+        let system = with(&led, &[x, y, z, one, other, sm, st]);
         for (leg, e, at) in &natural {
             let leg = Leg {
                 t: 0.0,
@@ -153,7 +145,11 @@ pub fn run(report: &mut Report<'_>) {
         format!("z' = y x' beside a row without the first node, {STEPS} steps: backward flows granted"),
         Bar::AtMost(0.0),
         || {
-            let all = certified(&Onward, 0.02, Start::second_order([0.0; 3], [0.5, 1.0, 0.0]))?;
+            let all = certified(
+                &read(ONWARD)?,
+                0.02,
+                Start::second_order([0.0; 3], [0.5, 1.0, 0.0]),
+            )?;
             let granted = all
                 .iter()
                 .filter(|(_, _, at)| at.grants_backward() || !at.grants_forward());

@@ -1,15 +1,19 @@
 //! Dry friction on surfaces that move: a stop and a release cost no order.
 
-use dsocs_core::{ComposedFlow, Composition, Flow, Start, Stepper, dsocs};
+use dsocs_core::text::{TapeKernel, TextError};
+use dsocs_core::{AnyComposedFlow, AnyFlow, AnyStart, Composition, OwnedNode, Run};
 
-use super::{Bar, Measured, Report, larger};
+use super::{Bar, Measured, Report, larger, read, with};
 
 /// A block on a belt whose speed changes evenly, pulled back more and more.
-#[dsocs {
+const BLOCK: &str = "
+    parameters { pull = 0, dry = 0, speed = 0, change = 0 }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     external_forces = pull * (1 - t.exp()) - dry * (dot(x) - (speed + change * t)).signum();
-}]
+";
+
+/// The values of its parameters.
 struct Belt {
     pull: f64,
     dry: f64,
@@ -33,6 +37,14 @@ impl Belt {
         speed: 0.0,
         change: 0.2,
     };
+
+    /// The block on this belt.
+    fn block(&self) -> Result<TapeKernel, TextError> {
+        Ok(with(
+            &read(BLOCK)?,
+            &[self.pull, self.dry, self.speed, self.change],
+        ))
+    }
 
     /// Position and velocity of a block that the belt takes along from the origin.
     fn taken(&self, t: f64) -> [f64; 2] {
@@ -78,11 +90,13 @@ fn in_squares(run: impl Fn(f64) -> Measured) -> Measured {
 }
 
 /// The largest error of position and velocity of a run up to the time 3, after the time 1.6.
-fn error<R: Stepper<1>>(mut run: R, exact: fn(f64) -> [f64; 2]) -> Measured {
+fn error(run: &mut dyn Run, exact: fn(f64) -> [f64; 2]) -> Measured {
     let mut largest = 0.0;
+    let mut node = OwnedNode::new(1);
     loop {
         run.advance()?;
-        let node = run.node();
+        node.take(run);
+        let node = node.any();
         if node.t > 3.0 {
             return Ok(largest);
         }
@@ -95,34 +109,38 @@ fn error<R: Stepper<1>>(mut run: R, exact: fn(f64) -> [f64; 2]) -> Measured {
 
 /// The figures.
 pub fn run(report: &mut Report<'_>) {
-    for (what, belt, start, exact, method) in [
+    for (what, belt, v0, exact, method) in [
         (
             "a block is torn off a belt that slows down: largest error of position and velocity over ten steps, in h²",
             Belt::SLOWING,
-            Start::second_order([0.0], [0.5]),
+            0.5,
             torn_off as fn(f64) -> [f64; 2],
             None,
         ),
         (
             "a belt that speeds up catches a block: the same",
             Belt::CATCHING,
-            Start::second_order([0.0], [1.0]),
+            1.0,
             caught,
             None,
         ),
         (
             "the first one by Suzuki's composition",
             Belt::SLOWING,
-            Start::second_order([0.0], [0.5]),
+            0.5,
             torn_off,
             Some(Composition::SUZUKI_4),
         ),
     ] {
         let bar = if method.is_some() { 0.1 } else { 4.0 };
         report.measure(what, Bar::AtMost(bar), || {
+            let (block, start) = (belt.block()?, AnyStart::second_order(&[0.0], &[v0]));
             in_squares(|h| match method {
-                None => error(Flow::new(&belt, h, start)?, exact),
-                Some(method) => error(ComposedFlow::new(&belt, h, method, start)?, exact),
+                None => error(AnyFlow::new(&block, h, &start)?.run_mut(), exact),
+                Some(method) => error(
+                    &mut *AnyComposedFlow::new(&block, h, method, &start)?.into_run(),
+                    exact,
+                ),
             })
         });
     }

@@ -5,18 +5,16 @@
 
 use std::error::Error;
 
-use dsocs_core::__private::{Declaration, Unknown};
-use dsocs_core::{Flow, Leg, Start, Stepper as _, System};
+use dsocs_core::__private::{Linearization, Unknown};
+use dsocs_core::{At, Declaration, Flow, Kernel, Leg, Start, Stepper as _};
 
 use super::garbage::Random;
-use super::{Bar, Report, larger};
+use super::{Bar, Report, larger, read};
 
 #[rustfmt::skip]
 mod declared;
 
-use declared::{
-    RUN0, RUN1, RUN2, RUN3, RUN4, RUN5, RUN6, Scene0, Scene1, Scene2, Scene3, Scene4, Scene5, Scene6,
-};
+use declared::{RUN0, RUN1, RUN2, RUN3, RUN4, RUN5, RUN6};
 
 /// How many steps are made.
 const STEPS: usize = 100;
@@ -39,10 +37,12 @@ const EXPLAINED: f64 = 4.0;
 /// How often the unknowns of a perturbed step are improved.
 const UPDATES: u32 = 4;
 
-/// A run, and where it has to end.
-pub struct Run<const N: usize> {
+/// A run of a scene with `M` unknowns in each step, and where it has to end.
+pub struct Run<const N: usize, const M: usize> {
     /// What it is of.
     name: &'static str,
+    /// Its declaration.
+    text: &'static str,
     /// The step, in s.
     h: f64,
     /// The first node.
@@ -65,30 +65,45 @@ struct Twin<const N: usize> {
 
 impl<const N: usize> Twin<N> {
     /// Goes on by a step whose second difference is near to `e`; `None` where it has none.
-    fn advance<S: System<N>>(&mut self, system: &S, h: f64, e: &[f64; N]) -> Option<()> {
-        let constants = system.constants(&system.parameters(), h);
-        let known = system.known(&constants, &self.leg);
-        let mut z = system.unknown(e, &[]);
+    fn advance<const M: usize>(&mut self, system: &dyn Kernel, h: f64, e: &[f64; N]) -> Option<()> {
+        let shape = system.shape();
+        let (mut constants, mut known) = (vec![f64::NAN; shape.constants], vec![f64::NAN; shape.known]);
+        system.constants(&[], h, &mut constants);
+        system.known(&constants, self.leg.any(), &mut known);
+        let (constants, known) = (&constants[..], &known[..]);
+        let linearize = |z: &[f64; M]| {
+            let (mut rows, mut jacobian) = ([f64::NAN; M], [[f64::NAN; M]; M]);
+            let at = At { constants, known, z };
+            system.linearize(at, &mut rows, jacobian.as_flattened_mut());
+            Linearization { rows, jacobian }
+        };
+        let mut z = [f64::NAN; M];
+        system.unknown(e, &[], &mut z);
         for _ in 0..UPDATES {
-            let update = system.linearize(&constants, &known, &z).update()?;
+            let update = linearize(&z).update()?;
             z = z.zip(&update, |z, update| z + update);
         }
         // the rows are known to the bounds of their rounding, the unknowns to their last place
-        let at = system.linearize(&constants, &known, &z);
         let mut bounds = z;
-        Declaration::of(system).bounds(h, self.leg.any(), z.as_ref(), bounds.as_mut());
+        Declaration::of(system).bounds(h, self.leg.any(), &z, &mut bounds);
         let mut noise = || MAGNIFIED * (2.0 * self.random.unit() - 1.0);
         let mut moved = z;
-        for z in moved.as_mut() {
+        for z in &mut moved {
             *z += noise() * UNIT * z.abs();
         }
-        for row in bounds.as_mut() {
+        for row in &mut bounds {
             *row *= noise();
         }
-        if let Some(update) = Unknown::solve(&at.jacobian, &bounds) {
+        if let Some(update) = Unknown::solve(&linearize(&z).jacobian, &bounds) {
             moved = moved.zip(&update, |z, update| z + update);
         }
-        let e = system.second_difference(&constants, &known, &moved);
+        let mut e = [f64::NAN; N];
+        let at = At {
+            constants,
+            known,
+            z: &moved,
+        };
+        system.second_difference(at, &mut e);
         for ((q, d), e) in self.leg.q.iter_mut().zip(&mut self.leg.d).zip(e) {
             *d += e;
             *q += *d;
@@ -100,8 +115,9 @@ impl<const N: usize> Twin<N> {
 
 /// How far the last node of a scene is from the exact one: in units of what rounding does to it in the second formulation; and in
 /// units of what it may do to it here, if that is more: by the bounds of the rows as they are written, and what becomes of such errors along the motion.
-fn distance<S: System<N>, const N: usize>(system: &S, run: &Run<N>) -> Result<[f64; 2], Box<dyn Error>> {
-    let mut flow = Flow::new(system, run.h, Start::nodes(run.q0, run.q1))?;
+fn distance<const N: usize, const M: usize>(run: &Run<N, M>) -> Result<[f64; 2], Box<dyn Error>> {
+    let system = &read(run.text)?;
+    let mut flow = Flow::of(system, run.h, Start::nodes(run.q0, run.q1))?;
     let mut twins: Vec<Twin<N>> = (1..=TWINS)
         .map(|seed| Twin {
             leg: flow.leg(),
@@ -116,7 +132,7 @@ fn distance<S: System<N>, const N: usize>(system: &S, run: &Run<N>) -> Result<[f
             *e -= before;
         }
         for twin in &mut twins {
-            twin.advance(system, run.h, &e)
+            twin.advance::<M>(system, run.h, &e)
                 .ok_or("a step beside the motion has no solution")?;
         }
     }
@@ -137,13 +153,13 @@ type Named = (&'static str, fn() -> Result<[f64; 2], Box<dyn Error>>);
 /// The figures.
 pub fn run(report: &mut Report<'_>) {
     let runs: [Named; 7] = [
-        (RUN0.name, || distance(&Scene0, &RUN0)),
-        (RUN1.name, || distance(&Scene1, &RUN1)),
-        (RUN2.name, || distance(&Scene2, &RUN2)),
-        (RUN3.name, || distance(&Scene3, &RUN3)),
-        (RUN4.name, || distance(&Scene4, &RUN4)),
-        (RUN5.name, || distance(&Scene5, &RUN5)),
-        (RUN6.name, || distance(&Scene6, &RUN6)),
+        (RUN0.name, || distance(&RUN0)),
+        (RUN1.name, || distance(&RUN1)),
+        (RUN2.name, || distance(&RUN2)),
+        (RUN3.name, || distance(&RUN3)),
+        (RUN4.name, || distance(&RUN4)),
+        (RUN5.name, || distance(&RUN5)),
+        (RUN6.name, || distance(&RUN6)),
     ];
     report.measure(
         format!("{} scenes drawn at random, {STEPS} steps: refused, or on another motion than a second formulation", runs.len()),

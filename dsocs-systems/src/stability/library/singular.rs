@@ -2,47 +2,46 @@
 
 use std::error::Error;
 
+use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::{
-    Flow, Regularity, RunError, SeriesFailure, Start, StepFailure, Stepper, System, TaylorFlow, Tolerance,
-    dsocs,
+    AnyFlow, AnyStart, Flow, Kernel, Regularity, Run, RunError, SeriesFailure, Start, StepFailure, Stepper,
+    Tolerance,
 };
 
 use super::roots::{self, Undivided};
-use super::{Bar, Measured, Report, larger};
+use super::{Bar, Measured, Report, larger, read};
 use crate::experiment::pendulum::{Q0, V0};
 use crate::particle::CurvedParticle;
 use crate::pendulum::InertiaWheelPendulum;
 
 /// Constraint and work both bind the sum of the accelerations: rank 1 of 2, exactly.
-#[dsocs {
+const DEPENDENT: &str = "
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     kinematic = ddot(x) + ddot(y) - 1;
     variational = [(1, 1)];
-}]
-struct Dependent;
+";
 
 /// The same with rows that are not linear, whose rank falls where `x = y` alone.
-#[dsocs {
+const DIAGONAL: &str = "
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     kinematic = ddot(x) + ddot(y) + (ddot(x) - ddot(y)) * (x - y);
     variational = [(1, 1)];
-}]
-struct Diagonal;
+";
 
 /// A constraint on the last two nodes: `q0` does not enter, no step leads back.
-#[dsocs {
+const ONWARD: &str = "
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + x.sin() * dot(x);
     discrete_kinematic = (x[2] - x[1]) / h - x[1].cos();
     constraint_forces = [(1,)];
-}]
-struct Onward;
+";
 
 /// A pole on a cart, whose law is singular on its way: the coefficient of the motor's force passes through zero.
-#[dsocs {
+const POLED: &str = "
+    parameters { mc = 1, mp = 0.3, l = 0.5, drag = 0.2, ke = 1.5, kv = 2, kx = 1, kd = 1.2 }
     coordinates(s, theta);
     let kinetic = (mc + mp) * dot(s).powi(2) / 2 + mp * l * dot(s) * dot(theta) * theta.cos() + mp * l.powi(2) * dot(theta).powi(2) / 2;
     let potential = mp * 9.81 * l * (theta.cos() - 1);
@@ -52,54 +51,36 @@ struct Onward;
     kinematic = dot(lyapunov) + kd * dot(s).powi(2);
     constraint_forces = [(1, 0)];
     branch = divide(dot(s));
-}]
-struct Poled {
-    mc: f64,
-    mp: f64,
-    l: f64,
-    drag: f64,
-    ke: f64,
-    kv: f64,
-    kx: f64,
-    kd: f64,
-}
+";
 
 /// A particle that climbs, comes to rest and falls, on a path whose curvature changes at a constant rate.
-#[dsocs {
+const CLIMBER: &str = "
+    parameters { rate = 0.3 }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
     let curvature = (dot(x) * ddot(y) - dot(y) * ddot(x)) / (dot(x).powi(2) + dot(y).powi(2)).powf(1.5);
     kinematic = dot(curvature) - rate;
     constraint_forces = [(-dot(y), dot(x))];
-}]
-struct Climber {
-    rate: f64,
-}
+";
 
 /// A four-bar linkage.
-#[dsocs {
+const LINKAGE: &str = "
+    parameters { bars: [4] = [1, 2, 1, 2] }
     coordinates(a, b, c);
     lagrangian = (dot(a).powi(2) + dot(b).powi(2) + dot(c).powi(2)) / 2 + 0.3 * dot(a) * dot(b) * (a - b).cos();
     holonomic = [
         bars[0] * a.cos() + bars[1] * b.cos() - bars[2] * c.cos() - bars[3],
         bars[0] * a.sin() + bars[1] * b.sin() - bars[2] * c.sin(),
     ];
-}]
-struct Linkage {
-    bars: [f64; 4],
-}
+";
 
 /// How many of some steps lead a run past a place where it ought to end, or ask, for this reason.
-fn passed<S: System<N>, const N: usize>(
-    system: &S,
-    start: Start<N>,
-    until: f64,
-    reasons: &[StepFailure],
-) -> Measured {
+fn passed(text: &str, start: &AnyStart, until: f64, reasons: &[StepFailure]) -> Measured {
+    let system = read(text)?;
     let mut passed = 0.0;
     for k in 1..=60 {
         let h = 1.0 / (20.0 * 1.1_f64.powi(k)).round();
-        let ended = Flow::new(system, h, start)?.to(until);
+        let ended = AnyFlow::new(&system, h, start)?.run_mut().to(until);
         let is_told = ended.is_err_and(|error| {
             error
                 .step_failure()
@@ -112,13 +93,12 @@ fn passed<S: System<N>, const N: usize>(
 
 /// How many tolerances lead a motion past a change point, or to another word for it.
 fn unchanged() -> Measured {
-    let linkage = Linkage {
-        bars: [1.0, 2.0, 1.0, 2.0],
-    };
-    let start = Start::second_order([1.0, 0.0, 1.0], [-1.0, 0.0, -1.0]);
+    let linkage = read(LINKAGE)?;
+    let start = AnyStart::second_order(&[1.0, 0.0, 1.0], &[-1.0, 0.0, -1.0]);
     let mut passed = 0.0;
     for tolerance in [1e-6, 1e-8, 1e-10, 1e-12, 1e-13] {
-        let ended = TaylorFlow::new(&linkage, start, Tolerance::relative(tolerance))?.to(2.0);
+        let mut motion = AnyTaylorFlow::of_tape(&linkage, &start, Tolerance::relative(tolerance))?;
+        let ended = (&mut motion as &mut dyn Run).to(2.0);
         let is_told = matches!(
             ended,
             Err(RunError::Series(error)) if matches!(error.details().cause, SeriesFailure::Dependent { .. })
@@ -129,12 +109,13 @@ fn unchanged() -> Measured {
 }
 
 /// The smallest singular values along a run.
-fn along<S: System<2>>(system: &S, h: f64, start: Start<2>, steps: u32) -> Result<[f64; 2], Box<dyn Error>> {
-    let mut flow = Flow::new(system, h, start)?;
+fn along(system: &dyn Kernel, h: f64, start: &AnyStart, steps: u32) -> Result<[f64; 2], Box<dyn Error>> {
+    let mut flow = AnyFlow::new(system, h, start)?;
+    let run = flow.run_mut();
     let mut smallest = [f64::INFINITY; 2];
     for _ in 0..steps {
-        flow.advance()?;
-        if let Some(at) = flow.regularity() {
+        run.advance()?;
+        if let Some(at) = run.regularity() {
             for (smallest, value) in smallest.iter_mut().zip([at.forward, at.backward]) {
                 *smallest = -larger(-*smallest, -value);
             }
@@ -144,8 +125,8 @@ fn along<S: System<2>>(system: &S, h: f64, start: Start<2>, steps: u32) -> Resul
 }
 
 /// Whether a first step is refused for a reason, 1 if not.
-fn refused<S: System<N>, const N: usize>(system: &S, start: Start<N>, reason: StepFailure) -> Measured {
-    let failure = Flow::new(system, 0.1, start)?.advance();
+fn refused(system: &dyn Kernel, start: &AnyStart, reason: StepFailure) -> Measured {
+    let failure = AnyFlow::new(system, 0.1, start)?.run_mut().advance();
     Ok(match failure {
         Err(error) if error.step_failure() == Some(reason) => 0.0,
         _ => 1.0,
@@ -155,7 +136,7 @@ fn refused<S: System<N>, const N: usize>(system: &S, start: Start<N>, reason: St
 /// The figures.
 pub fn run(report: &mut Report<'_>) {
     let pendulum = InertiaWheelPendulum::default();
-    let circle = Start::second_order([0.0; 2], [1.0; 2]);
+    let circle = AnyStart::second_order(&[0.0; 2], &[1.0; 2]);
     report.measure_all(
         [
             (
@@ -164,7 +145,7 @@ pub fn run(report: &mut Report<'_>) {
             ),
             ("the same: of D₁".to_owned(), Bar::AtLeast(1e-2)),
         ],
-        || along(&CurvedParticle::default(), 0.1, circle, 1000),
+        || along(&CurvedParticle::default(), 0.1, &circle, 1000),
     );
     report.measure_all(
         [
@@ -174,7 +155,7 @@ pub fn run(report: &mut Report<'_>) {
             ),
             ("the same: of D₁".to_owned(), Bar::AtLeast(1e-9)),
         ],
-        || along(&pendulum, 0.1, Start::second_order(Q0, V0), 20_000),
+        || along(&pendulum, 0.1, &AnyStart::second_order(&Q0, &V0), 20_000),
     );
     report.measure(
         "pendulum without `branch` at the hardest step: D₃'s smallest singular value, in that with `branch`",
@@ -205,26 +186,27 @@ pub fn run(report: &mut Report<'_>) {
         "rank n−1 exactly, everywhere: steps not refused as singular, or granted a flow",
         Bar::AtMost(0.0),
         || {
-            let start = Start::nodes([0.0; 2], [0.1, 0.2]);
-            let leg = Flow::new(&Dependent, 0.1, start)?.leg();
-            let at = Regularity::of(&Dependent, 0.1, leg.any(), &[0.0; 2]);
+            let dependent = read(DEPENDENT)?;
+            let start = AnyStart::nodes(&[0.0; 2], &[0.1, 0.2]);
+            let flow = AnyFlow::new(&dependent, 0.1, &start)?;
+            let at = Regularity::of(&dependent, 0.1, flow.leg(), &[0.0; 2]);
             let granted = f64::from(u8::from(at.grants_forward() || at.grants_backward()));
-            Ok(granted + refused(&Dependent, start, StepFailure::Singular)?)
+            Ok(granted + refused(&dependent, &start, StepFailure::Singular)?)
         },
     );
     report.measure(
         "rank n−1 exactly, on a line: steps there not refused or granted, steps beside it refused or not granted",
         Bar::AtMost(0.0),
         || {
+            let diagonal = read(DIAGONAL)?;
             let mut wrong = 0.0;
             for (start, regular) in [
-                (Start::nodes([0.0, 0.1], [0.2, 0.2]), false),
-                (Start::nodes([0.0, 0.1], [0.2, 0.3]), true),
+                (AnyStart::nodes(&[0.0, 0.1], &[0.2, 0.2]), false),
+                (AnyStart::nodes(&[0.0, 0.1], &[0.2, 0.3]), true),
             ] {
-                let mut flow = Flow::new(&Diagonal, 0.1, start)?;
-                let leg = flow.leg();
-                let at = Regularity::of(&Diagonal, 0.1, leg.any(), &[0.0; 2]);
-                if at.grants_forward() != regular || flow.advance().is_ok() != regular {
+                let mut flow = AnyFlow::new(&diagonal, 0.1, &start)?;
+                let at = Regularity::of(&diagonal, 0.1, flow.leg(), &[0.0; 2]);
+                if at.grants_forward() != regular || flow.run_mut().advance().is_ok() != regular {
                     wrong += 1.0;
                 }
             }
@@ -235,7 +217,8 @@ pub fn run(report: &mut Report<'_>) {
         "a constraint on q1 and q2 alone: a backward flow granted, or a forward flow not",
         Bar::AtMost(0.0),
         || {
-            let mut flow = Flow::new(&Onward, 0.1, Start::nodes([0.0], [0.1]))?;
+            let onward = read(ONWARD)?;
+            let mut flow = Flow::of(&onward, 0.1, Start::nodes([0.0], [0.1]))?;
             flow.advance()?;
             let at = flow.regularity().unwrap_or(Regularity::UNKNOWN);
             Ok(f64::from(u8::from(at.grants_backward() || !at.grants_forward())))
@@ -250,32 +233,23 @@ fn not_passed(report: &mut Report<'_>) {
         "a cart-pole whose law becomes singular, 60 steps: runs that go on behind it",
         Bar::AtMost(0.0),
         || {
-            let pole = Poled {
-                mc: 1.0,
-                mp: 0.3,
-                l: 0.5,
-                drag: 0.2,
-                ke: 1.5,
-                kv: 2.0,
-                kx: 1.0,
-                kd: 1.2,
-            };
             let reasons = [
                 StepFailure::PassesSingularity,
                 StepFailure::NoSolution,
                 StepFailure::NotConverged,
             ];
-            passed(&pole, Start::second_order([0.2, 2.5], [0.0, 0.3]), 4.0, &reasons)
+            let start = AnyStart::second_order(&[0.2, 2.5], &[0.0, 0.3]);
+            passed(POLED, &start, 4.0, &reasons)
         },
     );
     report.measure(
         "a row of third order through rest, 60 steps: runs that go on without a word",
         Bar::AtMost(0.0),
         || {
-            let start = Start::third_order([0.0; 2], [0.6, 0.8], [-1.36, 0.02]);
+            let start = AnyStart::third_order(&[0.0; 2], &[0.6, 0.8], &[-1.36, 0.02]);
             // a leg that ends at rest to rounding has no next one at all
             let reasons = [StepFailure::PassesRest, StepFailure::NotConverged];
-            passed(&Climber { rate: 0.3 }, start, 2.0, &reasons)
+            passed(CLIMBER, &start, 2.0, &reasons)
         },
     );
     report.measure(

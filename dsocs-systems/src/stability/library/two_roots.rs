@@ -7,10 +7,10 @@
 
 use std::error::Error;
 
-use dsocs_core::{Flow, Leg, RunError, Start, StepFailure, Stepper, System, dsocs};
+use dsocs_core::{Flow, Kernel, Leg, RunError, Start, StepFailure, Stepper, dsocs};
 
 use super::garbage::Random;
-use super::{Bar, Report, distance};
+use super::{Bar, Report, distance, read, with};
 use crate::particle::{Curvature, CurvedParticle, Wavy};
 
 /// The lengths of the steps, in s.
@@ -24,12 +24,15 @@ const UNTIL: f64 = 20.0;
 const APART: f64 = 1e-6;
 
 /// Two oscillators with springs of their own, one of which is meant. Their accelerations cross wherever the springs pull alike.
-#[dsocs {
+const SPRINGS: &str = "
+    parameters { k: [2] = [0; 2], s: [2] = [0; 2], w: [2] = [0; 2], f: [2] = [0; 2] }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = (ddot(x) + k[0] * x + s[0] * (w[0] * x).sin() + f[0]) * (ddot(x) + k[1] * x + s[1] * (w[1] * x).sin() + f[1]);
     constraint_forces = [(1,)];
-}]
+";
+
+/// The values of their parameters.
 struct Springs {
     k: [f64; 2],
     s: [f64; 2],
@@ -45,16 +48,13 @@ impl Springs {
 }
 
 /// An oscillator, or a uniform motion.
-#[dsocs {
+const EITHER: &str = "
+    parameters { drift = 0, stiffness = 0 }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = (dot(x) - drift) * (ddot(x) + stiffness * x);
     constraint_forces = [(1,)];
-}]
-struct Either {
-    drift: f64,
-    stiffness: f64,
-}
+";
 
 /// A particle whose path has a curvature of which only the square is said. Where it passes through zero both signs are solutions.
 #[dsocs {
@@ -75,13 +75,13 @@ type Pair<const N: usize> = [[f64; N]; 2];
 type Solve<'a, const N: usize> = &'a dyn Fn(&Leg<f64, N>) -> Result<Pair<N>, Box<dyn Error>>;
 
 /// How often a run is refused, and whether it has gone over to the wrong root without a word (which ends it).
-fn run<S: System<N>, const N: usize>(
-    system: &S,
+fn run<const N: usize>(
+    system: &dyn Kernel,
     h: f64,
     first: ([f64; N], [f64; N]),
     pair: Solve<'_, N>,
 ) -> Result<[f64; 2], Box<dyn Error>> {
-    let mut flow = Flow::new(system, h, Start::nodes(first.0, first.1))?;
+    let mut flow = Flow::of(system, h, Start::nodes(first.0, first.1))?;
     let (mut refused, mut swapped, mut begun) = (0.0, false, false);
     while flow.time() < UNTIL {
         let leg = flow.leg();
@@ -130,7 +130,9 @@ fn springs(random: &mut Random, h: f64) -> Result<[f64; 2], Box<dyn Error>> {
     };
     let (x, v) = (number(-2.0, 2.0), number(-2.0, 2.0));
     let second = x + h * v + h * h / 2.0 * springs.acceleration(0, x);
-    run(&springs, h, ([x], [second]), &|leg| {
+    let [k, s, w, f] = [springs.k, springs.s, springs.w, springs.f];
+    let system = with(&read(SPRINGS)?, &[k, s, w, f].concat());
+    run(&system, h, ([x], [second]), &|leg| {
         Ok([0, 1].map(|which| [h * h * springs.acceleration(which, leg.q[0])]))
     })
 }
@@ -138,21 +140,15 @@ fn springs(random: &mut Random, h: f64) -> Result<[f64; 2], Box<dyn Error>> {
 /// One of the second: either of the two may be meant.
 fn either(random: &mut Random, h: f64) -> Result<[f64; 2], Box<dyn Error>> {
     let mut number = |least: f64, most: f64| least + (most - least) * random.unit();
-    let system = Either {
-        drift: number(-1.0, 1.0),
-        stiffness: number(0.2, 4.0),
-    };
+    let (drift, stiffness) = (number(-1.0, 1.0), number(0.2, 4.0));
     let x = number(-2.0, 2.0);
     let oscillates = number(0.0, 1.0) < 0.75;
-    let v = if oscillates {
-        number(-2.0, 2.0)
-    } else {
-        system.drift
-    };
-    let a = if oscillates { -system.stiffness * x } else { 0.0 };
+    let v = if oscillates { number(-2.0, 2.0) } else { drift };
+    let a = if oscillates { -stiffness * x } else { 0.0 };
+    let system = with(&read(EITHER)?, &[drift, stiffness]);
     run(&system, h, ([x], [x + h * v + h * h / 2.0 * a]), &|leg| {
-        let swing = [-h * h * system.stiffness * leg.q[0]];
-        let drift = [2.0 * (h * system.drift - leg.d[0])];
+        let swing = [-h * h * stiffness * leg.q[0]];
+        let drift = [2.0 * (h * drift - leg.d[0])];
         Ok(if oscillates {
             [swing, drift]
         } else {

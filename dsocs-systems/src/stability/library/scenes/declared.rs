@@ -3,12 +3,12 @@
 
 #![allow(clippy::all, clippy::pedantic)] // as the generator writes
 
-use dsocs_core::dsocs;
-
 use super::Run;
 
 /// a rod and a spring.
-#[dsocs {
+pub const RUN0: Run<4, 1> = Run {
+    name: "a rod and a spring",
+    text: "
 coordinates(q0, q1, q2, q3);
 let x0 = q0;
 let y0 = q2;
@@ -19,12 +19,7 @@ let potential = 0.18635201962218756 * 9.81 * y0 + 0.18635201962218756 * 9.81 * y
 lagrangian = kinetic - potential;
 holonomic = [((x0).powi(2) + (y0).powi(2) - 0.21184460452857595 * 0.21184460452857595) / 2];
 phi_lagrangian = paper;
-}]
-pub struct Scene0;
-
-/// Its run.
-pub const RUN0: Run<4> = Run {
-    name: "a rod and a spring",
+",
     h: 0.00044222415201006725,
     q0: [0.18145595374798063, -6.7461655791462585, 0.10932462356340159, 11.926421178511943],
     q1: [0.1814774392086973, -6.7461786656961875, 0.10928895427316668, 11.926494444149622],
@@ -33,7 +28,9 @@ pub const RUN0: Run<4> = Run {
 };
 
 /// two rods.
-#[dsocs {
+pub const RUN1: Run<6, 2> = Run {
+    name: "two rods",
+    text: "
 coordinates(q0, q1, q2, q3, q4, q5);
 let x0 = q0;
 let y0 = q3;
@@ -46,12 +43,7 @@ let potential = 0.8783195471357577 * 9.81 * y0 + 1.3828532392182729 * 9.81 * y1 
 lagrangian = kinetic - potential;
 holonomic = [(((x1 - x0)).powi(2) + ((y1 - y0)).powi(2) - 94.52575121056032 * 94.52575121056032) / 2, (((x2 - x1)).powi(2) + ((y2 - y1)).powi(2) - 3.699905568209914 * 3.699905568209914) / 2];
 phi_lagrangian = trapezoid;
-}]
-pub struct Scene1;
-
-/// Its run.
-pub const RUN1: Run<6> = Run {
-    name: "two rods",
+",
     h: 0.003088870367580546,
     q0: [0.034716406356342745, 61.589437917037905, 62.13116277473826, -0.034716406356342745, 71.70184262502725, 68.04181046776138],
     q1: [0.0029391956106721304, 61.657223422539595, 62.06282656773213, -0.0015899244889190681, 71.6494175937994, 67.97181140195657],
@@ -60,7 +52,9 @@ pub const RUN1: Run<6> = Run {
 };
 
 /// a train.
-#[dsocs {
+pub const RUN2: Run<5, 5> = Run {
+    name: "a train",
+    text: "
 coordinates(q0, q1, q2, q3, q4);
 let x0 = q0;
 let y0 = q1;
@@ -71,12 +65,7 @@ let potential = 0.02377089311935759 * 0.0 * y0 + 0.01130531509094913 * 0.0 * y1 
 lagrangian = kinetic - potential;
 nonholonomic = [q2.cos() * dot(x0) + q2.sin() * dot(y0), q2.sin() * dot(x0) - q2.cos() * dot(y0) - 0.06961170455608505 * dot(q4), q3.cos() * dot(x1) + q3.sin() * dot(y1)];
 phi_lagrangian = midpoint;
-}]
-pub struct Scene2;
-
-/// Its run.
-pub const RUN2: Run<5> = Run {
-    name: "a train",
+",
     h: 0.002406147639949971,
     q0: [1.3538165715300403, -0.49207456383915193, -1.0832809853902248, -1.303904816657131, -0.9921141381637288],
     q1: [1.3538849439782024, -0.4920383067821906, -1.0831456056731805, -1.3038296175801785, -0.9932258907607129],
@@ -85,7 +74,9 @@ pub const RUN2: Run<5> = Run {
 };
 
 /// a servo in a tree.
-#[dsocs {
+pub const RUN3: Run<3, 2> = Run {
+    name: "a servo in a tree",
+    text: "
 coordinates(q0, q1, q2);
 let x0 = 0.0 + 4.08098880006281 * q0.sin();
 let y0 = 0.0 - 4.08098880006281 * q0.cos();
@@ -100,12 +91,7 @@ let angle = (q1 - q0);
 kinematic = ddot(angle) + 2 * 0.9077296343488843 * 0.19860342391137012 * dot(angle) + 0.19860342391137012 * 0.19860342391137012 * (angle - -0.14088862321589346);
 constraint_forces = [(-1, 1, 0,)];
 phi_lagrangian = midpoint;
-}]
-pub struct Scene3;
-
-/// Its run.
-pub const RUN3: Run<3> = Run {
-    name: "a servo in a tree",
+",
     h: 0.008643660284258078,
     q0: [0.07729234168623403, -0.036862045656784234, 0.04697131508741498],
     q1: [0.07887364369719364, -0.039406221074152946, 0.05238037481549957],
@@ -114,7 +100,9 @@ pub const RUN3: Run<3> = Run {
 };
 
 /// a brake in a tree.
-#[dsocs {
+pub const RUN4: Run<3, 3> = Run {
+    name: "a brake in a tree",
+    text: "
 coordinates(q0, q1, q2);
 let x0 = 0.0 + 4.598437407004712 * q0.sin();
 let y0 = 0.0 - 4.598437407004712 * q0.cos();
@@ -129,12 +117,7 @@ let angle = (q1 - q0);
 kinematic = dot(kinetic + potential) + 1734.438798848549 * dot(angle).powi(2);
 constraint_forces = [(-1, 1, 0,)];
 phi_lagrangian = midpoint;
-}]
-pub struct Scene4;
-
-/// Its run.
-pub const RUN4: Run<3> = Run {
-    name: "a brake in a tree",
+",
     h: 0.00018537164264437284,
     q0: [0.09825091702463493, 0.09825091702463493, 0.09825091702463493],
     q1: [0.09765709092856863, 0.09758753582763648, 0.09806856062761471],
@@ -143,7 +126,9 @@ pub const RUN4: Run<3> = Run {
 };
 
 /// a tree of three.
-#[dsocs {
+pub const RUN5: Run<3, 3> = Run {
+    name: "a tree of three",
+    text: "
 coordinates(q0, q1, q2);
 let x0 = 0.0 + 0.03622697360766641 * q0.sin();
 let y0 = 0.0 - 0.03622697360766641 * q0.cos();
@@ -155,12 +140,7 @@ let kinetic = 0.4708989709959785 / 2 * (dot(x0).powi(2) + dot(y0).powi(2)) + 0.0
 let potential = 0.4708989709959785 * 0.0 * y0 + 0.02487850728239359 * 0.0 * y1 + 0.015169702277739332 * 0.0 * y2 + 8.792954432008187 / 2 * (q0 - 0.8965579834192763).powi(2) + 0.03538736804875996 / 2 * ((q1 - q0) - -0.2009530845595373).powi(2);
 lagrangian = kinetic - potential;
 phi_lagrangian = midpoint;
-}]
-pub struct Scene5;
-
-/// Its run.
-pub const RUN5: Run<3> = Run {
-    name: "a tree of three",
+",
     h: 0.0026824127711981027,
     q0: [-0.27847154640638294, 1.919348288754609, 0.5375333886347313],
     q1: [-0.2775202882900046, 1.9194798714898564, 0.5376026582858605],
@@ -169,7 +149,9 @@ pub const RUN5: Run<3> = Run {
 };
 
 /// a tree of four.
-#[dsocs {
+pub const RUN6: Run<4, 3> = Run {
+    name: "a tree of four",
+    text: "
 coordinates(q0, q1, q2, q3);
 let x0 = 0.0 + 0.2544284292526913 * q0.sin();
 let y0 = 0.0 - 0.2544284292526913 * q0.cos();
@@ -183,12 +165,7 @@ let kinetic = 0.03440458398430274 / 2 * (dot(x0).powi(2) + dot(y0).powi(2)) + 0.
 let potential = 0.03440458398430274 * 0.0 * y0 + 0.1299672819536919 * 0.0 * y1 + 0.03771018322624478 * 0.0 * y2 + 2.803752744067407 * 0.0 * y3 + 5.330391116498319 / 2 * ((q1 - q0) - 0.8850232683028225).powi(2) + 2.567502090572664 / 2 * ((q3 - q2) - 0.7880737168860839).powi(2);
 lagrangian = kinetic - potential;
 phi_lagrangian = midpoint;
-}]
-pub struct Scene6;
-
-/// Its run.
-pub const RUN6: Run<4> = Run {
-    name: "a tree of four",
+",
     h: 0.0003834356919473688,
     q0: [-0.04845124114306936, 0.06750268581086677, 0.08161817567272284, -0.07753871749864956],
     q1: [-0.04896601194422388, 0.0681724699574473, 0.08092359308799264, -0.07781797170001888],
