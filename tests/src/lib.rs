@@ -9,3 +9,4 @@ pub mod independent;
 mod readme;
 pub mod scenes;
 pub mod tape;
+pub mod text;

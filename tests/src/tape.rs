@@ -1,7 +1,7 @@
 //! Whether the tape of a declaration computes what its straight-line code does, to the last bit.
 
-use dsocs_core::__private::{Declaration, Report};
-use dsocs_core::{Leg, System};
+use dsocs_core::__private::{AnyLeg, At, Course, Declaration, Report};
+use dsocs_core::{Kernel, Leg, NodeMut, NodeScalars, System};
 
 /// Compares all methods of a step at a leg, with the unknowns that belong to a second difference and to multipliers.
 ///
@@ -70,4 +70,102 @@ fn same(name: &str, code: &[f64], tape: &[f64]) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// Random numbers between -1 and 1.
+struct Random(u64);
+
+impl Random {
+    fn number(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn numbers(&mut self, count: usize, size: f64) -> Vec<f64> {
+        (0..count).map(|_| size * self.number()).collect()
+    }
+}
+
+/// All that a kernel gives in one step.
+fn step(kernel: &dyn Kernel, seed: u64) -> Vec<(&'static str, Vec<f64>)> {
+    let shape = kernel.shape();
+    let (n, m) = (shape.dimension(), shape.unknowns);
+    let mut random = Random(seed);
+    let h = [0.1, 0.01, 1e-3][usize::try_from(seed % 3).unwrap()];
+    let parameters: Vec<f64> = (0..shape.parameters.len())
+        .map(|place| kernel.value(place) * (1.0 + 0.5 * random.number()))
+        .collect();
+    let mut constants = vec![f64::NAN; shape.constants];
+    kernel.constants(&parameters, h, &mut constants);
+    kernel.remember(&mut constants, &random.numbers(n, h * h));
+    let mut past = vec![f64::NAN; n];
+    kernel.past(&constants, &mut past);
+    let leg = AnyLeg {
+        t: 5.0 * random.number(),
+        q: &random.numbers(n, 2.0),
+        d: &random.numbers(n, h),
+    };
+    let mut known = vec![f64::NAN; shape.known];
+    kernel.known(&constants, leg, &mut known);
+    let e = random.numbers(n, h * h);
+    let multipliers = random.numbers(shape.forms, 1.0);
+    let mut z = vec![f64::NAN; m];
+    kernel.unknown(&e, &multipliers, &mut z);
+    let at = At {
+        constants: &constants,
+        known: &known,
+        z: &z,
+    };
+    let (mut rows, mut jacobian) = (vec![f64::NAN; m], vec![f64::NAN; m * m]);
+    kernel.linearize(at, &mut rows, &mut jacobian);
+    let (mut sparse_rows, mut entries) = (vec![f64::NAN; m], vec![f64::NAN; m * m]);
+    kernel.entries(at, &mut sparse_rows, &mut entries);
+    let mut scales = vec![f64::NAN; m];
+    kernel.scales(at, &mut scales);
+    let mut difference = vec![f64::NAN; n];
+    kernel.second_difference(at, &mut difference);
+    let (mut vectors, mut scalars) = (vec![f64::NAN; 4 * n], NodeScalars::UNKNOWN);
+    let node = NodeMut {
+        vectors: &mut vectors,
+        scalars: &mut scalars,
+    };
+    let course = Course::of_step(shape, (h, &constants), leg, [&e, &past]);
+    kernel.report(&course, node);
+    vec![
+        ("constants", constants),
+        ("past", past),
+        ("known", known),
+        ("unknowns", z),
+        ("rows", rows),
+        ("jacobian", jacobian),
+        ("rows beside entries", sparse_rows),
+        ("entries", entries),
+        ("scales", scales),
+        ("second difference", difference),
+        ("point and force", vectors),
+        ("energy", vec![scalars.energy]),
+    ]
+}
+
+/// Compares the steps of two kernels of one declaration at random points. Returns how many of the numbers are finite, and how many there are.
+///
+/// # Panics
+///
+/// If a number differs.
+pub fn same_everywhere(one: &dyn Kernel, other: &dyn Kernel, points: u64) -> [usize; 2] {
+    let mut counts = [0, 0];
+    for seed in 0..points {
+        let steps = [one, other].map(|kernel| step(kernel, 977 * seed + 1));
+        for ((what, one_has), (_, other_has)) in steps[0].iter().zip(&steps[1]) {
+            if let Err(error) = same(what, one_has, other_has) {
+                panic!("{}: {error}", one.shape().name);
+            }
+            counts[0] += one_has.iter().filter(|x| x.is_finite()).count();
+            counts[1] += one_has.len();
+        }
+    }
+    counts
 }

@@ -1,16 +1,16 @@
 //! A declaration that no compiler has seen is the same system: its tape, walked, gives the same bits as the code that the attribute writes.
 
-use dsocs_core::__private::{AnyLeg, At, Course, Tape, TapeError, TapeKernel};
+use dsocs_core::__private::{Tape, TapeError, TapeKernel};
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::Text;
 use dsocs_core::{
     AnyFlow, AnyStart, Kernel, OwnedNode, Run, Samples, SetupError, Start, Stepper, Stop, System, TaylorFlow,
     Tolerance, dsocs,
 };
-use dsocs_core::{NodeMut, NodeScalars};
 use dsocs_systems::Entry;
 use dsocs_systems::check::{Begin, Expected, Settings, check, check_tape};
 use dsocs_systems::systems::*;
+use dsocs_tests::tape::same_everywhere;
 
 /// The system of a compiled one's tape and shape, which are copied as if they had been read from a file.
 fn of_tape(kernel: &dyn Kernel) -> Result<TapeKernel, TapeError> {
@@ -24,101 +24,10 @@ fn of_tape(kernel: &dyn Kernel) -> Result<TapeKernel, TapeError> {
     }
 }
 
-/// Random numbers between -1 and 1.
-struct Random(u64);
-
-impl Random {
-    fn number(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    fn numbers(&mut self, count: usize, size: f64) -> Vec<f64> {
-        (0..count).map(|_| size * self.number()).collect()
-    }
-}
-
-/// All that a kernel gives in one step.
-fn step(kernel: &dyn Kernel, seed: u64) -> Vec<(&'static str, Vec<f64>)> {
-    let shape = kernel.shape();
-    let (n, m) = (shape.dimension(), shape.unknowns);
-    let mut random = Random(seed);
-    let h = [0.1, 0.01, 1e-3][usize::try_from(seed % 3).unwrap()];
-    let parameters: Vec<f64> = (0..shape.parameters.len())
-        .map(|place| kernel.value(place) * (1.0 + 0.5 * random.number()))
-        .collect();
-    let mut constants = vec![f64::NAN; shape.constants];
-    kernel.constants(&parameters, h, &mut constants);
-    kernel.remember(&mut constants, &random.numbers(n, h * h));
-    let mut past = vec![f64::NAN; n];
-    kernel.past(&constants, &mut past);
-    let leg = AnyLeg {
-        t: 5.0 * random.number(),
-        q: &random.numbers(n, 2.0),
-        d: &random.numbers(n, h),
-    };
-    let mut known = vec![f64::NAN; shape.known];
-    kernel.known(&constants, leg, &mut known);
-    let e = random.numbers(n, h * h);
-    let multipliers = random.numbers(shape.forms, 1.0);
-    let mut z = vec![f64::NAN; m];
-    kernel.unknown(&e, &multipliers, &mut z);
-    let at = At {
-        constants: &constants,
-        known: &known,
-        z: &z,
-    };
-    let (mut rows, mut jacobian) = (vec![f64::NAN; m], vec![f64::NAN; m * m]);
-    kernel.linearize(at, &mut rows, &mut jacobian);
-    let (mut sparse_rows, mut entries) = (vec![f64::NAN; m], vec![f64::NAN; m * m]);
-    kernel.entries(at, &mut sparse_rows, &mut entries);
-    let mut scales = vec![f64::NAN; m];
-    kernel.scales(at, &mut scales);
-    let mut difference = vec![f64::NAN; n];
-    kernel.second_difference(at, &mut difference);
-    let (mut vectors, mut scalars) = (vec![f64::NAN; 4 * n], NodeScalars::UNKNOWN);
-    let node = NodeMut {
-        vectors: &mut vectors,
-        scalars: &mut scalars,
-    };
-    let course = Course::of_step(shape, (h, &constants), leg, [&e, &past]);
-    kernel.report(&course, node);
-    vec![
-        ("constants", constants),
-        ("past", past),
-        ("known", known),
-        ("unknowns", z),
-        ("rows", rows),
-        ("jacobian", jacobian),
-        ("rows beside entries", sparse_rows),
-        ("entries", entries),
-        ("scales", scales),
-        ("second difference", difference),
-        ("point and force", vectors),
-        ("energy", vec![scalars.energy]),
-    ]
-}
-
 /// Compares a compiled system with its tape, at many points. Returns how many of the numbers are finite, and how many there are.
 fn same_bits<S: System<N>, const N: usize>(system: &S) -> [usize; 2] {
     let compiled = system.kernel();
-    let of_tape = of_tape(compiled).unwrap();
-    let mut counts = [0, 0];
-    for seed in 0..200 {
-        let steps = [compiled, &of_tape].map(|kernel| step(kernel, 977 * seed + 1));
-        for ((what, one), (_, other)) in steps[0].iter().zip(&steps[1]) {
-            for (place, (one, other)) in one.iter().zip(other).enumerate() {
-                let same = one.to_bits() == other.to_bits() || one.is_nan() && other.is_nan();
-                assert!(same, "{}: {what} {place}: {one:e} and {other:e}", S::NAME);
-                counts[0] += usize::from(one.is_finite());
-                counts[1] += 1;
-            }
-        }
-    }
-    counts
+    same_everywhere(compiled, &of_tape(compiled).unwrap(), 200)
 }
 
 /// Hands the systems without functions to a macro.

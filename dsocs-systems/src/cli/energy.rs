@@ -174,22 +174,27 @@ impl Energy {
 mod tests {
     use std::ops::ControlFlow;
 
-    use dsocs_core::{System, dsocs};
+    use dsocs_core::text::Text;
 
     use super::*;
     use crate::entry::{Beginning, Entry, Plan};
 
+    /// A system that is read, with values of its parameters.
+    fn entry(text: &str, values: &[(&str, f64)]) -> Entry {
+        let mut entry = Entry::of_text("system", &Text::parse("system", text).unwrap(), None);
+        for (name, value) in values {
+            entry.set(name, *value).unwrap();
+        }
+        entry
+    }
+
     /// A mass on a spring that a force drives.
-    #[dsocs {
+    const DRIVEN: &str = "
+        parameters { stiffness = 0, pull = 0 }
         coordinates(x);
         lagrangian = dot(x).powi(2) / 2 - stiffness / 2 * x.powi(2);
         external_forces = (3 * t).sin() + pull;
-    }]
-    #[derive(Clone)]
-    struct Driven {
-        stiffness: f64,
-        pull: f64,
-    }
+    ";
 
     /// What is said of a run from a position, at rest.
     fn note(entry: &Entry, q0: &[f64], h: f64, until: f64) -> Option<String> {
@@ -216,7 +221,7 @@ mod tests {
 
     #[test]
     fn steps_that_are_too_long_are_told_also_where_the_energy_begins_with_zero() {
-        let driven = |stiffness, pull| Entry::new(Driven { stiffness, pull });
+        let driven = |stiffness, pull| entry(DRIVEN, &[("stiffness", stiffness), ("pull", pull)]);
         for (x0, words) in [
             (1.0, "from 50.000 at the start"),
             (0.0, "from 0 at the start, and"),
@@ -235,7 +240,7 @@ mod tests {
 
     #[test]
     fn an_energy_that_is_nearly_zero_at_the_start_is_no_scale() {
-        let driven = |stiffness, pull| Entry::new(Driven { stiffness, pull });
+        let driven = |stiffness, pull| entry(DRIVEN, &[("stiffness", stiffness), ("pull", pull)]);
         for x0 in [1e-9, 1e-6] {
             assert_eq!(note(&driven(9.0, 0.0), &[x0], 0.01, 20.0), None);
             assert_eq!(note(&driven(0.0, 1.0), &[x0], 0.01, 20.0), None);
@@ -244,51 +249,35 @@ mod tests {
     }
 
     /// A bead on a wire that is bent at the origin.
-    #[dsocs {
+    const BENT: &str = "
+        parameters { slope = 0, gravity = 0 }
         coordinates(x, y);
         lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
         holonomic = y - slope * x.abs();
-    }]
-    #[derive(Clone)]
-    struct Bent {
-        slope: f64,
-        gravity: f64,
-    }
+    ";
 
     /// The same wire, rounded there.
-    #[dsocs {
+    const ROUNDED: &str = "
+        parameters { slope = 0, radius = 0, gravity = 0 }
         coordinates(x, y);
         lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
         holonomic = y - slope * (x.powi(2) + radius.powi(2)).sqrt();
-    }]
-    #[derive(Clone)]
-    struct Rounded {
-        slope: f64,
-        radius: f64,
-        gravity: f64,
-    }
+    ";
 
     /// A blade whose direction jumps at the line x = 0.
-    #[dsocs {
+    const BLADE: &str = "
+        parameters { slope = 0 }
         coordinates(x, y);
         lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
         nonholonomic = dot(y) - slope * x.signum() * dot(x);
-    }]
-    #[derive(Clone)]
-    struct Blade {
-        slope: f64,
-    }
+    ";
 
     /// A mass and a potential that jump there.
-    #[dsocs {
+    const PIECES: &str = "
+        parameters { mass = 0, potential = 0 }
         coordinates(x);
         lagrangian = (1 + mass * x.signum()) * dot(x).powi(2) / 2 - potential * x.signum();
-    }]
-    #[derive(Clone)]
-    struct Pieces {
-        mass: f64,
-        potential: f64,
-    }
+    ";
 
     #[test]
     fn the_median_is_that_of_five() {
@@ -302,11 +291,7 @@ mod tests {
     }
 
     /// What is said of a run to t = 4.
-    fn said<S: System<N> + Clone + Send + 'static, const N: usize>(
-        system: S,
-        h: f64,
-        [q0, v0]: [[f64; N]; 2],
-    ) -> Option<String> {
+    fn said<const N: usize>(entry: &Entry, h: f64, [q0, v0]: [[f64; N]; 2]) -> Option<String> {
         let plan = Plan {
             h,
             until: 4.0 * h.signum(),
@@ -320,7 +305,7 @@ mod tests {
             v0: v0.to_vec(),
         };
         let mut energy = Energy::default();
-        Entry::new(system)
+        entry
             .run(&plan, &start, &mut |row| {
                 energy.look(row);
                 ControlFlow::Continue(())
@@ -331,28 +316,19 @@ mod tests {
 
     #[test]
     fn a_step_across_a_jump_is_told() {
-        let bent = Bent {
-            slope: 0.5,
-            gravity: 0.0,
-        };
-        let blade = Blade { slope: 0.5 };
-        let mass = Pieces {
-            mass: 0.5,
-            potential: 0.0,
-        };
-        let potential = Pieces {
-            mass: 0.0,
-            potential: 0.2,
-        };
+        let bent = entry(BENT, &[("slope", 0.5), ("gravity", 0.0)]);
+        let blade = entry(BLADE, &[("slope", 0.5)]);
+        let mass = entry(PIECES, &[("mass", 0.5), ("potential", 0.0)]);
+        let potential = entry(PIECES, &[("mass", 0.0), ("potential", 0.2)]);
         for h in [0.02, 0.003, 1e-4] {
             let along = [[-1.01], [1.0]];
             let notes = [
-                said(bent.clone(), h, [[1.0, 0.5], [-1.0, -0.5]]),
-                said(blade.clone(), h, [[-1.01, 0.0], [1.0, -0.5]]),
-                said(mass.clone(), h, along),
-                said(potential.clone(), h, along),
+                said(&bent, h, [[1.0, 0.5], [-1.0, -0.5]]),
+                said(&blade, h, [[-1.01, 0.0], [1.0, -0.5]]),
+                said(&mass, h, along),
+                said(&potential, h, along),
                 // back in time
-                said(potential.clone(), -h, [[1.01], [1.0]]),
+                said(&potential, -h, [[1.01], [1.0]]),
             ];
             for (place, note) in notes.into_iter().enumerate() {
                 let note = note.unwrap_or_else(|| panic!("h = {h}: nothing is said of run {place}"));
@@ -365,43 +341,33 @@ mod tests {
     }
 
     /// A turntable of one rate: the constraint's force works all the time.
-    #[dsocs {
+    const TURNTABLE: &str = "
+        parameters { rate = 0 }
         coordinates(x, w);
         lagrangian = (dot(x).powi(2) + dot(w).powi(2) * (1 + x.powi(2)) - 3 * x.powi(2)) / 2;
         nonholonomic = dot(w) - rate;
-    }]
-    #[derive(Clone)]
-    struct Turntable {
-        rate: f64,
-    }
+    ";
 
     #[test]
     fn nothing_is_said_of_a_motion_that_goes_on() {
         for h in [0.02_f64, 0.003, -0.02] {
             let v = -h.signum();
             // around the bend, which is no corner, and on one side of the corner
-            let round = Rounded {
-                slope: 1.0,
-                radius: 0.2,
-                gravity: 1.0,
-            };
-            let high = 1.0_f64.hypot(round.radius);
+            let round = entry(ROUNDED, &[("slope", 1.0), ("radius", 0.2), ("gravity", 1.0)]);
+            let high = 1.0_f64.hypot(0.2);
             let start = [[1.0, high], [v, v / high]];
-            assert_eq!(said(round, h, start), None, "h = {h}");
-            let bent = Bent {
-                slope: 1.0,
-                gravity: 1.0,
-            };
+            assert_eq!(said(&round, h, start), None, "h = {h}");
+            let bent = entry(BENT, &[("slope", 1.0), ("gravity", 1.0)]);
             let start = [[1.0, 1.0], [-3.0 * v, -3.0 * v]];
-            assert_eq!(said(bent, h, start), None, "h = {h}");
-            assert_eq!(said(Turntable { rate: 1.3 }, h, [[1.0, 0.0], [0.0, 1.3]]), None);
+            assert_eq!(said(&bent, h, start), None, "h = {h}");
+            assert_eq!(
+                said(&entry(TURNTABLE, &[("rate", 1.3)]), h, [[1.0, 0.0], [0.0, 1.3]]),
+                None
+            );
             let blade = [[-1.01, 0.0], [0.2 * h.signum(), -0.2 * h.signum()]];
-            assert_eq!(said(Blade { slope: 1.0 }, h, blade), None);
-            let pieces = Pieces {
-                mass: 0.5,
-                potential: 0.2,
-            };
-            assert_eq!(said(pieces, h, [[-1.01], [0.2 * h.signum()]]), None);
+            assert_eq!(said(&entry(BLADE, &[("slope", 1.0)]), h, blade), None);
+            let pieces = entry(PIECES, &[("mass", 0.5), ("potential", 0.2)]);
+            assert_eq!(said(&pieces, h, [[-1.01], [0.2 * h.signum()]]), None);
         }
     }
 }

@@ -5,162 +5,125 @@ use std::path::Path;
 
 use clap::{CommandFactory, Parser};
 use dsocs_core::dsocs;
+use dsocs_core::text::Text;
 
 use super::{Arguments, CliError, Program};
 use crate::check::{Begin, Settings};
 use crate::entry::{Drawing, Entry};
 
 /// A weight on a spring, whose mass may be zero.
-#[dsocs {
+const WEIGHT: &str = "
+    parameters { mass = 1 }
     coordinates(x);
     lagrangian = mass * dot(x).powi(2) / 2 - x.powi(2) / 2;
-}]
-#[derive(Clone)]
-struct Weight {
-    mass: f64,
-}
+";
 
 /// A servo, whose gain may be zero.
-#[dsocs {
+const SERVO: &str = "
+    parameters { gain = 1 }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = gain * (ddot(x) + x);
     constraint_forces = [(1,)];
-}]
-#[derive(Clone)]
-struct Servo {
-    gain: f64,
-}
+";
 
 /// A particle with a curvature, which it has none of at rest.
-#[dsocs {
+const TURN: &str = "
+    parameters { curvature = 1 }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - curvature;
     variational = [(dot(x), dot(y))];
-}]
-#[derive(Clone)]
-struct Turn {
-    curvature: f64,
-}
+";
 
 /// A curvature that grows, and so a constraint of third order.
-#[dsocs {
+const BEND: &str = "
+    parameters { rate = 0.1 }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
     kinematic = dot((dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3)) - rate * speed;
     constraint_forces = [(-dot(y), dot(x))];
-}]
-#[derive(Clone)]
-struct Bend {
-    rate: f64,
-}
+";
 
 /// A constraint that a start with the velocity `drift` obeys whatever the acceleration.
-#[dsocs {
+const EITHER: &str = "
+    parameters { drift = 0.3 }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = (dot(x) - drift) * (ddot(x) + x);
     constraint_forces = [(1,)];
-}]
-#[derive(Clone)]
-struct Either {
-    drift: f64,
-}
+";
 
 /// A mass on a rod.
-#[dsocs {
+const ROD: &str = "
+    parameters { length = 1 }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
     holonomic = x.powi(2) + y.powi(2) - length.powi(2);
-}]
-#[derive(Clone)]
-struct Rod {
-    length: f64,
-}
+";
 
 /// A potential that ends at the origin.
-#[dsocs {
+const EDGE: &str = "
+    parameters { strength = 1e-3 }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 + strength * x.ln();
-}]
-#[derive(Clone)]
-struct Edge {
-    strength: f64,
-}
+";
 
 /// A cone, whose tip may be rounded.
-#[dsocs {
+const CONE: &str = "
+    parameters { tip = 0 }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (x.powi(2) + y.powi(2) + tip.powi(2)).sqrt();
-}]
-#[derive(Clone)]
-struct Cone {
-    tip: f64,
-}
+";
 
 /// A servo's law, squared: its two solutions are one.
-#[dsocs {
+const SQUARED: &str = "
+    parameters { rate = 1 }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = (ddot(x) + rate * x).powi(2);
     constraint_forces = [(1,)];
-}]
-#[derive(Clone)]
-struct Squared {
-    rate: f64,
-}
+";
 
 /// An acceleration of which only the size is given.
-#[dsocs {
+const UNSIGNED: &str = "
+    parameters { rate = 1 }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x).powi(2) - rate;
     constraint_forces = [(1,)];
-}]
-#[derive(Clone)]
-struct Unsigned {
-    rate: f64,
-}
+";
 
 /// Dry friction, in which the mass comes to rest.
-#[dsocs {
+const DRY: &str = "
+    parameters { dry = 0.5 }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - 20 * x.powi(2);
     external_forces = -dry * dot(x).signum();
-}]
-#[derive(Clone)]
-struct Dry {
-    dry: f64,
-}
+";
 
 /// Friction made smooth, as far as a parameter says.
-#[dsocs {
+const RUBBED: &str = "
+    parameters { smoothing = 0.1 }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
     external_forces = -(dot(x) / smoothing).tanh();
-}]
-#[derive(Clone)]
-struct Rubbed {
-    smoothing: f64,
-}
+";
 
 /// A law that says nothing at rest.
-#[dsocs {
+const LAW: &str = "
+    parameters { gain = 1 }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
     kinematic = dot(dot(x).powi(2) / 2 + x.powi(2) / 2) + gain * dot(x).powi(2);
     constraint_forces = [(1,)];
-}]
-#[derive(Clone)]
-struct Law {
-    gain: f64,
-}
+";
 
 /// A law for two carts on springs that forgets the friction of the first one.
-#[dsocs {
+const FORGOTTEN: &str = "
+    parameters { friction = 0.3 }
     coordinates(x, y);
     let kinetic = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let potential = 2 * (x.powi(2) + (y - x).powi(2));
@@ -168,34 +131,24 @@ struct Law {
     kinematic = dot(kinetic + potential) + 0.8 * dot(y).powi(2);
     constraint_forces = [(0, 1)];
     external_forces = (-friction * dot(x), 0);
-}]
-#[derive(Clone)]
-struct Forgotten {
-    friction: f64,
-}
+";
 
 /// A law whose motor acts on nothing that the law speaks of.
-#[dsocs {
+const IDLE: &str = "
+    parameters { gain = 1 }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     kinematic = ddot(x) + x;
     constraint_forces = [(gain, 1)];
-}]
-#[derive(Clone)]
-struct Idle {
-    gain: f64,
-}
+";
 
 /// A particle at rest that a force begins to push.
-#[dsocs {
+const PUSHED: &str = "
+    parameters { strength = 1 }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     external_forces = (strength * t.sin(), 0);
-}]
-#[derive(Clone)]
-struct Pushed {
-    strength: f64,
-}
+";
 
 /// A mass on springs, whose number is no number of the type `f64`.
 #[dsocs {
@@ -208,26 +161,31 @@ struct Springs {
     springs: u32,
 }
 
+/// A system that is read.
+fn entry(name: &str, text: &str) -> Entry {
+    Entry::of_text(name, &Text::parse(name, text).unwrap(), None)
+}
+
 /// The systems.
 fn entries() -> Vec<Entry> {
     let [one, two] = [1.0, 2.0];
     vec![
-        Entry::new(Weight { mass: one }).start([one], [0.0]),
-        Entry::new(Servo { gain: one }).start([one], [0.0]),
-        Entry::new(Turn { curvature: one }).start([0.0, 0.0], [one, 0.0]),
-        Entry::new(Bend { rate: 0.1 }).start([0.0, 0.0], [one, 0.0]),
-        Entry::new(Either { drift: 0.3 }).start([one], [0.0]),
-        Entry::new(Rod { length: one }).start([0.6, -0.8], [0.0, 0.0]),
-        Entry::new(Edge { strength: 1e-3 }).start([0.05], [two]),
-        Entry::new(Cone { tip: 0.0 }).start([0.0, 0.0], [0.0, 0.0]),
-        Entry::new(Squared { rate: one }).start([one], [0.0]),
-        Entry::new(Unsigned { rate: one }).start([one], [0.0]),
-        Entry::new(Dry { dry: 0.5 }).start([0.2], [0.0]).until(4.0),
-        Entry::new(Rubbed { smoothing: 0.1 }).start([one], [0.0]),
-        Entry::new(Law { gain: one }).start([one], [one]),
-        Entry::new(Forgotten { friction: 0.3 }).start([0.3, -0.2], [0.0, 0.5]),
-        Entry::new(Idle { gain: one }).start([one, 0.0], [0.0, 0.0]),
-        Entry::new(Pushed { strength: one }).start([0.0, 0.0], [0.0, 0.0]),
+        entry("weight", WEIGHT).start([one], [0.0]),
+        entry("servo", SERVO).start([one], [0.0]),
+        entry("turn", TURN).start([0.0, 0.0], [one, 0.0]),
+        entry("bend", BEND).start([0.0, 0.0], [one, 0.0]),
+        entry("either", EITHER).start([one], [0.0]),
+        entry("rod", ROD).start([0.6, -0.8], [0.0, 0.0]),
+        entry("edge", EDGE).start([0.05], [two]),
+        entry("cone", CONE).start([0.0, 0.0], [0.0, 0.0]),
+        entry("squared", SQUARED).start([one], [0.0]),
+        entry("unsigned", UNSIGNED).start([one], [0.0]),
+        entry("dry", DRY).start([0.2], [0.0]).until(4.0),
+        entry("rubbed", RUBBED).start([one], [0.0]),
+        entry("law", LAW).start([one], [one]),
+        entry("forgotten", FORGOTTEN).start([0.3, -0.2], [0.0, 0.5]),
+        entry("idle", IDLE).start([one, 0.0], [0.0, 0.0]),
+        entry("pushed", PUSHED).start([0.0, 0.0], [0.0, 0.0]),
         Entry::new(Springs {
             stiffness: one,
             springs: 2,
@@ -437,12 +395,12 @@ fn errors_say_what_is_wrong() {
 fn a_mistake_in_an_entry_is_that_of_its_system_alone() {
     let entries = || {
         vec![
-            Entry::new(Rubbed { smoothing: 0.1 }).start([1.0], [0.0]),
-            Entry::new(Weight { mass: 1.0 })
+            entry("rubbed", RUBBED).start([1.0], [0.0]),
+            entry("weight", WEIGHT)
                 .start([1.0], [0.0])
                 .drawn(|&[x]: &[f64; 1], parameters| Drawing::new().point([x, parameters.get("mas")])),
-            Entry::new(Law { gain: 1.0 }).named("twice"),
-            Entry::new(Law { gain: 2.0 }).named("twice"),
+            entry("law", LAW).named("twice"),
+            entry("law", LAW).named("twice"),
         ]
     };
     let folder = tempfile::tempdir().unwrap();

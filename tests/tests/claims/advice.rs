@@ -3,24 +3,26 @@
 
 use dsocs_core::prelude::*;
 use dsocs_core::{Composition, Samples};
+use dsocs_tests::declared;
+use dsocs_tests::text::{ComposedFlow, Flow, TaylorFlow};
 
-/// A particle whose path is a circle.
-#[dsocs {
+declared! {
+    /// A particle whose path is a circle.
+    struct Circle;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - 1;
     variational = [(dot(x), dot(y))];
-}]
-struct Circle;
+}
 
-/// A mass that falls into a centre.
-#[dsocs {
+declared! {
+    /// A mass that falls into a centre.
+    struct Centre;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     external_forces = -1 / x.powi(2);
-}]
-struct Centre;
+}
 
 #[test]
 fn a_tolerance_that_is_too_large_is_told() {
@@ -54,30 +56,30 @@ fn a_tolerance_that_is_too_large_is_told() {
     );
 }
 
-/// Dry friction, in which a mass comes to rest.
-#[dsocs {
+declared! {
+    /// Dry friction, in which a mass comes to rest.
+    struct Dry;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
     external_forces = -0.5 * dot(x).signum();
-}]
-struct Dry;
+}
 
-/// A mass that vanishes on the way.
-#[dsocs {
+declared! {
+    /// A mass that vanishes on the way.
+    struct Vanishing;
     coordinates(x);
     lagrangian = x.powi(2) * dot(x).powi(2) / 2 - x;
-}]
-struct Vanishing;
+}
 
-/// A motor that takes energy away, fast.
-#[dsocs {
+declared! {
+    /// A motor that takes energy away, fast.
+    struct Brake;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
     kinematic = dot(dot(x).powi(2) / 2 + x.powi(2) / 2) + 400 * dot(x).powi(2);
     constraint_forces = [(1,)];
     branch = divide(dot(x));
-}]
-struct Brake;
+}
 
 #[test]
 fn a_composition_speaks_of_constraints_that_there_are() {

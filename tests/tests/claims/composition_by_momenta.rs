@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use dsocs_core::{
-    ComposedFlow, Composition, Flow, Inputs, RunError, StageFailure, Start, Stepper, Symmetry, System, dsocs,
-};
+use dsocs_core::{Composition, Inputs, RunError, StageFailure, Start, Stepper, Symmetry};
+use dsocs_tests::declared;
 use dsocs_tests::fit;
+use dsocs_tests::text::{ComposedFlow, Flow, System};
 
 use crate::dop853;
 use crate::systems::mass::DoublePendulumMidpoint;
@@ -44,7 +44,7 @@ fn assert_orders<S: System<2>>(
     (times, eighth): (&[f64], [u32; 5]),
     rate: impl Fn(f64, [f64; 4]) -> [f64; 4],
 ) {
-    assert_eq!(S::SYMMETRY, Symmetry::Momenta);
+    assert_eq!(system.symmetry(), Symmetry::Momenta);
     let ([q0, q1], [v0, v1]) = start;
     let truth = times
         .iter()
@@ -99,21 +99,21 @@ fn orders_where_the_mass_matrix_varies() {
     );
 }
 
-/// A double pendulum with dry friction at its elbow, and pushed.
-#[dsocs {
+declared! {
+    /// A double pendulum with dry friction at its elbow, and pushed.
+    #[derive(Clone)]
+    struct Pushed {
+        ratio: f64,
+        gravity: f64,
+        friction: f64,
+        push: f64,
+    }
     coordinates(alpha, beta);
     let kinetic = (1 + ratio) / 2 * dot(alpha).powi(2) + ratio / 2 * dot(beta).powi(2)
         + ratio * dot(alpha) * dot(beta) * (alpha - beta).cos();
     lagrangian = kinetic + gravity * ((1 + ratio) * alpha.cos() + ratio * beta.cos());
     let between = friction * (dot(beta) - dot(alpha)).tanh();
     external_forces = (between + push * (1.5 * t).sin(), -between);
-}]
-#[derive(Clone)]
-struct Pushed {
-    ratio: f64,
-    gravity: f64,
-    friction: f64,
-    push: f64,
 }
 
 const PUSHED: Pushed = Pushed {
@@ -138,8 +138,12 @@ fn orders_beside_forces_that_depend_on_velocity_and_time() {
     );
 }
 
-/// Two links whose energy falls, by a torque at the elbow.
-#[dsocs {
+declared! {
+    /// Two links whose energy falls, by a torque at the elbow.
+    struct Elbow {
+        ratio: f64,
+        gravity: f64,
+    }
     coordinates(alpha, beta);
     let kinetic = (1 + ratio) / 2 * dot(alpha).powi(2) + ratio / 2 * dot(beta).powi(2)
         + ratio * dot(alpha) * dot(beta) * (alpha - beta).cos();
@@ -151,10 +155,6 @@ fn orders_beside_forces_that_depend_on_velocity_and_time() {
     branch = divide(dot(alpha) - dot(beta));
     constraint_forces = [(1, -1)];
     observe = [rate];
-}]
-struct Elbow {
-    ratio: f64,
-    gravity: f64,
 }
 
 /// The power of a torque `τ` at the elbow is `τ (u - w)`, so that the constraint asks for `τ = -(u - w)`.
@@ -249,23 +249,23 @@ fn energy_does_not_drift() {
     }
 }
 
-/// A damping beside a spring whose force is taken in the middle of the leg.
-#[dsocs {
+declared! {
+    /// A damping beside a spring whose force is taken in the middle of the leg.
+    struct Damped {
+        damping: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
     kinematic = ddot(x) + damping * dot(x) + x;
     constraint_forces = [(1,)];
     phi_lagrangian = midpoint;
-}]
-struct Damped {
-    damping: f64,
 }
 
 /// As where the parabola joins the legs: a leg of the length `-|γ| h` has a solution that the motion leads to while `|γ| h k < 2`.
 #[test]
 fn a_leg_back_beyond_its_singularity_is_refused() {
-    assert_eq!(Damped::SYMMETRY, Symmetry::Momenta);
     let damped = Damped { damping: 40.0 };
+    assert_eq!(System::<1>::symmetry(&damped), Symmetry::Momenta);
     let run = |method: Composition, h: f64| {
         let mut flow = ComposedFlow::new(&damped, h, method, Start::second_order([1.0], [1.0])).unwrap();
         flow.until(3.0).map_err(|failure| failure.error)
@@ -366,16 +366,16 @@ fn what_a_leg_costs() {
     );
 }
 
-/// Two links, the upper of which is held back by a servo.
-#[dsocs {
+declared! {
+    /// Two links, the upper of which is held back by a servo.
+    struct Servo {
+        ratio: f64,
+        gravity: f64,
+    }
     coordinates(alpha, beta);
     lagrangian = (1 + ratio) / 2 * dot(alpha).powi(2) + ratio / 2 * dot(beta).powi(2)
         + ratio * dot(alpha) * dot(beta) * (alpha - beta).cos()
         + gravity * ((1 + ratio) * alpha.cos() + ratio * beta.cos());
     kinematic = ddot(alpha) + dot(alpha) + alpha;
     constraint_forces = [(1, 0)];
-}]
-struct Servo {
-    ratio: f64,
-    gravity: f64,
 }

@@ -1,11 +1,11 @@
 //! External forces: what is declared as one moves the system, is of order 2 with every map that is, and is no constraint force.
 
 use dsocs_core::geometry::{external_forces, power};
-use dsocs_core::taylor::{TaylorFlow, Tolerance};
-use dsocs_core::{
-    ComposedFlow, Composition, Flow, Node, Point, Real, Start, Stepper, Symmetry, System, dsocs,
-};
+use dsocs_core::taylor::Tolerance;
+use dsocs_core::{Composition, Node, Point, Real, Start, Stepper, Symmetry, dsocs};
+use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
+use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 
 use crate::dop853;
 
@@ -14,15 +14,15 @@ const STEPS: [f64; 5] = [0.04, 0.02, 0.01, 0.005, 0.0025];
 /// Declares a damped oscillator with a map.
 macro_rules! damped {
     ($(#[$doc:meta])* $name:ident, $($statement:tt)*) => {
-        $(#[$doc])*
-        #[dsocs {
+        declared! {
+            $(#[$doc])*
+            struct $name {
+                zeta: f64,
+            }
             coordinates(x);
             lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
             external_forces = (-2 * zeta * dot(x),);
             $($statement)*
-        }]
-        struct $name {
-            zeta: f64,
         }
     };
 }
@@ -210,17 +210,17 @@ fn a_force_may_be_a_function_of_the_users() {
     );
 }
 
-/// A double pendulum with friction in both joints: a mass matrix that depends on the angles.
-#[dsocs {
+declared! {
+    /// A double pendulum with friction in both joints: a mass matrix that depends on the angles.
+    struct Links {
+        friction: f64,
+        push: f64,
+    }
     coordinates(alpha, beta);
     let kinetic = dot(alpha).powi(2) + dot(beta).powi(2) / 2 + (alpha - beta).cos() * dot(alpha) * dot(beta);
     lagrangian = kinetic + 2 * alpha.cos() + beta.cos();
     let between = friction * (dot(beta) - dot(alpha));
     external_forces = (-friction * dot(alpha) + between, -between + push * t.sin());
-}]
-struct Links {
-    friction: f64,
-    push: f64,
 }
 
 #[test]
@@ -247,27 +247,27 @@ fn forces_beside_a_mass_matrix_that_varies() {
     is_known("links", &links, start, 5.0, &[alpha, beta], 1e-11);
 }
 
-/// A bob on a rod, in air: the multiplier is the rod's force alone.
-#[dsocs {
+declared! {
+    /// A bob on a rod, in air: the multiplier is the rod's force alone.
+    struct Bob {
+        drag: f64,
+        wind: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
     holonomic = (x.powi(2) + y.powi(2) - 1) / 2;
     external_forces = (-drag * dot(x) + wind, -drag * dot(y));
-}]
-struct Bob {
-    drag: f64,
-    wind: f64,
 }
 
-/// A skate with friction, pushed along a plane: a nonholonomic constraint, at the midpoint.
-#[dsocs {
+declared! {
+    /// A skate with friction, pushed along a plane: a nonholonomic constraint, at the midpoint.
+    struct Skate {
+        drag: f64,
+    }
     coordinates(x, y, theta);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(theta).powi(2)) / 2;
     nonholonomic = dot(y) * theta.cos() - dot(x) * theta.sin();
     external_forces = (-drag * dot(x) + 1, -drag * dot(y), -drag * dot(theta) + (2 * t).cos());
-}]
-struct Skate {
-    drag: f64,
 }
 
 #[test]
@@ -309,18 +309,18 @@ fn forces_beside_a_nonholonomic_constraint() {
     is_known("skate", &skate, start, 3.0, &[x, y, theta], 1e-11);
 }
 
-/// A particle with a prescribed curvature, pushed along x and braked: a kinematic constraint beside forces.
-#[dsocs {
+declared! {
+    /// A particle with a prescribed curvature, pushed along x and braked: a kinematic constraint beside forces.
+    struct Braked {
+        push: f64,
+        drag: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - 0.5;
     variational = [(dot(x), dot(y))];
     external_forces = (push - drag * dot(x), -drag * dot(y));
-}]
-struct Braked {
-    push: f64,
-    drag: f64,
 }
 
 #[test]
@@ -345,7 +345,7 @@ fn forces_beside_a_kinematic_constraint() {
         a: node.a,
     };
     let given = 0.8 * u - 0.3 * (u * u + v * v);
-    assert!((power(&braked, point.any()) - given).abs() < 1e-13);
+    assert!((power(System::<2>::kernel(&braked), point.any()) - given).abs() < 1e-13);
 }
 
 /// A motor that is fed by a table in time: samples, with straight lines between them.
@@ -378,13 +378,13 @@ impl Plan {
 /// is what the table says, half by half.
 #[test]
 fn a_table_may_be_what_a_constraint_has_done() {
-    #[dsocs {
+    declared! {
+        struct Servo;
         coordinates(theta);
         lagrangian = dot(theta).powi(2) / 2 + theta.cos();
         kinematic = ddot(theta) + theta - (1.3 * t).sin();
         constraint_forces = [(1,)];
-    }]
-    struct Servo;
+    }
     let (h, start) = (0.05, Start::second_order([0.4], [0.2]));
     let nodes = Flow::new(&Servo, h, start).unwrap().until(10.1).unwrap().nodes;
     let samples = nodes.iter().map(|node| node.force[0]).collect();
@@ -417,30 +417,36 @@ fn forces_come_in_halves_from_both_legs() {
         e: vec![0.02],
     };
     // the paper's halves: at the node, with the velocity of either leg
-    let force = external_forces(&damped, 0.1, &triple)[0];
+    let force = external_forces(System::<1>::kernel(&damped), 0.1, &triple)[0];
     assert!((force + 0.5 * (1.0 + 1.2) / 2.0).abs() < 1e-15, "{force}");
-    let midpoint = external_forces(&DampedMidpoint { zeta: 0.25 }, 0.1, &triple)[0];
+    let midpoint = external_forces(System::<1>::kernel(&DampedMidpoint { zeta: 0.25 }), 0.1, &triple)[0];
     assert!((midpoint - force).abs() < 1e-15);
 }
 
-/// A pendulum with viscous friction, pushed.
-#[dsocs {
+declared! {
+    /// A pendulum with viscous friction, pushed.
+    struct Viscous {
+        friction: f64,
+    }
     coordinates(theta);
     lagrangian = dot(theta).powi(2) / 2 + theta.cos();
     external_forces = (-friction * dot(theta) + (1.3 * t).cos() / 2,);
-}]
-struct Viscous {
-    friction: f64,
 }
 
 /// Forces that are linear in the velocity are at a node what they are there, whatever the legs: the mean of both legs' velocities
 /// is the slope of the parabola. Others are not.
 #[test]
 fn what_can_be_composed_beside_forces() {
-    assert_eq!(Planned::SYMMETRY, Symmetry::AnyLegs);
-    assert_eq!(Damped::SYMMETRY, Symmetry::AnyLegs);
-    assert_eq!(Joint::SYMMETRY, Symmetry::Momenta);
-    assert_eq!(Links::SYMMETRY, Symmetry::Momenta);
+    assert_eq!(<Planned as dsocs_core::System<1>>::SYMMETRY, Symmetry::AnyLegs);
+    assert_eq!(System::<1>::symmetry(&Damped { zeta: 0.1 }), Symmetry::AnyLegs);
+    assert_eq!(<Joint as dsocs_core::System<1>>::SYMMETRY, Symmetry::Momenta);
+    assert_eq!(
+        System::<2>::symmetry(&Links {
+            friction: 0.1,
+            push: 0.0
+        }),
+        Symmetry::Momenta
+    );
     let start = Start::second_order([1.0], [0.0]);
     let viscous = Viscous { friction: 0.2 };
     let rate = |t: f64, [theta, v]: [f64; 2]| [v, -theta.sin() - 0.2 * v + 0.5 * (1.3 * t).cos()];

@@ -5,33 +5,34 @@
 //! `w` is a factor of this constraint where the other equations hold, and what is left is the law `u = -k s - g w`. The motions are held against
 //! those of the same motor as an external force, which needs no constraint and no factor.
 
-use dsocs_core::System;
-use dsocs_core::prelude::*;
+use dsocs_core::{Start, Stepper, Tolerance};
+use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
 use dsocs_tests::scenes::random::Random;
+use dsocs_tests::text::{Flow, System, TaylorFlow};
 
 /// The same system twice: with the constraint, and with its law as an external force.
 macro_rules! regulated {
     (
-        $(#[$meta:meta])* $ruled:ident, $driven:ident { $($field:ident: $type:ty),* };
+        $(#[$meta:meta])* $ruled:ident, $driven:ident { $($field:ident: $type:tt),* };
         { $($statements:tt)* } push $push:tt; force $force:tt;
     ) => {
-        $(#[$meta])*
-        #[dsocs {
+        declared! {
+            $(#[$meta])*
+            #[derive(Clone, Debug)]
+            struct $ruled { $($field: $type,)* spring: f64, gain: f64 }
             $($statements)*
             kinematic = dot(kinetic + potential + spring / 2 * s.powi(2)) + gain * w.powi(2);
             constraint_forces = [$push];
             branch = divide(w);
-        }]
-        #[derive(Clone, Debug)]
-        struct $ruled { $($field: $type,)* spring: f64, gain: f64 }
+        }
 
-        #[dsocs {
+        declared! {
+            struct $driven { $($field: $type,)* spring: f64, gain: f64 }
             $($statements)*
             let law = -spring * s - gain * w;
             external_forces = $force;
-        }]
-        struct $driven { $($field: $type,)* spring: f64, gain: f64 }
+        }
 
         impl $ruled {
             fn driven(&self) -> $driven {
@@ -124,8 +125,9 @@ macro_rules! arm {
         $(#[$meta:meta])* $ruled:ident, $driven:ident;
         $kinetic:expr, $potential:expr; $s:ident; push $push:tt; force $force:tt;
     ) => {
-        $(#[$meta])*
-        #[dsocs {
+        declared! {
+            $(#[$meta])*
+            struct $ruled { inertia: f64, weight: f64, bent: f64, spring: f64, gain: f64 }
             coordinates(r, theta);
             let kinetic = $kinetic;
             let potential = $potential;
@@ -135,11 +137,10 @@ macro_rules! arm {
             kinematic = dot(energy + bent / 2 * energy.powi(2) + spring / 2 * s.powi(2)) + gain * dot(s).powi(2);
             constraint_forces = [$push];
             branch = divide(dot(s));
-        }]
-        #[derive(Clone, Debug)]
-        struct $ruled { inertia: f64, weight: f64, bent: f64, spring: f64, gain: f64 }
+        }
 
-        #[dsocs {
+        declared! {
+            struct $driven { inertia: f64, weight: f64, bent: f64, spring: f64, gain: f64 }
             coordinates(r, theta);
             let kinetic = $kinetic;
             let potential = $potential;
@@ -147,8 +148,7 @@ macro_rules! arm {
             let s = $s;
             let law = -(spring * s + gain * dot(s)) / (1 + bent * (kinetic + potential));
             external_forces = $force;
-        }]
-        struct $driven { inertia: f64, weight: f64, bent: f64, spring: f64, gain: f64 }
+        }
     };
 }
 
@@ -178,6 +178,7 @@ fn with_steps<S: System<N>, const N: usize>(
     driven: &impl System<N>,
     q: [f64; N],
 ) {
+    let name = ruled.name();
     let start = Start::second_order(q, [0.0; N]);
     let tolerance = Tolerance::relative(1e-13);
     let times = [0.5, 1.0, 1.5, 2.0];
@@ -190,13 +191,13 @@ fn with_steps<S: System<N>, const N: usize>(
     };
     let mut same = TaylorFlow::new(ruled, start, tolerance).unwrap();
     let error = distance(times.map(|t| same.to(t).unwrap().q));
-    assert!(error < 1e-9, "{}: {error}", S::NAME);
+    assert!(error < 1e-9, "{name}: {error}");
     let errors = steps.map(|h| {
         let mut flow = Flow::new(ruled, h, start).unwrap();
         distance(times.map(|t| flow.to(t).unwrap().q))
     });
     let order = slope(&steps, &errors);
-    assert!((order - 2.0).abs() < 0.02, "{}: {order} {errors:?}", S::NAME);
+    assert!((order - 2.0).abs() < 0.02, "{name}: {order} {errors:?}");
 }
 
 /// A direction in which some components are often zero.
@@ -231,7 +232,7 @@ fn random_masses_on_springs() {
             spring: random.between(0.0, 2.0),
             gain: random.between(0.1, 1.0),
         };
-        let q = core::array::from_fn(|_| random.between(-0.5, 0.5));
+        let q: [f64; 3] = core::array::from_fn(|_| random.between(-0.5, 0.5));
         from_rest(&system, &system.driven(), q);
     }
 }
@@ -248,7 +249,7 @@ fn random_swings() {
             spring: random.between(0.0, 2.0),
             gain: random.between(0.1, 1.0),
         };
-        let q = core::array::from_fn(|_| random.between(-0.5, 0.5));
+        let q: [f64; 3] = core::array::from_fn(|_| random.between(-0.5, 0.5));
         from_rest(&system, &system.driven(), q);
     }
 }
@@ -267,7 +268,13 @@ fn a_cart_a_winch_and_a_sled() {
             spring,
             gain,
         };
-        from_rest(&cart, &cart.driven(), [0.4, 0.3 * positive()]);
+        // its errors at twice these steps are not yet those of the order alone
+        with_steps(
+            [0.01, 0.005, 0.0025],
+            &cart,
+            &cart.driven(),
+            [0.4, 0.3 * positive()],
+        );
         let winch = Winch {
             mass,
             stiffness,
@@ -289,6 +296,7 @@ fn a_cart_a_winch_and_a_sled() {
 /// The constraint that stands for the declared one makes a discrete system as any other does: of second order, symmetric in time, and with a
 /// flow that the theorem grants.
 fn is_a_discrete_system<S: System<2>>(ruled: &S, driven: &impl System<2>, q: [f64; 2]) {
+    let name = ruled.name();
     with_steps([0.005, 0.0025, 0.00125], ruled, driven, q);
     let mut flow = Flow::new(ruled, 0.02, Start::second_order(q, [0.0; 2])).unwrap();
     let (mut granted, mut there) = (0, Vec::new());
@@ -298,7 +306,7 @@ fn is_a_discrete_system<S: System<2>>(ruled: &S, driven: &impl System<2>, q: [f6
         core::ops::ControlFlow::Continue(())
     })
     .unwrap();
-    assert!(granted >= 100, "{}: {granted}", S::NAME);
+    assert!(granted >= 100, "{name}: {granted}");
     flow.reverse().unwrap();
     let back = flow.to(0.2).unwrap().q;
     let apart = back
@@ -307,8 +315,7 @@ fn is_a_discrete_system<S: System<2>>(ruled: &S, driven: &impl System<2>, q: [f6
         .map(|(back, there)| (back - there).abs());
     assert!(
         apart.fold(0.0, f64::max) < 1e-10,
-        "{}: {back:?} {:?}",
-        S::NAME,
+        "{name}: {back:?} {:?}",
         there[10]
     );
 }
@@ -364,48 +371,48 @@ fn to_rest() {
     assert!(node.q.iter().chain(&node.v).all(|x| x.abs() < 1e-12), "{node:?}");
 }
 
-statements! {
-    /// A pendubot, two links with a motor in the shoulder (Fantoni and Lozano, Non-linear Control for Underactuated Mechanical Systems, chapter 5).
-    /// The angles are from the horizontal and from the first link.
-    pendubot {
-        coordinates(shoulder, elbow);
-        let m_11 = inertia[0] + inertia[1] + 2 * inertia[2] * elbow.cos();
-        let m_12 = inertia[1] + inertia[2] * elbow.cos();
-        let kinetic = m_11 / 2 * dot(shoulder).powi(2) + m_12 * dot(shoulder) * dot(elbow) + inertia[1] / 2 * dot(elbow).powi(2);
-        let potential = weight[0] * shoulder.sin() + weight[1] * (shoulder + elbow).sin();
-        lagrangian = kinetic - potential;
-        let missing = kinetic + potential - weight[0] - weight[1];    // energy that is missing when it stands upright
+/// Declares a pendubot, two links with a motor in the shoulder (Fantoni and Lozano, Non-linear Control for Underactuated Mechanical Systems,
+/// chapter 5). The angles are from the horizontal and from the first link.
+macro_rules! pendubot {
+    ($(#[$meta:meta])* $name:ident { $($statements:tt)* }) => {
+        declared! {
+            $(#[$meta])*
+            struct $name { inertia: [f64; 3], weight: [f64; 2] }
+            coordinates(shoulder, elbow);
+            let m_11 = inertia[0] + inertia[1] + 2 * inertia[2] * elbow.cos();
+            let m_12 = inertia[1] + inertia[2] * elbow.cos();
+            let kinetic = m_11 / 2 * dot(shoulder).powi(2) + m_12 * dot(shoulder) * dot(elbow) + inertia[1] / 2 * dot(elbow).powi(2);
+            let potential = weight[0] * shoulder.sin() + weight[1] * (shoulder + elbow).sin();
+            lagrangian = kinetic - potential;
+            // energy that is missing when it stands upright
+            let missing = kinetic + potential - weight[0] - weight[1];
+            $($statements)*
+        }
+    };
+}
+
+pendubot! {
+    /// Its Lyapunov function has the square of the energy. So the rate is of degree 5 in the velocities, and has the shoulder's velocity as a factor.
+    Pumped {
+        let lyapunov = missing.powi(2) / 2 + dot(shoulder).powi(2) / 2 + shoulder.powi(2) / 2;
+        kinematic = dot(lyapunov) + dot(shoulder).powi(2);
+        constraint_forces = [(1, 0)];
+        branch = divide(dot(shoulder));
     }
 }
 
-/// Its Lyapunov function has the square of the energy. So the rate is of degree 5 in the velocities, and has the shoulder's velocity as a factor.
-#[dsocs {
-    use pendubot;
-    let lyapunov = missing.powi(2) / 2 + dot(shoulder).powi(2) / 2 + shoulder.powi(2) / 2;
-    kinematic = dot(lyapunov) + dot(shoulder).powi(2);
-    constraint_forces = [(1, 0)];
-    branch = divide(dot(shoulder));
-}]
-struct Pumped {
-    inertia: [f64; 3],
-    weight: [f64; 2],
-}
-
-/// The law by hand: `E u + s'' + s + s' = 0`, with `s''` from the equations of motion.
-#[dsocs {
-    use pendubot;
-    let bend = inertia[2] * elbow.sin();
-    // what acts against the shoulder and the elbow at no acceleration
-    let first = weight[0] * shoulder.cos() + weight[1] * (shoulder + elbow).cos() - bend * dot(elbow) * (2 * dot(shoulder) + dot(elbow));
-    let second = weight[1] * (shoulder + elbow).cos() + bend * dot(shoulder).powi(2);
-    let determinant = m_11 * inertia[1] - m_12.powi(2);
-    let free = (m_12 * second - inertia[1] * first) / determinant;
-    let torque = -(free + shoulder + dot(shoulder)) / (missing + inertia[1] / determinant);
-    external_forces = (torque, 0);
-}]
-struct PumpedByHand {
-    inertia: [f64; 3],
-    weight: [f64; 2],
+pendubot! {
+    /// The law by hand: `E u + s'' + s + s' = 0`, with `s''` from the equations of motion.
+    PumpedByHand {
+        let bend = inertia[2] * elbow.sin();
+        // what acts against the shoulder and the elbow at no acceleration
+        let first = weight[0] * shoulder.cos() + weight[1] * (shoulder + elbow).cos() - bend * dot(elbow) * (2 * dot(shoulder) + dot(elbow));
+        let second = weight[1] * (shoulder + elbow).cos() + bend * dot(shoulder).powi(2);
+        let determinant = m_11 * inertia[1] - m_12.powi(2);
+        let free = (m_12 * second - inertia[1] * first) / determinant;
+        let torque = -(free + shoulder + dot(shoulder)) / (missing + inertia[1] / determinant);
+        external_forces = (torque, 0);
+    }
 }
 
 #[test]
@@ -420,15 +427,15 @@ fn an_energy_is_pumped_from_rest() {
     );
 }
 
-/// Its constraint has the factor, but not as a polynomial.
-#[dsocs {
+declared! {
+    /// Its constraint has the factor, but not as a polynomial.
+    struct NoPolynomial {}
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = (ddot(x) + x) * dot(x).sinh();
     constraint_forces = [(1)];
     branch = divide(dot(x));
-}]
-struct NoPolynomial {}
+}
 
 #[test]
 fn what_has_no_value_at_rest_is_told_with_advice() {

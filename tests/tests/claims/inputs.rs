@@ -1,119 +1,121 @@
 //! Inputs that are held: parameters that change at nodes, while the past is kept.
 
 use dsocs_core::prelude::*;
-use dsocs_core::{Composition, InputError, System};
+use dsocs_core::{Composition, InputError};
 use dsocs_systems::InertiaWheelPendulum;
+use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
+use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 
 use crate::dop853;
 
-/// An oscillator with a cubic friction, pushed.
-#[dsocs {
+declared! {
+    /// An oscillator with a cubic friction, pushed.
+    #[derive(Clone)]
+    struct Pushed {
+        u: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
     external_forces = u - 0.2 * dot(x).powi(3);
-}]
-#[derive(Clone)]
-struct Pushed {
-    u: f64,
 }
 
-/// The same, by the midpoint.
-#[dsocs {
+declared! {
+    /// The same, by the midpoint.
+    #[derive(Clone)]
+    struct PushedMidpoint {
+        u: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
     external_forces = u - 0.2 * dot(x).powi(3);
     phi_lagrangian = midpoint;
-}]
-#[derive(Clone)]
-struct PushedMidpoint {
-    u: f64,
 }
 
-/// The same, with the push as a potential.
-#[dsocs {
+declared! {
+    /// The same, with the push as a potential.
+    #[derive(Clone)]
+    struct PushedByPotential {
+        u: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 + u * x;
     external_forces = -0.2 * dot(x).powi(3);
-}]
-#[derive(Clone)]
-struct PushedByPotential {
-    u: f64,
 }
 
-/// A mass that changes: its momentum stays, its velocity jumps.
-#[dsocs {
+declared! {
+    /// A mass that changes: its momentum stays, its velocity jumps.
+    #[derive(Clone)]
+    struct Loaded {
+        u: f64,
+    }
     coordinates(x);
     lagrangian = (1 + 0.3 * u) * dot(x).powi(2) / 2 - x.powi(4) / 4;
-}]
-#[derive(Clone)]
-struct Loaded {
-    u: f64,
 }
 
-/// A particle whose curvature is steered.
-#[dsocs {
+declared! {
+    /// A particle whose curvature is steered.
+    #[derive(Clone)]
+    struct Steered {
+        u: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - u;
     variational = [(dot(x), dot(y))];
-}]
-#[derive(Clone)]
-struct Steered {
-    u: f64,
 }
 
-/// The input multiplies the acceleration.
-#[dsocs {
+declared! {
+    /// The input multiplies the acceleration.
+    #[derive(Clone)]
+    struct Geared {
+        u: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
     kinematic = (1 + u) * ddot(x) - y + 0.3 * dot(x);
     variational = [(0, 1)];
-}]
-#[derive(Clone)]
-struct Geared {
-    u: f64,
 }
 
-/// A row that is not affine in the acceleration.
-#[dsocs {
+declared! {
+    /// A row that is not affine in the acceleration.
+    #[derive(Clone)]
+    struct Bent {
+        u: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y * x;
     kinematic = ddot(x) + 0.1 * ddot(x).powi(3) - (2 + u) * y.cos();
     constraint_forces = [(1, 0.2)];
-}]
-#[derive(Clone)]
-struct Bent {
-    u: f64,
 }
 
-/// A knife edge with a motor about its axis, and a kinematic row beside the nonholonomic one.
-#[dsocs {
+declared! {
+    /// A knife edge with a motor about its axis, and a kinematic row beside the nonholonomic one.
+    #[derive(Clone)]
+    struct Edge {
+        u: f64,
+    }
     coordinates(x, y, theta, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(theta).powi(2) + dot(z).powi(2)) / 2 - z.powi(2);
     nonholonomic = dot(x) * theta.sin() - dot(y) * theta.cos();
     kinematic = ddot(z) + 0.1 * ddot(z).powi(3) + dot(z) - u;
     constraint_forces = [(0, 0, 0, 1)];
     external_forces = (0.3 * theta.cos(), 0.3 * theta.sin(), u, 0);
-}]
-#[derive(Clone)]
-struct Edge {
-    u: f64,
 }
 
-/// A car with a wheel at each end, whose front wheel is steered at once: the velocity jumps.
-#[dsocs {
+declared! {
+    /// A car with a wheel at each end, whose front wheel is steered at once: the velocity jumps.
+    #[derive(Clone)]
+    struct Car {
+        u: f64,
+    }
     coordinates(x, y, theta);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + 0.2 * dot(theta).powi(2) - 0.5 * y;
     nonholonomic = [
         dot(x) * theta.sin() - dot(y) * theta.cos(),
         dot(x) * (theta + u).sin() - dot(y) * (theta + u).cos() - 0.7 * dot(theta) * u.cos(),
     ];
-}]
-#[derive(Clone)]
-struct Car {
-    u: f64,
 }
 
 /// What the input is from the time `0.1 k` on.
@@ -128,9 +130,10 @@ const HELD: f64 = 0.1;
 const CHANGES: u64 = 20;
 
 /// The order of the position at the end, against the continuous motion with the same inputs.
-fn order<S: System<N> + Clone, const N: usize>(system: &S, q0: [f64; N], v0: [f64; N]) -> (f64, Vec<f64>) {
+fn order<S: System<N>, const N: usize>(of: impl Fn(f64) -> S, q0: [f64; N], v0: [f64; N]) -> (f64, Vec<f64>) {
     let start = Start::second_order(q0, v0);
-    let mut exact = TaylorFlow::new(system, start, Tolerance::relative(1e-15))
+    let system = of(0.0);
+    let mut exact = TaylorFlow::new(&system, start, Tolerance::relative(1e-15))
         .unwrap()
         .every(HELD)
         .unwrap();
@@ -144,8 +147,7 @@ fn order<S: System<N> + Clone, const N: usize>(system: &S, q0: [f64; N], v0: [f6
     let errors: Vec<f64> = parts
         .iter()
         .map(|&parts| {
-            let mut system = system.clone();
-            *system.parameter_mut(0).unwrap() = u(0);
+            let system = of(u(0));
             let mut flow = Flow::new(&system, HELD / parts as f64, start).unwrap();
             while flow.index() < CHANGES * parts {
                 let now = flow.index() / parts;
@@ -164,25 +166,22 @@ fn order<S: System<N> + Clone, const N: usize>(system: &S, q0: [f64; N], v0: [f6
 #[test]
 fn a_change_keeps_the_order() {
     let found = [
-        ("pushed", order(&Pushed { u: 0.0 }, [1.0], [0.3])),
-        ("by the midpoint", order(&PushedMidpoint { u: 0.0 }, [1.0], [0.3])),
-        (
-            "by a potential",
-            order(&PushedByPotential { u: 0.0 }, [1.0], [0.3]),
-        ),
-        ("loaded", order(&Loaded { u: 0.0 }, [1.0], [0.3])),
-        ("steered", order(&Steered { u: 0.0 }, [0.0; 2], [1.0, 0.2])),
-        ("geared", order(&Geared { u: 0.0 }, [0.0, 1.0], [1.0, 0.2])),
-        ("bent", order(&Bent { u: 0.0 }, [0.0, 0.1], [1.0, 0.2])),
+        ("pushed", order(|u| Pushed { u }, [1.0], [0.3])),
+        ("by the midpoint", order(|u| PushedMidpoint { u }, [1.0], [0.3])),
+        ("by a potential", order(|u| PushedByPotential { u }, [1.0], [0.3])),
+        ("loaded", order(|u| Loaded { u }, [1.0], [0.3])),
+        ("steered", order(|u| Steered { u }, [0.0; 2], [1.0, 0.2])),
+        ("geared", order(|u| Geared { u }, [0.0, 1.0], [1.0, 0.2])),
+        ("bent", order(|u| Bent { u }, [0.0, 0.1], [1.0, 0.2])),
         (
             "edge",
             order(
-                &Edge { u: 0.0 },
+                |u| Edge { u },
                 [0.0, 0.0, 0.3, 0.2],
                 [0.3_f64.cos(), 0.3_f64.sin(), 0.4, 0.1],
             ),
         ),
-        ("car", order(&Car { u: 0.0 }, [0.0; 3], [1.0, 0.0, 0.0])),
+        ("car", order(|u| Car { u }, [0.0; 3], [1.0, 0.0, 0.0])),
     ];
     for (name, (order, errors)) in found {
         println!("{name}: order {order:.3}, errors {errors:?}");
@@ -246,18 +245,18 @@ fn a_composition_keeps_its_order() {
     assert!((order - 4.0).abs() < 0.15, "{order}, {errors:?}");
 }
 
-/// A pendulum with a wheel, and a motor between them that turns as it is told.
-#[dsocs {
+declared! {
+    /// A pendulum with a wheel, and a motor between them that turns as it is told.
+    #[derive(Clone)]
+    struct Motor {
+        i: f64,
+        j: f64,
+        m: f64,
+        torque: f64,
+    }
     coordinates(theta, psi);
     lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
     external_forces = (0, torque);
-}]
-#[derive(Clone)]
-struct Motor {
-    i: f64,
-    j: f64,
-    m: f64,
-    torque: f64,
 }
 
 impl Motor {
@@ -364,26 +363,26 @@ fn there_and_back() {
     assert!((flow.node().q[0] - first[0]).abs() < 1e-13, "{:?}", flow.node());
 }
 
-/// An oscillator with a stiffening spring, pushed by a potential.
-#[dsocs {
+declared! {
+    /// An oscillator with a stiffening spring, pushed by a potential.
+    #[derive(Clone)]
+    struct PushedByPotentialAlone {
+        u: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(4) / 4 + u * x;
-}]
-#[derive(Clone)]
-struct PushedByPotentialAlone {
-    u: f64,
 }
 
-/// A rod whose length is a parameter.
-#[dsocs {
+declared! {
+    /// A rod whose length is a parameter.
+    #[derive(Clone)]
+    struct Rod {
+        length: f64,
+        gravity: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
     holonomic = x.powi(2) + y.powi(2) - length.powi(2);
-}]
-#[derive(Clone)]
-struct Rod {
-    length: f64,
-    gravity: f64,
 }
 
 #[test]

@@ -1,48 +1,48 @@
 //! Starts where constraints bind them, and where the equations have more than one acceleration.
 
-use dsocs_core::{
-    ComposedFlow, Composition, Flow, SetupError, Start, Stepper, System, TaylorFlow, Tolerance, dsocs,
-};
+use dsocs_core::{Composition, SetupError, Start, Stepper, Tolerance};
+use dsocs_tests::declared;
+use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 use proptest::prelude::*;
 
-/// A ball that is turned about an axis at a constant rate: `w' = rate`.
-#[dsocs {
+declared! {
+    /// A ball that is turned about an axis at a constant rate: `w' = rate`.
+    struct Driven {
+        rate: f64,
+    }
     coordinates(x, w);
     lagrangian = (dot(x).powi(2) + dot(w).powi(2) * (1 + x.powi(2))) / 2 - x.powi(2);
     nonholonomic = dot(w) - rate;
-}]
-struct Driven {
-    rate: f64,
 }
 
-/// Two beads on crossing wires through the origin, and a third that the first drags along.
-#[dsocs {
+declared! {
+    /// Two beads on crossing wires through the origin, and a third that the first drags along.
+    struct Wires {
+        slope: f64,
+    }
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + 2 * dot(y).powi(2) + 3 * dot(z).powi(2)) / 2;
     holonomic = [y - slope * x, x.sin() + y.powi(2) - z];
-}]
-struct Wires {
-    slope: f64,
 }
 
-/// A rod of unit length about a point.
-#[dsocs {
+declared! {
+    /// A rod of unit length about a point.
+    struct Rod {}
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
     holonomic = x.powi(2) + y.powi(2) - 1;
-}]
-struct Rod {}
+}
 
-/// A particle of which only the square of the curvature is said.
-#[dsocs {
+declared! {
+    /// A particle of which only the square of the curvature is said.
+    struct Unsigned {
+        curvature: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let square = dot(x).powi(2) + dot(y).powi(2);
     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)).powi(2) / square.powi(3) - curvature.powi(2);
     variational = [(dot(x), dot(y))];
-}]
-struct Unsigned {
-    curvature: f64,
 }
 
 /// Zero, or a number of any size down to the smallest that a leg can have.
@@ -149,13 +149,13 @@ fn an_acceleration_can_be_named_where_there_are_several() {
     }
 }
 
-/// Rows whose terms vanish where they hold.
-#[dsocs {
+declared! {
+    /// Rows whose terms vanish where they hold.
+    struct Vanishing {}
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2;
     nonholonomic = [dot(y), dot(z) + y.sin() * dot(x) - dot(y)];
-}]
-struct Vanishing {}
+}
 
 /// What a projection leaves is rounding of the velocities, also where the terms of a row are zero themselves.
 #[test]
@@ -179,8 +179,14 @@ fn a_projection_is_not_measured_by_terms_that_vanish() {
     assert!(Flow::new(&Vanishing {}, 0.01, wrong).is_err());
 }
 
-/// A slider that a Lyapunov function brings to rest on an incline.
-#[dsocs {
+declared! {
+    /// A slider that a Lyapunov function brings to rest on an incline.
+    struct Regulator {
+        mass: f64,
+        pull: f64,
+        stiffness: f64,
+        gain: f64,
+    }
     coordinates(x);
     let kinetic = mass / 2 * dot(x).powi(2);
     lagrangian = kinetic - pull * x;
@@ -188,12 +194,6 @@ fn a_projection_is_not_measured_by_terms_that_vanish() {
     kinematic = dot(lyapunov) + gain * dot(x).powi(2);
     constraint_forces = [(1)];
     branch = divide(dot(x));
-}]
-struct Regulator {
-    mass: f64,
-    pull: f64,
-    stiffness: f64,
-    gain: f64,
 }
 
 /// A factor that divides its constraint is divided out of the continuous row, too, which then has a value where the factor is zero.

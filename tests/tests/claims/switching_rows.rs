@@ -2,9 +2,9 @@
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
-use dsocs_core::{
-    DerivativeError, Ensemble, Flow, Path, Real, Start, Stepper, Stop, TaylorFlow, Tolerance, dsocs,
-};
+use dsocs_core::{DerivativeError, Ensemble, Path, Real, Start, Stepper, Stop, Tolerance, dsocs};
+use dsocs_tests::declared;
+use dsocs_tests::text::{Flow, System, TaylorFlow};
 use proptest::prelude::*;
 
 /// A prescribed motion with dry friction, by the sign of the velocity.
@@ -19,16 +19,16 @@ struct Sign {
     dry: f64,
 }
 
-/// The same by a comparison.
-#[dsocs {
+declared! {
+    /// The same by a comparison.
+    struct Compared {
+        k: f64,
+        dry: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + k * x + if dot(x) > 0 { dry } else { -dry };
     constraint_forces = [1];
-}]
-struct Compared {
-    k: f64,
-    dry: f64,
 }
 
 /// The same by a function, which nobody can see into.
@@ -43,16 +43,16 @@ struct Called {
     dry: f64,
 }
 
-/// The same where the row is no affine one on either side.
-#[dsocs {
+declared! {
+    /// The same where the row is no affine one on either side.
+    struct Bent {
+        k: f64,
+        dry: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + k * x + dry * dot(x).signum() * (1 + dot(x).powi(2));
     constraint_forces = [1];
-}]
-struct Bent {
-    k: f64,
-    dry: f64,
 }
 
 fn side<R: Real>(v: R) -> R {
@@ -73,7 +73,7 @@ struct Law {
 
 /// Runs to `until`, and holds every node against the row: by the difference quotients of its neighbours, which share nothing with the engine.
 /// How many nodes were jumps, and how many steps the flow says are unresolved.
-fn nodes_hold<S: dsocs_core::System<1>>(system: &S, law: Law, x: f64, h: f64, until: f64) -> (u64, u64) {
+fn nodes_hold<S: System<1>>(system: &S, law: Law, x: f64, h: f64, until: f64) -> (u64, u64) {
     let mut flow = Flow::new(system, h, Start::second_order([x], [0.0])).unwrap();
     let mut jumps = 0;
     while flow.time() < until {
@@ -216,14 +216,14 @@ struct Two {
     dry: f64,
 }
 
-/// A pendulum with dry friction, whose rows bend.
-#[dsocs {
+declared! {
+    /// A pendulum with dry friction, whose rows bend.
+    struct Pivot {
+        dry: f64,
+    }
     coordinates(theta);
     lagrangian = dot(theta).powi(2) / 2 + 9.81 * theta.cos();
     external_forces = -dry * dot(theta).signum();
-}]
-struct Pivot {
-    dry: f64,
 }
 
 #[test]
@@ -236,7 +236,7 @@ fn friction_that_jumps_ends_no_run() {
                 dry: 0.6,
             };
             let mut flow = Flow::new(&two, h, Start::second_order(start, [0.0; 2])).unwrap();
-            let energy = |flow: &Flow<'_, 2>| flow.node().energy;
+            let energy = |flow: &dsocs_core::Flow<'_, 2>| flow.node().energy;
             let mut highest = f64::INFINITY;
             while flow.time() < 20.0 {
                 flow.advance().unwrap();

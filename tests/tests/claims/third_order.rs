@@ -1,13 +1,12 @@
 //! Constraints of third order: the numbers of the clothoid and the crane, closed forms, starts, orders, forces, and what is refused.
 
 use dsocs_core::geometry::DiscreteFlow;
-use dsocs_core::taylor::{TaylorFlow, Tolerance};
-use dsocs_core::{
-    ComposedFlow, Composition, Ensemble, Flow, InputError, Inputs, RunError, SetupError, Start, Stepper,
-    System, dsocs,
-};
+use dsocs_core::taylor::Tolerance;
+use dsocs_core::{Composition, Ensemble, InputError, Inputs, RunError, SetupError, Start, Stepper};
 use dsocs_systems::{Clothoid, Crane};
+use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
+use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 
 use crate::dop853;
 
@@ -63,8 +62,11 @@ fn the_clothoid_ends_where_the_table_says() {
     assert!((order - 2.0).abs() < 0.05);
 }
 
-/// The same clothoid with a field instead of the form of its force.
-#[dsocs {
+declared! {
+    /// The same clothoid with a field instead of the form of its force.
+    struct ByField {
+        rate: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let square = dot(x).powi(2) + dot(y).powi(2);
@@ -73,9 +75,6 @@ fn the_clothoid_ends_where_the_table_says() {
     kinematic = cross / square.powf(1.5) - 3 * turn * (dot(x) * ddot(x) + dot(y) * ddot(y)) / square.powf(2.5)
         - rate * square.sqrt();
     variational = [(dot(x), dot(y))];
-}]
-struct ByField {
-    rate: f64,
 }
 
 #[test]
@@ -116,17 +115,17 @@ fn the_discrete_path_is_the_closed_form() {
     }
 }
 
-/// The clothoid by prolongation: the curvature is a coordinate, which changes as the constraint says.
-#[dsocs {
+declared! {
+    /// The clothoid by prolongation: the curvature is a coordinate, which changes as the constraint says.
+    struct Prolonged {
+        rate: f64,
+    }
     coordinates(x, y, w);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
     nonholonomic = dot(w) - rate * speed;
     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - w;
     constraint_forces = [(0, 0, 1), (-dot(y), dot(x), 0)];
-}]
-struct Prolonged {
-    rate: f64,
 }
 
 /// What could be declared before, the divergence form: another discretization of the same motion, with the errors of the table, and the
@@ -158,21 +157,21 @@ fn the_prolonged_system_is_the_divergence_form() {
     assert_table(&errors, &[2.71e-2, 6.94e-3, 1.75e-3, 4.37e-4]);
 }
 
-/// The crane of small angles, driven by a jerk that ends.
-#[dsocs {
+declared! {
+    /// The crane of small angles, driven by a jerk that ends.
+    struct LinearCrane {
+        trolley: f64,
+        load: f64,
+        length: f64,
+        gravity: f64,
+        jerk: f64,
+        end: f64,
+    }
     coordinates(x, theta);
     lagrangian = trolley / 2 * dot(x).powi(2) + load / 2 * (dot(x) + length * dot(theta)).powi(2)
         - load * gravity * length / 2 * theta.powi(2);
     kinematic = dddot(x) - if t < end { jerk } else { 0 };
     constraint_forces = [(1, 0)];
-}]
-struct LinearCrane {
-    trolley: f64,
-    load: f64,
-    length: f64,
-    gravity: f64,
-    jerk: f64,
-    end: f64,
 }
 
 const LINEAR: LinearCrane = LinearCrane {
@@ -272,37 +271,37 @@ fn the_crane_is_a_pendulum_under_a_moving_pivot() {
     }
 }
 
-/// A crane in the plane: the load has coordinates of its own, and the rope is a holonomic constraint.
-#[dsocs {
+declared! {
+    /// A crane in the plane: the load has coordinates of its own, and the rope is a holonomic constraint.
+    struct Roped {
+        trolley: f64,
+        load: f64,
+        length: f64,
+        gravity: f64,
+        jerk: f64,
+    }
     coordinates(x, u, w);
     lagrangian = trolley / 2 * dot(x).powi(2) + load / 2 * (dot(u).powi(2) + dot(w).powi(2)) - load * gravity * w;
     holonomic = (u - x).powi(2) + w.powi(2) - length.powi(2);
     kinematic = dddot(x) - jerk * t.cos();
     constraint_forces = [(1, 0, 0)];
-}]
-struct Roped {
-    trolley: f64,
-    load: f64,
-    length: f64,
-    gravity: f64,
-    jerk: f64,
 }
 
-/// The same with the angle for a coordinate.
-#[dsocs {
+declared! {
+    /// The same with the angle for a coordinate.
+    struct Angled {
+        trolley: f64,
+        load: f64,
+        length: f64,
+        gravity: f64,
+        jerk: f64,
+    }
     coordinates(x, theta);
     let across = dot(x) + length * dot(theta) * theta.cos();
     let up = length * dot(theta) * theta.sin();
     lagrangian = trolley / 2 * dot(x).powi(2) + load / 2 * (across.powi(2) + up.powi(2)) + load * gravity * length * theta.cos();
     kinematic = dddot(x) - jerk * t.cos();
     variational = [(0, 1)];
-}]
-struct Angled {
-    trolley: f64,
-    load: f64,
-    length: f64,
-    gravity: f64,
-    jerk: f64,
 }
 
 /// Beside a constraint of positions: nodes are on it, the order is 2, and the motion is that in other coordinates. The jerk depends on time.
@@ -354,17 +353,17 @@ fn holonomic_constraints_stand_beside_those_of_third_order() {
     }
 }
 
-/// A clothoid that rises as it pleases: of the forms that vary no fields are known, so that multipliers are unknown.
-#[dsocs {
+declared! {
+    /// A clothoid that rises as it pleases: of the forms that vary no fields are known, so that multipliers are unknown.
+    struct Rising {
+        rate: f64,
+        gravity: f64,
+    }
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - gravity * z;
     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
     kinematic = dot((dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3)) - rate * speed;
     constraint_forces = [(-dot(y), dot(x), 0)];
-}]
-struct Rising {
-    rate: f64,
-    gravity: f64,
 }
 
 #[test]
@@ -451,23 +450,23 @@ fn steps_are_regular_both_ways() {
     assert!(regularity.grants_flow(), "{regularity:?}");
 }
 
-/// A constraint whose third derivative no force moves.
-#[dsocs {
+declared! {
+    /// A constraint whose third derivative no force moves.
+    struct Blind {}
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     kinematic = dddot(y) - 1;
     constraint_forces = [(1, 0)];
-}]
-struct Blind {}
+}
 
-/// Of second order.
-#[dsocs {
+declared! {
+    /// Of second order.
+    struct Second {}
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     kinematic = ddot(x) - 1;
     constraint_forces = [(1, 0)];
-}]
-struct Second {}
+}
 
 #[test]
 fn starts_say_what_is_missing() {

@@ -1,34 +1,29 @@
 //! Errors say what is wrong in the words of the declaration: which coordinate, which rows, how far apart two solutions are.
 
-use dsocs_core::{
-    DependentRow, Flow, RunError, SetupError, Start, StepFailure, Stepper, System, TaylorFlow, Tolerance,
-    dsocs,
-};
+use dsocs_core::{DependentRow, RunError, SetupError, Start, StepFailure, Stepper, Tolerance};
+use dsocs_tests::declared;
+use dsocs_tests::text::{Flow, System, TaylorFlow};
 
-/// Two masses with one term for both.
-#[dsocs {
+declared! {
+    /// Two masses with one term for both.
+    struct OneMass;
     coordinates(x, y, z);
     lagrangian = (dot(x) + dot(y)).powi(2) / 2 + dot(z).powi(2) / 2 - x.powi(2);
-}]
-struct OneMass;
-
-/// The second coordinate stands in the potential alone.
-#[allow(deprecated)] // the attribute warns of it
-mod massless {
-    use dsocs_core::dsocs;
-
-    /// A mass, and two coordinates without one.
-    #[dsocs {
-        coordinates(x, y, z);
-        lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 + x * y - z;
-        holonomic = z - x.powi(2);
-    }]
-    pub struct Massless;
 }
-use massless::Massless;
 
-/// Two rods of the same length between the same ends.
-#[dsocs {
+declared! {
+    /// A mass, and two coordinates without one: the second stands in the potential alone.
+    struct Massless;
+    coordinates(x, y, z);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 + x * y - z;
+    holonomic = z - x.powi(2);
+}
+
+declared! {
+    /// Two rods of the same length between the same ends.
+    struct TwoRods {
+        lengths: [f64; 2],
+    }
     coordinates(x: [5]);
     lagrangian = sum(0..5, |i| dot(x[i]).powi(2)) / 2;
     holonomic = [
@@ -36,29 +31,26 @@ use massless::Massless;
         (x[0] - x[2]).powi(2) + (x[1] - x[3]).powi(2) - lengths[0].powi(2),
         (x[2] - x[0]).powi(2) + (x[3] - x[1]).powi(2) - lengths[1].powi(2),
     ];
-}]
-struct TwoRods {
-    lengths: [f64; 2],
 }
 
 const TWO_RODS: TwoRods = TwoRods { lengths: [1.0; 2] };
 
-/// A wall that is told by a square.
-#[dsocs {
+declared! {
+    /// A wall that is told by a square.
+    struct Square;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
     holonomic = x.powi(2);
-}]
-struct Square;
+}
 
-/// Two accelerations, of which only the square is given.
-#[dsocs {
+declared! {
+    /// Two accelerations, of which only the square is given.
+    struct Squared;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)).powi(2) - (dot(x).powi(2) + dot(y).powi(2)).powi(3);
     variational = [(dot(x), dot(y))];
-}]
-struct Squared;
+}
 
 /// The message of a second-order start that is refused.
 fn refused<S: System<N>, const N: usize>(system: &S, q0: [f64; N], v0: [f64; N]) -> (SetupError, String) {
@@ -149,15 +141,15 @@ fn two_accelerations_are_no_dependent_rows() {
     );
 }
 
-/// An oscillator, or a uniform motion: two roots at every step.
-#[dsocs {
+declared! {
+    /// An oscillator, or a uniform motion: two roots at every step.
+    struct Either {
+        drift: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = (dot(x) - drift) * (ddot(x) + x);
     constraint_forces = [(1,)];
-}]
-struct Either {
-    drift: f64,
 }
 
 #[test]
@@ -180,28 +172,28 @@ fn two_solutions_are_told_with_their_distance() {
     assert!(!message.contains("close"), "{message}");
 }
 
-/// A mass on a cone, whose tip has no slope.
-#[dsocs {
+declared! {
+    /// A mass on a cone, whose tip has no slope.
+    struct Cone;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (x.powi(2) + y.powi(2)).sqrt();
-}]
-struct Cone;
+}
 
-/// A law, squared.
-#[dsocs {
+declared! {
+    /// A law, squared.
+    struct SquaredLaw;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = (ddot(x) + x).powi(2);
     constraint_forces = [(1,)];
-}]
-struct SquaredLaw;
+}
 
-/// A mass that vanishes on the way.
-#[dsocs {
+declared! {
+    /// A mass that vanishes on the way.
+    struct Vanishing;
     coordinates(x, y);
     lagrangian = (x.powi(2) * dot(x).powi(2) + dot(y).powi(2)) / 2 + x * y / 10 - x;
-}]
-struct Vanishing;
+}
 
 #[test]
 fn advice_is_about_what_is_so() {

@@ -1,9 +1,11 @@
 //! Time in every part of a declaration: the Lagrangian, rows of every order, fields and forms, maps and discrete statements, each
 //! against a closed form or equations by hand. What else knows the time stands in [`runs`].
 
-use dsocs_core::taylor::{TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Node, Real, Start, Stepper, System, dsocs};
+use dsocs_core::taylor::Tolerance;
+use dsocs_core::{Node, Real, Start, Stepper, dsocs};
+use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
+use dsocs_tests::text::{Flow, System, TaylorFlow};
 
 use crate::dop853;
 
@@ -17,21 +19,26 @@ const STEPS: [f64; 5] = [0.04, 0.02, 0.01, 0.005, 0.0025];
 /// Declares the driven oscillator with a map, or another discrete statement.
 macro_rules! driven {
     ($(#[$doc:meta])* $name:ident, $($statement:tt)*) => {
-        $(#[$doc])*
-        #[dsocs {
+        declared! {
+            $(#[$doc])*
+            struct $name;
             coordinates(x);
             let drive = 0.6 * (1.7 * t).cos();
             lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 + drive * x;
             $($statement)*
-        }]
-        struct $name;
+        }
     };
 }
 
-driven! {
-    /// With the map that is taken where none is declared, the paper's.
-    Driven, observe = [drive];
-}
+/// With the map that is taken where none is declared, the paper's. It is compiled, since lanes are made of it.
+#[dsocs {
+    coordinates(x);
+    let drive = 0.6 * (1.7 * t).cos();
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 + drive * x;
+    observe = [drive];
+}]
+struct Driven;
+
 driven! {
     /// With the midpoint.
     DrivenMidpoint, phi_lagrangian = midpoint;
@@ -150,20 +157,20 @@ fn maps_that_name_the_times_are_those_that_have_names() {
     assert!((paper - midpoint).abs() > 1e-5);
 }
 
-/// A pendulum that loses mass.
-#[dsocs {
+declared! {
+    /// A pendulum that loses mass.
+    struct Leaking;
     coordinates(x);
     let mass = 2 + (1.3 * t).sin();
     lagrangian = mass / 2 * dot(x).powi(2) - x.powi(4) / 4;
-}]
-struct Leaking;
+}
 
-/// The same with a term of the velocity alone, which is a potential in time: `d/dt (a(t) x) = a′ x + a v`.
-#[dsocs {
+declared! {
+    /// The same with a term of the velocity alone, which is a potential in time: `d/dt (a(t) x) = a′ x + a v`.
+    struct Gauge;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 + (2 * t).sin() * dot(x) - x.powi(2) / 2;
-}]
-struct Gauge;
+}
 
 /// Where the momentum depends on time the default map is of order 2, as where it depends on the position.
 #[test]
@@ -191,16 +198,16 @@ struct Bead {
     rate: f64,
 }
 
-/// The same with a coordinate that is the time.
-#[dsocs {
+declared! {
+    /// The same with a coordinate that is the time.
+    struct BeadWithClock {
+        rate: f64,
+    }
     coordinates(x, y, s);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(s).powi(2)) / 2 - 9.81 * y;
     holonomic = y * (rate * s).cos() - x * (rate * s).sin();
     nonholonomic = dot(s) - 1;
     phi_lagrangian = midpoint;
-}]
-struct BeadWithClock {
-    rate: f64,
 }
 
 const BEAD: Bead = Bead { rate: 0.7 };
@@ -272,13 +279,13 @@ fn time_is_a_coordinate_with_the_rate_1_but_for_the_coordinate() {
     }
 }
 
-/// A skate on a plane that tilts: the direction in which it may move, and a belt, depend on time.
-#[dsocs {
+declared! {
+    /// A skate on a plane that tilts: the direction in which it may move, and a belt, depend on time.
+    struct Belt;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x.powi(2) / 2 - y.powi(2);
     nonholonomic = dot(y) - (1.1 * t).sin() * dot(x) - 0.3 * (0.9 * t).cos();
-}]
-struct Belt;
+}
 
 #[test]
 fn a_nonholonomic_row_may_depend_on_time() {
@@ -337,23 +344,23 @@ fn a_kinematic_row_may_depend_on_time() {
     is_known("slalom", &steered, start, 7.0, &[x, y], 1e-12);
 }
 
-/// A slider that is moved as wanted by a rod whose direction turns: the form of the force depends on time.
-#[dsocs {
+declared! {
+    /// A slider that is moved as wanted by a rod whose direction turns: the form of the force depends on time.
+    struct Rod;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y.powi(2) / 2;
     kinematic = ddot(x) + x - (0.7 * t).sin();
     constraint_forces = [(1, t.sin() / 2)];
-}]
-struct Rod;
+}
 
-/// The same by fields.
-#[dsocs {
+declared! {
+    /// The same by fields.
+    struct RodByFields;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y.powi(2) / 2;
     kinematic = ddot(x) + x - (0.7 * t).sin();
     variational = [(-t.sin() / 2, 1)];
-}]
-struct RodByFields;
+}
 
 #[test]
 fn forms_and_fields_may_depend_on_time() {
@@ -394,15 +401,15 @@ fn dot_of_an_expression_has_its_partial_derivative_in_time() {
 /// A map of three nodes with their times, which is the paper's, and one that takes the time elsewhere.
 macro_rules! follower {
     ($name:ident, $($map:tt)*) => {
-        /// A value that is followed, with a map of its own.
-        #[dsocs {
+        declared! {
+            /// A value that is followed, with a map of its own.
+            struct $name;
             coordinates(x);
             lagrangian = dot(x).powi(2) / 2;
             kinematic = ddot(x) + x - (1.2 * t).sin();
             constraint_forces = [(1,)];
             phi_kinematic = $($map)*;
-        }]
-        struct $name;
+        }
     };
 }
 

@@ -2,12 +2,14 @@
 
 use std::num::NonZeroU64;
 
-use dsocs_core::taylor::{TaylorFlow, Tolerance};
+use dsocs_core::taylor::Tolerance;
 use dsocs_core::{
-    ComposedFlow, Composition, Ensemble, Event, Events, Flow, Leg, Occurrence, Real, SetupError, Start,
-    Stepper, System, Trajectory, dsocs, on_event,
+    Composition, Ensemble, Event, Events, Leg, Occurrence, Real, SetupError, Start, Stepper, Trajectory,
+    on_event,
 };
+use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
+use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 
 use super::{
     BEAD, Driven, DrivenMidpoint, ON_THE_WIRE, SLALOM, Steered, along_the_wire, discrete, distance, is_known,
@@ -198,20 +200,20 @@ fn a_run_that_is_turned_round_meets_its_past() {
     }
 }
 
-/// A pendulum that is pushed, and its nonlinear answer.
-#[dsocs {
+declared! {
+    /// A pendulum that is pushed, and its nonlinear answer.
+    struct Pushed;
     coordinates(theta);
     lagrangian = dot(theta).powi(2) / 2 + theta.cos() + 0.5 * (1.3 * t).cos() * theta;
-}]
-struct Pushed;
+}
 
-/// The same by an external force.
-#[dsocs {
+declared! {
+    /// The same by an external force.
+    struct PushedByForce;
     coordinates(theta);
     lagrangian = dot(theta).powi(2) / 2 + theta.cos();
     external_forces = (0.5 * (1.3 * t).cos(),);
-}]
-struct PushedByForce;
+}
 
 /// Positions at the times `t0 + 1`, `t0 + 2`, … by the method of Dormand and Prince.
 fn whole_seconds<const M: usize>(
@@ -293,10 +295,10 @@ fn residuals_and_forces_are_told_at_a_time() {
         .unwrap()
         .nodes;
     let triple = [nodes[49].q, nodes[50].q, nodes[51].q];
-    let at = |t: f64| BEAD.residual(t, h, &triple);
+    let at = |t: f64| dsocs_core::System::residual(&BEAD, t, h, &triple);
     assert!(at(0.5).iter().all(|row| row.abs() < 1e-10), "{:?}", at(0.5));
     assert!(at(0.6).iter().any(|row| row.abs() > 1e-2), "{:?}", at(0.6));
-    let force = BEAD.force(0.5, h, &triple);
+    let force = dsocs_core::System::force(&BEAD, 0.5, h, &triple);
     assert!(distance(&force, &nodes[50].force) < 1e-8, "{force:?}");
     // a leg of the geometry knows it, too
     let leg = |t: f64| Leg {
