@@ -45,8 +45,8 @@
 //! 2000 s can be computed, and the orders are as expected. With `h = 0.4` the composition is refused, while the step of order 2 still works.
 //!
 //! A [`StageError`] ends the run if a leg has no solution, has two close solutions, lies beyond a singularity, or has only a solution that the
-//! motion does not lead to. A switch so steep that no node falls into it is not noticed; [`crate::taylor::GlobalError`] measures the error
-//! that it causes.
+//! motion does not lead to. A step in which an acceleration jumps is counted ([`crate::Stepper::unresolved`]), since it leaves an error of order 1;
+//! [`crate::taylor::GlobalError`] measures it.
 
 mod any;
 mod backward;

@@ -117,8 +117,8 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         self.run().regularity()
     }
 
-    /// The steps of a [`crate::Flow`] so far that were too long for the external forces. `None` if there were none, and for all other
-    /// methods.
+    /// The steps of a [`crate::Flow`] or a [`crate::ComposedFlow`] so far that were too long for what jumps in them. `None` if there were none, and for
+    /// all other methods.
     fn unresolved(&self) -> Option<Unresolved> {
         self.run().unresolved()
     }
