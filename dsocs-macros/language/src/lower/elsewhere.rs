@@ -5,10 +5,10 @@ use quote::ToTokens;
 
 use super::builtin::Builtin;
 use super::lowering::Lowering;
-use crate::errors::Reported;
+use crate::errors::{Errors, Reported};
 
 /// Functions of numbers by other names, and the method that each is here.
-const METHODS: [(&str, &str); 42] = [
+const METHODS: [(&str, &str); 24] = [
     ("pow", "powi(2)` or `.powf(a)"),
     ("power", "powi(2)` or `.powf(a)"),
     ("square", "powi(2)"),
@@ -33,6 +33,10 @@ const METHODS: [(&str, &str); 42] = [
     ("expm1", "exp_m1()"),
     ("maximum", "max(…)"),
     ("minimum", "min(…)"),
+];
+
+/// The same in words. In Rust these are as likely to be names of the user's own.
+const WORDS: [(&str, &str); 18] = [
     ("sine", "sin()"),
     ("cosine", "cos()"),
     ("tangent", "tan()"),
@@ -53,7 +57,7 @@ const METHODS: [(&str, &str); 42] = [
     ("magnitude", "abs()"),
 ];
 
-/// Those of them that are as likely to be a function of the user's own.
+/// Those of [`METHODS`] that are as likely to be a function of the user's own.
 const OWN: [&str; 3] = ["square", "squared", "cubed"];
 
 /// What the time derivative is called elsewhere.
@@ -65,7 +69,7 @@ const MODULES: [&str; 9] = [
 ];
 
 /// The method that a function is here, as it is called: `sin()`, `max(…)`.
-fn method(name: &str) -> Option<String> {
+fn method(name: &str, errors: &Errors) -> Option<String> {
     match name {
         // of one number it is the natural one
         "log" => return Some("ln()` or `.log10()".to_owned()),
@@ -74,12 +78,13 @@ fn method(name: &str) -> Option<String> {
     }
     let own =
         Builtin::find(name).map(|builtin| format!("{name}({})", if builtin.is_of_one() { "" } else { "…" }));
-    own.or_else(|| of_method(name).map(ToOwned::to_owned))
+    own.or_else(|| of_method(name, errors).map(ToOwned::to_owned))
 }
 
 /// The method that is meant by another name of it.
-pub(super) fn of_method(name: &str) -> Option<&'static str> {
-    let known = METHODS.iter().find(|(known, _)| *known == name);
+fn of_method(name: &str, errors: &Errors) -> Option<&'static str> {
+    let words = WORDS.iter().filter(|_| errors.are_of_text());
+    let known = METHODS.iter().chain(words).find(|(known, _)| *known == name);
     known.map(|(_, meant)| *meant)
 }
 
@@ -120,7 +125,7 @@ impl Lowering<'_> {
         if OWN.contains(&text.as_str()) && !self.errors.are_of_text() {
             return None;
         }
-        let meant = method(&text)?;
+        let meant = method(&text, self.errors)?;
         let place = self.where_it_is_so();
         let message = match Builtin::find(&text) {
             _ if self.errors.are_of_text() => behind(argument, &meant),
@@ -144,7 +149,7 @@ impl Lowering<'_> {
         name: &Ident,
         argument: Option<&impl ToTokens>,
     ) -> Reported {
-        let meant = method(&name.to_string()).unwrap_or_else(|| format!("{name}()"));
+        let meant = method(&name.to_string(), self.errors).unwrap_or_else(|| format!("{name}()"));
         let message = if self.errors.are_of_text() {
             format!("{}, without `{module}`", behind(argument, &meant))
         } else {
@@ -166,7 +171,7 @@ impl Lowering<'_> {
 
     /// What to say about a method without its parentheses: `x.abs`.
     pub(super) fn method_without_call(&self, name: &Ident) -> Option<Reported> {
-        let meant = method(&name.to_string())?;
+        let meant = method(&name.to_string(), self.errors)?;
         let what = self.errors.words("method is called", "function is written");
         let message = format!("a {what} with parentheses: expected `.{meant}`");
         Some(self.errors.at(name, message))
@@ -174,7 +179,7 @@ impl Lowering<'_> {
 
     /// What to say about a method of numbers that has another name here: `x.squared()`.
     pub(super) fn method_elsewhere(&self, name: &Ident) -> Option<Reported> {
-        let meant = of_method(&name.to_string())?;
+        let meant = of_method(&name.to_string(), self.errors)?;
         if self.errors.are_of_text() {
             let message = format!("no function is called `{name}`: expected `.{meant}`");
             return Some(self.errors.at(name, message));
