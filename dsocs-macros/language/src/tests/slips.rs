@@ -434,6 +434,8 @@ fn what_nothing_uses_is_warned_of() {
     let warnings: Vec<String> = read.model.warnings().iter().map(ToString::to_string).collect();
     let expected = [
         "1:7: nothing uses this constant; `_n` says that it is meant so",
+        "2:22: only the values of other parameters use `length`, and they are worked out once: a run that sets `length` changes nothing; what follows it is \
+         written `let … = …;` in their place",
         "2:55: nothing uses this parameter; `_wind` says that it is meant so",
         "2:83: nothing uses this parameter; `_pi` says that it is meant so",
         "2:83: `pi` is also the number 3.14159…; here it means this parameter",

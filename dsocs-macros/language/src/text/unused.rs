@@ -15,6 +15,8 @@ pub(super) struct Names {
     constants: Vec<Ident>,
     /// Those that stand where something may be used.
     mentioned: HashSet<String>,
+    /// Those of them that stand elsewhere than in the values of parameters.
+    beyond_values: HashSet<String>,
 }
 
 impl Names {
@@ -23,13 +25,17 @@ impl Names {
         let mut names = Self {
             constants: parts.constants.iter().map(|(name, _)| name.clone()).collect(),
             mentioned: HashSet::new(),
+            beyond_values: HashSet::new(),
         };
         names.add(parts.declaration.clone(), false);
         for (_, value) in &parts.constants {
             names.add(value.clone(), false);
         }
-        let runs = parts.runs.iter().map(|(.., group)| group);
-        for group in parts.parameters.iter().chain(runs) {
+        for (.., group) in &parts.runs {
+            names.add(group.stream(), true);
+        }
+        names.beyond_values = names.mentioned.clone();
+        if let Some(group) = &parts.parameters {
             names.add(group.stream(), true);
         }
         names
@@ -67,6 +73,17 @@ impl Names {
                     place: name.clone(),
                     message,
                     unused: true,
+                });
+            }
+            if kind == "parameter" && self.mentioned.contains(&text) && !self.beyond_values.contains(&text) {
+                let message = format!(
+                    "only the values of other parameters use `{text}`, and they are worked out once: a run that sets `{text}` changes nothing; what follows it is \
+                     written `let … = …;` in their place"
+                );
+                warnings.push(Warning {
+                    place: name.clone(),
+                    message,
+                    unused: false,
                 });
             }
             let meaning = match text.as_str() {
