@@ -200,9 +200,9 @@ fn calls(calls: &[Call], tables: &HashMap<String, Arc<Samples>>) -> Option<Vec<T
 /// The samples in a file, or what is said of a file that has none.
 fn samples(folder: Option<&Path>, file: &str, curve: Curve) -> Result<Arc<Samples>, String> {
     let Some(folder) = folder else {
-        return Err(
-            "this text has no folder, and so no file beside it; expected a text in a file".to_owned(),
-        );
+        return Err(format!(
+            "the text names the file `{file}`, and has no folder in which it could lie; expected a text in a file"
+        ));
     };
     let path = folder.join(file);
     error::bytes(&path).map_err(|cause| cause.to_string())?;

@@ -211,7 +211,7 @@ impl<'s> Discrete<'s> {
         }
         self.course.predictor.push(&z);
         // where something was torn off, the argument is not yet clear of zero, and the force only seems to jump
-        if !foreseen && (changes || report.stop == Stop::Jump || !self.meets_jump()) {
+        if !foreseen && (changes || report.stop == Stop::Jump || !self.is_torn_off()) {
             self.look_between(&e, report.stop);
         }
         if may_switch || shape.jumps {

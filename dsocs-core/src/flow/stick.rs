@@ -26,6 +26,8 @@ pub(super) struct Contacts {
     sides: Option<(u64, Vec<f64>)>,
     /// The number of the step that begins where the last one ends in which a side changed.
     changed: Option<u64>,
+    /// Where they were before that.
+    earlier: Vec<Piece>,
     /// The number of the step on whose first leg the arguments were looked at last.
     seen: u64,
 }
@@ -61,11 +63,28 @@ impl Contacts {
             }
         }
         Some(Box::new(Self {
+            earlier: pieces.clone(),
             pieces,
             sides: None,
             changed: None,
             seen: 1,
         }))
+    }
+}
+
+impl Contacts {
+    /// Where the arguments were before the step with a number; of one that has been zero for a leg alone, where it came from.
+    fn before(&self, index: u64) -> Vec<Piece> {
+        let has_just_changed = self.changed == Some(index);
+        let both = self.pieces.iter().zip(&self.earlier);
+        both.map(|(piece, earlier)| {
+            if has_just_changed && *piece == Piece::Between {
+                *earlier
+            } else {
+                *piece
+            }
+        })
+        .collect()
     }
 }
 
@@ -183,6 +202,7 @@ impl Discrete<'_> {
         if let Some(contacts) = &mut self.contacts {
             if pieces != contacts.pieces {
                 contacts.changed = Some(index + 1);
+                contacts.earlier.clone_from(&contacts.pieces);
             }
             contacts.pieces = pieces;
             contacts.seen = index + 1;
@@ -196,6 +216,13 @@ impl Discrete<'_> {
             contacts.seen = 0;
             self.course.looks_at = 0;
         }
+    }
+
+    /// Whether something has been torn off in the last step.
+    pub(super) fn is_torn_off(&self) -> bool {
+        self.contacts.as_ref().is_some_and(|contacts| {
+            contacts.changed == Some(self.course.index()) && contacts.earlier.contains(&Piece::Between)
+        })
     }
 
     /// Whether something rests on the last leg.
@@ -275,7 +302,11 @@ impl Discrete<'_> {
             guess: Guess::Predicted,
         };
         // neither a stop nor a release costs an order
-        let part = self.jump_of_crossing(&contacts.pieces, &solution.pieces, &solution.e);
+        let part = self.jump_of_crossing(
+            &contacts.before(self.course.index()),
+            &solution.pieces,
+            &solution.e,
+        );
         if part > jumps::UNRESOLVED {
             self.count_unresolved(self.course.time(), part);
         }
@@ -283,6 +314,7 @@ impl Discrete<'_> {
         self.go(&solution.e, &solution.multipliers, report)?;
         if solution.pieces != contacts.pieces {
             contacts.changed = Some(index + 1);
+            contacts.earlier.clone_from(&contacts.pieces);
         }
         contacts.pieces = solution.pieces;
         contacts.seen = index + 1;

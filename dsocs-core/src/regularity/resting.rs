@@ -18,6 +18,9 @@ const MAX_ITERATIONS: u32 = 20;
 /// An update below this part of the unknowns is the last: what is left is its square.
 const LAST: f64 = 1e-9;
 
+/// Equations for sides whose singular values are below this depend on each other.
+const DEPENDENT: f64 = 1e-9;
+
 /// A point where arguments may be zero.
 pub(crate) struct AtPoint<'a> {
     declaration: Declaration<'a>,
@@ -175,9 +178,8 @@ impl<'a> AtPoint<'a> {
             let by_rests = at.slopes.times(&by_sides);
             let moved = at.slopes.times_vector(&newton);
             let own = Matrix::from_fn(rests.len(), rests.len(), |i, j| by_rests[(rests[i], rests[j])]);
-            let own = sides::inverse(own)?;
             let right: Vec<f64> = rests.iter().map(|&g| at.arguments[g] - moved[g]).collect();
-            let changes = own.times_vector(&right);
+            let changes = shortest(own.clone(), right)?;
             let along = |changes: &[f64], i: usize| -> f64 {
                 let terms = rests.iter().zip(changes);
                 terms.map(|(&g, change)| by_sides[(i, g)] * change).sum()
@@ -199,13 +201,26 @@ impl<'a> AtPoint<'a> {
             }
             if is_last {
                 let arguments: Vec<f64> = rests.iter().map(|&g| self.drift[g].value()).collect();
-                let by = own.times_vector(&arguments);
+                let by = shortest(own, arguments)?;
                 now.correction = (0..self.q.len()).map(|i| -along(&by, i)).collect();
                 return Some(now);
             }
         }
         None
     }
+}
+
+/// The shortest solution of equations for sides. More frictions may hold than there are directions to move in: then the forces together are determined, and
+/// each side is taken to change as little as it can.
+fn shortest(own: Matrix, mut right: Vec<f64>) -> Option<Vec<f64>> {
+    let (decomposed, lengths) = own.equilibrated(&mut right)?;
+    let solution = decomposed.solve(&right, DEPENDENT);
+    let scaled = solution.iter().zip(lengths);
+    Some(
+        scaled
+            .map(|(x, length)| if *x == 0.0 { 0.0 } else { x / length })
+            .collect(),
+    )
 }
 
 /// The acceleration, the multipliers and the sides of the continuous system at a point where an argument is zero to rounding; `None` elsewhere, and

@@ -40,8 +40,14 @@ const CAUTION: f64 = 0.8;
 /// In so many equal parts a step is divided in which events are looked for.
 const PARTS: u32 = 64;
 
+/// What is left of the sides' polynomials may be rounding below this.
+const LEAST_TAIL: f64 = 1e-9;
+
 /// A side that is so near its bound is computed for itself.
 const NEAR: f64 = 0.05;
+
+/// An argument is beyond zero by more than this part of what the sides can do to it in the step.
+const BESIDE: f64 = 1e-13;
 
 /// An event is found up to this part of the step.
 const FOUND: f64 = 4.0 * f64::EPSILON;
@@ -268,14 +274,19 @@ impl Integrator {
                 (*accelerations, *tail) = coefficients(values);
             }
             if change <= ROUNDINGS || (change >= 0.5 * last && change <= MOST_ROUNDINGS) {
+                // a jump of what holds shows in its side alone
+                let mut unsteady = 0.0_f64;
                 for (coefficient, values) in way.sides.iter_mut().zip(&sides) {
-                    (*coefficient, _) = coefficients(values);
+                    let tail;
+                    (*coefficient, tail) = coefficients(values);
+                    unsteady = unsteady.max(tail);
                 }
                 for (i, tail) in tails.iter_mut().enumerate() {
                     let rounding = ROUNDINGS * f64::EPSILON * (held.reach[i] + held.x[i].abs());
                     *tail = (*tail - rounding).max(0.0);
                 }
-                way.error = self.control.excess(v, &held.x[..n], &tails, h);
+                let error = self.control.excess(v, &held.x[..n], &tails, h);
+                way.error = error.max(unsteady / self.control.relative().max(LEAST_TAIL));
                 way.end = held;
                 return Some(way);
             }
@@ -296,6 +307,8 @@ impl Integrator {
     ) -> Option<(f64, usize)> {
         let (declaration, t) = (equations.declaration(), self.t.hi[0]);
         let (q, v) = (self.now.q(), self.now.v());
+        let reach = way.end.reach.iter().take(q.len());
+        let rounding = BESIDE * way.h * reach.fold(0.0_f64, |most, reach| most.max(*reach));
         // how far each argument is from its event; negative beyond
         let margins = |x: f64| -> Vec<f64> {
             let (q, v) = way.at((q, v), x);
@@ -305,7 +318,8 @@ impl Integrator {
             let mut margins: Vec<f64> = both
                 .map(|((piece, argument), side)| match piece {
                     Piece::Between => 1.0 - value(side, x).abs(),
-                    piece => piece.side() * argument,
+                    // what others hold at zero is there to rounding
+                    piece => piece.side() * argument + rounding,
                 })
                 .collect();
             // the polynomials of the sides are known to the tolerance, and what is torn off goes on from where they are at their bounds

@@ -128,6 +128,10 @@ impl Mended {
     /// Whether the present statement ends in a line above a token.
     fn ends_above(&self, tree: &TokenTree) -> bool {
         let last = self.last.as_ref();
+        // a name may stand in the line below its `let`
+        let names =
+            |last: &TokenTree| matches!(last, TokenTree::Ident(word) if word == "let" || word == "const");
+        let last = last.filter(|last| !names(last));
         last.is_some_and(|last| last.span().end().line < tree.span().start().line)
     }
 
