@@ -154,3 +154,27 @@ fn a_change_point_is_told_and_no_factor_is_named_where_there_is_none() {
         "{said}"
     );
 }
+
+#[test]
+fn composed_steps_do_not_pass_the_singularity_of_a_law() {
+    let text = "parameters { g = 9.81, k = 1.0 } coordinates(x, th); \
+        lagrangian = dot(x).powi(2) + dot(x) * dot(th) * th.cos() + dot(th).powi(2) / 2 - g * th.cos(); \
+        let V = dot(th).powi(2) / 2 + 5 * (1 - th.cos()); kinematic = dot(V) + k * dot(th).powi(2); constraint_forces = [(1, 0)]; \
+        branch = divide(dot(th)); run { start = ([0.0, 1.2], [0.0, 3.0]); step = 0.01; until = 1.0; }";
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.dsocs"), text).unwrap();
+    for order in ["2", "4", "6", "8"] {
+        for step in ["0.01", "0.003", "0.001"] {
+            let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
+                .args(["run", "scene.dsocs", "--order", order, "--step", step])
+                .current_dir(folder.path())
+                .output()
+                .unwrap();
+            let told = String::from_utf8(output.stderr).unwrap();
+            assert!(
+                !output.status.success() && told.contains("singular"),
+                "{order} {step}: {told}"
+            );
+        }
+    }
+}

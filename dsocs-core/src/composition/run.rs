@@ -388,7 +388,9 @@ impl<'s> Composed<'s> {
         let complete = legs.complete(&mut node);
         complete
             .map_err(|cause| self.unjoined(self.method.stages() - 1, momenta::Failure::NotSolved(cause)))?;
-        self.course.now = State::of(&node);
+        let next = State::of(&node);
+        self.look_along(&next)?;
+        self.course.now = next;
         if let Some(joined) = &mut self.joined {
             for (past, d) in joined.past.iter_mut().zip(&increments) {
                 past.push(d);
@@ -398,6 +400,34 @@ impl<'s> Composed<'s> {
         self.course.report = StepReport { iterations, ..USUAL };
         self.course.clock.tick();
         Ok(self.course.report)
+    }
+
+    /// Looks for a singularity on the way of a step whose legs are joined by momenta: no equations of theirs tell a determinant.
+    fn look_along(&mut self, next: &State) -> Result<(), StageError> {
+        if self.kernel.shape().kinematic == 0 {
+            return Ok(());
+        }
+        let clock = &self.course.clock;
+        let place = |t: f64, state: &State| Place {
+            t,
+            q: state.q.hi.clone(),
+            v: state.v.hi.clone(),
+        };
+        let end = clock.time_of(clock.index() + 1);
+        let [from, to] = [place(clock.time(), &self.course.now), place(end, next)];
+        let begins = clock.index() == self.course.since;
+        let declaration = self.declaration();
+        match singular::change(&declaration, [&from, &to], &next.a) {
+            Change::Falls if singular::on_the_way(&declaration, &[from, to], &next.a).is_some() => {
+                Err(self.unjoined(self.method.stages() - 1, momenta::Failure::Singularity))
+            }
+            Change::Rises if !begins => Ok(()),
+            Change::Little => Ok(()),
+            Change::Falls | Change::Rises => {
+                NearlySingular::count(&mut self.nearly_singular, end);
+                Ok(())
+            }
+        }
     }
 
     /// The error of a stage where momenta join the legs.

@@ -44,6 +44,9 @@ const LEAST_JUMP: f64 = 1e-7;
 /// How far beside a switch the Lagrangian is compared, as a part of a step, and by which part of its terms it jumps.
 const BESIDE: [f64; 2] = [1e-8, 1e-5];
 
+/// A time that is never reached. Terms of a series stay finite there, so that changes of sign are found on the way.
+const FAR: f64 = 1e100;
+
 /// How much smaller a step is tried after one that was not good.
 pub(super) const SHORTER: f64 = 0.5;
 
@@ -324,12 +327,10 @@ impl Integrator {
     pub(super) fn go(&mut self, equations: &mut dyn SeriesKernel, until: f64) -> Result<(), RunError> {
         let until = self.before_knot(until);
         let smallest = self.smallest_step(until);
-        let until = if !until.is_infinite() {
-            until
-        } else if self.clock.is_forward() {
-            f64::MAX
+        let until = if until.is_infinite() {
+            FAR.max(2.0 * self.t.hi[0].abs()).copysign(until)
         } else {
-            f64::MIN
+            until
         };
         let left = (until - self.t.hi[0]) - self.t.lo[0];
         if self.steps >= self.looks_at()

@@ -160,7 +160,10 @@ impl Integrator {
     /// The place of a switch, looked for near a place that the series of an argument tells.
     fn near(&mut self, equations: &mut dyn SeriesKernel, direction: f64, [place, whole]: [f64; 2]) -> End {
         let farthest = (place + BEYOND * whole).min(whole);
-        let mut width = 64.0 * f64::EPSILON * place + f64::EPSILON * BEYOND * whole;
+        // of a step without an end, as that of a constant force, the length says nothing of the place
+        let length = whole.min(place / f64::EPSILON.sqrt());
+        let mut width = 64.0 * f64::EPSILON * place + f64::EPSILON * BEYOND * length;
+        width = width.max(f64::MIN_POSITIVE);
         let (mut before, mut beyond) = ((place - width).max(0.0), (place + width).min(farthest));
         let mut left = EVALUATIONS;
         loop {

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use dsocs_core::taylor::GlobalError;
 use dsocs_core::{
-    Event, Events, Node, Occurrence, Real, RunError, Samples, SeriesFailure, Start, Stepper, Stop, System,
-    TaylorFlow, Tolerance, dsocs, on_event,
+    Event, Events, Inputs, Node, Occurrence, Real, RunError, Samples, SeriesFailure, Start, Stepper, Stop,
+    System, TaylorFlow, Tolerance, dsocs, on_event,
 };
 use dsocs_tests::scenes::random::Random;
 
@@ -259,6 +259,67 @@ fn what_sticks_from_the_beginning_rests_and_behind_a_function_says_so() {
     };
     let end = flow(&smooth, [0.2, 0.0], 1e-9).to(8.0).unwrap();
     assert!(end.v[0].abs() < 1e-3 && (end.q[0]).abs() <= 0.0125, "{end:?}");
+}
+
+/// A block that is shoved, with dry friction: its velocity is linear in time.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    external_forces = push + (if t > 1.3 { jump } else { 0 }) + swing * t.sin() - dot(x).signum();
+}]
+#[derive(Clone)]
+struct Shoved {
+    push: f64,
+    jump: f64,
+    swing: f64,
+}
+
+#[test]
+fn a_velocity_that_is_linear_in_time_finds_its_stop_in_steps_without_an_end() {
+    for v in [0.7, 1.0, 1.3, 2.9, 17.0] {
+        let shoved = Shoved {
+            push: 0.5,
+            jump: 0.0,
+            swing: 0.0,
+        };
+        let mut run = flow(&shoved, [0.0, v], 1e-9);
+        assert!((comes_to_rest(&mut run, 1e3).1 - v * v).abs() < 1e-13 * v * v);
+        // and where an input changes on the way
+        for push in [0.4, 0.2, -0.1, -0.37, 0.3] {
+            let mut run = flow(&shoved, [0.0, v], 1e-9).every(0.5).unwrap();
+            run.to(0.5).unwrap();
+            run.set_input("push", push).unwrap();
+            while run.node().t < 60.0 {
+                run.advance().unwrap();
+            }
+            let (before, left) = (0.5 * v - 0.0625, v - 0.25);
+            let rest = before + left * left / (2.0 * (1.0 - push));
+            let node = run.node();
+            assert!(
+                (node.q[0] - rest).abs() < 1e-12 * rest && node.stop == Stop::Sticks,
+                "{v} {push}: {node:?} {rest}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_jump_lets_a_mass_go_when_it_happens() {
+    // at 1.3 it is let go, and moves under 1 + 0.3 sin t
+    let shoved = Shoved {
+        push: 0.5,
+        jump: 1.5,
+        swing: 0.3,
+    };
+    for tolerance in [1e-6, 1e-10, 1e-13] {
+        let node = flow(&shoved, [0.0, 0.0], tolerance).to(2.5).unwrap();
+        let [from, to] = [1.3_f64, 2.5];
+        let way = (to - from).powi(2) / 2.0 + 0.3 * (from.cos() * (to - from) + from.sin() - to.sin());
+        assert!(
+            (node.q[0] - way).abs() < tolerance.max(1e-12),
+            "{tolerance:e}: {node:?} {way}"
+        );
+    }
 }
 
 /// The same scene with a friction in a function of one's own.
