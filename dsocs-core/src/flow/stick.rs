@@ -17,6 +17,20 @@ use crate::start::Beginning;
 use crate::step::jumps;
 use crate::tape::declaration::Declaration;
 
+/// So many steps are looked at for a jump, around the node of the step that may meet one: a release by a jump is of the step before, of this one, or of both.
+const SPANS: u8 = 3;
+
+/// An acceleration that sides make is known to this part of what they can make.
+const NOISE: f64 = 1e-9;
+
+/// At so many places of each.
+const PLACES: u8 = 8;
+
+/// Whether an argument goes from one side to the other.
+fn crosses(ends: (&Piece, &Piece)) -> bool {
+    matches!(ends, (Piece::Minus, Piece::Plus) | (Piece::Plus, Piece::Minus))
+}
+
 /// What is known of the arguments of functions that jump with the velocity.
 #[derive(Clone, Debug)]
 pub(super) struct Contacts {
@@ -302,11 +316,7 @@ impl Discrete<'_> {
             guess: Guess::Predicted,
         };
         // neither a stop nor a release costs an order
-        let part = self.jump_of_crossing(
-            &contacts.before(self.course.index()),
-            &solution.pieces,
-            &solution.e,
-        );
+        let part = self.jump_in_step(contacts, &solution);
         if part > jumps::UNRESOLVED {
             self.count_unresolved(self.course.time(), part);
         }
@@ -322,18 +332,89 @@ impl Discrete<'_> {
         Some(report)
     }
 
+    /// How much the acceleration jumps in a step, relative to itself, other than by a stop or by a release at the bound of a side; infinite where it is not
+    /// determined.
+    #[cold]
+    fn jump_in_step(&self, contacts: &Contacts, solution: &sticking::Solution) -> f64 {
+        let before = contacts.before(self.course.index());
+        if before.iter().zip(&solution.pieces).any(crosses) {
+            return self.jump_of_crossing(&before, &solution.pieces, &solution.e);
+        }
+        let e = &solution.e;
+        let z = self.step_from(self.next_leg()).unknown(e, &solution.multipliers);
+        let is_released =
+            |(before, after): (&Piece, &Piece)| *before == Piece::Between && *after != Piece::Between;
+        let releases = contacts.pieces.iter().zip(&solution.pieces).any(is_released);
+        if !releases && self.foresees(&z, e) {
+            return 0.0;
+        }
+        let both = before.iter().zip(&solution.pieces);
+        let held: Vec<Piece> = both
+            .map(|(before, after)| match before {
+                Piece::Between => Piece::Between,
+                _ => *after,
+            })
+            .collect();
+        self.jump_beside(&held, releases, e)
+    }
+
+    /// The place of a step with a second difference, in steps from its middle node: time, position and velocity.
+    fn place(&self, place: f64, e: &[f64]) -> (f64, Vector, Vector) {
+        let (leg, h) = (self.next_leg(), self.course.h);
+        let moved = (place + 0.5).max(0.0);
+        let v = Vector::of(leg.d).zip(e, |d, e| (d + moved * e) / h);
+        let d = Vector::of(leg.d).zip(e, |d, e| if place < 0.0 { d } else { d + e });
+        let q = Vector::of(leg.q).zip(&d, |q, d| q + place * d);
+        (self.course.time() + place * h, q, v)
+    }
+
+    /// How much the acceleration jumps from the step before to the middle of the step after, relative to itself, if what rests goes on to rest or, with
+    /// `releases`, does so as long as it can: then neither a stop nor a release at the bound of a side makes it jump.
+    #[cold]
+    fn jump_beside(&self, pieces: &[Piece], releases: bool, e: &[f64]) -> f64 {
+        let (declaration, leg, h) = (self.declaration(), self.next_leg(), self.course.h);
+        let multipliers = declaration.shape().multipliers();
+        let guess = Held::guess(&Vector::of(e).map(|e| e / (h * h)), multipliers, pieces.len());
+        let (t, q, v) = self.place(0.0, e);
+        // what is not determined here has been solved for by the step
+        let Some(mut now) = AtPoint::new(declaration, (t, &q, &v)).held(pieces, &guess) else {
+            return 0.0;
+        };
+        let noise: Vec<f64> = (0..e.len())
+            .map(|i| jumps::rounding(h, leg.d[i]).max(NOISE * now.reach[i]))
+            .collect();
+        let last = self.course.vectors.e();
+        let is_noise = |i: usize| (e[i] - last[i]).abs() <= noise[i] * h * h;
+        if !releases && self.course.has_solved && (0..e.len()).all(is_noise) {
+            return 0.0;
+        }
+        let zero: Vec<bool> = pieces.iter().map(|piece| *piece == Piece::Between).collect();
+        let mut accelerations = Vec::with_capacity(usize::from(SPANS * PLACES) + 1);
+        for place in 0..=SPANS * PLACES {
+            // the middle node of the step is in the middle of the way
+            let place = f64::from(place) / f64::from(PLACES) - 0.5 * f64::from(SPANS);
+            let (t, q, v) = self.place(place, e);
+            let point = AtPoint::new(declaration, (t, &q, &v));
+            let found = if releases {
+                let found = point.solve(&zero, multipliers, Some(&now.x));
+                found.map(|found| now.x = found.x)
+            } else {
+                point.held(pieces, &now).map(|held| now = held)
+            };
+            if found.is_none() {
+                return 0.0;
+            }
+            accelerations.push(Vector::of(&now.x[..e.len()]));
+        }
+        jumps::of_acceleration(&accelerations, |i| noise[i])
+    }
+
     /// How much the acceleration jumps, relative to itself, where arguments go from one side to the other in a step with a second difference; infinite where
     /// it is not determined.
     fn jump_of_crossing(&self, before: &[Piece], after: &[Piece], e: &[f64]) -> f64 {
-        let crosses = |ends: (&Piece, &Piece)| {
-            matches!(ends, (Piece::Minus, Piece::Plus) | (Piece::Plus, Piece::Minus))
-        };
-        if !before.iter().zip(after).any(crosses) {
-            return 0.0;
-        }
-        let (declaration, leg, h) = (self.declaration(), self.next_leg(), self.course.h);
-        let v = Vector::of(leg.d).zip(e, |d, e| (d + 0.5 * e) / h);
-        let point = AtPoint::new(declaration, (self.course.time(), leg.q, &v));
+        let (declaration, h) = (self.declaration(), self.course.h);
+        let (t, q, v) = self.place(0.0, e);
+        let point = AtPoint::new(declaration, (t, &q, &v));
         let a = Vector::of(e).map(|e| e / (h * h));
         let accelerations = |crossing: bool| {
             let both = before.iter().zip(after);

@@ -24,11 +24,9 @@ impl Discrete<'_> {
 
     /// Whether a solution is near its prediction: a force that switches shows first there.
     pub(super) fn foresees(&self, z: &[f64], e: &[f64]) -> bool {
-        if !z.is_empty() {
-            return self.course.predictor.foresees(z, FORESEEN);
-        }
-        // steps without unknowns have no predictor
-        self.course.has_solved && predictor::foresees(self.course.vectors.e(), e, FORESEEN)
+        let last = self.course.has_solved.then(|| self.course.vectors.e());
+        predictor::continues(z.len(), last, e, FORESEEN)
+            && (z.is_empty() || self.course.predictor.foresees(z, FORESEEN))
     }
 
     /// Looks at the step that was solved, and at the one before if nobody has: where the solution was not foreseen.
@@ -79,7 +77,9 @@ impl Discrete<'_> {
         if shape.piecewise
             && let Some(accelerations) = jumps::accelerations(&declaration, |part| between(h, leg, e, part))
         {
-            part = part.max(jumps::of_acceleration(&accelerations, h, leg.d));
+            part = part.max(jumps::of_acceleration(&accelerations, |i| {
+                jumps::rounding(h, leg.d[i])
+            }));
             part = part.max(kick(&accelerations, h, leg, e));
         }
         part

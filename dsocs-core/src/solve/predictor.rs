@@ -270,6 +270,13 @@ pub(crate) fn foresees(guess: &[f64], z: &[f64], part: f64) -> bool {
         .all(|(z, guess)| (z - guess).abs() <= part * z.abs())
 }
 
+/// Whether a second difference changes little from the last one to the next, if unknowns do not tell it: parts that are known without a root need no unknowns,
+/// and have no prediction.
+#[inline]
+pub(crate) fn continues(unknowns: usize, last: Option<&[f64]>, e: &[f64], part: f64) -> bool {
+    unknowns >= e.len() || last.is_some_and(|last| foresees(last, e, part))
+}
+
 impl<U: Unknown<f64>> Arrays<'_, U> {
     /// Takes in the solution of a step; the determinant only of a system whose roots are watched for others.
     #[allow(clippy::inline_always)] // part of every step

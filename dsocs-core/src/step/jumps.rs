@@ -112,17 +112,21 @@ pub(crate) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
-/// How much the acceleration jumps on a way, relative to itself: the largest of all components. The way
-/// takes the time `h` and leads about as far as the increment `d`.
-pub(crate) fn of_acceleration(accelerations: &[Vector], h: f64, d: &[f64]) -> f64 {
+/// What moves a node by less than the rounding of an increment is no jump: the largest acceleration of which that can be said.
+pub(crate) fn rounding(h: f64, d: f64) -> f64 {
+    f64::EPSILON * d.abs() / (h * h)
+}
+
+/// How much the acceleration jumps on a way, relative to itself: the largest of all components. Each is known to a rounding error.
+pub(crate) fn of_acceleration(accelerations: &[Vector], rounding: impl Fn(usize) -> f64) -> f64 {
+    let components = accelerations.first().map_or(0, |a| a.len());
     let jump = |i: usize| {
         let [least, most] = range(accelerations.iter().map(|a| a[i]));
         let jumps = accelerations
             .windows(2)
             .map(|pair| (pair[1][i] - pair[0][i]).abs());
         let widest = jumps.fold(0.0, f64::max);
-        // what moves a node by less than the rounding of the increment is no jump
-        let is_rounding = widest * h * h <= f64::EPSILON * d[i].abs();
+        let is_rounding = widest <= rounding(i);
         // what is smooth changes little from place to place
         let is_jump = !is_rounding && widest >= 0.5 * (most - least);
         if is_jump {
@@ -131,5 +135,5 @@ pub(crate) fn of_acceleration(accelerations: &[Vector], h: f64, d: &[f64]) -> f6
             0.0
         }
     };
-    (0..d.len()).map(jump).fold(0.0, f64::max)
+    (0..components).map(jump).fold(0.0, f64::max)
 }

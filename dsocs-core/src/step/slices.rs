@@ -15,7 +15,7 @@ use crate::number::point::AnyLeg;
 use crate::solve::elimination::slices;
 use crate::solve::is_finite;
 use crate::solve::newton::{self, Components, Evaluation, Quick, Root};
-use crate::solve::predictor::{Continuation, Predictor, foresees};
+use crate::solve::predictor::{Continuation, Predictor, continues, foresees};
 use crate::solve::sparse::{Product, Sparse, Update};
 use crate::tape::Shape;
 
@@ -407,12 +407,8 @@ pub(crate) fn smooth<K: Walked, Z: Unknowns>(
             return Halt::Asks(Question::NotFinite);
         }
         if may_switch || shape.jumps {
-            let foreseen = if m == 0 {
-                // steps without unknowns have no prediction
-                course.has_solved && foresees(e, found, FORESEEN)
-            } else {
-                foresees(guess.as_ref(), z, FORESEEN)
-            };
+            let last = course.has_solved.then_some(&e[..]);
+            let foreseen = continues(m, last, found, FORESEEN) && foresees(guess.as_ref(), z, FORESEEN);
             if may_switch && !foreseen {
                 return Halt::Asks(Question::Unforeseen);
             }

@@ -315,12 +315,9 @@ pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, cou
             break Halt::Asks(Question::NotFinite);
         }
         if may_switch || S::JUMPS {
-            let foreseen = if z.as_ref().is_empty() {
-                // steps without unknowns have no prediction
-                course.has_solved && predictor::foresees(e, &found, FORESEEN)
-            } else {
-                predictor::foresees(solved.guess.as_ref(), z.as_ref(), FORESEEN)
-            };
+            let last = course.has_solved.then_some(&e[..]);
+            let foreseen = predictor::continues(z.as_ref().len(), last, &found, FORESEEN)
+                && predictor::foresees(solved.guess.as_ref(), z.as_ref(), FORESEEN);
             if may_switch && !foreseen {
                 break Halt::Asks(Question::Unforeseen);
             }
