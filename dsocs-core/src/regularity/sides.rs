@@ -140,68 +140,76 @@ pub(crate) fn solve(
     let mut now = guess.clone();
     let mut last = f64::INFINITY;
     for _ in 0..MAX_ITERATIONS {
-        now.evaluations += 1;
-        let at = linearize(&now.x, &now.sides);
-        let count = now.x.len();
-        let inverse = inverse(at.by_unknowns)?;
-        let newton = inverse.times_vector(&at.rows);
-        let by_sides = inverse.times(&at.by_sides);
-        let b = at.slopes.times(&by_sides);
-        let moved = at.slopes.times_vector(&newton);
-        let a: Vec<f64> = at
-            .arguments
-            .iter()
-            .zip(&moved)
-            .map(|(u, moved)| u - moved)
-            .collect();
         let pieces = now.pieces.clone();
-        let repels = |pieces: &[Piece]| {
-            (0..pieces.len()).any(|g| pieces[g] == Piece::Between && b[(g, g)] * direction < 0.0)
-        };
-        if repels(&pieces) {
-            return None;
-        }
-        let changes = complement(&a, &b, &mut now)?;
-        if repels(&now.pieces) {
-            return None;
-        }
-        let by_change = by_sides.times_vector(&changes);
-        let sizes: Vec<f64> = (0..count)
-            .map(|i| {
-                by_sides
-                    .row(i)
-                    .map(f64::abs)
-                    .sum::<f64>()
-                    .max(now.x[i].abs())
-                    .max(least[i])
-            })
-            .collect();
-        let faint = FAINT * sizes.iter().fold(0.0_f64, |most, size| most.max(*size));
-        let mut largest = 0.0_f64;
-        for i in 0..count {
-            let update = newton[i] + by_change[i];
-            now.x[i] -= update;
-            if update != 0.0 {
-                largest = largest.max(update.abs() / sizes[i].max(faint));
-            }
-        }
-        if largest.is_nan() {
-            return None;
-        }
+        let largest = update(linearize, &mut now, least, direction)?;
         let same = now.pieces == pieces;
         if same && (largest <= LAST || largest <= ROUNDING && largest >= 0.5 * last) {
-            let left = b.times_vector(&changes);
-            now.still = (0..a.len())
-                .map(|g| {
-                    let reach = b.row(g).map(f64::abs).sum::<f64>();
-                    now.pieces[g] == Piece::Between || (a[g] - left[g]).abs() <= STILL * reach
-                })
-                .collect();
             return Some(now);
         }
         last = largest;
     }
     None
+}
+
+/// One iteration of [`solve`]. Returns the largest update, relative to its unknown.
+pub(super) fn update(
+    linearize: &dyn Fn(&[f64], &[f64]) -> Linear,
+    now: &mut Sided,
+    least: &[f64],
+    direction: f64,
+) -> Option<f64> {
+    now.evaluations += 1;
+    let at = linearize(&now.x, &now.sides);
+    let count = now.x.len();
+    let inverse = inverse(at.by_unknowns)?;
+    let newton = inverse.times_vector(&at.rows);
+    let by_sides = inverse.times(&at.by_sides);
+    let b = at.slopes.times(&by_sides);
+    let moved = at.slopes.times_vector(&newton);
+    let a: Vec<f64> = at
+        .arguments
+        .iter()
+        .zip(&moved)
+        .map(|(u, moved)| u - moved)
+        .collect();
+    let repels = |pieces: &[Piece]| {
+        (0..pieces.len()).any(|g| pieces[g] == Piece::Between && b[(g, g)] * direction < 0.0)
+    };
+    if repels(&now.pieces) {
+        return None;
+    }
+    let changes = complement(&a, &b, now)?;
+    if repels(&now.pieces) {
+        return None;
+    }
+    let by_change = by_sides.times_vector(&changes);
+    let sizes: Vec<f64> = (0..count)
+        .map(|i| {
+            by_sides
+                .row(i)
+                .map(f64::abs)
+                .sum::<f64>()
+                .max(now.x[i].abs())
+                .max(least[i])
+        })
+        .collect();
+    let faint = FAINT * sizes.iter().fold(0.0_f64, |most, size| most.max(*size));
+    let mut largest = 0.0_f64;
+    for i in 0..count {
+        let update = newton[i] + by_change[i];
+        now.x[i] -= update;
+        if update != 0.0 {
+            largest = largest.max(update.abs() / sizes[i].max(faint));
+        }
+    }
+    let left = b.times_vector(&changes);
+    now.still = (0..a.len())
+        .map(|g| {
+            let reach = b.row(g).map(f64::abs).sum::<f64>();
+            now.pieces[g] == Piece::Between || (a[g] - left[g]).abs() <= STILL * reach
+        })
+        .collect();
+    (!largest.is_nan()).then_some(largest)
 }
 
 /// The inverse of a matrix whose rows may have any units; `None` if it is singular.

@@ -270,12 +270,19 @@ impl Contact<'_> {
                 left: 1.0 - done,
                 free: &free,
             };
-            let found = sides::solve(
-                &|x, sides| self.linearize(x, sides, &span),
-                &guess,
-                &least,
-                self.h.signum(),
-            )?;
+            let linearize = |x: &[f64], sides: &[f64]| self.linearize(x, sides, &span);
+            let found = sides::solve(&linearize, &guess, &least, self.h.signum());
+            // beyond an arrival the rows may have no root with the side before it, as where a friction grows towards rest: where it arrives is known to
+            // the same order from one update
+            let is_known = found.is_some();
+            let found = match found {
+                Some(found) => found,
+                None => {
+                    let mut now = guess;
+                    sides::update(&linearize, &mut now, &least, self.h.signum())?;
+                    now
+                }
+            };
             evaluations += found.evaluations;
             let next = in_the_middle(&self.declaration, self.h, self.next(&found.x[..n]).any());
             // what was zero and is not goes on to one side
@@ -293,6 +300,9 @@ impl Contact<'_> {
             let first = (0..count).filter_map(arrives).fold(1.0, f64::min);
             let place = done + first * (1.0 - done);
             if place >= 1.0 - LATE || left == 0 {
+                if !is_known {
+                    return None;
+                }
                 x = found.x;
                 let multipliers = x.split_off(n);
                 let switches =
