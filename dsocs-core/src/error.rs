@@ -203,6 +203,23 @@ pub enum SetupError {
         #[source]
         cause: Box<NewtonFailure>,
     },
+    /// The equations for the acceleration are singular at the start, to the rounding of its numbers.
+    #[error(
+        "the equations are singular at the start q0 = {}, v0 = {}: {}, so that the acceleration that they give is rounding; start beside it",
+        Numbers(.q0), Numbers(.v0),
+        .deficiency.as_ref().map_or_else(
+            || "a few roundings beside it, their determinant is another one".to_owned(),
+            ToString::to_string
+        )
+    )]
+    Singular {
+        /// The position.
+        q0: Vec<f64>,
+        /// The velocity.
+        v0: Vec<f64>,
+        /// What the equations leave open there, if it can be told.
+        deficiency: Option<Box<Deficiency>>,
+    },
     /// The first two nodes are equal, and the system would stay there for ever, only because a kinematic constraint has a factor that is zero
     /// at rest.
     #[error(

@@ -3,6 +3,7 @@
 mod any;
 mod begin;
 mod consistency;
+mod determined;
 mod rest;
 mod sized;
 pub(crate) mod third;
@@ -13,4 +14,5 @@ pub(crate) use begin::{
     check_parameters, inverse_mass, mass_matrix, momentum, state, state_acceleration, velocity_after,
     velocity_of,
 };
+pub(crate) use determined::{Determined, check as check_determined, determined};
 pub use sized::Start;

@@ -3,23 +3,25 @@
 use std::fs;
 use std::process::Command;
 
-/// What the program writes to standard error for a text, and the last line that it writes to standard output.
-fn run(text: &str, arguments: &[&str]) -> (String, String) {
+/// Whether a command of the program succeeds with a text, and what it writes to standard output and to standard error.
+fn attempt(text: &str, command: &str, arguments: &[&str]) -> (bool, [String; 2]) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.dsocs"), text).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-        .args(["run", "scene.dsocs"])
+        .args([command, "scene.dsocs"])
         .args(arguments)
         .current_dir(folder.path())
         .output()
         .unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    assert!(output.status.success(), "{}", text(output.stderr));
-    let table = text(output.stdout);
-    (
-        text(output.stderr),
-        table.lines().last().unwrap_or_default().to_owned(),
-    )
+    let told = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    (output.status.success(), told)
+}
+
+/// What the program writes to standard error for a text that runs, and the last line that it writes to standard output.
+fn run(text: &str, arguments: &[&str]) -> (String, String) {
+    let (succeeds, [table, warnings]) = attempt(text, "run", arguments);
+    assert!(succeeds, "{text} {arguments:?}: {warnings}");
+    (warnings, table.lines().last().unwrap_or_default().to_owned())
 }
 
 /// A scene of one coordinate to the time 9.
@@ -136,18 +138,8 @@ fn a_change_point_is_told_and_no_factor_is_named_where_there_is_none() {
         warnings.contains("nearly singular") && !warnings.contains("divide"),
         "{warnings}"
     );
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("scene.dsocs"), text).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-        .args(["check", "scene.dsocs"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let [table, words] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    assert!(
-        output.status.success() && !table.contains("FAILED"),
-        "{table}{words}"
-    );
+    let (succeeds, [table, words]) = attempt(text, "check", &[]);
+    assert!(succeeds && !table.contains("FAILED"), "{table}{words}");
     let said = table + &words;
     assert!(
         said.contains("since the continuous motion ends: the rank of the constraints is lost"),
@@ -161,20 +153,130 @@ fn composed_steps_do_not_pass_the_singularity_of_a_law() {
         lagrangian = dot(x).powi(2) + dot(x) * dot(th) * th.cos() + dot(th).powi(2) / 2 - g * th.cos(); \
         let V = dot(th).powi(2) / 2 + 5 * (1 - th.cos()); kinematic = dot(V) + k * dot(th).powi(2); constraint_forces = [(1, 0)]; \
         branch = divide(dot(th)); run { start = ([0.0, 1.2], [0.0, 3.0]); step = 0.01; until = 1.0; }";
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("scene.dsocs"), text).unwrap();
     for order in ["2", "4", "6", "8"] {
         for step in ["0.01", "0.003", "0.001"] {
-            let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-                .args(["run", "scene.dsocs", "--order", order, "--step", step])
-                .current_dir(folder.path())
-                .output()
-                .unwrap();
-            let told = String::from_utf8(output.stderr).unwrap();
+            let (succeeds, [_, told]) = attempt(text, "run", &["--order", order, "--step", step]);
+            assert!(!succeeds && told.contains("singular"), "{order} {step}: {told}");
+        }
+    }
+}
+
+#[test]
+fn a_start_at_a_singularity_is_refused_by_every_method() {
+    // the law says how theta moves, and only its equation of motion says how the cart does, with the factor cos(theta)
+    let text = |start: &str| {
+        format!(
+            "parameters {{ g = 9.81, k = 1.0 }} coordinates(x, th); \
+             lagrangian = dot(x).powi(2) + dot(x) * dot(th) * th.cos() + dot(th).powi(2) / 2 - g * th.cos(); \
+             let V = dot(th).powi(2) / 2 + 5 * (1 - th.cos()); kinematic = dot(V) + k * dot(th).powi(2); \
+             constraint_forces = [(1, 0)]; branch = divide(dot(th)); run {{ start = ({start}); step = 0.001; until = 0.01; }}"
+        )
+    };
+    let methods = [
+        ["--order", "2"],
+        ["--order", "4"],
+        ["--order", "8"],
+        ["--tolerance", "1e-9"],
+    ];
+    for start in [
+        "[0, pi / 2], [0, 0]",
+        "[0, -pi / 2], [0.3, 0]",
+        "[0, 3 * pi / 2], [0, 0.2]",
+    ] {
+        for method in &methods {
+            let (succeeds, [_, told]) = attempt(&text(start), "run", method);
             assert!(
-                !output.status.success() && told.contains("singular"),
-                "{order} {step}: {told}"
+                !succeeds && told.contains("the equations are singular at the start"),
+                "{start} {method:?}: {told}"
             );
         }
     }
+    // far from there, in any unit
+    for start in [
+        "[0, 1.2], [0, 0]",
+        "[1e9, 0], [1e-9, 0]",
+        "[1e-150, 1], [1e150, 0]",
+    ] {
+        let (_, [_, told]) = attempt(&text(start), "run", &methods[3]);
+        assert!(!told.contains("singular at the start"), "{start}: {told}");
+    }
+}
+
+#[test]
+fn a_jump_that_meets_what_rests_is_told_and_a_smooth_release_is_not() {
+    // by a jump of the push, of the push by what another coordinate does, and of the friction; and what moves beside what rests
+    let jumps = [
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2; \
+         external_forces = (if t > 1.2345 { 2.0 } else { 0.5 }) - dot(x).signum();",
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2; \
+         external_forces = (if t > 1.3 { 2.0 } else { 0.5 }) + 0.3 * t.sin() - dot(x).signum();",
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2; \
+         external_forces = 0.8 - (if (2 * t).cos() > -0.7 { 1.0 } else { 0.3 }) * dot(x).signum();",
+        "coordinates(x, y); lagrangian = dot(x).powi(2) / 2 + dot(y).powi(2) / 2 - y; \
+         external_forces = ((if y < -0.7 { 2.0 } else { 0.5 }) - dot(x).signum(), 0);",
+        "coordinates(x, y); lagrangian = dot(x).powi(2) / 2 + dot(y).powi(2) / 2; \
+         external_forces = (0.5 - dot(x).signum(), if t > 1.03 { 2.0 } else { 0.5 });",
+        "coordinates(x, y); lagrangian = dot(x).powi(2) / 2 + dot(y).powi(2) / 2; \
+         external_forces = (5 - dot(x).signum(), if t > 1.03 { 2.0 } else { 0.5 });",
+    ];
+    for statements in jumps {
+        let start = if statements.contains('y') { "[0, 0]" } else { "[0]" };
+        let text = format!("{statements} run {{ start = ({start}, {start}); step = 0.01; until = 2.5; }}");
+        for (order, steps) in [
+            ("2", &["0.01", "0.013", "0.0037"][..]),
+            ("4", &["0.01", "0.013"]),
+            ("8", &["0.01"]),
+        ] {
+            for step in steps {
+                let (warnings, _) = run(&text, &["--order", order, "--step", step]);
+                assert!(
+                    warnings.contains("of the first order"),
+                    "{statements} {order} {step}: {warnings}"
+                );
+            }
+        }
+        assert_eq!(run(&text, &["--tolerance", "1e-9"]).0, "", "{statements}");
+    }
+    let smooth = [
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2; \
+         external_forces = 2 * (1.3 * t).sin().powi(3) - dot(x).signum();",
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = t.powi(4) - dot(x).signum();",
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2; \
+         external_forces = 0.4 * t + 0.5 * (4 * t).sin() - (dot(x) - 0.2 * (2 * t).sin()).signum();",
+        "coordinates(x, y); lagrangian = dot(x).powi(2) / 2 + dot(y).powi(2) / 2 + y.cos() + (x - y).cos(); \
+         external_forces = (t - dot(x).signum() - 0.3 * (dot(x) - dot(y)).signum(), 0.7 * (1.7 * t).sin() + 0.3 * (dot(x) - dot(y)).signum());",
+    ];
+    for statements in smooth {
+        let start = if statements.contains('y') { "[0, 0]" } else { "[0]" };
+        let text = format!("{statements} run {{ start = ({start}, {start}); step = 0.01; until = 2.5; }}");
+        for order in ["2", "4"] {
+            for step in ["0.01", "0.013", "0.0037"] {
+                let (warnings, _) = run(&text, &["--order", order, "--step", step]);
+                assert_eq!(warnings, "", "{statements} {order} {step}");
+            }
+        }
+    }
+}
+
+#[test]
+fn friction_that_grows_towards_rest_is_met_by_any_step() {
+    let text = "parameters { k = 4.0, vb = 0.3 } coordinates(x, y); \
+        let slip = dot(x) - vb * (1 + 0.5 * (0.37 * t).sin()); let slip2 = dot(y) - dot(x); \
+        lagrangian = (dot(x).powi(2) + 0.3 * dot(y).powi(2)) / 2 - k * x.powi(2) / 2 - 2 * (y - x).powi(2) / 2; \
+        external_forces = (-(1.0 + 0.8 * (-slip.abs() / 0.1).exp()) * slip.signum() + 0.2 * slip2.signum(), -0.2 * slip2.signum()); \
+        run { start = ([0.0, 0.1], [0.3, 0.3]); step = 0.1; until = 12.6; }";
+    let there = position(&run(text, &["--tolerance", "1e-10"]).1);
+    let mut apart: Vec<f64> = Vec::new();
+    for step in ["0.12", "0.1", "0.09", "0.07", "0.05", "0.03", "0.02", "0.01"] {
+        let h: f64 = step.parse().unwrap();
+        let (_, end) = run(text, &["--step", step, "--until", "12.6"]);
+        let t: f64 = end.split(',').next().unwrap().parse().unwrap();
+        if (t - 12.6).abs() < 1e-9 {
+            apart.push((position(&end) - there).abs() / (h * h));
+        }
+    }
+    assert!(
+        apart.len() >= 5 && apart.iter().all(|apart| *apart < 6.0),
+        "{apart:?}"
+    );
 }

@@ -39,7 +39,9 @@ impl Composed<'_> {
     /// Whether something rests at the current node, or may do so within the next step.
     pub(super) fn is_near_rest(&self) -> bool {
         let State { q, v, a } = &self.course.now;
-        if self.rests || sticking::rests_at(&self.declaration(), self.course.clock.time(), &q.hi, &v.hi) {
+        if self.resting.contains(&true)
+            || sticking::rests_at(&self.declaration(), self.course.clock.time(), &q.hi, &v.hi)
+        {
             return true;
         }
         // as the mass goes on, and as the surface does below it
@@ -88,8 +90,9 @@ impl Composed<'_> {
             near: None,
         };
         let mut flow = Discrete::new(self.kernel, self.values.clone(), h, &given)?;
+        flow.begin_at_rest(&self.resting);
         flow.steps(u64::from(PARTS))?;
-        self.rests = flow.rests();
+        self.resting = flow.resting();
         let mut node = OwnedNode::new(0);
         node.take(&flow);
         let node = node.any();

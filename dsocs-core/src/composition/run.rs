@@ -53,8 +53,8 @@ pub(crate) struct Composed<'s> {
     joined: Option<Box<Joined>>,
     /// Whether something may rest where a function jumps with the velocity.
     may_rest: bool,
-    /// Whether something does at the current node.
-    pub(super) rests: bool,
+    /// Which arguments of such functions are zero at the current node.
+    pub(super) resting: Vec<bool>,
     /// The steps in which something did so that did not before, or in which such a function changed its sign.
     pub(super) unresolved: Option<Unresolved>,
     /// What tells where an acceleration may jump in a step; `None` where none may.
@@ -158,7 +158,7 @@ impl<'s> Composed<'s> {
             nearly_singular: None,
             joined,
             may_rest: kernel.shape().jumps && Declaration::of(kernel).sides() > 0,
-            rests: false,
+            resting: Vec::new(),
             unresolved: None,
             watch: None,
             force: None,

@@ -240,9 +240,27 @@ impl Discrete<'_> {
     }
 
     /// Whether something rests on the last leg.
-    pub(crate) fn rests(&self) -> bool {
+    fn rests(&self) -> bool {
         let contacts = self.contacts.as_ref();
         contacts.is_some_and(|contacts| contacts.pieces.contains(&Piece::Between))
+    }
+
+    /// Which arguments are zero on the last leg.
+    pub(crate) fn resting(&self) -> Vec<bool> {
+        let pieces = self.contacts.iter().flat_map(|contacts| &contacts.pieces);
+        pieces.map(|piece| *piece == Piece::Between).collect()
+    }
+
+    /// Begins with some arguments at zero, of which another run knows that they rest.
+    pub(crate) fn begin_at_rest(&mut self, resting: &[bool]) {
+        if let Some(contacts) = &mut self.contacts {
+            for (piece, rests) in contacts.pieces.iter_mut().zip(resting) {
+                if *rests {
+                    *piece = Piece::Between;
+                }
+            }
+            contacts.earlier.clone_from(&contacts.pieces);
+        }
     }
 
     /// Whether the last step solves the declared rows only with sides.

@@ -11,6 +11,7 @@ use crate::number::point::AnyLeg;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::solve::predictor;
+use crate::start::Beginning;
 use crate::step::jumps;
 use crate::step::smooth::FORESEEN;
 use crate::tape::declaration::Declaration;
@@ -42,6 +43,10 @@ impl Discrete<'_> {
             let (part, stop) = (self.departure(leg, course.vectors.e()), course.report.stop);
             self.count(before, part, stop);
         }
+        if !self.course.has_solved && self.course.index() == 1 {
+            let part = self.departure_at_start(e);
+            self.count(self.beginning.t0, part, Stop::Update);
+        }
         // a step that begins at a jump meets it once more
         let course = &self.course;
         let begins_at_jump = course.has_solved && course.report.stop == Stop::Jump;
@@ -69,20 +74,42 @@ impl Discrete<'_> {
 
     /// How far forces and accelerations are from changing linearly within a step, relative to themselves.
     fn departure(&self, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
+        let h = self.course.h;
+        let (part, accelerations) = self.departure_on(&|part| between(h, leg, e, part), leg, e);
+        accelerations.map_or(part, |accelerations| part.max(kick(&accelerations, h, leg, e)))
+    }
+
+    /// The same from the start to the middle of the first leg, with the second difference of the first step.
+    fn departure_at_start(&self, e: &[f64]) -> f64 {
+        let (leg, h) = (self.next_leg(), self.course.h);
+        let Beginning { t0, q0, .. } = &self.beginning;
+        // what jumps at rest has its side in motion
+        let way = |part: f64| {
+            let q = q0.zip(leg.d, |q, d| q + 0.5 * part * d);
+            (t0 + 0.5 * part * h, q, Vector::of(leg.d).map(|d| d / h))
+        };
+        self.departure_on(&way, leg, e).0
+    }
+
+    /// The same on a way in a step, and the accelerations there if they were looked at.
+    fn departure_on(
+        &self,
+        way: &dyn Fn(f64) -> (f64, Vector, Vector),
+        leg: AnyLeg<'_, f64>,
+        e: &[f64],
+    ) -> (f64, Option<Vec<Vector>>) {
         let (shape, declaration, h) = (self.shape(), self.declaration(), self.course.h);
         let mut part = 0.0_f64;
         if shape.external_forces {
-            part = part.max(departure(&declaration, h, leg, e));
+            part = part.max(departure(&declaration, h, leg, e, way));
         }
-        if shape.piecewise
-            && let Some(accelerations) = jumps::accelerations(&declaration, |part| between(h, leg, e, part))
-        {
-            part = part.max(jumps::of_acceleration(&accelerations, |i| {
-                jumps::rounding(h, leg.d[i])
-            }));
-            part = part.max(kick(&accelerations, h, leg, e));
+        let accelerations = shape.piecewise.then(|| jumps::accelerations(&declaration, way));
+        let accelerations = accelerations.flatten();
+        if let Some(accelerations) = &accelerations {
+            let jump = jumps::of_acceleration(accelerations, |i| jumps::rounding(h, leg.d[i]));
+            part = part.max(jump);
         }
-        part
+        (part, accelerations)
     }
 }
 
@@ -107,12 +134,18 @@ fn kick(accelerations: &[Vector], h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> f6
     parts.fold(0.0, f64::max)
 }
 
-/// How far the forces depart from the straight line between the middles of two legs: the largest of all components. It is relative to the
+/// How far the forces depart from the straight line between the ends of a way: the largest of all components. It is relative to the
 /// change of the momentum over a step or to the force, whichever is larger.
-fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
+fn departure(
+    declaration: &Declaration<'_>,
+    h: f64,
+    leg: AnyLeg<'_, f64>,
+    e: &[f64],
+    way: &dyn Fn(f64) -> (f64, Vector, Vector),
+) -> f64 {
     let next = Vector::of(leg.d).zip(e, |d, e| d + e);
     let force = |part: f64| {
-        let (t, q, v) = between(h, leg, e, part);
+        let (t, q, v) = way(part);
         let mut force = Vector::zero(e.len());
         declaration.external_forces(t, &q[..], &v[..], &mut force);
         force

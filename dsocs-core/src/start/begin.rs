@@ -1,6 +1,7 @@
 //! The start of a run, worked out: the first leg of nodes, or a position and a velocity.
 
 use super::consistency;
+use super::determined;
 use super::rest;
 use super::third::{self, Free};
 use crate::error::SetupError;
@@ -346,13 +347,16 @@ pub(crate) fn check_parameters(declaration: &Declaration<'_>) -> Result<(), Setu
     }
 }
 
-/// The acceleration of the continuous system at a start, which has to be finite.
+/// The acceleration of the continuous system at a start, which has to be finite, and determined by the equations: where they are singular to the rounding
+/// of the start, as with `theta = pi / 2` and `cos(theta)` for a factor, what is found is rounding.
 pub(crate) fn state_acceleration(
     declaration: &Declaration<'_>,
     (t0, q0, v0): (f64, &[f64], &[f64]),
     near: Option<&[f64]>,
 ) -> Result<Vector, SetupError> {
-    Ok(state(declaration, (t0, q0, v0), near)?.0)
+    let (a, _) = state(declaration, (t0, q0, v0), near)?;
+    determined::check(declaration, (t0, q0, v0), &a)?;
+    Ok(a)
 }
 
 /// The same, and the multipliers where they are unknown.

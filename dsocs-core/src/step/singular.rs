@@ -6,9 +6,8 @@
 
 use crate::number::point::AnyPoint;
 use crate::regularity::deficiency::{self, DependentRow, Singularity};
-use crate::solve::elimination::Determinant;
-use crate::solve::{Square, Vector};
-use crate::start;
+use crate::solve::Vector;
+use crate::start::{self, Determined};
 use crate::tape::declaration::Declaration;
 
 /// In so many equal parts the way between two places is divided.
@@ -49,25 +48,14 @@ pub(crate) struct Place {
     pub v: Vector,
 }
 
-/// The acceleration and the multipliers at a place, and the determinant of their equations.
-#[derive(Clone)]
-struct Solved {
-    /// What they are.
-    motion: Vector,
-    /// What it is.
-    determinant: Determinant,
+/// How far a component at one place is from that at another.
+fn apart(one: &Determined, other: &Determined, component: usize) -> f64 {
+    (one.motion[component] - other.motion[component]).abs()
 }
 
-impl Solved {
-    /// How far a component is from another one.
-    fn apart(&self, other: &Self, component: usize) -> f64 {
-        (self.motion[component] - other.motion[component]).abs()
-    }
-
-    /// Whether the determinant has another sign.
-    fn is_opposite(&self, other: &Self) -> bool {
-        self.determinant.value * other.determinant.value < 0.0
-    }
+/// Whether the determinants have opposite signs.
+fn are_opposite(one: &Determined, other: &Determined) -> bool {
+    one.determinant.value * other.determinant.value < 0.0
 }
 
 impl Place {
@@ -82,20 +70,8 @@ impl Place {
     }
 
     /// The acceleration here; `None` where there is none.
-    fn solve(&self, declaration: &Declaration<'_>, near: &[f64]) -> Option<Solved> {
-        let Self { t, q, v } = self;
-        let (a, multipliers) = start::acceleration(declaration, (*t, q, v), Some(near)).ok()?;
-        let size = a.len() + multipliers.len();
-        let (mut rows, mut jacobian) = (Vector::nan(size), Square::zero(size));
-        let point = AnyPoint { t: *t, q, v, a: &a };
-        declaration.linearize_continuous(point, &multipliers, &mut rows, jacobian.entries_mut());
-        let determinant = jacobian.determinant();
-        (!determinant.value.is_nan()).then(|| Solved {
-            motion: Vector::from_fn(size, |i| {
-                a.get(i).copied().unwrap_or_else(|| multipliers[i - a.len()])
-            }),
-            determinant,
-        })
+    fn solve(&self, declaration: &Declaration<'_>, near: &[f64]) -> Option<Determined> {
+        start::determined(declaration, (self.t, &self.q, &self.v), near)
     }
 }
 
@@ -219,7 +195,7 @@ pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f
         (0..PLACES).map(|place| ends[0].towards(&ends[1], f64::from(place) / f64::from(PLACES)))
     });
     // a place without an acceleration is left out: it may be that of the singularity itself
-    let solved: Vec<(Place, Solved)> = places
+    let solved: Vec<(Place, Determined)> = places
         .chain(way.last().cloned())
         .filter_map(|place| place.solve(declaration, near).map(|solved| (place, solved)))
         .collect();
@@ -229,15 +205,15 @@ pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f
             [least.min(a), most.max(a)]
         })
     };
-    let jumps = |before: &Solved, after: &Solved, i: usize| {
+    let jumps = |before: &Determined, after: &Determined, i: usize| {
         let [least, most] = range(i);
-        let jump = before.apart(after, i);
+        let jump = apart(before, after, i);
         jump >= 0.5 * (most - least) && jump > JUMPS * most.abs().max(least.abs())
     };
     solved.windows(2).find_map(|pair| {
         let [from, to] = pair else { return None };
         let jumping = (0..near.len()).find(|&i| jumps(&from.1, &to.1, i))?;
-        if !from.1.is_opposite(&to.1) {
+        if !are_opposite(&from.1, &to.1) {
             return None;
         }
         pole(declaration, [from, to], jumping)
@@ -246,9 +222,13 @@ pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f
 
 /// The place between two where the determinant passes through zero, if a component of the acceleration has no bound there. It has one where a factor
 /// vanishes, and where the two roots of a pair change sides: then it only seems to jump, from the one to the other.
-fn pole(declaration: &Declaration<'_>, ends: [&(Place, Solved); 2], component: usize) -> Option<Singularity> {
+fn pole(
+    declaration: &Declaration<'_>,
+    ends: [&(Place, Determined); 2],
+    component: usize,
+) -> Option<Singularity> {
     let [mut from, mut to] = ends.map(Clone::clone);
-    let first = from.1.apart(&to.1, component);
+    let first = apart(&from.1, &to.1, component);
     let mut grown = first;
     for _ in 0..HALVINGS {
         let middle = from.0.towards(&to.0, 0.5);
@@ -257,12 +237,12 @@ fn pole(declaration: &Declaration<'_>, ends: [&(Place, Solved); 2], component: u
         let Some(solved) = middle.solve(declaration, near) else {
             break;
         };
-        if solved.is_opposite(&from.1) {
+        if are_opposite(&solved, &from.1) {
             to = (middle, solved);
         } else {
             from = (middle, solved);
         }
-        grown = f64::max(grown, from.1.apart(&to.1, component));
+        grown = f64::max(grown, apart(&from.1, &to.1, component));
     }
     if grown < GROWS * first {
         return None;

@@ -66,11 +66,14 @@ impl<'s> AnyTaylorFlow<'s> {
         tolerance.check()?;
         start::check_parameters(&declaration)?;
         let phase = start.phase(&declaration)?;
+        let at = (phase.t0, &phase.q0[..], &phase.v0[..]);
         match Integrator::new(&mut *equations, &phase, tolerance) {
-            Ok(motion) => Ok(Self { equations, motion }),
+            Ok(motion) => {
+                start::check_determined(&equations.declaration(), at, motion.acceleration())?;
+                Ok(Self { equations, motion })
+            }
             // what the equations for the acceleration leave open, or what in them has no value, says more than a series that is not finite
             Err(error) => {
-                let at = (phase.t0, &phase.q0[..], &phase.v0[..]);
                 match start::state_acceleration(&equations.declaration(), at, phase.near.as_deref()) {
                     Err(
                         acceleration @ (SetupError::Acceleration {

@@ -1,5 +1,7 @@
 //! Whether the energy of a run explodes, or changes where nothing changes it.
 
+use dsocs_core::Stop;
+
 use crate::entry::{Method, Row};
 
 /// So many times its first value the energy of a run has to become before anything is said.
@@ -127,7 +129,10 @@ impl Energy {
         if row.node.energy.abs() > self.largest.0.abs() {
             self.largest = (row.node.energy, row.node.t);
         }
-        self.growth.look(self.largest);
+        // what rests has its energy from rounding
+        if row.node.stop != Stop::Sticks {
+            self.growth.look(self.largest);
+        }
         if let Some(balance) = row.balance {
             self.balance.look(row, first, balance);
         }
@@ -186,6 +191,19 @@ mod tests {
             entry.set(name, *value).unwrap();
         }
         entry
+    }
+
+    #[test]
+    fn a_push_that_frees_what_rests_is_no_growth() {
+        let pushed = entry(
+            "coordinates(x);
+            lagrangian = dot(x).powi(2) / 2;
+            external_forces = (2 * (1.3 * t).sin().powi(3) - dot(x).signum());",
+            &[],
+        );
+        for h in [0.01, 0.004] {
+            assert_eq!(note(&pushed, &[0.0], h, 2.5), None);
+        }
     }
 
     /// A mass on a spring that a force drives.

@@ -229,6 +229,7 @@ pub fn code(failure: &RunFailure) -> &'static str {
     let setup = |error: &SetupError| match error {
         SetupError::Inconsistent { .. } | SetupError::Projection { .. } => "inconsistent-start",
         SetupError::Acceleration { .. } => "no-acceleration",
+        SetupError::Singular { .. } => "singular",
         SetupError::Parameter { .. } => "parameter",
         _ => "setup",
     };

@@ -1,0 +1,76 @@
+//! Whether the equations for the acceleration determine it.
+
+use super::acceleration;
+use crate::error::SetupError;
+use crate::number::point::AnyPoint;
+use crate::regularity::deficiency;
+use crate::solve::elimination::Determinant;
+use crate::solve::{Square, Vector};
+use crate::tape::declaration::Declaration;
+
+/// How many roundings beside a start its equations are looked at: each time, position and velocity by one of three.
+const BESIDE: [[f64; 3]; 2] = [[4.0, 4.0, 4.0], [4.0, -3.0, 2.0]];
+
+/// A determinant that changes by this part of itself there is zero, as far as the start is known.
+const CHANGES: f64 = 0.5;
+
+/// The acceleration and the multipliers at a place, and the determinant of their equations.
+#[derive(Clone)]
+pub(crate) struct Determined {
+    /// The accelerations, then the multipliers.
+    pub(crate) motion: Vector,
+    /// The determinant.
+    pub(crate) determinant: Determinant,
+}
+
+/// The motion at a time, a position and a velocity, looked for near an acceleration; `None` where there is none.
+pub(crate) fn determined(
+    declaration: &Declaration<'_>,
+    (t, q, v): (f64, &[f64], &[f64]),
+    near: &[f64],
+) -> Option<Determined> {
+    let (a, multipliers) = acceleration(declaration, (t, q, v), Some(near)).ok()?;
+    let size = a.len() + multipliers.len();
+    let (mut rows, mut jacobian) = (Vector::nan(size), Square::zero(size));
+    let point = AnyPoint { t, q, v, a: &a };
+    declaration.linearize_continuous(point, &multipliers, &mut rows, jacobian.entries_mut());
+    let determinant = jacobian.determinant();
+    (!determinant.value.is_nan()).then(|| Determined {
+        motion: Vector::from_fn(size, |i| {
+            a.get(i).copied().unwrap_or_else(|| multipliers[i - a.len()])
+        }),
+        determinant,
+    })
+}
+
+/// Checks that the equations are regular at a start, as far as it is known: that their determinant is not another one a few roundings beside it. Where it is,
+/// as with `theta = pi / 2` and a factor `cos(theta)`, an acceleration that is found is rounding.
+#[cold]
+pub(crate) fn check(
+    declaration: &Declaration<'_>,
+    (t, q0, v0): (f64, &[f64], &[f64]),
+    a: &[f64],
+) -> Result<(), SetupError> {
+    let Some(here) = determined(declaration, (t, q0, v0), a) else {
+        return Ok(());
+    };
+    let is_other = |roundings: [f64; 3]| {
+        let moved = |x: f64, i: usize| x * (1.0 + roundings[i % 3] * f64::EPSILON);
+        let [q, v] = [q0, v0].map(|x| Vector::from_fn(x.len(), |i| moved(x[i], i)));
+        let beside = determined(declaration, (moved(t, 2), &q, &v), a);
+        beside.is_some_and(|beside| {
+            let unit = here.determinant.exponent;
+            let [here, beside] = [&here, &beside].map(|at| at.determinant.in_units_of(unit));
+            (beside - here).abs() > CHANGES * here.abs()
+        })
+    };
+    if !BESIDE.into_iter().any(is_other) {
+        return Ok(());
+    }
+    let point = AnyPoint { t, q: q0, v: v0, a };
+    Err(SetupError::Singular {
+        q0: q0.to_vec(),
+        v0: v0.to_vec(),
+        deficiency: deficiency::near_point(declaration, point).map(Box::new),
+    })
+}
