@@ -12,19 +12,17 @@ use crate::regularity::sticking::{self, Contact, Outlook};
 use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
-use crate::solve::predictor::PAST;
+use crate::solve::predictor::{PAST, Predictor};
 use crate::start::Beginning;
 use crate::step::jumps;
+use crate::step::smooth::FORESEEN;
 use crate::tape::declaration::Declaration;
 
-/// So many steps are looked at for a jump, around the node of the step that may meet one: a release by a jump is of the step before, of this one, or of both.
-const SPANS: u8 = 3;
-
-/// An acceleration that sides make is known to this part of what they can make.
+/// An acceleration is known to this part of what sides make of it.
 const NOISE: f64 = 1e-9;
 
-/// At so many places of each.
-const PLACES: u8 = 8;
+/// At so many places of each step it is looked for a jump.
+const PLACES: u8 = 6;
 
 /// Whether an argument goes from one side to the other.
 fn crosses(ends: (&Piece, &Piece)) -> bool {
@@ -44,6 +42,10 @@ pub(super) struct Contacts {
     earlier: Vec<Piece>,
     /// The number of the step on whose first leg the arguments were looked at last.
     seen: u64,
+    /// The second differences of the last steps with sides, and the number of the step after them. The unknowns of a step do not tell all of them.
+    past: Option<(u64, Predictor)>,
+    /// How much of each acceleration the sides made, when that was looked at last.
+    reach: Vec<f64>,
 }
 
 impl Contacts {
@@ -82,11 +84,29 @@ impl Contacts {
             sides: None,
             changed: None,
             seen: 1,
+            past: None,
+            reach: Vec::new(),
         }))
     }
 }
 
 impl Contacts {
+    /// Takes in the second difference of the step with a number.
+    fn remember(&mut self, index: u64, e: &[f64]) {
+        let mut past = match self.past.take() {
+            Some((next, past)) if next == index => past,
+            _ => Predictor::new(e.len()),
+        };
+        past.push(e);
+        self.past = Some((index + 1, past));
+    }
+
+    /// The second difference of the step with a number, as those of the steps before it lead to expect.
+    fn expected(&self, index: u64) -> Option<Vector> {
+        let (next, past) = self.past.as_ref()?;
+        (*next == index).then(|| past.predict()).flatten()
+    }
+
     /// Where the arguments were before the step with a number; of one that has been zero for a leg alone, where it came from.
     fn before(&self, index: u64) -> Vec<Piece> {
         let has_just_changed = self.changed == Some(index);
@@ -340,6 +360,7 @@ impl Discrete<'_> {
         }
         let index = self.course.index();
         self.go(&solution.e, &solution.multipliers, report)?;
+        contacts.remember(index, &solution.e);
         if solution.pieces != contacts.pieces {
             contacts.changed = Some(index + 1);
             contacts.earlier.clone_from(&contacts.pieces);
@@ -353,17 +374,16 @@ impl Discrete<'_> {
     /// How much the acceleration jumps in a step, relative to itself, other than by a stop or by a release at the bound of a side; infinite where it is not
     /// determined.
     #[cold]
-    fn jump_in_step(&self, contacts: &Contacts, solution: &sticking::Solution) -> f64 {
+    fn jump_in_step(&self, contacts: &mut Contacts, solution: &sticking::Solution) -> f64 {
         let before = contacts.before(self.course.index());
         if before.iter().zip(&solution.pieces).any(crosses) {
             return self.jump_of_crossing(&before, &solution.pieces, &solution.e);
         }
         let e = &solution.e;
-        let z = self.step_from(self.next_leg()).unknown(e, &solution.multipliers);
         let is_released =
             |(before, after): (&Piece, &Piece)| *before == Piece::Between && *after != Piece::Between;
         let releases = contacts.pieces.iter().zip(&solution.pieces).any(is_released);
-        if !releases && self.foresees(&z, e) {
+        if !releases && self.goes_on(contacts, e) {
             return 0.0;
         }
         let both = before.iter().zip(&solution.pieces);
@@ -373,7 +393,25 @@ impl Discrete<'_> {
                 _ => *after,
             })
             .collect();
-        self.jump_beside(&held, releases, e)
+        self.jump_beside(contacts, &held, releases, e)
+    }
+
+    /// Whether each component of a second difference is as the last one or as the past leads to expect, to a part of itself or to the noise of an acceleration.
+    fn goes_on(&self, contacts: &Contacts, e: &[f64]) -> bool {
+        let last = self.course.has_solved.then(|| self.course.vectors.e());
+        let expected = contacts.expected(self.course.index());
+        let square = self.course.h * self.course.h;
+        (0..e.len()).all(|i| {
+            let room = (FORESEEN * e[i].abs()).max(self.noise(contacts, i) * square);
+            let mut others = [last, expected.as_deref()].into_iter().flatten();
+            others.any(|other| (e[i] - other[i]).abs() <= room)
+        })
+    }
+
+    /// How large an acceleration may be by rounding.
+    fn noise(&self, contacts: &Contacts, component: usize) -> f64 {
+        let reach = contacts.reach.get(component).map_or(0.0, |reach| NOISE * reach);
+        reach.max(jumps::rounding(self.course.h, self.next_leg().d[component]))
     }
 
     /// The place of a step with a second difference, in steps from its middle node: time, position and velocity.
@@ -386,11 +424,11 @@ impl Discrete<'_> {
         (self.course.time() + place * h, q, v)
     }
 
-    /// How much the acceleration jumps from the step before to the middle of the step after, relative to itself, if what rests goes on to rest or, with
-    /// `releases`, does so as long as it can: then neither a stop nor a release at the bound of a side makes it jump.
+    /// How much the acceleration jumps from the middle of the step before on, relative to itself, if what rests goes on to rest or, with `releases`, does so
+    /// as long as it can: then neither a stop nor a release at the bound of a side makes it jump.
     #[cold]
-    fn jump_beside(&self, pieces: &[Piece], releases: bool, e: &[f64]) -> f64 {
-        let (declaration, leg, h) = (self.declaration(), self.next_leg(), self.course.h);
+    fn jump_beside(&self, contacts: &mut Contacts, pieces: &[Piece], releases: bool, e: &[f64]) -> f64 {
+        let (declaration, h) = (self.declaration(), self.course.h);
         let multipliers = declaration.shape().multipliers();
         let guess = Held::guess(&Vector::of(e).map(|e| e / (h * h)), multipliers, pieces.len());
         let (t, q, v) = self.place(0.0, e);
@@ -398,19 +436,16 @@ impl Discrete<'_> {
         let Some(mut now) = AtPoint::new(declaration, (t, &q, &v)).held(pieces, &guess) else {
             return 0.0;
         };
-        let noise: Vec<f64> = (0..e.len())
-            .map(|i| jumps::rounding(h, leg.d[i]).max(NOISE * now.reach[i]))
-            .collect();
-        let last = self.course.vectors.e();
-        let is_noise = |i: usize| (e[i] - last[i]).abs() <= noise[i] * h * h;
-        if !releases && self.course.has_solved && (0..e.len()).all(is_noise) {
+        contacts.reach.clone_from(&now.reach);
+        if !releases && self.goes_on(contacts, e) {
             return 0.0;
         }
         let zero: Vec<bool> = pieces.iter().map(|piece| *piece == Piece::Between).collect();
-        let mut accelerations = Vec::with_capacity(usize::from(SPANS * PLACES) + 1);
-        for place in 0..=SPANS * PLACES {
-            // the middle node of the step is in the middle of the way
-            let place = f64::from(place) / f64::from(PLACES) - 0.5 * f64::from(SPANS);
+        // the step that follows looks at what comes after this one; a release grows from nothing, and that it does so is told by what comes after
+        let steps = if releases { 3 } else { 2 };
+        let mut accelerations = Vec::with_capacity(usize::from(steps * PLACES) + 1);
+        for place in 0..=steps * PLACES {
+            let place = f64::from(place) / f64::from(PLACES) - 1.5;
             let (t, q, v) = self.place(place, e);
             let point = AtPoint::new(declaration, (t, &q, &v));
             let found = if releases {
@@ -424,7 +459,7 @@ impl Discrete<'_> {
             }
             accelerations.push(Vector::of(&now.x[..e.len()]));
         }
-        jumps::of_acceleration(&accelerations, |i| noise[i])
+        jumps::of_acceleration(&accelerations, |i| self.noise(contacts, i))
     }
 
     /// How much the acceleration jumps, relative to itself, where arguments go from one side to the other in a step with a second difference; infinite where
