@@ -139,6 +139,7 @@ impl<const N: usize> Iterator for Flow<'_, N> {
 impl<const N: usize> FusedIterator for Flow<'_, N> {}
 
 mod any;
+mod beside_rest;
 mod choose;
 pub(crate) mod discrete;
 mod forces;

@@ -103,9 +103,7 @@ impl Composed<'_> {
             guess: crate::kernel::report::Guess::Predicted,
         };
         if let Some(found) = flow.unresolved() {
-            let so_far = self.unresolved.get_or_insert(Unresolved { steps: 0, ..found });
-            so_far.steps += found.steps;
-            so_far.largest = so_far.largest.max(found.largest);
+            Unresolved::add(&mut self.unresolved, found);
         }
         self.course.now = State {
             q: Sum::exact(Vector::of(node.q)),

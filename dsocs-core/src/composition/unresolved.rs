@@ -119,13 +119,7 @@ impl Composed<'_> {
         };
         let part = jumps::departure(&accelerations);
         if part > jumps::UNRESOLVED {
-            let counted = self.unresolved.get_or_insert(Unresolved {
-                steps: 0,
-                first: from.t + 0.5 * h,
-                largest: 0.0,
-            });
-            counted.steps += 1;
-            counted.largest = counted.largest.max(part);
+            Unresolved::count(&mut self.unresolved, from.t + 0.5 * h, part);
         }
     }
 }

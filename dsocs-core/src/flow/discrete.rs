@@ -40,7 +40,7 @@ pub(crate) struct Discrete<'s> {
     /// The last node where they did.
     pub(super) changed: Option<Box<Changed>>,
     /// The steps that were too long for the external forces.
-    pub(super) unresolved: Option<Box<Unresolved>>,
+    pub(super) unresolved: Option<Unresolved>,
     /// The steps near a singularity.
     pub(super) nearly_singular: Option<NearlySingular>,
     /// What is known of functions that jump with the velocity, where there are some.
@@ -514,7 +514,7 @@ impl Run for Discrete<'_> {
     }
 
     fn unresolved(&self) -> Option<Unresolved> {
-        self.unresolved.as_deref().copied()
+        self.unresolved
     }
 
     fn nearly_singular(&self) -> Option<NearlySingular> {

@@ -8,6 +8,7 @@
 
 use super::discrete::Discrete;
 use crate::number::point::AnyLeg;
+use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::solve::predictor;
@@ -68,7 +69,7 @@ impl Discrete<'_> {
     /// Counts a step that is too long for what switches in it.
     fn count(&mut self, time: f64, part: f64, stop: Stop) {
         if part > jumps::UNRESOLVED || stop == Stop::Jump {
-            self.count_unresolved(time, part);
+            Unresolved::count(&mut self.unresolved, time, part);
         }
     }
 

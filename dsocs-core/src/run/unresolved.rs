@@ -10,7 +10,7 @@
 /// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and the run goes on. Where these
 /// have no solution, because a function jumps over it, the node is that of the jump, and the step is counted, too ([`Stop::Jump`](crate::Stop::Jump)). Steps
 /// in which friction stops a mass, holds it ([`Stop::Sticks`](crate::Stop::Sticks)) or lets it go are not counted, since they cost no order: what acts
-/// before the event and after it has its part of the step.
+/// before the event and after it has its part of the step. They are counted if anything else jumps in them, as a force that lets the mass go by its jump.
 ///
 /// A [`ComposedFlow`](crate::ComposedFlow) looks at accelerations: a step is counted if one jumps in it by more than a tenth of itself.
 ///
@@ -24,4 +24,24 @@ pub struct Unresolved {
     pub first: f64,
     /// The largest departure from the straight line, relative to the change of the momentum over the step, or to the acceleration \[1\].
     pub largest: f64,
+}
+
+impl Unresolved {
+    /// Counts a step with a middle node at a time, and how far it departs or jumps.
+    pub(crate) fn count(counted: &mut Option<Self>, time: f64, part: f64) {
+        let counted = counted.get_or_insert(Self {
+            steps: 0,
+            first: time,
+            largest: 0.0,
+        });
+        counted.steps += 1;
+        counted.largest = counted.largest.max(part);
+    }
+
+    /// Adds the steps of another run, which came later.
+    pub(crate) fn add(counted: &mut Option<Self>, other: Self) {
+        let counted = counted.get_or_insert(Self { steps: 0, ..other });
+        counted.steps += other.steps;
+        counted.largest = counted.largest.max(other.largest);
+    }
 }
