@@ -275,13 +275,12 @@ impl Contact<'_> {
             // beyond an arrival the rows may have no root with the side before it, as where a friction grows towards rest: where it arrives is known to
             // the same order from one update
             let is_known = found.is_some();
-            let found = match found {
-                Some(found) => found,
-                None => {
-                    let mut now = guess;
-                    sides::update(&linearize, &mut now, &least, self.h.signum())?;
-                    now
-                }
+            let found = if let Some(found) = found {
+                found
+            } else {
+                let mut now = guess;
+                sides::update(&linearize, &mut now, &least, self.h.signum())?;
+                now
             };
             evaluations += found.evaluations;
             let next = in_the_middle(&self.declaration, self.h, self.next(&found.x[..n]).any());
