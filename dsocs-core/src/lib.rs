@@ -153,7 +153,9 @@ pub use crate::solve::newton::Stop;
 pub use crate::tape::declaration::Declaration;
 pub use crate::tape::quantity::Quantity;
 pub use composition::{AnyComposedFlow, ComposedFlow, Composition, FailedStage, StageError, StageFailure};
-pub use derivative::{DerivativeError, Gradient, NodeTangent, Path, Variable};
+pub use derivative::{
+    AnyGradient, AnyPath, AnyTangent, DerivativeError, Gradient, NodeTangent, OwnedTangents, Path, Variable,
+};
 pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, SetupError, StepError, Violation};
 pub use flow::{AnyFlow, Flow, Roots, multipliers};

@@ -3,7 +3,7 @@
 use super::block::{Block, Role, Rooms};
 use super::error::DerivativeError;
 use super::motion::{Motion, Piece, Recording};
-use super::path::{Path, parameter};
+use super::path::{AnyPath, Path, parameter};
 use crate::number::point::Point;
 use crate::number::point::{AnyPoint, sized};
 use crate::start::StartOrder;
@@ -45,12 +45,65 @@ pub struct NodeTangent<const N: usize> {
 impl<const N: usize> NodeTangent<N> {
     /// From the changes of position, velocity and acceleration, one after the other.
     fn of(tangent: &[f64]) -> Self {
-        let part = |part: usize| sized(tangent.get(part * N..).unwrap_or(&[]));
+        let AnyTangent { q, v, a } = AnyTangent::of(tangent);
         Self {
-            q: part(0),
-            v: part(1),
-            a: part(2),
+            q: sized(q),
+            v: sized(v),
+            a: sized(a),
         }
+    }
+}
+
+/// A [`NodeTangent`] with any number of coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnyTangent<'a> {
+    /// The derivative of the position.
+    pub q: &'a [f64],
+    /// The derivative of the velocity.
+    pub v: &'a [f64],
+    /// The derivative of the acceleration.
+    pub a: &'a [f64],
+}
+
+impl<'a> AnyTangent<'a> {
+    /// From the changes of position, velocity and acceleration, one after the other.
+    fn of(tangent: &'a [f64]) -> Self {
+        let (q, rest) = tangent.split_at(tangent.len() / 3);
+        let (v, a) = rest.split_at(q.len());
+        Self { q, v, a }
+    }
+}
+
+/// The derivatives of a node with respect to some variables, with any number of coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OwnedTangents {
+    /// How many numbers belong to one variable.
+    width: usize,
+    numbers: Vec<f64>,
+}
+
+impl OwnedTangents {
+    /// How many variables there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.iter().len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The derivatives with respect to one variable after the other.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = AnyTangent<'_>> {
+        self.numbers.chunks_exact(self.width).map(AnyTangent::of)
+    }
+
+    /// The derivatives with respect to a variable, by its place.
+    #[must_use]
+    pub fn get(&self, variable: usize) -> Option<AnyTangent<'_>> {
+        self.iter().nth(variable)
     }
 }
 
@@ -92,7 +145,7 @@ impl<const N: usize> Path<'_, N> {
     ///
     /// [`DerivativeError`] if a variable is unknown, or if a step or the start has no derivative.
     pub fn tangents(&self, variables: &[Variable<'_>]) -> Result<Vec<NodeTangent<N>>, DerivativeError> {
-        let tangents = forward(&self.recording, variables, None)?;
+        let tangents = forward(&self.any.recording, variables, None)?;
         Ok(tangents.chunks(3 * N).map(NodeTangent::of).collect())
     }
 
@@ -112,6 +165,42 @@ impl<const N: usize> Path<'_, N> {
             shown.clear();
             shown.extend(tangents.chunks(3 * N).map(NodeTangent::of));
             visit(index, &Point::of(point), &shown);
+        };
+        forward(&self.any.recording, variables, Some(&mut visit)).map(|_| ())
+    }
+}
+
+impl AnyPath<'_> {
+    /// The derivatives of the last node; see [`Path::tangents`].
+    ///
+    /// # Errors
+    ///
+    /// As there.
+    pub fn tangents(&self, variables: &[Variable<'_>]) -> Result<OwnedTangents, DerivativeError> {
+        let numbers = forward(&self.recording, variables, None)?;
+        Ok(OwnedTangents {
+            width: (3 * self.end().q.len()).max(1),
+            numbers,
+        })
+    }
+
+    /// Calls `visit` at every node, from the start to the last; see [`Path::tangents_along`]. The derivatives come one variable after the other.
+    ///
+    /// # Errors
+    ///
+    /// As there.
+    pub fn tangents_along(
+        &self,
+        variables: &[Variable<'_>],
+        visit: &mut dyn FnMut(usize, AnyPoint<'_, f64>, &mut dyn Iterator<Item = AnyTangent<'_>>),
+    ) -> Result<(), DerivativeError> {
+        let width = (3 * self.end().q.len()).max(1);
+        let mut visit = |index: usize, point: AnyPoint<'_, f64>, tangents: &[f64]| {
+            visit(
+                index,
+                point,
+                &mut tangents.chunks_exact(width).map(AnyTangent::of),
+            );
         };
         forward(&self.recording, variables, Some(&mut visit)).map(|_| ())
     }

@@ -4,7 +4,7 @@ use super::block::{Block, Role, Rooms};
 use super::error::DerivativeError;
 use super::forward::{first_point, point_of};
 use super::motion::{Motion, Piece, Recording};
-use super::path::Path;
+use super::path::{AnyPath, Path};
 use crate::number::dual::Dual;
 use crate::number::point::Point;
 use crate::number::point::{AnyPoint, sized};
@@ -33,26 +33,33 @@ pub struct Gradient<const N: usize> {
 
 impl<const N: usize> Gradient<N> {
     /// With the number of coordinates.
-    fn of(sums: Sums) -> Self {
+    fn of(any: AnyGradient) -> Self {
         Self {
-            cost: sums.cost,
-            q0: sized(&sums.q0),
-            v0: sized(&sums.v0),
-            q1: sized(&sums.q1),
-            parameters: sums.parameters,
-            inputs: sums.inputs,
+            cost: any.cost,
+            q0: sized(&any.q0),
+            v0: sized(&any.v0),
+            q1: sized(&any.q1),
+            parameters: any.parameters,
+            inputs: any.inputs,
         }
     }
 }
 
 /// A [`Gradient`] with any number of coordinates.
-struct Sums {
-    cost: f64,
-    q0: Vec<f64>,
-    v0: Vec<f64>,
-    q1: Vec<f64>,
-    parameters: Vec<f64>,
-    inputs: Vec<Vec<f64>>,
+#[derive(Clone, Debug, PartialEq)]
+pub struct AnyGradient {
+    /// The cost.
+    pub cost: f64,
+    /// The derivatives with respect to the first node.
+    pub q0: Vec<f64>,
+    /// The derivatives with respect to the velocity at the start.
+    pub v0: Vec<f64>,
+    /// The derivatives with respect to the second node.
+    pub q1: Vec<f64>,
+    /// The derivatives with respect to the parameters, in the order of [`Shape::parameters`](crate::Shape::parameters).
+    pub parameters: Vec<f64>,
+    /// The derivatives with respect to the inputs of a plan.
+    pub inputs: Vec<Vec<f64>>,
 }
 
 /// The part that a node has in the cost, by the number of the node. It fills in the derivatives by position, velocity and acceleration,
@@ -90,10 +97,8 @@ impl<const N: usize> Path<'_, N> {
         &self,
         cost: &mut dyn FnMut(usize, &Point<Dual<f64>, N>) -> Dual<f64>,
     ) -> Result<Gradient<N>, DerivativeError> {
-        let mut of_node = |index: usize, point: AnyPoint<'_, f64>, slopes: &mut [f64]| {
-            of_node(index, &Point::of(point), slopes, cost)
-        };
-        backward(&self.recording, &mut of_node, 0).map(Gradient::of)
+        let mut cost = |index: usize, node: AnyPoint<'_, Dual<f64>>| cost(index, &moving(node));
+        self.any.gradient_from(0, &mut cost).map(Gradient::of)
     }
 
     /// The gradient of a cost that depends only on the last node.
@@ -105,48 +110,90 @@ impl<const N: usize> Path<'_, N> {
         &self,
         cost: &mut dyn FnMut(&Point<Dual<f64>, N>) -> Dual<f64>,
     ) -> Result<Gradient<N>, DerivativeError> {
-        let mut cost = |_: usize, end: &Point<Dual<f64>, N>| cost(end);
+        let mut cost = |_: usize, end: AnyPoint<'_, Dual<f64>>| cost(&moving(end));
+        self.any.gradient_from(self.steps(), &mut cost).map(Gradient::of)
+    }
+}
+
+/// A point of dual numbers with its number of coordinates.
+fn moving<const N: usize>(point: AnyPoint<'_, Dual<f64>>) -> Point<Dual<f64>, N> {
+    let sized = |x: &[Dual<f64>]| x.first_chunk().copied().unwrap_or([Dual::new(f64::NAN, 0.0); N]);
+    Point {
+        t: point.t,
+        q: sized(point.q),
+        v: sized(point.v),
+        a: sized(point.a),
+    }
+}
+
+impl AnyPath<'_> {
+    /// The gradient of a cost that is a sum over all nodes, from the start to the last; see [`Path::gradient`].
+    ///
+    /// # Errors
+    ///
+    /// As there.
+    pub fn gradient(
+        &self,
+        cost: &mut dyn FnMut(usize, AnyPoint<'_, Dual<f64>>) -> Dual<f64>,
+    ) -> Result<AnyGradient, DerivativeError> {
+        self.gradient_from(0, cost)
+    }
+
+    /// The gradient of a cost that depends only on the last node.
+    ///
+    /// # Errors
+    ///
+    /// As [`AnyPath::gradient`].
+    pub fn gradient_at_end(
+        &self,
+        cost: &mut dyn FnMut(AnyPoint<'_, Dual<f64>>) -> Dual<f64>,
+    ) -> Result<AnyGradient, DerivativeError> {
+        self.gradient_from(self.steps(), &mut |_, end| cost(end))
+    }
+
+    /// The gradient of a cost of the nodes from one on.
+    fn gradient_from(
+        &self,
+        first: usize,
+        cost: &mut dyn FnMut(usize, AnyPoint<'_, Dual<f64>>) -> Dual<f64>,
+    ) -> Result<AnyGradient, DerivativeError> {
+        let mut room = Vec::new();
         let mut of_node = |index: usize, point: AnyPoint<'_, f64>, slopes: &mut [f64]| {
-            of_node(index, &Point::of(point), slopes, &mut cost)
+            of_node(index, point, slopes, &mut room, cost)
         };
-        backward(&self.recording, &mut of_node, self.steps()).map(Gradient::of)
+        backward(&self.recording, &mut of_node, first)
     }
 }
 
 /// Evaluates the cost of a node: see [`Cost`].
-fn of_node<const N: usize>(
+fn of_node(
     index: usize,
-    point: &Point<f64, N>,
+    point: AnyPoint<'_, f64>,
     slopes: &mut [f64],
-    cost: &mut dyn FnMut(usize, &Point<Dual<f64>, N>) -> Dual<f64>,
+    room: &mut Vec<Dual<f64>>,
+    cost: &mut dyn FnMut(usize, AnyPoint<'_, Dual<f64>>) -> Dual<f64>,
 ) -> (f64, bool) {
-    let moving = |x: &[f64; N], rates: &[f64; N]| core::array::from_fn(|i| Dual::new(x[i], rates[i]));
-    let mut at = |[q, v, a]: &[[f64; N]; 3]| {
-        cost(
-            index,
-            &Point {
-                t: Dual::new(point.t, 0.0),
-                q: moving(&point.q, q),
-                v: moving(&point.v, v),
-                a: moving(&point.a, a),
-            },
-        )
-    };
+    let n = point.q.len();
+    room.clear();
+    let vectors = [point.q, point.v, point.a].into_iter().flatten();
+    room.extend(vectors.map(|&x| Dual::new(x, 0.0)));
+    let mut at = |numbers: &[Dual<f64>]| cost(index, point_of(Dual::new(point.t, 0.0), numbers));
     // few costs depend on the acceleration: with NaN as its rate, the result is NaN only if this one does
-    let [still, unknown] = [[0.0; N], [f64::NAN; N]];
-    let probe = at(&[still, still, unknown]);
-    let parts = if probe.eps.is_nan() { 3 } else { 2 };
-    let (mut own, mut depends) = ([still; 3], false);
-    for part in 0..parts {
-        for i in 0..N {
-            let mut rates = [still; 3];
-            rates[part][i] = 1.0;
-            own[part][i] = at(&rates).eps;
-            depends |= own[part][i] != 0.0;
-        }
+    for a in &mut room[2 * n..] {
+        a.eps = f64::NAN;
     }
-    for (slope, own) in slopes.iter_mut().zip(own.as_flattened()) {
-        *slope = *own;
+    let probe = at(room);
+    for a in &mut room[2 * n..] {
+        a.eps = 0.0;
+    }
+    let parts = if probe.eps.is_nan() { 3 } else { 2 };
+    slopes.fill(0.0);
+    let mut depends = false;
+    for (place, slope) in slopes.iter_mut().enumerate().take(parts * n) {
+        room[place].eps = 1.0;
+        *slope = at(room).eps;
+        room[place].eps = 0.0;
+        depends |= *slope != 0.0;
     }
     (probe.re, depends)
 }
@@ -196,7 +243,11 @@ impl Adjoint {
 }
 
 /// Carries the derivatives of the cost from the end to the start. Nodes before `from` have no cost.
-fn backward(recording: &Recording<'_>, cost: &mut Cost<'_>, from: usize) -> Result<Sums, DerivativeError> {
+fn backward(
+    recording: &Recording<'_>,
+    cost: &mut Cost<'_>,
+    from: usize,
+) -> Result<AnyGradient, DerivativeError> {
     let motion = &recording.motion()?;
     let (n, count) = (motion.dimension(), motion.equations.parameters);
     let (mut rooms, mut block) = (Rooms::default(), Block::default());
@@ -388,7 +439,7 @@ fn back_of(
 }
 
 /// From the first step to the start.
-fn begin(motion: &Motion<'_>, mut costs: Costs<'_, '_>, adjoint: Adjoint) -> Sums {
+fn begin(motion: &Motion<'_>, mut costs: Costs<'_, '_>, adjoint: Adjoint) -> AnyGradient {
     let (n, recording) = (motion.dimension(), motion.recording);
     let Adjoint {
         q: mut q0,
@@ -433,7 +484,7 @@ fn begin(motion: &Motion<'_>, mut costs: Costs<'_, '_>, adjoint: Adjoint) -> Sum
         .take(recording.legs())
         .map(|own| recording.inputs.iter().map(|&place| own[place]).collect())
         .collect();
-    Sums {
+    AnyGradient {
         cost: costs.sum,
         q0,
         v0,

@@ -33,7 +33,7 @@ mod path;
 mod start;
 
 pub use error::DerivativeError;
-pub use forward::{NodeTangent, Variable};
-pub use gradient::Gradient;
-pub use path::Path;
+pub use forward::{AnyTangent, NodeTangent, OwnedTangents, Variable};
+pub use gradient::{AnyGradient, Gradient};
 pub(crate) use path::parameter;
+pub use path::{AnyPath, Path};

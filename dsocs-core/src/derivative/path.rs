@@ -8,9 +8,10 @@ use super::motion::{Recording, Stretch};
 use super::start::{Accelerated, First};
 use crate::error::SetupError;
 use crate::flow::discrete::{Discrete, values_of};
-use crate::run::{Node, Run, RunError, inputs};
+use crate::kernel::Kernel;
+use crate::run::{AnyNode, Node, OwnedNode, Run, RunError, inputs};
 use crate::solve::newton::Stop;
-use crate::start::{self, Beginning, Start, StartOrder};
+use crate::start::{self, AnyStart, Beginning, Given, Start, StartOrder};
 use crate::system::System;
 use crate::tape::quantity::Quantity;
 
@@ -46,8 +47,8 @@ use crate::tape::quantity::Quantity;
 /// # Ok::<(), dsocs_core::DerivativeError>(())
 /// ```
 pub struct Path<'s, const N: usize> {
-    /// The steps.
-    pub(super) recording: Recording<'s>,
+    /// The same with any number of coordinates.
+    pub(super) any: AnyPath<'s>,
     /// The last node.
     end: Node<N>,
 }
@@ -55,17 +56,13 @@ pub struct Path<'s, const N: usize> {
 // by hand, because the steps are not printed
 impl<const N: usize> fmt::Debug for Path<'_, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Path")
-            .field("h", &self.recording.h)
-            .field("steps", &self.recording.length)
-            .field("end", &self.end)
-            .finish_non_exhaustive()
+        self.any.write(f, "Path")
     }
 }
 
 impl<'s, const N: usize> Path<'s, N> {
     /// How many bytes the steps of a path take at most, where nothing else is asked for ([`Path::within`]): 256 MiB.
-    pub const MEMORY: usize = 1 << 28;
+    pub const MEMORY: usize = AnyPath::MEMORY;
 
     /// Runs from a start with the step `h`, up to the last node at or before `t`.
     ///
@@ -94,27 +91,7 @@ impl<'s, const N: usize> Path<'s, N> {
         t: f64,
         memory: usize,
     ) -> Result<Self, DerivativeError> {
-        if !t.is_finite() {
-            return Err(RunError::Until { until: t }.into());
-        }
-        if const { S::ORDER > 2 } {
-            let method = "the derivative of a run (Path)";
-            return Err(RunError::from(SetupError::ThirdOrder { method }).into());
-        }
-        let kernel = system.kernel();
-        let mut flow = Discrete::new(kernel, values_of(kernel), h, &start.given()).map_err(RunError::from)?;
-        let end = flow.clock().until(t)?;
-        let count = end
-            .index()
-            .map_or(0, |count| usize::try_from(count).unwrap_or(usize::MAX));
-        let mut recorder = Recorder::begun(&flow, count, memory);
-        flow.clock_mut().hand_out(true);
-        while !flow.clock().has_reached(&end) {
-            recorder.mark(&flow);
-            flow.step(end.time())?;
-            recorder.keep(&flow)?;
-        }
-        recorder.ended(&flow, start.given().order())
+        run(system.kernel(), h, &start.given(), t, memory).map(Self::of)
     }
 
     /// Runs with inputs that are held on each leg: `values[k]` are the values of the parameters `inputs` on the leg from node `k` to node
@@ -134,39 +111,16 @@ impl<'s, const N: usize> Path<'s, N> {
         inputs: [&str; U],
         values: &[[f64; U]],
     ) -> Result<Self, DerivativeError> {
-        let Some(first) = values.first() else {
-            return Err(DerivativeError::NoLegs);
-        };
-        for (count, constraints) in [(S::KINEMATIC, "kinematic"), (S::NONHOLONOMIC, "nonholonomic")] {
-            if count > 0 {
-                return Err(DerivativeError::Constraints { constraints });
-            }
+        let legs: Vec<&[f64]> = values.iter().map(|values| &values[..]).collect();
+        plan(system.kernel(), h, &start.given(), &inputs, &legs).map(Self::of)
+    }
+
+    /// The path with its number of coordinates.
+    fn of(any: AnyPath<'s>) -> Self {
+        Self {
+            end: any.end().sized(),
+            any,
         }
-        let kernel = system.kernel();
-        let mut own = values_of(kernel);
-        let mut places = Vec::with_capacity(U);
-        for (name, &value) in inputs.iter().zip(first) {
-            let place = inputs::place(kernel.shape(), name, value)?;
-            if let Some(parameter) = own.get_mut(place) {
-                *parameter = value;
-            }
-            places.push(place);
-        }
-        let mut flow = Discrete::new(kernel, own, h, &start.given()).map_err(RunError::from)?;
-        let mut recorder = Recorder::begun(&flow, values.len(), usize::MAX);
-        for leg in 1..=values.len() {
-            if let Some(values) = values.get(leg) {
-                for (name, &value) in inputs.iter().zip(values) {
-                    (&mut flow as &mut dyn Run).set_input(name, value)?;
-                }
-                recorder.stretches.push(stretch(leg, &flow));
-            }
-            flow.step(f64::INFINITY * h)?;
-            recorder.keep(&flow)?;
-        }
-        let mut path = recorder.ended(&flow, start.given().order())?;
-        path.recording.inputs = places;
-        Ok(path)
     }
 
     /// The last node.
@@ -178,8 +132,193 @@ impl<'s, const N: usize> Path<'s, N> {
     /// The number of steps. Nodes are numbered from 0 (the start) to this number.
     #[must_use]
     pub fn steps(&self) -> usize {
+        self.any.steps()
+    }
+}
+
+/// A [`Path`] with any number of coordinates, of a system without its type.
+///
+/// ```
+/// # #[cfg(feature = "text")] {
+/// use dsocs_core::text::Text;
+/// use dsocs_core::{AnyPath, AnyStart, Variable};
+///
+/// let text = Text::parse(
+///     "spring",
+///     "parameters { stiffness = 4.0 }
+///      coordinates(x);
+///      lagrangian = dot(x).powi(2) / 2 - stiffness * x.powi(2) / 2;",
+/// )?;
+/// let path = AnyPath::new(&text.system, 0.001, &AnyStart::second_order(&[1.0], &[0.0]), 1.0)?;
+/// // x = cos(ω t) with ω² = k: ∂x/∂k = −t sin(ω t) / 2ω
+/// let tangents = path.tangents(&[Variable::Parameter("stiffness")])?;
+/// let by_stiffness = tangents.get(0).map_or(f64::NAN, |by| by.q[0]);
+/// assert!((by_stiffness + 2.0_f64.sin() / 4.0).abs() < 1e-6);
+/// let gradient = path.gradient_at_end(&mut |end| end.q[0])?;
+/// assert!((gradient.parameters[0] - by_stiffness).abs() < 1e-12);
+/// # }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct AnyPath<'s> {
+    /// The steps.
+    pub(super) recording: Recording<'s>,
+    /// The last node.
+    end: OwnedNode,
+}
+
+// by hand, because the steps are not printed
+impl fmt::Debug for AnyPath<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write(f, "AnyPath")
+    }
+}
+
+impl<'s> AnyPath<'s> {
+    /// How many bytes the steps of a path take at most, where nothing else is asked for ([`AnyPath::within`]): 256 MiB.
+    pub const MEMORY: usize = 1 << 28;
+
+    /// Runs from a start with the step `h`, up to the last node at or before `t`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Path::new`]; and [`SetupError::StartLength`] if the start has another number of coordinates.
+    pub fn new(system: &'s dyn Kernel, h: f64, start: &AnyStart, t: f64) -> Result<Self, DerivativeError> {
+        Self::within(system, h, start, t, Self::MEMORY)
+    }
+
+    /// The same where the steps take at most `memory` bytes; see [`Path::within`].
+    ///
+    /// # Errors
+    ///
+    /// As [`AnyPath::new`].
+    pub fn within(
+        system: &'s dyn Kernel,
+        h: f64,
+        start: &AnyStart,
+        t: f64,
+        memory: usize,
+    ) -> Result<Self, DerivativeError> {
+        start.fits(system.shape()).map_err(RunError::from)?;
+        run(system, h, &start.0, t, memory)
+    }
+
+    /// Runs with inputs that are held on each leg: `values[k]` are the values of the parameters `inputs` on the leg from node `k` to node
+    /// `k + 1`; see [`Path::plan`]. A value that is missing is NaN.
+    ///
+    /// # Errors
+    ///
+    /// As [`Path::plan`]; and [`SetupError::StartLength`] if the start has another number of coordinates.
+    pub fn plan(
+        system: &'s dyn Kernel,
+        h: f64,
+        start: &AnyStart,
+        inputs: &[&str],
+        values: &[&[f64]],
+    ) -> Result<Self, DerivativeError> {
+        start.fits(system.shape()).map_err(RunError::from)?;
+        plan(system, h, &start.0, inputs, values)
+    }
+
+    /// The last node.
+    #[must_use]
+    pub fn end(&self) -> AnyNode<'_> {
+        self.end.any()
+    }
+
+    /// The number of steps. Nodes are numbered from 0 (the start) to this number.
+    #[must_use]
+    pub fn steps(&self) -> usize {
         self.recording.length
     }
+
+    /// Writes what it is, under a name.
+    fn write(&self, f: &mut fmt::Formatter<'_>, name: &str) -> fmt::Result {
+        f.debug_struct(name)
+            .field("h", &self.recording.h)
+            .field("steps", &self.recording.length)
+            .field("end", &self.end)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Runs to a time and keeps the steps.
+fn run<'s>(
+    kernel: &'s dyn Kernel,
+    h: f64,
+    start: &Given,
+    t: f64,
+    memory: usize,
+) -> Result<AnyPath<'s>, DerivativeError> {
+    if !t.is_finite() {
+        return Err(RunError::Until { until: t }.into());
+    }
+    if kernel.shape().is_of_third_order() {
+        let method = "the derivative of a run (Path)";
+        return Err(RunError::from(SetupError::ThirdOrder { method }).into());
+    }
+    let mut flow = Discrete::new(kernel, values_of(kernel), h, start).map_err(RunError::from)?;
+    let end = flow.clock().until(t)?;
+    let count = end
+        .index()
+        .map_or(0, |count| usize::try_from(count).unwrap_or(usize::MAX));
+    let mut recorder = Recorder::begun(&flow, count, memory);
+    flow.clock_mut().hand_out(true);
+    while !flow.clock().has_reached(&end) {
+        recorder.mark(&flow);
+        flow.step(end.time())?;
+        recorder.keep(&flow)?;
+    }
+    recorder.ended(&flow, start.order())
+}
+
+/// Runs with inputs that are held on each leg, and keeps the steps.
+fn plan<'s>(
+    kernel: &'s dyn Kernel,
+    h: f64,
+    start: &Given,
+    names: &[&str],
+    values: &[&[f64]],
+) -> Result<AnyPath<'s>, DerivativeError> {
+    let Some(first) = values.first() else {
+        return Err(DerivativeError::NoLegs);
+    };
+    let shape = kernel.shape();
+    for (count, constraints) in [
+        (shape.kinematic, "kinematic"),
+        (shape.nonholonomic, "nonholonomic"),
+    ] {
+        if count > 0 {
+            return Err(DerivativeError::Constraints { constraints });
+        }
+    }
+    let all = |values: &[f64]| -> Vec<f64> {
+        let missing = core::iter::repeat(f64::NAN);
+        values.iter().copied().chain(missing).take(names.len()).collect()
+    };
+    let mut own = values_of(kernel);
+    let mut places = Vec::with_capacity(names.len());
+    for (name, value) in names.iter().zip(all(first)) {
+        let place = inputs::place(shape, name, value)?;
+        if let Some(parameter) = own.get_mut(place) {
+            *parameter = value;
+        }
+        places.push(place);
+    }
+    let mut flow = Discrete::new(kernel, own, h, start).map_err(RunError::from)?;
+    let mut recorder = Recorder::begun(&flow, values.len(), usize::MAX);
+    for leg in 1..=values.len() {
+        if let Some(values) = values.get(leg) {
+            for (name, value) in names.iter().zip(all(values)) {
+                (&mut flow as &mut dyn Run).set_input(name, value)?;
+            }
+            recorder.stretches.push(stretch(leg, &flow));
+        }
+        flow.step(f64::INFINITY * h)?;
+        recorder.keep(&flow)?;
+    }
+    let mut path = recorder.ended(&flow, start.order())?;
+    path.recording.inputs = places;
+    Ok(path)
 }
 
 /// What keeps the steps of a flow.
@@ -252,17 +391,15 @@ impl<'s> Recorder<'s> {
     }
 
     /// The path up to the last node of the flow.
-    fn ended<const N: usize>(
-        self,
-        flow: &Discrete<'s>,
-        order: StartOrder,
-    ) -> Result<Path<'s, N>, DerivativeError> {
+    fn ended(self, flow: &Discrete<'s>, order: StartOrder) -> Result<AnyPath<'s>, DerivativeError> {
         let h = flow.course.h;
         if self.length == 0 {
             return Err(DerivativeError::NoSteps { h });
         }
         let Beginning { q0, v0, a0, t0, .. } = self.beginning;
-        Ok(Path {
+        let mut end = OwnedNode::new(q0.len());
+        end.take(flow);
+        Ok(AnyPath {
             recording: Recording {
                 source: flow.kernel,
                 h,
@@ -280,7 +417,7 @@ impl<'s> Recorder<'s> {
                 kept: self.kept,
                 checkpoints: self.checkpoints,
             },
-            end: Node::of(flow),
+            end,
         })
     }
 }
