@@ -3,34 +3,31 @@
 use core::fmt;
 use core::num::NonZeroU64;
 use core::ops::ControlFlow;
-use core::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::error::SetupError;
-use crate::flow::discrete::check;
-use crate::kernel::Kernel;
-use crate::kernel::course::MAX_ITERATIONS;
 use crate::number::instructions::Instructions;
-use crate::number::lanes::LANES;
 use crate::run::{AnyNode, Failure, InputError, Node, Observer, RunError, Trajectory, inputs};
-use crate::start::{Given, Start};
+use crate::start::Start;
 use crate::system::System;
 use crate::tape::Shape;
-use crate::tape::declaration::Declaration;
-use crate::threads::Threads;
 
+mod any;
 mod block;
 mod determinants;
 mod engine;
 mod held;
+mod interpreted;
 mod kept;
 mod newton;
 mod state;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod walked_tests;
 
-use block::{Audience, Run};
-use engine::{Declared, LaneKernel};
-use held::HeldInputs;
+pub use any::{AnyEnsemble, AnyObserved};
+use block::Audience;
+use engine::Declared;
 
 /// Many trajectories of one system with one step `h`, each from a start of its own.
 ///
@@ -77,36 +74,12 @@ use held::HeldInputs;
 ///
 /// Parameters that vary ([`Ensemble::varied`]) lie in lanes like the nodes, and have no additional cost.
 #[must_use]
-pub struct Ensemble<'a, const N: usize> {
-    /// The system.
-    kernel: &'a dyn Kernel,
-    /// Its steps in lanes.
-    lanes: Box<dyn LaneKernel + 'a>,
-    /// The step.
-    h: f64,
-    /// The starts.
-    starts: Vec<Start<N>>,
-    /// The parameters that vary, by their places, each with a value for every start.
-    varied: Vec<(usize, Vec<f64>)>,
-    /// The parameters that change during the runs.
-    held: Vec<HeldInputs>,
-    /// How often the rows of a step may be evaluated from one guess.
-    max_iterations: u32,
-    /// The instructions of the steps, if not the widest.
-    instructions: Instructions,
-    /// Told how many trajectories have ended.
-    progress: Option<&'a (dyn Fn(usize) + Sync)>,
-    /// The threads.
-    threads: Threads,
-}
+pub struct Ensemble<'a, const N: usize>(AnyEnsemble<'a>);
 
-// by hand, because a derivation would ask for as much of the closure
+// by hand, as that of the other
 impl<const N: usize> fmt::Debug for Ensemble<'_, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Ensemble")
-            .field("h", &self.h)
-            .field("starts", &self.starts)
-            .finish_non_exhaustive()
+        self.0.write(f, "Ensemble")
     }
 }
 
@@ -151,30 +124,19 @@ impl<'a, const N: usize> Ensemble<'a, N> {
     ///
     /// [`SetupError`] if the step or a parameter of the system is not usable.
     pub fn new<S: System<N>>(system: &'a S, h: f64) -> Result<Self, SetupError> {
-        let kernel = system.kernel();
-        if kernel.shape().is_of_third_order() {
-            return Err(SetupError::ThirdOrder {
-                method: "an ensemble (Ensemble)",
-            });
-        }
-        check(&Declaration::of(kernel), h)?;
-        Ok(Self {
-            kernel,
-            lanes: Box::new(Declared(system)),
-            h,
-            starts: Vec::new(),
-            varied: Vec::new(),
-            held: Vec::new(),
-            max_iterations: MAX_ITERATIONS,
-            instructions: Instructions::best(),
-            progress: None,
-            threads: Threads::default(),
-        })
+        AnyEnsemble::with(system.kernel(), Box::new(Declared(system)), h).map(Self)
+    }
+
+    /// The same with any number of coordinates.
+    pub fn into_any(self) -> AnyEnsemble<'a> {
+        self.0
     }
 
     /// Adds trajectories, one for each start.
     pub fn starts(mut self, starts: impl IntoIterator<Item = Start<N>>) -> Self {
-        self.starts.extend(starts);
+        self.0
+            .starts
+            .extend(starts.into_iter().map(|start| start.given()));
         self
     }
 
@@ -209,15 +171,8 @@ impl<'a, const N: usize> Ensemble<'a, N> {
     ///
     /// [`RunError::Input`] if there is no such parameter, or if there are not as many values as starts. A value that a run cannot
     /// begin with is the error of its own trajectory.
-    pub fn varied(
-        mut self,
-        parameter: &str,
-        values: impl IntoIterator<Item = f64>,
-    ) -> Result<Self, RunError> {
-        let values = values.into_iter().collect();
-        let values = one_each(self.kernel.shape(), parameter, values, self.starts.len())?;
-        self.varied.push(values);
-        Ok(self)
+    pub fn varied(self, parameter: &str, values: impl IntoIterator<Item = f64>) -> Result<Self, RunError> {
+        self.0.varied(parameter, values).map(Self)
     }
 
     /// Holds a parameter at values that change during the run. Each trajectory has a plan of its own, in the order of the starts that were
@@ -261,42 +216,33 @@ impl<'a, const N: usize> Ensemble<'a, N> {
     /// [`RunError::Input`] if there is no such parameter, if it stands in a holonomic constraint or inside a `dot(…)`, or if there are not
     /// as many plans as starts. A value that is not finite, or that the motion cannot go on with, is the error of its own trajectory.
     pub fn held(
-        mut self,
+        self,
         parameter: &str,
         plans: impl IntoIterator<Item = Vec<[f64; 2]>>,
     ) -> Result<Self, RunError> {
-        let shape = self.kernel.shape();
-        let place = inputs::place(shape, parameter, 0.0)?;
-        let plans: Vec<Vec<[f64; 2]>> = plans.into_iter().collect();
-        check_count(shape, place, plans.len(), self.starts.len())?;
-        self.held.push(HeldInputs { place, plans });
-        Ok(self)
+        self.0.held(parameter, plans).map(Self)
     }
 
     /// Sets how often the rows of a step are evaluated from one guess; see [`Flow::max_iterations`](crate::Flow::max_iterations).
-    pub fn max_iterations(mut self, limit: u32) -> Self {
-        self.max_iterations = limit.max(1);
-        self
+    pub fn max_iterations(self, limit: u32) -> Self {
+        Self(self.0.max_iterations(limit))
     }
 
     /// Sets the widest instructions that may be used, for example to compare them. By default these are the widest that the machine has.
     /// The results do not depend on them.
-    pub fn instructions(mut self, widest: Instructions) -> Self {
-        self.instructions = widest;
-        self
+    pub fn instructions(self, widest: Instructions) -> Self {
+        Self(self.0.instructions(widest))
     }
 
     /// Sets a function that observes the progress. Whenever a block has ended, it is called with the number of trajectories that have
     /// ended so far, failed ones included. Several threads may call it at the same time, so a number may arrive before a smaller one.
-    pub fn progress(mut self, progress: &'a (dyn Fn(usize) + Sync)) -> Self {
-        self.progress = Some(progress);
-        self
+    pub fn progress(self, progress: &'a (dyn Fn(usize) + Sync)) -> Self {
+        Self(self.0.progress(progress))
     }
 
     /// Runs all trajectories in the thread that asks for them, one block after the other.
-    pub fn here(mut self) -> Self {
-        self.threads = Threads::here();
-        self
+    pub fn here(self) -> Self {
+        Self(self.0.here())
     }
 
     /// Uses a thread pool of its own with this number of threads (0: as many as there are cores). By default the ensemble uses
@@ -306,9 +252,8 @@ impl<'a, const N: usize> Ensemble<'a, N> {
     ///
     /// [`rayon::ThreadPoolBuildError`] if the threads cannot be started.
     #[cfg(feature = "rayon")]
-    pub fn threads(mut self, threads: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
-        self.threads = Threads::new(threads)?;
-        Ok(self)
+    pub fn threads(self, threads: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
+        self.0.threads(threads).map(Self)
     }
 
     /// Runs every trajectory up to the last node at or before `t`, as [`crate::Stepper::to`] does, and returns that node for
@@ -363,29 +308,12 @@ impl<'a, const N: usize> Ensemble<'a, N> {
         every: Option<NonZeroU64>,
         observer: impl Fn(usize) -> O + Sync,
     ) -> Vec<Observed<O, N>> {
-        let run = Run {
-            kernel: self.kernel,
-            lanes: &*self.lanes,
-            varied: &self.varied,
-            held: &self.held,
-            h: self.h,
-            t,
-            every,
-            max_iterations: self.max_iterations,
-            instructions: self.instructions,
-        };
-        let finished = AtomicUsize::new(0);
-        self.threads.gather(&self.starts, LANES, &|first, starts| {
-            let given: Vec<Given> = starts.iter().map(Start::given).collect();
+        self.0.runs(t, every, &|first, starts, block| {
             let mut observers = Observers {
-                observers: (0..starts.len()).map(|lane| observer(first + lane)).collect(),
-                ends: starts.iter().map(|_| None).collect(),
+                observers: (0..starts).map(|lane| observer(first + lane)).collect(),
+                ends: (0..starts).map(|_| None).collect(),
             };
-            run.block(first, &given, &mut observers);
-            let total = finished.fetch_add(starts.len(), Ordering::Relaxed) + starts.len();
-            if let Some(progress) = self.progress {
-                progress(total);
-            }
+            block(&mut observers);
             observers.observed()
         })
     }

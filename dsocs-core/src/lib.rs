@@ -156,7 +156,7 @@ pub use composition::{AnyComposedFlow, ComposedFlow, Composition, FailedStage, S
 pub use derivative::{
     AnyGradient, AnyPath, AnyTangent, DerivativeError, Gradient, NodeTangent, OwnedTangents, Path, Variable,
 };
-pub use ensemble::{Ensemble, Observed};
+pub use ensemble::{AnyEnsemble, AnyObserved, Ensemble, Observed};
 pub use error::{FailedStep, SetupError, StepError, Violation};
 pub use flow::{AnyFlow, Flow, Roots, multipliers};
 pub use kernel::report::{NodeMut, NodeScalars};

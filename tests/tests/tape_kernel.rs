@@ -4,8 +4,9 @@ use dsocs_core::__private::{Tape, TapeError, TapeKernel};
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::Text;
 use dsocs_core::{
-    AnyFlow, AnyStart, Kernel, OwnedNode, Run, Samples, SetupError, Start, Stepper, Stop, System, TaylorFlow,
-    Tolerance, dsocs,
+    AnyEnsemble, AnyFlow, AnyPath, AnyStart, DerivativeError, Dual, Ensemble, Instructions, Kernel, Node,
+    OwnedNode, Path, Run, RunError, Samples, SetupError, Start, Stepper, Stop, System, TaylorFlow, Tolerance,
+    Trajectory, Variable, dsocs,
 };
 use dsocs_systems::Entry;
 use dsocs_systems::check::{Begin, Expected, Settings, check, check_tape};
@@ -445,4 +446,366 @@ fn same_findings<S: System<N> + Clone + Send + 'static, const N: usize>(system: 
         );
     }
     compiled.len()
+}
+
+/// A system of its own: code that the attribute writes for it says `entries`, which is a function of `Kernel`, too.
+mod rods {
+    use dsocs_core::dsocs;
+
+    /// Points on massless rods in the plane, hanging from a pivot: most of the Jacobian is zero.
+    #[dsocs {
+        coordinates(x: [14], y: [14]);
+        lagrangian = sum(0..14, |i| (1 + i / 10) * ((dot(x[i]).powi(2) + dot(y[i]).powi(2)) / 2 - gravity * y[i]));
+        let rod = |i| (x[i] - x[i - 1]).powi(2) + (y[i] - y[i - 1]).powi(2) - 0.25;
+        holonomic = [x[0].powi(2) + y[0].powi(2) - 0.25, each(1..14, |i| rod(i))];
+    }]
+    pub struct Rods {
+        pub gravity: f64,
+    }
+}
+
+/// Affine in its unknowns, driven, with functions that have no code of their own in lanes, and with tables.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - x.powi(2) - (1 + y.powi(2)).ln() + z * (2 * t).sin();
+    holonomic = [x + y / 2 - z * (1 + t.cos() / 9)];
+    external_forces = (-push * dot(x), (1 + x.powi(2)).cbrt() - y.atan2(2 + x), z.sinh() / 99 - z);
+}]
+struct Driven {
+    push: f64,
+}
+
+/// What is told of a node, as bits.
+fn told(node: &OwnedNode) -> Vec<u64> {
+    let node = node.any();
+    let vectors = [node.q, node.v, node.a, node.force, &[node.t, node.energy]];
+    let numbers = vectors.into_iter().flatten();
+    let numbers = numbers.map(|x| if x.is_nan() { 0 } else { x.to_bits() });
+    numbers.chain([node.index, node.iterations.into()]).collect()
+}
+
+/// Compares a compiled system in lanes with its tape in lanes, in 11 runs with a parameter that varies and one that is held, if it may be. Returns how many
+/// nodes were compared, and how many runs ended with an error.
+fn same_lanes<S: System<N> + Sync, const N: usize>(system: &S, own: &Own) -> [usize; 2] {
+    let tape = of_tape(system.kernel()).unwrap();
+    let position =
+        |k: usize| -> [f64; N] { core::array::from_fn(|i| own.q[i] + 1e-3 * (k * (i + 1)) as f64) };
+    let velocity: [f64; N] = core::array::from_fn(|i| own.v[i]);
+    let time = |k: usize| 0.1 * k as f64;
+    let shape = system.kernel().shape();
+    let varied = shape.parameters.first().map(|parameter| parameter.name.clone());
+    let value = |k: usize| system.kernel().value(0) * (1.0 + 0.01 * k as f64);
+    let every = core::num::NonZeroU64::new(5).unwrap();
+    let until = 1.1 + 300.0 * own.h;
+    let mut counts = [0, 0];
+    // a debug build has the narrowest registers alone
+    for instructions in Instructions::ALL
+        .into_iter()
+        .filter(|these| these.are_available())
+    {
+        let starts = (0..11).map(|k| {
+            let start = Start::second_order(position(k), velocity).at(time(k)).projected();
+            match &own.a {
+                Some(a) => start.near_acceleration(core::array::from_fn(|i| a[i])),
+                None => start,
+            }
+        });
+        let mut compiled = Ensemble::new(system, own.h)
+            .unwrap()
+            .starts(starts)
+            .instructions(instructions);
+        let starts = (0..11).map(|k| {
+            let start = AnyStart::second_order(&position(k), &velocity)
+                .at(time(k))
+                .projected();
+            match &own.a {
+                Some(a) => start.near_acceleration(a),
+                None => start,
+            }
+        });
+        let mut walked = AnyEnsemble::of_tape(&tape, own.h)
+            .unwrap()
+            .starts(starts)
+            .instructions(instructions);
+        if let Some(name) = &varied {
+            compiled = compiled.varied(name, (0..11).map(value)).unwrap();
+            walked = walked.varied(name, (0..11).map(value)).unwrap();
+        }
+        let compiled = compiled.stream(until, every, |_| Trajectory::<N>::default());
+        let walked = walked.stream(
+            until,
+            every,
+            |_| Vec::new(),
+            |nodes, node| {
+                nodes.push(told(&OwnedNode::of(node)));
+                core::ops::ControlFlow::Continue(())
+            },
+        );
+        let of = |node: &Node<N>| told(&OwnedNode::of(&node.any()));
+        for (one, other) in compiled.iter().zip(&walked) {
+            let nodes: Vec<_> = one.observer.iter().map(of).collect();
+            assert_eq!(nodes, other.observer, "{} {instructions}", S::NAME);
+            counts[0] += nodes.len();
+            match (&one.last, &other.last) {
+                (Ok(one), Ok(other)) => assert_eq!(of(one), told(other), "{} {instructions}", S::NAME),
+                (Err(one), Err(other)) => {
+                    assert_eq!(one.to_string(), other.to_string());
+                    counts[1] += 1;
+                }
+                (one, other) => panic!("{}: {one:?} {other:?}", S::NAME),
+            }
+        }
+    }
+    counts
+}
+
+#[test]
+fn a_tape_makes_the_steps_of_the_compiled_system_in_lanes() {
+    let mut nodes = 0;
+    macro_rules! check {
+        ($($system:expr),* $(,)?) => {
+            $({
+                let system = $system;
+                let [same, failed] = same_lanes(&system, &Own::of(system.kernel()));
+                println!("{:>30}: {same} nodes, {failed} errors", stringify!($system));
+                nodes += same;
+            })*
+        };
+    }
+    check!(
+        InertiaWheelPendulum::default(),
+        PlanarChain2::default(),
+        Kapitza::default(),
+        FrictionPendulum::default(),
+        ContactOscillator::default(),
+        SphericalPendulum::default(),
+        NonholonomicParticle::default(),
+        KnifeEdge::default(),
+        Jumping {
+            dry: 0.05,
+            steep: 3.0
+        },
+        Driven { push: 1.0 },
+    );
+    // hanging, and a little to the side
+    let mut hanging = Own {
+        q: vec![0.0; 28],
+        v: vec![0.0; 28],
+        a: None,
+        h: 1e-3,
+    };
+    for i in 0..14 {
+        hanging.q[i] = 0.1 * (i + 1) as f64;
+        hanging.q[14 + i] = -0.24_f64.sqrt() * (i + 1) as f64;
+    }
+    let rods = rods::Rods { gravity: 9.81 };
+    assert!(rods.kernel().sparse().is_some());
+    let [same, failed] = same_lanes(&rods, &hanging);
+    assert!(same > 100 && failed == 0, "{same} {failed}");
+    assert!(nodes > 5_000, "{nodes}");
+}
+
+#[test]
+fn inputs_of_a_tape_are_held_in_lanes() {
+    let driven = Driven { push: 1.0 };
+    let tape = of_tape(driven.kernel()).unwrap();
+    let plans = || (0..9).map(|k| vec![[0.2, f64::from(k)], [0.5 + 0.01 * f64::from(k), 0.3]]);
+    let (q, v) = ([0.1, 0.2, 0.2 / (1.0 + 1.0 / 9.0)], [0.1, 0.0, 0.0]);
+    let compiled = Ensemble::new(&driven, 0.01)
+        .unwrap()
+        .starts([Start::second_order(q, v).projected(); 9])
+        .held("push", plans())
+        .unwrap()
+        .to(1.0);
+    let walked = AnyEnsemble::of_tape(&tape, 0.01)
+        .unwrap()
+        .starts((0..9).map(|_| AnyStart::second_order(&q, &v).projected()))
+        .held("push", plans())
+        .unwrap()
+        .here()
+        .to(1.0);
+    for (one, other) in compiled.iter().zip(&walked) {
+        assert_eq!(
+            told(&OwnedNode::of(&one.as_ref().unwrap().any())),
+            told(other.as_ref().unwrap())
+        );
+    }
+    assert_eq!(walked.len(), 9);
+}
+
+#[test]
+fn an_ensemble_of_any_kernel_makes_the_steps_of_flows() {
+    let system = InertiaWheelPendulum::default();
+    let starts: Vec<AnyStart> = (0..9)
+        .map(|k| AnyStart::second_order(&[0.5 - 0.01 * f64::from(k), 0.0], &[0.0, 0.5]))
+        .collect();
+    let ends = AnyEnsemble::new(&system, 0.1)
+        .unwrap()
+        .starts(starts.clone())
+        .to(20.0);
+    for (start, end) in starts.iter().zip(ends) {
+        let mut flow = AnyFlow::new(&system, 0.1, start).unwrap();
+        flow.run_mut().to(20.0).unwrap();
+        let mut node = OwnedNode::new(2);
+        node.take(flow.run());
+        assert_eq!(told(&end.unwrap()), told(&node));
+    }
+    // what does not fit, or cannot be
+    let ends = AnyEnsemble::new(&system, 0.1)
+        .unwrap()
+        .starts([AnyStart::second_order(&[0.5], &[0.0, 0.5])])
+        .to(1.0);
+    assert!(matches!(
+        &ends[0],
+        Err(RunError::Setup(error)) if matches!(**error, SetupError::StartLength { .. })
+    ));
+    let third = of_tape(Clothoid::default().kernel()).unwrap();
+    let error = AnyEnsemble::of_tape(&third, 0.1).unwrap_err();
+    assert!(matches!(error, SetupError::ThirdOrder { .. }), "{error}");
+}
+
+/// Compares the derivatives of a run of a compiled system with those of its tape, by all parameters and the start. Returns how many numbers were compared.
+fn same_derivatives<S: System<N>, const N: usize>(system: &S) -> Result<usize, DerivativeError> {
+    let own = Own::of(system.kernel());
+    let tape = of_tape(system.kernel()).unwrap();
+    let array = |vector: &[f64]| <[f64; N]>::try_from(vector).unwrap();
+    let second = |i: usize| own.q[i] + own.h * own.v[i];
+    // constraints on positions and velocities bind two nodes
+    let bound = system.kernel().shape().holonomic + system.kernel().shape().nonholonomic > 0;
+    let nodes: [f64; N] = core::array::from_fn(second);
+    let start = match (bound, &own.a) {
+        (true, _) => Start::nodes(array(&own.q), nodes),
+        (_, Some(a)) => Start::second_order(array(&own.q), array(&own.v)).near_acceleration(array(a)),
+        _ => Start::second_order(array(&own.q), array(&own.v)),
+    };
+    let any = match (bound, &own.a) {
+        (true, _) => AnyStart::nodes(&own.q, &nodes),
+        (_, Some(a)) => AnyStart::second_order(&own.q, &own.v).near_acceleration(a),
+        _ => AnyStart::second_order(&own.q, &own.v),
+    };
+    let until = 53.0 * own.h;
+    // checkpoints, too
+    let memory = 3000;
+    let compiled = Path::within(system, own.h, start, until, memory);
+    let walked = AnyPath::within(&tape, own.h, &any, until, memory);
+    let (compiled, walked) = match (compiled, walked) {
+        (Ok(compiled), Ok(walked)) => (compiled, walked),
+        (Err(one), Err(other)) => {
+            assert_eq!(one.to_string(), other.to_string());
+            return Err(one);
+        }
+        (one, other) => panic!("{}: {:?} {:?}", S::NAME, one.err(), other.err()),
+    };
+    assert_eq!(
+        told(&OwnedNode::of(&compiled.end().any())),
+        told(&OwnedNode::of(&walked.end()))
+    );
+    let names: Vec<String> = system
+        .kernel()
+        .shape()
+        .parameters
+        .iter()
+        .map(|p| p.name.to_string())
+        .collect();
+    let mut variables: Vec<Variable<'_>> = names.iter().map(|name| Variable::Parameter(name)).collect();
+    variables.extend((0..N).map(Variable::Position));
+    variables.extend((0..N).map(if bound {
+        Variable::SecondNode
+    } else {
+        Variable::Velocity
+    }));
+    let bits = |vectors: [&[f64]; 3]| -> Vec<u64> {
+        let numbers = vectors.into_iter().flatten();
+        numbers
+            .map(|x| if x.is_nan() { 0 } else { x.to_bits() })
+            .collect()
+    };
+    let mut count = 0;
+    let (one, other) = (compiled.tangents(&variables)?, walked.tangents(&variables)?);
+    assert_eq!(one.len(), other.len());
+    for (one, other) in one.iter().zip(other.iter()) {
+        assert_eq!(
+            bits([&one.q, &one.v, &one.a]),
+            bits([other.q, other.v, other.a]),
+            "{}",
+            S::NAME
+        );
+        count += 3 * N;
+    }
+    let mut along = Vec::new();
+    compiled.tangents_along(&variables, &mut |_, _, tangents| {
+        along.extend(tangents.iter().flat_map(|by| bits([&by.q, &by.v, &by.a])));
+    })?;
+    let mut walked_along = Vec::new();
+    walked.tangents_along(&variables, &mut |_, _, tangents| {
+        walked_along.extend(tangents.flat_map(|by| bits([by.q, by.v, by.a])));
+    })?;
+    assert_eq!(along, walked_along, "{}", S::NAME);
+    let cost = |k: usize, q: &[Dual<f64>], a: &[Dual<f64>]| q[0] * q[0] * (k as f64) + a[N - 1] * 1e-3;
+    let one = compiled.gradient(&mut |k, node| cost(k, &node.q, &node.a))?;
+    let other = walked.gradient(&mut |k, node| cost(k, node.q, node.a))?;
+    assert_eq!(one.cost.to_bits(), other.cost.to_bits());
+    assert_eq!(
+        bits([&one.q0, &one.v0, &one.q1]),
+        bits([&other.q0, &other.v0, &other.q1]),
+        "{}",
+        S::NAME
+    );
+    assert_eq!(
+        bits([&one.parameters, &[], &[]]),
+        bits([&other.parameters, &[], &[]])
+    );
+    let one = compiled.gradient_at_end(&mut |end| end.q[0])?;
+    let other = walked.gradient_at_end(&mut |end| end.q[0])?;
+    assert_eq!(
+        bits([&one.q0, &one.v0, &one.parameters]),
+        bits([&other.q0, &other.v0, &other.parameters])
+    );
+    Ok(count + along.len())
+}
+
+#[test]
+fn a_tape_has_the_derivatives_of_the_compiled_system() {
+    let mut compared = 0;
+    macro_rules! check {
+        ($($system:ty),*) => {
+            $({
+                let found = same_derivatives(&<$system>::default());
+                println!("{:>30}: {found:?}", stringify!($system));
+                compared += found.unwrap_or(0);
+            })*
+        };
+    }
+    with_all!(check);
+    assert!(compared > 10_000, "{compared}");
+}
+
+#[test]
+fn a_plan_of_a_tape_has_the_derivatives_of_the_compiled_one() {
+    let jumping = Pushed { push: 0.0 };
+    let tape = of_tape(jumping.kernel()).unwrap();
+    let values: Vec<[f64; 1]> = (0..20).map(|k| [f64::from(k).sin()]).collect();
+    let legs: Vec<&[f64]> = values.iter().map(|values| &values[..]).collect();
+    let start = Start::second_order([0.1], [0.2]);
+    let compiled = Path::plan(&jumping, 0.1, start, ["push"], &values).unwrap();
+    let any = AnyStart::second_order(&[0.1], &[0.2]);
+    let walked = AnyPath::plan(&tape, 0.1, &any, &["push"], &legs).unwrap();
+    let one = compiled.gradient_at_end(&mut |end| end.q[0]).unwrap();
+    let other = walked.gradient_at_end(&mut |end| end.q[0]).unwrap();
+    assert_eq!((one.inputs, one.parameters), (other.inputs, other.parameters));
+    // a value that is missing is none
+    let error = AnyPath::plan(&tape, 0.1, &any, &["push"], &[&[]]).unwrap_err();
+    assert!(matches!(error, DerivativeError::Run(_)), "{error}");
+    let error = AnyPath::new(&tape, 0.1, &AnyStart::paper(&[0.0, 1.0], &[0.0]), 1.0).unwrap_err();
+    assert!(matches!(error, DerivativeError::Run(_)), "{error}");
+}
+
+/// A mass on a spring that is pushed.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 - x.powi(4) / 9;
+    external_forces = push;
+}]
+struct Pushed {
+    push: f64,
 }

@@ -116,6 +116,7 @@ impl<'s> Run<'s> {
         node: &mut OwnedNode,
         audience: &mut dyn Audience,
     ) -> Result<Option<Member<'s>>, RunError> {
+        start.fits(self.shape())?;
         let values = self.values_of(first + place, start.t0);
         let mut flow = Discrete::new(self.kernel, values, self.h, start)?;
         flow.course.max_iterations = self.max_iterations;

@@ -20,7 +20,7 @@ use crate::number::lanes::{LANES, Lanes, Mask, Register};
 use crate::number::point::{Leg, Point};
 use crate::number::scalar::Scalar;
 use crate::solve::newton::Stop;
-use crate::solve::unknown::{Linearization, Unknown};
+use crate::solve::unknown::Unknown;
 use crate::step::smooth::FORESEEN;
 use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
 use crate::system::System;
@@ -76,14 +76,25 @@ pub(super) struct Made {
     pub told: bool,
 }
 
+impl Made {
+    /// One step, in which all lanes have to be solved for themselves.
+    pub fn alone(task: &Task) -> Self {
+        Self {
+            index: task.index,
+            alone: task.active,
+            told: task.index == task.last,
+        }
+    }
+}
+
 /// What is told of a node, by lanes.
 pub(super) struct Told {
     /// Position, velocity, acceleration and constraint force, one after the other.
-    vectors: Vec<Eight>,
+    pub vectors: Vec<Eight>,
     /// Energy.
-    energy: Eight,
+    pub energy: Eight,
     /// How often the rows were evaluated.
-    evaluations: [u32; LANES],
+    pub evaluations: [u32; LANES],
 }
 
 impl Told {
@@ -118,6 +129,23 @@ pub(super) trait Engine {
 
     /// Gives the parameters of one lane other values.
     fn set_parameters(&mut self, lane: usize, values: &[f64]);
+}
+
+/// No steps in lanes: each trajectory makes all of its own.
+pub(super) struct Alone;
+
+impl LaneKernel for Alone {
+    fn engine<'k>(&'k self, _: Instructions, _: &Common, _: &[&[f64]; LANES]) -> Box<dyn Engine + 'k> {
+        Box::new(Self)
+    }
+}
+
+impl Engine for Alone {
+    fn steps(&mut self, _: &mut Kept, _: &mut Told, task: &Task) -> Made {
+        Made::alone(task)
+    }
+
+    fn set_parameters(&mut self, _: usize, _: &[f64]) {}
 }
 
 /// The steps of a declared system in lanes.
@@ -183,11 +211,11 @@ struct Rows<'a, R: Register, S: System<N>, const N: usize> {
 impl<R: Chosen, S: System<N>, const N: usize> newton::Equations<R> for Rows<'_, R, S, N> {
     type Z = S::Unknown<Lanes<R>>;
 
-    const LINEAR: bool = S::LINEAR && !S::JUMPS;
+    const MAY_BE_LINEAR: bool = S::LINEAR && !S::JUMPS;
 
-    const WATCHED: bool = !S::LINEAR && !S::DIVIDED;
+    const MAY_BE_WATCHED: bool = !S::LINEAR && !S::DIVIDED;
 
-    const SCALED: bool = S::SCALED;
+    const MAY_BE_SCALED: bool = S::SCALED;
 
     #[inline(always)]
     fn past_is_short(&self) -> Mask<R> {
@@ -195,17 +223,41 @@ impl<R: Chosen, S: System<N>, const N: usize> newton::Equations<R> for Rows<'_, 
     }
 
     #[inline(always)]
-    fn scales(&self) -> &[Lanes<R>; 2] {
-        self.scales
+    fn update(&mut self, z: &Self::Z) -> (Self::Z, Lanes<R>) {
+        if let Some(found) = self.sparse_update(z) {
+            return found;
+        }
+        let at = self.system.linearize(self.constants, self.known, z);
+        let (solution, determinants) = if Self::MAY_BE_LINEAR {
+            Self::Z::solve_scaled(&at.jacobian, &at.rows, self.scales)
+        } else {
+            Self::Z::solve_lanes(&at.jacobian, &at.rows, self.scales)
+        };
+        (solution.zip(&solution, |x, _| -x), determinants)
     }
 
     #[inline(always)]
-    fn linearize(&self, z: &Self::Z) -> Linearization<Lanes<R>, Self::Z> {
-        self.system.linearize(self.constants, self.known, z)
+    fn declared(&mut self, z: &Self::Z, nearby: &Self::Z) -> Mask<R> {
+        let here = self.system.scales(self.constants, self.known, z);
+        let there = self.system.scales(self.constants, self.known, nearby);
+        let mut declared = Mask::splat(true);
+        for (&here, &there) in here.as_ref().iter().zip(there.as_ref()) {
+            let change = (here - there).abs();
+            declared = declared & change.below(Lanes::splat(NEARLY_THE_SAME) * here.abs());
+        }
+        declared
     }
+}
 
+impl<R: Register, S: System<N>, const N: usize> Rows<'_, R, S, N> {
+    /// Newton's update without the rest of a sparse Jacobian, NaN in lanes where it is no good one, and the determinants
+    /// (see [`crate::solve::newton::Equations::sparse_update`]).
     #[inline]
-    fn sparse_update(&self, z: &Self::Z) -> Option<(Self::Z, Lanes<R>)> {
+    #[allow(clippy::type_complexity)] // as the trait has it
+    fn sparse_update(&self, z: &S::Unknown<Lanes<R>>) -> Option<(S::Unknown<Lanes<R>>, Lanes<R>)>
+    where
+        R: Chosen,
+    {
         if const { !S::SPARSE && OTHERS } {
             return None;
         }
@@ -220,18 +272,6 @@ impl<R: Chosen, S: System<N>, const N: usize> newton::Equations<R> for Rows<'_, 
             },
         );
         Some((found.update, determinants))
-    }
-
-    #[inline(always)]
-    fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> Mask<R> {
-        let here = self.system.scales(self.constants, self.known, z);
-        let there = self.system.scales(self.constants, self.known, nearby);
-        let mut declared = Mask::splat(true);
-        for (&here, &there) in here.as_ref().iter().zip(there.as_ref()) {
-            let change = (here - there).abs();
-            declared = declared & change.below(Lanes::splat(NEARLY_THE_SAME) * here.abs());
-        }
-        declared
     }
 }
 
@@ -253,14 +293,6 @@ impl<'s, R: Chosen, S: System<N>, const N: usize> Steps<'s, R, S, N> {
             common: *common,
             coordinates: PhantomData,
         }
-    }
-
-    /// The lanes whose past is short at a node, as bits.
-    fn short(task: &Task, index: u64) -> u32 {
-        let is_short = |lane: &usize| index.saturating_sub(task.since[*lane]) <= SHORT_PAST;
-        (0..LANES)
-            .filter(is_short)
-            .fold(0, |short, lane| short | 1 << lane)
     }
 }
 
@@ -290,10 +322,10 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
         let (system, constants) = (steps.system, &steps.constants);
         let mut now: Now<S::Unknown<Lanes<R>>, R, N> = Now::load(kept);
         let (mut index, mut elsewhere) = (task.index, task.elsewhere);
-        let mut short = u32::MAX;
+        let mut lately = u32::MAX;
         loop {
-            if short != 0 {
-                short = Steps::<R, S, N>::short(task, index);
+            if lately != 0 {
+                lately = short(task, index);
             }
             let leg = Leg {
                 t: if S::DEPENDS_ON_TIME {
@@ -308,16 +340,21 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
             let increment = system.unknown(&leg.d, &[]);
             let least = increment.zip(&increment, |d, _| Lanes::splat(SECOND_DIFFERENCE) * d.abs());
             let expected = now.expected(&least);
-            let rows = Rows {
+            let mut rows = Rows {
                 system,
                 constants,
                 known: &known,
                 scales: &now.determinants.scales,
-                past_is_short: short,
+                past_is_short: lately,
             };
             let guess = now.predictor.extrapolate_here();
-            let roots: Roots<_, R> =
-                newton::solve(&rows, guess, &expected, steps.common.max_iterations, task.active);
+            let roots: Roots<_, R> = newton::solve(
+                &mut rows,
+                guess,
+                &expected,
+                steps.common.max_iterations,
+                task.active,
+            );
             let e = system.second_difference(constants, &known, &roots.z);
             let mut d = now.d;
             d.add(&e);
@@ -329,7 +366,7 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
             let mut alone = task.active & (roots.left | elsewhere | !finite.bits());
             if S::JUMPS && steps.common.may_stick {
                 // a flow by itself looks at what may come to rest
-                alone |= task.active & !foresees(&guess, &roots.z).bits();
+                alone |= task.active & !foresees(guess.as_ref(), roots.z.as_ref()).bits();
             }
             if !guess.as_ref().is_empty() {
                 alone |= task.active & now.determinants.ask(roots.determinants);
@@ -340,7 +377,7 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
             let is_told = index == task.last;
             if is_told {
                 let Report { point, force, energy } = system.report(constants, &known, &leg, &e);
-                tell(&point, &force, energy, roots.evaluations, told);
+                tell(&leg.q, &point, &force, (energy, roots.evaluations), told);
             }
             let found = Found { q, d, z: roots.z };
             if alone == 0 {
@@ -363,11 +400,19 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
     }
 }
 
+/// The lanes whose past is short at a node, as bits.
+pub(super) fn short(task: &Task, index: u64) -> u32 {
+    let is_short = |lane: &usize| index.saturating_sub(task.since[*lane]) <= SHORT_PAST;
+    (0..LANES)
+        .filter(is_short)
+        .fold(0, |short, lane| short | 1 << lane)
+}
+
 /// The lanes whose solution is close to its prediction, by a little less than what a flow takes for close.
 #[inline(always)]
-fn foresees<R: Register, Z: Unknown<Lanes<R>>>(guess: &Z, z: &Z) -> Mask<R> {
+pub(super) fn foresees<R: Register>(guess: &[Lanes<R>], z: &[Lanes<R>]) -> Mask<R> {
     let mut foreseen = Mask::splat(true);
-    for (&guess, &z) in guess.as_ref().iter().zip(z.as_ref()) {
+    for (&guess, &z) in guess.iter().zip(z) {
         let close = Lanes::splat(0.999 * FORESEEN) * z.abs() + Lanes::splat(f64::MIN_POSITIVE);
         foreseen = foreseen & (z - guess).abs().below(close);
     }
@@ -376,20 +421,21 @@ fn foresees<R: Register, Z: Unknown<Lanes<R>>>(guess: &Z, z: &Z) -> Mask<R> {
 
 /// The times of a node.
 #[inline(never)]
-fn times(clocks: &[Clock; LANES], index: u64) -> [f64; LANES] {
+pub(super) fn times(clocks: &[Clock; LANES], index: u64) -> [f64; LANES] {
     array::from_fn(|lane| clocks[lane].time_of(index))
 }
 
 /// What is told of a node, taken out of registers.
 #[inline(always)]
 fn tell<R: Register, const N: usize>(
+    q: &[Lanes<R>; N],
     point: &Point<Lanes<R>, N>,
     force: &[Lanes<R>; N],
-    energy: Lanes<R>,
-    evaluations: [u32; LANES],
+    (energy, evaluations): (Lanes<R>, [u32; LANES]),
     told: &mut Told,
 ) {
-    let parts = [&point.q, &point.v, &point.a, force];
+    // the node is the one between the legs, whatever the maps say
+    let parts = [q, &point.v, &point.a, force];
     for (to, from) in told.vectors.chunks_exact_mut(N).zip(parts) {
         for (to, &from) in to.iter_mut().zip(from) {
             to.0 = from.into();

@@ -34,6 +34,9 @@ pub(super) struct Kept {
 }
 
 impl Kept {
+    /// How many vectors there are of the past.
+    pub const VECTORS: usize = DIFFERENCES + 1;
+
     /// Without a past.
     pub fn new(shape: &Shape) -> Self {
         let (n, m) = (shape.increments, shape.unknowns);
@@ -42,7 +45,7 @@ impl Kept {
             coordinates: n,
             unknowns: m,
             sums: zeros(4 * n),
-            past: zeros((DIFFERENCES + 1) * m),
+            past: zeros(Self::VECTORS * m),
             determinants: Determinants::new(),
             natural: zeros(2 * m),
             level: Eight::ZERO,

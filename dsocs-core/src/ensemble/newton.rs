@@ -7,7 +7,6 @@ use crate::number::lanes::{LANES, Lanes, Mask, Register};
 use crate::number::scalar::Scalar;
 use crate::solve::convergence::{LAST_UPDATE, Update, converges};
 use crate::solve::newton::{BENT, CLOSE};
-use crate::solve::unknown::{Linearization, Unknown};
 use crate::step::pair::MANY;
 
 /// How often the rows are evaluated before the lanes without a root are left to the iteration for one trajectory.
@@ -47,35 +46,62 @@ impl<U> Iterate<U> {
     }
 }
 
-/// Equations in lanes.
+/// Vectors of unknowns: arrays where steps are compiled, or room that is kept where they are not.
+pub(super) trait Components<T: Copy>: Clone + AsRef<[T]> + AsMut<[T]> {
+    /// A function of the components of two vectors, one by one.
+    #[inline(always)]
+    fn with(&self, other: &Self, function: impl Fn(T, T) -> T) -> Self {
+        let mut result = self.clone();
+        for (x, y) in result.as_mut().iter_mut().zip(other.as_ref()) {
+            *x = function(*x, *y);
+        }
+        result
+    }
+}
+
+impl<T: Copy, Z: Clone + AsRef<[T]> + AsMut<[T]>> Components<T> for Z {}
+
+/// Equations in lanes. What is said of all of a type is compiled for no other; what is not, each is asked for when the program runs.
 pub(super) trait Equations<R: Register> {
     /// The unknowns.
-    type Z: Unknown<Lanes<R>>;
+    type Z: Components<Lanes<R>>;
 
-    /// Whether the rows are affine in the unknowns.
-    const LINEAR: bool;
+    /// Whether the rows may be affine in the unknowns.
+    const MAY_BE_LINEAR: bool;
 
-    /// Whether roots are watched for others nearby.
-    const WATCHED: bool;
+    /// Whether roots may be watched for others nearby.
+    const MAY_BE_WATCHED: bool;
 
-    /// Whether the rows are the declared ones times something that may vanish.
-    const SCALED: bool;
+    /// Whether the rows may be the declared ones times something that may vanish.
+    const MAY_BE_SCALED: bool;
+
+    /// Whether they are affine, if they may be.
+    #[inline(always)]
+    fn are_linear(&self) -> bool {
+        true
+    }
+
+    /// Whether roots are watched, if they may be.
+    #[inline(always)]
+    fn are_watched(&self) -> bool {
+        true
+    }
+
+    /// Whether they are multiplied by something, if they may be.
+    #[inline(always)]
+    fn are_scaled(&self) -> bool {
+        true
+    }
 
     /// Where they are watched also if the others would not be close.
     fn past_is_short(&self) -> Mask<R>;
 
-    /// In which units determinants are wanted (see [`Unknown::solve_lanes`]).
-    fn scales(&self) -> &[Lanes<R>; 2];
-
-    /// The rows and their Jacobian.
-    fn linearize(&self, z: &Self::Z) -> Linearization<Lanes<R>, Self::Z>;
-
-    /// Newton's update without the rest of a sparse Jacobian, NaN in lanes where it is no good one, and the determinants
-    /// (see [`crate::solve::newton::Equations::sparse_update`]).
-    fn sparse_update(&self, z: &Self::Z) -> Option<(Self::Z, Lanes<R>)>;
+    /// Newton's update, NaN in lanes where it is no good one, and the determinants in the units that are asked for (see
+    /// [`Unknown::solve_lanes`](crate::solve::unknown::Unknown::solve_lanes)).
+    fn update(&mut self, z: &Self::Z) -> (Self::Z, Lanes<R>);
 
     /// The lanes in which a root at `z` is one of the declared rows (see [`crate::solve::newton::Equations`]).
-    fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> Mask<R>;
+    fn declared(&mut self, z: &Self::Z, nearby: &Self::Z) -> Mask<R>;
 }
 
 /// Solves equations from `start`, in the lanes of `active`.
@@ -84,12 +110,13 @@ pub(super) trait Equations<R: Register> {
 /// that would take part of an update, or stagnate, are left.
 #[inline(always)]
 pub(super) fn solve<R: Register, E: Equations<R>>(
-    equations: &E,
+    equations: &mut E,
     start: E::Z,
     expected: &E::Z,
     max_iterations: u32,
     active: u32,
 ) -> Roots<E::Z, R> {
+    let mut z = start.clone();
     let mut found = Roots {
         z: start,
         evaluations: [1; LANES],
@@ -99,42 +126,42 @@ pub(super) fn solve<R: Register, E: Equations<R>>(
     let (nowhere, everywhere) = (Mask::splat(false), Mask::splat(true));
     let (mut bent, mut in_question) = (nowhere, nowhere);
     let limit = max_iterations.clamp(2, MAX_EVALUATIONS);
-    let mut z = start;
     let mut before: Option<Iterate<E::Z>> = None;
     let mut before_that: Option<Iterate<E::Z>> = None;
     let mut converging = everywhere;
     // one loop, so that the generated rows stand in it once
     for evaluation in 1..=limit {
-        let (update, determinants) = match equations.sparse_update(&z) {
-            Some(found) => found,
-            None => dense_update(equations, &z),
-        };
-        let next = z.zip(&update, |z, update| z + update);
+        let (update, determinants) = equations.update(&z);
+        let next = z.with(&update, |z, update| z + update);
         let now = Iterate {
             update,
-            expected: z.zip(expected, |z, expected| expected.larger(z.abs())),
+            expected: z.with(expected, |z, expected| expected.larger(z.abs())),
         };
         let last = match &before {
-            None if E::LINEAR => finite(&update),
+            None if E::MAY_BE_LINEAR && equations.are_linear() => finite(&now.update),
             None => now.update().is_small(LAST_UPDATE),
             Some(before) => now.update().settles(&before.update()),
         };
         let mut arriving = last & converging;
-        if let (true, 3, Some(first), Some(second)) = (E::WATCHED, evaluation, &before_that, &before) {
-            [bent, in_question] = questioned(first, second);
-            in_question = in_question | (bent & equations.past_is_short());
-        }
-        if E::WATCHED && evaluation >= 3 {
+        if E::MAY_BE_WATCHED && evaluation >= 3 && equations.are_watched() {
+            if let (3, Some(first), Some(second)) = (evaluation, &before_that, &before) {
+                [bent, in_question] = questioned(first, second);
+                in_question = in_question | (bent & equations.past_is_short());
+            }
             // these are for the iteration that looks at the other root
             arriving = arriving & !if evaluation > MANY { bent } else { in_question };
         }
         let mut arrived = found.left & arriving.bits();
-        if E::SCALED && arrived != 0 {
-            let root = if E::LINEAR { next } else { z };
-            let nearby = root.zip(expected, |z, expected| {
+        if E::MAY_BE_SCALED && arrived != 0 && equations.are_scaled() {
+            let root = if E::MAY_BE_LINEAR && equations.are_linear() {
+                &next
+            } else {
+                &z
+            };
+            let nearby = root.with(expected, |z, expected| {
                 z + Lanes::splat(LAST_UPDATE) * expected.larger(z.abs())
             });
-            arrived &= equations.declared(&root, &nearby).bits();
+            arrived &= equations.declared(root, &nearby).bits();
         }
         if arrived == active {
             (found.z, found.left, found.determinants) = (next, 0, determinants);
@@ -143,7 +170,7 @@ pub(super) fn solve<R: Register, E: Equations<R>>(
         }
         if arrived != 0 {
             let here = Mask::from_bits(arrived);
-            found.z = next.zip(&found.z, |new, old| here.select(new, old));
+            found.z = next.with(&found.z, |new, old| here.select(new, old));
             found.determinants = here.select(determinants, found.determinants);
             for (lane, evaluations) in found.evaluations.iter_mut().enumerate() {
                 if arrived >> lane & 1 == 1 {
@@ -171,21 +198,9 @@ pub(super) fn solve<R: Register, E: Equations<R>>(
     found
 }
 
-/// Newton's update by the whole Jacobian, and the determinants.
-#[inline(always)]
-fn dense_update<R: Register, E: Equations<R>>(equations: &E, z: &E::Z) -> (E::Z, Lanes<R>) {
-    let at = equations.linearize(z);
-    let (solution, determinants) = if E::LINEAR {
-        E::Z::solve_scaled(&at.jacobian, &at.rows, equations.scales())
-    } else {
-        E::Z::solve_lanes(&at.jacobian, &at.rows, equations.scales())
-    };
-    (solution.zip(&solution, |x, _| -x), determinants)
-}
-
 /// The lanes in which all components are numbers.
 #[inline(always)]
-fn finite<R: Register, U: Unknown<Lanes<R>>>(x: &U) -> Mask<R> {
+fn finite<R: Register, U: Components<Lanes<R>>>(x: &U) -> Mask<R> {
     let components = x.as_ref().iter();
     components.fold(Mask::splat(true), |finite, x| finite & x.finite())
 }
@@ -193,7 +208,7 @@ fn finite<R: Register, U: Unknown<Lanes<R>>>(x: &U) -> Mask<R> {
 /// The lanes in which the rows bend on the way to the root, and of these the ones where another root may be close: the rules of
 /// [`crate::solve::newton`] for the worst pair of components.
 #[inline(always)]
-fn questioned<R: Register, U: Unknown<Lanes<R>>>(first: &Iterate<U>, second: &Iterate<U>) -> [Mask<R>; 2] {
+fn questioned<R: Register, U: Components<Lanes<R>>>(first: &Iterate<U>, second: &Iterate<U>) -> [Mask<R>; 2] {
     let zero = Lanes::splat(0.0);
     let (mut before, mut after) = (zero, zero);
     let (mut smallest, mut largest) = (Lanes::splat(f64::INFINITY), zero);
@@ -210,7 +225,7 @@ fn questioned<R: Register, U: Unknown<Lanes<R>>>(first: &Iterate<U>, second: &It
 
 /// `next` in the lanes that go on. The others stay where they are: what is no number there would cost time.
 #[inline(always)]
-fn continued<R: Register, U: Unknown<Lanes<R>>>(going: u32, z: &U, next: &U) -> U {
+fn continued<R: Register, U: Components<Lanes<R>>>(going: u32, z: &U, next: &U) -> U {
     let going = Mask::<R>::from_bits(going);
-    next.zip(z, |next, z| going.select(next, z))
+    next.with(z, |next, z| going.select(next, z))
 }

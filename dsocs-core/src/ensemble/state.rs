@@ -40,26 +40,26 @@ pub(super) struct Found<U, R, const N: usize> {
 
 /// The natural sizes of the unknowns, in the lanes where they were needed lately: the rules of [`Remembered`](crate::solve::convergence::Remembered).
 #[derive(Clone, Copy)]
-struct Natural<U, R> {
+pub(super) struct Natural<U, R> {
     /// The lanes, as bits.
-    known: u32,
+    pub known: u32,
     /// The part of the sizes that counts.
-    part: U,
+    pub part: U,
     /// The inverse of the sizes.
-    inverse: U,
+    pub inverse: U,
     /// How large the unknowns were in units of them.
-    level: Lanes<R>,
+    pub level: Lanes<R>,
 }
 
-impl<R: Register, U: Unknown<Lanes<R>>> Natural<U, R> {
+impl<R: Register, U: AsRef<[Lanes<R>]>> Natural<U, R> {
     /// Sizes that are not too small to be known, where the unknowns have lately been as large as `lately` says.
     #[inline(always)]
-    fn raise(&self, sizes: U, lately: &U) -> U {
+    pub fn raise<Z: AsMut<[Lanes<R>]>>(&self, sizes: Z, lately: &[Lanes<R>]) -> Z {
         if self.known == 0 {
             return sizes;
         }
         let mut level = Lanes::splat(0.0);
-        for (z, &inverse) in lately.as_ref().iter().zip(self.inverse.as_ref()) {
+        for (z, &inverse) in lately.iter().zip(self.inverse.as_ref()) {
             level = level.larger(z.abs() * inverse);
         }
         let grown = level.larger(Lanes::splat(1.0));
@@ -96,7 +96,8 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
     #[inline(always)]
     pub fn expected(&self, least: &U) -> U {
         let lately = self.predictor.size();
-        self.natural.raise(lately.zip(least, Scalar::larger), lately)
+        self.natural
+            .raise(lately.zip(least, Scalar::larger), lately.as_ref())
     }
 
     /// Takes a step.
@@ -161,7 +162,7 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Found<U, R, N> {
 
 /// Loads numbers into registers.
 #[inline(always)]
-fn load<R: Register>(to: &mut [Lanes<R>], from: &[Eight]) {
+pub(super) fn load<R: Register>(to: &mut [Lanes<R>], from: &[Eight]) {
     for (to, from) in to.iter_mut().zip(from) {
         *to = from.0.into();
     }
@@ -169,7 +170,7 @@ fn load<R: Register>(to: &mut [Lanes<R>], from: &[Eight]) {
 
 /// Stores numbers.
 #[inline(always)]
-fn store<R: Register>(to: &mut [Eight], from: &[Lanes<R>]) {
+pub(super) fn store<R: Register>(to: &mut [Eight], from: &[Lanes<R>]) {
     for (to, &from) in to.iter_mut().zip(from) {
         to.0 = from.into();
     }

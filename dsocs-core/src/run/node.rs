@@ -195,6 +195,14 @@ impl OwnedNode {
         }
     }
 
+    /// A copy of a node.
+    #[must_use]
+    pub fn of(node: &AnyNode<'_>) -> Self {
+        let mut owned = Self::new(node.q.len());
+        owned.room().write(node);
+        owned
+    }
+
     /// Where a run writes its current node.
     pub fn room(&mut self) -> NodeMut<'_> {
         NodeMut {

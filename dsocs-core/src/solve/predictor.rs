@@ -212,6 +212,8 @@ fn push<'u, T: Scalar, U: Unknown<T> + 'u>(
 }
 
 /// Takes in the solution of a step where the past lies as in a [`Predictor`]; `size_after` says what becomes of a size.
+#[allow(clippy::inline_always)] // for the machine's own instructions
+#[inline(always)]
 pub(crate) fn push_past<T: Copy + Sub<Output = T>>(past: &mut [T], z: &[T], size_after: impl Fn(T, T) -> T) {
     let m = z.len();
     let Some((differences, sizes)) = past.split_at_mut_checked(DIFFERENCES * m) else {
@@ -228,14 +230,16 @@ pub(crate) fn push_past<T: Copy + Sub<Output = T>>(past: &mut [T], z: &[T], size
 }
 
 /// How large an unknown has been lately, after a solution.
-pub(crate) fn size_after(size: f64, z: f64) -> f64 {
-    (MEMORY * size).larger(z.abs())
+#[allow(clippy::inline_always)] // for the machine's own instructions
+#[inline(always)]
+pub(crate) fn size_after<T: Scalar>(size: T, z: T) -> T {
+    (T::splat(MEMORY) * size).larger(z.abs())
 }
 
 /// The unknowns of the next step, each by the polynomial of the degree whose last two differences are smallest.
 #[allow(clippy::inline_always)] // part of every step
 #[inline(always)]
-fn extrapolate<T: Scalar, U: AsRef<[T]> + AsMut<[T]> + Clone>(
+pub(crate) fn extrapolate<T: Scalar, U: AsRef<[T]> + AsMut<[T]> + Clone>(
     last: &U,
     differences: [&(impl AsRef<[T]> + ?Sized); ORDER],
 ) -> U {

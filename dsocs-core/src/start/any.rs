@@ -90,7 +90,18 @@ impl AnyStart {
     ///
     /// [`SetupError::StartLength`] for the first that has not.
     pub(crate) fn fits(&self, shape: &Shape) -> Result<(), SetupError> {
-        let Given { q0, rule, near, .. } = &self.0;
+        self.0.fits(shape)
+    }
+}
+
+impl Given {
+    /// Checks that each vector has one component for each coordinate.
+    ///
+    /// # Errors
+    ///
+    /// [`SetupError::StartLength`] for the first that has not.
+    pub(crate) fn fits(&self, shape: &Shape) -> Result<(), SetupError> {
+        let Self { q0, rule, near, .. } = self;
         let others: [Option<(_, &Vector)>; 2] = match rule {
             Rule::Paper { v0 } | Rule::SecondOrder { v0 } => [Some(("v0", v0)), None],
             Rule::Nodes { q1 } => [Some(("q1", q1)), None],

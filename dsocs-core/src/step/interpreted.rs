@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use thiserror::Error;
 
-use super::slices::{self, Kept, Room, Walked};
+use super::slices::{self, Beside, Kept, Room, Walked};
 use crate::kernel::course::Course;
 use crate::kernel::question::Halt;
 use crate::kernel::report::NodeMut;
@@ -77,42 +77,42 @@ crate::debug_is_message!(TapeError);
 
 /// What is evaluated often. Each program reads what was computed before from the numbers that it is handed.
 #[derive(Debug)]
-struct Hot {
-    places: Places,
-    stretch: Stretch,
-    constants: Straight,
-    known: Straight,
+pub(crate) struct Hot {
+    pub places: Places,
+    pub stretch: Stretch,
+    pub constants: Straight,
+    pub known: Straight,
     /// The rows, then their Jacobian row by row.
-    residual: Straight,
+    pub residual: Straight,
     /// The rows, then the entries of a sparse Jacobian.
-    entries: Straight,
-    scales: Straight,
-    unknown: Straight,
-    second_difference: Straight,
+    pub entries: Straight,
+    pub scales: Straight,
+    pub unknown: Straight,
+    pub second_difference: Straight,
     /// Position, velocity, acceleration, time and constraint force.
-    node: Straight,
-    energy: Straight,
+    pub node: Straight,
+    pub energy: Straight,
 }
 
 /// Where what is handed to programs stands in the stretch that they compute in. The first number there is handed to none: it is NaN.
 #[derive(Clone, Debug)]
-struct Places {
-    h: usize,
-    clock: usize,
-    t: usize,
-    parameters: Range<usize>,
-    constants: Range<usize>,
+pub(crate) struct Places {
+    pub h: usize,
+    pub clock: usize,
+    pub t: usize,
+    pub parameters: Range<usize>,
+    pub constants: Range<usize>,
     /// The second difference before, which stands behind the constants.
-    past: usize,
-    known: Range<usize>,
-    z: Range<usize>,
-    multipliers: Range<usize>,
-    n: Range<usize>,
-    d: Range<usize>,
-    e: Range<usize>,
-    q: Range<usize>,
-    v: Range<usize>,
-    count: usize,
+    pub past: usize,
+    pub known: Range<usize>,
+    pub z: Range<usize>,
+    pub multipliers: Range<usize>,
+    pub n: Range<usize>,
+    pub d: Range<usize>,
+    pub e: Range<usize>,
+    pub q: Range<usize>,
+    pub v: Range<usize>,
+    pub count: usize,
 }
 
 impl Places {
@@ -167,8 +167,8 @@ impl Places {
     }
 }
 
-/// A program, and what is handed to it.
-type Reading = (Program, fn(Leaf) -> bool);
+/// A program, what is handed to it, and where its results stand if other programs read them.
+type Reading = (Program, fn(Leaf) -> bool, Option<usize>);
 
 /// What the run knows when it begins.
 fn is_of_run(leaf: Leaf) -> bool {
@@ -202,25 +202,32 @@ impl Hot {
             let wanted: Vec<usize> = (0..unknowns).chain(entries).collect();
             tape.later(Segment::Residual, &wanted, &both)
         });
-        let programs: [Reading; 9] = [
-            (program(Segment::Constants, &[]), is_of_run),
-            (program(Segment::Known, &both[..1]), is_of_leg),
-            (program(Segment::Residual, &both), is_of_iteration),
-            (entries.unwrap_or_default(), is_of_iteration),
-            (program(Segment::Scales, &both), is_of_iteration),
-            (program(Segment::Unknown, &[]), |leaf| {
-                matches!(leaf, Leaf::E(_) | Leaf::Lambda(_))
-            }),
-            (program(Segment::SecondDifference, &both), is_of_iteration),
-            (program(Segment::Node, &both[..1]), |leaf| {
-                is_of_leg(leaf) || matches!(leaf, Leaf::E(_))
-            }),
-            (program(Segment::Energy, &both[..1]), |leaf| {
-                matches!(leaf, Leaf::Constant(_) | Leaf::T | Leaf::Q(_) | Leaf::V(_))
-            }),
-        ];
         let places = Places::new(shape, tape.count(Segment::Constants, Part::All));
-        let mut stretch = Stretch::new(places.count, programs.iter().map(|(program, _)| program));
+        let [of_run, of_step] = [&places.constants, &places.known].map(|range| Some(range.start));
+        let programs: [Reading; 9] = [
+            (program(Segment::Constants, &[]), is_of_run, of_run),
+            (program(Segment::Known, &both[..1]), is_of_leg, of_step),
+            (program(Segment::Residual, &both), is_of_iteration, None),
+            (entries.unwrap_or_default(), is_of_iteration, None),
+            (program(Segment::Scales, &both), is_of_iteration, None),
+            (
+                program(Segment::Unknown, &[]),
+                |leaf| matches!(leaf, Leaf::E(_) | Leaf::Lambda(_)),
+                None,
+            ),
+            (program(Segment::SecondDifference, &both), is_of_iteration, None),
+            (
+                program(Segment::Node, &both[..1]),
+                |leaf| is_of_leg(leaf) || matches!(leaf, Leaf::E(_)),
+                None,
+            ),
+            (
+                program(Segment::Energy, &both[..1]),
+                |leaf| matches!(leaf, Leaf::Constant(_) | Leaf::T | Leaf::Q(_) | Leaf::V(_)),
+                None,
+            ),
+        ];
+        let mut stretch = Stretch::new(places.count, programs.iter().map(|(program, ..)| program));
         let [
             constants,
             known,
@@ -231,9 +238,9 @@ impl Hot {
             second_difference,
             node,
             energy,
-        ] = programs.map(|(program, reads)| {
+        ] = programs.map(|(program, reads, into)| {
             let place = |leaf| if reads(leaf) { places.of(leaf) } else { 0 };
-            stretch.straighten(&program, &place)
+            stretch.straighten(&program, &place, into)
         });
         Self {
             places,
@@ -382,13 +389,24 @@ impl TapeKernel {
         })
     }
 
+    /// What is evaluated often.
+    pub(crate) fn hot(&self) -> &Hot {
+        &self.hot
+    }
+
+    /// What the tape calls.
+    pub(crate) fn calls(&self) -> &[TapeCall] {
+        &self.calls
+    }
+
     /// Computes in the room that this thread keeps.
-    fn in_room<R>(&self, work: impl FnOnce(&mut Room) -> R) -> R {
-        // whoever evaluates this kernel inside finds another, empty room
-        let mut room = ROOM.take();
-        self.hot.stretch.prepare(&mut room.numbers);
-        let result = work(&mut room);
-        ROOM.set(room);
+    fn in_room<R>(&self, work: impl FnOnce(&mut [f64], &mut Beside) -> R) -> R {
+        // whoever evaluates this kernel inside finds another, empty room, and so does who evaluates it where the thread ends
+        let mut room = ROOM.try_with(Cell::take).unwrap_or_default();
+        let Room { numbers, beside } = &mut room;
+        let result = work(self.hot.stretch.prepare(numbers), beside);
+        // where the thread ends there is nothing to keep it in
+        let _ = ROOM.try_with(|kept| kept.set(room));
         result
     }
 
@@ -475,7 +493,6 @@ impl Walked for TapeKernel {
         take(numbers, &places.n, leg.q);
         take(numbers, &places.d, leg.d);
         known.run(&self.hot.stretch, &self.calls, numbers);
-        known.put(numbers, places.known.start);
     }
 
     #[inline]
@@ -544,12 +561,12 @@ impl Source for TapeKernel {
 
 impl Kernel for TapeKernel {
     fn smooth(&self, course: &mut Course, count: u64) -> Halt {
-        self.in_room(|room| match self.shape.unknowns {
-            1 => slices::smooth::<_, [f64; 1]>(self, room, course, count),
-            2 => slices::smooth::<_, [f64; 2]>(self, room, course, count),
-            3 => slices::smooth::<_, [f64; 3]>(self, room, course, count),
-            4 => slices::smooth::<_, [f64; 4]>(self, room, course, count),
-            _ => slices::smooth::<_, Kept>(self, room, course, count),
+        self.in_room(|numbers, beside| match self.shape.unknowns {
+            1 => slices::smooth::<_, [f64; 1]>(self, (numbers, beside), course, count),
+            2 => slices::smooth::<_, [f64; 2]>(self, (numbers, beside), course, count),
+            3 => slices::smooth::<_, [f64; 3]>(self, (numbers, beside), course, count),
+            4 => slices::smooth::<_, [f64; 4]>(self, (numbers, beside), course, count),
+            _ => slices::smooth::<_, Kept>(self, (numbers, beside), course, count),
         })
     }
 
@@ -558,7 +575,7 @@ impl Kernel for TapeKernel {
         if let Some(past) = constants.get_mut(self.place_of_past()..) {
             past.fill(0.0);
         }
-        self.in_room(|Room { numbers, .. }| {
+        self.in_room(|numbers, _| {
             take_one(numbers, self.hot.places.h, h);
             take(numbers, &self.hot.places.parameters, parameters);
             self.write(&self.hot.constants, numbers, constants);
@@ -581,7 +598,7 @@ impl Kernel for TapeKernel {
     }
 
     fn known(&self, constants: &[f64], leg: AnyLeg<'_, f64>, known: &mut [f64]) {
-        self.in_room(|Room { numbers, .. }| {
+        self.in_room(|numbers, _| {
             self.take_constants(numbers, constants);
             self.take_leg(numbers, leg);
             copy(
@@ -592,7 +609,7 @@ impl Kernel for TapeKernel {
     }
 
     fn linearize(&self, at: At<'_>, rows: &mut [f64], jacobian: &mut [f64]) {
-        self.in_room(|Room { numbers, .. }| {
+        self.in_room(|numbers, _| {
             self.take_at(numbers, at);
             self.rows(numbers, rows, jacobian);
         });
@@ -604,7 +621,7 @@ impl Kernel for TapeKernel {
 
     fn entries(&self, at: At<'_>, rows: &mut [f64], entries: &mut [f64]) {
         if self.sparse.is_some() {
-            self.in_room(|Room { numbers, .. }| {
+            self.in_room(|numbers, _| {
                 self.take_at(numbers, at);
                 self.sparse_rows(numbers, rows, entries);
             });
@@ -614,7 +631,7 @@ impl Kernel for TapeKernel {
     fn scales(&self, at: At<'_>, scales: &mut [f64]) {
         scales.fill(1.0);
         if self.shape.scaled {
-            self.in_room(|Room { numbers, .. }| {
+            self.in_room(|numbers, _| {
                 self.take_at(numbers, at);
                 self.row_scales(numbers, scales);
             });
@@ -622,7 +639,7 @@ impl Kernel for TapeKernel {
     }
 
     fn unknown(&self, e: &[f64], multipliers: &[f64], z: &mut [f64]) {
-        self.in_room(|Room { numbers, .. }| {
+        self.in_room(|numbers, _| {
             let places = &self.hot.places;
             take(numbers, &places.e, e);
             if let Some(room) = numbers.get_mut(places.multipliers.clone()) {
@@ -635,7 +652,7 @@ impl Kernel for TapeKernel {
     }
 
     fn second_difference(&self, at: At<'_>, e: &mut [f64]) {
-        self.in_room(|Room { numbers, .. }| {
+        self.in_room(|numbers, _| {
             self.take_at(numbers, at);
             self.difference(numbers, e);
         });
@@ -651,7 +668,7 @@ impl Kernel for TapeKernel {
         } = &*self.hot;
         let n = node.vectors.len() / 4;
         let (motion, force) = node.vectors.split_at_mut(3 * n);
-        let energy = self.in_room(|Room { numbers, .. }| {
+        let energy = self.in_room(|numbers, _| {
             self.take_constants(numbers, &course.constants);
             // as it was before the step
             take(

@@ -5,7 +5,7 @@
 //! [`solve`](crate::solve): [`guesses`] are tried where the prediction does not lead to a root, and [`pair`] tells two roots apart.
 
 mod guesses;
-mod interpreted;
+pub(crate) mod interpreted;
 pub(crate) mod jumps;
 pub(crate) mod pair;
 pub(crate) mod singular;

@@ -17,7 +17,7 @@ use crate::solve::is_finite;
 use crate::solve::newton::{self, Components, Evaluation, Quick, Root};
 use crate::solve::predictor::{Continuation, Predictor, continues, foresees};
 use crate::solve::sparse::{Product, Sparse, Update};
-use crate::tape::Shape;
+use crate::tape::{Shape, Stretched};
 
 /// What steps on slices ask of a system. It computes in a stretch of numbers that the caller keeps.
 pub(crate) trait Walked {
@@ -125,7 +125,13 @@ impl AsMut<[f64]> for Kept {
 /// What steps compute in.
 pub(crate) struct Room {
     /// What the system computes in.
-    pub numbers: Vec<f64>,
+    pub numbers: Stretched,
+    /// What the steps compute in beside it.
+    pub beside: Beside,
+}
+
+/// What steps compute in beside the numbers of the system.
+pub(crate) struct Beside {
     /// The Jacobian, and room for its elimination.
     matrix: Vec<f64>,
     /// The second difference of a step, and the sums that it leads to.
@@ -135,9 +141,11 @@ pub(crate) struct Room {
 impl Room {
     /// Without room.
     pub const EMPTY: Self = Self {
-        numbers: Vec::new(),
-        matrix: Vec::new(),
-        next: Vec::new(),
+        numbers: Stretched::EMPTY,
+        beside: Beside {
+            matrix: Vec::new(),
+            next: Vec::new(),
+        },
     };
 }
 
@@ -342,7 +350,7 @@ fn solve<K: Walked, Z: Unknowns>(
 /// Makes up to `count` steps of a run.
 pub(crate) fn smooth<K: Walked, Z: Unknowns>(
     system: &K,
-    room: &mut Room,
+    (numbers, beside): (&mut [f64], &mut Beside),
     course: &mut Course,
     count: u64,
 ) -> Halt {
@@ -354,11 +362,7 @@ pub(crate) fn smooth<K: Walked, Z: Unknowns>(
         return Halt::Asks(Question::Start);
     }
     let [sums, solved_q, solved_d, e, second, before] = course.vectors.slices();
-    let Room {
-        numbers,
-        matrix,
-        next,
-    } = room;
+    let Beside { matrix, next } = beside;
     matrix.resize(m * (m + 2), 0.0);
     // the sums of the next leg, those of its second difference, and the difference itself
     next.resize(7 * n, 0.0);

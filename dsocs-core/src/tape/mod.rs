@@ -60,7 +60,7 @@ pub use format::{Leaf, Part, Segment};
 pub(crate) use format::{SEGMENTS, VERSION};
 pub use link::Program;
 pub use shape::Shape;
-pub(crate) use straight::{Straight, Stretch};
+pub(crate) use straight::{FIXED, Numbers, Straight, Stretch, Stretched};
 pub use symmetry::Symmetry;
 pub use table::TapeCall;
 

@@ -1,19 +1,24 @@
-//! Programs over one stretch of doubles: what steps are made with where nothing was compiled.
+//! Programs over one stretch of numbers: what steps are made with where nothing was compiled.
+//!
+//! A number is a double, or several side by side for as many motions ([`Numbers`]); what is walked is the same.
 //!
 //! Every number has a place in it: what is handed to a program, constants, what is in between. An operation reads its operands where they are, so
-//! leaves and constants cost nothing. Operations of one kind that do not need each other stand together, and which kind it is, is asked once for all
+//! leaves and constants cost nothing. Two sums or products of which one is read by the other alone are one operation ([`What::Pair`]). Operations of one kind that do not need each other stand together, and which kind it is, is asked once for all
 //! of them. Every number comes from the same operation on the same numbers as in the [`Program`], so the bits are the same.
 
-use super::evaluate::function;
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use super::link::{Kind, Program};
 use super::read::{Binary, Comparison, Function};
 use super::{Leaf, TapeCall};
+use crate::number::scalar::Scalar;
 
 /// Where a number is.
 type Place = u32;
 
 /// Places below this bound are those of a fixed array: that a place lies inside need not be asked then.
-const FIXED: usize = 1 << 16;
+pub(crate) const FIXED: usize = 1 << 16;
 
 /// A program whose operands are places.
 #[derive(Clone, Debug, Default)]
@@ -25,6 +30,8 @@ pub(crate) struct Straight {
     more: Vec<[Place; 3]>,
     /// Where the results are in the end.
     results: Vec<Place>,
+    /// What is copied, from where and where to, so that the results stand where they belong.
+    moves: Vec<[Place; 2]>,
 }
 
 /// Operations of one kind.
@@ -44,6 +51,8 @@ enum What {
     Powi(i32),
     Function(Function),
     Binary(Binary),
+    /// Of two numbers, and then of the result, which is rounded, and a third one.
+    Pair(First, Second),
     /// With the three last of its operands apart.
     Select(Comparison),
     /// Of one number.
@@ -52,8 +61,27 @@ enum What {
     Datum(u32),
 }
 
+/// The first operation of a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum First {
+    Add,
+    Sub,
+    Mul,
+}
+
+/// The second operation of a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Second {
+    Add,
+    /// The third number less the result.
+    From,
+    /// The result less the third number.
+    Sub,
+    Mul,
+}
+
 /// An operand of an operation.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Operand {
     /// A number that is there before.
     Place(Place),
@@ -70,44 +98,91 @@ struct Node {
 /// How the stretch is shared out among programs: what is handed to them comes first, then constants, then the numbers in between.
 #[derive(Debug, Default)]
 pub(crate) struct Stretch {
+    /// Which one it is, among all of this process.
+    number: u64,
     /// Where constants begin.
     first_constant: usize,
     constants: Vec<f64>,
+    /// The place of each constant, by its bits.
+    places: HashMap<u64, Place>,
     /// How many numbers there are.
     length: usize,
+}
+
+/// Numbers for a stretch. They remember whose constants stand in them.
+#[derive(Debug)]
+pub(crate) struct Stretched {
+    numbers: Vec<f64>,
+    /// The number of the stretch; 0 of none.
+    of: u64,
+}
+
+impl Stretched {
+    /// Without room.
+    pub const EMPTY: Self = Self {
+        numbers: Vec::new(),
+        of: 0,
+    };
 }
 
 impl Stretch {
     /// A stretch in which so many numbers are handed to some programs. The first is not handed: it is NaN.
     pub fn new<'p>(given: usize, programs: impl IntoIterator<Item = &'p Program>) -> Self {
-        let mut constants: Vec<f64> = Vec::new();
+        // 0 is none
+        static COUNT: AtomicU64 = AtomicU64::new(1);
+        let (mut constants, mut places) = (Vec::new(), HashMap::new());
         for instruction in programs.into_iter().flat_map(|program| &program.instructions) {
-            if let Kind::Number(value) = instruction.kind
-                && index_of(&constants, value).is_none()
-            {
-                constants.push(value);
+            if let Kind::Number(value) = instruction.kind {
+                places.entry(value.to_bits()).or_insert_with(|| {
+                    constants.push(value);
+                    place(given + constants.len() - 1)
+                });
             }
         }
         Self {
+            number: COUNT.fetch_add(1, Ordering::Relaxed),
             first_constant: given,
             length: given + constants.len(),
             constants,
+            places,
         }
     }
 
-    /// Makes room for all programs, and writes their constants.
+    /// How many numbers there are.
+    pub fn len(&self) -> usize {
+        self.length
+    }
+
+    /// Makes room for all programs, and writes their constants where they do not stand already.
     #[inline]
-    pub fn prepare(&self, numbers: &mut Vec<f64>) {
-        if numbers.len() < self.length.max(FIXED) {
-            *numbers = vec![0.0; self.length.max(FIXED)];
+    pub fn prepare<'n>(&self, stretched: &'n mut Stretched) -> &'n mut [f64] {
+        let Stretched { numbers, of } = stretched;
+        if *of != self.number {
+            if numbers.len() < self.length.max(FIXED) {
+                *numbers = vec![0.0; self.length.max(FIXED)];
+            }
+            self.each_constant(|place, value| numbers[place] = value);
+            *of = self.number;
         }
-        numbers[0] = f64::NAN;
-        let from = self.first_constant;
-        numbers[from..from + self.constants.len()].copy_from_slice(&self.constants);
+        numbers
     }
 
-    /// A program, where `leaf` says where a leaf is: at the place 0 where it is not known.
-    pub fn straighten(&mut self, program: &Program, leaf: &dyn Fn(Leaf) -> usize) -> Straight {
+    /// Tells the places and values of what programs read and never write: the number that is handed to none, and constants.
+    pub fn each_constant(&self, mut tell: impl FnMut(usize, f64)) {
+        tell(0, f64::NAN);
+        for (index, &value) in self.constants.iter().enumerate() {
+            tell(self.first_constant + index, value);
+        }
+    }
+
+    /// A program, where `leaf` says where a leaf is: at the place 0 where it is not known. Where `into` says so, its results stand one after the other from
+    /// a place on, at none of which it reads.
+    pub fn straighten(
+        &mut self,
+        program: &Program,
+        leaf: &dyn Fn(Leaf) -> usize,
+        into: Option<usize>,
+    ) -> Straight {
         let mut nodes: Vec<Node> = Vec::new();
         // what a register holds at the time
         let mut held: Vec<Operand> = vec![Operand::Place(0); program.registers];
@@ -115,8 +190,8 @@ impl Stretch {
             let at = |register: &u32| held[*register as usize];
             let operand = match &instruction.kind {
                 Kind::Number(value) => {
-                    let index = index_of(&self.constants, *value);
-                    Operand::Place(index.map_or(0, |index| place(self.first_constant + index)))
+                    let constant = self.places.get(&value.to_bits());
+                    Operand::Place(constant.copied().unwrap_or(0))
                 }
                 Kind::Leaf(which) => Operand::Place(place(leaf(*which))),
                 kind => {
@@ -127,12 +202,13 @@ impl Stretch {
             held[instruction.to as usize] = operand;
         }
         let results = program.results.iter();
-        let results: Vec<Operand> = results.map(|&register| held[register as usize]).collect();
-        self.share_out(&nodes, &results)
+        let mut results: Vec<Operand> = results.map(|&register| held[register as usize]).collect();
+        let nodes = paired(nodes, &mut results);
+        self.share_out(&nodes, &results, into)
     }
 
     /// Puts operations in batches, and gives each number a place, which is used again after the number has been read for the last time.
-    fn share_out(&mut self, nodes: &[Node], results: &[Operand]) -> Straight {
+    fn share_out(&mut self, nodes: &[Node], results: &[Operand], into: Option<usize>) -> Straight {
         let batches = batches(nodes);
         let order: Vec<usize> = batches
             .iter()
@@ -149,6 +225,12 @@ impl Stretch {
         for result in results {
             if let Operand::Result(of) = result {
                 last_use[*of] = usize::MAX;
+            }
+        }
+        let mut own: Vec<Option<Place>> = vec![None; nodes.len()];
+        for (index, result) in results.iter().enumerate() {
+            if let (Some(into), Operand::Result(of)) = (into, result) {
+                own[*of].get_or_insert(place(into + index));
             }
         }
         let from = self.first_constant + self.constants.len();
@@ -169,7 +251,7 @@ impl Stretch {
                     free.push(places[*of]);
                 }
             }
-            let to = free.pop().unwrap_or_else(|| {
+            let to = own[index].or_else(|| free.pop()).unwrap_or_else(|| {
                 next += 1;
                 place(next - 1)
             });
@@ -177,6 +259,7 @@ impl Stretch {
             straight.operations.push(match operands[..] {
                 [a] => [to, a, a, 0],
                 [a, b] => [to, a, b, 0],
+                [a, b, c] => [to, a, b, c],
                 [a, b, c, d] => {
                     straight.more.push([b, c, d]);
                     [to, a, place(straight.more.len() - 1), 0]
@@ -199,6 +282,15 @@ impl Stretch {
                 Operand::Result(of) => places[*of],
             })
             .collect();
+        if let Some(into) = into {
+            let results = straight.results.iter_mut().zip(into..);
+            for (result, to) in results.map(|(result, to)| (result, place(to))) {
+                if *result != to {
+                    straight.moves.push([*result, to]);
+                }
+                *result = to;
+            }
+        }
         straight
     }
 }
@@ -224,6 +316,76 @@ fn node(kind: &Kind, arguments: &[u32], at: &dyn Fn(&u32) -> Operand) -> Node {
         }
     };
     Node { what, operands }
+}
+
+/// Makes one operation of two sums or products of which one is read by the other alone.
+fn paired(mut nodes: Vec<Node>, results: &mut [Operand]) -> Vec<Node> {
+    let mut reads = vec![0_usize; nodes.len()];
+    let operands = nodes.iter().flat_map(|node| &node.operands);
+    for operand in operands.chain(&*results) {
+        if let Operand::Result(of) = operand {
+            reads[*of] += 1;
+        }
+    }
+    let mut is_part = vec![false; nodes.len()];
+    for index in 0..nodes.len() {
+        // a square reads its operand twice
+        let Some((second, [a, b])) = simple(&nodes[index]).filter(|(_, [a, b])| a != b) else {
+            continue;
+        };
+        let parts = [(a, b, false), (b, a, true)].into_iter();
+        let mut parts = parts.filter_map(|(part, third, is_last)| match part {
+            Operand::Result(of) if reads[of] == 1 => Some((of, simple(&nodes[of])?, third, is_last)),
+            _ => None,
+        });
+        let Some((of, (first, [a, b]), third, is_last)) = parts.next() else {
+            continue;
+        };
+        let second = match second {
+            First::Add => Second::Add,
+            First::Sub if is_last => Second::From,
+            First::Sub => Second::Sub,
+            First::Mul => Second::Mul,
+        };
+        is_part[of] = true;
+        nodes[index] = Node {
+            what: What::Pair(first, second),
+            operands: vec![a, b, third],
+        };
+    }
+    let mut count = 0;
+    let numbers: Vec<usize> = is_part
+        .iter()
+        .map(|&is_part| {
+            count += usize::from(!is_part);
+            count.saturating_sub(1)
+        })
+        .collect();
+    let operands = nodes.iter_mut().flat_map(|node| &mut node.operands);
+    for operand in operands.chain(results) {
+        if let Operand::Result(of) = operand {
+            *of = numbers[*of];
+        }
+    }
+    let nodes = nodes.into_iter().zip(is_part);
+    nodes
+        .filter_map(|(node, is_part)| (!is_part).then_some(node))
+        .collect()
+}
+
+/// A sum, a difference or a product.
+fn simple(node: &Node) -> Option<(First, [Operand; 2])> {
+    let first = match node.what {
+        What::Binary(Binary::Add) => First::Add,
+        What::Binary(Binary::Sub) => First::Sub,
+        What::Binary(Binary::Mul) | What::Square => First::Mul,
+        _ => return None,
+    };
+    match node.operands[..] {
+        [a] => Some((first, [a, a])),
+        [a, b] => Some((first, [a, b])),
+        _ => None,
+    }
 }
 
 /// Operations in batches of one kind, each after those that it reads: always the largest batch that can be made.
@@ -265,25 +427,24 @@ fn batches(nodes: &[Node]) -> Vec<(What, Vec<usize>)> {
     batches
 }
 
-/// Where a constant is among others.
-fn index_of(constants: &[f64], value: f64) -> Option<usize> {
-    let same = |known: &f64| known.to_bits() == value.to_bits();
-    constants.iter().position(same)
-}
-
 /// A place, of which no system has as many as this bound.
 fn place(index: usize) -> Place {
     Place::try_from(index).unwrap_or(0)
 }
 
 /// What numbers stand in.
-trait Numbers {
-    fn at(&self, place: Place) -> f64;
+pub(crate) trait Numbers {
+    /// A number, or several side by side.
+    type Number: Scalar;
 
-    fn set(&mut self, place: Place, value: f64);
+    fn at(&self, place: Place) -> Self::Number;
+
+    fn set(&mut self, place: Place, value: Self::Number);
 }
 
 impl Numbers for [f64; FIXED] {
+    type Number = f64;
+
     #[inline(always)]
     #[allow(clippy::inline_always, clippy::cast_possible_truncation)] // part of every operation; all places are small
     fn at(&self, place: Place) -> f64 {
@@ -298,6 +459,8 @@ impl Numbers for [f64; FIXED] {
 }
 
 impl Numbers for [f64] {
+    type Number = f64;
+
     fn at(&self, place: Place) -> f64 {
         self[place as usize]
     }
@@ -311,12 +474,15 @@ impl Straight {
     /// Evaluates the program; its results are then where [`Straight::results`] finds them.
     pub fn run(&self, stretch: &Stretch, calls: &[TapeCall], numbers: &mut [f64]) {
         match numbers.first_chunk_mut::<FIXED>() {
-            Some(fixed) if stretch.length <= FIXED => self.run_on(fixed, calls),
-            _ => self.run_on(numbers, calls),
+            Some(fixed) if stretch.length <= FIXED => self.run_on(calls, fixed),
+            _ => self.run_on(calls, numbers),
         }
     }
 
-    fn run_on<N: Numbers + ?Sized>(&self, numbers: &mut N, calls: &[TapeCall]) {
+    /// The same on numbers of any kind, as part of its caller, which may be compiled for the machine's own instructions.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as said
+    pub fn run_on<N: Numbers + ?Sized>(&self, calls: &[TapeCall], numbers: &mut N) {
         let mut rest = &self.operations[..];
         for Batch { what, count } in &self.batches {
             let Some((batch, later)) = rest.split_at_checked(*count as usize) else {
@@ -328,41 +494,33 @@ impl Straight {
                 What::Binary(Binary::Sub) => two(numbers, batch, |a, b| a - b),
                 What::Binary(Binary::Mul) => two(numbers, batch, |a, b| a * b),
                 What::Binary(Binary::Div) => two(numbers, batch, |a, b| a / b),
-                What::Binary(Binary::Powf) => two(numbers, batch, f64::powf),
-                What::Binary(Binary::Atan2) => two(numbers, batch, f64::atan2),
+                What::Binary(Binary::Powf) => two(numbers, batch, Scalar::powf),
+                What::Binary(Binary::Atan2) => two(numbers, batch, Scalar::atan2),
+                What::Pair(First::Add, second) => pair(numbers, batch, second, |a, b| a + b),
+                What::Pair(First::Sub, second) => pair(numbers, batch, second, |a, b| a - b),
+                What::Pair(First::Mul, second) => pair(numbers, batch, second, |a, b| a * b),
                 What::Neg => one(numbers, batch, |a| -a),
-                What::Recip => one(numbers, batch, f64::recip),
+                What::Recip => one(numbers, batch, Scalar::recip),
                 What::Square => one(numbers, batch, |a| a * a),
                 What::Powi(power) => one(numbers, batch, |a| a.powi(power)),
-                What::Function(name) => one(numbers, batch, |a| function(name, a)),
+                What::Function(name) => of_function(numbers, batch, name),
                 What::Select(comparison) => {
                     for &[to, a, more, _] in batch {
-                        let [b, c, d] = self.more[more as usize];
-                        let (a, b) = (numbers.at(a), numbers.at(b));
+                        let [b, c, d] = self.more[more as usize].map(|place| numbers.at(place));
+                        let a = numbers.at(a);
                         let chosen = match comparison {
-                            Comparison::Less => a < b,
-                            Comparison::LessOrEqual => a <= b,
+                            Comparison::Less => Scalar::select_lt(a, b, c, d),
+                            Comparison::LessOrEqual => Scalar::select_le(a, b, c, d),
                         };
-                        numbers.set(to, numbers.at(if chosen { c } else { d }));
+                        numbers.set(to, chosen);
                     }
                 }
-                What::Call(which) => one(numbers, batch, |a| {
-                    let call = calls.get(which as usize);
-                    call.map_or(f64::NAN, |call| call.value(Some(a)))
-                }),
-                What::Datum(which) => one(numbers, batch, |_| {
-                    let call = calls.get(which as usize);
-                    call.map_or(f64::NAN, |call| call.value(None))
-                }),
+                What::Call(which) => called(numbers, batch, calls.get(which as usize), true),
+                What::Datum(which) => called(numbers, batch, calls.get(which as usize), false),
             }
         }
-    }
-
-    /// Puts the results one after the other from a place on, where none of them is before.
-    #[inline]
-    pub fn put(&self, numbers: &mut [f64], from: usize) {
-        for (to, &result) in (from..).zip(&self.results) {
-            numbers[to] = numbers[result as usize];
+        for &[from, to] in &self.moves {
+            numbers.set(to, numbers.at(from));
         }
     }
 
@@ -371,12 +529,22 @@ impl Straight {
     pub fn results<'a>(&'a self, numbers: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         self.results.iter().map(|&place| numbers[place as usize])
     }
+
+    /// Where the results are.
+    #[inline]
+    pub fn places(&self) -> &[Place] {
+        &self.results
+    }
 }
 
 /// A function of one number, for all operations of a batch.
 #[inline(always)]
 #[allow(clippy::inline_always)] // a loop for each function
-fn one<N: Numbers + ?Sized>(numbers: &mut N, batch: &[[Place; 4]], function: impl Fn(f64) -> f64) {
+fn one<N: Numbers + ?Sized>(
+    numbers: &mut N,
+    batch: &[[Place; 4]],
+    function: impl Fn(N::Number) -> N::Number,
+) {
     for &[to, a, ..] in batch {
         numbers.set(to, function(numbers.at(a)));
     }
@@ -385,8 +553,89 @@ fn one<N: Numbers + ?Sized>(numbers: &mut N, batch: &[[Place; 4]], function: imp
 /// A function of two numbers, for all operations of a batch.
 #[inline(always)]
 #[allow(clippy::inline_always)] // a loop for each function
-fn two<N: Numbers + ?Sized>(numbers: &mut N, batch: &[[Place; 4]], function: impl Fn(f64, f64) -> f64) {
+fn two<N: Numbers + ?Sized>(
+    numbers: &mut N,
+    batch: &[[Place; 4]],
+    function: impl Fn(N::Number, N::Number) -> N::Number,
+) {
     for &[to, a, b, _] in batch {
         numbers.set(to, function(numbers.at(a), numbers.at(b)));
+    }
+}
+
+/// A function of two numbers, and then another of its result and a third number, for all operations of a batch.
+#[inline(always)]
+#[allow(clippy::inline_always)] // a loop for each pair
+fn pair<N: Numbers + ?Sized>(
+    numbers: &mut N,
+    batch: &[[Place; 4]],
+    second: Second,
+    first: impl Fn(N::Number, N::Number) -> N::Number,
+) {
+    match second {
+        Second::Add => three(numbers, batch, |a, b, c| first(a, b) + c),
+        Second::From => three(numbers, batch, |a, b, c| c - first(a, b)),
+        Second::Sub => three(numbers, batch, |a, b, c| first(a, b) - c),
+        Second::Mul => three(numbers, batch, |a, b, c| first(a, b) * c),
+    }
+}
+
+/// A function of three numbers, for all operations of a batch.
+#[inline(always)]
+#[allow(clippy::inline_always)] // a loop for each function
+fn three<N: Numbers + ?Sized>(
+    numbers: &mut N,
+    batch: &[[Place; 4]],
+    function: impl Fn(N::Number, N::Number, N::Number) -> N::Number,
+) {
+    for &[to, a, b, c] in batch {
+        numbers.set(to, function(numbers.at(a), numbers.at(b), numbers.at(c)));
+    }
+}
+
+/// A function that has a name, for all operations of a batch.
+#[inline(always)]
+#[allow(clippy::inline_always)] // as above
+fn of_function<N: Numbers + ?Sized>(numbers: &mut N, batch: &[[Place; 4]], name: Function) {
+    match name {
+        Function::Sqrt => one(numbers, batch, Scalar::sqrt),
+        Function::Cbrt => one(numbers, batch, Scalar::cbrt),
+        Function::Exp => one(numbers, batch, Scalar::exp),
+        Function::ExpM1 => one(numbers, batch, Scalar::exp_m1),
+        Function::Ln => one(numbers, batch, Scalar::ln),
+        Function::Ln1p => one(numbers, batch, Scalar::ln_1p),
+        Function::Sin => one(numbers, batch, Scalar::sin),
+        Function::Cos => one(numbers, batch, Scalar::cos),
+        Function::Tan => one(numbers, batch, Scalar::tan),
+        Function::Asin => one(numbers, batch, Scalar::asin),
+        Function::Acos => one(numbers, batch, Scalar::acos),
+        Function::Atan => one(numbers, batch, Scalar::atan),
+        Function::Sinh => one(numbers, batch, Scalar::sinh),
+        Function::Cosh => one(numbers, batch, Scalar::cosh),
+        Function::Tanh => one(numbers, batch, Scalar::tanh),
+        Function::Asinh => one(numbers, batch, Scalar::asinh),
+        Function::Acosh => one(numbers, batch, Scalar::acosh),
+        Function::Atanh => one(numbers, batch, Scalar::atanh),
+        Function::Abs => one(numbers, batch, Scalar::abs),
+        Function::Signum => one(numbers, batch, Scalar::signum),
+    }
+}
+
+/// A call, for all operations of a batch: of a number, or without arguments.
+#[inline(always)]
+#[allow(clippy::inline_always)] // as above
+fn called<N: Numbers + ?Sized>(
+    numbers: &mut N,
+    batch: &[[Place; 4]],
+    call: Option<&TapeCall>,
+    has_argument: bool,
+) {
+    for &[to, a, ..] in batch {
+        let a = numbers.at(a);
+        let [value] = Scalar::from_lanes(|lane| {
+            let argument = has_argument.then(|| a.lane(lane));
+            [call.map_or(f64::NAN, |call| call.value(argument))]
+        });
+        numbers.set(to, value);
     }
 }

@@ -1,7 +1,11 @@
 //! Elimination of any number of rows, which stand one after the other: the operations of arrays, in the same order, so the same bits.
 
 use super::many;
-use super::{Determinant, LARGEST_DETERMINANT, Pivots, SMALLEST_DETERMINANT, inverse_power_of_two, is_safe};
+use super::{
+    Determinant, LARGEST_DETERMINANT, Pivots, SMALLEST_DETERMINANT, exchange_where, inverse_power_of_two,
+    is_safe,
+};
+use crate::number::scalar::Scalar;
 use crate::solve::Vector;
 
 /// Puts the solution of `matrix · z = right` in the place of `right`; rows may differ in size by hundreds of orders of magnitude. Not finite where the
@@ -56,6 +60,121 @@ pub(crate) fn solve_quick(matrix: &mut [f64], right: &mut [f64], room: &mut [f64
             let safe = pivots.smallest > SMALLEST_DETERMINANT && pivots.largest < LARGEST_DETERMINANT;
             (safe, of_diagonal(matrix, size, &pivots))
         }
+    }
+}
+
+/// Puts the solution of `matrix · z = right` in the place of `right`, in every lane by itself, with the operations of
+/// [`Unknown::solve_lanes`](crate::solve::unknown::Unknown::solve_lanes) of three rows and more: in lanes without a solution that can be trusted some
+/// component is infinite or NaN. Beside it stand the determinants, in the units of `scales`. The matrix is destroyed; `room` has two numbers for each row.
+#[inline(always)]
+#[allow(clippy::inline_always)] // for the machine's own instructions
+pub(crate) fn solve_lanes<T: Scalar>(
+    matrix: &mut [T],
+    right: &mut [T],
+    room: &mut [T],
+    scales: &[T; 2],
+) -> T {
+    let size = right.len();
+    let Pivots {
+        smallest,
+        largest,
+        sign,
+    } = eliminate_lanes(matrix, right, room);
+    let nan = T::splat(f64::NAN);
+    for x in right {
+        let bounded = T::select_lt(largest, T::splat(LARGEST_DETERMINANT), *x, nan);
+        *x = T::select_lt(T::splat(SMALLEST_DETERMINANT), smallest, bounded, nan);
+    }
+    let mut determinants = sign;
+    for (k, &pivot) in matrix.iter().step_by(size + 1).enumerate() {
+        determinants = determinants * (pivot * scales[k.min(1)]);
+    }
+    determinants
+}
+
+/// The same with the operations of [`Unknown::solve_scaled`](crate::solve::unknown::Unknown::solve_scaled): rows are first brought to a common size.
+#[inline(always)]
+#[allow(clippy::inline_always)] // for the machine's own instructions
+pub(crate) fn solve_scaled_lanes<T: Scalar>(
+    matrix: &mut [T],
+    right: &mut [T],
+    room: &mut [T],
+    scales: &[T; 2],
+) -> T {
+    let size = right.len();
+    let (inverse, of_rows) = room.split_at_mut(size);
+    let rows = matrix.chunks_exact_mut(size.max(1));
+    for ((row, x), of_row) in rows.zip(&mut *right).zip(&mut *of_rows) {
+        let mut largest = T::splat(0.0);
+        for entry in &*row {
+            let entry = entry.abs();
+            largest = T::select_lt(largest, entry, entry, largest);
+        }
+        [*of_row] = T::from_lanes(|lane| [inverse_power_of_two(largest.lane(lane))]);
+        for entry in row {
+            *entry = *entry * *of_row;
+        }
+        *x = *x * *of_row;
+    }
+    let Pivots { sign, .. } = eliminate_lanes(matrix, right, inverse);
+    let mut determinants = sign;
+    for (k, (&pivot, &of_row)) in matrix.iter().step_by(size + 1).zip(&*of_rows).enumerate() {
+        determinants = determinants * (pivot / of_row * scales[k.min(1)]);
+    }
+    determinants
+}
+
+/// Gauss elimination with partial pivoting in every lane by itself, in place. The pivots stay on the diagonal; `inverse` has room for their reciprocals.
+#[inline(always)]
+#[allow(clippy::inline_always)] // for the machine's own instructions
+fn eliminate_lanes<T: Scalar>(matrix: &mut [T], right: &mut [T], inverse: &mut [T]) -> Pivots<T> {
+    let size = right.len();
+    let mut sign = T::splat(1.0);
+    for k in 0..size {
+        let (_, rest) = matrix.split_at_mut(k * size);
+        let (row, below) = rest.split_at_mut(size);
+        let (_, rest) = right.split_at_mut(k);
+        let Some((x, x_below)) = rest.split_first_mut() else {
+            continue;
+        };
+        // lanes may differ in their pivots: rows are exchanged by selection
+        let (mut pivot, mut largest) = (T::splat(k as f64), row[k].abs());
+        for (i, lower) in (k + 1..).zip(below.chunks_exact(size)) {
+            let entry = lower[k].abs();
+            pivot = T::select_lt(largest, entry, T::splat(i as f64), pivot);
+            largest = T::select_lt(largest, entry, entry, largest);
+        }
+        for ((i, lower), x_lower) in (k + 1..).zip(below.chunks_exact_mut(size)).zip(&mut *x_below) {
+            for (upper, lower) in row[k..].iter_mut().zip(&mut lower[k..]) {
+                exchange_where(i, pivot, upper, lower);
+            }
+            exchange_where(i, pivot, x, x_lower);
+        }
+        sign = T::select_le(pivot, T::splat(k as f64), sign, -sign);
+        inverse[k] = row[k].recip();
+        for (lower, x_lower) in below.chunks_exact_mut(size).zip(x_below) {
+            let factor = lower[k] * inverse[k];
+            for (entry, &upper) in lower[k + 1..].iter_mut().zip(&row[k + 1..]) {
+                *entry = *entry - factor * upper;
+            }
+            *x_lower = *x_lower - factor * *x;
+        }
+    }
+    let (mut smallest, mut largest) = (T::splat(f64::INFINITY), T::splat(0.0));
+    for k in (0..size).rev() {
+        let value = right[k] * inverse[k];
+        right[k] = value;
+        for (x, &entry) in right[..k].iter_mut().zip(matrix[k..].iter().step_by(size)) {
+            *x = *x - entry * value;
+        }
+        let pivot = matrix[k * size + k].abs();
+        smallest = T::select_lt(pivot, smallest, pivot, smallest);
+        largest = T::select_lt(largest, pivot, pivot, largest);
+    }
+    Pivots {
+        smallest,
+        largest,
+        sign,
     }
 }
 
