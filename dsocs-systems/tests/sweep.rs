@@ -880,3 +880,31 @@ fn a_foreign_text_is_text() {
     let (_, told) = fails(&mut dsocs(folder.path(), &["text", "no.parquet"]));
     assert!(told.contains("cannot read no.parquet"), "{told}");
 }
+
+/// A text has lanes, and they are those of the compiled system bit for bit.
+#[test]
+fn a_text_is_swept_in_lanes_as_the_compiled_system_is() {
+    let plan = |system: &str| {
+        format!(
+            "system = \"{system}\"\nlanes = true\nstep = 0.05\nuntil = 4\n[start]\nq0 = [0.5, 0]\nv0 = [0, 0.5]\n[vary]\nrho = [1, 2.5]\ntheta = {{ from = -1, to = 1, count = 7 }}\n\
+             [keep]\nend = [\"t\", \"theta\", \"v_psi\", \"lyapunov\"]"
+        )
+    };
+    let names = ["rho", "end_t", "end_theta", "end_v_psi", "end_lyapunov"];
+    let numbers = |system: &str| {
+        let (folder, out) = with(&plan(system));
+        let entries = systems::all();
+        let pendulum = entries.iter().find(|entry| entry.name() == "pendulum").unwrap();
+        fs::write(folder.path().join("wheel.dsocs"), pendulum.text().unwrap()).unwrap();
+        succeeds(&mut dsocs(
+            folder.path(),
+            &["sweep", "plan.toml", "--out", "sweep"],
+        ));
+        let found = Content::open(&out).unwrap().numbers(&names).unwrap();
+        let bits = |column: &Vec<f64>| column.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        found.iter().map(bits).collect::<Vec<_>>()
+    };
+    let compiled = numbers("pendulum");
+    assert_eq!(compiled[0].len(), 14);
+    assert_eq!(compiled, numbers("wheel.dsocs"));
+}

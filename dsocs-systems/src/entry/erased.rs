@@ -7,6 +7,9 @@ use dsocs_core::{
     TaylorFlow, Tolerance,
 };
 
+#[cfg(feature = "sweep")]
+use dsocs_core::AnyEnsemble;
+
 use super::beginning::Beginning;
 #[cfg(feature = "sweep")]
 use super::columns::Row;
@@ -124,17 +127,18 @@ impl AnySystem for TapeKernel {
     #[cfg(feature = "sweep")]
     fn ends(
         &self,
-        _: &Plan,
-        _: &[Beginning],
-        _: &[lanes::Varied],
-        _: &mut dyn FnMut(usize, &Row<'_>),
+        plan: &Plan,
+        beginnings: &[Beginning],
+        parameters: &[lanes::Varied],
+        sink: &mut dyn FnMut(usize, &Row<'_>),
     ) -> bool {
-        false
+        let ensemble = AnyEnsemble::of_tape(self, plan.h);
+        lanes::ends(self, ensemble, plan, beginnings, parameters, sink)
     }
 
     #[cfg(feature = "sweep")]
     fn has_lanes(&self) -> bool {
-        false
+        true
     }
 }
 
@@ -211,9 +215,9 @@ pub(super) struct Erased<S, const N: usize> {
     system: S,
     /// Parameters that the declaration does not list.
     extra: Vec<Extra<S>>,
-    /// What runs points side by side. Only what is named here is compiled.
+    /// What runs points side by side, in lanes. Only what is named here is compiled.
     #[cfg(feature = "sweep")]
-    lanes: Option<lanes::Ends<S, N>>,
+    lanes: Option<lanes::InLanes<S>>,
 }
 
 impl<S, const N: usize> Erased<S, N> {
@@ -234,7 +238,7 @@ impl<S, const N: usize> Erased<S, N> {
     {
         Self {
             #[cfg(feature = "sweep")]
-            lanes: Some(lanes::ends),
+            lanes: Some(lanes::ensemble::<S, N>),
             ..Self::new(system, Vec::new())
         }
     }
@@ -326,9 +330,9 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
         parameters: &[lanes::Varied],
         sink: &mut dyn FnMut(usize, &Row<'_>),
     ) -> bool {
-        let Some(ends) = self.lanes else { return false };
-        let starts = beginnings.iter().map(start).collect();
-        ends(&self.system, plan, starts, parameters, sink)
+        let Some(in_lanes) = self.lanes else { return false };
+        let ensemble = in_lanes(&self.system, plan.h);
+        lanes::ends(self.kernel(), ensemble, plan, beginnings, parameters, sink)
     }
 
     #[cfg(feature = "sweep")]

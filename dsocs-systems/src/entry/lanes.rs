@@ -2,17 +2,25 @@
 
 use std::borrow::Cow;
 
-use dsocs_core::{Declaration, Ensemble, RunError, Start, System};
+use dsocs_core::{AnyEnsemble, Declaration, Ensemble, Kernel, RunError, SetupError, System};
 
+use super::beginning::Beginning;
 use super::columns::Row;
 use super::plan::{Method, Plan};
 
 /// A parameter that varies, by its name, and its value at each point.
 pub type Varied = (Cow<'static, str>, Vec<f64>);
 
-/// What runs points of a system side by side.
-pub(super) type Ends<S, const N: usize> =
-    fn(&S, &Plan, Vec<Start<N>>, &[Varied], &mut dyn FnMut(usize, &Row<'_>)) -> bool;
+/// What makes an ensemble of a system.
+pub(super) type InLanes<S> = for<'s> fn(&'s S, f64) -> Result<AnyEnsemble<'s>, SetupError>;
+
+/// An ensemble of a declared system: all that is compiled for it.
+pub(super) fn ensemble<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+) -> Result<AnyEnsemble<'_>, SetupError> {
+    Ensemble::new(system, h).map(Ensemble::into_any)
+}
 
 /// Whether a run can share lanes: with the paper's step, and if parameters do not change during the run.
 #[must_use]
@@ -22,10 +30,11 @@ pub fn shares(plan: &Plan) -> bool {
 
 /// Runs points to their ends, and hands the last node of each to `sink`. A point that fails is left out: a run of its own says why. Returns
 /// whether the points could be run.
-pub(super) fn ends<S: System<N> + Clone + Sync, const N: usize>(
-    system: &S,
+pub(super) fn ends(
+    kernel: &dyn Kernel,
+    ensemble: Result<AnyEnsemble<'_>, SetupError>,
     plan: &Plan,
-    starts: Vec<Start<N>>,
+    beginnings: &[Beginning],
     parameters: &[Varied],
     sink: &mut dyn FnMut(usize, &Row<'_>),
 ) -> bool {
@@ -33,7 +42,7 @@ pub(super) fn ends<S: System<N> + Clone + Sync, const N: usize>(
         return false;
     }
     let ended = || -> Result<_, RunError> {
-        let mut ensemble = Ensemble::new(system, plan.h)?.starts(starts);
+        let mut ensemble = ensemble?.starts(beginnings.iter().map(Beginning::start));
         for (name, values) in parameters {
             ensemble = ensemble.varied(name, values.iter().copied())?;
         }
@@ -42,9 +51,9 @@ pub(super) fn ends<S: System<N> + Clone + Sync, const N: usize>(
     let Ok(ended) = ended() else {
         return false;
     };
-    let shape = system.kernel().shape();
+    let shape = kernel.shape();
     let count = shape.parameters.len();
-    let mut own: Vec<f64> = (0..count).map(|place| system.kernel().value(place)).collect();
+    let mut own: Vec<f64> = (0..count).map(|place| kernel.value(place)).collect();
     let varied: Vec<(usize, &[f64])> = parameters
         .iter()
         .filter_map(|(name, values)| {
@@ -57,7 +66,7 @@ pub(super) fn ends<S: System<N> + Clone + Sync, const N: usize>(
         for (place, values) in &varied {
             own[*place] = values[point];
         }
-        let declaration = Declaration::of(system.kernel()).with(&own);
+        let declaration = Declaration::of(kernel).with(&own);
         sink(point, &Row::of(node.any(), declaration));
     }
     true

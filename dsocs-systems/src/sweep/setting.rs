@@ -127,7 +127,7 @@ impl Setting {
                 if entry.has_lanes() {
                     "lanes take no inputs that change: leave out `lanes`, or the inputs"
                 } else {
-                    "this system's steps are not compiled for lanes: leave out `lanes`, or make the entry with Entry::in_lanes"
+                    "this system's steps are not compiled for lanes: leave out `lanes`, make the entry with Entry::in_lanes, or sweep its text (`dsocs text`)"
                 },
             ));
         }
