@@ -475,6 +475,36 @@ struct Driven {
     push: f64,
 }
 
+/// Functions that lanes have code of their own for.
+#[dsocs {
+    coordinates(x);
+    lagrangian = (2 + x.cos()) * dot(x).powi(2) / 2 - stiff * (x.exp() - (x / 3).tanh() + x.exp_m1().powi(2));
+    external_forces = (-dot(x) * x.sin() / 9);
+}]
+struct Swing {
+    stiff: f64,
+}
+
+/// Masses that are tied together: three unknowns that are no affine ones.
+#[dsocs {
+    coordinates(x: [3]);
+    let mass = |k| 2 + x[k].powi(2);
+    let tie = |k| dot(x[k]) * dot(x[k - 1]) * (x[k] - x[k - 1]) / 4 - (x[k] - x[k - 1]).powi(2);
+    lagrangian = sum(0..3, |k| mass(k) * dot(x[k]).powi(2) / 2 - stiff * x[k].powi(2)) + sum(1..3, |k| tie(k));
+}]
+struct Tied {
+    stiff: f64,
+}
+
+/// Maps whose point is not the node.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
+    phi_lagrangian = midpoint;
+    phi_kinematic = |q0, q1, q2| ((q0 + 2 * q1 + q2) / 4, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2));
+}]
+struct Between;
+
 /// What is told of a node, as bits.
 fn told(node: &OwnedNode) -> Vec<u64> {
     let node = node.any();
@@ -586,6 +616,9 @@ fn a_tape_makes_the_steps_of_the_compiled_system_in_lanes() {
             steep: 3.0
         },
         Driven { push: 1.0 },
+        Swing { stiff: 1.0 },
+        Tied { stiff: 1.0 },
+        Between,
     );
     // hanging, and a little to the side
     let mut hanging = Own {

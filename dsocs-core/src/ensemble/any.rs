@@ -181,7 +181,8 @@ impl<'a> AnyEnsemble<'a> {
         self
     }
 
-    /// Sets the widest instructions that may be used; see [`Ensemble::instructions`](crate::Ensemble::instructions).
+    /// Sets the widest instructions that may be used; see [`Ensemble::instructions`](crate::Ensemble::instructions). A system that was not compiled
+    /// uses AVX2 at most.
     pub fn instructions(mut self, widest: Instructions) -> Self {
         self.instructions = widest;
         self

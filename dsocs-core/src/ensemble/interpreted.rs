@@ -9,14 +9,13 @@
 use core::cell::Cell;
 use core::marker::PhantomData;
 use core::ops::Range;
-use std::rc::Rc;
 
 use wide::f64x8;
 
 use super::determinants::Determinants;
 use super::engine::{Alone, Common, Engine, LaneKernel, Made, Task, Told, foresees, short, times};
 use super::kept::Kept;
-use super::newton::{self, Components, Roots};
+use super::newton::{self, Roots};
 use super::state::{Natural, load, store};
 use crate::kernel::Kernel as _;
 use crate::number::compensated;
@@ -24,7 +23,7 @@ use crate::number::instructions::{Chosen, InLanes, Instructions, OTHERS};
 use crate::number::lanes::{LANES, Lanes, Mask};
 use crate::number::scalar::Scalar;
 use crate::solve::elimination::slices;
-use crate::solve::predictor::{extrapolate, push_past, size_after};
+use crate::solve::predictor::{extrapolate_one, size_after};
 use crate::solve::sparse::Sparse;
 use crate::solve::unknown::Unknown;
 use crate::step::interpreted::Hot;
@@ -44,52 +43,29 @@ impl LaneKernel for Walked<'_> {
         if self.0.hot().stretch.len() > FIXED {
             return Box::new(Alone);
         }
-        if Source::shape(self.0).unknowns > 0 && self.0.sparse().is_some() {
-            // as where steps are compiled
-            return steps::<f64x8, Pooled<f64x8, true>>((), self.0, common, values);
+        if self.0.sparse().is_some() && Source::shape(self.0).unknowns > 0 {
+            // as where steps are compiled, these are made with the registers that the program was compiled for
+            return Box::new(Steps::<f64x8>::new(
+                (),
+                self.0,
+                Some(sparse_update),
+                common,
+                values,
+            ));
         }
         #[cfg(target_arch = "x86_64")]
         if const { OTHERS } {
-            use crate::number::lanes::x86::{Avx2, Avx512};
-            if instructions >= Instructions::Avx512
-                && let Some(token) = Avx512::token()
-            {
-                return engine::<Avx512>(token, self.0, common, values);
-            }
+            use crate::number::lanes::x86::Avx2;
+            // with AVX-512 they would take nine tenths of the time, and compile once more
             if instructions >= Instructions::Avx2
                 && let Some(token) = Avx2::token()
             {
-                return engine::<Avx2>(token, self.0, common, values);
+                return Box::new(Steps::<Avx2>::new(token, self.0, None, common, values));
             }
         }
         let _ = instructions;
-        engine::<f64x8>((), self.0, common, values)
+        Box::new(Steps::<f64x8>::new((), self.0, None, common, values))
     }
-}
-
-/// The steps in registers of one kind.
-fn engine<'k, R: Chosen>(
-    token: R::Token,
-    system: &'k TapeKernel,
-    common: &Common,
-    values: &[&[f64]; LANES],
-) -> Box<dyn Engine + 'k> {
-    let steps = match Source::shape(system).unknowns {
-        1 => steps::<R, [Lanes<R>; 1]>,
-        2 => steps::<R, [Lanes<R>; 2]>,
-        _ => steps::<R, Pooled<R, false>>,
-    };
-    steps(token, system, common, values)
-}
-
-/// The same with unknowns of one kind.
-fn steps<'k, R: Chosen, Z: Unknowns<R> + 'k>(
-    token: R::Token,
-    system: &'k TapeKernel,
-    common: &Common,
-    values: &[&[f64]; LANES],
-) -> Box<dyn Engine + 'k> {
-    Box::new(Steps::<R, Z>::new(token, system, common, values))
 }
 
 /// The numbers of a stretch in lanes.
@@ -144,9 +120,9 @@ impl<'n, R: Chosen> InRegisters<'n, R> {
 
     /// Takes numbers in.
     #[inline(always)]
-    fn take(&mut self, places: &Range<usize>, values: &[Lanes<R>]) {
+    fn take(&mut self, places: &Range<usize>, values: impl IntoIterator<Item = Lanes<R>>) {
         let room = self.places.get_mut(places.clone()).unwrap_or_default();
-        for (to, &from) in room.iter_mut().zip(values) {
+        for (to, from) in room.iter_mut().zip(values) {
             *to = from.into();
         }
     }
@@ -190,6 +166,9 @@ fn walk<R: Chosen>(
     system: &TapeKernel,
     numbers: &mut InRegisters<'_, R>,
 ) {
+    if program.is_empty() {
+        return;
+    }
     let walk = Walk::<R> {
         program,
         calls: system.calls(),
@@ -198,185 +177,91 @@ fn walk<R: Chosen>(
     R::run(token, walk);
 }
 
-/// A vector of unknowns.
-trait Unknowns<R: Chosen>: Components<Lanes<R>> {
-    /// What vectors are made of.
-    type Room: Default;
+/// How many vectors of unknowns a step needs at most: the iteration makes no more than a dozen for each of its evaluations.
+const VECTORS: usize = 12 * newton::MAX_EVALUATIONS as usize + 8;
 
-    /// A copy of numbers.
-    fn of(room: &Self::Room, numbers: &[Lanes<R>]) -> Self;
+/// What is left of the room for the vectors of a step.
+type Left<'r, R> = Cell<&'r mut [Lanes<R>]>;
 
-    /// Newton's update, NaN in lanes where it is no good one, from what a program has left: `rows`, then the Jacobian.
-    fn update(rows: Self, numbers: &InRegisters<'_, R>, equations: &Solved<'_, R>) -> (Self, Lanes<R>);
+/// A vector of unknowns, in room that is used again in the next step.
+struct Unknowns<'l, 'r, R: Chosen> {
+    numbers: &'r mut [Lanes<R>],
+    left: &'l Left<'r, R>,
 }
 
-/// What equations are solved by.
-struct Solved<'a, R> {
-    /// Where the entries of the Jacobian are.
-    entries: &'a [u32],
-    /// Which these are, if not all.
-    sparse: Option<&'a Sparse>,
-    /// Whether the rows are affine.
-    are_linear: bool,
-    /// In which units determinants are wanted.
-    scales: [Lanes<R>; 2],
-    /// Room for a matrix.
-    matrix: &'a Cell<Vec<Lanes<R>>>,
-}
-
-/// Few unknowns, whose number is known where steps are compiled.
-impl<R: Chosen, const M: usize> Unknowns<R> for [Lanes<R>; M] {
-    type Room = ();
-
+impl<'l, 'r, R: Chosen> Unknowns<'l, 'r, R> {
+    /// A vector whose numbers are to be written. Where there is no room left, it has none.
     #[inline(always)]
-    fn of((): &(), numbers: &[Lanes<R>]) -> Self {
-        numbers
-            .first_chunk()
-            .copied()
-            .unwrap_or([Lanes::splat(f64::NAN); M])
+    fn new(left: &'l Left<'r, R>, count: usize) -> Self {
+        let (numbers, rest) = left.take().split_at_mut_checked(count).unwrap_or_default();
+        left.set(rest);
+        Self { numbers, left }
     }
+}
 
+impl<R: Chosen> Clone for Unknowns<'_, '_, R> {
     #[inline(always)]
-    fn update(rows: Self, numbers: &InRegisters<'_, R>, equations: &Solved<'_, R>) -> (Self, Lanes<R>) {
-        let mut jacobian = [[Lanes::splat(0.0); M]; M];
-        for (entry, &place) in jacobian.as_flattened_mut().iter_mut().zip(equations.entries) {
-            *entry = numbers.at(place);
-        }
-        let (mut solution, determinants) = if equations.are_linear {
-            Self::solve_scaled(&jacobian, &rows, &equations.scales)
-        } else {
-            Self::solve_lanes(&jacobian, &rows, &equations.scales)
-        };
-        for x in &mut solution {
-            *x = -*x;
-        }
-        (solution, determinants)
-    }
-}
-
-/// Any number of unknowns, in room that is kept.
-struct Pooled<R, const SPARSE: bool> {
-    numbers: Vec<Lanes<R>>,
-    free: Rc<Free<R>>,
-}
-
-/// Vectors that are not used at the time.
-struct Free<R>(Cell<Vec<Vec<Lanes<R>>>>);
-
-impl<R> Default for Free<R> {
-    fn default() -> Self {
-        Self(Cell::default())
-    }
-}
-
-impl<R: Copy, const SPARSE: bool> Pooled<R, SPARSE> {
-    fn copy(free: &Rc<Free<R>>, numbers: &[Lanes<R>]) -> Self {
-        let mut vectors = free.0.take();
-        let mut vector = vectors.pop().unwrap_or_default();
-        free.0.set(vectors);
-        vector.clear();
-        vector.extend_from_slice(numbers);
-        Self {
-            numbers: vector,
-            free: Rc::clone(free),
-        }
-    }
-}
-
-impl<R: Copy, const SPARSE: bool> Clone for Pooled<R, SPARSE> {
     fn clone(&self) -> Self {
-        Self::copy(&self.free, &self.numbers)
+        let copy = Self::new(self.left, self.numbers.len());
+        for (to, from) in copy.numbers.iter_mut().zip(&*self.numbers) {
+            *to = *from;
+        }
+        copy
     }
 }
 
-impl<R, const SPARSE: bool> Drop for Pooled<R, SPARSE> {
-    fn drop(&mut self) {
-        let mut vectors = self.free.0.take();
-        vectors.push(core::mem::take(&mut self.numbers));
-        self.free.0.set(vectors);
-    }
-}
-
-impl<R, const SPARSE: bool> AsRef<[Lanes<R>]> for Pooled<R, SPARSE> {
+impl<R: Chosen> AsRef<[Lanes<R>]> for Unknowns<'_, '_, R> {
     #[inline(always)]
     fn as_ref(&self) -> &[Lanes<R>] {
-        &self.numbers
+        self.numbers
     }
 }
 
-impl<R, const SPARSE: bool> AsMut<[Lanes<R>]> for Pooled<R, SPARSE> {
+impl<R: Chosen> AsMut<[Lanes<R>]> for Unknowns<'_, '_, R> {
     #[inline(always)]
     fn as_mut(&mut self) -> &mut [Lanes<R>] {
-        &mut self.numbers
+        self.numbers
     }
 }
 
-impl<R: Chosen> Unknowns<R> for Pooled<R, false> {
-    type Room = Rc<Free<R>>;
+/// Newton's update with a sparse Jacobian, in the place of the rows, from the places of its entries; beside it the determinants, in some units.
+type SparseUpdate<R> =
+    fn(&Sparse, &mut Unknowns<'_, '_, R>, &[u32], &InRegisters<'_, R>, &[Lanes<R>; 2]) -> Lanes<R>;
 
-    #[inline(always)]
-    fn of(room: &Rc<Free<R>>, numbers: &[Lanes<R>]) -> Self {
-        Self::copy(room, numbers)
-    }
-
-    #[inline(always)]
-    fn update(mut rows: Self, numbers: &InRegisters<'_, R>, equations: &Solved<'_, R>) -> (Self, Lanes<R>) {
-        let m = rows.numbers.len();
-        let mut room = equations.matrix.take();
-        room.resize(m * (m + 2), Lanes::splat(0.0));
-        let (jacobian, beside) = room.split_at_mut(m * m);
-        for (entry, &place) in jacobian.iter_mut().zip(equations.entries) {
-            *entry = numbers.at(place);
-        }
-        let (x, scales) = (&mut rows.numbers, &equations.scales);
-        let determinants = if equations.are_linear {
-            slices::solve_scaled_lanes(jacobian, x, beside, scales)
-        } else {
-            slices::solve_lanes(jacobian, x, beside, scales)
-        };
-        for x in x {
-            *x = -*x;
-        }
-        equations.matrix.set(room);
-        (rows, determinants)
-    }
-}
-
-impl Unknowns<f64x8> for Pooled<f64x8, true> {
-    type Room = Rc<Free<f64x8>>;
-
-    fn of(room: &Rc<Free<f64x8>>, numbers: &[Lanes]) -> Self {
-        Self::copy(room, numbers)
-    }
-
-    fn update(rows: Self, numbers: &InRegisters<'_, f64x8>, equations: &Solved<'_, f64x8>) -> (Self, Lanes) {
-        let Some(sparse) = equations.sparse else {
-            return (rows, Lanes::splat(f64::NAN));
-        };
-        let mut determinants = Lanes::splat(if sparse.is_odd() { -1.0 } else { 1.0 });
-        let mut scale = &equations.scales[0];
-        let found = sparse.update(
-            |entries| {
-                for (entry, &place) in entries.iter_mut().zip(equations.entries) {
-                    *entry = numbers.at(place);
-                }
-                rows
-            },
-            |pivot| {
-                determinants = determinants * (pivot * *scale);
-                scale = &equations.scales[1];
-            },
-        );
-        (found.update, determinants)
-    }
+/// The one for the registers that the program was compiled for.
+fn sparse_update(
+    sparse: &Sparse,
+    rows: &mut Unknowns<'_, '_, f64x8>,
+    places: &[u32],
+    numbers: &InRegisters<'_, f64x8>,
+    scales: &[Lanes; 2],
+) -> Lanes {
+    let mut determinants = Lanes::splat(if sparse.is_odd() { -1.0 } else { 1.0 });
+    let mut scale = &scales[0];
+    let found = sparse.update(
+        |entries| {
+            for (entry, &place) in entries.iter_mut().zip(places) {
+                *entry = numbers.at(place);
+            }
+            rows.clone()
+        },
+        |pivot| {
+            determinants = determinants * (pivot * *scale);
+            scale = &scales[1];
+        },
+    );
+    *rows = found.update;
+    determinants
 }
 
 /// The steps in registers of one kind.
-struct Steps<'k, R: Chosen, Z: Unknowns<R>> {
+struct Steps<'k, R: Chosen> {
     /// What tells that the machine has them.
     token: R::Token,
     /// The system.
     system: &'k TapeKernel,
+    /// How sparse rows are solved.
+    sparse: Option<SparseUpdate<R>>,
     /// What does not change.
     common: Common,
     /// The parameters.
@@ -384,31 +269,68 @@ struct Steps<'k, R: Chosen, Z: Unknowns<R>> {
     /// What the programs compute in.
     numbers: Stretched,
     /// What the steps compute in beside it.
-    room: Room<R, Z>,
+    room: Room<R>,
 }
 
-/// What steps compute in. Vectors lie one after the other.
-struct Room<R: Chosen, Z: Unknowns<R>> {
-    /// What vectors of unknowns are made of.
-    unknowns: Z::Room,
-    /// The last nodes and the increments that led to them, as sums: the numbers, then what rounding took away.
-    sums: Vec<Lanes<R>>,
-    /// The same after the step that is being made.
-    next: Vec<Lanes<R>>,
-    /// The past solutions: their backward differences, then their sizes.
-    past: Vec<Lanes<R>>,
+/// The last node of a coordinate and the increment that led to it, as sums: each number, then what rounding took away.
+type Sums<R> = [Lanes<R>; 4];
+
+/// The past of an unknown: its backward differences, then its size.
+type Past<R> = [Lanes<R>; Kept::VECTORS];
+
+/// What the next step depends on.
+struct Now<R> {
+    /// The last nodes.
+    sums: Vec<Sums<R>>,
+    /// The past solutions.
+    past: Vec<Past<R>>,
     /// The natural sizes of the unknowns: the part of them that counts, then their inverse.
     natural: Vec<Lanes<R>>,
-    /// Room for a matrix.
-    matrix: Cell<Vec<Lanes<R>>>,
 }
 
-impl<'k, R: Chosen, Z: Unknowns<R>> Steps<'k, R, Z> {
+/// What steps compute in.
+struct Room<R> {
+    now: Now<R>,
+    /// The sums after the step that is being made.
+    next: Vec<Sums<R>>,
+    /// Room for the vectors of a step.
+    vectors: Vec<Lanes<R>>,
+    /// Room for a matrix, and for two numbers a row.
+    matrix: Vec<Lanes<R>>,
+}
+
+/// Loads vectors into registers, by components.
+fn load_columns<R: Chosen, const K: usize>(to: &mut [[Lanes<R>; K]], from: &[Eight]) {
+    let count = to.len().max(1);
+    for (k, vector) in from.chunks_exact(count).take(K).enumerate() {
+        for (to, from) in to.iter_mut().zip(vector) {
+            to[k] = from.0.into();
+        }
+    }
+}
+
+/// Stores them.
+fn store_columns<R: Chosen, const K: usize>(to: &mut [Eight], from: &[[Lanes<R>; K]]) {
+    let count = from.len().max(1);
+    for (k, vector) in to.chunks_exact_mut(count).take(K).enumerate() {
+        for (to, from) in vector.iter_mut().zip(from) {
+            to.0 = from[k].into();
+        }
+    }
+}
+
+impl<'k, R: Chosen> Steps<'k, R> {
     /// Steps with parameters.
-    fn new(token: R::Token, system: &'k TapeKernel, common: &Common, values: &[&[f64]; LANES]) -> Self {
+    fn new(
+        token: R::Token,
+        system: &'k TapeKernel,
+        sparse: Option<SparseUpdate<R>>,
+        common: &Common,
+        values: &[&[f64]; LANES],
+    ) -> Self {
         let shape = Source::shape(system);
         let (n, m) = (shape.increments, shape.unknowns);
-        let zeros = |count: usize| vec![Lanes::splat(0.0); count];
+        let zero = Lanes::splat(0.0);
         let mut numbers = Stretched::new();
         if let Some(places) = numbers.places() {
             let stretch = &system.hot().stretch;
@@ -417,16 +339,19 @@ impl<'k, R: Chosen, Z: Unknowns<R>> Steps<'k, R, Z> {
         let mut steps = Self {
             token,
             system,
+            sparse,
             common: *common,
             parameters: vec![Eight::ZERO; shape.parameters.len()],
             numbers,
             room: Room {
-                unknowns: Z::Room::default(),
-                sums: zeros(4 * n),
-                next: zeros(4 * n),
-                past: zeros(Kept::VECTORS * m),
-                natural: zeros(2 * m),
-                matrix: Cell::default(),
+                now: Now {
+                    sums: vec![[zero; 4]; n],
+                    past: vec![[zero; Kept::VECTORS]; m],
+                    natural: vec![zero; 2 * m],
+                },
+                next: vec![[zero; 4]; n],
+                vectors: vec![zero; VECTORS * m],
+                matrix: vec![zero; if sparse.is_some() { 0 } else { m * (m + 2) }],
             },
         };
         for (lane, values) in values.iter().enumerate() {
@@ -460,21 +385,25 @@ impl<'k, R: Chosen, Z: Unknowns<R>> Steps<'k, R, Z> {
 }
 
 /// The rows of a step, in lanes.
-struct Rows<'a, 'n, R: Chosen, Z: Unknowns<R>> {
+struct Rows<'a, 'n, 'l, 'r, R: Chosen> {
     token: R::Token,
     system: &'a TapeKernel,
+    sparse: Option<(&'a Sparse, SparseUpdate<R>)>,
     shape: &'a Shape,
     numbers: &'a mut InRegisters<'n, R>,
-    room: &'a Z::Room,
     /// The rows, then their Jacobian or its entries.
     program: &'a Straight,
-    solved: Solved<'a, R>,
+    /// In which units determinants are wanted.
+    scales: [Lanes<R>; 2],
+    /// Room for a matrix.
+    matrix: &'a mut [Lanes<R>],
     /// The lanes whose past is too short to tell two roots apart by it.
     past_is_short: u32,
+    unknowns: PhantomData<Unknowns<'l, 'r, R>>,
 }
 
-impl<R: Chosen, Z: Unknowns<R>> newton::Equations<R> for Rows<'_, '_, R, Z> {
-    type Z = Z;
+impl<'l, 'r, R: Chosen> newton::Equations<R> for Rows<'_, '_, 'l, 'r, R> {
+    type Z = Unknowns<'l, 'r, R>;
 
     const MAY_BE_LINEAR: bool = true;
 
@@ -484,7 +413,7 @@ impl<R: Chosen, Z: Unknowns<R>> newton::Equations<R> for Rows<'_, '_, R, Z> {
 
     #[inline(always)]
     fn are_linear(&self) -> bool {
-        self.solved.are_linear
+        self.shape.linear && !self.shape.jumps
     }
 
     #[inline(always)]
@@ -503,27 +432,64 @@ impl<R: Chosen, Z: Unknowns<R>> newton::Equations<R> for Rows<'_, '_, R, Z> {
     }
 
     #[inline(always)]
-    fn update(&mut self, z: &Z) -> (Z, Lanes<R>) {
-        let places = &self.system.hot().places;
-        self.numbers.take(&places.z, z.as_ref());
-        walk(self.token, self.program, self.system, self.numbers);
+    fn update(&mut self, z: &Self::Z) -> (Self::Z, Lanes<R>) {
+        let numbers = &mut *self.numbers;
+        numbers.take(&self.system.hot().places.z, z.as_ref().iter().copied());
+        walk(self.token, self.program, self.system, numbers);
         let mut rows = z.clone();
-        for (row, &place) in rows.as_mut().iter_mut().zip(self.program.places()) {
-            *row = self.numbers.at(place);
+        let (of_rows, of_entries) = self
+            .program
+            .places()
+            .split_at_checked(rows.as_ref().len())
+            .unwrap_or_default();
+        for (row, &place) in rows.as_mut().iter_mut().zip(of_rows) {
+            *row = numbers.at(place);
         }
-        Z::update(rows, self.numbers, &self.solved)
+        if let Some((sparse, update)) = self.sparse {
+            let determinants = update(sparse, &mut rows, of_entries, numbers, &self.scales);
+            return (rows, determinants);
+        }
+        let are_linear = self.shape.linear && !self.shape.jumps;
+        let determinants = match (rows.as_mut(), of_entries) {
+            ([x], &[a]) => {
+                let a = numbers.at(a);
+                *x = *x / a;
+                a
+            }
+            ([x, y], &[a, b, c, d]) => {
+                let matrix = [[numbers.at(a), numbers.at(b)], [numbers.at(c), numbers.at(d)]];
+                let (solution, determinants) = if are_linear {
+                    Unknown::solve_scaled(&matrix, &[*x, *y], &self.scales)
+                } else {
+                    Unknown::solve_lanes(&matrix, &[*x, *y], &self.scales)
+                };
+                [*x, *y] = solution;
+                determinants
+            }
+            (right, _) => {
+                let (matrix, beside) = self.matrix.split_at_mut(of_entries.len());
+                for (entry, &place) in matrix.iter_mut().zip(of_entries) {
+                    *entry = numbers.at(place);
+                }
+                slices::solve_lanes(matrix, right, beside, &self.scales, are_linear)
+            }
+        };
+        for x in rows.as_mut() {
+            *x = -*x;
+        }
+        (rows, determinants)
     }
 
     #[inline(always)]
-    fn declared(&mut self, z: &Z, nearby: &Z) -> Mask<R> {
+    fn declared(&mut self, z: &Self::Z, nearby: &Self::Z) -> Mask<R> {
         let Hot { places, scales, .. } = self.system.hot();
-        self.numbers.take(&places.z, z.as_ref());
+        self.numbers.take(&places.z, z.as_ref().iter().copied());
         walk(self.token, scales, self.system, self.numbers);
-        let mut here = Z::of(self.room, z.as_ref());
+        let mut here = z.clone();
         for (here, scale) in here.as_mut().iter_mut().zip(self.numbers.results(scales)) {
             *here = scale;
         }
-        self.numbers.take(&places.z, nearby.as_ref());
+        self.numbers.take(&places.z, nearby.as_ref().iter().copied());
         walk(self.token, scales, self.system, self.numbers);
         let mut declared = Mask::splat(true);
         for (&here, there) in here.as_ref().iter().zip(self.numbers.results(scales)) {
@@ -535,9 +501,9 @@ impl<R: Chosen, Z: Unknowns<R>> newton::Equations<R> for Rows<'_, '_, R, Z> {
 }
 
 /// Work for the registers: steps.
-struct Making<'a, 'k, R: Chosen, Z: Unknowns<R>> {
+struct Making<'a, 'k, R: Chosen> {
     /// The steps.
-    steps: &'a mut Steps<'k, R, Z>,
+    steps: &'a mut Steps<'k, R>,
     /// What they depend on.
     kept: &'a mut Kept,
     /// Where the last node is told.
@@ -546,7 +512,7 @@ struct Making<'a, 'k, R: Chosen, Z: Unknowns<R>> {
     task: &'a Task,
 }
 
-impl<R: Chosen, Z: Unknowns<R>> InLanes for Making<'_, '_, R, Z> {
+impl<R: Chosen> InLanes for Making<'_, '_, R> {
     type Output = Made;
 
     #[inline(always)]
@@ -564,6 +530,7 @@ impl<R: Chosen, Z: Unknowns<R>> InLanes for Making<'_, '_, R, Z> {
             common,
             numbers,
             room,
+            sparse,
             ..
         } = steps;
         let (token, system) = (*token, *system);
@@ -573,15 +540,20 @@ impl<R: Chosen, Z: Unknowns<R>> InLanes for Making<'_, '_, R, Z> {
         let numbers = &mut InRegisters::<R>::new(numbers);
         let (shape, hot) = (Source::shape(system), system.hot());
         let places = &hot.places;
-        let (n, m) = (shape.increments, shape.unknowns);
-        let sparse = system.sparse();
+        let sparse = system.sparse().zip(*sparse);
         let program = match sparse {
             Some(_) => &hot.entries,
             None => &hot.residual,
         };
-        load(&mut room.sums, &kept.sums);
-        load(&mut room.past, &kept.past);
-        load(&mut room.natural, &kept.natural);
+        let Room {
+            now,
+            next,
+            vectors,
+            matrix,
+        } = room;
+        load_columns(&mut now.sums, &kept.sums);
+        load_columns(&mut now.past, &kept.past);
+        load(&mut now.natural, &kept.natural);
         let mut determinants: Determinants<R> = kept.determinants.moved();
         let (mut index, mut elsewhere) = (task.index, task.elsewhere);
         let mut lately = u32::MAX;
@@ -589,44 +561,44 @@ impl<R: Chosen, Z: Unknowns<R>> InLanes for Making<'_, '_, R, Z> {
             if lately != 0 {
                 lately = short(task, index);
             }
-            let t = if shape.depends_on_time {
-                times(&common.clocks, index).into()
-            } else {
-                Lanes::splat(0.0)
-            };
-            let [guess, expected] = begin(token, system, numbers, room, t, kept);
-            let mut rows = Rows::<R, Z> {
+            if shape.depends_on_time {
+                numbers.take_one(places.clock, times(&common.clocks, index).into());
+            }
+            let left = Cell::new(&mut vectors[..]);
+            let [guess, expected] = begin(token, system, numbers, now, &left, kept);
+            let mut rows = Rows::<R> {
                 token,
                 system,
+                sparse,
                 shape,
                 numbers,
-                room: &room.unknowns,
                 program,
-                solved: Solved {
-                    entries: program.places().get(m..).unwrap_or_default(),
-                    sparse,
-                    are_linear: shape.linear && !shape.jumps,
-                    scales: determinants.scales,
-                    matrix: &room.matrix,
-                },
+                scales: determinants.scales,
+                matrix,
                 past_is_short: lately,
+                unknowns: PhantomData,
             };
-            let roots: Roots<Z, R> = newton::solve(
+            let roots: Roots<Unknowns<'_, '_, R>, R> = newton::solve(
                 &mut rows,
                 guess.clone(),
                 &expected,
                 common.max_iterations,
                 task.active,
             );
-            numbers.take(&places.z, roots.z.as_ref());
+            let z = roots.z.as_ref();
+            numbers.take(&places.z, z.iter().copied());
             walk(token, &hot.second_difference, system, numbers);
-            let finite = arrive(numbers.results(&hot.second_difference), room);
+            let finite = arrive(numbers.results(&hot.second_difference), &now.sums, next);
             let mut alone = task.active & (roots.left | elsewhere | !finite.bits());
+            if z.len() < now.past.len() {
+                // there was no room left: this is solved elsewhere
+                alone = task.active;
+            }
             if shape.jumps && common.may_stick {
                 // a flow by itself looks at what may come to rest
-                alone |= task.active & !foresees(guess.as_ref(), roots.z.as_ref()).bits();
+                alone |= task.active & !foresees(guess.as_ref(), z).bits();
             }
-            if m > 0 {
+            if !z.is_empty() {
                 alone |= task.active & determinants.ask(roots.determinants);
             }
             if shape.is_watched() {
@@ -634,22 +606,30 @@ impl<R: Chosen, Z: Unknowns<R>> InLanes for Making<'_, '_, R, Z> {
             }
             let is_told = index == task.last;
             if is_told {
-                tell(token, system, numbers, &room.sums[..n], told);
+                tell(token, system, numbers, &now.sums, told);
                 told.evaluations = roots.evaluations;
             }
             if alone == 0 {
-                core::mem::swap(&mut room.sums, &mut room.next);
-                push_past(&mut room.past, roots.z.as_ref(), size_after);
+                core::mem::swap(&mut now.sums, next);
+                for (past, &z) in now.past.iter_mut().zip(z) {
+                    let [differences @ .., size] = past;
+                    let mut difference = z;
+                    for entry in differences {
+                        let last = core::mem::replace(entry, difference);
+                        difference = difference - last;
+                    }
+                    *size = size_after(*size, z);
+                }
                 determinants.push();
             }
             if alone != 0 || is_told {
-                store(&mut kept.sums, &room.sums);
-                store(&mut kept.past, &room.past);
+                store_columns(&mut kept.sums, &now.sums);
+                store_columns(&mut kept.past, &now.past);
                 kept.determinants = determinants.moved();
                 if alone != 0 {
-                    let (to, z) = kept.found.split_at_mut(4 * n);
-                    store(to, &room.next);
-                    store(z, roots.z.as_ref());
+                    let (to, found) = kept.found.split_at_mut(4 * next.len());
+                    store_columns(to, next);
+                    store(found, z);
                 }
                 return Made {
                     index,
@@ -665,59 +645,54 @@ impl<R: Chosen, Z: Unknowns<R>> InLanes for Making<'_, '_, R, Z> {
 
 /// Takes a leg in; returns where the iteration of its step begins, and how large the unknowns are expected to be.
 #[inline(always)]
-fn begin<R: Chosen, Z: Unknowns<R>>(
+fn begin<'l, 'r, R: Chosen>(
     token: R::Token,
     system: &TapeKernel,
     numbers: &mut InRegisters<'_, R>,
-    room: &Room<R, Z>,
-    t: Lanes<R>,
+    now: &Now<R>,
+    left: &'l Left<'r, R>,
     kept: &Kept,
-) -> [Z; 2] {
+) -> [Unknowns<'l, 'r, R>; 2] {
     let Hot {
         places,
         known,
         unknown,
         ..
     } = system.hot();
-    let shape = Source::shape(system);
-    let (n, m) = (shape.increments, shape.unknowns);
-    let (q, d) = (&room.sums[..n], &room.sums[2 * n..3 * n]);
-    numbers.take_one(places.clock, t);
-    numbers.take(&places.n, q);
-    numbers.take(&places.d, d);
+    let Now { sums, past, natural } = now;
+    numbers.take(&places.n, sums.iter().map(|[q, ..]| *q));
+    numbers.take(&places.d, sums.iter().map(|[_, _, d, _]| *d));
     walk(token, known, system, numbers);
     // multipliers are zero: nothing is written in their places
-    numbers.take(&places.e, d);
+    numbers.take(&places.e, sums.iter().map(|[_, _, d, _]| *d));
     walk(token, unknown, system, numbers);
-    let vector = |place: usize| &room.past[place * m..(place + 1) * m];
-    let sizes = vector(Kept::VECTORS - 1);
-    let mut expected = Z::of(&room.unknowns, sizes);
-    for (size, increment) in expected.as_mut().iter_mut().zip(numbers.results(unknown)) {
-        *size = size.larger(Lanes::splat(SECOND_DIFFERENCE) * increment.abs());
+    let (mut guess, mut expected) = (Unknowns::new(left, past.len()), Unknowns::new(left, past.len()));
+    let both = guess.as_mut().iter_mut().zip(expected.as_mut());
+    for (((guess, expected), increment), past) in both.zip(numbers.results(unknown)).zip(past) {
+        let [last, differences @ .., size] = past;
+        *guess = extrapolate_one(*last, differences);
+        *expected = size.larger(Lanes::splat(SECOND_DIFFERENCE) * increment.abs());
     }
-    let (part, inverse) = room.natural.split_at(m);
+    let (part, inverse) = natural.split_at(past.len());
     let natural = Natural {
         known: kept.known,
         part,
         inverse,
         level: kept.level.0.into(),
     };
-    let expected = natural.raise(expected, sizes);
-    let last = Z::of(&room.unknowns, vector(0));
-    [extrapolate(&last, [1, 2, 3, 4, 5].map(vector)), expected]
+    let lately = past.iter().map(|[.., size]| *size);
+    [guess, natural.raise(expected, lately)]
 }
 
 /// Adds a second difference to the sums; the lanes where all nodes are numbers.
 #[inline(always)]
-fn arrive<R: Chosen, Z: Unknowns<R>>(e: impl Iterator<Item = Lanes<R>>, room: &mut Room<R, Z>) -> Mask<R> {
-    let n = room.sums.len() / 4;
+fn arrive<R: Chosen>(e: impl Iterator<Item = Lanes<R>>, sums: &[Sums<R>], next: &mut [Sums<R>]) -> Mask<R> {
     let mut finite = Mask::<R>::splat(true);
-    for (i, e) in e.enumerate().take(n) {
-        let (sums, next) = (&room.sums, &mut room.next);
-        let d = compensated::add((sums[2 * n + i], sums[3 * n + i]), e);
-        let q = compensated::plus((sums[i], sums[n + i]), d);
+    for ((e, &[q, below_q, d, below_d]), next) in e.zip(sums).zip(next) {
+        let d = compensated::add((d, below_d), e);
+        let q = compensated::plus((q, below_q), d);
         finite = finite & q.0.finite();
-        (next[i], next[n + i], next[2 * n + i], next[3 * n + i]) = (q.0, q.1, d.0, d.1);
+        *next = [q.0, q.1, d.0, d.1];
     }
     finite
 }
@@ -728,7 +703,7 @@ fn tell<R: Chosen>(
     token: R::Token,
     system: &TapeKernel,
     numbers: &mut InRegisters<'_, R>,
-    q: &[Lanes<R>],
+    sums: &[Sums<R>],
     told: &mut Told,
 ) {
     let Hot {
@@ -743,8 +718,7 @@ fn tell<R: Chosen>(
         numbers.take_one(place, value);
     }
     walk(token, node, system, numbers);
-    let n = q.len();
-    let (motion, force) = told.vectors.split_at_mut(3 * n);
+    let (motion, force) = told.vectors.split_at_mut(3 * sums.len());
     let mut t = [Eight::ZERO];
     let mut results = numbers.results(node);
     for room in [&mut *motion, &mut t, force] {
@@ -754,7 +728,7 @@ fn tell<R: Chosen>(
     }
     drop(results);
     numbers.take_one(places.t, t[0].0.into());
-    let at = motion[..2 * n].iter();
+    let at = motion[..2 * sums.len()].iter();
     for (place, value) in places.q.clone().chain(places.v.clone()).zip(at) {
         numbers.take_one(place, value.0.into());
     }
@@ -762,10 +736,12 @@ fn tell<R: Chosen>(
     let energy = numbers.results(energy).next();
     told.energy.0 = energy.unwrap_or(Lanes::splat(f64::NAN)).into();
     // the node is the one between the legs, whatever the maps say
-    store(motion, q);
+    for (to, [q, ..]) in motion.iter_mut().zip(sums) {
+        to.0 = (*q).into();
+    }
 }
 
-impl<R: Chosen, Z: Unknowns<R>> Engine for Steps<'_, R, Z> {
+impl<R: Chosen> Engine for Steps<'_, R> {
     fn steps(&mut self, kept: &mut Kept, told: &mut Told, task: &Task) -> Made {
         R::run(
             self.token,

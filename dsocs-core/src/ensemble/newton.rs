@@ -6,11 +6,11 @@
 use crate::number::lanes::{LANES, Lanes, Mask, Register};
 use crate::number::scalar::Scalar;
 use crate::solve::convergence::{LAST_UPDATE, Update, converges};
-use crate::solve::newton::{BENT, CLOSE};
+use crate::solve::newton::{BENT, CLOSE, Components};
 use crate::step::pair::MANY;
 
 /// How often the rows are evaluated before the lanes without a root are left to the iteration for one trajectory.
-const MAX_EVALUATIONS: u32 = 8;
+pub(super) const MAX_EVALUATIONS: u32 = 8;
 
 /// What the iteration found, lane by lane.
 #[derive(Clone, Copy)]
@@ -45,21 +45,6 @@ impl<U> Iterate<U> {
         }
     }
 }
-
-/// Vectors of unknowns: arrays where steps are compiled, or room that is kept where they are not.
-pub(super) trait Components<T: Copy>: Clone + AsRef<[T]> + AsMut<[T]> {
-    /// A function of the components of two vectors, one by one.
-    #[inline(always)]
-    fn with(&self, other: &Self, function: impl Fn(T, T) -> T) -> Self {
-        let mut result = self.clone();
-        for (x, y) in result.as_mut().iter_mut().zip(other.as_ref()) {
-            *x = function(*x, *y);
-        }
-        result
-    }
-}
-
-impl<T: Copy, Z: Clone + AsRef<[T]> + AsMut<[T]>> Components<T> for Z {}
 
 /// Equations in lanes. What is said of all of a type is compiled for no other; what is not, each is asked for when the program runs.
 pub(super) trait Equations<R: Register> {

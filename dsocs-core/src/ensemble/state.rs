@@ -54,12 +54,12 @@ pub(super) struct Natural<U, R> {
 impl<R: Register, U: AsRef<[Lanes<R>]>> Natural<U, R> {
     /// Sizes that are not too small to be known, where the unknowns have lately been as large as `lately` says.
     #[inline(always)]
-    pub fn raise<Z: AsMut<[Lanes<R>]>>(&self, sizes: Z, lately: &[Lanes<R>]) -> Z {
+    pub fn raise<Z: AsMut<[Lanes<R>]>>(&self, sizes: Z, lately: impl Iterator<Item = Lanes<R>>) -> Z {
         if self.known == 0 {
             return sizes;
         }
         let mut level = Lanes::splat(0.0);
-        for (z, &inverse) in lately.iter().zip(self.inverse.as_ref()) {
+        for (z, &inverse) in lately.zip(self.inverse.as_ref()) {
             level = level.larger(z.abs() * inverse);
         }
         let grown = level.larger(Lanes::splat(1.0));
@@ -97,7 +97,7 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
     pub fn expected(&self, least: &U) -> U {
         let lately = self.predictor.size();
         self.natural
-            .raise(lately.zip(least, Scalar::larger), lately.as_ref())
+            .raise(lately.zip(least, Scalar::larger), lately.as_ref().iter().copied())
     }
 
     /// Takes a step.

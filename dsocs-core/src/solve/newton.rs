@@ -151,11 +151,11 @@ pub(crate) struct Evaluation<Z> {
 }
 
 /// Vectors of unknowns: arrays where steps are made, [`Vector`] elsewhere.
-pub(crate) trait Components: Clone + AsRef<[f64]> + AsMut<[f64]> {
+pub(crate) trait Components<T: Copy = f64>: Clone + AsRef<[T]> + AsMut<[T]> {
     /// A function of the components of two vectors, one by one.
     #[inline(always)]
     #[allow(clippy::inline_always)] // part of every step
-    fn with(&self, other: &Self, function: impl Fn(f64, f64) -> f64) -> Self {
+    fn with(&self, other: &Self, function: impl Fn(T, T) -> T) -> Self {
         let mut result = self.clone();
         for (x, y) in result.as_mut().iter_mut().zip(other.as_ref()) {
             *x = function(*x, *y);
@@ -164,7 +164,7 @@ pub(crate) trait Components: Clone + AsRef<[f64]> + AsMut<[f64]> {
     }
 }
 
-impl<Z: Clone + AsRef<[f64]> + AsMut<[f64]>> Components for Z {}
+impl<T: Copy, Z: Clone + AsRef<[T]> + AsMut<[T]>> Components<T> for Z {}
 
 /// Equations as the first three iterations see them, which are part of every step.
 pub(crate) trait Quick {

@@ -212,8 +212,6 @@ fn push<'u, T: Scalar, U: Unknown<T> + 'u>(
 }
 
 /// Takes in the solution of a step where the past lies as in a [`Predictor`]; `size_after` says what becomes of a size.
-#[allow(clippy::inline_always)] // for the machine's own instructions
-#[inline(always)]
 pub(crate) fn push_past<T: Copy + Sub<Output = T>>(past: &mut [T], z: &[T], size_after: impl Fn(T, T) -> T) {
     let m = z.len();
     let Some((differences, sizes)) = past.split_at_mut_checked(DIFFERENCES * m) else {
@@ -239,7 +237,7 @@ pub(crate) fn size_after<T: Scalar>(size: T, z: T) -> T {
 /// The unknowns of the next step, each by the polynomial of the degree whose last two differences are smallest.
 #[allow(clippy::inline_always)] // part of every step
 #[inline(always)]
-pub(crate) fn extrapolate<T: Scalar, U: AsRef<[T]> + AsMut<[T]> + Clone>(
+fn extrapolate<T: Scalar, U: AsRef<[T]> + AsMut<[T]> + Clone>(
     last: &U,
     differences: [&(impl AsRef<[T]> + ?Sized); ORDER],
 ) -> U {
@@ -261,6 +259,22 @@ pub(crate) fn extrapolate<T: Scalar, U: AsRef<[T]> + AsMut<[T]> + Clone>(
             smallest[place] = larger.smaller(smallest[place]);
             before[place] = size;
         }
+    }
+    guess
+}
+
+/// The same of one unknown that stands for itself.
+#[allow(clippy::inline_always)] // for the machine's own instructions
+#[inline(always)]
+pub(crate) fn extrapolate_one<T: Scalar>(last: T, differences: &[T; ORDER]) -> T {
+    let (mut guess, mut sum, mut smallest, mut before) = (last, last, last.abs(), last.abs());
+    for &difference in differences {
+        sum = sum + difference;
+        let size = difference.abs();
+        let larger = before.larger(size);
+        guess = T::select_le(larger, smallest, sum, guess);
+        smallest = larger.smaller(smallest);
+        before = size;
     }
     guess
 }

@@ -63,9 +63,10 @@ pub(crate) fn solve_quick(matrix: &mut [f64], right: &mut [f64], room: &mut [f64
     }
 }
 
-/// Puts the solution of `matrix · z = right` in the place of `right`, in every lane by itself, with the operations of
-/// [`Unknown::solve_lanes`](crate::solve::unknown::Unknown::solve_lanes) of three rows and more: in lanes without a solution that can be trusted some
-/// component is infinite or NaN. Beside it stand the determinants, in the units of `scales`. The matrix is destroyed; `room` has two numbers for each row.
+/// Puts the solution of `matrix · z = right` in the place of `right`, in every lane by itself. If rows `are_scaled`, they are first brought to a common
+/// size, with the operations of [`Unknown::solve_scaled`](crate::solve::unknown::Unknown::solve_scaled) of three rows and more, otherwise with those of
+/// [`Unknown::solve_lanes`](crate::solve::unknown::Unknown::solve_lanes): in lanes without a solution that can be trusted some component is infinite or
+/// NaN. Beside it stand the determinants, in the units of `scales`. The matrix is destroyed; `room` has two numbers for each row.
 #[inline(always)]
 #[allow(clippy::inline_always)] // for the machine's own instructions
 pub(crate) fn solve_lanes<T: Scalar>(
@@ -73,53 +74,41 @@ pub(crate) fn solve_lanes<T: Scalar>(
     right: &mut [T],
     room: &mut [T],
     scales: &[T; 2],
+    are_scaled: bool,
 ) -> T {
     let size = right.len();
+    let (inverse, of_rows) = room.split_at_mut(size);
+    if are_scaled {
+        let rows = matrix.chunks_exact_mut(size.max(1));
+        for ((row, x), of_row) in rows.zip(&mut *right).zip(&mut *of_rows) {
+            let mut largest = T::splat(0.0);
+            for entry in &*row {
+                let entry = entry.abs();
+                largest = T::select_lt(largest, entry, entry, largest);
+            }
+            [*of_row] = T::from_lanes(|lane| [inverse_power_of_two(largest.lane(lane))]);
+            for entry in row {
+                *entry = *entry * *of_row;
+            }
+            *x = *x * *of_row;
+        }
+    }
     let Pivots {
         smallest,
         largest,
         sign,
-    } = eliminate_lanes(matrix, right, room);
-    let nan = T::splat(f64::NAN);
-    for x in right {
-        let bounded = T::select_lt(largest, T::splat(LARGEST_DETERMINANT), *x, nan);
-        *x = T::select_lt(T::splat(SMALLEST_DETERMINANT), smallest, bounded, nan);
-    }
-    let mut determinants = sign;
-    for (k, &pivot) in matrix.iter().step_by(size + 1).enumerate() {
-        determinants = determinants * (pivot * scales[k.min(1)]);
-    }
-    determinants
-}
-
-/// The same with the operations of [`Unknown::solve_scaled`](crate::solve::unknown::Unknown::solve_scaled): rows are first brought to a common size.
-#[inline(always)]
-#[allow(clippy::inline_always)] // for the machine's own instructions
-pub(crate) fn solve_scaled_lanes<T: Scalar>(
-    matrix: &mut [T],
-    right: &mut [T],
-    room: &mut [T],
-    scales: &[T; 2],
-) -> T {
-    let size = right.len();
-    let (inverse, of_rows) = room.split_at_mut(size);
-    let rows = matrix.chunks_exact_mut(size.max(1));
-    for ((row, x), of_row) in rows.zip(&mut *right).zip(&mut *of_rows) {
-        let mut largest = T::splat(0.0);
-        for entry in &*row {
-            let entry = entry.abs();
-            largest = T::select_lt(largest, entry, entry, largest);
-        }
-        [*of_row] = T::from_lanes(|lane| [inverse_power_of_two(largest.lane(lane))]);
-        for entry in row {
-            *entry = *entry * *of_row;
-        }
-        *x = *x * *of_row;
-    }
-    let Pivots { sign, .. } = eliminate_lanes(matrix, right, inverse);
+    } = eliminate_lanes(matrix, right, inverse);
     let mut determinants = sign;
     for (k, (&pivot, &of_row)) in matrix.iter().step_by(size + 1).zip(&*of_rows).enumerate() {
-        determinants = determinants * (pivot / of_row * scales[k.min(1)]);
+        let pivot = if are_scaled { pivot / of_row } else { pivot };
+        determinants = determinants * (pivot * scales[k.min(1)]);
+    }
+    if !are_scaled {
+        let nan = T::splat(f64::NAN);
+        for x in right {
+            let bounded = T::select_lt(largest, T::splat(LARGEST_DETERMINANT), *x, nan);
+            *x = T::select_lt(T::splat(SMALLEST_DETERMINANT), smallest, bounded, nan);
+        }
     }
     determinants
 }
