@@ -41,6 +41,9 @@ const FOLLOWED: f64 = 0.02;
 /// The order is fitted to so many of the smallest errors that are above rounding: larger steps may be too large for a power law.
 const FITTED: usize = 4;
 
+/// Errors are taken over so many of the largest steps, at most: a longer motion says no more of the order, and its finest steps are 32 times as many.
+const STEPS: usize = 20_000;
+
 /// There are at most so many nodes at which errors are taken.
 const NODES: usize = 2000;
 
@@ -192,6 +195,9 @@ fn fit(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     if last < times.len() {
         report.note(&beyond(subject, parts, until));
     }
+    if subject.legs.len() > STEPS + 1 {
+        report.note(&format!("errors are compared over the first {STEPS} steps"));
+    }
     if let (Some(ended), Some(reached)) = (ended, times.last()) {
         report.note(&format!(
             "compared up to t = {reached:.4}, since the continuous motion ends: {ended}"
@@ -287,7 +293,7 @@ fn followed(errors: &[f64]) -> usize {
 /// Times, and the errors there of every quantity with every step, the first of which is a part of the subject's.
 fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors, Option<RunError>)> {
     let h = subject.h;
-    let coarse = subject.legs.len().saturating_sub(1).max(2);
+    let coarse = subject.legs.len().saturating_sub(1).clamp(2, STEPS);
     let part = u32::try_from(coarse.div_ceil(NODES))?;
     let count = coarse / part as usize;
     let mut times: Vec<f64> = (1..=count)
