@@ -18,12 +18,10 @@ use dsocs_core::{
 /// Declares a system that is read as text. After the struct, whose fields are the parameters, stand the statements that the attribute `#[dsocs]`
 /// would have.
 ///
-/// Types are taken as tokens: behind a type that a macro by example has read, the attribute does not see the number.
-///
 /// With the feature `compiled`, the attribute compiles the same statements, and every system that is read is held against the compiled one.
 #[macro_export]
 macro_rules! declared {
-    (@read $name:ident { $($field:ident: $type:tt),* } $($statements:tt)*) => {
+    (@read $name:ident { $($field:ident: $type:ty),* } $($statements:tt)*) => {
         impl $crate::text::Declared for $name {
             const NAME: &'static str = stringify!($name);
             const PARAMETERS: &'static [(&'static str, Option<usize>)] =
@@ -66,7 +64,7 @@ macro_rules! declared {
     };
     (
         $(#[$meta:meta])*
-        $visible:vis struct $name:ident { $($(#[$of_field:meta])* $seen:vis $field:ident: $type:tt),* $(,)? }
+        $visible:vis struct $name:ident { $($(#[$of_field:meta])* $seen:vis $field:ident: $type:ty),* $(,)? }
         $($statements:tt)*
     ) => {
         $(#[$meta])*

@@ -133,8 +133,8 @@ impl Fields {
 
 impl Field {
     fn read(field: &SynField, generics: &Generics) -> Option<Self> {
-        let (ty, reference) = match &field.ty {
-            Type::Reference(inner) => (&*inner.elem, true),
+        let (ty, reference) = match ungrouped(&field.ty) {
+            Type::Reference(inner) => (ungrouped(&inner.elem), true),
             other => (other, false),
         };
         let name = match ty {
@@ -153,7 +153,8 @@ impl Field {
         };
         let (length, numbers) = match ty {
             Type::Array(array) => {
-                let is_number = matches!(&*array.elem, Type::Path(path) if path.path.is_ident("f64"));
+                let is_number =
+                    matches!(ungrouped(&array.elem), Type::Path(path) if path.path.is_ident("f64"));
                 let length = length(&array.len);
                 (length, length.filter(|_| is_number))
             }
@@ -240,6 +241,17 @@ pub(crate) fn place(used: &Ident) -> TokenStream {
     // resolved like the method's own `self`, shown where the user wrote the name
     let receiver = Ident::new("self", Span::call_site().located_at(used.span()));
     quote_spanned!(used.span()=> #receiver.#used)
+}
+
+/// A type without what a macro by example puts around a `$t:ty`, and without parentheses.
+fn ungrouped(mut ty: &Type) -> &Type {
+    loop {
+        ty = match ty {
+            Type::Group(group) => &group.elem,
+            Type::Paren(paren) => &paren.elem,
+            _ => return ty,
+        };
+    }
 }
 
 /// The length of an array, if it is a literal.
