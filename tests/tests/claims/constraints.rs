@@ -6,10 +6,11 @@ use crate::systems::orders::{
 };
 #[allow(dead_code)] // shared with other tests
 use dsocs_core::__private::{Declaration, Tangent};
-use dsocs_core::taylor::{TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Node, SetupError, Start, Stepper, System};
+use dsocs_core::taylor::Tolerance;
+use dsocs_core::{Node, SetupError, Start, Stepper};
 use dsocs_systems::{InertiaWheelPendulum, RodAndWheel};
 use dsocs_tests::fit::slope;
+use dsocs_tests::text::{Flow, System, TaylorFlow};
 
 /// The continuous motion at a time.
 fn continuous<S: System<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f64) -> Node<N> {
@@ -93,7 +94,7 @@ fn the_basis_of_the_displacements_does_not_matter() {
     let start = Start::second_order([0.6, -0.8], [0.8, 0.6]);
     same(&ROD, &RodWithField { gravity: 9.81 }, start);
     let ellipsoid = Ellipsoid { gravity: 1.0 };
-    assert_eq!(Ellipsoid::FORMS, 1);
+    assert_eq!(<Ellipsoid as dsocs_core::System<3>>::FORMS, 1);
     let start = Start::second_order([0.8, 0.1, 0.4], [0.3, 0.7, 0.4]).projected();
     same(&ellipsoid, &EllipsoidWithForce { gravity: 1.0 }, start);
     // away from x = 0, where these fields are dependent
@@ -283,7 +284,7 @@ fn a_start_that_violates_a_constraint_is_refused_or_projected() {
 }
 
 /// The generated Jacobian, which comes from simpler rows than the residual, is the derivative of the residual.
-fn jacobian<S: System<N>, const N: usize>(system: &S, start: Start<N>) {
+fn jacobian<S: dsocs_core::System<N>, const N: usize>(system: &S, start: Start<N>) {
     let h = 0.05;
     let mut flow = Flow::new(system, h, start).unwrap();
     for _ in 0..5 {
