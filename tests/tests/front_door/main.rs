@@ -32,8 +32,9 @@ impl Crate {
         let manifest = format!(
             "[package]\nname = \"front-door-beads\"\nversion = \"0.1.0\"\nedition = \"2024\"\n\n\
              [dependencies]\ndsocs-core = {{ path = \"{}\" }}\ndsocs-systems = {{ path = \"{}\", default-features = false, features = [\"cli\"] }}\n\n\
-             [profile.dev]\nopt-level = 1\ndebug = \"line-tables-only\"\nlto = \"off\"\n\n\
-             [profile.dev.package.\"*\"]\nopt-level = 0\ndebug = false\n\n[workspace]\n",
+             [profile.dev]\nopt-level = 1\ndebug = false\nlto = \"off\"\n\n\
+             [profile.dev.package]\n\"*\" = {{ opt-level = 0 }}\ndsocs-core = {{ opt-level = 2 }}\ndsocs-systems = {{ opt-level = 1 }}\n\n\
+             [workspace]\n",
             member("dsocs-core").display(),
             member("dsocs-systems").display(),
         );

@@ -355,8 +355,9 @@ fn orders_of(steps: &[f64], errors: impl Fn(f64) -> [f64; 2]) -> [f64; 2] {
     })
 }
 
-/// Runs scenes, and compares their orders with 2, and the steps that are counted with the events.
-fn scenes(count: usize, longest: f64, ratio: f64) {
+/// Runs scenes, and compares their orders with 2, and the steps that are counted with the events. The error of an event is the square of the step times a
+/// factor that its place in the step makes up to nine times as large: the largest error of so many runs by steps up to the next one has the order.
+fn scenes(count: usize, longest: f64, ratio: f64, places: u32) {
     let mut random = Random::new(28);
     let (mut done, mut drawn, mut events, mut least) = (0, 0, [0; 3], [f64::INFINITY; 2]);
     let (mut at_once, mut low, mut bad) = (0, 0, 0);
@@ -377,7 +378,7 @@ fn scenes(count: usize, longest: f64, ratio: f64) {
             .filter(|pair| pair[0].0 == pair[1].0)
             .count();
         let least_counted = Cell::new(u64::MAX);
-        let orders = orders_of(&scene.steps(1.0, longest, ratio), |h| {
+        let errors = |h: f64| {
             let mut flow = Flow::new(&scene.system, h, scene.start()).unwrap();
             let errors = scene.errors(&mut flow, h, &[], |_| ());
             let counted = flow.unresolved().map_or(0, |unresolved| unresolved.steps);
@@ -390,6 +391,12 @@ fn scenes(count: usize, longest: f64, ratio: f64) {
                 scene.motion.events
             );
             errors
+        };
+        let orders = orders_of(&scene.steps(1.0, longest, ratio), |h| {
+            let all = (0..places).map(|place| errors(h * ratio.powf(-f64::from(place) / f64::from(places))));
+            all.fold([0.0, 0.0], |most, errors| {
+                [most[0].max(errors[0]), most[1].max(errors[1])]
+            })
         });
         let fits = orders.iter().all(|order| *order >= 1.9);
         // what costs the order is told at every step
@@ -420,13 +427,13 @@ fn scenes(count: usize, longest: f64, ratio: f64) {
 
 #[test]
 fn stops_and_releases_on_moving_surfaces_cost_no_order() {
-    scenes(4, 0.02, 1.2);
+    scenes(4, 0.02, 1.2, 1);
 }
 
 #[test]
 #[ignore = "long: 200 scenes in some minutes"]
 fn stops_and_releases_on_moving_surfaces_cost_no_order_in_200_scenes() {
-    scenes(200, 0.02, 1.6);
+    scenes(200, 0.02, 1.37, 10);
 }
 
 /// Runs scenes by Taylor series, and holds them against the reference at all times. The reference steps by 1e-3 with the classical method of fourth order.
