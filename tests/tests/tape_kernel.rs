@@ -637,6 +637,7 @@ fn a_tape_makes_the_steps_of_the_compiled_system_in_lanes() {
         v: vec![0.0; 28],
         a: None,
         h: 1e-3,
+        last: 50.0,
     };
     for i in 0..14 {
         hanging.q[i] = 0.1 * (i + 1) as f64;
