@@ -139,11 +139,11 @@ impl<const N: usize> Iterator for Flow<'_, N> {
 impl<const N: usize> FusedIterator for Flow<'_, N> {}
 
 mod any;
-mod beside_rest;
 mod choose;
 pub(crate) mod discrete;
 mod forces;
 mod inputs;
+mod jumps;
 mod singular;
 mod stick;
 mod unresolved;

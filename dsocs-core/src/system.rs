@@ -207,6 +207,7 @@ impl Shape {
             linear: S::LINEAR,
             jumps: S::JUMPS,
             piecewise: S::PIECEWISE,
+            switches: S::SWITCHING,
             scaled: S::SCALED,
             divided: S::DIVIDED,
             symmetry: S::SYMMETRY,

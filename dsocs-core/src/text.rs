@@ -273,6 +273,7 @@ fn shape(data: Data) -> Shape {
         linear: data.linear,
         jumps: data.jumps,
         piecewise: data.piecewise,
+        switches: data.switches,
         scaled: data.scaled,
         divided: data.divided,
         symmetry: match data.symmetry {

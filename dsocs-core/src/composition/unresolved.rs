@@ -1,15 +1,18 @@
 //! Whether an acceleration jumps in a composed step.
 //!
-//! The order of a composed step is that of a smooth motion. A jump between its legs leaves no trace in their equations, but the acceleration at the next
-//! node is not the one that those before lead to expect. Then it is looked at on the way of the step, and on that of the step before.
+//! The order of a composed step is that of a smooth motion. A jump between its legs leaves no trace in their equations. So the arguments of what is given by
+//! pieces are watched on its way. What is steep, or a function of the user's, is told by the acceleration at the next node, which is not the one that those
+//! before lead to expect: then accelerations are looked at on the way of the step, and on that of the step before.
 
 use super::run::Composed;
 use super::stages::State;
 use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::predictor::Predictor;
+use crate::step::crossing::OnWay;
 use crate::step::jumps;
 use crate::step::smooth::FORESEEN;
+use crate::step::switches;
 
 /// A node.
 #[derive(Clone, Debug)]
@@ -20,6 +23,31 @@ struct Node {
     q: Vector,
     /// Velocity.
     v: Vector,
+    /// Acceleration.
+    a: Vector,
+    /// The acceleration at the next node, as the past leads to expect.
+    next: Option<Vector>,
+}
+
+impl Node {
+    /// The next node, a time `h` later, if the acceleration changes evenly to what is expected.
+    fn goes_on(&self, h: f64) -> Option<Self> {
+        let next = self.next.as_ref()?;
+        let along = |i: usize| (self.v[i], self.a[i], next[i]);
+        Some(Self {
+            t: self.t + h,
+            q: Vector::from_fn(self.q.len(), |i| {
+                let (v, a, next) = along(i);
+                self.q[i] + h * v + h * h * (a / 3.0 + next / 6.0)
+            }),
+            v: Vector::from_fn(self.q.len(), |i| {
+                let (v, a, next) = along(i);
+                v + 0.5 * h * (a + next)
+            }),
+            a: next.clone(),
+            next: None,
+        })
+    }
 }
 
 /// The last nodes, the last first, and the accelerations that they lead to expect.
@@ -31,13 +59,19 @@ pub(super) struct Watch {
     accelerations: Predictor,
     /// Whether the last step has been looked at.
     looked: bool,
+    /// The signs of arguments at the end of the step that was looked at last.
+    came: Vec<f64>,
+    /// The number of the node at its end.
+    looked_at: u64,
+    /// The number of the node before which arguments are looked at.
+    looks_at: u64,
 }
 
 impl Composed<'_> {
     /// Begins to watch accelerations at the current node, if they may jump.
     pub(super) fn watch_anew(&mut self) {
         let shape = self.kernel.shape();
-        if !shape.external_forces && !shape.piecewise {
+        if !shape.external_forces && !shape.switches {
             return;
         }
         let mut accelerations = Predictor::new(shape.increments);
@@ -46,16 +80,21 @@ impl Composed<'_> {
             nodes: vec![self.here()],
             accelerations,
             looked: true,
+            came: vec![0.0; self.declaration().switches()],
+            looked_at: 0,
+            looks_at: 0,
         }));
     }
 
     /// The current node.
     fn here(&self) -> Node {
-        let State { q, v, .. } = &self.course.now;
+        let State { q, v, a } = &self.course.now;
         Node {
             t: self.course.clock.time(),
             q: q.hi.clone(),
             v: v.hi.clone(),
+            a: a.clone(),
+            next: None,
         }
     }
 
@@ -64,20 +103,27 @@ impl Composed<'_> {
         let Some(mut watch) = self.watch.take() else {
             return;
         };
-        let here = self.here();
+        let mut here = self.here();
         let a = &self.course.now.a;
         let foreseen = watch.accelerations.foresees(a, FORESEEN);
         watch.accelerations.push(a);
-        if !foreseen {
-            let looked = watch.looked;
-            if let [last, before] = &watch.nodes[..]
-                && !looked
-            {
-                self.look_between(before, last);
+        here.next = watch.accelerations.predict();
+        let index = self.course.clock.index();
+        if let [last, before] = &watch.nodes[..]
+            && !foreseen
+            && !watch.looked
+        {
+            self.look_between([before, last], &mut vec![0.0; watch.came.len()], true);
+        }
+        let is_to_look = !watch.came.is_empty() && watch.looks_at <= index;
+        if let Some(last) = watch.nodes.first()
+            && (is_to_look || !foreseen)
+        {
+            if watch.looked_at + 1 != index {
+                watch.came.fill(0.0);
             }
-            if let Some(last) = watch.nodes.first() {
-                self.look_between(last, &here);
-            }
+            let clear = self.look_between([last, &here], &mut watch.came, !foreseen);
+            (watch.looked_at, watch.looks_at) = (index, index + clear.max(1));
         }
         watch.looked = !foreseen;
         watch.nodes.insert(0, here);
@@ -85,41 +131,85 @@ impl Composed<'_> {
         self.watch = Some(watch);
     }
 
-    /// Counts the step between two nodes if an acceleration jumps in it.
+    /// Looks at the way between two nodes: at the places where arguments change their signs or, where none does and the acceleration was `unforeseen`, at
+    /// accelerations. Returns after how many steps of this length arguments are to be looked at again.
     #[cold]
-    fn look_between(&mut self, from: &Node, to: &Node) {
-        let h = to.t - from.t;
-        // the cubic polynomial with the positions and the velocities of both nodes
-        let way = |part: f64| {
-            let d = to.q.zip(&from.q, |to, from| to - from);
-            let rate = |x: f64| {
-                [
-                    6.0 * x * (1.0 - x),
-                    (1.0 - x) * (1.0 - 3.0 * x),
-                    x * (3.0 * x - 2.0),
-                ]
-            };
-            let place = |x: f64| {
-                [
-                    x * x * (3.0 - 2.0 * x),
-                    x * (1.0 - x) * (1.0 - x),
-                    x * x * (x - 1.0),
-                ]
-            };
-            let of = |[by_d, by_from, by_to]: [f64; 3]| {
-                Vector::from_fn(d.len(), |i| {
-                    by_d * d[i] + h * (by_from * from.v[i] + by_to * to.v[i])
-                })
-            };
-            let q = from.q.zip(&of(place(part)), |q, d| q + d);
-            (from.t + part * h, q, of(rate(part)).map(|d| d / h))
-        };
-        let Some(accelerations) = jumps::accelerations(&self.declaration(), way) else {
-            return;
-        };
-        let part = jumps::departure(&accelerations);
-        if part > jumps::UNRESOLVED {
-            Unresolved::count(&mut self.unresolved, from.t + 0.5 * h, part);
+    fn look_between(&mut self, [from, to]: [&Node; 2], came: &mut [f64], unforeseen: bool) -> u64 {
+        let declaration = self.declaration();
+        // a jump that a leg meets throws the motion back, before it or beyond it
+        let foreseen = from.goes_on(to.t - from.t);
+        let start = came.to_vec();
+        let mut part = self.jump_between([from, to], came);
+        if part.is_none()
+            && let Some(to) = &foreseen
+        {
+            part = self.jump_between([from, to], &mut start.clone());
         }
+        let way = |part: f64| hermite(from, to, part);
+        let clear = match part {
+            Some(_) => 0,
+            None => switches::clear_after(&declaration, &way),
+        };
+        let mut least = jumps::TOLD;
+        if part.is_none()
+            && unforeseen
+            && let Some(accelerations) = jumps::accelerations(&declaration, way)
+        {
+            (least, part) = (jumps::UNRESOLVED, Some(jumps::departure(&accelerations)));
+        }
+        if let Some(part) = part
+            && part > least
+        {
+            Unresolved::count(&mut self.unresolved, 0.5 * (from.t + to.t), part);
+        }
+        clear
     }
+
+    /// The largest jump of the acceleration between two nodes; `None` if no argument changes its sign.
+    fn jump_between(&self, [from, to]: [&Node; 2], came: &mut [f64]) -> Option<f64> {
+        let (h, declaration) = (to.t - from.t, self.declaration());
+        let mut largest: Option<f64> = None;
+        for begin in [0.0, 0.5] {
+            let half = |part: f64| hermite(from, to, begin + 0.5 * part);
+            let found = switches::crossings(declaration, &half, came, |_| true);
+            if found.is_empty() {
+                continue;
+            }
+            let on = OnWay {
+                way: &half,
+                duration: 0.5 * h,
+                h,
+                declarations: [declaration; 2],
+                pieces: &[],
+            };
+            let part = found
+                .iter()
+                .fold(on.kick(&found), |part, crossing| part.max(on.jump_at(*crossing)));
+            largest = Some(largest.unwrap_or(0.0).max(part));
+        }
+        largest
+    }
+}
+
+/// A part of the way between two nodes: the cubic polynomial with the positions and the velocities of both.
+fn hermite(from: &Node, to: &Node, x: f64) -> (f64, Vector, Vector) {
+    let h = to.t - from.t;
+    let d = to.q.zip(&from.q, |to, from| to - from);
+    let rate = [
+        6.0 * x * (1.0 - x),
+        (1.0 - x) * (1.0 - 3.0 * x),
+        x * (3.0 * x - 2.0),
+    ];
+    let place = [
+        x * x * (3.0 - 2.0 * x),
+        x * (1.0 - x) * (1.0 - x),
+        x * x * (x - 1.0),
+    ];
+    let of = |[by_d, by_from, by_to]: [f64; 3]| {
+        Vector::from_fn(d.len(), |i| {
+            by_d * d[i] + h * (by_from * from.v[i] + by_to * to.v[i])
+        })
+    };
+    let q = from.q.zip(&of(place), |q, d| q + d);
+    (from.t + x * h, q, of(rate).map(|d| d / h))
 }

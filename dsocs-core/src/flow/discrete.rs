@@ -3,6 +3,7 @@
 use smallvec::smallvec;
 
 use super::inputs::Changed;
+use super::jumps::{Span, Switches};
 use super::stick::Contacts;
 use crate::error::{SetupError, StepError};
 use crate::kernel::Kernel;
@@ -45,6 +46,8 @@ pub(crate) struct Discrete<'s> {
     pub(super) nearly_singular: Option<NearlySingular>,
     /// What is known of functions that jump with the velocity, where there are some.
     pub(super) contacts: Option<Box<Contacts>>,
+    /// The arguments of whatever is given by pieces, where there are some.
+    pub(super) switches: Option<Switches>,
 }
 
 /// Where a step leads.
@@ -99,10 +102,11 @@ impl<'s> Discrete<'s> {
         } else {
             None
         };
+        let switches = Switches::of(&declaration);
         let constants = constants_of(kernel, &values, h);
         let course = Course {
             given: beginning.e.clone(),
-            looks_at: if contacts.is_some() { 0 } else { u64::MAX },
+            looks_at: if switches.is_some() { 0 } else { u64::MAX },
             ..Course::new(shape, (h, constants), beginning.t0, (&beginning.q, &beginning.d))
         };
         Ok(Self {
@@ -115,6 +119,7 @@ impl<'s> Discrete<'s> {
             unresolved: None,
             nearly_singular: None,
             contacts,
+            switches,
         })
     }
 
@@ -160,7 +165,8 @@ impl<'s> Discrete<'s> {
     pub fn answer(&mut self) -> Result<StepReport, StepError> {
         let shape = self.shape();
         self.catch_up();
-        let is_near = self.is_to_look() && self.outlook() == Outlook::Sided;
+        let outlook = self.is_to_look().then(|| self.outlook());
+        let is_near = outlook == Some(Outlook::Sided);
         if is_near && let Some(report) = self.solve_sided(None, false) {
             return report;
         }
@@ -210,12 +216,25 @@ impl<'s> Discrete<'s> {
             self.look_for_singularity(&e, &z, report.guess)?;
         }
         self.course.predictor.push(&z);
+        let before = self
+            .contacts
+            .as_ref()
+            .map(|contacts| contacts.before(self.course.index()));
+        let span = Span {
+            before: before.as_deref().unwrap_or(&[]),
+            after: &[],
+            inputs: None,
+        };
+        let meets_switch = self.look_for_jumps(span, &e);
+        if meets_switch || outlook == Some(Outlook::Switches) {
+            self.look_again();
+        }
         // where something was torn off, the argument is not yet clear of zero, and the force only seems to jump
-        if !foreseen && (changes || report.stop == Stop::Jump || !self.is_torn_off()) {
+        if !foreseen && !meets_switch && (changes || report.stop == Stop::Jump || !self.is_torn_off()) {
             self.look_between(&e, report.stop);
         }
         if may_switch || shape.jumps {
-            self.course.looked = !foreseen;
+            self.course.looked = !foreseen || meets_switch;
         }
         self.commit(next, &e, report);
         if changes {

@@ -1,6 +1,7 @@
 //! The step about a node where inputs change.
 
 use super::discrete::{Discrete, constants_of};
+use super::jumps::Span;
 use crate::error::StepError;
 use crate::kernel::report::{Guess, StepReport};
 use crate::number::point::{AnyLeg, OwnedLeg, map, moved};
@@ -118,6 +119,13 @@ impl Discrete<'_> {
             guess: Guess::Given,
             ..report
         };
+        let pieces = self.contacts.as_ref().map(|contacts| contacts.before(index));
+        let span = Span {
+            before: pieces.as_deref().unwrap_or(&[]),
+            after: &[],
+            inputs: Some(&before),
+        };
+        self.look_for_jumps(span, &e);
         self.commit(next, &e, report);
         self.changed = Some(Box::new(Changed { index, force, before }));
         Ok(report)

@@ -2,6 +2,7 @@
 
 use super::discrete::Discrete;
 use super::inputs::Changed;
+use super::jumps::Span;
 use crate::error::StepError;
 use crate::kernel::report::{Guess, StepReport};
 use crate::number::point::{AnyLeg, AnyPoint, copy};
@@ -9,12 +10,10 @@ use crate::regularity::multipliers;
 use crate::regularity::resting;
 use crate::regularity::sides::Piece;
 use crate::regularity::sticking::{self, Contact, Outlook};
-use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
-use crate::solve::predictor::{PAST, Predictor};
+use crate::solve::predictor::PAST;
 use crate::start::Beginning;
-use crate::step::jumps;
 use crate::tape::declaration::Declaration;
 
 /// What is known of the arguments of functions that jump with the velocity.
@@ -30,10 +29,6 @@ pub(super) struct Contacts {
     earlier: Vec<Piece>,
     /// The number of the step on whose first leg the arguments were looked at last.
     seen: u64,
-    /// The second differences of the last steps with sides, and the number of the step after them. The unknowns of a step do not tell all of them.
-    past: Option<(u64, Predictor)>,
-    /// How much of each acceleration the sides made, when that was looked at last.
-    pub(super) reach: Vec<f64>,
 }
 
 impl Contacts {
@@ -72,29 +67,11 @@ impl Contacts {
             sides: None,
             changed: None,
             seen: 1,
-            past: None,
-            reach: Vec::new(),
         }))
     }
 }
 
 impl Contacts {
-    /// Takes in the second difference of the step with a number.
-    fn remember(&mut self, index: u64, e: &[f64]) {
-        let mut past = match self.past.take() {
-            Some((next, past)) if next == index => past,
-            _ => Predictor::new(e.len()),
-        };
-        past.push(e);
-        self.past = Some((index + 1, past));
-    }
-
-    /// The second difference of the step with a number, as those of the steps before it lead to expect.
-    pub(super) fn expected(&self, index: u64) -> Option<Vector> {
-        let (next, past) = self.past.as_ref()?;
-        (*next == index).then(|| past.predict()).flatten()
-    }
-
     /// Where the arguments were before the step with a number; of one that has been zero for a leg alone, where it came from.
     pub(super) fn before(&self, index: u64) -> Vec<Piece> {
         let has_just_changed = self.changed == Some(index);
@@ -162,33 +139,38 @@ impl Discrete<'_> {
     #[cold]
     pub(super) fn outlook(&mut self) -> Outlook {
         self.catch_up();
-        let Some(contacts) = &self.contacts else {
-            return Outlook::Clear(1);
-        };
         let expected = self.expected();
         let none = Vector::zero(self.shape().increments);
         let [e, bend] = expected.as_ref().map_or([&none, &none], |[e, bend]| [e, bend]);
-        let outlook = self.contact(self.declaration(), contacts).outlook(e, bend);
-        if let Some(before) = &self.before {
-            let old = Declaration::of(self.kernel).with(before);
-            if self.contact(old, contacts).outlook(e, bend) == Outlook::Sided {
-                return Outlook::Sided;
+        let mut outlook = Outlook::Clear(u64::MAX);
+        if let Some(contacts) = &self.contacts {
+            outlook = self.contact(self.declaration(), contacts).outlook(e, bend);
+            if let Some(before) = &self.before {
+                let old = Declaration::of(self.kernel).with(before);
+                if self.contact(old, contacts).outlook(e, bend) == Outlook::Sided {
+                    return Outlook::Sided;
+                }
             }
-        } else if let Outlook::Clear(steps) = outlook {
+        }
+        if let Outlook::Clear(steps) = outlook
+            && self.before.is_none()
+        {
+            let steps = steps.min(self.clear_of_switches(e));
             // how arguments change, and how that changes, is told by a whole past: a motion that begins where its velocity turns seems even
-            let steps = if self.course.predictor.past().len() == PAST {
-                steps
-            } else {
-                1
-            };
+            let has_past = self.course.predictor.past().len() == PAST;
+            let steps = if has_past || steps == 0 { steps } else { 1 };
+            if steps == 0 || expected.is_none() {
+                return Outlook::Switches;
+            }
             self.course.looks_at = self.course.index() + steps;
+            return Outlook::Clear(steps);
         }
         outlook
     }
 
-    /// Whether the arguments are to be looked at in the next step.
+    /// Whether arguments are to be looked at in the next step.
     pub(super) fn is_to_look(&self) -> bool {
-        self.contacts.is_some() && (self.before.is_some() || self.course.looks_at <= self.course.index())
+        self.switches.is_some() && (self.before.is_some() || self.course.looks_at <= self.course.index())
     }
 
     /// Whether a solution of the declared rows keeps the sides.
@@ -203,7 +185,7 @@ impl Discrete<'_> {
 
     /// Looks again in the next step.
     pub(super) fn look_again(&mut self) {
-        if self.contacts.is_some() {
+        if self.switches.is_some() {
             self.course.looks_at = self.course.index() + 1;
         }
     }
@@ -236,6 +218,9 @@ impl Discrete<'_> {
         if let Some(contacts) = &mut self.contacts {
             contacts.sides = None;
             contacts.seen = 0;
+        }
+        if let Some(switches) = &mut self.switches {
+            switches.forget();
             self.course.looks_at = 0;
         }
     }
@@ -341,14 +326,14 @@ impl Discrete<'_> {
             stop,
             guess: Guess::Predicted,
         };
-        // neither a stop nor a release costs an order
-        let part = self.jump_in_step(contacts, &solution);
-        if part > jumps::UNRESOLVED {
-            Unresolved::count(&mut self.unresolved, self.course.time(), part);
-        }
         let index = self.course.index();
+        let span = Span {
+            before: &contacts.before(index),
+            after: &solution.pieces,
+            inputs: None,
+        };
+        self.look_for_jumps(span, &solution.e);
         self.go(&solution.e, &solution.multipliers, report)?;
-        contacts.remember(index, &solution.e);
         if solution.pieces != contacts.pieces {
             contacts.changed = Some(index + 1);
             contacts.earlier.clone_from(&contacts.pieces);
@@ -402,6 +387,12 @@ impl Discrete<'_> {
                 mean(&old_force, &new_force),
             )
         };
+        let span = Span {
+            before: &contacts.before(index),
+            after: &pieces,
+            inputs: Some(before),
+        };
+        self.look_for_jumps(span, &e);
         self.go(&e, &multipliers, report)?;
         contacts.pieces = pieces;
         contacts.seen = index + 1;
@@ -427,7 +418,7 @@ impl Discrete<'_> {
         self.course.predictor.push(&z);
         self.course.looked = true;
         // the clock has not gone on yet
-        self.course.looks_at = self.course.index() + 1;
+        self.look_again();
         self.commit(super::discrete::Next { q, d, second: None }, e, report);
         Some(())
     }

@@ -7,21 +7,22 @@
 //! for a constraint or a Lagrangian with pieces: of these the acceleration is looked at. See [`crate::step::jumps`].
 
 use super::discrete::Discrete;
+use super::jumps::{between, first_half};
 use crate::number::point::AnyLeg;
 use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::solve::predictor;
-use crate::start::Beginning;
 use crate::step::jumps;
 use crate::step::smooth::FORESEEN;
+use crate::step::switches::Way;
 use crate::tape::declaration::Declaration;
 
 impl Discrete<'_> {
-    /// Whether a force or a row may switch between the places where a step evaluates it.
+    /// Whether forces are looked at where they are not foreseen.
     pub(super) fn may_switch(&self) -> bool {
         let shape = self.shape();
-        !shape.is_of_third_order() && (shape.external_forces || shape.piecewise)
+        !shape.is_of_third_order() && shape.external_forces
     }
 
     /// Whether a solution is near its prediction: a force that switches shows first there.
@@ -73,77 +74,23 @@ impl Discrete<'_> {
         }
     }
 
-    /// How far forces and accelerations are from changing linearly within a step, relative to themselves.
+    /// How far forces are from changing linearly within a step, relative to themselves.
     fn departure(&self, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
         let h = self.course.h;
-        let (part, accelerations) = self.departure_on(&|part| between(h, leg, e, part), leg, e);
-        accelerations.map_or(part, |accelerations| part.max(kick(&accelerations, h, leg, e)))
+        departure(&self.declaration(), h, leg, e, &|part| between(h, leg, e, part))
     }
 
     /// The same from the start to the middle of the first leg, with the second difference of the first step.
     fn departure_at_start(&self, e: &[f64]) -> f64 {
         let (leg, h) = (self.next_leg(), self.course.h);
-        let Beginning { t0, q0, .. } = &self.beginning;
-        // what jumps at rest has its side in motion
-        let way = |part: f64| {
-            let q = q0.zip(leg.d, |q, d| q + 0.5 * part * d);
-            (t0 + 0.5 * part * h, q, Vector::of(leg.d).map(|d| d / h))
-        };
-        self.departure_on(&way, leg, e).0
+        let way = |part: f64| first_half(&self.beginning, h, leg, part);
+        departure(&self.declaration(), h, leg, e, &way)
     }
-
-    /// The same on a way in a step, and the accelerations there if they were looked at.
-    fn departure_on(
-        &self,
-        way: &dyn Fn(f64) -> (f64, Vector, Vector),
-        leg: AnyLeg<'_, f64>,
-        e: &[f64],
-    ) -> (f64, Option<Vec<Vector>>) {
-        let (shape, declaration, h) = (self.shape(), self.declaration(), self.course.h);
-        let mut part = 0.0_f64;
-        if shape.external_forces {
-            part = part.max(departure(&declaration, h, leg, e, way));
-        }
-        let accelerations = shape.piecewise.then(|| jumps::accelerations(&declaration, way));
-        let accelerations = accelerations.flatten();
-        if let Some(accelerations) = &accelerations {
-            let jump = jumps::of_acceleration(accelerations, |i| jumps::rounding(h, leg.d[i]));
-            part = part.max(jump);
-        }
-        (part, accelerations)
-    }
-}
-
-/// The path of a step from the middle of its first leg, at 0, to that of the second, at 1: time, position and velocity.
-fn between(h: f64, leg: AnyLeg<'_, f64>, e: &[f64], part: f64) -> (f64, Vector, Vector) {
-    let place = part - 0.5;
-    let next = Vector::of(leg.d).zip(e, |d, e| d + e);
-    let d = if place < 0.0 { leg.d } else { &next };
-    let q = Vector::of(leg.q).zip(d, |q, d| q + place * d);
-    let v = Vector::of(leg.d).zip(e, |d, e| (d + part * e) / h);
-    (leg.t + place * h, q, v)
-}
-
-/// How much of the velocity changes in a step although no acceleration on its way explains it, as at a corner of a constraint or where a mass jumps: the
-/// largest of all components.
-fn kick(accelerations: &[Vector], h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
-    let parts = (0..e.len()).map(|i| {
-        let velocity = leg.d[i].abs().max((leg.d[i] + e[i]).abs());
-        let [least, most] = jumps::range(accelerations.iter().map(|a| a[i] * h * h));
-        (e[i] - e[i].max(least).min(most)).abs() / velocity
-    });
-    parts.fold(0.0, f64::max)
 }
 
 /// How far the forces depart from the straight line between the ends of a way: the largest of all components. It is relative to the
 /// change of the momentum over a step or to the force, whichever is larger.
-fn departure(
-    declaration: &Declaration<'_>,
-    h: f64,
-    leg: AnyLeg<'_, f64>,
-    e: &[f64],
-    way: &dyn Fn(f64) -> (f64, Vector, Vector),
-) -> f64 {
+fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64], way: &Way<'_>) -> f64 {
     let next = Vector::of(leg.d).zip(e, |d, e| d + e);
     let force = |part: f64| {
         let (t, q, v) = way(part);

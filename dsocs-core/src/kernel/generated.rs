@@ -35,6 +35,9 @@ pub trait Compiled<const N: usize>: Source + Sized {
     /// Whether a row has a `signum` or a comparison that positions or velocities decide: a step across it is too long for the scheme's order.
     const PIECEWISE: bool = false;
 
+    /// Whether anything is given by pieces or divided by what may be zero, as the motion or the time decides: where that happens is watched.
+    const SWITCHING: bool = false;
+
     /// Whether rows were multiplied by more than a number (see [`Compiled::scales`]).
     const SCALED: bool = false;
 

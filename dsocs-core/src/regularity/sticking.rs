@@ -35,6 +35,7 @@ use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 use crate::regularity::sides::{self, Linear, Piece, Sided};
 use crate::solve::dense::Matrix;
+use crate::step::switches;
 use crate::tape::declaration::Declaration;
 
 /// How large a second difference is at least, relative to the leg.
@@ -51,16 +52,6 @@ const LATE: f64 = 1e-6;
 
 /// So many arguments may arrive at zero in one step, for each that there is.
 const ARRIVALS: usize = 4;
-
-/// Where an argument would be zero after so many steps, as it has changed in the last one, the step is solved with sides.
-const NEAR: f64 = 1.5;
-
-/// Arguments are looked at again before they may have gone this part of their way to zero, by how they change, in either direction, and how that
-/// changes.
-const BOLD: f64 = 0.5;
-
-/// So many steps are made at most before arguments are looked at again.
-const MOST: f64 = 256.0;
 
 /// A step with sides.
 pub(crate) struct Solution {
@@ -103,6 +94,8 @@ pub(crate) struct Contact<'a> {
 pub(crate) enum Outlook {
     /// Something rests, or is near a change of its sign, in the middle of a leg or at one of the places of the step.
     Sided,
+    /// Another argument of what is given by pieces may change its sign.
+    Switches,
     /// Nothing in so many steps.
     Clear(u64),
 }
@@ -178,7 +171,7 @@ impl Contact<'_> {
         let [first, second, third] =
             [self.leg, next.any(), after.any()].map(|leg| in_the_middle(&self.declaration, self.h, leg));
         let end = at_part(&self.declaration, self.h, self.leg, 0.0);
-        let mut clear = MOST;
+        let mut clear = f64::INFINITY;
         for (g, piece) in self.pieces.iter().enumerate() {
             let side = piece.side();
             // false also for what is no number
@@ -193,13 +186,11 @@ impl Contact<'_> {
                 second[g] - first[g],
                 (third[g] - second[g]) - (second[g] - first[g]),
             );
-            let (nears, turns) = ((-side * change).max(0.0), turn.abs());
-            if way < NEAR * (nears + turns) {
+            let steps = switches::clear(side, way, change, turn);
+            if steps == 0.0 {
                 return Outlook::Sided;
             }
-            // as far as `moves k + turns k²/2` is a part of the way; what goes away and turns only later may come back as quickly
-            let (part, moves) = (BOLD * way, change.abs());
-            clear = clear.min(2.0 * part / (moves + (moves * moves + 2.0 * turns * part).sqrt()));
+            clear = clear.min(steps);
         }
         #[expect(
             clippy::cast_possible_truncation,
@@ -207,7 +198,7 @@ impl Contact<'_> {
             reason = "between 0 and a few hundred"
         )]
         let clear = clear as u64;
-        Outlook::Clear(clear.max(1))
+        Outlook::Clear(clear)
     }
 
     /// Whether a solution of the declared rows keeps the sides of the first leg, at all places where it has them.

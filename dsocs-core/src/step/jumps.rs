@@ -26,6 +26,9 @@ const LEFT: f64 = 0.004;
 /// What departs by more than this part of itself is unresolved.
 pub(crate) const UNRESOLVED: f64 = 0.1;
 
+/// A jump of an acceleration is told that is larger than this part of itself.
+pub(crate) const TOLD: f64 = 1e-3;
+
 /// The places of a way, from 0 to 1.
 pub(crate) fn places() -> impl Iterator<Item = f64> {
     (0..=PLACES).map(|place| f64::from(place) / f64::from(PLACES))
@@ -115,25 +118,4 @@ pub(crate) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 /// What moves a node by less than the rounding of an increment is no jump: the largest acceleration of which that can be said.
 pub(crate) fn rounding(h: f64, d: f64) -> f64 {
     f64::EPSILON * d.abs() / (h * h)
-}
-
-/// How much the acceleration jumps on a way, relative to itself: the largest of all components. Each is known to a rounding error.
-pub(crate) fn of_acceleration(accelerations: &[Vector], rounding: impl Fn(usize) -> f64) -> f64 {
-    let components = accelerations.first().map_or(0, |a| a.len());
-    let jump = |i: usize| {
-        let [least, most] = range(accelerations.iter().map(|a| a[i]));
-        let jumps = accelerations
-            .windows(2)
-            .map(|pair| (pair[1][i] - pair[0][i]).abs());
-        let widest = jumps.fold(0.0, f64::max);
-        let is_rounding = widest <= rounding(i);
-        // what is smooth changes little from place to place
-        let is_jump = !is_rounding && widest >= 0.5 * (most - least);
-        if is_jump {
-            widest / most.abs().max(least.abs())
-        } else {
-            0.0
-        }
-    };
-    (0..components).map(jump).fold(0.0, f64::max)
 }

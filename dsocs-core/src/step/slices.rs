@@ -356,7 +356,7 @@ pub(crate) fn smooth<K: Walked, Z: Unknowns>(
 ) -> Halt {
     let shape = system.shape();
     let third = shape.is_of_third_order();
-    let may_switch = !third && (shape.external_forces || shape.piecewise);
+    let may_switch = !third && shape.external_forces;
     let (n, m) = (shape.increments, shape.unknowns);
     if course.given.is_some() {
         return Halt::Asks(Question::Start);
@@ -375,7 +375,7 @@ pub(crate) fn smooth<K: Walked, Z: Unknowns>(
             return Halt::Done;
         }
         let index = course.clock.index() + course.ahead;
-        if shape.jumps && course.looks_at <= index {
+        if shape.switches && course.looks_at <= index {
             return Halt::Asks(Question::Sides);
         }
         let t = if shape.depends_on_time {

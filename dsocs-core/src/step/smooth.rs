@@ -259,7 +259,7 @@ struct State<const N: usize> {
 
 /// Makes up to `count` steps of a run.
 pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, count: u64) -> Halt {
-    let may_switch = S::ORDER == 2 && (S::EXTERNAL_FORCES || S::PIECEWISE);
+    let may_switch = S::ORDER == 2 && S::EXTERNAL_FORCES;
     let Some(vectors) = course.vectors.arrays::<N>().filter(|_| course.given.is_none()) else {
         return Halt::Asks(Question::Start);
     };
@@ -282,7 +282,7 @@ pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, cou
             break Halt::Done;
         }
         let index = course.clock.index() + course.ahead;
-        if S::JUMPS && course.looks_at <= index {
+        if S::SWITCHING && course.looks_at <= index {
             break Halt::Asks(Question::Sides);
         }
         let leg = Leg {

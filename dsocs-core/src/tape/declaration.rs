@@ -649,6 +649,22 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Sides, Part::All, &at)
     }
 
+    /// How many arguments there are of whatever is given by pieces, and of poles; those of [`Declaration::sides`] are the first.
+    pub(crate) fn switches(&self) -> usize {
+        self.count(Segment::Switches, Part::All)
+    }
+
+    /// These arguments.
+    pub(crate) fn switch_arguments(&self, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
+        self.all(Segment::Switches, Part::All, &at)
+    }
+
     /// The rows of [`Declaration::declared`] with sides in the place of signs.
     pub(crate) fn sided<T: Number>(
         &self,

@@ -1,7 +1,7 @@
 //! The format of a tape: which segments it has, and what their expressions are made of.
 
 /// The first byte of a tape.
-pub(crate) const VERSION: u8 = 4;
+pub(crate) const VERSION: u8 = 5;
 
 /// What an expression is made of in the end, besides numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -100,10 +100,12 @@ pub enum Segment {
     Sided,
     /// The rows of the continuous system in the same way; then its constraint force.
     SidedContinuous,
+    /// The arguments of whatever is given by pieces, and what is divided by: first those of [`Segment::Sides`].
+    Switches,
 }
 
 /// How many segments a tape has.
-pub(crate) const SEGMENTS: usize = Segment::SidedContinuous as usize + 1;
+pub(crate) const SEGMENTS: usize = Segment::Switches as usize + 1;
 
 /// Which of a segment's results are wanted: those of rows without their Jacobian, of a point without the force, or the rest.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -62,6 +62,8 @@ pub struct Shape {
     pub jumps: bool,
     /// Whether a row has a `signum` or a comparison that positions or velocities decide.
     pub piecewise: bool,
+    /// Whether anything is given by pieces or divided by what may be zero, as the motion or the time decides.
+    pub switches: bool,
     /// Whether rows were multiplied by more than a number.
     pub scaled: bool,
     /// Whether the declaration names a factor to be divided out of a row.

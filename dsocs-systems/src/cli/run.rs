@@ -338,12 +338,24 @@ impl Lost {
 }
 
 /// What is to be said of steps within which something jumps.
-fn switched(Unresolved { steps, first, .. }: Unresolved) -> String {
+fn switched(
+    Unresolved {
+        steps,
+        first,
+        largest,
+    }: Unresolved,
+) -> String {
+    let plural = if steps == 1 { "" } else { "s" };
+    if largest.is_infinite() {
+        return format!(
+            "warning: a force is infinite, or the velocity has to jump, within {steps} step{plural} that the run has passed, first about t = {first:.3}: what \
+             comes after depends on where the nodes lie (`--tolerance` ends where the motion does)"
+        );
+    }
     format!(
-        "warning: a force or a constraint jumps, or nearly so, within {steps} step{}, first about t = {first:.3}: there the motion has an error of the first \
+        "warning: a force or a constraint jumps, or nearly so, within {steps} step{plural}, first about t = {first:.3}: there the motion has an error of the first \
          order in the step (a smaller `--step`; or `--tolerance`, which goes on from the place of the jump itself; `--estimate-error` measures what \
-         it costs)",
-        if steps == 1 { "" } else { "s" }
+         it costs)"
     )
 }
 

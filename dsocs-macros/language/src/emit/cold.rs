@@ -10,12 +10,12 @@ use super::program::{Calls, Segment, number};
 use super::stages::{Stages, single};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::hash::HashMap;
-use crate::mechanics::{self, Sides, StepEquations};
+use crate::mechanics::{self, Sides, StepEquations, Switches};
 use crate::model::{Kind, Model};
 use crate::passes;
 
 /// The version of the format, as `dsocs_core` knows it.
-const VERSION: u8 = 4;
+const VERSION: u8 = 5;
 
 /// Expressions of a step as it was declared.
 pub(super) struct Declared {
@@ -53,6 +53,7 @@ pub(super) struct Expressions {
     external: Vec<NodeId>,
     /// The momentum with which a leg arrives.
     arriving: Vec<NodeId>,
+    switches: Switches,
 }
 
 impl Expressions {
@@ -93,11 +94,17 @@ impl Expressions {
             force: equations.force,
             external,
             arriving,
+            switches: mechanics::switches(model),
         }
     }
 
     pub(super) fn graph(&self) -> &Graph {
         &self.graph
+    }
+
+    /// Whether there are switches.
+    pub(super) fn have_switches(&self) -> bool {
+        !self.switches.arguments.is_empty()
     }
 }
 
@@ -126,7 +133,7 @@ pub(super) fn tape(
 }
 
 /// How many segments a tape has.
-const SEGMENTS: usize = 27;
+const SEGMENTS: usize = 28;
 
 /// A tape of constants alone.
 pub(super) fn of_constants(constants: &Segment) -> Vec<u8> {
@@ -246,6 +253,8 @@ fn segments(
     let continuous_forms = of(&model.graph, &forms_of_point, 0);
     let [phase, pair, phase_slopes] = lower_order(model, &mut of);
     let [sides, sided, sided_continuous] = sided(model, &mut of);
+    let Switches { graph, arguments } = &expressions.switches;
+    let switches = of(graph, arguments, 0);
     let lagrangian = of(&expressions.graph, &[model.lagrangian], 0);
     let discrete_lagrangian = of(&expressions.graph, &[expressions.discrete_lagrangian], 0);
     let observed: Vec<NodeId> = model.observe.iter().map(|&(_, node)| node).collect();
@@ -287,6 +296,7 @@ fn segments(
         sides,
         sided,
         sided_continuous,
+        switches,
     ]
 }
 

@@ -30,6 +30,7 @@ pub(crate) struct Facts {
     pub(crate) linear: bool,
     pub(crate) jumps: bool,
     pub(crate) piecewise: bool,
+    pub(crate) switches: bool,
     pub(crate) scaled: bool,
     pub(crate) divided: bool,
     pub(crate) symmetry: Symmetry,
@@ -42,7 +43,7 @@ impl Facts {
         graph: &Graph,
         stages: &Stages,
         unknowns: &Unknowns,
-        symmetry: Symmetry,
+        (symmetry, switches): (Symmetry, bool),
     ) -> Self {
         let n = model.coordinates.len();
         let affine = |&entry: &NodeId| graph.leaves(entry).all(|leaf| !matches!(leaf, Leaf::Z(_)));
@@ -71,6 +72,7 @@ impl Facts {
             linear: unknowns.jacobian.iter().flatten().all(affine),
             jumps: unknowns.rows.iter().any(jumps),
             piecewise: solved.any(|&value| graph.deciding(value).any(moves)),
+            switches,
             scaled: unknowns.scaled(graph),
             divided: (model.constraints.iter()).any(|row| row.divided || row.divide.is_some()),
             symmetry,

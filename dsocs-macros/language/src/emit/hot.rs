@@ -77,6 +77,7 @@ fn types(facts: &Facts) -> TokenStream {
         linear,
         jumps,
         piecewise,
+        switches,
         scaled,
         divided,
         ..
@@ -102,6 +103,7 @@ fn types(facts: &Facts) -> TokenStream {
         const LINEAR: bool = #linear;
         const JUMPS: bool = #jumps;
         const PIECEWISE: bool = #piecewise;
+        const SWITCHING: bool = #switches;
         const SCALED: bool = #scaled;
         const DIVIDED: bool = #divided;
 

@@ -83,7 +83,13 @@ fn assembled<R>(model: &Model, make: impl FnOnce(Assembled<'_>) -> R) -> R {
     let stages = Stages::new(&graph, &step, &unknowns, energy);
     make(Assembled {
         model,
-        facts: Facts::new(model, &graph, &stages, &unknowns, symmetry),
+        facts: Facts::new(
+            model,
+            &graph,
+            &stages,
+            &unknowns,
+            (symmetry, expressions.have_switches()),
+        ),
         stages,
         graph: &graph,
         declared,

@@ -9,6 +9,7 @@
 //! - [`lower_order`]: what constraints of lower order ask of a pair of nodes and of a start;
 //! - [`mod@annihilator`]: the virtual displacements from the forces, `C_V` from `F_V`;
 //! - [`mod@sides`]: functions that jump with the velocity, with their sides as leaves;
+//! - [`mod@switches`]: where a declaration is given by pieces, or divides by what may be zero;
 //! - [`factor`]: whether a declared factor divides its constraint;
 //! - [`symmetry`]: whether the step is symmetric in time.
 
@@ -21,6 +22,7 @@ mod lower_order;
 mod nodes;
 mod sides;
 mod step;
+mod switches;
 mod symmetry;
 mod works;
 
@@ -33,6 +35,7 @@ pub(crate) use lower_order::{pair, phase};
 pub(crate) use nodes::PointNodes;
 pub(crate) use sides::{Sides, sides};
 pub(crate) use step::{StepEquations, step};
+pub(crate) use switches::{Switches, switches};
 pub use symmetry::Symmetry;
 
 #[cfg(test)]

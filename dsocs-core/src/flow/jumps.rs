@@ -1,0 +1,162 @@
+//! The steps of a flow in which something jumps.
+//!
+//! A step is a motion from the middle of one leg to that of the next. Where an argument of the declaration changes its sign on this way, it is asked what jumps
+//! there ([`OnWay`]). Neither a stop nor a release at the bound of a side costs an order, so the arguments of what rests when the step begins or when it ends
+//! are not asked for.
+
+use super::discrete::Discrete;
+use crate::number::point::AnyLeg;
+use crate::regularity::sides::Piece;
+use crate::run::Unresolved;
+use crate::solve::Vector;
+use crate::start::Beginning;
+use crate::step::crossing::OnWay;
+use crate::step::jumps;
+use crate::step::switches::{self, Crossing, Way};
+use crate::tape::declaration::Declaration;
+
+/// The arguments of a run's switches.
+#[derive(Clone, Debug)]
+pub(super) struct Switches {
+    /// The signs with which the motion left the last way that was looked at.
+    came: Vec<f64>,
+    /// The number of the step after it.
+    index: u64,
+}
+
+/// What holds on a step.
+#[derive(Clone, Copy)]
+pub(super) struct Span<'a> {
+    /// Where the arguments of functions that jump with the velocity are when it begins; those between rest. Empty where none rests.
+    pub(super) before: &'a [Piece],
+    /// Where they are when it ends.
+    pub(super) after: &'a [Piece],
+    /// The values of inputs that change at its middle node.
+    pub(super) inputs: Option<&'a [f64]>,
+}
+
+impl Span<'_> {
+    /// Whether anything rests when it begins or when it ends.
+    fn rests(&self) -> bool {
+        self.before.contains(&Piece::Between) || self.after.contains(&Piece::Between)
+    }
+}
+
+impl Switches {
+    /// Those of a start; `None` if there are none that are watched.
+    pub(super) fn of(declaration: &Declaration<'_>) -> Option<Self> {
+        let count = declaration.switches();
+        (count > 0 && !declaration.shape().is_of_third_order()).then(|| Self {
+            came: vec![0.0; count],
+            index: 0,
+        })
+    }
+
+    /// Forgets where the motion comes from.
+    pub(super) fn forget(&mut self) {
+        self.came.fill(0.0);
+    }
+}
+
+impl Discrete<'_> {
+    /// In how many steps an argument may change its sign, if the second difference is about `e`; 0 if one may do so in the next step.
+    pub(super) fn clear_of_switches(&self, e: &Vector) -> u64 {
+        let leg = AnyLeg {
+            t: self.course.time(),
+            ..self.next_leg()
+        };
+        let h = self.course.h;
+        switches::clear_after(&self.declaration(), &|part| between(h, leg, e, part))
+    }
+
+    /// Looks for jumps on the way of the next step, whose second difference is known, from the start on if it is the first. Returns whether an argument
+    /// changes its sign there.
+    #[cold]
+    pub(super) fn look_for_jumps(&mut self, span: Span<'_>, e: &[f64]) -> bool {
+        let Some(mut switches) = self.switches.take() else {
+            return false;
+        };
+        let (index, h) = (self.course.index(), self.course.h);
+        if switches.index != index {
+            switches.forget();
+        }
+        let leg = AnyLeg {
+            t: self.course.time(),
+            ..self.next_leg()
+        };
+        let first = |part: f64| first_half(&self.beginning, h, leg, part);
+        let way = |part: f64| between(h, leg, e, part);
+        let (mut part, mut any) = (0.0_f64, false);
+        let ways: [(&Way<'_>, f64); 2] = [(&first, 0.5 * h), (&way, h)];
+        for (way, duration) in &ways[usize::from(index != 1)..] {
+            let found = self.crossings(way, &mut switches.came, span);
+            if found.is_empty() {
+                continue;
+            }
+            any = true;
+            let now = self.declaration();
+            let on = OnWay {
+                way: *way,
+                duration: *duration,
+                h,
+                // inputs change at the middle node
+                declarations: [
+                    span.inputs
+                        .map_or(now, |inputs| Declaration::of(self.kernel).with(inputs)),
+                    now,
+                ],
+                pieces: span.before,
+            };
+            for crossing in &found {
+                part = part.max(on.jump_at(*crossing));
+            }
+            if !span.rests() {
+                part = part.max(on.kick(&found));
+            }
+        }
+        let time = leg.t;
+        switches.index = index + 1;
+        self.switches = Some(switches);
+        if part > jumps::TOLD {
+            Unresolved::count(&mut self.unresolved, time, part);
+        }
+        any
+    }
+
+    /// Where arguments change their signs on a way, but for those of what rests on it, comes to rest or is let go, and of what keeps its side: just after a
+    /// release an argument is not yet clear of zero.
+    fn crossings(&self, way: &Way<'_>, came: &mut [f64], span: Span<'_>) -> Vec<Crossing> {
+        let (t, q, v) = way(1.0);
+        let ends = self.declaration().switch_arguments(t, &q, &v);
+        switches::crossings(self.declaration(), way, came, |switch| {
+            let Some(before) = span.before.get(switch) else {
+                return true;
+            };
+            let after = span.after.get(switch).copied();
+            let after = after.unwrap_or_else(|| Piece::of(ends.get(switch).copied().unwrap_or(0.0)));
+            *before != after && *before != Piece::Between && after != Piece::Between
+        })
+    }
+}
+
+/// The way from the start, at 0, to the middle of the first leg, at 1.
+pub(super) fn first_half(
+    beginning: &Beginning,
+    h: f64,
+    leg: AnyLeg<'_, f64>,
+    part: f64,
+) -> (f64, Vector, Vector) {
+    let q = beginning.q0.zip(leg.d, |q, d| q + 0.5 * part * d);
+    // what jumps at rest has its side in motion
+    (beginning.t0 + 0.5 * part * h, q, Vector::of(leg.d).map(|d| d / h))
+}
+
+/// The way of a step from the middle of its first leg, at 0, to that of the second, at 1: time, position and velocity, as the acceleration is the same all along.
+pub(super) fn between(h: f64, leg: AnyLeg<'_, f64>, e: &[f64], part: f64) -> (f64, Vector, Vector) {
+    let place = part - 0.5;
+    let q = Vector::from_fn(e.len(), |i| {
+        leg.q[i] + place * (leg.d[i] + 0.5 * e[i] + 0.5 * place * e[i])
+    });
+    let v = Vector::of(leg.d).zip(e, |d, e| (d + part * e) / h);
+    (leg.t + place * h, q, v)
+}

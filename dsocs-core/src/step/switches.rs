@@ -1,0 +1,245 @@
+//! The places on the way of a step at which a declaration changes its piece.
+//!
+//! The declaration tells the arguments of all that is given by pieces, and what it divides by. Where one of them changes its sign on a way, the place is found
+//! to rounding. What jumps there is told by [`crossing`](super::crossing).
+
+use super::jumps;
+use crate::solve::Vector;
+use crate::tape::declaration::Declaration;
+
+/// At these parts of a way arguments are looked at.
+const PLACES: [f64; 3] = [0.0, 0.5, 1.0];
+
+/// So often a bracket is halved.
+const HALVINGS: u32 = 48;
+
+/// A bracket is left when it is as short as this part of the way: what is smooth is the same at both of its ends.
+const SHORT: f64 = 1e-12;
+
+/// From a bracket it is gone farther so often, twice as far each time, until the argument has its sign to all digits that it has; and then so much farther.
+const DOUBLINGS: u32 = 20;
+const MARGIN: usize = 3;
+
+/// Where a parabola through three values of an argument comes nearer to zero than this part of its range, its extremum is looked for.
+const NEARLY: f64 = 0.1;
+
+/// So often the part of a way in which an extremum lies is made shorter.
+const SHORTENINGS: u32 = 40;
+
+/// Arguments are looked at again before they may have gone this part of their way to zero, by how they change, in either direction, and how that changes.
+const BOLD: f64 = 0.5;
+
+/// So many steps are made at most before arguments are looked at again.
+pub(crate) const MOST: f64 = 256.0;
+
+/// Where an argument would be zero after so many steps, as it has changed in the last one, it may be zero in the next.
+const NEAR: f64 = 1.5;
+
+/// Time, position and velocity at a part of a way, from 0 to 1 and a little beyond.
+pub(crate) type Way<'a> = dyn Fn(f64) -> (f64, Vector, Vector) + 'a;
+
+/// Where an argument changes its sign on a way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crossing {
+    /// Which argument.
+    pub(crate) switch: usize,
+    /// Parts of the way before the place and after it, close together.
+    pub(crate) parts: [f64; 2],
+}
+
+/// The arguments on a way.
+struct Arguments<'a> {
+    declaration: Declaration<'a>,
+    way: &'a Way<'a>,
+}
+
+impl Arguments<'_> {
+    fn all(&self, part: f64) -> Vec<f64> {
+        let (t, q, v) = (self.way)(part);
+        self.declaration.switch_arguments(t, &q, &v)
+    }
+
+    fn one(&self, part: f64, switch: usize) -> f64 {
+        self.all(part).get(switch).copied().unwrap_or(f64::NAN)
+    }
+
+    /// Makes the part of a way shorter at whose ends an argument has different signs.
+    fn narrow(&self, switch: usize, [mut before, mut after]: [f64; 2], side: f64) -> Crossing {
+        for _ in 0..HALVINGS {
+            if after - before <= SHORT {
+                break;
+            }
+            let middle = 0.5 * (before + after);
+            if side * self.one(middle, switch) > 0.0 {
+                before = middle;
+            } else {
+                after = middle;
+            }
+        }
+        // clear of the zero itself, and of the rounding with which the declaration has the argument
+        let clear = |from: f64, direction: f64, side: f64| {
+            let parts = (0..DOUBLINGS).map(|k| from + direction * SHORT * f64::from(2_u32.pow(k)));
+            let found = parts.clone().position(|part| side * self.one(part, switch) > 0.0);
+            let place = found.map_or(DOUBLINGS as usize, |place| place + MARGIN);
+            from + direction * SHORT * 2.0_f64.powi(i32::try_from(place).unwrap_or(0))
+        };
+        Crossing {
+            switch,
+            parts: [clear(before, -1.0, side), clear(after, 1.0, -side)],
+        }
+    }
+
+    /// The place between two where an argument comes nearest to zero, if it goes beyond.
+    fn beyond(&self, switch: usize, [mut from, mut to]: [f64; 2], side: f64) -> Option<f64> {
+        let value = |part: f64| side * self.one(part, switch);
+        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let places = |from: f64, to: f64| [to - golden * (to - from), from + golden * (to - from)];
+        let [mut left, mut right] = places(from, to);
+        let [mut at_left, mut at_right] = [value(left), value(right)];
+        for _ in 0..SHORTENINGS {
+            if at_left < 0.0 {
+                return Some(left);
+            }
+            if at_right < 0.0 {
+                return Some(right);
+            }
+            if at_left < at_right {
+                (to, right, at_right) = (right, left, at_left);
+                left = places(from, to)[0];
+                at_left = value(left);
+            } else {
+                (from, left, at_left) = (left, right, at_right);
+                right = places(from, to)[1];
+                at_right = value(right);
+            }
+        }
+        None
+    }
+}
+
+/// The value at the extremum of the parabola through three equally spaced values, if it lies between the first and the last.
+fn extremum([first, middle, last]: [f64; 3]) -> Option<f64> {
+    let (slope, bend) = (0.5 * (last - first), first - 2.0 * middle + last);
+    let place = -slope / bend;
+    (place.abs() < 1.0).then(|| middle + 0.5 * slope * place)
+}
+
+/// Where arguments change their signs on a way, in the order of time. `came` are the signs with which the motion came to its beginning, 0 if that is not
+/// known; those with which it leaves it are put in their place. Some are not asked for.
+pub(crate) fn crossings(
+    declaration: Declaration<'_>,
+    way: &Way<'_>,
+    came: &mut [f64],
+    is_asked: impl Fn(usize) -> bool,
+) -> Vec<Crossing> {
+    let arguments = Arguments { declaration, way };
+    let values = PLACES.map(|part| arguments.all(part));
+    let mut found = Vec::new();
+    for (switch, came) in came.iter_mut().enumerate() {
+        let own = [0, 1, 2].map(|place| values[place].get(switch).copied().unwrap_or(f64::NAN));
+        let (mut side, mut from) = (*came, 0.0);
+        *came = own
+            .iter()
+            .rev()
+            .find(|value| **value != 0.0)
+            .map_or(0.0, |value| value.signum());
+        if !is_asked(switch) {
+            continue;
+        }
+        if side * own[0] < 0.0 {
+            // it has changed just where the way before this one ended, as another polynomial tells
+            from = (1..=20)
+                .map(|k| -1e-8 * f64::from(2_u32.pow(k)))
+                .find(|part| side * arguments.one(*part, switch) > 0.0)
+                .unwrap_or(0.0);
+        }
+        let before = found.len();
+        for (place, value) in PLACES.iter().zip(own) {
+            if side * value < 0.0 {
+                if from < *place {
+                    found.push(arguments.narrow(switch, [from, *place], side));
+                }
+                side = -side;
+            } else if side == 0.0 && value != 0.0 {
+                side = value.signum();
+            }
+            if value != 0.0 {
+                from = *place;
+            }
+        }
+        if found.len() > before || side == 0.0 {
+            continue;
+        }
+        // to zero and back
+        let range = jumps::range(own.iter().copied());
+        let nearest = extremum(own).map_or(f64::INFINITY, |value| side * value);
+        if nearest < NEARLY * (range[1] - range[0])
+            && let Some(beyond) = arguments.beyond(switch, [0.0, 1.0], side)
+        {
+            found.push(arguments.narrow(switch, [0.0, beyond], side));
+            found.push(arguments.narrow(switch, [beyond, 1.0], -side));
+        }
+    }
+    found.sort_by(|x, y| x.parts[0].total_cmp(&y.parts[0]));
+    found
+}
+
+/// In how many steps an argument on a side may come to zero, as it changes from step to step and as that changes; 0 if it may do so in the next.
+pub(crate) fn clear(side: f64, way: f64, change: f64, turn: f64) -> f64 {
+    let (nears, turns) = ((-side * change).max(0.0), turn.abs());
+    if way < NEAR * (nears + turns) {
+        return 0.0;
+    }
+    // as far as `moves k + turns k²/2` is a part of the way; what goes away and turns only later may come back as quickly
+    let (part, moves) = (BOLD * way, change.abs());
+    let steps = 2.0 * part / (moves + (moves * moves + 2.0 * turns * part).sqrt());
+    steps.clamp(1.0, MOST)
+}
+
+/// In how many steps an argument may come to zero after a way; 0 if one may do so in the next.
+pub(crate) fn clear_after(declaration: &Declaration<'_>, way: &Way<'_>) -> u64 {
+    let [first, middle, last] = PLACES.map(|part| {
+        let (t, q, v) = way(part);
+        declaration.switch_arguments(t, &q, &v)
+    });
+    let clears = (0..last.len()).map(|g| {
+        let (change, turn) = (last[g] - first[g], 4.0 * (first[g] - 2.0 * middle[g] + last[g]));
+        let side = last[g].signum();
+        if [first[g], middle[g], last[g]]
+            .iter()
+            .all(|value| side * value > 0.0)
+        {
+            clear(side, last[g].abs(), change, turn)
+        } else {
+            0.0
+        }
+    });
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "between 0 and a few hundred"
+    )]
+    let steps = clears.fold(MOST, f64::min) as u64;
+    steps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_extremum_between_the_places_is_that_of_the_parabola() {
+        assert_eq!(extremum([1.0, 0.0, 1.0]), Some(0.0));
+        // (x - 1/2)² - 1/4
+        assert_eq!(extremum([2.0, 0.0, 0.0]), Some(-0.25));
+        assert_eq!(extremum([1.0, 2.0, 3.0]), None);
+    }
+
+    #[test]
+    fn what_comes_to_zero_soon_is_looked_at() {
+        assert_eq!(clear(1.0, 1.0, -1.0, 0.0), 0.0);
+        assert_eq!(clear(1.0, 10.0, -1.0, 0.0), 5.0);
+        assert_eq!(clear(1.0, 10.0, 1.0, 0.0), 5.0);
+        assert_eq!(clear(1.0, 1.0, 0.0, 0.0), MOST);
+    }
+}
