@@ -216,10 +216,7 @@ impl<'s> Discrete<'s> {
             self.look_for_singularity(&e, &z, report.guess)?;
         }
         self.course.predictor.push(&z);
-        let before = self
-            .contacts
-            .as_ref()
-            .map(|contacts| contacts.before(self.course.index()));
+        let before = self.contacts.as_ref().map(|contacts| contacts.pieces.clone());
         let span = Span {
             before: before.as_deref().unwrap_or(&[]),
             after: &[],

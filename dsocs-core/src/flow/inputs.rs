@@ -119,7 +119,7 @@ impl Discrete<'_> {
             guess: Guess::Given,
             ..report
         };
-        let pieces = self.contacts.as_ref().map(|contacts| contacts.before(index));
+        let pieces = self.contacts.as_ref().map(|contacts| contacts.pieces.clone());
         let span = Span {
             before: pieces.as_deref().unwrap_or(&[]),
             after: &[],

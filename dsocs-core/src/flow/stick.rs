@@ -9,11 +9,11 @@ use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::multipliers;
 use crate::regularity::resting;
 use crate::regularity::sides::Piece;
-use crate::regularity::sticking::{self, Contact, Outlook};
+use crate::regularity::sticking::{self, Contact, Outlook, Solution};
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::solve::predictor::PAST;
-use crate::start::Beginning;
+use crate::start::{self, Beginning};
 use crate::tape::declaration::Declaration;
 
 /// What is known of the arguments of functions that jump with the velocity.
@@ -71,27 +71,12 @@ impl Contacts {
     }
 }
 
-impl Contacts {
-    /// Where the arguments were before the step with a number; of one that has been zero for a leg alone, where it came from.
-    pub(super) fn before(&self, index: u64) -> Vec<Piece> {
-        let has_just_changed = self.changed == Some(index);
-        let both = self.pieces.iter().zip(&self.earlier);
-        both.map(|(piece, earlier)| {
-            if has_just_changed && *piece == Piece::Between {
-                *earlier
-            } else {
-                *piece
-            }
-        })
-        .collect()
-    }
-}
-
 impl Discrete<'_> {
     /// The next step, with a declaration and its contacts.
     fn contact<'a>(&'a self, declaration: Declaration<'a>, contacts: &'a Contacts) -> Contact<'a> {
         Contact {
             declaration,
+            before: None,
             h: self.course.h,
             leg: AnyLeg {
                 t: self.course.time(),
@@ -147,7 +132,12 @@ impl Discrete<'_> {
             outlook = self.contact(self.declaration(), contacts).outlook(e, bend);
             if let Some(before) = &self.before {
                 let old = Declaration::of(self.kernel).with(before);
-                if self.contact(old, contacts).outlook(e, bend) == Outlook::Sided {
+                // the past knows nothing of the new values
+                let next = self.new_second_difference();
+                let of_new = |e: Vector| self.contact(self.declaration(), contacts).outlook(&e, &none);
+                if self.contact(old, contacts).outlook(e, bend) == Outlook::Sided
+                    || next.map_or(Outlook::Sided, of_new) == Outlook::Sided
+                {
                     return Outlook::Sided;
                 }
             }
@@ -166,6 +156,14 @@ impl Discrete<'_> {
             return Outlook::Clear(steps);
         }
         outlook
+    }
+
+    /// The second difference of the acceleration at the middle node with the velocity that leads there, as inputs are from there on.
+    fn new_second_difference(&self) -> Option<Vector> {
+        let (leg, h) = (self.next_leg(), self.course.h);
+        let v = Vector::of(leg.d).map(|d| d / h);
+        let found = start::acceleration(&self.declaration(), (self.course.time(), leg.q, &v), None);
+        found.ok().map(|(a, _)| a.map(|a| h * h * a))
     }
 
     /// Whether arguments are to be looked at in the next step.
@@ -328,7 +326,7 @@ impl Discrete<'_> {
         };
         let index = self.course.index();
         let span = Span {
-            before: &contacts.before(index),
+            before: &contacts.pieces,
             after: &solution.pieces,
             inputs: None,
         };
@@ -344,7 +342,7 @@ impl Discrete<'_> {
         Some(report)
     }
 
-    /// Solves the step where inputs change: the mean of what both values say, since each holds in one half of it.
+    /// Solves the step where inputs change: each of their values holds in one half of it.
     fn solve_between(
         &mut self,
         contacts: &mut Contacts,
@@ -352,43 +350,32 @@ impl Discrete<'_> {
         guess: &[f64],
     ) -> Option<StepReport> {
         let index = self.course.index();
-        let (e, multipliers, report, pieces, force) = {
-            let multipliers = vec![0.0; self.shape().multipliers()];
-            let [old, new] = [before, &self.values[..]].map(|values| {
-                let contact = self.contact(Declaration::of(self.kernel).with(values), contacts);
-                let solution = contact.solve(guess, &multipliers)?;
-                let force =
-                    contact
-                        .declaration
-                        .sided_force(contact.h, contact.leg, &solution.e, &solution.sides);
-                Some((solution, force))
-            });
-            let ((old, old_force), (new, new_force)) = (old?, new?);
-            let mean = |x: &[f64], y: &[f64]| Vector::of(x).zip(y, |x, y| 0.5 * (x + y));
-            let e = mean(&old.e, &new.e);
-            let next = self.contact(self.declaration(), contacts).pieces_after(&e);
-            let rests = old.pieces.iter().zip(&new.pieces);
-            let rests = rests.map(|(old, new)| (*old, *new) == (Piece::Between, Piece::Between));
-            let pieces: Vec<Piece> = rests
-                .zip(next)
-                .map(|(rests, next)| if rests { Piece::Between } else { next })
-                .collect();
-            let steady = !old.switches && !new.switches && pieces.contains(&Piece::Between);
-            let report = StepReport {
-                iterations: old.evaluations + new.evaluations,
-                stop: if steady { Stop::Sticks } else { Stop::Update },
-                guess: Guess::Given,
+        let (solution, force) = {
+            let contact = Contact {
+                before: Some(Declaration::of(self.kernel).with(before)),
+                ..self.contact(self.declaration(), contacts)
             };
-            (
-                e,
-                mean(&old.multipliers, &new.multipliers),
-                report,
-                pieces,
-                mean(&old_force, &new_force),
-            )
+            let solution = contact.solve(guess, &vec![0.0; self.shape().multipliers()])?;
+            let force = Vector::of(&contact.force(&solution));
+            (solution, force)
         };
+        let report = StepReport {
+            iterations: solution.evaluations,
+            stop: if solution.rests() && !solution.switches {
+                Stop::Sticks
+            } else {
+                Stop::Update
+            },
+            guess: Guess::Given,
+        };
+        let Solution {
+            e,
+            multipliers,
+            pieces,
+            ..
+        } = solution;
         let span = Span {
-            before: &contacts.before(index),
+            before: &contacts.pieces,
             after: &pieces,
             inputs: Some(before),
         };

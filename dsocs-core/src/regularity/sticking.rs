@@ -50,6 +50,9 @@ const SAME: f64 = 1e-9;
 /// An argument that arrives at zero in this last part of a span does so at the beginning of the next: too little is left for a side to be told.
 const LATE: f64 = 1e-6;
 
+/// The part of a step after which its middle node comes.
+const MIDDLE: f64 = 0.5;
+
 /// So many arguments may arrive at zero in one step, for each that there is.
 const ARRIVALS: usize = 4;
 
@@ -61,6 +64,8 @@ pub(crate) struct Solution {
     pub(crate) multipliers: Vec<f64>,
     /// The sides, in the mean over the step.
     pub(crate) sides: Vec<f64>,
+    /// Where inputs change at the middle node, what those before it are of that mean.
+    pub(crate) before: Vec<f64>,
     /// The arguments on the second leg; those between rest.
     pub(crate) pieces: Vec<Piece>,
     /// Whether an argument that was not zero is, or has changed its sign.
@@ -81,6 +86,8 @@ impl Solution {
 pub(crate) struct Contact<'a> {
     /// The declaration.
     pub(crate) declaration: Declaration<'a>,
+    /// The declaration up to the middle node, where inputs change there.
+    pub(crate) before: Option<Declaration<'a>>,
     /// The step.
     pub(crate) h: f64,
     /// The first two nodes.
@@ -146,10 +153,10 @@ pub(crate) fn rests_at(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f6
 
 /// What holds in a part of a step, from an arrival on.
 struct Span<'a> {
-    /// What the sides before have done, each multiplied by its part of the step.
-    kept: &'a [f64],
-    /// The part of the step that is left.
-    left: f64,
+    /// What the sides before have done, each multiplied by its part of the step: up to the middle node where inputs change there, and from there on.
+    kept: &'a [Vec<f64>; 2],
+    /// The part of the step that has gone by.
+    done: f64,
     /// Which arguments are zero when it begins: their sides are unknown.
     free: &'a [bool],
 }
@@ -250,15 +257,16 @@ impl Contact<'_> {
         let mut free: Vec<bool> = (0..count)
             .map(|g| pieces[g].side() * arguments[g] <= 0.0)
             .collect();
-        let (mut kept, mut done) = (vec![0.0; count], 0.0);
+        let (mut kept, mut done) = ([vec![0.0; count], vec![0.0; count]], 0.0);
         let mut evaluations = 0;
         let mut x: Vec<f64> = e.iter().chain(multipliers).copied().collect();
-        for left in (0..=ARRIVALS * count).rev() {
+        let changes = usize::from(self.before.is_some());
+        for left in (0..=ARRIVALS * count + changes).rev() {
             let begin = |g: usize| if free[g] { Piece::Between } else { pieces[g] };
             let guess = Sided::guess(x, (0..count).map(begin).collect());
             let span = Span {
                 kept: &kept,
-                left: 1.0 - done,
+                done,
                 free: &free,
             };
             let linearize = |x: &[f64], sides: &[f64]| self.linearize(x, sides, &span);
@@ -287,8 +295,18 @@ impl Contact<'_> {
                 let is_beyond = !free[g] && pieces[g].side() * next[g] < 0.0;
                 is_beyond.then(|| arguments[g] / (arguments[g] - next[g]))
             };
-            let first = (0..count).filter_map(arrives).fold(1.0, f64::min);
-            let place = done + first * (1.0 - done);
+            let until = if self.is_before(done) {
+                (MIDDLE - done) / (1.0 - done)
+            } else {
+                1.0
+            };
+            let first = (0..count).filter_map(arrives).fold(until, f64::min);
+            // not a little before it
+            let place = if first >= until && until < 1.0 {
+                MIDDLE
+            } else {
+                done + first * (1.0 - done)
+            };
             if place >= 1.0 - LATE || left == 0 {
                 if !is_known {
                     return None;
@@ -297,10 +315,12 @@ impl Contact<'_> {
                 let multipliers = x.split_off(n);
                 let switches =
                     (0..count).any(|g| self.pieces[g] != Piece::Between && pieces[g] != self.pieces[g]);
+                let [before, after] = kept;
                 return Some(Solution {
                     sides: (0..count)
-                        .map(|g| kept[g] + (1.0 - done) * found.sides[g])
+                        .map(|g| before[g] + after[g] + (1.0 - done) * found.sides[g])
                         .collect(),
+                    before,
                     e: x,
                     multipliers,
                     pieces,
@@ -311,8 +331,9 @@ impl Contact<'_> {
             let arrived: Vec<bool> = (0..count)
                 .map(|g| arrives(g).is_some_and(|part| part <= first))
                 .collect();
+            let part = usize::from(!self.is_before(done));
             for g in 0..count {
-                kept[g] += (place - done) * found.sides[g];
+                kept[part][g] += (place - done) * found.sides[g];
                 arguments[g] += first * (next[g] - arguments[g]);
                 free[g] = arrived[g] || pieces[g] == Piece::Between;
             }
@@ -321,9 +342,23 @@ impl Contact<'_> {
         None
     }
 
-    /// The pieces of the arguments on the leg after a second difference.
-    pub(crate) fn pieces_after(&self, e: &[f64]) -> Vec<Piece> {
-        pieces_of_leg(&self.declaration, self.h, self.next(e).any())
+    /// Whether inputs still change after a part of the step.
+    fn is_before(&self, done: f64) -> bool {
+        self.before.is_some() && done < MIDDLE
+    }
+
+    /// The constraint force of a solution.
+    pub(crate) fn force(&self, solution: &Solution) -> Vec<f64> {
+        let (h, leg, e) = (self.h, self.leg, &solution.e);
+        let Some(before) = &self.before else {
+            return self.declaration.sided_force(h, leg, e, &solution.sides);
+        };
+        // each holds in one half
+        let old = before.sided_force(h, leg, e, &map(&solution.before, |side| side / MIDDLE));
+        let sides = solution.sides.iter().zip(&solution.before);
+        let sides: Vec<f64> = sides.map(|(side, before)| (side - before) / MIDDLE).collect();
+        let new = self.declaration.sided_force(h, leg, e, &sides);
+        old.iter().zip(&new).map(|(old, new)| 0.5 * (old + new)).collect()
     }
 
     /// Whether a solution with sides solves the declared rows, where every place has its own sign.
@@ -339,14 +374,32 @@ impl Contact<'_> {
     fn linearize(&self, x: &[f64], sides: &[f64], span: &Span<'_>) -> Linear {
         let (n, h) = (self.leg.q.len(), Tangent::splat(self.h));
         let leg = self.leg.map(Tangent::splat);
-        let left = Tangent::splat(span.left);
+        let left = Tangent::splat(1.0 - span.done);
         let rows = |x: &[Tangent], sides: &[Tangent]| {
-            let kept = sides.iter().zip(span.kept);
-            let mean: Vec<Tangent> = kept
-                .map(|(side, kept)| Tangent::splat(*kept) + left * *side)
-                .collect();
+            let [before, after] = span.kept;
             let (e, multipliers) = x.split_at(n);
-            self.declaration.sided(h, leg.any(), e, multipliers, &mean)
+            let sided = |declaration: &Declaration<'_>, kept: &[f64], sides: &[Tangent], part: f64| {
+                let mean = sides.iter().zip(kept).map(|(side, kept)| {
+                    (Tangent::splat(*kept) + left * *side) * Tangent::splat(part.recip())
+                });
+                let mean: Vec<Tangent> = mean.collect();
+                declaration.sided(h, leg.any(), e, multipliers, &mean)
+            };
+            match &self.before {
+                None => sided(&self.declaration, after, sides, 1.0),
+                // up to the middle, the motion is as if nothing changed
+                Some(old) if span.done < MIDDLE => sided(old, before, sides, 1.0),
+                Some(old) => {
+                    let none = map(sides, |_| Tangent::splat(0.0));
+                    let old = sided(old, before, &none, MIDDLE);
+                    let new = sided(&self.declaration, after, sides, MIDDLE);
+                    let half = Tangent::splat(0.5);
+                    old.into_iter()
+                        .zip(new)
+                        .map(|(old, new)| half * (old + new))
+                        .collect()
+                }
+            }
         };
         let half = Tangent::splat(0.5);
         let arguments = |e: &[Tangent]| {
