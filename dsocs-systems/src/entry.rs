@@ -441,6 +441,13 @@ impl Entry {
         self.until
     }
 
+    /// Where a run with a step ends unless it is told otherwise, counted from its start: back in time with a negative step. A declaration whose own runs go
+    /// back in time goes nowhere else by itself.
+    pub(crate) fn until_with(&self, h: f64) -> f64 {
+        let until = self.default_until();
+        if until < 0.0 { until } else { until.copysign(h) }
+    }
+
     /// What `check` expects.
     #[must_use]
     pub fn expected(&self) -> Expected {

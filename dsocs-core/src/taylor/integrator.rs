@@ -44,6 +44,10 @@ const LEAST_JUMP: f64 = 1e-7;
 /// How far beside a switch the Lagrangian is compared, as a part of a step, and by which part of its terms it jumps.
 const BESIDE: [f64; 2] = [1e-8, 1e-5];
 
+/// So much farther away, what jumps is not much larger: by no more than this part of it, the other way round.
+const FARTHER: f64 = 10.0;
+const JUMPS_NEAR: f64 = 0.5;
+
 /// A time that is never reached. Terms of a series stay finite there, so that changes of sign are found on the way.
 const FAR: f64 = 1e100;
 
@@ -536,11 +540,15 @@ impl Integrator {
             let [l, e] = [declaration.lagrangian(t, q, v), declaration.energy(t, q, v)];
             [l, l + e, l.abs().max(e.abs())]
         };
-        let [before, beyond] = [-beside, beside].map(|s| (self.time() + s, at(s)));
-        let first = values(before.0, &before.1);
-        let [moved, last] = [before.0, beyond.0].map(|t| values(t, &beyond.1));
-        let size = first[2].max(last[2]);
-        (moved[0] - first[0]).abs() > least * size || (last[1] - first[1]).abs() > least * size
+        let jumps = |beside: f64| {
+            let [before, beyond] = [-beside, beside].map(|s| (self.time() + s, at(s)));
+            let first = values(before.0, &before.1);
+            let [moved, last] = [before.0, beyond.0].map(|t| values(t, &beyond.1));
+            [(moved[0] - first[0]).abs(), (last[1] - first[1]).abs(), first[2].max(last[2])]
+        };
+        let (near, far) = (jumps(beside), jumps(FARTHER * beside));
+        // what is smooth grows with the distance
+        (0..2).any(|k| near[k] > least * near[2] && near[k] > JUMPS_NEAR * far[k])
     }
 
     /// The next knot in the direction of the run, if it comes before a time; else that time.
@@ -683,7 +691,11 @@ impl Integrator {
             self.cut_to_range();
             sizes = self.sizes();
         }
-        let wanted = self.wanted(&sizes);
+        let mut wanted = self.wanted(&sizes);
+        if wanted.is_nan() {
+            // also where nothing moves, and nothing makes it do so
+            wanted = self.control.first_step(&self.series, self.order.current());
+        }
         self.next.set_order(self.order.next());
         let mut size = wanted.min(left.abs());
         if wanted.is_nan() || wanted < smallest {

@@ -273,7 +273,7 @@ fn plan(arguments: &RunArguments, entry: &Entry) -> Result<Plan, CliError> {
     let h = arguments.step.unwrap_or(entry.default_step());
     let until = arguments
         .until
-        .unwrap_or(arguments.from.t0() + entry.default_until().copysign(h));
+        .unwrap_or(arguments.from.t0() + entry.until_with(h));
     if until.is_infinite() {
         return Err(RunFailure::from(RunError::Until { until }).into());
     }

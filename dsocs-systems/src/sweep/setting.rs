@@ -78,7 +78,7 @@ impl Setting {
         }
         let until = plan
             .until
-            .unwrap_or(plan.start.t0 + entry.default_until().copysign(h));
+            .unwrap_or(plan.start.t0 + entry.until_with(h));
         if (until - plan.start.t0) * h < 0.0 {
             return Err(SweepError::plan(
                 "until",
