@@ -280,3 +280,187 @@ fn friction_that_grows_towards_rest_is_met_by_any_step() {
         "{apart:?}"
     );
 }
+
+/// Steps to a time, none of which is the half of another.
+fn steps(until: f64, counts: &[u32]) -> Vec<String> {
+    counts
+        .iter()
+        .map(|&count| format!("{:e}", until / f64::from(count)))
+        .collect()
+}
+
+/// A scene, the time to which it runs, and the numbers of its steps.
+type Scene = (&'static str, f64, &'static [u32]);
+
+/// Whether a run by every order and every step says something.
+fn said(scenes: &[Scene], is_right: impl Fn(&str) -> bool) {
+    for &(statements, until, counts) in scenes {
+        for order in ["2", "4", "6", "8"] {
+            for step in steps(until, counts) {
+                let text = format!("{statements} step = {step}; until = {until}; }}");
+                let (warnings, _) = run(&text, &["--order", order]);
+                assert!(is_right(&warnings), "{statements} {order} {step}: {warnings}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_jump_is_told_however_small_and_wherever_it_lies_in_a_step() {
+    let jumps: [Scene; 6] = [
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -1 + if t > 0.364 { 0.01 } else { 0 }; run { start = ([0], [3]);",
+            2.0,
+            &[53, 151, 367, 887],
+        ),
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = -0.02 * dot(x).signum(); run { start = ([1], [0]);",
+            8.0,
+            &[83, 367, 1301],
+        ),
+        (
+            "coordinates(y); lagrangian = dot(y).powi(2) / 2 - 9.81 * y; \
+             external_forces = if y < 1 { -200 * (y - 1) - 0.3 * dot(y) } else { 0 }; run { start = ([1.4], [0]);",
+            2.5,
+            &[151, 571, 1301],
+        ),
+        // touched for less than a step
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = if x > 0.999999 { -20 } else { 0 }; \
+             run { start = ([-1], [0]);",
+            5.0,
+            &[311, 500],
+        ),
+        // a pulse within a step
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = if t > 1.0001 && t < 1.0009 { 30 } else { 0 }; \
+             run { start = ([-1], [0]);",
+            3.0,
+            &[97, 301],
+        ),
+        // where the declared argument is a multiple of the time, and its zero no double
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = if 3 * t > 0.9 { 1 } else { 0.5 }; run { start = ([0], [0]);",
+            1.0,
+            &[10, 100, 64],
+        ),
+    ];
+    said(&jumps, |warnings| warnings.contains("of the first order"));
+}
+
+#[test]
+fn a_corner_is_no_jump() {
+    let corners: [Scene; 5] = [
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = if x > 0.3 { -1000 * (x - 0.3) } else { 0 }; \
+             run { start = ([0], [1]);",
+            2.0,
+            &[99, 397, 1604],
+        ),
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -dot(x).signum() * dot(x).abs().sqrt(); run { start = ([0], [1]);",
+            3.0,
+            &[300, 1001],
+        ),
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = (3 * t.sin()).max(dot(x)) - x.abs(); \
+             run { start = ([1], [0]);",
+            5.0,
+            &[211, 500],
+        ),
+        // a stop where what holds is near its limit
+        (
+            "coordinates(y); lagrangian = dot(y).powi(2) / 2; let c = 0.8 * (1 + 0.7 * (-dot(y).abs() / 0.2).exp()); \
+             external_forces = 1.3 - c * dot(y).signum(); run { start = ([0], [-0.42]);",
+            0.4,
+            &[21, 23, 32],
+        ),
+        // divided by what is zero where what is divided is, and by what is never zero
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = 0.1 * (2 + x.sin()).recip() - x.powi(3) / (1 + x.powi(2)); \
+             run { start = ([1], [0.3]);",
+            5.0,
+            &[101, 400],
+        ),
+    ];
+    said(&corners, str::is_empty);
+}
+
+#[test]
+fn what_is_infinite_and_what_makes_a_velocity_jump_is_told_as_such() {
+    let ends: [Scene; 5] = [
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -1 / (x - 0.5); run { start = ([0], [3]);",
+            1.6,
+            &[173, 400],
+        ),
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = 0.01 / (t - 0.5); run { start = ([0], [0]);",
+            1.6,
+            &[97, 133, 401],
+        ),
+        // a step of the potential, a mass that jumps, and a corner of a wire
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 0.1 * x.signum(); run { start = ([-1], [1]);",
+            2.0,
+            &[97, 133, 401],
+        ),
+        (
+            "coordinates(x); let m = if x > 0.1 { 2 } else { 1 }; lagrangian = m * dot(x).powi(2) / 2; run { start = ([-1], [1]);",
+            2.0,
+            &[97, 133, 401],
+        ),
+        (
+            "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; holonomic = [y - 0.5 * x.abs()]; \
+             run { start = ([-1, 0.5], [1, -0.5]);",
+            2.0,
+            &[97, 133],
+        ),
+    ];
+    for &(statements, until, counts) in &ends {
+        for order in ["2", "4", "6", "8"] {
+            for step in steps(until, counts) {
+                let text = format!("{statements} step = {step}; until = {until}; }}");
+                let (succeeds, [_, words]) = attempt(&text, "run", &["--order", order]);
+                let corner = statements.contains("holonomic");
+                assert!(
+                    !succeeds
+                        || words.contains("is infinite")
+                        || corner && words.contains("of the first order"),
+                    "{statements} {order} {step}: {words}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn an_input_may_change_where_a_mass_turns() {
+    // it slides with 0.02 when the push turns round, stops after 0.02 / 1.3, and goes back with 0.3 more in every second
+    let text = "parameters { p = 0.2 } coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = p - 0.5 * dot(x).signum(); \
+        run { start = ([0], [0.32]); step = 0.1; until = 2; }";
+    let folder = tempfile::tempdir().unwrap();
+    let input = folder.path().join("p.csv");
+    fs::write(&input, "1,-0.8\n").unwrap();
+    let input = format!("p={}", input.display());
+    let stop = 0.02 / 1.3;
+    let right = 0.32 - 0.15 + 0.5 * 0.02 * stop - 0.15 * (1.0 - stop) * (1.0 - stop);
+    for step in [0.2, 0.1, 0.05, 0.04, 0.025, 0.02, 0.01, 0.005] {
+        let (warnings, end) = run(text, &["--input", &input, "--step", &step.to_string()]);
+        assert!(warnings.contains("of the first order"), "{step}: {warnings}");
+        assert!(
+            // half a step with a force that is wrong by 1
+            (position(&end) - right).abs() < 0.5 * step,
+            "{step}: {end} {right}"
+        );
+    }
+}
+
+#[test]
+fn a_text_that_goes_back_in_time_goes_nowhere_else_by_itself() {
+    let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2; run { start = ([0], [1]); step = -0.5; until = -2; }";
+    assert_eq!(position(&run(text, &[]).1), -2.0);
+    let (succeeds, [_, words]) = attempt(text, "run", &["--step", "0.5"]);
+    assert!(!succeeds && words.contains("of one sign"), "{words}");
+    assert_eq!(position(&run(text, &["--step", "0.5", "--until", "2"]).1), 2.0);
+}

@@ -20,6 +20,9 @@ const SHORT: f64 = 1e-12;
 const DOUBLINGS: u32 = 20;
 const MARGIN: usize = 3;
 
+/// Where an argument has changed between two ways, these powers of a half are gone back, from the last to the first.
+const BACK: core::ops::RangeInclusive<i32> = 1..=27;
+
 /// Where a parabola through three values of an argument comes nearer to zero than this part of its range, its extremum is looked for.
 const NEARLY: f64 = 0.1;
 
@@ -147,9 +150,10 @@ pub(crate) fn crossings(
             continue;
         }
         if side * own[0] < 0.0 {
-            // it has changed just where the way before this one ended, as another polynomial tells
-            from = (1..=20)
-                .map(|k| -1e-8 * f64::from(2_u32.pow(k)))
+            // it has changed about where the way before this one ended, as another polynomial tells
+            from = BACK
+                .rev()
+                .map(|k| -(0.5_f64.powi(k)))
                 .find(|part| side * arguments.one(*part, switch) > 0.0)
                 .unwrap_or(0.0);
         }

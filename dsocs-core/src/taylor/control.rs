@@ -85,8 +85,9 @@ impl Judged {
 /// The tolerance is that of each step, and the errors of the steps add up: with 1e-3 the energy of a motion may be some per cent off after a few
 /// hundred turns, and with 0.1 nothing is left of it. 1e-9 costs little more.
 ///
-/// Components are compared as numbers. If coordinates have different units and very different sizes, set scales by which they can be compared
-/// ([`super::TaylorFlow::scales`]). A relative part below the unit round-off, 1.1e-16, cannot be reached because of rounding.
+/// Components are compared as numbers, but one whose velocity is below a thousandth of the largest counts as a thousandth: its own error is at most a
+/// thousand times the tolerance. If coordinates have very different units, [`super::TaylorFlow::scales`] sets how they compare. A
+/// [`super::TaylorEnsemble`] compares them as numbers. A relative part below the unit round-off, 1.1e-16, cannot be reached because of rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub struct Tolerance {
@@ -178,11 +179,9 @@ impl Control {
         self.relative
     }
 
-    /// Sets in what units the components compare.
-    pub(super) fn scales(&mut self, scales: &[f64]) {
-        for (weight, scale) in self.weights.iter_mut().zip(scales) {
-            *weight = scale.recip();
-        }
+    /// Sets what components are multiplied by before they are compared.
+    pub(super) fn weigh(&mut self, weights: &[f64]) {
+        self.weights.copy_from_slice(weights);
     }
 
     /// What components are multiplied by before they are compared.

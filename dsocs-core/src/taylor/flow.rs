@@ -162,8 +162,8 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
         self
     }
 
-    /// Sets a scale for the velocity of each coordinate: velocities are divided by these scales before their sizes are compared (1 for each
-    /// by default).
+    /// Sets a scale for the velocity of each coordinate: velocities are divided by these scales before their sizes are compared. By default they are compared as
+    /// numbers, but one that is below a thousandth of the largest counts as a thousandth.
     #[must_use]
     pub fn scales(mut self, scales: [f64; N]) -> Self {
         self.any.motion.scales(&scales);

@@ -10,6 +10,7 @@ use super::recurrences::SeriesKernel;
 use super::state::State;
 use super::sticking::Sticking;
 use super::watch::{self, End, Watch};
+use super::weights::Weights;
 use crate::error::SetupError;
 use crate::error::series::{FailedSeries, Jump, SeriesError, SeriesFailure};
 use crate::kernel::clock::Clock;
@@ -64,6 +65,8 @@ pub(crate) struct Integrator {
     pub(super) known: Option<Sizes>,
     /// The control of the steps.
     pub(super) control: Control,
+    /// How large velocities are.
+    pub(super) weights: Weights,
     /// The choice of the order.
     pub(super) order: Order,
     /// The time where the last step began, and its length.
@@ -137,6 +140,7 @@ impl Integrator {
             next: Box::new(Series::new(n, order)),
             known: None,
             control: Control::new(tolerance, n),
+            weights: Weights::new(n),
             order: Order::new(tolerance),
             last: None,
             t: Compensated::exact([t0]),
@@ -350,6 +354,9 @@ impl Integrator {
         if let Some((switch, by)) = self.jump.clone() {
             return Err(self.failed(equations, SeriesFailure::Jumps { switch, by }).into());
         }
+        if self.steps >= self.weights.next {
+            self.weigh(equations);
+        }
         let rejected = self.rejected;
         let outcome = if self.rests() {
             self.step_at_rest(equations, (until, left), smallest)
@@ -449,7 +456,9 @@ impl Integrator {
 
     /// Sets in what units the components compare.
     pub(super) fn scales(&mut self, scales: &[f64]) {
-        self.control.scales(scales);
+        let weights: Vec<f64> = scales.iter().map(|scale| scale.recip()).collect();
+        self.control.weigh(&weights);
+        self.weights.stop();
         self.known = None;
     }
 
@@ -544,7 +553,11 @@ impl Integrator {
             let [before, beyond] = [-beside, beside].map(|s| (self.time() + s, at(s)));
             let first = values(before.0, &before.1);
             let [moved, last] = [before.0, beyond.0].map(|t| values(t, &beyond.1));
-            [(moved[0] - first[0]).abs(), (last[1] - first[1]).abs(), first[2].max(last[2])]
+            [
+                (moved[0] - first[0]).abs(),
+                (last[1] - first[1]).abs(),
+                first[2].max(last[2]),
+            ]
         };
         let (near, far) = (jumps(beside), jumps(FARTHER * beside));
         // what is smooth grows with the distance

@@ -93,6 +93,7 @@ mod state;
 mod sticking;
 mod tangents;
 mod watch;
+mod weights;
 
 pub use crate::error::series::{FailedSeries, Jump, SeriesError, SeriesFailure};
 pub use crate::series::jet::Jet;

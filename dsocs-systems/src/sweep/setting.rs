@@ -76,9 +76,7 @@ impl Setting {
         if h == 0.0 {
             return Err(SweepError::plan("step", "a step is not zero"));
         }
-        let until = plan
-            .until
-            .unwrap_or(plan.start.t0 + entry.until_with(h));
+        let until = plan.until.unwrap_or(plan.start.t0 + entry.until_with(h));
         if (until - plan.start.t0) * h < 0.0 {
             return Err(SweepError::plan(
                 "until",

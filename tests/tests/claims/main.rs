@@ -42,6 +42,7 @@ mod scenes;
 mod scenes_table;
 mod scenes_written;
 mod singular_laws;
+mod small_unknowns;
 mod smooth_scenes;
 mod sparse;
 mod stability;
