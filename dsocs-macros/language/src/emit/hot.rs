@@ -97,13 +97,18 @@ fn types(facts: &Facts) -> TokenStream {
     };
     let of_positions = places(quote!(OF_POSITIONS), &facts.of_positions);
     let of_rates = places(quote!(OF_RATES), &facts.of_rates);
+    let switching = switches.then(|| {
+        quote!(
+            const SWITCHING: bool = true;
+        )
+    });
     quote! {
         #of_positions
         #of_rates
         const LINEAR: bool = #linear;
         const JUMPS: bool = #jumps;
         const PIECEWISE: bool = #piecewise;
-        const SWITCHING: bool = #switches;
+        #switching
         const SCALED: bool = #scaled;
         const DIVIDED: bool = #divided;
 

@@ -5,7 +5,7 @@
 
 use super::sides::{Sides, sides};
 use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
-use crate::hash::HashSet;
+use crate::hash::{HashMap, HashSet};
 use crate::model::{Displacements, Model};
 
 /// The arguments of whatever is given by pieces, and of poles.
@@ -35,7 +35,7 @@ pub(crate) fn switches(model: &Model) -> Switches {
         .chain(forms.copied())
         .chain(fields.iter().flatten().copied())
         .collect();
-    let mut seen = HashSet::default();
+    let (mut seen, mut ranges) = (HashSet::default(), Ranges::default());
     while let Some(id) = open.pop() {
         if !seen.insert(id) {
             continue;
@@ -51,7 +51,7 @@ pub(crate) fn switches(model: &Model) -> Switches {
             _ => Vec::new(),
         };
         for argument in found {
-            add(&mut graph, argument, &mut arguments);
+            add(&mut graph, &mut ranges, argument, &mut arguments);
         }
     }
     Switches { graph, arguments }
@@ -72,11 +72,11 @@ fn zero_with(graph: &Graph, id: NodeId) -> Vec<NodeId> {
 }
 
 /// Adds an argument, if its sign may change with the motion and it is not a multiple of a known one.
-fn add(graph: &mut Graph, argument: NodeId, arguments: &mut Vec<NodeId>) {
+fn add(graph: &mut Graph, ranges: &mut Ranges, argument: NodeId, arguments: &mut Vec<NodeId>) {
     let is_motion = graph
         .leaves(argument)
         .all(|leaf| matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::T));
-    if !is_motion || graph.leaves(argument).next().is_none() || has_one_sign(graph, argument) {
+    if !is_motion || graph.leaves(argument).next().is_none() || ranges.have_one_sign(graph, argument) {
         return;
     }
     let (_, argument) = graph.split(argument);
@@ -85,50 +85,66 @@ fn add(graph: &mut Graph, argument: NodeId, arguments: &mut Vec<NodeId>) {
     }
 }
 
-/// Whether the values of an expression cannot be below zero, or cannot be above.
-fn has_one_sign(graph: &Graph, id: NodeId) -> bool {
-    let [least, most] = range(graph, id);
-    least >= 0.0 || most <= 0.0
+/// Numbers between which the values of expressions lie, as their form tells.
+#[derive(Default)]
+struct Ranges {
+    known: HashMap<NodeId, [f64; 2]>,
 }
 
-/// Numbers between which the values of an expression lie, as its form tells.
-fn range(graph: &Graph, id: NodeId) -> [f64; 2] {
+impl Ranges {
     const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
-    match graph.node(id) {
-        Node::Constant(value) => [value.get(); 2],
-        Node::Unary(Unary::Sin | Unary::Cos | Unary::Tanh | Unary::Signum, _) => [-1.0, 1.0],
-        Node::Unary(Unary::Sqrt | Unary::Exp | Unary::Abs, _) => [0.0, f64::INFINITY],
-        Node::Unary(Unary::Cosh, _) => [1.0, f64::INFINITY],
-        Node::Product(factors) => factors.iter().fold([1.0, 1.0], |product, &(factor, exponent)| {
-            let factor = if exponent % 2 == 0 {
-                let [least, most] = range(graph, factor);
-                // an even power of what is bounded by one is, too
-                let most = if exponent > 0 && least >= -1.0 && most <= 1.0 {
-                    1.0
-                } else {
-                    f64::INFINITY
-                };
-                [0.0, most]
-            } else if exponent > 0 {
-                range(graph, factor)
-            } else if has_one_sign(graph, factor) {
-                if range(graph, factor)[0] >= 0.0 {
-                    [0.0, f64::INFINITY]
-                } else {
-                    [f64::NEG_INFINITY, 0.0]
-                }
-            } else {
-                ANY
-            };
-            times(product, factor)
-        }),
-        Node::Sum(constant, terms) => terms
-            .iter()
-            .fold([constant.get(); 2], |[least, most], (term, c)| {
-                let [low, high] = times([c.get(); 2], range(graph, *term));
-                [least + low, most + high]
+
+    /// Whether the values of an expression cannot be below zero, or cannot be above.
+    fn have_one_sign(&mut self, graph: &Graph, id: NodeId) -> bool {
+        let [least, most] = self.of(graph, id);
+        least >= 0.0 || most <= 0.0
+    }
+
+    /// The range of an expression.
+    fn of(&mut self, graph: &Graph, id: NodeId) -> [f64; 2] {
+        if let Some(&known) = self.known.get(&id) {
+            return known;
+        }
+        let range = match graph.node(id) {
+            Node::Constant(value) => [value.get(); 2],
+            Node::Unary(Unary::Sin | Unary::Cos | Unary::Tanh | Unary::Signum, _) => [-1.0, 1.0],
+            Node::Unary(Unary::Sqrt | Unary::Exp | Unary::Abs, _) => [0.0, f64::INFINITY],
+            Node::Unary(Unary::Cosh, _) => [1.0, f64::INFINITY],
+            Node::Product(factors) => factors.iter().fold([1.0, 1.0], |product, &(factor, exponent)| {
+                times(product, self.of_power(graph, factor, exponent))
             }),
-        _ => ANY,
+            Node::Sum(constant, terms) => {
+                terms
+                    .iter()
+                    .fold([constant.get(); 2], |[least, most], (term, c)| {
+                        let [low, high] = times([c.get(); 2], self.of(graph, *term));
+                        [least + low, most + high]
+                    })
+            }
+            _ => Self::ANY,
+        };
+        self.known.insert(id, range);
+        range
+    }
+
+    /// The range of a power.
+    fn of_power(&mut self, graph: &Graph, factor: NodeId, exponent: i32) -> [f64; 2] {
+        let [least, most] = self.of(graph, factor);
+        if exponent % 2 == 0 {
+            // an even power of what is bounded by one is, too
+            let is_bounded = exponent > 0 && least >= -1.0 && most <= 1.0;
+            [0.0, if is_bounded { 1.0 } else { f64::INFINITY }]
+        } else if exponent == 1 {
+            [least, most]
+        } else if exponent > 0 && least >= -1.0 && most <= 1.0 {
+            [least.min(0.0), most.max(0.0)]
+        } else if least >= 0.0 {
+            [0.0, f64::INFINITY]
+        } else if most <= 0.0 {
+            [f64::NEG_INFINITY, 0.0]
+        } else {
+            Self::ANY
+        }
     }
 }
 
