@@ -307,7 +307,28 @@ fn said(scenes: &[Scene], is_right: impl Fn(&str) -> bool) {
 
 #[test]
 fn a_jump_is_told_however_small_and_wherever_it_lies_in_a_step() {
-    let jumps: [Scene; 6] = [
+    let jumps: [Scene; 9] = [
+        // pulses within a step that one argument tells, in time and in position
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; \
+             external_forces = if (t - 3.0031).abs() < 0.0007 { 50 } else { 0 }; run { start = ([-1], [0]);",
+            6.0,
+            &[145, 210, 395],
+        ),
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; \
+             external_forces = if (x - 0.3).abs() < 0.0007 { 50 } else { 0 }; run { start = ([-1], [0]);",
+            6.0,
+            &[110, 325],
+        ),
+        // an argument that goes to zero late, and then quickly
+        (
+            "coordinates(x); lagrangian = 1.521 * dot(x).powi(2) / 2 - 1.215 * x.powi(2) / 2; \
+             external_forces = 0.0308 * (-1.599 * (2.782 * t + 0.119).sin() / (1.941 + (x.powi(2) + 0.409 * x * t - 0.2).signum())) \
+             + (0.906 * (1.621 * t + 1.174).sin()).tanh() - 0.254 * dot(x); run { start = ([-0.203], [-0.872]);",
+            6.0,
+            &[171, 290, 300, 350],
+        ),
         (
             "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -1 + if t > 0.364 { 0.01 } else { 0 }; run { start = ([0], [3]);",
             2.0,
@@ -350,7 +371,26 @@ fn a_jump_is_told_however_small_and_wherever_it_lies_in_a_step() {
 
 #[test]
 fn a_corner_is_no_jump() {
-    let corners: [Scene; 5] = [
+    let corners: [Scene; 8] = [
+        // next to nothing, where the acceleration passes zero
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = 1e-9 * x.signum(); run { start = ([1], [-1]);",
+            6.0,
+            &[100, 400, 1075],
+        ),
+        // a branch that is never taken
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 4.7 * x.powi(2) / 2; \
+             external_forces = if x > 5 { (x + 0.274 * dot(x) + 0.294).signum() } else { 0 }; run { start = ([-0.266], [-0.127]);",
+            0.6,
+            &[12, 13, 14, 15],
+        ),
+        // a quotient that has few digits where it is 0 / 0
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = 0.1 * (x.exp() - 1) / x; run { start = ([1], [-1]);",
+            6.0,
+            &[100, 400, 1075],
+        ),
         (
             "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = if x > 0.3 { -1000 * (x - 0.3) } else { 0 }; \
              run { start = ([0], [1]);",
@@ -387,8 +427,39 @@ fn a_corner_is_no_jump() {
 }
 
 #[test]
+fn a_jump_of_the_curvature_of_a_constraint_costs_no_order_and_is_none_of_a_force() {
+    for statements in [
+        "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y; holonomic = y - 0.3 * x.max(0).powi(2);",
+        "lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 2 * x.powi(2); nonholonomic = dot(y) - 0.3 * x.abs() * dot(x);",
+        "lagrangian = (1 + (t - 0.7).abs()) * dot(x).powi(2) / 2 - 2 * x.powi(2) + dot(y).powi(2) / 2;",
+    ] {
+        for step in steps(1.5, &[151, 397, 2003]) {
+            let text = format!(
+                "coordinates(x, y); {statements} run {{ start = ([-1, 0], [2, {}]); step = {step}; until = 1.5; }}",
+                if statements.contains("nonholonomic") {
+                    "0.6"
+                } else {
+                    "0"
+                }
+            );
+            assert_eq!(run(&text, &[]).0, "", "{statements} {step}");
+        }
+    }
+}
+
+#[test]
 fn what_is_infinite_and_what_makes_a_velocity_jump_is_told_as_such() {
-    let ends: [Scene; 5] = [
+    let ends: [Scene; 7] = [
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 - 0.1 * x.powi(2).ln(); run { start = ([1], [-1]);",
+            2.0,
+            &[61, 151, 401],
+        ),
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 * if t > 1 { 2 } else { 1 } - x.powi(2) / 2; run { start = ([1], [0]);",
+            2.0,
+            &[97, 133],
+        ),
         (
             "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -1 / (x - 0.5); run { start = ([0], [3]);",
             1.6,

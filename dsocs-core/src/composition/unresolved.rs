@@ -177,14 +177,13 @@ impl Composed<'_> {
             }
             let on = OnWay {
                 way: &half,
-                duration: 0.5 * h,
                 h,
                 declarations: [declaration; 2],
                 pieces: &[],
             };
             let part = found
                 .iter()
-                .fold(on.kick(&found), |part, crossing| part.max(on.jump_at(*crossing)));
+                .fold(0.0_f64, |part, crossing| part.max(on.jump_at(*crossing)));
             largest = Some(largest.unwrap_or(0.0).max(part));
         }
         largest

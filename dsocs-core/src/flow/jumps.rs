@@ -35,13 +35,6 @@ pub(super) struct Span<'a> {
     pub(super) inputs: Option<&'a [f64]>,
 }
 
-impl Span<'_> {
-    /// Whether anything rests when it begins or when it ends.
-    fn rests(&self) -> bool {
-        self.before.contains(&Piece::Between) || self.after.contains(&Piece::Between)
-    }
-}
-
 impl Switches {
     /// Those of a start; `None` if there are none that are watched.
     pub(super) fn of(declaration: &Declaration<'_>) -> Option<Self> {
@@ -87,8 +80,8 @@ impl Discrete<'_> {
         let first = |part: f64| first_half(&self.beginning, h, leg, part);
         let way = |part: f64| between(h, leg, e, part);
         let (mut part, mut any) = (0.0_f64, false);
-        let ways: [(&Way<'_>, f64); 2] = [(&first, 0.5 * h), (&way, h)];
-        for (way, duration) in &ways[usize::from(index != 1)..] {
+        let ways: [&Way<'_>; 2] = [&first, &way];
+        for way in &ways[usize::from(index != 1)..] {
             let found = self.crossings(way, &mut switches.came, span);
             if found.is_empty() {
                 continue;
@@ -97,7 +90,6 @@ impl Discrete<'_> {
             let now = self.declaration();
             let on = OnWay {
                 way: *way,
-                duration: *duration,
                 h,
                 // inputs change at the middle node
                 declarations: [
@@ -109,9 +101,6 @@ impl Discrete<'_> {
             };
             for crossing in &found {
                 part = part.max(on.jump_at(*crossing));
-            }
-            if !span.rests() {
-                part = part.max(on.kick(&found));
             }
         }
         let time = leg.t;

@@ -6,7 +6,11 @@
 
 use super::jumps;
 use super::switches::{Crossing, Way};
+use crate::number::point::{AnyPoint, map, moved};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
 use crate::regularity::resting::{AtPoint, Held};
+use crate::regularity::rounding;
 use crate::regularity::sides::Piece;
 use crate::solve::Vector;
 use crate::start;
@@ -18,24 +22,16 @@ const ASIDE: f64 = 1e-4;
 /// It is so by this factor: one over the distance by a hundred million, one over its root by ten thousand.
 const POLE: f64 = 1e3;
 
-/// A Lagrangian jumps where it changes by more than this part of itself, and by more than it does at some distance.
-const JUMPS: f64 = 1e-9;
-
-/// An acceleration is known to this part of what sides make of it.
+/// An acceleration is known to this part of what sides make of it, and other quantities to this part of themselves.
 const NOISE: f64 = 1e-9;
 
 /// It is known to this part of the largest of all components.
 const ROUNDING: f64 = 1e-12;
 
-/// A velocity jumps that changes by more than this part of itself without a cause.
-const KICK: f64 = 0.1;
-
 /// A way, and what holds on it.
 pub(crate) struct OnWay<'a> {
     /// Time, position and velocity.
     pub(crate) way: &'a Way<'a>,
-    /// How long it takes.
-    pub(crate) duration: f64,
     /// The step whose rounding velocities have.
     pub(crate) h: f64,
     /// The declaration up to the middle of the way, and from there on.
@@ -103,12 +99,13 @@ impl OnWay<'_> {
     /// How much the acceleration jumps at the place where an argument changes its sign, relative to itself: the largest of all components. It is infinite where
     /// the acceleration has no value, or grows without bound, or the velocity has to jump.
     pub(crate) fn jump_at(&self, Crossing { switch, parts }: Crossing) -> f64 {
-        if self.has_step(parts) {
+        let [before, after] = parts;
+        let places = [before - ASIDE, before, after, after + ASIDE];
+        if self.has_step(places) {
             return f64::INFINITY;
         }
-        let [before, after] = parts;
-        let at = [before, after, before - ASIDE, after + ASIDE].map(|part| self.acceleration(part));
-        let [Some(before), Some(after), Some(left), Some(right)] = at else {
+        let [Some(left), Some(before), Some(after), Some(right)] = places.map(|part| self.acceleration(part))
+        else {
             return f64::INFINITY;
         };
         // what is led back from either side comes to rest
@@ -119,61 +116,121 @@ impl OnWay<'_> {
             return 0.0;
         }
         let noise = |i: usize| before.noise[i].max(after.noise[i]);
-        jump([&before.a, &after.a], [&left.a, &right.a], noise)
+        let ends = [0.0, 1.0].map(|part| {
+            self.acceleration(part)
+                .map_or_else(|| before.a.clone(), |at| at.a)
+        });
+        let jump = jump([&before.a, &after.a], [&left.a, &right.a], ends.each_ref(), noise);
+        // with sides the arguments of what rests are zero to rounding, and have any sign
+        let has_sides = self.declarations[0].sides() > 0;
+        if jump.is_finite() && jump > 0.0 && !has_sides && !self.has_cause(places, &before.a) {
+            return 0.0;
+        }
+        jump
     }
 
-    /// Whether the Lagrangian jumps with the position or the velocity between two parts of the way that are close together: then the velocity has to jump.
-    fn has_step(&self, [before, after]: [f64; 2]) -> bool {
-        let declaration = self.declaration(before);
-        let (t, ..) = (self.way)(before);
-        let [left, before, after, right] = [before - ASIDE, before, after, after + ASIDE].map(|part| {
-            let (_, q, v) = (self.way)(part);
-            declaration.lagrangian::<f64>(t, &q, &v)
+    /// Whether the velocity has to jump: the Lagrangian does, with the position or the velocity, or the momentum, or what constraints ask of positions and
+    /// velocities.
+    fn has_step(&self, places: [f64; 4]) -> bool {
+        let (begin, ..) = (self.way)(places[1]);
+        let declaration = self.declaration(places[1]);
+        let all = places.map(|part| {
+            let (t, q, v) = (self.way)(part);
+            let still = map(&q, Tangent::splat);
+            // a Lagrangian that jumps in time alone makes no force
+            let lagrangian = declaration.lagrangian::<f64>(begin, &q, &v);
+            let momenta = (0..v.len()).map(|j| {
+                let moved = moved(&v, j);
+                declaration
+                    .lagrangian(Tangent::splat(t), &still, &moved)
+                    .derivative()
+            });
+            let mut all: Vec<f64> = momenta.chain([lagrangian]).collect();
+            all.extend(declaration.phase::<f64>(t, &q, &v));
+            all
         });
-        let smooth = (before - left).abs() + (right - after).abs();
-        (after - before).abs() > (JUMPS * left.abs().max(right.abs())).max(smooth)
+        let (t, q, v) = (self.way)(places[1]);
+        let mut terms = vec![0.0; v.len() + 1];
+        terms.extend(rounding::phase_sizes(&declaration, t, &q, &v));
+        differ(all, &terms)
     }
 
-    /// How much of the velocity changes on the way although no acceleration explains it, as at a corner of a constraint: the largest of all components.
-    pub(crate) fn kick(&self, found: &[Crossing]) -> f64 {
-        let places = found
-            .iter()
-            .flat_map(|crossing| crossing.parts)
-            .chain([0.0, 0.5, 1.0]);
-        let accelerations: Vec<Vector> = places
-            .filter_map(|part| self.acceleration(part))
-            .map(|at| at.a)
-            .collect();
-        let [(.., first), (.., last)] = [0.0, 1.0].map(self.way);
-        let parts = (0..first.len()).map(|i| {
-            let change = last[i] - first[i];
-            let [least, most] = jumps::range(accelerations.iter().map(|a| a[i] * self.duration));
-            (change - change.max(least).min(most)).abs() / first[i].abs().max(last[i].abs())
+    /// What makes the motion: the generalized force `∂L/∂q + f`, the kinematic rows with an acceleration, and the forms of the constraint forces.
+    fn causes(&self, part: f64, a: &[f64]) -> Vec<f64> {
+        let (t, q, v) = (self.way)(part);
+        let declaration = self.declaration(part);
+        let shape = declaration.shape();
+        let still = map(&v, Tangent::splat);
+        let of_lagrangian = (0..q.len()).map(|j| {
+            let moved = moved(&q, j);
+            declaration
+                .lagrangian(Tangent::splat(t), &moved, &still)
+                .derivative()
         });
-        parts.fold(0.0, |most, part| if part > KICK { most.max(part) } else { most })
+        let mut causes = vec![0.0; q.len()];
+        declaration.external_forces(t, &q[..], &v[..], &mut causes);
+        for (cause, own) in causes.iter_mut().zip(of_lagrangian) {
+            *cause += own;
+        }
+        let point = AnyPoint {
+            t,
+            q: &q[..],
+            v: &v[..],
+            a,
+        };
+        let rows = declaration.continuous(point, &vec![0.0; shape.multipliers()]);
+        let lower = shape.holonomic + shape.nonholonomic;
+        causes.extend(rows.into_iter().skip(lower).take(shape.kinematic));
+        causes.extend(declaration.continuous_forms(point).into_iter().flatten());
+        causes
+    }
+
+    /// Whether anything that makes the motion jumps at a place, to a part of itself. A corner of a constraint's curvature or of a mass makes the acceleration jump,
+    /// and costs no order: the discrete equations balance momenta.
+    fn has_cause(&self, parts: [f64; 4], a: &[f64]) -> bool {
+        differ(parts.map(|part| self.causes(part, a)), &[])
     }
 }
 
-/// How much the larger of two accelerations differs from the other, relative to itself: the largest of all components, each of which is known to a rounding
-/// error; infinite at a pole, where one is larger by far than both of those at some distance.
-fn jump(sides: [&Vector; 2], aside: [&Vector; 2], noise: impl Fn(usize) -> f64) -> f64 {
-    let [before, after] = sides;
+/// Whether any of some quantities jumps between the second and the third of four places: by more than a part of itself or of its terms, and by more than it
+/// changes beside them.
+fn differ([left, before, after, right]: [Vec<f64>; 4], terms: &[f64]) -> bool {
+    (0..before.len()).any(|i| {
+        let all = [left[i], before[i], after[i], right[i]];
+        let terms = terms.get(i).copied().unwrap_or(0.0);
+        let size = all.iter().fold(terms, |size, x| size.max(x.abs()));
+        let jump = (after[i] - before[i]).abs().min((right[i] - left[i]).abs());
+        let beside = (before[i] - left[i]).abs().max((right[i] - after[i]).abs());
+        !jump.is_finite() || jump > (NOISE * size).max(beside)
+    })
+}
+
+/// How much two accelerations differ, relative to the largest of the way: the most of all components, each of which is known to a rounding error; infinite at
+/// a pole, where one is larger by far than both of those at some distance.
+fn jump(
+    [before, after]: [&Vector; 2],
+    [left, right]: [&Vector; 2],
+    ends: [&Vector; 2],
+    noise: impl Fn(usize) -> f64,
+) -> f64 {
     let parts = (0..before.len()).map(|i| {
         let size = before[i].abs().max(after[i].abs());
         if !size.is_finite() {
             return f64::INFINITY;
         }
-        let elsewhere = aside
-            .iter()
-            .fold(noise(i), |largest, end| largest.max(end[i].abs()));
-        let difference = (after[i] - before[i]).abs();
+        let elsewhere = left[i].abs().max(right[i].abs()).max(noise(i));
+        // what is divided by zero where it is zero itself has few digits there, and does not jump
+        let difference = (after[i] - before[i]).abs().min((right[i] - left[i]).abs());
         if size > POLE * elsewhere && elsewhere > 0.0 {
             f64::INFINITY
         } else if difference <= noise(i) {
             0.0
         } else {
-            // a root is steep at its zero, and does not jump
-            difference / size.max(elsewhere)
+            // a root is steep at its zero, and does not jump; and a small acceleration is none to compare with
+            let size = ends
+                .iter()
+                .fold(size.max(elsewhere), |size, end| size.max(end[i].abs()));
+            difference / size
         }
     });
     parts.fold(0.0, f64::max)

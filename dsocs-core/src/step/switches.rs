@@ -30,10 +30,10 @@ const NEARLY: f64 = 0.1;
 const SHORTENINGS: u32 = 40;
 
 /// Arguments are looked at again before they may have gone this part of their way to zero, by how they change, in either direction, and how that changes.
-const BOLD: f64 = 0.5;
+const BOLD: f64 = 0.25;
 
 /// So many steps are made at most before arguments are looked at again.
-pub(crate) const MOST: f64 = 256.0;
+pub(crate) const MOST: f64 = 32.0;
 
 /// Where an argument would be zero after so many steps, as it has changed in the last one, it may be zero in the next.
 const NEAR: f64 = 1.5;
@@ -118,6 +118,60 @@ impl Arguments<'_> {
         }
         None
     }
+
+    /// Where arguments change their signs, by their values at some places of the way, from the first to the last.
+    fn changes(
+        &self,
+        values: &[(f64, Vec<f64>)],
+        came: &[f64],
+        is_asked: &dyn Fn(usize) -> bool,
+    ) -> Vec<Crossing> {
+        let mut found = Vec::new();
+        for (switch, came) in came.iter().enumerate().filter(|(switch, _)| is_asked(*switch)) {
+            let own = values.iter().map(|(place, values)| (*place, values[switch]));
+            let (mut side, mut from) = (*came, 0.0);
+            if side * values[0].1[switch] < 0.0 {
+                // it has changed about where the way before this one ended, as another polynomial tells
+                from = BACK
+                    .rev()
+                    .map(|k| -(0.5_f64.powi(k)))
+                    .find(|part| side * self.one(*part, switch) > 0.0)
+                    .unwrap_or(0.0);
+            }
+            let before = found.len();
+            for (place, value) in own.clone() {
+                if side * value < 0.0 {
+                    if from < place {
+                        found.push(self.narrow(switch, [from, place], side));
+                    }
+                    side = -side;
+                } else if side == 0.0 && value != 0.0 {
+                    side = value.signum();
+                }
+                if value != 0.0 {
+                    from = place;
+                }
+            }
+            if found.len() > before || side == 0.0 {
+                continue;
+            }
+            // to zero and back
+            let at = PLACES.map(|part| {
+                own.clone()
+                    .find(|(place, _)| *place == part)
+                    .map_or(f64::NAN, |(_, value)| value)
+            });
+            let range = jumps::range(at.iter().copied());
+            let nearest = extremum(at).map_or(f64::INFINITY, |value| side * value);
+            if nearest < NEARLY * (range[1] - range[0])
+                && let Some(beyond) = self.beyond(switch, [0.0, 1.0], side)
+            {
+                found.push(self.narrow(switch, [0.0, beyond], side));
+                found.push(self.narrow(switch, [beyond, 1.0], -side));
+            }
+        }
+        found
+    }
 }
 
 /// The value at the extremum of the parabola through three equally spaced values, if it lies between the first and the last.
@@ -129,6 +183,9 @@ fn extremum([first, middle, last]: [f64; 3]) -> Option<f64> {
 
 /// Where arguments change their signs on a way, in the order of time. `came` are the signs with which the motion came to its beginning, 0 if that is not
 /// known; those with which it leaves it are put in their place. Some are not asked for.
+///
+/// An argument may have a corner where another one changes its sign, as `w - |t - t1|` has, and go to zero and back there. So arguments are looked at on both
+/// sides of each such place, too.
 pub(crate) fn crossings(
     declaration: Declaration<'_>,
     way: &Way<'_>,
@@ -136,53 +193,18 @@ pub(crate) fn crossings(
     is_asked: impl Fn(usize) -> bool,
 ) -> Vec<Crossing> {
     let arguments = Arguments { declaration, way };
-    let values = PLACES.map(|part| arguments.all(part));
-    let mut found = Vec::new();
+    let mut values: Vec<(f64, Vec<f64>)> = PLACES.map(|part| (part, arguments.all(part))).into();
+    let mut found = arguments.changes(&values, came, &is_asked);
+    if !found.is_empty() {
+        let beside = found.iter().flat_map(|crossing| crossing.parts);
+        let beside: Vec<f64> = beside.filter(|part| (0.0..1.0).contains(part)).collect();
+        values.extend(beside.into_iter().map(|part| (part, arguments.all(part))));
+        values.sort_by(|(x, _), (y, _)| x.total_cmp(y));
+        found = arguments.changes(&values, came, &is_asked);
+    }
     for (switch, came) in came.iter_mut().enumerate() {
-        let own = [0, 1, 2].map(|place| values[place].get(switch).copied().unwrap_or(f64::NAN));
-        let (mut side, mut from) = (*came, 0.0);
-        *came = own
-            .iter()
-            .rev()
-            .find(|value| **value != 0.0)
-            .map_or(0.0, |value| value.signum());
-        if !is_asked(switch) {
-            continue;
-        }
-        if side * own[0] < 0.0 {
-            // it has changed about where the way before this one ended, as another polynomial tells
-            from = BACK
-                .rev()
-                .map(|k| -(0.5_f64.powi(k)))
-                .find(|part| side * arguments.one(*part, switch) > 0.0)
-                .unwrap_or(0.0);
-        }
-        let before = found.len();
-        for (place, value) in PLACES.iter().zip(own) {
-            if side * value < 0.0 {
-                if from < *place {
-                    found.push(arguments.narrow(switch, [from, *place], side));
-                }
-                side = -side;
-            } else if side == 0.0 && value != 0.0 {
-                side = value.signum();
-            }
-            if value != 0.0 {
-                from = *place;
-            }
-        }
-        if found.len() > before || side == 0.0 {
-            continue;
-        }
-        // to zero and back
-        let range = jumps::range(own.iter().copied());
-        let nearest = extremum(own).map_or(f64::INFINITY, |value| side * value);
-        if nearest < NEARLY * (range[1] - range[0])
-            && let Some(beyond) = arguments.beyond(switch, [0.0, 1.0], side)
-        {
-            found.push(arguments.narrow(switch, [0.0, beyond], side));
-            found.push(arguments.narrow(switch, [beyond, 1.0], -side));
-        }
+        let mut own = values.iter().rev().map(|(_, values)| values[switch]);
+        *came = own.find(|value| *value != 0.0).map_or(0.0, f64::signum);
     }
     found.sort_by(|x, y| x.parts[0].total_cmp(&y.parts[0]));
     found
@@ -242,8 +264,8 @@ mod tests {
     #[test]
     fn what_comes_to_zero_soon_is_looked_at() {
         assert_eq!(clear(1.0, 1.0, -1.0, 0.0), 0.0);
-        assert_eq!(clear(1.0, 10.0, -1.0, 0.0), 5.0);
-        assert_eq!(clear(1.0, 10.0, 1.0, 0.0), 5.0);
+        assert_eq!(clear(1.0, 20.0, -1.0, 0.0), 5.0);
+        assert_eq!(clear(1.0, 20.0, 1.0, 0.0), 5.0);
         assert_eq!(clear(1.0, 1.0, 0.0, 0.0), MOST);
     }
 }

@@ -44,6 +44,11 @@ pub(crate) fn switches(model: &Model) -> Switches {
         let found = match graph.node(id).clone() {
             Node::Unary(Unary::Signum | Unary::Abs, argument) => vec![argument],
             Node::Select(_, [left, right, ..]) => vec![graph.sub(right, left)],
+            // where a power is not smooth, or infinite, as the logarithm is
+            Node::Unary(Unary::Sqrt | Unary::Cbrt | Unary::Ln, base) | Node::Powf(base, _) => {
+                zero_with(&graph, base)
+            }
+            Node::Unary(Unary::Tan, angle) => vec![graph.unary(Unary::Cos, angle)],
             Node::Product(factors) => {
                 let below = factors.into_iter().filter(|&(_, exponent)| exponent < 0);
                 below.flat_map(|(factor, _)| zero_with(&graph, factor)).collect()
