@@ -213,7 +213,7 @@ pub(super) fn update(
 }
 
 /// The inverse of a matrix whose rows may have any units; `None` if it is singular.
-pub(crate) fn inverse(mut matrix: Matrix) -> Option<Matrix> {
+pub(super) fn inverse(mut matrix: Matrix) -> Option<Matrix> {
     let lengths = matrix.normalize_columns();
     let mut inverse = matrix.inverse();
     for (i, length) in lengths.iter().enumerate() {

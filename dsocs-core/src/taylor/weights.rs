@@ -7,10 +7,7 @@
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
 use crate::number::point::AnyPoint;
-use crate::regularity::sides;
-use crate::solve::Vector;
-use crate::solve::dense::Matrix;
-use crate::start;
+use crate::solve::Square;
 use crate::tape::declaration::Declaration;
 
 /// A velocity counts as this part of the largest one, at least.
@@ -25,13 +22,20 @@ const AGAIN: [u64; 2] = [8, 1024];
 /// So often the first step is looked at.
 const FIRST: u32 = 6;
 
-/// How large velocities are.
+/// How large velocities are, and room to find out how far they are known, so that steps allocate nothing.
 #[derive(Debug)]
 pub(super) struct Weights {
     /// The largest size of each velocity so far.
     sizes: Vec<f64>,
     /// The number of steps after which they are looked at again.
     pub(super) next: u64,
+    /// The weights.
+    weights: Vec<f64>,
+    /// Rows, their rounding errors, and their Jacobian.
+    rows: Vec<f64>,
+    bounds: Vec<f64>,
+    jacobian: Vec<f64>,
+    transposed: Square,
 }
 
 impl Weights {
@@ -40,12 +44,38 @@ impl Weights {
         Self {
             sizes: vec![0.0; dimension],
             next: 0,
+            weights: vec![1.0; dimension],
+            rows: vec![0.0; dimension],
+            bounds: vec![0.0; dimension],
+            jacobian: vec![0.0; dimension * dimension],
+            transposed: Square::zero(dimension),
         }
     }
 
-    /// Does not look any more: scales were set.
+    /// Does not look any more.
     pub(super) fn stop(&mut self) {
         self.next = u64::MAX;
+    }
+
+    /// Takes the rounding errors of rows, and their Jacobian.
+    fn linearize(&mut self, declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) {
+        declaration.continuous_bounds(point, &[], &mut self.bounds);
+        declaration.linearize_continuous(point, &[], &mut self.rows, &mut self.jacobian);
+    }
+
+    /// How far a component of the acceleration is known; NaN where that cannot be told.
+    fn rounding(&mut self, component: usize) -> f64 {
+        let n = self.rows.len();
+        for (place, entry) in self.transposed.entries_mut().iter_mut().enumerate() {
+            *entry = self.jacobian[place % n * n + place / n];
+        }
+        // a row of the inverse
+        self.rows.fill(0.0);
+        self.rows[component] = 1.0;
+        let (is_good, _) = self.transposed.solve_quick(&mut self.rows);
+        let terms = self.rows.iter().zip(&self.bounds);
+        let rounding = terms.map(|(x, bound)| x.abs() * bound).sum();
+        if is_good { rounding } else { f64::NAN }
     }
 }
 
@@ -56,7 +86,10 @@ impl Integrator {
     pub(super) fn weigh(&mut self, equations: &dyn SeriesKernel) {
         let [least, most] = AGAIN;
         self.weights.next = self.steps + self.steps.clamp(least, most);
-        if equations.kernel().shape().is_of_third_order() {
+        let shape = equations.kernel().shape();
+        // what constraints leave of a velocity may be rounding, of which the equations for accelerations know nothing
+        if shape.is_of_third_order() || shape.multipliers() > 0 || self.projection.is_some() {
+            self.weights.stop();
             return;
         }
         if let Some((_, h)) = self.last {
@@ -88,51 +121,37 @@ impl Integrator {
         if !sizes.iter().any(|&size| is_small(size)) || !largest.is_finite() {
             return false;
         }
+        let Self {
+            weights,
+            control,
+            now,
+            next,
+            t,
+            ..
+        } = self;
         let point = AnyPoint {
-            t: self.time(),
-            q: self.now.q(),
-            v: self.now.v(),
-            a: self.acceleration(),
+            t: t.hi[0],
+            q: now.q(),
+            v: now.v(),
+            a: next.velocity_of(1),
         };
-        let Some(rounding) = rounding(&equations.declaration(), point) else {
-            return false;
-        };
-        let weights: Vec<f64> = sizes
-            .iter()
-            .zip(&rounding)
-            .map(|(&size, rounding)| {
-                let known = self.control.relative() * largest / (ABOVE_ROUNDING * h * rounding);
-                if is_small(size) {
-                    (LEAST * largest / size).min(known).max(1.0)
-                } else {
-                    1.0
-                }
-            })
-            .collect();
-        let differ = weights != self.control.weights();
+        weights.linearize(&equations.declaration(), point);
+        for component in 0..weights.sizes.len() {
+            let size = weights.sizes[component];
+            weights.weights[component] = if is_small(size) {
+                let rounding = weights.rounding(component);
+                let known = control.relative() * largest / (ABOVE_ROUNDING * h * rounding);
+                let weight = (LEAST * largest / size).min(known).max(1.0);
+                if weight.is_finite() { weight } else { 1.0 }
+            } else {
+                1.0
+            };
+        }
+        let differ = weights.weights != control.weights();
         if differ {
-            self.control.weigh(&weights);
+            control.weigh(&weights.weights);
             self.known = None;
         }
         differ
     }
-}
-
-/// How far each component of an acceleration is known; `None` where that cannot be told.
-fn rounding(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Vector> {
-    let n = point.q.len();
-    let (_, multipliers) =
-        start::acceleration(declaration, (point.t, point.q, point.v), Some(point.a)).ok()?;
-    let count = n + declaration.shape().multipliers();
-    let mut bounds = vec![0.0; count];
-    declaration.continuous_bounds(point, &multipliers, &mut bounds);
-    let jacobian = declaration
-        .continuous_with_jacobian::<f64>(point, &multipliers)
-        .split_off(count);
-    let inverse = sides::inverse(Matrix::from_fn(count, count, |i, j| jacobian[i * count + j]))?;
-    let rounding = Vector::from_fn(n, |i| {
-        let terms = inverse.row(i).zip(&bounds);
-        terms.map(|(x, bound)| x.abs() * bound).sum()
-    });
-    rounding.is_finite().then_some(rounding)
 }
