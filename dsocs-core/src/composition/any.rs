@@ -40,6 +40,18 @@ impl<'s> AnyComposedFlow<'s> {
 
     /// The run.
     #[must_use]
+    pub fn run(&self) -> &(dyn Run + 's) {
+        &self.0
+    }
+
+    /// The run, to make steps.
+    #[must_use]
+    pub fn run_mut(&mut self) -> &mut (dyn Run + 's) {
+        &mut self.0
+    }
+
+    /// The run by itself.
+    #[must_use]
     pub fn into_run(self) -> Box<dyn Run + 's> {
         Box::new(self.0)
     }

@@ -9,9 +9,9 @@ use crate::series::switch::Switches;
 /// The recurrences for the Taylor series of the continuous motion, as `#[dsocs]` generates them.
 pub trait Jets<const N: usize>: Compiled<N> {
     /// Expressions of the parameters, an array of a literal size.
-    type Fixed<T: Coefficient>: Copy;
+    type Fixed<T: Coefficient>: Copy + Send;
     /// What the recurrences keep of the orders before.
-    type Table<T: Coefficient>: Default + Switches;
+    type Table<T: Coefficient>: Default + Switches + Send;
 
     /// What the switches are, as the declaration says it; then the user's functions, in the order of their calls. Those where a smooth
     /// function is steep have no names.

@@ -38,3 +38,15 @@ pub use singular::NearlySingular;
 pub use stepper::{Stepper, Visitor};
 pub use trajectory::{Failure, Trajectory};
 pub use unresolved::Unresolved;
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn runs_go_from_thread_to_thread() {
+        fn sent<T: Send>() {}
+        sent::<crate::AnyFlow<'_>>();
+        sent::<crate::AnyComposedFlow<'_>>();
+        sent::<crate::taylor::AnyTaylorFlow<'_>>();
+        sent::<crate::AnyPath<'_>>();
+    }
+}

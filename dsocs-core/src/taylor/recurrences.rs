@@ -16,7 +16,7 @@ use crate::system::System;
 use crate::tape::declaration::Declaration;
 
 /// The series of a declared system without its type, and what its recurrences keep: what the integrator asks of it. All vectors are slices.
-pub(crate) trait SeriesKernel {
+pub(crate) trait SeriesKernel: Send {
     /// The system.
     fn kernel(&self) -> &dyn Kernel;
 
