@@ -71,7 +71,33 @@ impl Text {
     ///
     /// [`TextError`] with all mistakes of the text.
     pub fn parse(name: &str, text: &str) -> Result<Self, TextError> {
-        Self::with(name, text, None, &[])
+        Self::with(name, text, &Files::None, &[])
+    }
+
+    /// The same with numbers in place of those that the text gives its constants (`const n = 3;`), and with tables of samples in place of files: what a
+    /// file of a name would have, pairs of a place and a value. A file that is not among them is not read.
+    ///
+    /// ```
+    /// use dsocs_core::text::Text;
+    ///
+    /// let text = "parameters { push = samples(\"push.csv\", linear) }
+    ///             coordinates(x);
+    ///             lagrangian = dot(x).powi(2) / 2 + push.at(t) * x;";
+    /// let text = Text::parse_with("mass", text, &[], &[("push.csv".to_owned(), vec![(0.0, 1.0), (2.0, 0.0)])])?;
+    /// assert_eq!(text.samples[0].at(1.0), 0.5);
+    /// # Ok::<(), dsocs_core::text::TextError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// As [`Text::parse`]; also for a constant that the text does not have.
+    pub fn parse_with(
+        name: &str,
+        text: &str,
+        constants: &[(String, f64)],
+        samples: &[(String, Vec<(f64, f64)>)],
+    ) -> Result<Self, TextError> {
+        Self::with(name, text, &Files::Given(samples), constants)
     }
 
     /// Reads a system from a file, whose name without its ending is that of the system. Files that it names are looked for beside it.
@@ -96,14 +122,14 @@ impl Text {
             .map_or_else(|| "system".into(), |stem| stem.to_string_lossy());
         let text = error::decoded(file, bytes)?;
         let folder = file.parent().unwrap_or(Path::new(""));
-        Self::with(&name, &text, Some(folder), constants).map_err(|error| error.in_file(file))
+        Self::with(&name, &text, &Files::In(folder), constants).map_err(|error| error.in_file(file))
     }
 
-    /// Reads a text whose files are in a folder, if it may name any.
+    /// Reads a text whose files are somewhere.
     fn with(
         name: &str,
         text: &str,
-        folder: Option<&Path>,
+        files: &Files<'_>,
         constants: &[(String, f64)],
     ) -> Result<Self, TextError> {
         let read = apart(|| {
@@ -120,7 +146,7 @@ impl Text {
             read.map_err(|mistakes| TextError::mistakes(name, text, mistakes))?;
         let (mut found, mut missing) = (HashMap::new(), Vec::new());
         for table in &tables {
-            match samples(folder, &table.file, table.curve) {
+            match files.samples(&table.file, table.curve) {
                 Ok(samples) => {
                     found.insert(table.name.clone(), samples);
                 }
@@ -197,23 +223,48 @@ fn calls(calls: &[Call], tables: &HashMap<String, Arc<Samples>>) -> Option<Vec<T
     calls.collect()
 }
 
-/// The samples in a file, or what is said of a file that has none.
-fn samples(folder: Option<&Path>, file: &str, curve: Curve) -> Result<Arc<Samples>, String> {
-    let Some(folder) = folder else {
-        return Err(format!(
-            "the text names the file `{file}`, and has no folder in which it could lie; expected a text in a file"
-        ));
-    };
-    let path = folder.join(file);
-    error::bytes(&path).map_err(|cause| cause.to_string())?;
-    let samples = Samples::read(path).and_then(|samples| match curve {
-        Curve::Linear => Samples::linear(samples),
-        Curve::Monotone => Samples::monotone(samples),
-        _ => Samples::cubic(samples),
-    });
-    samples
-        .map(Arc::new)
-        .map_err(|cause: SamplesError| format!("these samples cannot be used: {cause}"))
+/// Where the files are that a text names.
+enum Files<'f> {
+    /// Nowhere.
+    None,
+    /// In a folder.
+    In(&'f Path),
+    /// Here, by their names.
+    Given(&'f [(String, Vec<(f64, f64)>)]),
+}
+
+impl Files<'_> {
+    /// The samples in a file, or what is said of a file that has none.
+    fn samples(&self, file: &str, curve: Curve) -> Result<Arc<Samples>, String> {
+        let samples = match self {
+            Self::None => {
+                return Err(format!(
+                    "the text names the file `{file}`, and has no folder in which it could lie; expected a text in a file"
+                ));
+            }
+            Self::In(folder) => {
+                let path = folder.join(file);
+                error::bytes(&path).map_err(|cause| cause.to_string())?;
+                Samples::read(path)
+            }
+            Self::Given(samples) => {
+                let Some((_, samples)) = samples.iter().find(|(name, _)| name == file) else {
+                    return Err(format!(
+                        "the text names the file `{file}`, and no samples are given in its place"
+                    ));
+                };
+                Ok(samples.clone())
+            }
+        };
+        let samples = samples.and_then(|samples| match curve {
+            Curve::Linear => Samples::linear(samples),
+            Curve::Monotone => Samples::monotone(samples),
+            _ => Samples::cubic(samples),
+        });
+        samples
+            .map(Arc::new)
+            .map_err(|cause: SamplesError| format!("these samples cannot be used: {cause}"))
+    }
 }
 
 /// The system that data declare.

@@ -85,8 +85,9 @@ impl TextError {
         }
     }
 
-    /// The same with the name of the file.
-    pub(super) fn in_file(self, file: &Path) -> Self {
+    /// The same with the name of the file, which is shown above its lines.
+    #[must_use]
+    pub fn in_file(self, file: &Path) -> Self {
         match self {
             Self::Mistakes {
                 mistakes,
