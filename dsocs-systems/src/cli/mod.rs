@@ -82,6 +82,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use crate::entry::{Entry, EntryError, Mistake, UnknownName};
 
 pub use error::CliError;
+pub use run::run_page;
 
 /// Discrete second order constrained Lagrangian systems: single runs, checks, the list of systems.
 #[derive(Debug, Parser)]

@@ -1,14 +1,9 @@
 //! The page of one run: the mechanism, its coordinates, energy and forces over time, under one slider.
 
-use std::io::Write;
-use std::path::Path;
-
 use serde_json::{Map, Value, json};
 
-use super::CliError;
 use super::label::{label, plain, short};
 use super::moments::Moments;
-use super::output::OutputFile;
 use super::page::{self, Cell, Page, Scene, rounded};
 use crate::entry::{Column, Description, Drawing, Entry};
 use crate::figure::{Axis, BLUE, Curve, Envelope, Figure, Panel, Style};
@@ -26,8 +21,6 @@ const DIGITS: usize = 8;
 
 /// A page in the making. What it keeps of a run does not grow with the run.
 pub struct MotionPage {
-    /// The file.
-    file: OutputFile,
     /// The moments that the slider goes through.
     moments: Moments,
     /// What is shown of them.
@@ -50,18 +43,12 @@ struct Shown {
 }
 
 impl MotionPage {
-    /// Begins the file, so that a place that cannot be written is found before the run.
-    ///
-    /// # Errors
-    ///
-    /// [`CliError`] if the name is not that of a page or the file cannot be written.
-    pub fn create(
-        path: &Path,
+    /// Begins with no moment.
+    pub fn new(
         columns: &[Column],
         description: &Description,
         draw: Option<impl Fn(&[f64]) -> Drawing + 'static>,
-    ) -> Result<Self, CliError> {
-        page::check_name(path)?;
+    ) -> Self {
         let shapes = draw
             .as_ref()
             .map(|draw| draw(&vec![0.0; description.coordinates.len()]));
@@ -71,8 +58,7 @@ impl MotionPage {
             .map(|shape| shape.numbers().len());
         let numbers = columns.len() + numbers.sum::<usize>();
         let cells = (POINTS / 4 / columns.len()).clamp(24, 320);
-        Ok(Self {
-            file: OutputFile::create(path)?,
+        Self {
             moments: Moments::new((NUMBERS / numbers).clamp(100, 2000)),
             shown: Shown {
                 columns: columns.to_vec(),
@@ -80,7 +66,7 @@ impl MotionPage {
                 draw: draw.map(|draw| Box::new(draw) as Box<Draw>),
                 envelopes: vec![Envelope::with_cells(cells); columns.len() - 1],
             },
-        })
+        }
     }
 
     /// Takes the number of a node and the values of all columns there.
@@ -91,22 +77,14 @@ impl MotionPage {
         self.moments.push(index, values.to_vec());
     }
 
-    /// Writes the page and completes the file. `about` is what is said of the run, `notes` what it told.
-    ///
-    /// # Errors
-    ///
-    /// [`CliError`] if it cannot be written.
+    /// The page. `about` is what is said of the run, `notes` what it told.
     pub fn finish(
         self,
         [name, kind, summary]: [&str; 3],
         about: &Map<String, Value>,
         notes: &[String],
-    ) -> Result<(), CliError> {
-        let Self {
-            mut file,
-            moments,
-            shown,
-        } = self;
+    ) -> String {
+        let Self { moments, shown } = self;
         let rows = &moments.into_rows();
         let mut page = Page::new(
             &format!("{name}: {summary}"),
@@ -140,10 +118,7 @@ impl MotionPage {
             "motion",
             json!({"t": times, "columns": columns, "frames": frames}),
         );
-        if let Err(cause) = file.write_all(page.finish().as_bytes()) {
-            return Err(file.failed(cause));
-        }
-        file.finish()
+        page.finish()
     }
 }
 

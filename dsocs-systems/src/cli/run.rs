@@ -1,5 +1,6 @@
 //! `run`: one trajectory.
 
+use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -14,11 +15,12 @@ use super::energy::Energy;
 use super::expression;
 use super::input::InputArguments;
 use super::motion::{MotionPage, titles};
+use super::output::OutputFile;
 use super::plot::Plot;
 use super::start::{BeginArguments, Component, StartArguments, StartOption, component, vector};
 use super::table::{TableFormat, TableWriter};
 use super::terminal::tell;
-use super::{CliError, Program, interrupt, progress};
+use super::{CliError, Program, interrupt, page, progress};
 use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, UnknownName, columns};
 
 /// How many nodes there are between two signs of progress.
@@ -208,8 +210,8 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
 struct Pictures {
     /// The figure.
     plot: Option<Plot>,
-    /// The page.
-    report: Option<MotionPage>,
+    /// The page and its file.
+    report: Option<(OutputFile, MotionPage)>,
 }
 
 impl Pictures {
@@ -233,9 +235,12 @@ impl Pictures {
             None => None,
         };
         let report = match &arguments.report {
+            // a place that cannot be written is found before the run
             Some(path) => {
+                page::check_name(path)?;
+                let file = OutputFile::create(path)?;
                 let draw = entry.drawing();
-                Some(MotionPage::create(path, all, entry.description(), draw)?)
+                Some((file, MotionPage::new(all, entry.description(), draw)))
             }
             None => None,
         };
@@ -252,7 +257,7 @@ impl Pictures {
         if let Some(plot) = &mut self.plot {
             plot.push(index, values);
         }
-        if let Some(report) = &mut self.report {
+        if let Some((_, report)) = &mut self.report {
             report.push(index, values);
         }
     }
@@ -260,9 +265,55 @@ impl Pictures {
     /// Completes them.
     fn finish(self, titles: [&str; 3], about: &Map<String, Value>, notes: &[String]) -> Result<(), CliError> {
         self.plot.map_or(Ok(()), Plot::finish)?;
-        self.report
-            .map_or(Ok(()), |report| report.finish(titles, about, notes))
+        let Some((mut file, report)) = self.report else {
+            return Ok(());
+        };
+        let page = report.finish(titles, about, notes);
+        if let Err(cause) = file.write_all(page.as_bytes()) {
+            return Err(file.failed(cause));
+        }
+        file.finish()
     }
+}
+
+/// The page of a run that has been made: what `run --report` writes. `rows` has the values of all [`columns`] at each node, in their order, and
+/// `notes` is what the run told.
+///
+/// ```
+/// use dsocs_core::text::Text;
+/// use dsocs_systems::entry::{Beginning, Method, Plan};
+/// use dsocs_systems::{Entry, cli};
+/// use std::ops::ControlFlow;
+///
+/// let text = Text::parse("spring", "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 2 * x.powi(2);")?;
+/// let mut entry = Entry::of_text("spring", &text, None);
+/// let plan = Plan { h: 0.01, until: 1.0, method: Method::Step, certify: false, estimate: false, inputs: Vec::new() };
+/// let beginning = Beginning::SecondOrder { q0: vec![1.0], v0: vec![0.0] };
+/// let mut rows = Vec::new();
+/// entry.run(&plan, &beginning, &mut |row| {
+///     let mut values = Vec::new();
+///     row.write(&mut values);
+///     rows.push(values);
+///     ControlFlow::Continue(())
+/// })?;
+/// assert!(cli::run_page(&mut entry, &plan, &beginning, rows, &[]).starts_with("<!DOCTYPE html>"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use]
+pub fn run_page(
+    entry: &mut Entry,
+    plan: &Plan,
+    beginning: &Beginning,
+    rows: impl IntoIterator<Item = Vec<f64>>,
+    notes: &[String],
+) -> String {
+    let draw = entry.drawing();
+    let mut page = MotionPage::new(&columns(entry.description(), plan), entry.description(), draw);
+    for (index, values) in (0..).zip(rows) {
+        page.push(index, &values);
+    }
+    let about = about(entry, plan, beginning);
+    page.finish(titles(entry).each_ref().map(String::as_str), &about, notes)
 }
 
 /// The run that is asked for.

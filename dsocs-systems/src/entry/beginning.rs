@@ -89,7 +89,7 @@ impl Beginning {
     }
 
     /// The start of a run.
-    pub(crate) fn start(&self) -> AnyStart {
+    pub fn start(&self) -> AnyStart {
         match self {
             Self::Paper { q0, v0 } => AnyStart::paper(q0, v0),
             Self::SecondOrder { q0, v0 } => AnyStart::second_order(q0, v0),
