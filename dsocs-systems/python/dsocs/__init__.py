@@ -1,0 +1,68 @@
+"""Integrators for mechanical systems with constraints on positions, velocities and accelerations.
+
+A system is written down as in the paper: coordinates, a Lagrangian, constraints. `read` takes it from a file, `System` from a text, and
+`coordinates` begins one from expressions. `System.flow` begins a run:
+
+```python
+import dsocs
+
+swing = dsocs.System('''
+    parameters { length = 1.0, gravity = 9.81 }
+    coordinates(theta);
+    lagrangian = (length * dot(theta)).powi(2) / 2 + gravity * length * theta.cos();
+''')
+run = swing.flow(h=0.01, q=[1.0], v=[0.0], length=1.2).until(20.0)
+run.t, run.q, run.energy        # arrays with a row for each node, not copied
+run["theta"]                    # a column by its name
+```
+
+The results have the bits of the command line `dsocs`. All numbers are in the units of the declaration; in SI units times are in seconds.
+"""
+
+from ._check import Finding, Findings
+from ._dsocs import Node, __version__
+from ._ensemble import Ends, Ensemble
+from ._errors import (
+    DeclarationError,
+    DeclarationWarning,
+    DerivativeError,
+    Error,
+    InputTypeError,
+    Interrupted,
+    Mistake,
+    SetupError,
+    StepError,
+    StepWarning,
+)
+from ._path import Gradient, Path
+from ._run import ErrorEstimate, NearlySingular, Run, Unresolved
+from ._system import Quantity, RunText, System, read
+
+__all__ = [
+    "DeclarationError",
+    "DeclarationWarning",
+    "DerivativeError",
+    "Ends",
+    "Ensemble",
+    "Error",
+    "ErrorEstimate",
+    "Finding",
+    "Findings",
+    "Gradient",
+    "InputTypeError",
+    "Interrupted",
+    "Mistake",
+    "NearlySingular",
+    "Node",
+    "Path",
+    "Quantity",
+    "Run",
+    "RunText",
+    "SetupError",
+    "StepError",
+    "StepWarning",
+    "System",
+    "Unresolved",
+    "__version__",
+    "read",
+]

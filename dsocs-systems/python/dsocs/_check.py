@@ -1,0 +1,71 @@
+"""The paper's theorems, checked on a motion."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from . import _dsocs, _inputs
+from ._errors import SetupError
+from ._run import Setup
+from ._system import System
+
+
+class Finding(NamedTuple):
+    """A measured value, and the limit that it has to meet."""
+
+    #: The check.
+    check: str
+    #: What is measured.
+    what: str
+    #: The value; NaN where there is none.
+    figure: float
+    #: The limit; None where the value is only told.
+    bar: float | None
+    #: How the value compares with its limit: `<=` or `>=`.
+    relation: str | None
+    #: Whether it meets the limit, or need not.
+    ok: bool
+    #: Why there is no value.
+    failure: str | None
+    #: A remark.
+    note: str | None
+    #: Why the value need not meet its limit on this motion.
+    excuse: str | None
+
+
+class Findings(tuple[Finding, ...]):
+    """All findings of a check; `ok` says whether each is met."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether every value meets its limit, or need not."""
+        return all(finding.ok for finding in self)
+
+    def __repr__(self) -> str:
+        rows = []
+        for finding in self:
+            bar = "" if finding.bar is None else f"{finding.relation} {finding.bar:.3g}"
+            word = "" if finding.ok and finding.bar is None else "ok" if finding.ok else "FAILED"
+            if finding.ok and finding.excuse is not None:
+                word = "open"
+            rows.append((f"{finding.check}: {finding.what}", f"{finding.figure:.3g}", bar, word))
+        widths = [max((len(row[place]) for row in rows), default=0) for place in range(3)]
+        lines = [
+            f"{what:<{widths[0]}}  {figure:>{widths[1]}}  {bar:<{widths[2]}}  {word}".rstrip()
+            for what, figure, bar, word in rows
+        ]
+        return "\n".join(lines)
+
+
+def check(system: System, until: Any, *, values: Any, **asked: Any) -> Findings:
+    """Checks a motion that is given as `System.flow` takes it."""
+    setup = Setup.of(system, values=values, **asked)
+    return check_setup(system, setup, setup.until if until is None else _inputs.number("until", until))
+
+
+def check_setup(system: System, setup: Setup, until: float) -> Findings:
+    """Checks the motion of a run."""
+    if setup.order > 2 or setup.tolerance is not None:
+        raise SetupError("the checks are about the paper's step: order=2, without a tolerance")
+    found = _dsocs.check(system._raw, list(setup.values), setup.h, until, setup.begins)
+    return Findings(Finding(**finding) for finding in found)

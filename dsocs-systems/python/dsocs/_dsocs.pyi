@@ -1,0 +1,146 @@
+"""The engine: what the Python files of this package stand on. Only `Node` is for users."""
+
+from typing import Any, Callable, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+__version__: str
+
+_Array = npt.NDArray[np.float64]
+# a rule, its vectors, the acceleration nearby, the time, whether it is projected
+_Begins = tuple[str, list[list[float]], list[float] | None, float, bool]
+
+class Node:
+    """A node of a run: its number, time, position, velocity, acceleration, constraint force and energy.
+
+    `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` what belongs to it.
+    """
+
+    @property
+    def index(self) -> int:
+        """The number of the node; 0 is the start."""
+
+    @property
+    def t(self) -> float:
+        """The time."""
+
+    @property
+    def q(self) -> _Array:
+        """The position, an array with a number for each coordinate."""
+
+    @property
+    def v(self) -> _Array:
+        """The velocity, an array with a number for each coordinate."""
+
+    @property
+    def a(self) -> _Array:
+        """The acceleration, an array with a number for each coordinate."""
+
+    @property
+    def force(self) -> _Array:
+        """The generalized constraint force, an array with a number for each coordinate."""
+
+    @property
+    def energy(self) -> float:
+        """The energy."""
+
+    def __getitem__(self, name: str) -> float: ...
+
+class Text:
+    @staticmethod
+    def parse(
+        name: str,
+        shown_as: str,
+        text: str,
+        constants: Sequence[tuple[str, float]],
+        samples: Sequence[tuple[str, list[tuple[float, float]]]],
+    ) -> Text: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def text(self) -> str: ...
+    def warnings(self, shown_as: str) -> list[str]: ...
+    def values(self) -> list[float]: ...
+    def description(self) -> dict[str, Any]: ...
+    def runs(self) -> list[dict[str, Any]]: ...
+
+class RawRun:
+    every: int
+    def __init__(
+        self,
+        text: Text,
+        values: list[float],
+        h: float,
+        order: int,
+        tolerance: float | None,
+        begins: _Begins,
+        every: int,
+    ) -> None: ...
+    def until(
+        self,
+        t: float,
+        progress: Callable[[float], None] | None,
+        control: Callable[[Node], Mapping[str, float] | None] | None,
+        control_every: int,
+    ) -> None: ...
+    def advance(self, steps: int, toward: float | None) -> None: ...
+    def next(self, toward: float) -> Node | None: ...
+    def set_input(self, parameter: str, value: float) -> None: ...
+    def input(self, parameter: str) -> float | None: ...
+    def changes(self) -> list[tuple[int, float, int, float]]: ...
+    def node(self) -> Node: ...
+    def kept(self, row: int) -> Node: ...
+    def index(self) -> int: ...
+    def array(self, name: str) -> _Array: ...
+    def unresolved(self) -> tuple[int, float, float] | None: ...
+    def nearly_singular(self) -> tuple[int, float] | None: ...
+    def __len__(self) -> int: ...
+
+class RawPath:
+    def __init__(self, text: Text, values: list[float], h: float, begins: _Begins, until: float) -> None: ...
+    @property
+    def steps(self) -> int: ...
+    @property
+    def end(self) -> Node: ...
+    def gradient(
+        self, at_end: bool, cost: Callable[[int, float, _Array, _Array, _Array], tuple[float, list[float]]]
+    ) -> dict[str, Any]: ...
+    def tangents(self, variables: list[tuple[str, int]]) -> list[list[list[float]]]: ...
+
+def ensemble(
+    text: Text,
+    values: list[float],
+    h: float,
+    begins: list[_Begins],
+    varied: list[tuple[str, list[float]]],
+    t: float,
+    threads: int | None,
+    progress: Callable[[float], None] | None,
+) -> dict[str, Any]: ...
+def samples(path: str) -> list[tuple[float, float]]: ...
+def page(
+    text: Text,
+    values: list[float],
+    h: float,
+    until: float,
+    order: int,
+    tolerance: float | None,
+    begins: _Begins,
+    rows: _Array,
+    notes: list[str],
+) -> str: ...
+def estimate(
+    text: Text,
+    values: list[float],
+    h: float,
+    until: float,
+    order: int,
+    tolerance: float | None,
+    begins: _Begins,
+    held: list[tuple[str, list[tuple[float, float]]]],
+    every: int,
+) -> tuple[list[float], float]: ...
+def check(
+    text: Text, values: list[float], h: float, until: float, begins: _Begins
+) -> list[dict[str, Any]]: ...

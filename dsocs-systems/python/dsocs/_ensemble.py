@@ -1,0 +1,183 @@
+"""Many runs side by side."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Iterator, Mapping, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _dsocs, _inputs
+from ._errors import Error, InputTypeError, Interrupted, SetupError
+from ._progress import shown
+from ._run import Progress, Setup
+from ._system import System
+
+Array = npt.NDArray[np.float64]
+
+
+class Ends:
+    """The ends of many runs: arrays with a row for each run. A run that failed has NaN, and its error is in `failures`."""
+
+    def __init__(self, system: System, told: Mapping[str, Any]) -> None:
+        self._system = system
+        #: The times [s]: an array of the shape (runs,).
+        self.t: Array = told["t"]
+        #: The positions: an array of the shape (runs, coordinates).
+        self.q: Array = told["q"]
+        #: The velocities: an array of the shape (runs, coordinates).
+        self.v: Array = told["v"]
+        #: The accelerations: an array of the shape (runs, coordinates).
+        self.a: Array = told["a"]
+        #: The generalized constraint forces: an array of the shape (runs, coordinates).
+        self.force: Array = told["force"]
+        #: The energies: an array of the shape (runs,).
+        self.energy: Array = told["energy"]
+        #: The errors of the runs that failed, by their numbers.
+        self.failures: dict[int, Error] = dict(told["failures"])
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __getitem__(self, name: str) -> Array:
+        """A column by its name: a coordinate, `v_theta`, `a_theta`, `force_theta`, `t` or `energy`."""
+        if name in ("t", "energy"):
+            column: Array = getattr(self, name)
+            return column
+        names = self._system._names
+        for prefix, array in (("", self.q), ("v_", self.v), ("a_", self.a), ("force_", self.force)):
+            if isinstance(name, str) and name.startswith(prefix) and name[len(prefix) :] in names:
+                return array[:, names.index(name[len(prefix) :])]
+        raise KeyError(str(_inputs.unknown("column", name, ["t", *names, *(f"v_{x}" for x in names), "energy"])))
+
+    def table(self) -> dict[str, Array]:
+        """Times, positions, velocities and energies by name: `pandas.DataFrame(ends.table())`."""
+        names = self._system._names
+        return {name: self[name] for name in ["t", *names, *(f"v_{x}" for x in names), "energy"]}
+
+    def __repr__(self) -> str:
+        failed = f", {len(self.failures)} failed" if self.failures else ""
+        return f"<Ends of {len(self)} runs of {self._system.name}{failed}>"
+
+
+class Ensemble:
+    """Many runs that have not begun: `until` gives their ends."""
+
+    def __init__(
+        self, system: System, *, h: Any, q: Any, v: Any, t: Any, start: Any, project: Any, run: Any, values: Mapping[str, Any]
+    ) -> None:
+        #: The system.
+        self.system = system
+        names = system._names
+        single, varied = _split(system, values)
+        text = system._run_text(run)
+        own_q, own_v = text.start if text is not None and text.start is not None else (None, None)
+        rows_q, rows_v = _rows("q", q, names, own_q), _rows("v", v, names, own_v)
+        counts = {
+            **({"q": len(rows_q)} if rows_q is not None and rows_q.ndim == 2 else {}),
+            **({"v": len(rows_v)} if rows_v is not None and rows_v.ndim == 2 else {}),
+            **{name: len(values) for name, values in varied.items()},
+        }
+        different = sorted(set(counts.values()))
+        if len(different) > 1:
+            said = ", ".join(f"{name} for {count}" for name, count in counts.items())
+            raise SetupError(f"not all arrays are for the same number of runs: {said}")
+        if not different:
+            raise SetupError("nothing varies from run to run: give q or v as an array of the shape (runs, coordinates), or a parameter as an array")
+        self._count = different[0]
+        first = {"q": None if rows_q is None else np.atleast_2d(rows_q)[:1], "v": None if rows_v is None else np.atleast_2d(rows_v)[:1]}
+        sample = {name: None if row is None or not len(row) else row[0] for name, row in first.items()}
+        self._setup = Setup.of(
+            system, h=h, q=sample["q"], v=sample["v"], t=t, start=start, project=project, run=run, values=single
+        )
+        if self._setup.rule not in ("paper", "second-order"):
+            raise SetupError("a constraint here is of third order, which ensembles do not know")
+        q0, v0 = self._setup.vectors
+        self._q = np.broadcast_to(q0 if rows_q is None else rows_q, (self._count, len(names)))
+        self._v = np.broadcast_to(v0 if rows_v is None else rows_v, (self._count, len(names)))
+        self._varied = varied
+
+    def __len__(self) -> int:
+        """How many runs there are."""
+        return self._count
+
+    def until(self, t: float | None = None, *, threads: int | None = None, progress: Progress = False) -> Ends:
+        """Runs all of them up to the last node at or before the time `t` [s], by default that of the text's run.
+
+        `threads`: how many threads, by default one for each core. Results do not depend on it. `progress`: as in `Run.until`.
+
+        A run that fails does not end the others: see `Ends.failures`. Where Ctrl-C ends it, the exception's `run` has the ends up to there, each at its
+        own time.
+        """
+        end = self._setup.until if t is None else _inputs.number("t", t)
+        count = None if threads is None else _inputs.whole("threads", threads, 1)
+        setup = self._setup
+        if (end - setup.t) * math.copysign(1, setup.h) < 0:
+            raise SetupError(f"t = {end} lies the other way than the step h = {setup.h} goes, from t = {setup.t}")
+        near = None if setup.near is None else list(setup.near)
+        begins = [
+            (setup.rule, [q, v], near, setup.t, setup.project) for q, v in zip(self._q.tolist(), self._v.tolist())
+        ]
+        varied = [(name, values.tolist()) for name, values in self._varied.items()]
+        with shown(progress, self.system.name, 0.0, 1.0) as tell:
+            told = _dsocs.ensemble(
+                self.system._raw, list(setup.values), setup.h, begins, varied, end, count, tell
+            )
+        ends = Ends(self.system, told)
+        interrupted = told["interrupted"]
+        if isinstance(interrupted, KeyboardInterrupt):
+            raise Interrupted("interrupted; the exception's `run` has the ends up to there", ends)  # type: ignore[arg-type]
+        if interrupted is not None:
+            raise interrupted
+        return ends
+
+    def __repr__(self) -> str:
+        varied = f", {', '.join(self._varied)} vary" if self._varied else ""
+        return f"<Ensemble of {self._count} runs of {self.system.name}, h={self._setup.h:g}{varied}>"
+
+
+def _split(system: System, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Parameters that all runs share, and those with a value for each run."""
+    names = {of.name for of in system._parameters}
+    single: dict[str, Any] = {}
+    varied: dict[str, Array] = {}
+    for name, value in values.items():
+        if name in names and np.ndim(value) == 1:
+            varied[name] = _inputs.array(name, value)
+        elif name in names and np.ndim(value) > 1:
+            raise SetupError(f"{name} has {np.ndim(value)} dimensions; expected a number, or one for each run")
+        else:
+            single[name] = value
+    return single, varied
+
+
+def _rows(name: str, given: Any, names: list[str], own: list[float] | None) -> Array | None:
+    """A vector that all runs share, or one for each run."""
+    if given is None:
+        return None
+    if isinstance(given, Mapping):
+        for key in given:
+            if key not in names:
+                raise _inputs.unknown("coordinate", key, names)
+        columns = []
+        for place, coordinate in enumerate(names):
+            if coordinate in given:
+                column = _inputs.array(f"{name}[{coordinate!r}]", given[coordinate])
+                if column.ndim > 1:
+                    raise SetupError(f"{name}[{coordinate!r}] has {column.ndim} dimensions; expected a number, or one for each run")
+                columns.append(column)
+            elif own is not None:
+                columns.append(np.asarray(own[place]))
+            else:
+                raise SetupError(f"{name} has no value for the coordinate `{coordinate}`, and the system has none of its own for it")
+        lengths = {len(column) for column in columns if column.ndim == 1}
+        if len(lengths) > 1:
+            raise SetupError(f"{name} has columns of different lengths: {', '.join(str(length) for length in sorted(lengths))}")
+        return np.stack(np.broadcast_arrays(*columns), axis=-1)
+    array = _inputs.array(name, given)
+    if array.ndim not in (1, 2) or array.shape[-1] != len(names):
+        raise SetupError(
+            f"{name} has the shape {array.shape}; expected ({len(names)},), or (runs, {len(names)}): a number for each coordinate, {', '.join(names)}"
+        )
+    return array

@@ -1,0 +1,141 @@
+"""What goes wrong, as a small tree of exceptions.
+
+| exception | when |
+|---|---|
+| `Error` | all of them |
+| `DeclarationError` | a text is no system; it has the line and the column of each mistake |
+| `SetupError` | a start, a step, a parameter or another input cannot be used |
+| `InputTypeError` | the same where an input is of a wrong type; it is a `TypeError`, too |
+| `StepError` | a step has no solution; it has the step, the time, the nodes and the run up to there |
+| `DerivativeError` | a run has no derivative |
+| `Interrupted` | Ctrl-C ended a run; it is a `KeyboardInterrupt` and no `Error`, and has the run up to there |
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple, Sequence
+
+if TYPE_CHECKING:
+    from ._run import Run
+
+__all__ = [
+    "DeclarationError",
+    "DeclarationWarning",
+    "DerivativeError",
+    "Error",
+    "InputTypeError",
+    "Interrupted",
+    "Mistake",
+    "SetupError",
+    "StepError",
+    "StepWarning",
+]
+
+
+class Error(Exception):
+    """Anything that this package refuses or cannot compute."""
+
+
+class Mistake(NamedTuple):
+    """A mistake in a text. Lines and columns count from 1, columns in characters."""
+
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+    message: str
+
+
+class DeclarationError(Error, ValueError):
+    """A text is no system. The message shows the lines of the text with the place of each mistake underlined."""
+
+    def __init__(self, message: str, mistakes: Sequence[tuple[int, int, int, int, str]] = ()) -> None:
+        super().__init__(message)
+        #: All mistakes, in the order of the text.
+        self.mistakes: list[Mistake] = [Mistake(*mistake) for mistake in mistakes]
+
+    @property
+    def line(self) -> int | None:
+        """The line of the first mistake, from 1; None if a file could not be read."""
+        return self.mistakes[0].line if self.mistakes else None
+
+    @property
+    def column(self) -> int | None:
+        """The column of the first mistake, from 1; None if a file could not be read."""
+        return self.mistakes[0].column if self.mistakes else None
+
+    def __reduce__(self) -> Any:
+        return type(self), (self.args[0], [tuple(mistake) for mistake in self.mistakes])
+
+
+class SetupError(Error, ValueError):
+    """A start, a step, a parameter or another input cannot be used. The message has its name."""
+
+
+class InputTypeError(SetupError, TypeError):
+    """An input is of a wrong type. The message has its name."""
+
+
+class StepError(Error, ArithmeticError):
+    """A step has no solution, or more than one. What was computed before is in `run`."""
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        time: float | None = None,
+        step: int | None = None,
+        h: float | None = None,
+        q0: Sequence[float] = (),
+        q1: Sequence[float] = (),
+        q2: Sequence[float] = (),
+        other: Sequence[float] = (),
+        reason: str | None = None,
+        run: Run | None = None,
+    ) -> None:
+        super().__init__(message)
+        #: The time of the step's middle node.
+        self.time = time
+        #: The number of the step's middle node; None where the method chooses its steps.
+        self.step = step
+        #: The step.
+        self.h = h
+        #: The step's nodes: two that are known, and the last candidate for the third.
+        self.nodes: tuple[list[float], ...] = (list(q0), list(q1), list(q2)) if len(q0) else ()
+        #: The other candidate, where there are two.
+        self.other = list(other)
+        #: Why there is no solution, in a line.
+        self.reason = reason
+        #: The run up to there.
+        self.run = run
+
+    def __reduce__(self) -> Any:
+        nodes = self.nodes or ((), (), ())
+        state: dict[str, Any] = dict(time=self.time, step=self.step, h=self.h, q0=nodes[0], q1=nodes[1], q2=nodes[2])
+        state.update(other=self.other, reason=self.reason, run=self.run)
+        return _step_error, (self.args[0], state)
+
+
+def _step_error(message: str, state: dict[str, Any]) -> StepError:
+    return StepError(message, **state)
+
+
+class DerivativeError(Error, ArithmeticError):
+    """A run has no derivative."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C ended a run. What was computed before is in `run`, which can go on."""
+
+    def __init__(self, message: str, run: Run | None = None) -> None:
+        super().__init__(message)
+        #: The run up to there.
+        self.run = run
+
+
+class DeclarationWarning(UserWarning):
+    """Something in a text has no effect."""
+
+
+class StepWarning(RuntimeWarning):
+    """A run went on, and its error may be larger than that of its method."""

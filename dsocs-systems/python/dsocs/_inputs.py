@@ -1,0 +1,115 @@
+"""Inputs are checked here: shape, type and finiteness, with the name in the message."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import numbers
+from typing import Any, Iterable, Mapping, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import InputTypeError, SetupError
+
+#: A vector: a number for each coordinate in the order of the declaration, or by name; one number where there is one coordinate.
+VectorLike = Union[float, Sequence[float], npt.NDArray[Any], Mapping[str, float]]
+
+
+def unknown(kind: str, name: object, known: Iterable[str]) -> SetupError:
+    """The error for a name that nothing has."""
+    names = list(known)
+    near = difflib.get_close_matches(str(name), names, n=1)
+    hint = f" (did you mean `{near[0]}`?)" if near else ""
+    listed = "known: " + ", ".join(names) if names else "there is none of any name"
+    return SetupError(f"there is no {kind} `{name}`{hint}; {listed}")
+
+
+def number(name: str, given: object) -> float:
+    """A finite number."""
+    if isinstance(given, np.ndarray) and given.ndim == 0:
+        given = given.item()
+    if isinstance(given, (bool, np.bool_)) or not isinstance(given, (numbers.Real, np.number)):
+        raise InputTypeError(f"{name} is {_shown(given)}; expected a number")
+    if isinstance(given, np.complexfloating):
+        raise InputTypeError(f"{name} is {_shown(given)}; expected a real number")
+    try:
+        value = float(given)
+    except OverflowError:
+        raise SetupError(f"{name} is {_shown(given)}; it must be finite") from None
+    if not math.isfinite(value):
+        raise SetupError(f"{name} is {value}; it must be finite")
+    return value
+
+
+def whole(name: str, given: object, least: int) -> int:
+    """A whole number, not below another one."""
+    if isinstance(given, (bool, np.bool_)) or not isinstance(given, (int, np.integer)):
+        raise InputTypeError(f"{name} is {_shown(given)}; expected a whole number")
+    if given < least:
+        raise SetupError(f"{name} is {given}; it must be at least {least}")
+    if given >= 2**63:
+        raise SetupError(f"{name} is {given}; it must be below 2**63")
+    return int(given)
+
+
+def array(name: str, given: object) -> npt.NDArray[np.float64]:
+    """An array of finite numbers."""
+    if isinstance(given, (str, bytes)) or given is None:
+        raise InputTypeError(f"{name} is {_shown(given)}; expected numbers")
+    try:
+        values = np.asarray(given)
+    except (TypeError, ValueError):
+        raise InputTypeError(f"{name} is {_shown(given)}; expected an array of numbers, whose rows are of one length") from None
+    if values.dtype.kind not in "iuf":
+        if values.size == 0:
+            raise SetupError(f"{name} is empty; expected numbers")
+        raise InputTypeError(f"{name} is {_shown(given)}, of the type {values.dtype}; expected real numbers")
+    result: npt.NDArray[np.float64] = np.ascontiguousarray(values, dtype=np.float64)
+    if not np.isfinite(result).all():
+        places = np.argwhere(~np.isfinite(result))[0]
+        place = "".join(f"[{i}]" for i in places)
+        raise SetupError(f"{name}{place} is {result[tuple(places)]}; it must be finite")
+    return result
+
+
+def vector(
+    name: str,
+    given: object,
+    coordinates: Sequence[str],
+    own: Sequence[float] | None = None,
+) -> list[float]:
+    """A number for each coordinate. Coordinates that a mapping does not name have the values of `own`."""
+    if isinstance(given, Mapping):
+        for key in given:
+            if key not in coordinates:
+                raise unknown("coordinate", key, coordinates)
+        values = []
+        for place, coordinate in enumerate(coordinates):
+            if coordinate in given:
+                values.append(number(f"{name}[{coordinate!r}]", given[coordinate]))
+            elif own is not None:
+                values.append(own[place])
+            else:
+                raise SetupError(
+                    f"{name} has no value for the coordinate `{coordinate}`, and the system has none of its own for it"
+                )
+        return values
+    if isinstance(given, (numbers.Real, np.number)):
+        given = [number(name, given)]
+    values_ = array(name, given)
+    if values_.ndim != 1:
+        raise SetupError(f"{name} has {values_.ndim} dimensions; expected a number for each coordinate: {', '.join(coordinates)}")
+    if len(values_) != len(coordinates):
+        components = "component" if len(values_) == 1 else "components"
+        raise SetupError(
+            f"{name} has {len(values_)} {components}, but there are {len(coordinates)} coordinates: {', '.join(coordinates)}"
+        )
+    result: list[float] = values_.tolist()
+    return result
+
+
+def _shown(given: object) -> str:
+    """What was given, on a line of some length."""
+    shown = repr(given)
+    return shown if len(shown) <= 60 else f"{shown[:57]}..."

@@ -1,0 +1,105 @@
+"""Derivatives of a run."""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Mapping, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _dsocs, _inputs
+from ._dsocs import Node
+from ._dual import Dual, DualNode
+from ._errors import InputTypeError, SetupError
+from ._run import Setup
+from ._system import System
+
+Array = npt.NDArray[np.float64]
+
+
+class Gradient(NamedTuple):
+    """The derivatives of a cost, in units of the cost per unit of the variable."""
+
+    #: The cost.
+    cost: float
+    #: By the position at the start. The velocity there stays fixed, or the second node if the run began with nodes.
+    q: Array
+    #: By the velocity at the start; zero if the run began with nodes.
+    v: Array
+    #: By the second node; zero unless the run began with nodes.
+    q1: Array
+    #: By the parameters, by name.
+    parameters: dict[str, float]
+
+
+class Path:
+    """A run by the paper's step whose steps are kept, so that it can be differentiated."""
+
+    def __init__(
+        self, system: System, until: Any, *, h: Any, q: Any, v: Any, q1: Any, t: Any, start: Any, run: Any, values: Mapping[str, Any]
+    ) -> None:
+        #: The system.
+        self.system = system
+        self._setup = Setup.of(system, h=h, q=q, v=v, q1=q1, t=t, start=start, run=run, values=values)
+        #: The time [s] that was asked for.
+        self.until = self._setup.until if until is None else _inputs.number("until", until)
+        setup = self._setup
+        self._raw = _dsocs.RawPath(system._raw, list(setup.values), setup.h, setup.begins, self.until)
+
+    @property
+    def end(self) -> Node:
+        """The last node."""
+        node: Node = self._raw.end
+        return node
+
+    @property
+    def steps(self) -> int:
+        """The number of steps."""
+        steps: int = self._raw.steps
+        return steps
+
+    def gradient(self, cost: Callable[[DualNode], Any], *, of: str = "end") -> Gradient:
+        """The derivatives of a cost by the start and all parameters, backward through the run: it takes as long as two to four runs.
+
+        `cost` gets a node and returns a number: `lambda last: last["theta"]**2 + np.sin(last["v_theta"])`. The node has `t`, `index`, and the arrays
+        `q`, `v` and `a`, whose numbers know their derivatives: operators and numpy's functions work on them. `of` says which nodes have a cost:
+        `"end"` the last alone, `"nodes"` all of them, whose costs are summed.
+
+        Raises `DerivativeError` if a step or the start has no derivative.
+        """
+        if not callable(cost):
+            raise InputTypeError(f"cost is {type(cost).__name__}; expected a function of a node")
+        if of not in ("end", "nodes"):
+            raise SetupError(f"of is {of!r}; expected 'end' or 'nodes'")
+        names = self.system._names
+
+        def asked(index: int, t: float, q: Array, v: Array, a: Array) -> tuple[float, list[float]]:
+            found = cost(DualNode(index, t, q, v, a, names))
+            return Dual.parts(found, 3 * len(names))
+
+        told = self._raw.gradient(of == "end", asked)
+        parameters = dict(zip((of.name for of in self.system._parameters), told["parameters"].tolist()))
+        return Gradient(told["cost"], told["q"], told["v"], told["q1"], parameters)
+
+    def tangents(self, *variables: str) -> dict[str, tuple[Array, Array]]:
+        """The derivatives of the last node by variables, forward through the run: for each position and velocity.
+
+        A variable is a parameter, `"q_theta"` or `"v_theta"`, which is a coordinate or a velocity at the start, by name.
+
+        Raises `DerivativeError` as `gradient`, and `SetupError` if there is no such variable.
+        """
+        names, parameters = self.system._names, {of.name for of in self.system._parameters}
+        asked = []
+        for variable in variables:
+            if variable in parameters:
+                asked.append((variable, 0))
+            elif variable[:2] in ("q_", "v_") and variable[2:] in names:
+                asked.append((f"@{variable[0]}", names.index(variable[2:])))
+            else:
+                known = [*parameters, *(f"q_{x}" for x in names), *(f"v_{x}" for x in names)]
+                raise _inputs.unknown("variable", variable, known)
+        found = self._raw.tangents(asked)
+        return {name: (np.asarray(q), np.asarray(v)) for name, (q, v) in zip(variables, found)}
+
+    def __repr__(self) -> str:
+        return f"<Path of {self.system.name}: {self.steps} steps, h={self._setup.h:g}, to t={self.end.t:g}>"

@@ -1,0 +1,72 @@
+//! How a run begins, and by which method, as Python says it.
+
+use dsocs_core::Composition;
+use dsocs_systems::entry::{Beginning, Method};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// How a run begins: the rule, two or three vectors, the acceleration nearby, the time, and whether it is projected.
+#[derive(FromPyObject)]
+pub struct Begins(String, Vec<Vec<f64>>, Option<Vec<f64>>, f64, bool);
+
+impl Begins {
+    /// The beginning.
+    pub fn beginning(&self) -> PyResult<Beginning> {
+        let Self(rule, vectors, near, t0, projected) = self;
+        let beginning = match (rule.as_str(), vectors.as_slice()) {
+            ("paper", [q0, v0]) => Beginning::Paper {
+                q0: q0.clone(),
+                v0: v0.clone(),
+            },
+            ("second-order", [q0, v0]) => Beginning::SecondOrder {
+                q0: q0.clone(),
+                v0: v0.clone(),
+            },
+            ("acceleration", [q0, v0, a0]) => Beginning::ThirdOrder {
+                q0: q0.clone(),
+                v0: v0.clone(),
+                a0: a0.clone(),
+            },
+            ("force", [q0, v0, force]) => Beginning::ThirdOrderByForce {
+                q0: q0.clone(),
+                v0: v0.clone(),
+                force: force.clone(),
+            },
+            ("nodes", [q0, q1]) => Beginning::Nodes {
+                q0: q0.clone(),
+                q1: q1.clone(),
+            },
+            ("nodes", [q0, q1, q2]) => Beginning::ThreeNodes {
+                q0: q0.clone(),
+                q1: q1.clone(),
+                q2: q2.clone(),
+            },
+            _ => return Err(PyValueError::new_err("no such start")),
+        };
+        // in the order of the command line
+        let beginning = match near {
+            Some(near) => Beginning::Near(near.clone(), Box::new(beginning)),
+            None => beginning,
+        };
+        let beginning = if *t0 == 0.0 {
+            beginning
+        } else {
+            Beginning::At(*t0, Box::new(beginning))
+        };
+        Ok(if *projected {
+            Beginning::Projected(Box::new(beginning))
+        } else {
+            beginning
+        })
+    }
+}
+
+/// The method: a composition's order, or a tolerance.
+pub fn method(order: u32, tolerance: Option<f64>) -> PyResult<Method> {
+    match (tolerance, Composition::of_order(order)) {
+        (Some(tolerance), _) => Ok(Method::Tolerance(tolerance)),
+        (None, Some(composition)) if order > 2 => Ok(Method::Composed(composition)),
+        (None, Some(_)) => Ok(Method::Step),
+        (None, None) => Err(PyValueError::new_err("no such order")),
+    }
+}

@@ -1,0 +1,39 @@
+//! The engine of the Python package `dsocs`: what its Python files stand on. Users see `dsocs`, not this module.
+//!
+//! Everything that takes long runs without Python's lock, and looks every 30 ms whether it is to end.
+
+mod begin;
+mod ensemble;
+mod error;
+mod motion;
+mod node;
+mod path;
+mod record;
+mod run;
+mod text;
+mod told;
+
+/// The engine.
+#[pyo3::pymodule]
+mod _dsocs {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::ensemble::ensemble;
+    #[pymodule_export]
+    use crate::node::PyNode;
+    #[pymodule_export]
+    use crate::path::PyPath;
+    #[pymodule_export]
+    use crate::run::PyRun;
+    #[pymodule_export]
+    use crate::text::PyText;
+    #[pymodule_export]
+    use crate::told::{check, estimate, page, samples};
+
+    /// Says of which version this is.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,162 @@
+//! A run in progress, with the system that it belongs to.
+
+use std::time::{Duration, Instant};
+
+use dsocs_core::taylor::AnyTaylorFlow;
+use dsocs_core::text::TapeKernel;
+use dsocs_core::{AnyComposedFlow, AnyFlow, End, Kernel, Run, RunError, SetupError, Tolerance};
+use dsocs_systems::entry::{Beginning, Method};
+use self_cell::self_cell;
+
+use crate::record::Record;
+
+/// After so long someone asks whether to go on.
+pub const PATIENCE: Duration = Duration::from_millis(30);
+
+/// So many nodes are made at most before the clock is looked at.
+const MOST: u32 = 4096;
+
+/// The clock is looked at about so often.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// A run by one of the methods.
+pub enum AnyRun<'s> {
+    /// By the paper's step.
+    Step(Box<AnyFlow<'s>>),
+    /// By a composition of it.
+    Composed(Box<AnyComposedFlow<'s>>),
+    /// By Taylor series.
+    Continuous(Box<AnyTaylorFlow<'s>>),
+}
+
+impl<'s> AnyRun<'s> {
+    /// Sets up a run, as the command line does.
+    fn begin(system: &'s TapeKernel, h: f64, method: Method, from: &Beginning) -> Result<Self, SetupError> {
+        let start = from.start();
+        // whatever the method: step, parameters and start are to be usable
+        let step = AnyFlow::new(system, h, &start)?;
+        Ok(match method {
+            Method::Step => Self::Step(Box::new(step)),
+            Method::Composed(composition) => {
+                Self::Composed(Box::new(AnyComposedFlow::new(system, h, composition, &start)?))
+            }
+            Method::Tolerance(tolerance) => {
+                let flow = AnyTaylorFlow::of_tape(system, &start, Tolerance::relative(tolerance))?;
+                Self::Continuous(Box::new(flow.every(h)?))
+            }
+        })
+    }
+
+    /// The run.
+    fn run(&self) -> &(dyn Run + 's) {
+        match self {
+            Self::Step(flow) => flow.run(),
+            Self::Composed(flow) => flow.run(),
+            Self::Continuous(flow) => &**flow,
+        }
+    }
+
+    /// The run, to make steps.
+    fn run_mut(&mut self) -> &mut (dyn Run + 's) {
+        match self {
+            Self::Step(flow) => flow.run_mut(),
+            Self::Composed(flow) => flow.run_mut(),
+            Self::Continuous(flow) => &mut **flow,
+        }
+    }
+}
+
+self_cell!(
+    /// A run and its system.
+    struct Owned {
+        owner: Box<TapeKernel>,
+        #[not_covariant]
+        dependent: AnyRun,
+    }
+);
+
+/// A run in progress, which owns its system.
+pub struct Motion(Owned);
+
+/// How far some steps have led.
+pub enum Reached {
+    /// To the end.
+    End,
+    /// As far as there was time for.
+    OnTheWay,
+}
+
+impl Motion {
+    /// Sets up a run, as the command line does.
+    pub fn begin(
+        system: TapeKernel,
+        h: f64,
+        method: Method,
+        from: &Beginning,
+    ) -> Result<Self, Box<SetupError>> {
+        let owned = Owned::try_new(Box::new(system), |system| AnyRun::begin(system, h, method, from));
+        Ok(Self(owned.map_err(Box::new)?))
+    }
+
+    /// The system, with the values that its parameters began with.
+    pub fn system(&self) -> &dyn Kernel {
+        &**self.0.borrow_owner()
+    }
+
+    /// Whether the run knows one position more than its node, so that an input holds from there on.
+    pub fn is_ahead(&self) -> bool {
+        self.0.with_dependent(|_, run| matches!(run, AnyRun::Step(_)))
+    }
+
+    /// How many coordinates there are.
+    pub fn dimension(&self) -> usize {
+        self.system().shape().dimension()
+    }
+
+    /// Looks at the run.
+    pub fn look<R>(&self, look: impl FnOnce(&dyn Run) -> R) -> R {
+        self.0.with_dependent(|_, run| look(run.run()))
+    }
+
+    /// Does something with the run.
+    pub fn with<R>(&mut self, work: impl FnOnce(&mut dyn Run) -> R) -> R {
+        self.0.with_dependent_mut(|_, run| work(run.run_mut()))
+    }
+
+    /// Goes on to the next node, or begins with the first. `false` at the end.
+    pub fn next(&mut self, end: &End, record: &mut Record) -> Result<bool, RunError> {
+        self.with(|run| {
+            let goes = run.go_on(end)?;
+            if goes {
+                record.take(run);
+            }
+            Ok(goes)
+        })
+    }
+
+    /// Goes towards an end, for some time.
+    pub fn go(&mut self, end: &End, record: &mut Record) -> Result<Reached, RunError> {
+        self.with(|run| {
+            let (begun, mut looked) = (Instant::now(), Instant::now());
+            let mut some = 1;
+            loop {
+                for _ in 0..some {
+                    if !run.go_on(end)? {
+                        return Ok(Reached::End);
+                    }
+                    record.take(run);
+                }
+                let now = Instant::now();
+                if now - begun > PATIENCE {
+                    return Ok(Reached::OnTheWay);
+                }
+                if now - looked < LOOK {
+                    some = (2 * some).min(MOST);
+                } else {
+                    some = (some / 2).max(1);
+                }
+                looked = now;
+            }
+        })
+    }
+}

@@ -1,0 +1,196 @@
+//! Runs that can be differentiated.
+
+use std::sync::Arc;
+
+use dsocs_core::text::TapeKernel;
+use dsocs_core::{AnyPath, AnyPoint, DerivativeError, Dual, Kernel, OwnedNode, Variable};
+use dsocs_systems::entry::Beginning;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use self_cell::self_cell;
+
+use crate::begin::Begins;
+use crate::error::{guarded, of_derivative};
+use crate::node::PyNode;
+use crate::text::PyText;
+
+self_cell!(
+    /// A path and its system.
+    struct Owned {
+        owner: Box<TapeKernel>,
+        #[not_covariant]
+        dependent: AnyPath,
+    }
+);
+
+/// A run by the paper's step whose steps are kept: what the Python class `Path` stands on.
+#[pyclass(frozen, name = "RawPath", module = "dsocs._dsocs")]
+pub struct PyPath {
+    /// The path.
+    path: Owned,
+    /// The names of the coordinates.
+    names: Arc<[String]>,
+}
+
+/// Runs to a time.
+fn begin<'s>(
+    system: &'s TapeKernel,
+    h: f64,
+    from: &Beginning,
+    until: f64,
+) -> Result<AnyPath<'s>, Box<DerivativeError>> {
+    AnyPath::new(system, h, &from.start(), until).map_err(Box::new)
+}
+
+#[pymethods]
+impl PyPath {
+    /// Runs to a time.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        text: &PyText,
+        values: Vec<f64>,
+        h: f64,
+        begins: Begins,
+        until: f64,
+    ) -> PyResult<Self> {
+        let (system, beginning) = (Box::new(text.kernel(&values)), begins.beginning()?);
+        let path =
+            py.detach(|| guarded(|| Owned::try_new(system, |system| begin(system, h, &beginning, until))))?;
+        let path = path.map_err(|error| of_derivative(py, &error))?;
+        let shape = (&**path.borrow_owner() as &dyn Kernel).shape();
+        let names: Arc<[String]> = shape.coordinates.iter().map(|of| of.name.to_string()).collect();
+        Ok(Self { path, names })
+    }
+
+    /// The number of steps.
+    #[getter]
+    fn steps(&self, py: Python<'_>) -> usize {
+        self.with(py, |path| path.steps())
+    }
+
+    /// The last node.
+    #[getter]
+    fn end(&self, py: Python<'_>) -> PyNode {
+        let node = self.with(py, |path| OwnedNode::of(&path.end()));
+        PyNode::new(node, &self.names)
+    }
+
+    /// The gradient of a cost that is a sum over the nodes, or, `at_end`, depends on the last node alone. The function gets the number of a node, its time,
+    /// position, velocity and acceleration. It returns the cost and its derivatives by these three, one after the other.
+    fn gradient<'py>(
+        &self,
+        py: Python<'py>,
+        at_end: bool,
+        cost: Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let cost = cost.unbind();
+        let mut failed = None;
+        let found = py.detach(|| {
+            self.path.with_dependent(|_, path| {
+                // one call of the function serves all directions in which a node's cost is asked for
+                let mut last: Option<(usize, f64, Vec<f64>)> = None;
+                let mut of_node = |index: usize, point: AnyPoint<'_, Dual<f64>>| {
+                    if failed.is_some() {
+                        return Dual::new(f64::NAN, 0.0);
+                    }
+                    if last.as_ref().is_none_or(|(own, ..)| *own != index) {
+                        match Python::attach(|py| ask(py, &cost, index, point)) {
+                            Ok((value, slopes)) => last = Some((index, value, slopes)),
+                            Err(error) => {
+                                failed = Some(error);
+                                return Dual::new(f64::NAN, 0.0);
+                            }
+                        }
+                    }
+                    let Some((_, value, slopes)) = &last else {
+                        return Dual::new(f64::NAN, 0.0);
+                    };
+                    let rates = [point.q, point.v, point.a].into_iter().flatten();
+                    // what a cost does not depend on may have a rate that is no number
+                    let parts = slopes.iter().zip(rates).filter(|(slope, _)| **slope != 0.0);
+                    Dual::new(*value, parts.map(|(slope, rate)| slope * rate.eps).sum())
+                };
+                guarded(|| {
+                    if at_end {
+                        let steps = path.steps();
+                        path.gradient_at_end(&mut |point| of_node(steps, point))
+                    } else {
+                        path.gradient(&mut of_node)
+                    }
+                })
+            })
+        });
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        let found = found?.map_err(|error| of_derivative(py, &error))?;
+        let told = PyDict::new(py);
+        told.set_item("cost", found.cost)?;
+        for (name, vector) in [
+            ("q", found.q0),
+            ("v", found.v0),
+            ("q1", found.q1),
+            ("parameters", found.parameters),
+        ] {
+            told.set_item(name, PyArray1::from_vec(py, vector))?;
+        }
+        Ok(told)
+    }
+
+    /// The derivatives of the last node with respect to a variable: `q`, `v` or `q1` at the place of a coordinate, or a parameter by its name. They are
+    /// position, velocity, acceleration and force, one after the other.
+    fn tangents(&self, py: Python<'_>, variables: Vec<(String, usize)>) -> PyResult<Vec<[Vec<f64>; 2]>> {
+        let found = py.detach(|| {
+            self.path.with_dependent(|_, path| {
+                let asked: Vec<Variable<'_>> = variables
+                    .iter()
+                    .map(|(name, place)| match name.as_str() {
+                        "@q" => Variable::Position(*place),
+                        "@v" => Variable::Velocity(*place),
+                        "@q1" => Variable::SecondNode(*place),
+                        parameter => Variable::Parameter(parameter),
+                    })
+                    .collect();
+                guarded(|| {
+                    path.tangents(&asked).map(|tangents| {
+                        (0..asked.len())
+                            .filter_map(|place| tangents.get(place))
+                            .map(|tangent| [tangent.q.to_vec(), tangent.v.to_vec()])
+                            .collect()
+                    })
+                })
+            })
+        });
+        found?.map_err(|error| of_derivative(py, &error))
+    }
+}
+
+impl PyPath {
+    /// Looks at the path.
+    fn with<R: Send>(&self, py: Python<'_>, look: impl FnOnce(&AnyPath<'_>) -> R + Send) -> R {
+        py.detach(|| self.path.with_dependent(|_, path| look(path)))
+    }
+}
+
+/// Asks a function for the cost of a node and its derivatives.
+fn ask(
+    py: Python<'_>,
+    cost: &Py<PyAny>,
+    index: usize,
+    point: AnyPoint<'_, Dual<f64>>,
+) -> PyResult<(f64, Vec<f64>)> {
+    let numbers = |vector: &[Dual<f64>]| {
+        let numbers: Vec<f64> = vector.iter().map(|x| x.re).collect();
+        PyArray1::from_vec(py, numbers)
+    };
+    let told = (
+        index,
+        point.t.re,
+        numbers(point.q),
+        numbers(point.v),
+        numbers(point.a),
+    );
+    cost.call1(py, told)?.extract(py)
+}

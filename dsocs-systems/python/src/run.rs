@@ -1,0 +1,494 @@
+//! A run that Python drives.
+
+use std::sync::{Arc, Mutex, TryLockError};
+
+use dsocs_core::{AnyNode, AnyPoint, Declaration, End, OwnedNode, Run, RunError, Stop};
+use numpy::PyReadonlyArrayDyn;
+use pyo3::exceptions::{PyRuntimeError, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::begin::{Begins, method};
+use crate::error::{guarded, of_run, of_setup};
+use crate::motion::{Motion, Reached};
+use crate::node::PyNode;
+use crate::record::{Column, Record};
+use crate::text::PyText;
+
+/// An input that was given another value.
+#[derive(Clone, Copy)]
+struct Change {
+    /// At which node the run stood.
+    index: u64,
+    /// How many nodes were kept by then.
+    rows: usize,
+    /// The place of the parameter.
+    place: usize,
+    /// The value.
+    value: f64,
+}
+
+/// Everything that a run is and has.
+struct State {
+    /// The run.
+    motion: Motion,
+    /// The nodes.
+    record: Record,
+    /// The observed expressions at the nodes, as far as someone asked for them.
+    observed: Derived,
+    /// The multipliers, likewise.
+    multipliers: Derived,
+    /// The inputs that were given other values.
+    changes: Vec<Change>,
+}
+
+/// What is computed of nodes when someone asks for it.
+struct Derived {
+    /// Its numbers.
+    column: Column,
+    /// At how many nodes it was computed.
+    rows: usize,
+}
+
+impl Derived {
+    /// Nothing yet, of so many numbers at a node.
+    fn new(width: usize) -> Self {
+        Self {
+            column: Column::new(width),
+            rows: 0,
+        }
+    }
+}
+
+/// A run that Python drives: what the Python class `Run` stands on.
+#[pyclass(frozen, name = "RawRun", module = "dsocs._dsocs")]
+pub struct PyRun {
+    /// What it is and has. Whoever works on it does so alone; another thread is refused, and does not wait.
+    state: Mutex<State>,
+    /// The names of the coordinates.
+    names: Arc<[String]>,
+    /// Every so many nodes one is kept.
+    #[pyo3(get)]
+    every: u64,
+}
+
+impl PyRun {
+    /// Does something with the run, unless another thread does.
+    fn with<R>(&self, work: impl FnOnce(&mut State) -> PyResult<R>) -> PyResult<R> {
+        match self.state.try_lock() {
+            Ok(mut state) => work(&mut state),
+            Err(TryLockError::Poisoned(poisoned)) => work(&mut poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
+                "this run is at work: in another thread, or in the function that it calls between steps; a copy of it (`copy.copy`) is not",
+            )),
+        }
+    }
+}
+
+impl State {
+    /// Where a run without an end ends.
+    fn forever(&self) -> Result<End, RunError> {
+        self.motion.look(|run| {
+            let forward = run.clock().is_forward();
+            run.clock()
+                .until(if forward { f64::INFINITY } else { f64::NEG_INFINITY })
+        })
+    }
+
+    /// The current node.
+    fn node(&self) -> OwnedNode {
+        let mut node = OwnedNode::new(self.motion.dimension());
+        self.motion.look(|run| node.take(run));
+        node
+    }
+
+    /// Gives an input another value.
+    fn set(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
+        let before = self.motion.look(|run| run.input(parameter));
+        self.motion.with(|run| run.set_input(parameter, value))?;
+        let parameters = &self.motion.system().shape().parameters;
+        let place = parameters.iter().position(|known| known.name == parameter);
+        if let Some(place) = place.filter(|_| before != Some(value)) {
+            self.changes.push(Change {
+                index: self.motion.look(|run| run.clock().index()),
+                rows: self.record.rows(),
+                place,
+                value,
+            });
+        }
+        Ok(())
+    }
+
+    /// Computes what is derived from the nodes that were not looked at yet.
+    fn derive(
+        &mut self,
+        py: Python<'_>,
+        which: fn(&mut Self) -> &mut Derived,
+        compute: impl Fn(&Declaration<'_>, &AnyNode<'_>) -> Vec<f64>,
+    ) -> PyResult<()> {
+        let (n, rows) = (self.motion.dimension(), self.record.rows());
+        let from = which(self).rows;
+        if from == rows {
+            return Ok(());
+        }
+        let arrays = [0, 1, 2, 3, 4, 5].map(|place| self.record.array(py, place));
+        let mut numbers: Vec<PyReadonlyArrayDyn<'_, f64>> = Vec::with_capacity(arrays.len());
+        for array in arrays {
+            numbers.push(array?.extract()?);
+        }
+        let mut slices: Vec<&[f64]> = Vec::with_capacity(numbers.len());
+        for numbers in &numbers {
+            slices.push(numbers.as_slice()?);
+        }
+        let [t, q, v, a, force, energy] = slices[..] else {
+            return Ok(());
+        };
+        let system = self.motion.system();
+        let mut values: Vec<f64> = (0..system.shape().parameters.len())
+            .map(|place| system.value(place))
+            .collect();
+        let mut changes = self.changes.iter().peekable();
+        let mut derived = Vec::new();
+        for row in 0..rows {
+            while let Some(change) = changes.next_if(|change| change.rows <= row) {
+                if let Some(value) = values.get_mut(change.place) {
+                    *value = change.value;
+                }
+            }
+            if row < from {
+                continue;
+            }
+            let of = |vector| -> &[f64] {
+                let vector: &[f64] = vector;
+                &vector[n * row..n * (row + 1)]
+            };
+            let node = AnyNode {
+                index: row as u64,
+                t: t[row],
+                q: of(q),
+                v: of(v),
+                a: of(a),
+                force: of(force),
+                energy: energy[row],
+                iterations: 0,
+                stop: Stop::Start,
+            };
+            derived.extend(compute(&Declaration::of(system).with(&values), &node));
+        }
+        let to = which(self);
+        to.column.extend(&derived);
+        to.rows = rows;
+        Ok(())
+    }
+}
+
+#[pymethods]
+impl PyRun {
+    /// Sets up a run.
+    #[new]
+    #[pyo3(signature = (text, values, h, order, tolerance, begins, every))]
+    fn new(
+        py: Python<'_>,
+        text: &PyText,
+        values: Vec<f64>,
+        h: f64,
+        order: u32,
+        tolerance: Option<f64>,
+        begins: Begins,
+        every: u64,
+    ) -> PyResult<Self> {
+        let (method, beginning) = (method(order, tolerance)?, begins.beginning()?);
+        let system = text.kernel(&values);
+        let begun = py.detach(|| guarded(|| Motion::begin(system, h, method, &beginning)))?;
+        let motion = begun.map_err(|error| of_setup(py, &error))?;
+        let shape = motion.system().shape();
+        let names = shape.coordinates.iter().map(|of| of.name.to_string());
+        let names: Arc<[String]> = names.collect();
+        let (observed, forms) = (shape.observables.len(), shape.forms);
+        let mut state = State {
+            record: Record::new(motion.dimension(), every),
+            observed: Derived::new(observed),
+            multipliers: Derived::new(forms),
+            changes: Vec::new(),
+            motion,
+        };
+        // the start is known
+        let begun = state.forever().and_then(|end| {
+            let State { motion, record, .. } = &mut state;
+            motion.next(&end, record)
+        });
+        begun.map_err(|error| of_run(py, &error))?;
+        let state = Mutex::new(state);
+        Ok(Self { state, names, every })
+    }
+
+    /// Runs up to the last node at or before a time. `progress` is told the time that was reached, `control` is shown each node (or every so many
+    /// of them), and gives the inputs from there on.
+    #[pyo3(signature = (t, progress, control, control_every))]
+    fn until(
+        &self,
+        py: Python<'_>,
+        t: f64,
+        progress: Option<Bound<'_, PyAny>>,
+        control: Option<Bound<'_, PyAny>>,
+        control_every: u64,
+    ) -> PyResult<()> {
+        self.with(|state| {
+            let end = state.motion.look(|run| run.clock().until(t));
+            let end = end.map_err(|error| of_run(py, &error))?;
+            if !t.is_finite() && control.is_none() {
+                return Err(of_run(py, &RunError::Until { until: t }));
+            }
+            if let Some(step) = state.motion.look(|run| run.clock().step())
+                && t.is_finite()
+            {
+                let now = state.motion.look(|run| run.clock().time());
+                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
+                state.record.reserve(((t - now) / step).abs() as u64 + 1)?;
+            }
+            loop {
+                let reached = match &control {
+                    None => py.detach(|| guarded(|| state.motion.go(&end, &mut state.record)))?,
+                    Some(control) => self.controlled(state, &end, control, control_every)?,
+                };
+                let now = state.motion.look(|run| run.clock().time());
+                if let Some(progress) = &progress {
+                    progress.call1((now,))?;
+                }
+                match reached.map_err(|error| of_run(py, &error))? {
+                    Reached::End => return Ok(()),
+                    Reached::OnTheWay => py.check_signals()?,
+                }
+            }
+        })
+    }
+
+    /// Makes some steps; if a time is given, those of a run to this time.
+    #[pyo3(signature = (steps, toward))]
+    fn advance(&self, py: Python<'_>, steps: u64, toward: Option<f64>) -> PyResult<()> {
+        self.with(|state| {
+            let end = match toward {
+                Some(t) => state.motion.look(|run| run.clock().until(t)),
+                None => state.forever(),
+            };
+            let end = end.map_err(|error| of_run(py, &error))?;
+            let mut left = steps;
+            while left > 0 {
+                let some = left.min(256);
+                left -= some;
+                let made = py.detach(|| {
+                    guarded(|| {
+                        for _ in 0..some {
+                            state.motion.next(&end, &mut state.record)?;
+                        }
+                        Ok(())
+                    })
+                })?;
+                made.map_err(|error: RunError| of_run(py, &error))?;
+                py.check_signals()?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Makes the next step of a run to a time; `None` at the end.
+    fn next(&self, py: Python<'_>, toward: f64) -> PyResult<Option<PyNode>> {
+        self.with(|state| {
+            let end = state.motion.look(|run| run.clock().until(toward));
+            let end = end.map_err(|error| of_run(py, &error))?;
+            let made = guarded(|| state.motion.next(&end, &mut state.record))?;
+            let goes = made.map_err(|error| of_run(py, &error))?;
+            Ok(goes.then(|| PyNode::new(state.node(), &self.names)))
+        })
+    }
+
+    /// Gives an input another value, from the last position that is known on.
+    fn set_input(&self, py: Python<'_>, parameter: &str, value: f64) -> PyResult<()> {
+        self.with(|state| {
+            let set = guarded(|| state.set(parameter, value))?;
+            set.map_err(|error| of_run(py, &error))
+        })
+    }
+
+    /// The value of an input.
+    fn input(&self, parameter: &str) -> PyResult<Option<f64>> {
+        self.with(|state| Ok(state.motion.look(|run| run.input(parameter))))
+    }
+
+    /// The inputs that were given other values: the number of the node where the run stood, the time from which on the value holds, the place of the
+    /// parameter, the value.
+    fn changes(&self) -> PyResult<Vec<(u64, f64, usize, f64)>> {
+        self.with(|state| {
+            let ahead = u64::from(state.motion.is_ahead());
+            let changes = state.changes.iter().map(|change| {
+                let time = state.motion.look(|run| run.clock().time_of(change.index + ahead));
+                (change.index, time, change.place, change.value)
+            });
+            Ok(changes.collect())
+        })
+    }
+
+    /// The current node.
+    fn node(&self) -> PyResult<PyNode> {
+        self.with(|state| Ok(PyNode::new(state.node(), &self.names)))
+    }
+
+    /// A node that is kept, by its place among them.
+    fn kept(&self, py: Python<'_>, row: usize) -> PyResult<PyNode> {
+        self.with(|state| {
+            let n = state.motion.dimension();
+            let mut numbers = Vec::with_capacity(Record::NAMES.len());
+            for place in 0..Record::NAMES.len() {
+                let column = state.record.array(py, place)?.get_item(row)?;
+                let row: Vec<f64> = match column.extract::<f64>() {
+                    Ok(number) if place == 0 || place == 5 => vec![number],
+                    _ => column.extract()?,
+                };
+                numbers.push(row);
+            }
+            let [t, q, v, a, force, energy] = &numbers[..] else {
+                return Ok(PyNode::new(OwnedNode::new(n), &self.names));
+            };
+            let node = AnyNode {
+                index: row as u64 * self.every,
+                t: t[0],
+                q,
+                v,
+                a,
+                force,
+                energy: energy[0],
+                iterations: 0,
+                stop: Stop::Start,
+            };
+            Ok(PyNode::new(OwnedNode::of(&node), &self.names))
+        })
+    }
+
+    /// The number of the current node.
+    fn index(&self) -> PyResult<u64> {
+        self.with(|state| Ok(state.motion.look(|run| run.clock().index())))
+    }
+
+    /// The array of a column: `t`, `q`, `v`, `a`, `force`, `energy`, `observed`, `multipliers`.
+    fn array<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        self.with(|state| match name {
+            "observed" => {
+                state.derive(
+                    py,
+                    |state| &mut state.observed,
+                    |declaration, node| {
+                        let AnyPoint { t, q, v, a } = node.point();
+                        let mut values = vec![0.0; declaration.shape().observables.len()];
+                        declaration.observe(AnyPoint { t, q, v, a }, &mut values);
+                        values
+                    },
+                )?;
+                state.derived(py, |state| &mut state.observed)
+            }
+            "multipliers" => {
+                state.derive(
+                    py,
+                    |state| &mut state.multipliers,
+                    |declaration, node| declaration.multipliers(node),
+                )?;
+                state.derived(py, |state| &mut state.multipliers)
+            }
+            _ => {
+                let place = Record::NAMES.iter().position(|known| *known == name);
+                let place = place.ok_or_else(|| PyTypeError::new_err("no such column"))?;
+                state.record.array(py, place)
+            }
+        })
+    }
+
+    /// Steps that were too long for what jumps in them: how many, the time of the first, the largest departure.
+    fn unresolved(&self) -> PyResult<Option<(u64, f64, f64)>> {
+        self.with(|state| {
+            let found = state.motion.look(|run| run.unresolved());
+            Ok(found.map(|found| (found.steps, found.first, found.largest)))
+        })
+    }
+
+    /// Steps in which the equations were nearly singular: how many, and the time of the first.
+    fn nearly_singular(&self) -> PyResult<Option<(u64, f64)>> {
+        self.with(|state| {
+            let found = state.motion.look(|run| run.nearly_singular());
+            Ok(found.map(|found| (found.steps, found.first)))
+        })
+    }
+
+    fn __len__(&self) -> PyResult<usize> {
+        self.with(|state| Ok(state.record.rows()))
+    }
+}
+
+impl State {
+    /// The array of what is derived.
+    fn derived<'py>(
+        &mut self,
+        py: Python<'py>,
+        which: fn(&mut Self) -> &mut Derived,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let rows = self.record.rows();
+        let derived = which(self);
+        if derived.column.is_empty_row() {
+            return Ok(numpy::PyArray2::<f64>::zeros(py, [rows, 0], false).into_any());
+        }
+        derived.column.array(py, false)
+    }
+}
+
+impl PyRun {
+    /// Goes towards an end with a controller, for some steps.
+    fn controlled(
+        &self,
+        state: &mut State,
+        end: &End,
+        control: &Bound<'_, PyAny>,
+        every: u64,
+    ) -> PyResult<Result<Reached, RunError>> {
+        for _ in 0..1024 {
+            if state.motion.look(|run| has_reached(run, end)) {
+                return Ok(Ok(Reached::End));
+            }
+            let index = state.motion.look(|run| run.clock().index());
+            if index.is_multiple_of(every) {
+                let node = PyNode::new(state.node(), &self.names);
+                let inputs = control.call1((node,))?;
+                if !inputs.is_none() {
+                    let Ok(inputs) = inputs.cast::<PyDict>() else {
+                        return Err(PyTypeError::new_err(format!(
+                            "control returned {}; expected a dict with the values of inputs by name, or None",
+                            inputs.get_type().name()?
+                        )));
+                    };
+                    for (parameter, value) in inputs {
+                        let set = state.set(parameter.extract()?, value.extract()?);
+                        if let Err(error) = set {
+                            return Ok(Err(error));
+                        }
+                    }
+                }
+            }
+            let made = guarded(|| state.motion.next(end, &mut state.record))?;
+            match made {
+                Ok(true) => {}
+                Ok(false) => return Ok(Ok(Reached::End)),
+                Err(error) => return Ok(Err(error)),
+            }
+        }
+        Ok(Ok(Reached::OnTheWay))
+    }
+}
+
+/// Whether a run whose nodes lie on a grid stands at the end.
+fn has_reached(run: &dyn Run, end: &End) -> bool {
+    let clock = run.clock();
+    let left = end.time() - clock.time();
+    let half = 0.5 * clock.step().unwrap_or(0.0).abs();
+    if clock.is_forward() {
+        left < half
+    } else {
+        -left < half
+    }
+}

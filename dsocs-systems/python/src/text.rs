@@ -1,0 +1,142 @@
+//! A system that was read from a text.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use dsocs_core::text::{Run, TapeKernel, Text};
+use dsocs_core::{Kernel, Quantity};
+use dsocs_systems::Entry;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::{guarded, of_text, plain};
+
+/// A system that was read from a text: what the Python class `System` stands on. It never changes.
+#[pyclass(frozen, name = "Text", module = "dsocs._dsocs")]
+pub struct PyText {
+    /// What was read.
+    pub text: Arc<Text>,
+    /// What it is called.
+    #[pyo3(get)]
+    name: String,
+}
+
+/// Name, meaning and unit of each of some quantities.
+fn quantities(all: &[Quantity]) -> Vec<(&str, &str, Option<&str>)> {
+    all.iter()
+        .map(|of| (&*of.name, of.meaning(), of.unit()))
+        .collect()
+}
+
+impl PyText {
+    /// The system as it was read.
+    fn kernel_as_read(&self) -> &dyn Kernel {
+        &self.text.system
+    }
+
+    /// How many coordinates there are.
+    pub fn dimension(&self) -> usize {
+        self.kernel_as_read().shape().dimension()
+    }
+
+    /// The system with other values of its parameters.
+    pub fn kernel(&self, values: &[f64]) -> TapeKernel {
+        let mut kernel = self.text.system.clone();
+        for (place, value) in values.iter().enumerate() {
+            if let Some(parameter) = kernel.parameter_mut(place) {
+                *parameter = *value;
+            }
+        }
+        kernel
+    }
+
+    /// The command line's entry of the system, with other values of its parameters and what one of its runs says.
+    pub fn entry(&self, run: Option<&Run>, values: &[f64]) -> PyResult<Entry> {
+        let mut entry = Entry::of_text(self.name.as_str(), &self.text, run);
+        let parameters = &self.kernel_as_read().shape().parameters;
+        for (parameter, value) in parameters.iter().zip(values) {
+            entry
+                .set(&parameter.name, *value)
+                .map_err(|error| Python::attach(|py| plain(py, "SetupError", &error.to_string())))?;
+        }
+        Ok(entry)
+    }
+}
+
+#[pymethods]
+impl PyText {
+    /// Reads a text, with numbers in place of those of its constants, and samples in place of files. Mistakes are shown below the name of its file.
+    #[staticmethod]
+    fn parse(
+        py: Python<'_>,
+        name: String,
+        shown_as: &str,
+        text: &str,
+        constants: Vec<(String, f64)>,
+        samples: Vec<(String, Vec<(f64, f64)>)>,
+    ) -> PyResult<Self> {
+        let read = py.detach(|| guarded(|| Text::parse_with(&name, text, &constants, &samples)))?;
+        let read = read.map_err(|error| of_text(py, &error.in_file(Path::new(shown_as))));
+        let text = Arc::new(read?);
+        Ok(Self { text, name })
+    }
+
+    /// The text, word for word.
+    #[getter]
+    fn text(&self) -> &str {
+        &self.text.text
+    }
+
+    /// The warnings, each with the place underlined.
+    fn warnings(&self, shown_as: &str) -> Vec<String> {
+        self.text.warnings_shown(shown_as)
+    }
+
+    /// The values of the parameters.
+    fn values(&self) -> Vec<f64> {
+        let kernel = self.kernel_as_read();
+        (0..kernel.shape().parameters.len())
+            .map(|place| kernel.value(place))
+            .collect()
+    }
+
+    /// What the declaration says.
+    fn description<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let shape = self.kernel_as_read().shape();
+        let entry = Entry::of_text(self.name.as_str(), &self.text, None);
+        let told = PyDict::new(py);
+        told.set_item("doc", &*shape.doc)?;
+        told.set_item("declaration", &*shape.declaration)?;
+        told.set_item("kind", entry.kind().to_string())?;
+        told.set_item("order", shape.order)?;
+        told.set_item("forms", shape.forms)?;
+        told.set_item(
+            "constraints",
+            (shape.holonomic, shape.nonholonomic, shape.kinematic),
+        )?;
+        told.set_item("coordinates", quantities(&shape.coordinates))?;
+        told.set_item("parameters", quantities(&shape.parameters))?;
+        told.set_item("observables", quantities(&shape.observables))?;
+        let tables = self.text.tables.iter();
+        let tables = tables.map(|table| (&*table.name, &*table.file, table.curve.name()));
+        told.set_item("samples", tables.collect::<Vec<_>>())?;
+        Ok(told)
+    }
+
+    /// What the text says of its runs.
+    fn runs<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let runs = self.text.runs.iter().map(|run| {
+            let told = PyDict::new(py);
+            told.set_item("name", run.name.as_deref())?;
+            let start = run.start.clone().map(|[q0, v0]| (q0, v0));
+            told.set_item("start", start)?;
+            told.set_item("acceleration", run.acceleration.clone())?;
+            told.set_item("near", run.near_acceleration.clone())?;
+            told.set_item("project", run.project)?;
+            told.set_item("step", run.step)?;
+            told.set_item("until", run.until)?;
+            Ok(told)
+        });
+        runs.collect()
+    }
+}

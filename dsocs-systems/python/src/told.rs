@@ -1,0 +1,200 @@
+//! What is said of a run: its page, its error, the theorems that are checked on it.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use dsocs_core::Samples;
+use dsocs_systems::check::{Begin, Settings};
+use dsocs_systems::cli;
+use dsocs_systems::entry::{Beginning, HeldInput, Plan};
+use dsocs_systems::stability::Bar;
+use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::begin::{Begins, method};
+use crate::error::{guarded, of_check, of_failure, plain};
+use crate::motion::PATIENCE;
+use crate::text::PyText;
+
+/// The pairs of a place and a value in a file of samples.
+#[pyfunction]
+pub fn samples(py: Python<'_>, path: &str) -> PyResult<Vec<(f64, f64)>> {
+    Samples::read(path).map_err(|error| plain(py, "DeclarationError", &format!("{path}: {error}")))
+}
+
+/// The inputs that change, by their names: times, and the values that hold from them on.
+type Held = Vec<(String, Vec<(f64, f64)>)>;
+
+/// The plan of a run.
+fn plan(h: f64, until: f64, (order, tolerance): (u32, Option<f64>), held: Held) -> PyResult<Plan> {
+    let inputs = held.into_iter().map(|(parameter, values)| HeldInput {
+        parameter: parameter.into(),
+        values: values.into_iter().map(|(t, value)| [t, value]).collect(),
+    });
+    Ok(Plan {
+        h,
+        until,
+        method: method(order, tolerance)?,
+        certify: false,
+        estimate: false,
+        inputs: inputs.collect(),
+    })
+}
+
+/// The page of a run from the values of all columns at its nodes.
+#[pyfunction]
+pub fn page(
+    py: Python<'_>,
+    text: &PyText,
+    values: Vec<f64>,
+    h: f64,
+    until: f64,
+    order: u32,
+    tolerance: Option<f64>,
+    begins: Begins,
+    rows: PyReadonlyArray2<'_, f64>,
+    notes: Vec<String>,
+) -> PyResult<String> {
+    let (plan, beginning) = (
+        plan(h, until, (order, tolerance), Vec::new())?,
+        begins.beginning()?,
+    );
+    let width = rows.shape()[1].max(1);
+    let rows: Vec<Vec<f64>> = rows
+        .as_slice()?
+        .chunks_exact(width)
+        .map(<[f64]>::to_vec)
+        .collect();
+    py.detach(|| {
+        let mut entry = text.entry(None, &values)?;
+        Ok(guarded(|| {
+            cli::run_page(&mut entry, &plan, &beginning, rows, &notes)
+        })?)
+    })
+}
+
+/// How far a run is from the continuous motion: the error of each coordinate at each node that is kept, one after the other, and how well that motion
+/// is known.
+#[pyfunction]
+pub fn estimate(
+    py: Python<'_>,
+    text: &PyText,
+    values: Vec<f64>,
+    h: f64,
+    until: f64,
+    order: u32,
+    tolerance: Option<f64>,
+    begins: Begins,
+    held: Held,
+    every: u64,
+) -> PyResult<(Vec<f64>, f64)> {
+    let plan = Plan {
+        estimate: true,
+        ..plan(h, until, (order, tolerance), held)?
+    };
+    let beginning = begins.beginning()?;
+    let (mut errors, mut uncertainty, mut stopped) = (Vec::new(), 0.0, None);
+    let mut looked = Instant::now();
+    py.detach(|| {
+        let entry = text.entry(None, &values)?;
+        let run = guarded(|| {
+            entry.run(&plan, &beginning, &mut |row| {
+                if row.node.index.is_multiple_of(every) {
+                    errors.extend_from_slice(row.errors);
+                }
+                uncertainty = row.uncertainty;
+                if looked.elapsed() > PATIENCE {
+                    looked = Instant::now();
+                    if let Err(error) = Python::attach(|py| py.check_signals()) {
+                        stopped = Some(error);
+                        return ControlFlow::Break(());
+                    }
+                }
+                ControlFlow::Continue(())
+            })
+        })?;
+        run.map_err(|failure| Python::attach(|py| of_failure(py, &failure)))
+    })?;
+    match stopped {
+        Some(error) => Err(error),
+        None => Ok((errors, uncertainty)),
+    }
+}
+
+/// The findings of the checks of a motion, each as a dict.
+#[pyfunction]
+pub fn check<'py>(
+    py: Python<'py>,
+    text: &PyText,
+    values: Vec<f64>,
+    h: f64,
+    until: f64,
+    begins: Begins,
+) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    let beginning = begins.beginning()?;
+    let (mut begin, mut t0, mut a0) = (Begin::default(), 0.0, None);
+    let mut inner = &beginning;
+    let (q0, v0) = loop {
+        match inner {
+            Beginning::Projected(other) => {
+                begin.projected = true;
+                inner = other;
+            }
+            Beginning::At(t, other) => {
+                t0 = *t;
+                inner = other;
+            }
+            Beginning::Near(near, other) => {
+                a0 = Some(near.as_slice());
+                inner = other;
+            }
+            Beginning::Paper { q0, v0 } => {
+                begin.paper = true;
+                break (q0, v0);
+            }
+            Beginning::SecondOrder { q0, v0 } => break (q0, v0),
+            Beginning::ThirdOrder { q0, v0, a0: a } => {
+                a0 = Some(a.as_slice());
+                break (q0, v0);
+            }
+            _ => {
+                let message = "the checks begin with a position and a velocity (and an acceleration, where a constraint is of third order)";
+                return Err(plain(py, "SetupError", message));
+            }
+        }
+    };
+    let settings = Settings {
+        h,
+        until: Some(until),
+        t0,
+        q0,
+        v0,
+        a0,
+        begin,
+    };
+    let findings = py.detach(|| -> PyResult<_> {
+        let entry = text.entry(None, &values)?;
+        Ok(guarded(|| entry.check(&settings))?)
+    })?;
+    let findings = findings.map_err(|failure| of_check(py, &failure))?;
+    let told = findings.iter().map(|finding| {
+        let (bar, relation) = match finding.bar {
+            Bar::AtMost(bar) => (Some(bar), Some("<=")),
+            Bar::AtLeast(bar) => (Some(bar), Some(">=")),
+            Bar::Reported => (None, None),
+        };
+        let told = PyDict::new(py);
+        told.set_item("check", finding.check)?;
+        told.set_item("what", &finding.what)?;
+        told.set_item("figure", finding.figure)?;
+        told.set_item("bar", bar)?;
+        told.set_item("relation", relation)?;
+        told.set_item("ok", finding.ok())?;
+        told.set_item("failure", &finding.failure)?;
+        told.set_item("note", &finding.note)?;
+        told.set_item("excuse", &finding.excuse)?;
+        Ok(told)
+    });
+    told.collect()
+}
