@@ -34,6 +34,7 @@ from ._errors import (
     StepError,
     StepWarning,
 )
+from ._expressions import Expression, coordinates, dddot, ddot, dot, parameter, time, to_sympy, where
 from ._path import Gradient, Path
 from ._run import ErrorEstimate, NearlySingular, Run, Unresolved
 from ._system import Quantity, RunText, System, read
@@ -46,6 +47,7 @@ __all__ = [
     "Ensemble",
     "Error",
     "ErrorEstimate",
+    "Expression",
     "Finding",
     "Findings",
     "Gradient",
@@ -64,5 +66,13 @@ __all__ = [
     "System",
     "Unresolved",
     "__version__",
+    "coordinates",
+    "dddot",
+    "ddot",
+    "dot",
+    "parameter",
     "read",
+    "time",
+    "to_sympy",
+    "where",
 ]

@@ -86,6 +86,56 @@ class System:
         self._set(text, name, numbers, given, None, name, None)
         self._warn(3)
 
+    @classmethod
+    def of(
+        cls,
+        *,
+        coordinates: Any,
+        lagrangian: Any,
+        holonomic: Any = None,
+        nonholonomic: Any = None,
+        kinematic: Any = None,
+        variational: Any = None,
+        constraint_forces: Any = None,
+        external_forces: Any = None,
+        branch: Any = None,
+        observe: Mapping[str, Any] | None = None,
+        parameters: Mapping[str, float] | None = None,
+        doc: str = "",
+        name: str = "system",
+    ) -> System:
+        """A system from expressions, of this package or of sympy.
+
+        ```python
+        x, y = dsocs.coordinates("x", "y")
+        length = dsocs.parameter("length", 1.0, "The length of the rod [m]")
+        pendulum = dsocs.System.of(
+            coordinates=(x, y),
+            lagrangian=(dsocs.dot(x)**2 + dsocs.dot(y)**2) / 2 - 9.81 * y,
+            holonomic=x**2 + y**2 - length**2,
+        )
+        ```
+
+        `coordinates`: all coordinates, in their order; of sympy, functions of the time (`dynamicsymbols`).
+        `holonomic`, `nonholonomic`, `kinematic`: a row or a list of rows, which are zero: constraints on positions, velocities, accelerations.
+        `variational`: vectors that span the virtual displacements, each with a component for each coordinate, or `"chetaev"`.
+        `constraint_forces`: instead, one-forms that span the constraint forces.
+        `external_forces`: a component for each coordinate, or a dict by name.
+        `branch`: a factor that is divided out of a kinematic constraint.
+        `observe`: expressions that are reported at every node, by name.
+        `parameters`: the values of sympy's symbols.
+
+        The text of the system (`System.text`) says the same in the language of the text files. Raises `DeclarationError` with the statement that is
+        wrong.
+        """
+        from ._expressions import written
+
+        text = written(
+            coordinates, lagrangian=lagrangian, holonomic=holonomic, nonholonomic=nonholonomic, kinematic=kinematic, variational=variational,
+            constraint_forces=constraint_forces, external_forces=external_forces, branch=branch, observe=observe, parameters=parameters, doc=doc,
+        )  # fmt: skip
+        return cls(text, name=name)
+
     def _set(
         self,
         text: str,

@@ -29,7 +29,7 @@ mod _dsocs {
     #[pymodule_export]
     use crate::text::PyText;
     #[pymodule_export]
-    use crate::told::{check, estimate, page, samples};
+    use crate::told::{check, estimate, page, program, samples};
 
     /// Says of which version this is.
     #[pymodule_init]

@@ -1,5 +1,6 @@
 //! What is said of a run: its page, its error, the theorems that are checked on it.
 
+use std::ffi::OsString;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -8,6 +9,7 @@ use dsocs_systems::check::{Begin, Settings};
 use dsocs_systems::cli;
 use dsocs_systems::entry::{Beginning, HeldInput, Plan};
 use dsocs_systems::stability::Bar;
+use dsocs_systems::systems;
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -16,6 +18,12 @@ use crate::begin::{Begins, method};
 use crate::error::{guarded, of_check, of_failure, plain};
 use crate::motion::PATIENCE;
 use crate::text::PyText;
+
+/// The command `dsocs`, called by some words, its own name first; gives the exit status.
+#[pyfunction]
+pub fn program(py: Python<'_>, called: Vec<OsString>) -> u8 {
+    py.detach(|| cli::dsocs::called_by(&called, systems::all()))
+}
 
 /// The pairs of a place and a value in a file of samples.
 #[pyfunction]

@@ -1,5 +1,6 @@
 //! The command `dsocs`: what every program over a list of systems does, and the paper.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -43,12 +44,20 @@ enum Command {
 /// hard cases of `stability`.
 #[must_use]
 pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
-    let arguments: Arguments = super::arguments();
+    let called: Vec<OsString> = std::env::args_os().collect();
+    ExitCode::from(called_by(&called, entries))
+}
+
+/// The same for words that are not those of this process, the name of the program first; gives the exit status. The package of another language calls
+/// it. Words that cannot be read end the process.
+#[must_use]
+pub fn called_by(called: &[OsString], entries: impl IntoIterator<Item = Entry>) -> u8 {
+    let arguments: Arguments = super::arguments(called);
     let program = Program {
         is_dsocs: true,
         syntax: Arguments::command,
         constants: arguments.file.constants.clone(),
-        ..Program::new(entries)
+        ..Program::new(entries, called)
     };
     finish(
         program

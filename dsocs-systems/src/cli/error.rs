@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 use std::io;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use thiserror::Error;
 
@@ -386,9 +385,9 @@ impl CliError {
     /// The exit status: 2 for what should be asked differently, 1 for what failed on the way, 0 if only the reader of
     /// standard output has gone.
     #[must_use]
-    pub fn exit_code(&self) -> ExitCode {
+    pub fn status(&self) -> u8 {
         match self {
-            Self::Closed => ExitCode::SUCCESS,
+            Self::Closed => 0,
             Self::Unknown(_)
             | Self::Text(_)
             | Self::NoText(_)
@@ -415,13 +414,13 @@ impl CliError {
                     RunFailure::Setup(_)
                     | RunFailure::Length { .. }
                     | RunFailure::Run(RunError::Behind { .. } | RunError::Until { .. }),
-            } => ExitCode::from(2),
+            } => 2,
             #[cfg(feature = "sweep")]
-            Self::Sweep(error) if error.is_a_question() => ExitCode::from(2),
+            Self::Sweep(error) if error.is_a_question() => 2,
             #[cfg(feature = "sweep")]
-            Self::Stopped { .. } => ExitCode::from(130),
-            Self::Interrupted { .. } => ExitCode::from(130), // as shells say it of SIGINT
-            _ => ExitCode::FAILURE,
+            Self::Stopped { .. } => 130,
+            Self::Interrupted { .. } => 130, // as shells say it of SIGINT
+            _ => 1,
         }
     }
 }

@@ -215,7 +215,7 @@ fn execute(folder: &Path, words: &str) -> Result<(), CliError> {
     let words = words.split(' ').chain(["--out", &out]);
     let Arguments { command, .. } =
         Arguments::try_parse_from(core::iter::once("dsocs").chain(words)).unwrap();
-    command.execute(&mut Program::new(entries()).verified()?)
+    command.execute(&mut Program::new(entries(), &[]).verified()?)
 }
 
 /// The options that an error names.
@@ -409,7 +409,7 @@ fn a_mistake_in_an_entry_is_that_of_its_system_alone() {
         let words = words.replace("OUT", &out);
         let Arguments { command, .. } =
             Arguments::try_parse_from(core::iter::once("dsocs").chain(words.split(' '))).unwrap();
-        command.execute(&mut Program::new(entries()).verified()?)
+        command.execute(&mut Program::new(entries(), &[]).verified()?)
     };
     for good in [
         "run rubbed --until 0.1 --out OUT",

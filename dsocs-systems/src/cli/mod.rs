@@ -73,6 +73,7 @@ mod terminal;
 mod text;
 mod watch;
 
+use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -172,16 +173,16 @@ struct Program {
 /// The command line over some systems: reads the arguments, carries out the command, and reports errors on standard error.
 #[must_use]
 pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
-    let Arguments { command, file } = arguments();
+    let called: Vec<OsString> = std::env::args_os().collect();
+    let Arguments { command, file } = arguments(&called);
     let program = Program {
         constants: file.constants,
-        ..Program::new(entries)
+        ..Program::new(entries, &called)
     };
-    finish(
-        program
-            .verified()
-            .and_then(|mut program| command.execute(&mut program)),
-    )
+    let result = program
+        .verified()
+        .and_then(|mut program| command.execute(&mut program));
+    ExitCode::from(finish(result))
 }
 
 /// Options by their names elsewhere, and what each is here.
@@ -210,9 +211,10 @@ const ELSEWHERE: [(&str, &str); 22] = [
     ("--force", "--input"),
 ];
 
-/// The arguments of the program; ends it where they cannot be read.
-fn arguments<P: Parser>() -> P {
-    P::try_parse().unwrap_or_else(|error| led(error, &P::command(), std::env::args()).exit())
+/// What the words by which the program was called ask for; ends it where they cannot be read.
+fn arguments<P: Parser>(called: &[OsString]) -> P {
+    let words = called.iter().map(|word| word.to_string_lossy().into_owned());
+    P::try_parse_from(called).unwrap_or_else(|error| led(error, &P::command(), words).exit())
 }
 
 /// An error of the arguments, with the option that is meant where one was given by its name elsewhere.
@@ -254,23 +256,22 @@ fn led(mut error: clap::Error, syntax: &clap::Command, given: impl Iterator<Item
     error
 }
 
-/// Reports what went wrong.
-fn finish(result: Result<(), CliError>) -> ExitCode {
+/// Reports what went wrong, and gives the exit status.
+fn finish(result: Result<(), CliError>) -> u8 {
     match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(CliError::Closed) => CliError::Closed.exit_code(),
+        Ok(()) => 0,
+        Err(CliError::Closed) => CliError::Closed.status(),
         Err(error) => {
             terminal::tell(format_args!("error: {}", error.plain()));
-            error.exit_code()
+            error.status()
         }
     }
 }
 
 impl Program {
-    /// The program as it was called.
-    fn new(entries: impl IntoIterator<Item = Entry>) -> Self {
-        let called = std::env::args_os().next();
-        let stem = called.as_deref().and_then(|path| Path::new(path).file_stem());
+    /// The program as it was called, its own name first.
+    fn new(entries: impl IntoIterator<Item = Entry>, called: &[OsString]) -> Self {
+        let stem = called.first().and_then(|path| Path::new(path).file_stem());
         Self {
             #[cfg(all(feature = "dsocs", not(test)))]
             is_dsocs: false,

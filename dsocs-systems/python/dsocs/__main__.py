@@ -1,0 +1,16 @@
+"""The command `dsocs`, as it is installed with the package: `python -m dsocs` is the same."""
+
+from __future__ import annotations
+
+import sys
+
+from . import _dsocs
+
+
+def main() -> int:
+    """Calls the program with the words of the command line."""
+    return _dsocs.program(["dsocs", *sys.argv[1:]])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
