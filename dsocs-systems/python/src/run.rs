@@ -244,7 +244,9 @@ impl PyRun {
             {
                 let now = state.motion.look(|run| run.clock().time());
                 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
-                state.record.reserve(((t - now) / step).abs() as u64 + 1)?;
+                state
+                    .record
+                    .reserve((((t - now) / step).abs() as u64).saturating_add(1))?;
             }
             loop {
                 let reached = match &control {
