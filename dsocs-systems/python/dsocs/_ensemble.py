@@ -71,6 +71,7 @@ class Ensemble:
         self.system = system
         names = system._names
         single, varied = _split(system, values)
+        system._with(single)
         text = system._run_text(run)
         own_q, own_v = text.start if text is not None and text.start is not None else (None, None)
         rows_q, rows_v = _rows("q", q, names, own_q), _rows("v", v, names, own_v)

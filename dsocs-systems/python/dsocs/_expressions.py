@@ -597,6 +597,7 @@ class _sympy_context:  # noqa: N801
     def __enter__(self) -> None:
         global _context
         _context = self.context
+        of: Any
         for of in [self.context.own] if isinstance(self.context.own, Expression) else list(self.context.own):
             if _is_sympy(of):
                 if len(of.args) != 1:

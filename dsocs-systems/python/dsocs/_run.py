@@ -150,10 +150,12 @@ class Setup:
         if project is not None and not isinstance(project, (bool, np.bool_)):
             raise InputTypeError(f"project is {project!r}; expected True or False")
         projected = bool(project) or (project is None and text is not None and text.project)
-        length = abs(text.until) if text is not None and text.until is not None else UNTIL
+        length = text.until if text is not None and text.until is not None else UNTIL
+        # back in time with a negative step; a text whose run goes back in time goes nowhere else by itself
+        length = length if length < 0 else math.copysign(length, step)
         return Setup(
             h=step,
-            until=t0 + math.copysign(length, step),
+            until=t0 + length,
             values=tuple(system._with(values or {})),
             rule=rule,
             vectors=vectors,
@@ -222,7 +224,7 @@ def _tolerance(tolerance: Any) -> float | None:
             f"the tolerance {given:g} cannot be reached: numbers of double precision are rounded by {_UNIT:.1e} of their size, and that is "
             "the tolerance taken",
             StepWarning,
-            stacklevel=5,
+            stacklevel=4,
         )
         return _UNIT
     if given > _LOOSE:
@@ -230,7 +232,7 @@ def _tolerance(tolerance: Any) -> float | None:
             f"the tolerance {given:g} is that of each step, and the errors of the steps add up: in the end nothing may be left of the motion. "
             "1e-9 costs little more; estimate_error() measures the error",
             StepWarning,
-            stacklevel=5,
+            stacklevel=4,
         )
     return given
 
@@ -545,13 +547,19 @@ class Run:
         if unresolved is not None and unresolved.steps > self._told[0]:
             new = unresolved.steps - self._told[0]
             self._told[0] = unresolved.steps
-            warnings.warn(
-                f"a force or a constraint jumps, or nearly so, within {new} step{'s' if new > 1 else ''}, first about t = {unresolved.first:.3f}: "
-                "there the motion has an error of the first order in the step (a smaller `h`; or `tolerance`, which goes on from the place of the "
-                "jump itself; estimate_error() measures what it costs)",
-                StepWarning,
-                stacklevel=3,
-            )
+            plural = "s" if new > 1 else ""
+            if math.isinf(unresolved.largest):
+                message = (
+                    f"a force is infinite, or the velocity has to jump, within {new} step{plural} that the run has passed, first about "
+                    f"t = {unresolved.first:.3f}: what comes after depends on where the nodes lie (`tolerance` ends where the motion does)"
+                )
+            else:
+                message = (
+                    f"a force or a constraint jumps, or nearly so, within {new} step{plural}, first about t = {unresolved.first:.3f}: there the "
+                    "motion has an error of the first order in the step (a smaller `h`; or `tolerance`, which goes on from the place of the jump "
+                    "itself; estimate_error() measures what it costs)"
+                )
+            warnings.warn(message, StepWarning, stacklevel=3)
         if nearly_singular is not None and nearly_singular.steps > self._told[1]:
             new = nearly_singular.steps - self._told[1]
             self._told[1] = nearly_singular.steps

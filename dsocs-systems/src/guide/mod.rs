@@ -3,6 +3,7 @@
 //! | chapter | questions that it answers |
 //! |---|---|
 //! | [A system in a text file](text_files) | How do I write a system down, run it, plot it, without a compiler? |
+//! | [In Python](python) | How do I do this in Python? |
 //! | [Your own system in ten minutes](your_own_system) | How do I do the same in Rust? |
 //! | [The declaration](declaration) | Which statements are there? |
 //! | [The paper in code](the_paper) | Which formula is which statement? Where do our results differ from the paper's? |
@@ -60,6 +61,8 @@ pub mod maps {}
 pub mod methods {}
 #[doc = include_str!("performance.md")]
 pub mod performance {}
+#[doc = include_str!("python.md")]
+pub mod python {}
 #[cfg_attr(feature = "cli", doc = include_str!("text_files.md"))]
 pub mod text_files {}
 #[doc = include_str!("the_paper.md")]

@@ -1,0 +1,146 @@
+"""Systems from expressions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import CURVED, ROD
+
+import dsocs
+from dsocs import System, coordinates, ddot, dot, parameter, where
+
+x, y = coordinates("x", "y")
+length = parameter("length", 1.0, "The length of the rod [m]")
+
+
+@pytest.mark.parametrize(
+    ("expression", "text"),
+    [
+        (x + y * 2, "x + y * 2.0"),
+        ((x + y) * 2, "(x + y) * 2.0"),
+        (x - (y - 1), "x - (y - 1.0)"),
+        (x / (y * 2), "x / (y * 2.0)"),
+        (x / y / 2, "x / y / 2.0"),
+        (-x, "-x"),
+        ((-x) ** 2, "(-x).powi(2)"),
+        (-(x**2), "-x.powi(2)"),
+        (2 - x, "2.0 - x"),
+        (x - -2.0, "x - -2.0"),
+        (x**0.5, "x.powf(0.5)"),
+        (x ** (y + 1), "x.powf(y + 1.0)"),
+        (2**x, "2.0.powf(x)"),
+        (np.sin(x), "x.sin()"),
+        (np.sqrt(x + y), "(x + y).sqrt()"),
+        (np.float64(2) * x, "2.0 * x"),
+        (abs(x), "x.abs()"),
+        (np.abs(x), "x.abs()"),
+        (np.sign(x), "x.signum()"),
+        (np.arctan2(y, x), "y.atan2(x)"),
+        (dot(x) * ddot(y), "dot(x) * ddot(y)"),
+        (dot(x * y), "dot(x * y)"),
+        (1e-20 * x, "1e-20 * x"),
+        (dsocs.time * x, "t * x"),
+        (where(x < 1, x, y), "(if x < 1.0 { x } else { y })"),
+        (np.square(x), "x.powi(2)"),
+        (np.log(x) + np.exp(y), "x.ln() + y.exp()"),
+    ],
+)
+def test_an_expression_is_printed(expression: dsocs.Expression, text: str) -> None:
+    assert str(expression) == text
+
+
+@pytest.mark.parametrize("function", [np.sin, np.cos, np.tan, np.arctan, np.sinh, np.cosh, np.tanh, np.arcsinh, np.exp, np.expm1, np.sqrt, np.cbrt, np.log, np.log1p, np.abs])
+def test_numpys_functions_have_their_values(function: np.ufunc) -> None:
+    (z,) = coordinates("z")
+    system = System.of(coordinates=(z,), lagrangian=dot(z) ** 2 / 2, observe={"value": function(z + 1.5)})
+    run = system.flow(q=[0.25], v=[0.5]).until(0.1)
+    np.testing.assert_allclose(run["value"], function(run["z"] + 1.5), rtol=4e-16)
+
+
+def test_arrays_of_expressions() -> None:
+    q = np.array(coordinates("x", "y"))
+    (kinetic,) = [sum(dot(part) ** 2 for part in q) / 2]
+    system = System.of(coordinates=q, lagrangian=kinetic - 9.81 * q[1], holonomic=(q**2).sum() - 1)
+    assert isinstance(np.sin(q)[0], dsocs.Expression) and str((2 * q)[1]) == "2.0 * y"
+    np.testing.assert_allclose(system.flow(q=[0, -1], v=[1, 0]).until(1.0).q, dsocs.System(ROD).flow(q=[0, -1], v=[1, 0]).until(1.0).q, rtol=1e-12)
+
+
+def test_expressions_and_text_are_one_system() -> None:
+    mass, curvature = parameter("mass", 1.0), parameter("curvature", 0.5)
+    speed = np.sqrt(dot(x) ** 2 + dot(y) ** 2)
+    system = System.of(
+        coordinates=(x, y),
+        lagrangian=mass / 2 * (dot(x) ** 2 + dot(y) ** 2),
+        kinematic=(dot(x) * ddot(y) - ddot(x) * dot(y)) / speed**3 - curvature,
+        variational=[(dot(x), dot(y))],
+    )
+    own, text = (of.flow(q=[0, 0], v=[1, 0], h=0.05).until(5.0) for of in (system, dsocs.System(CURVED)))
+    np.testing.assert_array_equal(own.q, text.q)
+    assert dsocs.System(system.text) == system
+
+
+def test_what_occurs_twice_is_written_once() -> None:
+    part = np.sin(x + y)
+    deep = part
+    for _ in range(60):
+        deep = deep * deep + 1
+    text = System.of(coordinates=(x, y), lagrangian=(dot(x) ** 2 + dot(y) ** 2) / 2, observe={"part": part * part}).text
+    assert text.count("sin()") == 1 and "let e0 = (x + y).sin();" in text
+    assert len(str(parameter("a", 1.0) + 1)) < 20 and deep is not None
+
+
+def test_documentation_and_order_are_kept() -> None:
+    u, w = coordinates("u", "w", doc={"u": "The first place [m]"})
+    system = System.of(coordinates=(w, u), lagrangian=(dot(u) ** 2 + dot(w) ** 2) / 2 * length, doc="Two places.")
+    assert [of.name for of in system.coordinates] == ["w", "u"] and system.coordinates[1].unit == "m"
+    assert system.quantity("length").meaning == "The length of the rod" and system.doc == "Two places."
+
+
+def test_forces_by_name_and_choices() -> None:
+    system = System.of(
+        coordinates=(x, y), lagrangian=(dot(x) ** 2 + dot(y) ** 2) / 2, external_forces={"y": where(dsocs.time < 0.5, 1, 0)}
+    )
+    with pytest.warns(dsocs.StepWarning):
+        run = system.flow(q=[0, 0], v=[0, 0], h=0.11).until(2.0)
+    assert run["x"][-1] == 0.0 and run["v_y"][-1] == pytest.approx(0.5, abs=0.06)
+
+
+def test_a_mistake_names_the_statement() -> None:
+    with pytest.raises(dsocs.DeclarationError) as raised:
+        System.of(coordinates=(x, y), lagrangian=(dot(x) ** 2 + dot(y) ** 2) / 2, kinematic=[dot(x) - 1])
+    assert "kinematic = dot(x) - 1.0;" in str(raised.value)
+
+
+def test_sympy_in_and_out() -> None:
+    sympy = pytest.importorskip("sympy")
+    from sympy.physics.mechanics import dynamicsymbols
+
+    theta = dynamicsymbols("theta")
+    m, l, g = sympy.symbols("m l g")
+    t = dynamicsymbols._t
+    lagrangian = m * l**2 * theta.diff(t) ** 2 / 2 + m * g * l * sympy.cos(theta)
+    system = System.of(coordinates=(theta,), lagrangian=lagrangian, parameters={"m": 1.0, "l": 1.0, "g": 9.81})
+    own = dsocs.System("coordinates(theta); lagrangian = dot(theta).powi(2) / 2 + 9.81 * theta.cos();")
+    np.testing.assert_allclose(system.flow(q=[1], v=[0]).until(2.0).q, own.flow(q=[1], v=[0]).until(2.0).q, rtol=1e-10)
+    (q,) = coordinates("q")
+    back = dsocs.to_sympy(parameter("m", 1.0) * dot(q) ** 2 / 2 + np.cos(q))
+    f, s = sympy.Function("q"), sympy.Symbol("t")
+    assert sympy.simplify(back - (sympy.Symbol("m") * f(s).diff(s) ** 2 / 2 + sympy.cos(f(s)))) == 0
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda sympy, q, t: q.diff(t) ** 2 * sympy.Symbol("k"), "the symbol `k`"),
+        (lambda sympy, q, t: q.diff(t) ** 2 + sympy.gamma(q), "gamma"),
+        (lambda sympy, q, t: q.diff(t) ** 2 + sympy.Function("other")(t), "other"),
+        (lambda sympy, q, t: q.diff(t) ** 2 + sympy.Symbol("t2"), "t2"),
+    ],
+)
+def test_sympy_that_is_no_declaration(make: object, said: str) -> None:
+    sympy = pytest.importorskip("sympy")
+    from sympy.physics.mechanics import dynamicsymbols
+
+    q = dynamicsymbols("q")
+    with pytest.raises(dsocs.SetupError, match=said):
+        System.of(coordinates=(q,), lagrangian=make(sympy, q, dynamicsymbols._t))  # type: ignore[operator]

@@ -1,0 +1,35 @@
+"""What users write, for mypy: every call and every result has the type that is meant."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+import dsocs
+
+swing: dsocs.System = dsocs.read("swing.dsocs", constants={"n": 3}, samples={"wind": ([0, 1], np.zeros(2))})
+run: dsocs.Run = swing.flow(h=0.01, q=[1.0], v={"theta": 0.0}, length=1.2).until(20.0, progress=True)
+column: npt.NDArray[np.float64] = run["theta"]
+node: dsocs.Node = run[-1]
+angle: float = node["theta"] + float(node.q[0])
+steps: list[int] = [node.index for node in run.steps(30.0)]
+errors: dict[str, float] = run.estimate_error().largest
+ok: bool = run.check().ok and swing.check(until=2.0).ok
+ends: dsocs.Ends = swing.ensemble(q=np.zeros((3, 1)), v=[0.0], length=[1, 2, 3]).until(20.0, threads=2)
+failed: dict[int, dsocs.Error] = ends.failures
+gradient: dsocs.Gradient = swing.path(5.0).gradient(lambda last: last["theta"] ** 2)
+by_length: float = gradient.parameters["length"]
+count: int = run.unresolved.steps if run.unresolved is not None else 0
+
+
+def brake(node: dsocs.Node) -> dict[str, float] | None:
+    return {"torque": -2 * node["v_theta"]} if node.index > 3 else None
+
+
+run.until(40.0, control=brake, control_every=10).set(torque=0.0).advance(3)
+x, y = dsocs.coordinates("x", "y")
+pendulum: dsocs.System = dsocs.System.of(coordinates=(x, y), lagrangian=dsocs.dot(x) ** 2 / 2 - y, holonomic=x**2 + y**2 - 1)
+try:
+    pendulum.flow(q=[0, 1], v=[0, 0]).until(1.0)
+except dsocs.StepError as error:
+    partial: dsocs.Run | None = error.run
