@@ -158,7 +158,7 @@ impl Arguments<'_> {
             // to zero and back
             let at = PLACES.map(|part| {
                 own.clone()
-                    .find(|(place, _)| *place == part)
+                    .find(|(place, _)| place.total_cmp(&part).is_eq())
                     .map_or(f64::NAN, |(_, value)| value)
             });
             let range = jumps::range(at.iter().copied());
@@ -178,7 +178,7 @@ impl Arguments<'_> {
 fn extremum([first, middle, last]: [f64; 3]) -> Option<f64> {
     let (slope, bend) = (0.5 * (last - first), first - 2.0 * middle + last);
     let place = -slope / bend;
-    (place.abs() < 1.0).then(|| middle + 0.5 * slope * place)
+    (place.abs() < 1.0).then_some(middle + 0.5 * slope * place)
 }
 
 /// Where arguments change their signs on a way, in the order of time. `came` are the signs with which the motion came to its beginning, 0 if that is not

@@ -30,7 +30,7 @@ pub(super) struct Weights {
     /// The number of steps after which they are looked at again.
     pub(super) next: u64,
     /// The weights.
-    weights: Vec<f64>,
+    found: Vec<f64>,
     /// Rows, their rounding errors, and their Jacobian.
     rows: Vec<f64>,
     bounds: Vec<f64>,
@@ -44,7 +44,7 @@ impl Weights {
         Self {
             sizes: vec![0.0; dimension],
             next: 0,
-            weights: vec![1.0; dimension],
+            found: vec![1.0; dimension],
             rows: vec![0.0; dimension],
             bounds: vec![0.0; dimension],
             jacobian: vec![0.0; dimension * dimension],
@@ -138,7 +138,7 @@ impl Integrator {
         weights.linearize(&equations.declaration(), point);
         for component in 0..weights.sizes.len() {
             let size = weights.sizes[component];
-            weights.weights[component] = if is_small(size) {
+            weights.found[component] = if is_small(size) {
                 let rounding = weights.rounding(component);
                 let known = control.relative() * largest / (ABOVE_ROUNDING * h * rounding);
                 let weight = (LEAST * largest / size).min(known).max(1.0);
@@ -147,9 +147,9 @@ impl Integrator {
                 1.0
             };
         }
-        let differ = weights.weights != control.weights();
+        let differ = weights.found != control.weights();
         if differ {
-            control.weigh(&weights.weights);
+            control.weigh(&weights.found);
             self.known = None;
         }
         differ
