@@ -530,8 +530,8 @@ fn an_input_may_change_where_a_mass_turns() {
 #[test]
 fn a_text_that_goes_back_in_time_goes_nowhere_else_by_itself() {
     let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2; run { start = ([0], [1]); step = -0.5; until = -2; }";
-    assert_eq!(position(&run(text, &[]).1), -2.0);
+    assert!((position(&run(text, &[]).1) + 2.0).abs() < 1e-12);
     let (succeeds, [_, words]) = attempt(text, "run", &["--step", "0.5"]);
     assert!(!succeeds && words.contains("of one sign"), "{words}");
-    assert_eq!(position(&run(text, &["--step", "0.5", "--until", "2"]).1), 2.0);
+    assert!((position(&run(text, &["--step", "0.5", "--until", "2"]).1) - 2.0).abs() < 1e-12);
 }
