@@ -138,12 +138,12 @@ impl Composed<'_> {
         let declaration = self.declaration();
         // a jump that a leg meets throws the motion back, before it or beyond it
         let foreseen = from.goes_on(to.t - from.t);
-        let start = came.to_vec();
+        let mut start = came.to_vec();
         let mut part = self.jump_between([from, to], came);
         if part.is_none()
             && let Some(to) = &foreseen
         {
-            part = self.jump_between([from, to], &mut start.clone());
+            part = self.jump_between([from, to], &mut start);
         }
         let way = |part: f64| hermite(from, to, part);
         let clear = match part {
@@ -171,7 +171,7 @@ impl Composed<'_> {
         let mut largest: Option<f64> = None;
         for begin in [0.0, 0.5] {
             let half = |part: f64| hermite(from, to, begin + 0.5 * part);
-            let found = switches::crossings(declaration, &half, came, |_| true);
+            let found = switches::crossings(declaration, &half, came, |_, _| true);
             if found.is_empty() {
                 continue;
             }

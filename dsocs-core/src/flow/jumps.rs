@@ -80,23 +80,22 @@ impl Discrete<'_> {
         let first = |part: f64| first_half(&self.beginning, h, leg, part);
         let way = |part: f64| between(h, leg, e, part);
         let (mut part, mut any) = (0.0_f64, false);
-        let ways: [&Way<'_>; 2] = [&first, &way];
-        for way in &ways[usize::from(index != 1)..] {
+        let now = self.declaration();
+        // inputs change at the middle node
+        let old = span
+            .inputs
+            .map_or(now, |inputs| Declaration::of(self.kernel).with(inputs));
+        let ways: [(&Way<'_>, [Declaration<'_>; 2]); 2] = [(&first, [old; 2]), (&way, [old, now])];
+        for (way, declarations) in &ways[usize::from(index != 1)..] {
             let found = self.crossings(way, &mut switches.came, span);
             if found.is_empty() {
                 continue;
             }
             any = true;
-            let now = self.declaration();
             let on = OnWay {
                 way: *way,
                 h,
-                // inputs change at the middle node
-                declarations: [
-                    span.inputs
-                        .map_or(now, |inputs| Declaration::of(self.kernel).with(inputs)),
-                    now,
-                ],
+                declarations: *declarations,
                 pieces: span.before,
             };
             for crossing in &found {
@@ -115,14 +114,12 @@ impl Discrete<'_> {
     /// Where arguments change their signs on a way, but for those of what rests on it, comes to rest or is let go, and of what keeps its side: just after a
     /// release an argument is not yet clear of zero.
     fn crossings(&self, way: &Way<'_>, came: &mut [f64], span: Span<'_>) -> Vec<Crossing> {
-        let (t, q, v) = way(1.0);
-        let ends = self.declaration().switch_arguments(t, &q, &v);
-        switches::crossings(self.declaration(), way, came, |switch| {
+        switches::crossings(self.declaration(), way, came, |switch, last| {
             let Some(before) = span.before.get(switch) else {
                 return true;
             };
             let after = span.after.get(switch).copied();
-            let after = after.unwrap_or_else(|| Piece::of(ends.get(switch).copied().unwrap_or(0.0)));
+            let after = after.unwrap_or_else(|| Piece::of(last));
             *before != after && *before != Piece::Between && after != Piece::Between
         })
     }

@@ -42,7 +42,7 @@ pub struct Course {
     pub(crate) has_solved: bool,
     /// Whether the last step was examined for forces that switch.
     pub(crate) looked: bool,
-    /// The number of the step before which functions that jump with the velocity are looked at; larger than any if there are none.
+    /// The number of the step before which the arguments of what is given by pieces are looked at; larger than any if there are none.
     pub(crate) looks_at: u64,
 }
 

@@ -26,7 +26,7 @@ pub enum Question {
     NotFinite,
     /// The solution was not foreseen, where a force or a row may jump: the step may be too long for it.
     Unforeseen,
-    /// Something rests where a function jumps with the velocity, or may do so soon.
+    /// An argument of what is given by pieces may change its sign, or something rests where a function jumps with the velocity, or may do so soon.
     Sides,
     /// An input changes at the middle node.
     InputChanges,

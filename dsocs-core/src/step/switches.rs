@@ -124,10 +124,12 @@ impl Arguments<'_> {
         &self,
         values: &[(f64, Vec<f64>)],
         came: &[f64],
-        is_asked: &dyn Fn(usize) -> bool,
+        is_asked: &dyn Fn(usize, f64) -> bool,
     ) -> Vec<Crossing> {
         let mut found = Vec::new();
-        for (switch, came) in came.iter().enumerate().filter(|(switch, _)| is_asked(*switch)) {
+        let last = values.last().map_or(&[][..], |(_, values)| values);
+        let asked = came.iter().enumerate().zip(last);
+        for ((switch, came), _) in asked.filter(|((switch, _), last)| is_asked(*switch, **last)) {
             let own = values.iter().map(|(place, values)| (*place, values[switch]));
             let (mut side, mut from) = (*came, 0.0);
             if side * values[0].1[switch] < 0.0 {
@@ -182,7 +184,7 @@ fn extremum([first, middle, last]: [f64; 3]) -> Option<f64> {
 }
 
 /// Where arguments change their signs on a way, in the order of time. `came` are the signs with which the motion came to its beginning, 0 if that is not
-/// known; those with which it leaves it are put in their place. Some are not asked for.
+/// known; those with which it leaves it are put in their place. Whether one is asked for is told by its number and its value at the end of the way.
 ///
 /// An argument may have a corner where another one changes its sign, as `w - |t - t1|` has, and go to zero and back there. So arguments are looked at on both
 /// sides of each such place, too.
@@ -190,7 +192,7 @@ pub(crate) fn crossings(
     declaration: Declaration<'_>,
     way: &Way<'_>,
     came: &mut [f64],
-    is_asked: impl Fn(usize) -> bool,
+    is_asked: impl Fn(usize, f64) -> bool,
 ) -> Vec<Crossing> {
     let arguments = Arguments { declaration, way };
     let mut values: Vec<(f64, Vec<f64>)> = PLACES.map(|part| (part, arguments.all(part))).into();
