@@ -11,6 +11,7 @@ use crate::flow::discrete::{Discrete, values_of};
 use crate::kernel::Kernel;
 use crate::number::instructions::Instructions;
 use crate::number::lanes::LANES;
+use crate::regularity::sticking::Outlook;
 use crate::run::{AnyNode, OwnedNode, Run as _, RunError, inputs};
 use crate::start::Given;
 use crate::tape::Shape;
@@ -241,22 +242,26 @@ impl<'r, 's> Block<'r, 's> {
         }
     }
 
-    /// The lanes whose parameters change at the middle node of the next step, or which look at functions that jump, as bits.
-    fn elsewhere(&self) -> u32 {
-        let jumps = self.run.shape().jumps;
-        let changes = |lane: usize| {
-            let Member { changes, flow, .. } = &self.members[lane];
-            let next = changes.last();
-            next.is_some_and(|change| change.index == self.index)
-                || jumps && flow.course.looks_at <= self.index
-        };
-        lanes(self.active)
-            .filter(|&lane| changes(lane))
-            .fold(0, |bits, lane| bits | 1 << lane)
+    /// The lanes whose parameters change at the middle node of the next step, or where an argument of the declaration may change its sign in it, as bits.
+    fn elsewhere(&mut self) -> u32 {
+        let mut elsewhere = 0;
+        for lane in lanes(self.active) {
+            let Member { changes, flow, .. } = &mut self.members[lane];
+            let changes = changes.last().is_some_and(|change| change.index == self.index);
+            let looks = flow.course.looks_at <= self.index;
+            if looks && !changes {
+                self.kept.put(lane, &mut flow.course);
+                flow.course.resume(self.index);
+            }
+            if changes || looks && !matches!(flow.outlook(), Outlook::Clear(_)) {
+                elsewhere |= 1 << lane;
+            }
+        }
+        elsewhere
     }
 
     /// The last step, up to the one about the node `wanted`, before a lane is to be solved for itself after the next step: where its parameters
-    /// change, or it looks at functions that jump.
+    /// change, or it looks at the arguments of the declaration.
     fn before_changes(&self, wanted: u64) -> u64 {
         let later = |lane: usize| {
             let Member { changes, flow, .. } = &self.members[lane];

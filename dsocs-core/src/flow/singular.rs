@@ -42,7 +42,12 @@ impl Discrete<'_> {
         if begins && change == Change::Little {
             return Ok(());
         }
-        if let Some(singularity) = singular::on_the_way(&declaration, &way, &near) {
+        let found = singular::on_the_way(&declaration, &way, &near).or_else(|| {
+            // a step over a singularity may lead over it evenly, with an acceleration that nothing foretold: the motion itself came with that of its past
+            let [expected, _] = self.expected().filter(|_| part < 0.0 && !self.foresees(z, e))?;
+            singular::on_the_way(&declaration, &self.way(&expected), &near)
+        });
+        if let Some(singularity) = found {
             let cause = self.next_step().refused(StepFailure::PassesSingularity, z);
             return Err(self.failed(cause).at(singularity));
         }

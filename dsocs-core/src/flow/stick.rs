@@ -87,7 +87,7 @@ impl Discrete<'_> {
     }
 
     /// The second difference that the past leads to expect, and by how much it changes.
-    fn expected(&self) -> Option<[Vector; 2]> {
+    pub(super) fn expected(&self) -> Option<[Vector; 2]> {
         let predictor = &self.course.predictor;
         let step = self.next_step();
         let e = step.second_difference(&predictor.predict()?);
@@ -122,7 +122,7 @@ impl Discrete<'_> {
 
     /// What may happen in the next step. Where nothing does, smooth steps go on for a while.
     #[cold]
-    pub(super) fn outlook(&mut self) -> Outlook {
+    pub(crate) fn outlook(&mut self) -> Outlook {
         self.catch_up();
         let expected = self.expected();
         let none = Vector::zero(self.shape().increments);

@@ -16,6 +16,9 @@ const PLACES: u32 = 12;
 /// How often the way to a singularity is halved.
 const HALVINGS: u32 = 20;
 
+/// Where a way is divided: in two halves, but where the singularity itself may lie there.
+const DIVISIONS: [f64; 2] = [0.5, 0.4];
+
 /// So many times as far apart are accelerations on either side of a singularity after that, at least: at a simple pole a million times, if
 /// neither end was near it.
 const GROWS: f64 = 16.0;
@@ -231,10 +234,14 @@ fn pole(
     let first = apart(&from.1, &to.1, component);
     let mut grown = first;
     for _ in 0..HALVINGS {
-        let middle = from.0.towards(&to.0, 0.5);
         // near that of either side, which it continues
-        let near = from.1.motion.get(..middle.q.len()).unwrap_or(&[]);
-        let Some(solved) = middle.solve(declaration, near) else {
+        let near = from.1.motion.get(..from.0.q.len()).unwrap_or(&[]);
+        let between = DIVISIONS.iter().find_map(|part| {
+            let place = from.0.towards(&to.0, *part);
+            let solved = place.solve(declaration, near)?;
+            Some((place, solved))
+        });
+        let Some((middle, solved)) = between else {
             break;
         };
         if are_opposite(&solved, &from.1) {
