@@ -14,7 +14,7 @@
 //!   reads, its switch and one more (0 for none) where it may have one, and if it lasts the places of its inner sums, `2 i` for a product and `2 i + 1`
 //!   for a square. A factor is `2 i` for a number and `2 i + 1` for what the parameters decide;
 //! - the operands of the inner sums, `2 i` for a sequence and `2 i + 1` for `k` times it: two for a product, one for a square;
-//! - the switches: 0, 1 and a sequence, a sign or something steep, or 2 and two sequences, a difference;
+//! - the switches: 0, 1 or 3 and a sequence, a sign, something steep or a divisor, or 2 and two sequences, a difference;
 //! - the sequences of the accelerations;
 //! - how many accelerations and multipliers stay unknown, `2 i` or `2 i + 1` for each; the sequences of as many rows; and the entries of their
 //!   Jacobian: how many, and row, column and sequence of each.
@@ -25,7 +25,7 @@ use crate::series::orders::LANES;
 use crate::tape::{MalformedTape, Reader, Tape, TapeCall};
 
 /// The version of the format.
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
 /// The operation is needed beyond order 0.
 pub(crate) const LASTING: u8 = 1;
@@ -204,7 +204,24 @@ impl Code {
     fn may_switch(self) -> bool {
         matches!(
             self,
-            Self::Tanh | Self::Abs | Self::Signum | Self::Less | Self::LessOrEqual
+            Self::Abs | Self::Signum | Self::Less | Self::LessOrEqual
+        ) || self.is_steep()
+            || self.is_divided()
+    }
+
+    /// Whether it is flat but for a neighbourhood of zero, or may be made so.
+    pub(crate) fn is_steep(self) -> bool {
+        matches!(
+            self,
+            Self::Exp | Self::ExpM1 | Self::Sinh | Self::Cosh | Self::Tanh
+        )
+    }
+
+    /// Whether it divides, by its last part.
+    pub(crate) fn is_divided(self) -> bool {
+        matches!(
+            self,
+            Self::Quotient | Self::Reciprocal | Self::Power
         )
     }
 }
@@ -235,7 +252,7 @@ pub(crate) struct Operation {
 /// What decides between pieces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Argument {
-    /// A sign, or something steep.
+    /// A sign, something steep, or a divisor.
     One(Place),
     /// The first without the second.
     Difference(Place, Place),
@@ -456,7 +473,7 @@ fn read(reader: &mut Reader<'_>, constants: Tape, calls: Vec<TapeCall>) -> Optio
     })?;
     let squares = list(squares, || counts.operand(reader))?;
     let arguments = list(switches, || match reader.number()? {
-        0 | 1 => Some(Argument::One(counts.sequence(reader)?)),
+        0 | 1 | 3 => Some(Argument::One(counts.sequence(reader)?)),
         2 => Some(Argument::Difference(
             counts.sequence(reader)?,
             counts.sequence(reader)?,

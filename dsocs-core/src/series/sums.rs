@@ -131,6 +131,14 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         }
     }
 
+    /// Begins the series of a divisor of a high degree.
+    #[inline(always)]
+    pub fn divisor(&mut self, place: usize, value: T) {
+        for track in 0..T::TRACKS {
+            self.switches[track][place].divisor(value.track(track));
+        }
+    }
+
     /// Hands a switch the coefficient of order `k` of its argument.
     #[inline(always)]
     pub fn watch(&mut self, place: usize, k: usize, coefficient: T) {

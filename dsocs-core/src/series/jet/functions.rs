@@ -37,6 +37,7 @@ impl Jet {
 
     /// Hyperbolic sine and cosine.
     fn sinh_cosh(self) -> (Self, Self) {
+        pieces::steep(self);
         if self.moves {
             return self.pair(1.0, |u| (u.sinh(), u.cosh()));
         }
@@ -156,6 +157,7 @@ impl Real for Jet {
 
     #[inline(always)]
     fn exp(self) -> Self {
+        pieces::steep(self);
         self.unary(|u| u.exponential(0.0, f64::exp), f64::exp)
     }
 
@@ -164,6 +166,7 @@ impl Real for Jet {
     }
 
     fn exp_m1(self) -> Self {
+        pieces::steep(self);
         self.unary(|u| u.exponential(1.0, f64::exp_m1), f64::exp_m1)
     }
 
@@ -253,8 +256,7 @@ impl Real for Jet {
     }
 
     fn tanh(self) -> Self {
-        // steep: no sign is to be kept
-        let _ = pieces::decide(self, 0.0);
+        pieces::steep(self);
         let values = |u: f64| {
             let tangent = u.tanh();
             [tangent, (1.0 - tangent) * (1.0 + tangent)]

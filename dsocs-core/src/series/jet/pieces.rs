@@ -119,6 +119,11 @@ pub(super) fn decide(argument: Jet, own: f64) -> f64 {
     }
 }
 
+/// Notes the argument of a smooth function that is steep near zero: no sign is to be kept.
+pub(super) fn steep(argument: Jet) {
+    decide(argument, 0.0);
+}
+
 /// Whether the next switch has to have a given sign.
 pub(super) fn is_held() -> bool {
     PIECES.with_borrow(Pieces::is_held)

@@ -103,12 +103,7 @@ impl Start<'_> {
             Code::Sinh => Scalar::sinh(u),
             Code::Cosh => Scalar::cosh(u),
             Code::Tan => Scalar::tan(u),
-            Code::Tanh => {
-                if let Some(switch) = switch.and_then(|switch| switches.get_mut(switch)) {
-                    switch.steep(u);
-                }
-                Scalar::tanh(u)
-            }
+            Code::Tanh => Scalar::tanh(u),
             Code::Conjugate => formulas::conjugate(u),
             Code::Asin | Code::Acos | Code::Atan | Code::Asinh | Code::Acosh | Code::Atanh => {
                 inverse = formulas::inverted(z(1));
@@ -165,6 +160,17 @@ impl Start<'_> {
                 }
             }
         };
+        if op.code.is_steep()
+            && let Some(switch) = switch.and_then(|switch| switches.get_mut(switch))
+        {
+            switch.steep(u);
+        }
+        if op.code.is_divided()
+            && let Some(switch) = switch.and_then(|switch| switches.get_mut(switch))
+        {
+            let part = usize::from(op.code == Code::Quotient);
+            switch.divisor(sequences[op.parts[part] as usize][START]);
+        }
         if let Some(to) = sequences.get_mut(to) {
             [to[START], to[INVERSE]] = [value, inverse];
         }

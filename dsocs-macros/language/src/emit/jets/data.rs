@@ -12,7 +12,7 @@ use crate::model::Model;
 use crate::passes;
 
 /// The version of the format, as `dsocs_core` knows it.
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
 /// The recurrences of Taylor series as data, from [`Model::series`].
 #[derive(Clone, Debug, PartialEq)]
@@ -145,6 +145,7 @@ impl Bytes<'_> {
                 Argument::Sign(u) => (0, vec![u]),
                 Argument::Steep(u) => (1, vec![u]),
                 Argument::Difference(u, v) => (2, vec![u, v]),
+                Argument::Divisor(u) => (3, vec![u]),
             };
             self.number(kind);
             self.sequences(&parts);
@@ -217,10 +218,13 @@ impl Bytes<'_> {
             _ => self.sequences(&op.parts()),
         }
         match *op {
-            Op::Tanh(u, _) => self.switch(Argument::Steep(u)),
             Op::Abs(u) | Op::Signum(u) => self.switch(Argument::Sign(u)),
             Op::Select(_, [left, right, ..]) => self.switch(Argument::Difference(left, right)),
-            _ => {}
+            _ => {
+                if let Some(argument) = op.hides() {
+                    self.switch(argument);
+                }
+            }
         }
         if self.plan.lasting.contains(&to) {
             for sum in op.inner(to) {

@@ -7,6 +7,9 @@ use crate::graph::{Graph, Node, NodeId, Unary};
 use crate::hash::HashMap;
 use crate::passes::share::{Factor, Product, Shared};
 
+/// What is divided by a power of this degree or a higher one is flat far from where that is zero.
+const HIGH: u32 = 4;
+
 /// Makes sequences of expressions, each expression once.
 pub(super) struct Lower<'g> {
     pub(super) graph: &'g mut Graph,
@@ -75,7 +78,9 @@ impl<'g> Lower<'g> {
                 let a = self.lower(node);
                 match op {
                     Unary::Abs | Unary::Signum => self.sequences.switch(Argument::Sign(a), vec![node]),
-                    Unary::Tanh => self.sequences.switch(Argument::Steep(a), vec![node]),
+                    Unary::Tanh | Unary::Exp | Unary::ExpM1 | Unary::Sinh | Unary::Cosh => {
+                        self.sequences.switch(Argument::Steep(a), vec![node]);
+                    }
                     _ => {}
                 }
                 self.unary(op, a)
@@ -143,6 +148,7 @@ impl<'g> Lower<'g> {
             return done;
         }
         let (mut above, mut below) = (None, None);
+        let mut degree = 0;
         for (factor, &count) in product {
             let (sequence, inverse) = match factor {
                 Factor::Node { node, inverse } => (self.lower(*node), *inverse),
@@ -153,12 +159,20 @@ impl<'g> Lower<'g> {
                 // constants have been taken out before
                 Factor::Early(..) => continue,
             };
+            if inverse && let Factor::Node { node, .. } = factor {
+                degree += count * self.degree(*node);
+            }
             let power = self.power(sequence, count);
             let side = if inverse { &mut below } else { &mut above };
             *side = Some(match *side {
                 None => power,
                 Some(before) => self.times(before, power),
             });
+        }
+        if let Some(below) = below
+            && degree >= HIGH
+        {
+            self.sequences.switch(Argument::Divisor(below), Vec::new());
         }
         let sequence = match (above, below) {
             (Some(above), Some(below)) => self.sequences.push(Op::Quotient(above, below)),
@@ -281,9 +295,29 @@ impl<'g> Lower<'g> {
         self.sequences.push(Op::Linear(Some(one), vec![(one, square)]))
     }
 
+    /// The highest power in an expression that is a sum or a product.
+    fn degree(&self, id: NodeId) -> u32 {
+        let of_factors = |id: NodeId| match self.graph.node(id) {
+            Node::Product(factors) => {
+                let moving = factors.iter().filter(|(factor, _)| !self.graph.is_fixed(*factor));
+                moving.map(|(_, n)| n.unsigned_abs()).sum()
+            }
+            _ => 1,
+        };
+        match self.graph.node(id) {
+            Node::Sum(_, terms) => terms.iter().map(|(term, _)| of_factors(*term)).max().unwrap_or(1),
+            _ => of_factors(id),
+        }
+    }
+
     fn powf(&mut self, base: NodeId, exponent: NodeId) -> Sequence {
         if self.graph.is_fixed(exponent) {
+            let is_high = |exponent: f64| exponent <= -f64::from(HIGH);
+            let hides = self.graph.as_constant(exponent).is_none_or(is_high);
             let base = self.lower(base);
+            if hides {
+                self.sequences.switch(Argument::Divisor(base), Vec::new());
+            }
             return self.sequences.push(Op::Power(base, exponent));
         }
         let log = self.graph.unary(Unary::Ln, base);

@@ -135,7 +135,11 @@ pub(crate) fn none(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
 impl Writer<'_> {
     /// The statements of order 0 for some sequences.
     fn all_start<'p>(&self, ops: impl Iterator<Item = (Sequence, &'p Op)>) -> TokenStream {
-        ops.map(|(to, op)| self.start(to, op)).collect()
+        ops.map(|(to, op)| {
+            let (start, hides) = (self.start(to, op), self.hides(op));
+            quote!(#start #hides)
+        })
+        .collect()
     }
 
     /// The statements of order `k`.

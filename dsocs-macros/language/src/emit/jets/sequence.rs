@@ -118,6 +118,17 @@ impl Op {
         }
     }
 
+    /// What it may hide, if its argument is watched: something narrow, far from where a series begins.
+    pub(super) fn hides(&self) -> Option<Argument> {
+        match *self {
+            Self::Exp(u) | Self::ExpM1(u) | Self::Sinh(u, _) | Self::Cosh(u, _) | Self::Tanh(u, _) => {
+                Some(Argument::Steep(u))
+            }
+            Self::Quotient(_, u) | Self::Reciprocal(u) | Self::Power(u, _) => Some(Argument::Divisor(u)),
+            _ => None,
+        }
+    }
+
     /// The inner sums of its recurrence beyond order 0, in the order in which the recurrence takes them; `own` is the sequence itself.
     pub(super) fn inner(&self, own: Sequence) -> Vec<[Operand; 2]> {
         use Operand::{Plain, Rate};
@@ -221,13 +232,15 @@ pub(super) enum Lane {
     Square(usize),
 }
 
-/// What decides between pieces, or is steep: an argument.
+/// What decides between pieces, or hides something narrow: an argument.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Argument {
     /// Of a function that depends on a sign.
     Sign(Sequence),
     /// Of a smooth function that is flat but for a neighbourhood of zero.
     Steep(Sequence),
+    /// A divisor of a high degree: what is divided by it may be flat but where it comes near zero.
+    Divisor(Sequence),
     /// The first without the second.
     Difference(Sequence, Sequence),
 }
@@ -355,7 +368,7 @@ impl Sequences {
     pub(super) fn switch(&mut self, argument: Argument, nodes: Vec<NodeId>) {
         let moves = |sequence: Sequence| !matches!(self.op(sequence), Op::Constant(_));
         let any = match argument {
-            Argument::Sign(u) | Argument::Steep(u) => moves(u),
+            Argument::Sign(u) | Argument::Steep(u) | Argument::Divisor(u) => moves(u),
             Argument::Difference(u, v) => moves(u) || moves(v),
         };
         if any && self.place(argument).is_none() {
@@ -376,7 +389,7 @@ impl Sequences {
     /// The sequences that switches are made of.
     pub(super) fn switched(&self) -> Vec<Sequence> {
         let arguments = self.switches.iter().flat_map(|(argument, _)| match *argument {
-            Argument::Sign(u) | Argument::Steep(u) => [Some(u), None],
+            Argument::Sign(u) | Argument::Steep(u) | Argument::Divisor(u) => [Some(u), None],
             Argument::Difference(u, v) => [Some(u), Some(v)],
         });
         arguments.flatten().collect()

@@ -201,11 +201,7 @@ impl<'g> Writer<'g> {
             Op::Sinh(u, _) => method("sinh", u),
             Op::Cosh(u, _) => method("cosh", u),
             Op::Tan(u, _) => method("tan", u),
-            Op::Tanh(u, _) => {
-                let (value, switch, u) = (method("tanh", u), self.switch(Argument::Steep(*u)), z(u));
-                let steep = switch.map(|[table, place]| quote!(#table.steep(#place, #u);));
-                quote!(#value #steep)
-            }
+            Op::Tanh(u, _) => method("tanh", u),
             Op::Conjugate(u, _) => {
                 let u = z(u);
                 quote!(#to = ::dsocs_core::__private::series::conjugate::<__T>(#u);)
@@ -287,6 +283,22 @@ impl<'g> Writer<'g> {
         Some([quote!(#table), quote!(#place)])
     }
 
+    /// Order 0 of an argument that is watched for something narrow.
+    pub(super) fn hides(&self, op: &Op) -> TokenStream {
+        let watched = |argument: Argument| Some((argument, self.switch(argument)?));
+        match op.hides().and_then(watched) {
+            Some((Argument::Steep(u), [table, place])) => {
+                let u = zeroth(u);
+                quote!(#table.steep(#place, #u);)
+            }
+            Some((Argument::Divisor(u), [table, place])) => {
+                let u = zeroth(u);
+                quote!(#table.divisor(#place, #u);)
+            }
+            _ => TokenStream::new(),
+        }
+    }
+
     /// The sign of a sequence at order 0, or that of the piece that is continued.
     fn sign(&self, u: Sequence) -> TokenStream {
         let value = zeroth(u);
@@ -305,7 +317,7 @@ impl<'g> Writer<'g> {
             .map(|(place, &(argument, _))| {
                 let place = at(place);
                 let value = match argument {
-                    Argument::Sign(u) | Argument::Steep(u) => kth(u),
+                    Argument::Sign(u) | Argument::Steep(u) | Argument::Divisor(u) => kth(u),
                     Argument::Difference(left, right) => {
                         let (left, right) = (kth(left), kth(right));
                         quote!(#left - #right)
