@@ -236,18 +236,20 @@ impl Control {
     }
 
     /// The first step, of which no step is known before: the velocity's size is the largest term of its series that the
-    /// step makes, so that a motion may begin at rest.
+    /// step makes, so that a motion may begin at rest, and as softly as with any power of time.
     #[cold]
     pub(super) fn first_step(&self, series: &Series, p: usize) -> f64 {
         let size = |k: usize| self.size(series.velocity_of(k));
         let mut step = f64::INFINITY;
+        // where motion and force begin together, the first terms vanish
+        let leading = (0..p - 1).find(|&k| size(k) > 0.0).unwrap_or(0).max(2);
         for last in [p - 1, p] {
             let coefficient = size(last);
             if coefficient == 0.0 {
                 continue;
             }
             let mut longest = 0.0_f64;
-            for k in 0..=2.min(last - 1) {
+            for k in 0..=leading.min(last - 1) {
                 let floor = if k == 0 { self.floor } else { 0.0 };
                 let ratio = (size(k) + floor) / coefficient;
                 longest = longest.max((self.relative * ratio).powf(1.0 / (last - k) as f64));
