@@ -202,10 +202,8 @@ impl Code {
 
     /// Whether it may have a switch.
     fn may_switch(self) -> bool {
-        matches!(
-            self,
-            Self::Abs | Self::Signum | Self::Less | Self::LessOrEqual
-        ) || self.is_steep()
+        matches!(self, Self::Abs | Self::Signum | Self::Less | Self::LessOrEqual)
+            || self.is_steep()
             || self.is_divided()
     }
 
@@ -219,10 +217,7 @@ impl Code {
 
     /// Whether it divides, by its last part.
     pub(crate) fn is_divided(self) -> bool {
-        matches!(
-            self,
-            Self::Quotient | Self::Reciprocal | Self::Power
-        )
+        matches!(self, Self::Quotient | Self::Reciprocal | Self::Power)
     }
 }
 

@@ -58,11 +58,14 @@ pub fn root<T: Coefficient>(inner: T, u: T, y: T) -> T {
     (u - inner) * y
 }
 
-/// `w = u^α` from `u w' = α w u'`: `k u₀ w_k = α k w₀ u_k + Σ (α (k-j) - j) w_j u_{k-j}`; `y` is `1 / u` at order 0.
+/// `w = u^α` from `u w' = α w u'`: `k u₀ w_k = α k w₀ u_k + Σ (α (k-j) - j) w_j u_{k-j}`; `y` is `1 / u` at order 0. Where `u₀` is zero, so are the
+/// coefficients below the order `α`, and those beyond are no numbers.
 #[inline(always)]
 #[must_use]
 pub fn power<T: Coefficient>(exponent: T, [outer, inner]: [T; 2], own: T, u: T, [y, r]: [T; 2]) -> T {
-    (exponent * (outer * r + own * u) - inner * r) * y
+    let now = (exponent * (outer * r + own * u) - inner * r) * y;
+    let at_zero = T::select_lt(T::splat(1.0), exponent * r, T::splat(0.0), T::splat(f64::NAN));
+    T::select_lt(y.abs(), T::splat(f64::INFINITY), now, at_zero)
 }
 
 /// `w' = factor u'`, with the factor at order 0.

@@ -207,6 +207,20 @@ impl Switch {
         }
     }
 
+    /// The time until the argument of a sign is zero, in a direction, by its first three terms.
+    pub(crate) fn ends(&self, direction: f64) -> f64 {
+        let [c, b, a, ..] = self.coefficients;
+        let [c, b, a] = [c, b * direction, a].map(|x| x * self.side);
+        // the first root of `c + b t + a t²`, without cancellation
+        let root = (b * b - 4.0 * a * c).sqrt();
+        let time = 2.0 * c / (root - b);
+        if self.side != 0.0 && c > 0.0 && time > 0.0 {
+            time
+        } else {
+            f64::INFINITY
+        }
+    }
+
     /// How far a step of the length `h` may go, by the series of the argument to an order; `h` is negative back in time.
     #[inline]
     pub(crate) fn reach(
@@ -271,7 +285,11 @@ impl Switch {
         let least = DEEP * value(0.0).abs().min(value(1.0).abs());
         let pit = found.iter().map(|crossing| crossing.at);
         let pit = pit.clone().find(|&at| value(at).abs() < least);
-        self.nears = Some(if zero.is_some() { nears.saturating_add(1) } else { 0 });
+        self.nears = Some(if zero.is_some() {
+            nears.saturating_add(1)
+        } else {
+            0
+        });
         let zero = zero.filter(|_| nears < MOST_NEARS);
         match (zero, pit) {
             (None, None) => Reach::Whole,

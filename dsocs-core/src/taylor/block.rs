@@ -411,7 +411,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         let weights = motion.control.weights();
         let order = motion.order.current();
         let Judged { sizes: known, end } = equations.judge(&motion.next, motion.tried.a(), weights, order);
-        let good = !jumps && motion.control.good(sizes, end, size);
+        let good = !jumps && motion.control.good(sizes, end, size, false);
         if jumps || (!good && size <= smallest) {
             // what this is, the step says that is made alone
             core::mem::swap(&mut motion.series, &mut motion.next);

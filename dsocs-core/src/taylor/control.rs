@@ -226,12 +226,14 @@ impl Control {
     }
 
     /// Whether a step of the length `h` was as good as its series promised: at its end the acceleration of its series has to be that
-    /// of the system, with which the next series begins. `end` is the size of that, and of the difference.
+    /// of the system, with which the next series begins. `end` is the size of that, and of the difference. In a rough step the difference is all that
+    /// tells of the error.
     #[inline(always)]
-    pub(super) fn good(&self, sizes: &Sizes, [end, defect]: [f64; 2], h: f64) -> bool {
+    pub(super) fn good(&self, sizes: &Sizes, [end, defect]: [f64; 2], h: f64, is_rough: bool) -> bool {
         let way = sizes.acceleration.max(end) * h;
         let size = sizes.velocity.max(way);
-        let allowed = (DEFECT * self.relative).max(LEAST_DEFECT) * size + DEFECT * self.absolute;
+        let times = if is_rough { 1.0 } else { DEFECT };
+        let allowed = (times * self.relative).max(LEAST_DEFECT) * size + times * self.absolute;
         defect * h <= allowed
     }
 

@@ -52,6 +52,11 @@ const JUMPS_NEAR: f64 = 0.5;
 /// A time that is never reached. Terms of a series stay finite there, so that changes of sign are found on the way.
 const FAR: f64 = 1e100;
 
+/// The order of a step where what comes after has no value or is rounding, as at the zero of a power; and a step is so, if it would be this part of the
+/// last one.
+const ROUGH: usize = 2;
+const LOST: f64 = 1e-8;
+
 /// How much smaller a step is tried after one that was not good.
 pub(super) const SHORTER: f64 = 0.5;
 
@@ -153,7 +158,7 @@ impl Integrator {
             clock: Clock::free(t0),
             knots: Vec::new(),
             projection: Projection::new(&equations.declaration(), (t0, q0, v0)),
-            watch: Watch::new(equations),
+            watch: Watch::new(equations, t0),
             jump: None,
             is_new: true,
             began: t0,
@@ -167,7 +172,8 @@ impl Integrator {
         }
         motion.begin(equations);
         let mut coefficients = motion.next.velocities().iter();
-        if coefficients.all(|x| x.is_finite()) || motion.order.limit(motion.next.in_range_to()) {
+        let known = motion.next.in_range_to();
+        if coefficients.all(|x| x.is_finite()) || known >= ROUGH || motion.order.limit(known) {
             Ok(motion)
         } else {
             let cause = SeriesFailure::NotFinite;
@@ -445,6 +451,21 @@ impl Integrator {
         }
     }
 
+    /// Whether a series that begins anew knows nothing beyond its first orders: a function has few derivatives there, as a power has at its zero, and what
+    /// comes after is none, or rounding.
+    #[inline]
+    fn is_lost(&self, wanted: f64) -> bool {
+        let last = self.last.map_or(0.0, |(_, h)| h.abs());
+        !(wanted > LOST * last) && self.series.in_range_to() >= ROUGH
+    }
+
+    /// Up to which order the next series tells where an argument leads in a time `tau`.
+    pub(super) fn tells_to(&self, tau: f64) -> usize {
+        let order = self.next.order();
+        let step = self.control.first_step(&self.next, self.order().min(order));
+        if step > LOST * tau.abs() { order } else { ROUGH + 1 }
+    }
+
     /// What the control of the step asks of the series of its beginning, which has just become the last one.
     #[inline]
     pub(super) fn sizes(&mut self) -> Sizes {
@@ -709,6 +730,11 @@ impl Integrator {
             // also where nothing moves, and nothing makes it do so
             wanted = self.control.first_step(&self.series, self.order.current());
         }
+        let mut is_rough = self.is_new && self.is_lost(wanted);
+        if is_rough {
+            self.series.set_order(ROUGH);
+            wanted = self.last.map_or(f64::INFINITY, |(_, h)| h.abs());
+        }
         self.next.set_order(self.order.next());
         let mut size = wanted.min(left.abs());
         if wanted.is_nan() || wanted < smallest {
@@ -719,11 +745,30 @@ impl Integrator {
                 Outcome::NotFinite
             };
         }
-        let mut at_switch = false;
+        let (mut at_switch, mut before) = (false, size);
         let mut has_pieces = false;
         if let Some(watch) = &self.watch {
             has_pieces = watch.has_pieces;
-            End { size, at_switch } = self.foresee(equations, size.copysign(left));
+            End {
+                size,
+                before,
+                at_switch,
+            } = self.foresee(equations, size.copysign(left));
+        }
+        let mut otherwise = None;
+        if has_pieces
+            && !at_switch
+            && !is_rough
+            && let Some(place) = self.ends_at_zero(equations, size.copysign(left))
+        {
+            otherwise = Some((self.series.order(), size));
+            is_rough = true;
+            self.series.set_order(ROUGH);
+            End {
+                size,
+                before,
+                at_switch,
+            } = self.near(equations, left.signum(), [place, 2.0 * place]);
         }
         loop {
             let whole = size == left.abs();
@@ -731,13 +776,17 @@ impl Integrator {
             let t = if whole { until } else { self.t.hi[0] + h };
             let Judged { sizes: known, end } = self.arrive(equations, h, t);
             if has_pieces && !at_switch && Self::is_beyond(equations, size) {
-                End { size, at_switch } = self.locate(equations, left.signum(), [0.0, size]);
+                End {
+                    size,
+                    before,
+                    at_switch,
+                } = self.locate(equations, left.signum(), [0.0, size]);
                 continue;
             }
             let is_knot = self.side(t, true) != self.side(t, false);
             // a velocity that jumps where no expansion shows a switch
             let jumps = !at_switch && !is_knot && self.moved(h).is_some();
-            let good = !jumps && self.control.good(&sizes, end, size);
+            let good = !jumps && self.control.good(&sizes, end, size, is_rough);
             // a jump of the acceleration is passed in a step that no clock would see
             if good || (size <= smallest && self.next.is_finite()) {
                 if self.projection.as_mut().is_some_and(Projection::has_turned)
@@ -773,6 +822,16 @@ impl Integrator {
                 return Outcome::Good;
             }
             self.rejected += 1;
+            // the piece that the step belongs to may have no value beyond, as a power has none of a negative number
+            if at_switch && end[1].is_nan() && before < size && before > 0.0 {
+                size = before;
+                continue;
+            }
+            if let Some((order, whole)) = otherwise.take() {
+                self.series.set_order(order);
+                (size, at_switch, is_rough) = (whole, false, false);
+                continue;
+            }
             if size <= smallest {
                 // back to where it was
                 core::mem::swap(&mut self.series, &mut self.next);

@@ -23,6 +23,11 @@ pub(super) const AT_ONCE: u32 = 64;
 /// Evaluations on the way to the place of a switch.
 const EVALUATIONS: u32 = 200;
 
+/// A step of less than this part of the time since the last switch is short, and what an argument's first terms tell of its zero so many steps ahead is
+/// tried.
+const SHORT: f64 = 0.01;
+const AHEAD: f64 = 8.0;
+
 /// How far beyond the place that the series of an argument tells the true one is looked for, as a part of the step.
 const BEYOND: f64 = 1e-3;
 
@@ -33,6 +38,8 @@ pub(super) struct Watch {
     pub has_pieces: bool,
     crossings: Vec<Crossing>,
     touched: Vec<Touched>,
+    /// The time of the last switch, or of the start.
+    since: f64,
     /// How many steps in a row were too short for a clock.
     pub(super) short: u32,
     /// The switch where no piece continues the motion.
@@ -47,9 +54,10 @@ pub(super) struct Watch {
 
 impl Watch {
     /// For a system; `None` if it has no switches.
-    pub(super) fn new(equations: &dyn SeriesKernel) -> Option<Box<Self>> {
+    pub(super) fn new(equations: &dyn SeriesKernel, t: f64) -> Option<Box<Self>> {
         (equations.groups() > 0).then(|| {
             Box::new(Self {
+                since: t,
                 has_pieces: equations.has_pieces(),
                 // steps allocate nothing
                 crossings: Vec::with_capacity(ROWS),
@@ -103,6 +111,8 @@ fn margin(equations: &mut dyn SeriesKernel, s: f64) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct End {
     pub size: f64,
+    /// The last place that is not beyond the switch.
+    pub before: f64,
     pub at_switch: bool,
 }
 
@@ -153,12 +163,35 @@ impl Integrator {
         if at_switch {
             self.near(equations, h.signum(), [size, whole])
         } else {
-            End { size, at_switch }
+            End {
+                size,
+                before: size,
+                at_switch,
+            }
         }
     }
 
+    /// The end of a step at whose end an argument comes to zero, if it is just beyond a step of the length `|h|`, short as that is: the series of a power
+    /// ends before the zero of its argument, and the steps that lead there become shorter and shorter.
+    pub(super) fn ends_at_zero(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> Option<f64> {
+        let since = self.watch.as_ref().map_or(f64::NAN, |watch| watch.since);
+        if !(h.abs() < SHORT * (self.time() - since).abs()) {
+            return None;
+        }
+        let mut nearest = f64::INFINITY;
+        each(equations, |_, _, switch| {
+            nearest = nearest.min(switch.ends(h.signum()));
+        });
+        (nearest > h.abs() && nearest < AHEAD * h.abs()).then_some(nearest)
+    }
+
     /// The place of a switch, looked for near a place that the series of an argument tells.
-    fn near(&mut self, equations: &mut dyn SeriesKernel, direction: f64, [place, whole]: [f64; 2]) -> End {
+    pub(super) fn near(
+        &mut self,
+        equations: &mut dyn SeriesKernel,
+        direction: f64,
+        [place, whole]: [f64; 2],
+    ) -> End {
         let farthest = (place + BEYOND * whole).min(whole);
         // of a step without an end, as that of a constant force, the length says nothing of the place
         let length = whole.min(place / f64::EPSILON.sqrt());
@@ -174,6 +207,7 @@ impl Integrator {
                 // the argument turns back
                 return End {
                     size: beyond,
+                    before: beyond,
                     at_switch: false,
                 };
             }
@@ -218,6 +252,7 @@ impl Integrator {
         self.next.set_order(order);
         End {
             size: beyond,
+            before,
             at_switch: true,
         }
     }
@@ -242,12 +277,13 @@ impl Integrator {
 
     /// Goes over to other pieces at a switch; `tau` is a time in which the motion changes, in its direction.
     pub(super) fn go_over(&mut self, equations: &mut dyn SeriesKernel, tau: f64, is_short: bool) {
-        let order = self.next.order();
+        let order = self.tells_to(tau);
         let Some(mut watch) = self.watch.take() else {
             return;
         };
         self.known = None;
         watch.touched.clear();
+        watch.since = self.time();
         each(equations, |group, place, switch| {
             switch.begins_with(0);
             if switch.touches() {
@@ -295,7 +331,6 @@ impl Integrator {
 
     /// Finds the pieces whose motion goes on in them, first those where the motion so far leads to.
     fn decide(&mut self, equations: &mut dyn SeriesKernel, watch: &mut Watch, tau: f64) {
-        let order = self.next.order();
         let count = watch.touched.len().min(TOGETHER);
         let first = watch
             .touched
@@ -320,6 +355,7 @@ impl Integrator {
                 watch.stuck = over.map(|(touched, _)| equations.switch(touched.group, touched.place));
             }
         }
+        let order = self.tells_to(tau);
         for touched in &watch.touched {
             if let Some(switch) = equations.group(touched.group).get_mut(touched.place) {
                 let (leading, _) = switch.leads(order, tau);
@@ -353,7 +389,7 @@ impl Integrator {
             }
         }
         equations.expand(&mut self.next);
-        let order = self.next.order();
+        let order = self.tells_to(tau);
         touched.iter().all(|touched| {
             let switch = equations.group(touched.group).get(touched.place);
             switch.is_none_or(|switch| {

@@ -183,7 +183,10 @@ impl Graph {
     pub(crate) fn unary(&mut self, op: Unary, a: NodeId) -> NodeId {
         match self.as_constant(a) {
             Some(value) => self.constant(op.apply(value)),
-            None if op == Unary::Sqrt => self.sqrt(a),
+            None if op == Unary::Sqrt => {
+                let pieces = self.of_pieces(a, |graph, piece| graph.unary(Unary::Sqrt, piece));
+                pieces.unwrap_or_else(|| self.sqrt(a))
+            }
             None => self.intern(Node::Unary(op, a)),
         }
     }
@@ -272,6 +275,9 @@ impl Graph {
     }
 
     pub(crate) fn powf(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        if let Some(pieces) = self.of_pieces(a, |graph, piece| graph.powf(piece, b)) {
+            return pieces;
+        }
         match (self.as_constant(a), self.as_constant(b)) {
             (Some(base), Some(exponent)) => self.constant(base.powf(exponent)),
             (None, Some(exponent)) if exponent.fract() == 0.0 && exponent.abs() <= f64::from(i16::MAX) => {
@@ -281,6 +287,19 @@ impl Graph {
             (None, Some(0.5)) => self.unary(Unary::Sqrt, a),
             _ => self.intern(Node::Powf(a, b)),
         }
+    }
+
+    /// A function of an expression that is a constant where a comparison holds, or where it does not: by pieces, too. The power of zero is zero there, and
+    /// not one that has no derivative.
+    fn of_pieces(&mut self, id: NodeId, of: impl Fn(&mut Self, NodeId) -> NodeId) -> Option<NodeId> {
+        let &Node::Select(op, [left, right, then, otherwise]) = self.node(id) else {
+            return None;
+        };
+        if self.as_constant(then).is_none() && self.as_constant(otherwise).is_none() {
+            return None;
+        }
+        let [then, otherwise] = [then, otherwise].map(|piece| of(self, piece));
+        Some(self.select(op, left, right, then, otherwise))
     }
 
     pub(crate) fn atan2(&mut self, y: NodeId, x: NodeId) -> NodeId {
