@@ -203,21 +203,6 @@ impl Code {
     /// Whether it may have a switch.
     fn may_switch(self) -> bool {
         matches!(self, Self::Abs | Self::Signum | Self::Less | Self::LessOrEqual)
-            || self.is_steep()
-            || self.is_divided()
-    }
-
-    /// Whether it is flat but for a neighbourhood of zero, or may be made so.
-    pub(crate) fn is_steep(self) -> bool {
-        matches!(
-            self,
-            Self::Exp | Self::ExpM1 | Self::Sinh | Self::Cosh | Self::Tanh
-        )
-    }
-
-    /// Whether it divides, by its last part.
-    pub(crate) fn is_divided(self) -> bool {
-        matches!(self, Self::Quotient | Self::Reciprocal | Self::Power)
     }
 }
 
@@ -247,8 +232,12 @@ pub(crate) struct Operation {
 /// What decides between pieces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Argument {
-    /// A sign, something steep, or a divisor.
+    /// A sign.
     One(Place),
+    /// That of a smooth function that is steep.
+    Steep(Place),
+    /// A divisor of a high degree.
+    Divisor(Place),
     /// The first without the second.
     Difference(Place, Place),
 }
@@ -468,7 +457,9 @@ fn read(reader: &mut Reader<'_>, constants: Tape, calls: Vec<TapeCall>) -> Optio
     })?;
     let squares = list(squares, || counts.operand(reader))?;
     let arguments = list(switches, || match reader.number()? {
-        0 | 1 | 3 => Some(Argument::One(counts.sequence(reader)?)),
+        0 => Some(Argument::One(counts.sequence(reader)?)),
+        1 => Some(Argument::Steep(counts.sequence(reader)?)),
+        3 => Some(Argument::Divisor(counts.sequence(reader)?)),
         2 => Some(Argument::Difference(
             counts.sequence(reader)?,
             counts.sequence(reader)?,

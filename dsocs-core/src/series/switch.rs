@@ -29,10 +29,10 @@ const FARTHER: f64 = 8.0;
 const FLAT: f64 = 3.0;
 
 /// A divisor whose terms beyond the first are less than this part of it stays far from zero.
-const SHALLOW: f64 = 0.9;
+const SHALLOW: f64 = 0.5;
 
-/// It comes near zero where it is less than this part of what it is at both ends of a step.
-const DEEP: f64 = 0.05;
+/// It comes near zero where it is less than this part of what it is at both ends of a step: of a high power of it the part is small.
+const DEEP: f64 = 0.5;
 
 /// Which part of the way to its zero a step goes, and how many steps in a row do so.
 const BEFORE_ZERO: f64 = 0.98;

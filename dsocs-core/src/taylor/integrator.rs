@@ -463,7 +463,7 @@ impl Integrator {
     pub(super) fn tells_to(&self, tau: f64) -> usize {
         let order = self.next.order();
         let step = self.control.first_step(&self.next, self.order().min(order));
-        if step > LOST * tau.abs() { order } else { ROUGH + 1 }
+        if step > LOST * tau.abs() { order } else { ROUGH + 2 }
     }
 
     /// What the control of the step asks of the series of its beginning, which has just become the last one.

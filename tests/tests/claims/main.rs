@@ -31,6 +31,7 @@ mod jumps;
 mod library;
 mod lower_rows;
 mod moving_surfaces;
+mod narrow;
 mod particle_reference;
 mod pendulum_reference;
 mod proper_branch;

@@ -160,17 +160,6 @@ impl Start<'_> {
                 }
             }
         };
-        if op.code.is_steep()
-            && let Some(switch) = switch.and_then(|switch| switches.get_mut(switch))
-        {
-            switch.steep(u);
-        }
-        if op.code.is_divided()
-            && let Some(switch) = switch.and_then(|switch| switches.get_mut(switch))
-        {
-            let part = usize::from(op.code == Code::Quotient);
-            switch.divisor(sequences[op.parts[part] as usize][START]);
-        }
         if let Some(to) = sequences.get_mut(to) {
             [to[START], to[INVERSE]] = [value, inverse];
         }

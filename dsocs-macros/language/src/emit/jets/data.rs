@@ -220,11 +220,7 @@ impl Bytes<'_> {
         match *op {
             Op::Abs(u) | Op::Signum(u) => self.switch(Argument::Sign(u)),
             Op::Select(_, [left, right, ..]) => self.switch(Argument::Difference(left, right)),
-            _ => {
-                if let Some(argument) = op.hides() {
-                    self.switch(argument);
-                }
-            }
+            _ => {}
         }
         if self.plan.lasting.contains(&to) {
             for sum in op.inner(to) {

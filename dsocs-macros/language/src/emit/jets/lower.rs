@@ -139,6 +139,12 @@ impl<'g> Lower<'g> {
         if let &[(factor, 1)] = factors {
             return self.lower(factor);
         }
+        for &(factor, n) in factors {
+            if n < 0 && n.unsigned_abs() * self.degree(factor) >= HIGH {
+                let divisor = self.lower(factor);
+                self.sequences.switch(Argument::Divisor(divisor), Vec::new());
+            }
+        }
         let product = self.shared.product(as_product(factors));
         self.shared_product(&product)
     }
@@ -148,7 +154,6 @@ impl<'g> Lower<'g> {
             return done;
         }
         let (mut above, mut below) = (None, None);
-        let mut degree = 0;
         for (factor, &count) in product {
             let (sequence, inverse) = match factor {
                 Factor::Node { node, inverse } => (self.lower(*node), *inverse),
@@ -159,20 +164,12 @@ impl<'g> Lower<'g> {
                 // constants have been taken out before
                 Factor::Early(..) => continue,
             };
-            if inverse && let Factor::Node { node, .. } = factor {
-                degree += count * self.degree(*node);
-            }
             let power = self.power(sequence, count);
             let side = if inverse { &mut below } else { &mut above };
             *side = Some(match *side {
                 None => power,
                 Some(before) => self.times(before, power),
             });
-        }
-        if let Some(below) = below
-            && degree >= HIGH
-        {
-            self.sequences.switch(Argument::Divisor(below), Vec::new());
         }
         let sequence = match (above, below) {
             (Some(above), Some(below)) => self.sequences.push(Op::Quotient(above, below)),

@@ -135,11 +135,7 @@ pub(crate) fn none(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
 impl Writer<'_> {
     /// The statements of order 0 for some sequences.
     fn all_start<'p>(&self, ops: impl Iterator<Item = (Sequence, &'p Op)>) -> TokenStream {
-        ops.map(|(to, op)| {
-            let (start, hides) = (self.start(to, op), self.hides(op));
-            quote!(#start #hides)
-        })
-        .collect()
+        ops.map(|(to, op)| self.start(to, op)).collect()
     }
 
     /// The statements of order `k`.
@@ -262,13 +258,14 @@ impl Writer<'_> {
                 },
             )
         };
-        let (store, watch) = (self.store(), self.watch());
+        let (store, watch, narrow) = (self.store(), self.watch(), self.narrow());
         quote! {
             let (mut #q, mut #v) = #series.start();
             let mut #z = [__T::splat(0.0); #length];
             let mut #y = [__T::splat(0.0); #length];
             #start
             #solve_start
+            #narrow
             #series.push(0, &mut #q, &mut #v, [#(#first),*]);
             #declare
             for #k in 1..#series.order() {

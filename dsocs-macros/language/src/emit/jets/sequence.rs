@@ -118,17 +118,6 @@ impl Op {
         }
     }
 
-    /// What it may hide, if its argument is watched: something narrow, far from where a series begins.
-    pub(super) fn hides(&self) -> Option<Argument> {
-        match *self {
-            Self::Exp(u) | Self::ExpM1(u) | Self::Sinh(u, _) | Self::Cosh(u, _) | Self::Tanh(u, _) => {
-                Some(Argument::Steep(u))
-            }
-            Self::Quotient(_, u) | Self::Reciprocal(u) | Self::Power(u, _) => Some(Argument::Divisor(u)),
-            _ => None,
-        }
-    }
-
     /// The inner sums of its recurrence beyond order 0, in the order in which the recurrence takes them; `own` is the sequence itself.
     pub(super) fn inner(&self, own: Sequence) -> Vec<[Operand; 2]> {
         use Operand::{Plain, Rate};

@@ -283,20 +283,26 @@ impl<'g> Writer<'g> {
         Some([quote!(#table), quote!(#place)])
     }
 
-    /// Order 0 of an argument that is watched for something narrow.
-    pub(super) fn hides(&self, op: &Op) -> TokenStream {
-        let watched = |argument: Argument| Some((argument, self.switch(argument)?));
-        match op.hides().and_then(watched) {
-            Some((Argument::Steep(u), [table, place])) => {
-                let u = zeroth(u);
-                quote!(#table.steep(#place, #u);)
-            }
-            Some((Argument::Divisor(u), [table, place])) => {
-                let u = zeroth(u);
-                quote!(#table.divisor(#place, #u);)
-            }
-            _ => TokenStream::new(),
-        }
+    /// Order 0 of the arguments behind which something narrow may hide.
+    pub(super) fn narrow(&self) -> TokenStream {
+        let table = local("table");
+        let switches = self.plan.sequences.switches().iter().enumerate();
+        switches
+            .map(|(place, &(argument, _))| {
+                let place = at(place);
+                match argument {
+                    Argument::Steep(u) => {
+                        let u = zeroth(u);
+                        quote!(#table.steep(#place, #u);)
+                    }
+                    Argument::Divisor(u) => {
+                        let u = zeroth(u);
+                        quote!(#table.divisor(#place, #u);)
+                    }
+                    Argument::Sign(_) | Argument::Difference(..) => TokenStream::new(),
+                }
+            })
+            .collect()
     }
 
     /// The sign of a sequence at order 0, or that of the piece that is continued.

@@ -1,0 +1,118 @@
+//! A Taylor flow does not step over what is narrow: a push, a well, a wall far from where its series begin.
+
+use dsocs_core::text::Text;
+use dsocs_core::{Start, Stepper, Tolerance};
+use dsocs_tests::text::TaylorFlow;
+use proptest::prelude::*;
+
+use super::dop853::integrate_from;
+use super::draws;
+
+/// A shape as a declaration writes it, and by its value.
+type Shape = (&'static str, fn(f64) -> f64);
+
+/// Functions of `u` that are small but for a neighbourhood of zero.
+const SHAPES: [Shape; 7] = [
+    ("(-u.powi(2)).exp()", |u| (-u * u).exp()),
+    ("(-u.powi(4)).exp()", |u| (-u.powi(4)).exp()),
+    ("1 / u.min(300.0).max(-300.0).cosh().powi(2)", |u| {
+        u.clamp(-300.0, 300.0).cosh().powi(-2)
+    }),
+    ("1 / (1 + u.powi(8))", |u| 1.0 / (1.0 + u.powi(8))),
+    ("(1 + u.powi(2)).powi(-5)", |u| (1.0 + u * u).powi(-5)),
+    ("(1 + u.powi(2)).powf(-4.5)", |u| (1.0 + u * u).powf(-4.5)),
+    ("(1 - u.tanh()) * (1 + u.tanh())", |u| u.cosh().powi(-2)),
+];
+
+/// The end of the motion of an oscillator of the stiffness `k` with a force of a shape, narrow at a place or at a time.
+fn by_others(shape: Shape, [height, at, width, k]: [f64; 4], is_in_time: bool) -> [f64; 2] {
+    let rate = |t: f64, [x, v]: [f64; 2]| {
+        let u = (if is_in_time { t } else { x } - at) / width;
+        [v, -k * x + height * (shape.1)(u)]
+    };
+    // so short spans that none of their steps leads over it
+    let (mut state, spans) = ([0.0, 1.0], 2000_u32);
+    let at = |place: u32| 5.0 * f64::from(place) / f64::from(spans);
+    for span in 0..spans {
+        state = integrate_from(rate, (at(span), state), at(span + 1), 1e-13);
+    }
+    state
+}
+
+fn by_series(shape: Shape, [height, at, width, k]: [f64; 4], is_in_time: bool, tolerance: f64) -> [f64; 2] {
+    let of = if is_in_time { "t" } else { "x" };
+    let text = format!(
+        "coordinates(x);
+         lagrangian = dot(x).powi(2) / 2 - {k:?} * x.powi(2) / 2;
+         let u = ({of} - {at:?}) / {width:?};
+         external_forces = ({height:?} * ({}));",
+        shape.0
+    );
+    let text = Text::parse("narrow", &text).unwrap();
+    let start = Start::second_order([0.0], [1.0]);
+    let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+    flow.to(5.0).unwrap();
+    let node = flow.node();
+    [node.q[0], node.v[0]]
+}
+
+#[test]
+fn what_is_narrow_is_met_whatever_the_tolerance() {
+    let draws = (0..SHAPES.len(), any::<bool>(), -3.0..-0.5, 0.3..1.0, 0.0..1.0);
+    draws::test(60, 28, draws, &|(shape, is_in_time, log_width, at, k)| {
+        let width = 10.0_f64.powf(log_width);
+        let (at, k) = if is_in_time { (4.0 * at, k) } else { (at, 0.2 * k) };
+        // a push of about the momentum 1/5, or a place that takes and gives about a tenth of the energy
+        let scene = [if is_in_time { 0.1 / width } else { -0.03 / width }, at, width, k];
+        let reference = by_others(SHAPES[shape], scene, is_in_time);
+        for tolerance in [1e-6, 1e-9, 1e-12] {
+            let found = by_series(SHAPES[shape], scene, is_in_time, tolerance);
+            let error = (found[0] - reference[0])
+                .abs()
+                .max((found[1] - reference[1]).abs());
+            prop_assert!(
+                error < 300.0 * tolerance.max(1e-11),
+                "{} in {}, {scene:?}, {tolerance}: {found:?} {reference:?}",
+                SHAPES[shape].0,
+                if is_in_time { "time" } else { "space" },
+            );
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn no_wall_is_tunnelled() {
+    // from far away against the wall of Lennard and Jones's potential, and back as fast
+    let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 4 * (x.powi(-12) - x.powi(-6));";
+    let text = Text::parse("wall", text).unwrap();
+    let start = Start::second_order([100.0], [-1.0]);
+    for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
+        let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+        flow.to(200.0).unwrap();
+        let node = flow.node();
+        let (q, v) = (node.q[0], node.v[0]);
+        assert!(
+            q > 0.0 && (v - 1.0).abs() < 100.0 * tolerance,
+            "{tolerance}: {q} {v}"
+        );
+    }
+}
+
+#[test]
+fn a_sphere_meets_the_floor_as_hertz_says_and_leaves_it() {
+    // no energy is lost; the time of contact is 2.94 of depth over speed
+    let text = "coordinates(z);
+        lagrangian = dot(z).powi(2) / 2 - 9.81 * z - 1e6 / 2.5 * (-z).max(0.0).powf(2.5);";
+    let text = Text::parse("sphere", text).unwrap();
+    let start = Start::second_order([0.3], [0.0]);
+    for tolerance in [1e-6, 1e-9, 1e-12] {
+        let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+        flow.to(3.0).unwrap();
+        let energy = flow.node().energy;
+        assert!(
+            (energy / 2.943 - 1.0).abs() < 100.0 * tolerance.max(1e-11),
+            "{tolerance}: {energy}"
+        );
+    }
+}
