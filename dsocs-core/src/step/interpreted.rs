@@ -5,6 +5,8 @@ use core::fmt;
 use core::ops::Range;
 use std::sync::{Arc, OnceLock};
 
+#[cfg(feature = "jit")]
+use dsocs_jit::JitError;
 use thiserror::Error;
 
 use super::slices::{self, Beside, Kept, Room, Walked};
@@ -17,6 +19,8 @@ use crate::number::dual::Dual;
 use crate::number::point::{AnyLeg, copy};
 use crate::number::tangent::Tangent;
 use crate::solve::sparse::Sparse;
+#[cfg(feature = "jit")]
+use crate::tape::Tier;
 use crate::tape::{Leaf, Part, Program, Segment, Shape, Source, Straight, Stretch, Tape, TapeCall};
 
 /// A declared system as its tape and its shape alone: what a declaration becomes that is read at run time.
@@ -92,6 +96,9 @@ pub(crate) struct Hot {
     /// Position, velocity, acceleration, time and constraint force.
     pub node: Straight,
     pub energy: Straight,
+    /// When the programs of steps become machine code.
+    #[cfg(feature = "jit")]
+    tier: Tier,
 }
 
 /// Where what is handed to programs stands in the stretch that they compute in. The first number there is handed to none: it is NaN.
@@ -254,11 +261,55 @@ impl Hot {
             second_difference,
             node,
             energy,
+            #[cfg(feature = "jit")]
+            tier: Tier::default(),
         }
     }
 }
 
+#[cfg(feature = "jit")]
+impl Hot {
+    /// Compiles the programs of steps. The constants are computed once in a run.
+    fn compile(&self) -> Result<(), JitError> {
+        self.tier.compile(&[
+            &self.known,
+            &self.residual,
+            &self.entries,
+            &self.scales,
+            &self.unknown,
+            &self.second_difference,
+            &self.node,
+            &self.energy,
+        ])
+    }
+}
+
 impl TapeKernel {
+    /// Compiles the system to machine code at once, and not only when a run has made some steps.
+    ///
+    /// # Errors
+    ///
+    /// [`JitError`] where there is no machine code: on another processor than x86-64, or where the system gives no memory that may be executed. The system is
+    /// interpreted then.
+    #[cfg(feature = "jit")]
+    pub fn compile(&self) -> Result<(), JitError> {
+        self.hot.compile()
+    }
+
+    /// The same system, which is never compiled to machine code.
+    #[cfg(feature = "jit")]
+    #[must_use]
+    pub fn interpreted(self) -> Self {
+        let hot = Hot {
+            tier: Tier::never(),
+            ..Hot::new(&self.tape, &self.shape, self.sparse.as_ref())
+        };
+        Self {
+            hot: Arc::new(hot),
+            ..self
+        }
+    }
+
     /// Sets a parameter, by its place among [`Shape::parameters`].
     pub fn parameter_mut(&mut self, index: usize) -> Option<&mut f64> {
         self.values.get_mut(index)
@@ -429,6 +480,17 @@ impl TapeKernel {
         }
     }
 
+    /// Makes up to `count` steps of a run.
+    fn walk(&self, course: &mut Course, count: u64) -> Halt {
+        self.in_room(|numbers, beside| match self.shape.unknowns {
+            1 => slices::smooth::<_, [f64; 1]>(self, (numbers, beside), course, count),
+            2 => slices::smooth::<_, [f64; 2]>(self, (numbers, beside), course, count),
+            3 => slices::smooth::<_, [f64; 3]>(self, (numbers, beside), course, count),
+            4 => slices::smooth::<_, [f64; 4]>(self, (numbers, beside), course, count),
+            _ => slices::smooth::<_, Kept>(self, (numbers, beside), course, count),
+        })
+    }
+
     /// Takes in where an iteration is.
     fn take_at(&self, numbers: &mut [f64], at: At<'_>) {
         self.take_constants(numbers, at.constants);
@@ -561,13 +623,17 @@ impl Source for TapeKernel {
 
 impl Kernel for TapeKernel {
     fn smooth(&self, course: &mut Course, count: u64) -> Halt {
-        self.in_room(|numbers, beside| match self.shape.unknowns {
-            1 => slices::smooth::<_, [f64; 1]>(self, (numbers, beside), course, count),
-            2 => slices::smooth::<_, [f64; 2]>(self, (numbers, beside), course, count),
-            3 => slices::smooth::<_, [f64; 3]>(self, (numbers, beside), course, count),
-            4 => slices::smooth::<_, [f64; 4]>(self, (numbers, beside), course, count),
-            _ => slices::smooth::<_, Kept>(self, (numbers, beside), course, count),
-        })
+        #[cfg(feature = "jit")]
+        if let Some(first) = self.hot.tier.steps_before(count) {
+            match self.walk(course, first) {
+                Halt::Done => {}
+                asks @ Halt::Asks(_) => return asks,
+            }
+            // where it fails the rest is interpreted, too
+            let _ = self.hot.compile();
+            return self.walk(course, count - first);
+        }
+        self.walk(course, count)
     }
 
     fn constants(&self, parameters: &[f64], h: f64, constants: &mut [f64]) {

@@ -31,6 +31,8 @@
 //!
 //! A tape that breaks these rules has no results: every number that it is asked for is NaN.
 
+#[cfg(feature = "jit")]
+mod code;
 pub(crate) mod declaration;
 mod differential;
 mod eight;
@@ -52,6 +54,8 @@ use std::sync::OnceLock;
 
 use thiserror::Error;
 
+#[cfg(feature = "jit")]
+pub(crate) use code::Tier;
 pub(crate) use differential::{Differential, Input, Room, Sweeps};
 pub(crate) use eight::Eight;
 pub use evaluate::Number;

@@ -16,7 +16,7 @@ use super::{Leaf, TapeCall};
 use crate::number::scalar::Scalar;
 
 /// Where a number is.
-type Place = u32;
+pub(super) type Place = u32;
 
 /// Places below this bound are those of a fixed array: that a place lies inside need not be asked then.
 pub(crate) const FIXED: usize = 1 << 16;
@@ -24,27 +24,30 @@ pub(crate) const FIXED: usize = 1 << 16;
 /// A program whose operands are places.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Straight {
-    batches: Vec<Batch>,
+    pub(super) batches: Vec<Batch>,
     /// Where the result of each operation goes, and its first two operands; the fourth place makes the size a power of two.
-    operations: Vec<[Place; 4]>,
+    pub(super) operations: Vec<[Place; 4]>,
     /// The other operands of operations that have four: three each, at the index that stands in the place of the second.
-    more: Vec<[Place; 3]>,
+    pub(super) more: Vec<[Place; 3]>,
     /// Where the results are in the end.
-    results: Vec<Place>,
+    pub(super) results: Vec<Place>,
     /// What is copied, from where and where to, so that the results stand where they belong.
-    moves: Vec<[Place; 2]>,
+    pub(super) moves: Vec<[Place; 2]>,
+    /// The same as machine code, where it was compiled.
+    #[cfg(feature = "jit")]
+    pub(super) code: std::sync::OnceLock<dsocs_jit::Code>,
 }
 
 /// Operations of one kind.
 #[derive(Clone, Copy, Debug)]
-struct Batch {
-    what: What,
-    count: u32,
+pub(super) struct Batch {
+    pub(super) what: What,
+    pub(super) count: u32,
 }
 
 /// What is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum What {
+pub(super) enum What {
     Neg,
     Recip,
     /// The power that is met most.
@@ -64,7 +67,7 @@ enum What {
 
 /// The first operation of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum First {
+pub(super) enum First {
     Add,
     Sub,
     Mul,
@@ -72,7 +75,7 @@ enum First {
 
 /// The second operation of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Second {
+pub(super) enum Second {
     Add,
     /// The third number less the result.
     From,
@@ -429,7 +432,7 @@ fn batches(nodes: &[Node]) -> Vec<(What, Vec<usize>)> {
 }
 
 /// A place, of which no system has as many as this bound.
-fn place(index: usize) -> Place {
+pub(super) fn place(index: usize) -> Place {
     Place::try_from(index).unwrap_or(0)
 }
 
@@ -474,6 +477,10 @@ impl Numbers for [f64] {
 impl Straight {
     /// Evaluates the program; its results are then where [`Straight::results`] finds them.
     pub fn run(&self, stretch: &Stretch, calls: &[TapeCall], numbers: &mut [f64]) {
+        #[cfg(feature = "jit")]
+        if super::code::ran(&self.code, calls, numbers) {
+            return;
+        }
         match numbers.first_chunk_mut::<FIXED>() {
             Some(fixed) if stretch.length <= FIXED => self.run_on(calls, fixed),
             _ => self.run_on(calls, numbers),

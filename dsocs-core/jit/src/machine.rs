@@ -1,0 +1,514 @@
+//! Programs to machine code, by Cranelift.
+
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::ffi::c_void;
+use std::fmt;
+use std::sync::Arc;
+
+use cranelift_codegen::control::ControlPlane;
+use cranelift_codegen::ir::condcodes::FloatCC;
+use cranelift_codegen::ir::{
+    AbiParam, InstBuilder, MemFlags, SigRef, Signature, Type, UserFuncName, Value, types,
+};
+use cranelift_codegen::isa::{CallConv, OwnedTargetIsa};
+use cranelift_codegen::settings::{self, Configurable};
+use cranelift_codegen::Context;
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use memmap2::{Mmap, MmapMut};
+
+use crate::{Calls, JitError, Operand, Operation, PIECE, Program, TooShort};
+
+/// A piece of a program: the numbers, the values that go from piece to piece, and what is called.
+type Piece = unsafe extern "C" fn(*mut f64, *mut f64, *const &dyn Calls);
+
+/// Where functions begin: at multiples of this.
+const ALIGNMENT: usize = 64;
+
+/// What makes machine code.
+pub struct Compiler {
+    isa: OwnedTargetIsa,
+    context: Context,
+    builder: FunctionBuilderContext,
+    /// The code so far.
+    bytes: Vec<u8>,
+}
+
+impl fmt::Debug for Compiler {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Compiler").finish_non_exhaustive()
+    }
+}
+
+impl Compiler {
+    /// A compiler for this machine.
+    ///
+    /// # Errors
+    ///
+    /// [`JitError::Machine`] where there is none.
+    pub fn new() -> Result<Self, JitError> {
+        let machine = |error: &dyn fmt::Display| JitError::Machine(error.to_string());
+        let mut flags = settings::builder();
+        for (name, value) in [
+            ("opt_level", "none"),
+            ("regalloc_algorithm", "backtracking"),
+            ("enable_verifier", "false"),
+            ("enable_probestack", "false"),
+            ("unwind_info", "false"),
+        ] {
+            flags.set(name, value).map_err(|error| machine(&error))?;
+        }
+        let native = cranelift_native::builder().map_err(|error| machine(&error))?;
+        let isa = native.finish(settings::Flags::new(flags));
+        Ok(Self {
+            isa: isa.map_err(|error| machine(&error))?,
+            context: Context::new(),
+            builder: FunctionBuilderContext::new(),
+            bytes: Vec::new(),
+        })
+    }
+
+    /// The code of some programs, in their order.
+    ///
+    /// # Errors
+    ///
+    /// [`JitError::Compiler`] if the code cannot be made.
+    pub fn compile(mut self, programs: &[Program]) -> Result<Vec<Code>, JitError> {
+        let made = programs.iter().map(|program| self.functions(program));
+        let made = made.collect::<Result<Vec<_>, _>>()?;
+        let memory = Arc::new(executable(&self.bytes).map_err(|error| failed(&error))?);
+        let code = made.into_iter().map(|(pieces, homes, length)| Code {
+            pieces,
+            homes,
+            length,
+            memory: Arc::clone(&memory),
+        });
+        Ok(code.collect())
+    }
+
+    /// The functions of a program: where the pieces begin, how many values go from piece to piece, and how many numbers it is run on.
+    fn functions(&mut self, program: &Program) -> Result<(Vec<usize>, usize, usize), JitError> {
+        let cut = Cut::new(program);
+        let count = program.operations.len().div_ceil(PIECE).max(1);
+        let pieces = (0..count).map(|piece| self.piece(program, &cut, piece));
+        let pieces = pieces.collect::<Result<_, _>>()?;
+        Ok((pieces, cut.count, program.length))
+    }
+
+    /// One piece of a program: where it begins.
+    fn piece(&mut self, program: &Program, cut: &Cut, piece: usize) -> Result<usize, JitError> {
+        let pointer = self.isa.pointer_type();
+        let call_conv = self.isa.default_call_conv();
+        self.context.clear();
+        let function = &mut self.context.func;
+        function.name = UserFuncName::user(0, 0);
+        function.signature = Signature::new(call_conv);
+        function.signature.params.extend([AbiParam::new(pointer); 3]);
+        let builder = FunctionBuilder::new(function, &mut self.builder);
+        let mut writer = Writer::new(builder, program, cut, (pointer, call_conv), piece);
+        writer.write();
+        writer.builder.seal_all_blocks();
+        writer.builder.finalize();
+        let compiled = self.context.compile(&*self.isa, &mut ControlPlane::default());
+        let compiled = compiled.map_err(|error| failed(&error.inner))?;
+        // all that it calls, it calls by address: nothing is left to be linked
+        if !compiled.buffer.relocs().is_empty() {
+            return Err(JitError::Compiler("the code refers to what is not in it".to_owned()));
+        }
+        let begin = self.bytes.len().next_multiple_of(ALIGNMENT);
+        self.bytes.resize(begin, 0);
+        self.bytes.extend_from_slice(compiled.code_buffer());
+        Ok(begin)
+    }
+}
+
+/// A failure of the compiler.
+fn failed(error: &dyn fmt::Display) -> JitError {
+    JitError::Compiler(error.to_string())
+}
+
+/// Memory in which code may run, and not be changed any more.
+fn executable(code: &[u8]) -> std::io::Result<Mmap> {
+    let mut memory = MmapMut::map_anon(code.len().max(1))?;
+    if let Some(room) = memory.get_mut(..code.len()) {
+        room.copy_from_slice(code);
+    }
+    memory.make_exec()
+}
+
+/// How a program is cut into pieces.
+struct Cut {
+    /// Where the value of each operation is kept from piece to piece, if another piece reads it.
+    homes: Vec<Option<u32>>,
+    /// How many such values there are at a time.
+    count: usize,
+}
+
+impl Cut {
+    fn new(program: &Program) -> Self {
+        let operations = &program.operations;
+        // the last piece that reads each result
+        let mut last: Vec<usize> = (0..operations.len()).map(|at| at / PIECE).collect();
+        for (at, operation) in operations.iter().enumerate() {
+            operation.each(|operand| {
+                if let Operand::Result(of) = operand {
+                    let last = &mut last[of as usize];
+                    *last = (*last).max(at / PIECE);
+                }
+            });
+        }
+        let mut homes = vec![None; operations.len()];
+        let (mut free, mut count): (Vec<u32>, u32) = (Vec::new(), 0);
+        let mut ends: HashMap<usize, Vec<u32>> = HashMap::new();
+        for (at, home) in homes.iter_mut().enumerate() {
+            if at % PIECE == 0 {
+                // what no piece from this one on reads makes room
+                let before = (at / PIECE).checked_sub(1);
+                free.extend(before.and_then(|before| ends.remove(&before)).unwrap_or_default());
+            }
+            if last[at] > at / PIECE {
+                let own = free.pop().unwrap_or_else(|| {
+                    count += 1;
+                    count - 1
+                });
+                *home = Some(own);
+                ends.entry(last[at]).or_default().push(own);
+            }
+        }
+        Self {
+            homes,
+            count: count as usize,
+        }
+    }
+}
+
+/// What writes a piece.
+struct Writer<'a> {
+    builder: FunctionBuilder<'a>,
+    program: &'a Program,
+    cut: &'a Cut,
+    pointer: Type,
+    call_conv: CallConv,
+    /// The first operation of the piece.
+    begin: usize,
+    /// What the function is handed.
+    numbers: Value,
+    homes: Value,
+    calls: Value,
+    /// The results of the operations of this piece so far.
+    values: Vec<Value>,
+    /// The signatures of what is called, by the types of the parameters.
+    signatures: HashMap<Vec<Type>, SigRef>,
+}
+
+impl<'a> Writer<'a> {
+    fn new(
+        mut builder: FunctionBuilder<'a>,
+        program: &'a Program,
+        cut: &'a Cut,
+        (pointer, call_conv): (Type, CallConv),
+        piece: usize,
+    ) -> Self {
+        let block = builder.create_block();
+        builder.append_block_params_for_function_params(block);
+        builder.switch_to_block(block);
+        let parameter = |k: usize| builder.block_params(block)[k];
+        let (numbers, homes, calls) = (parameter(0), parameter(1), parameter(2));
+        Self {
+            builder,
+            program,
+            cut,
+            pointer,
+            call_conv,
+            begin: piece * PIECE,
+            numbers,
+            homes,
+            calls,
+            values: Vec::new(),
+            signatures: HashMap::new(),
+        }
+    }
+
+    /// Writes the operations, and what they hand on.
+    fn write(&mut self) {
+        let program = self.program;
+        let end = (self.begin + PIECE).min(program.operations.len());
+        let operations = &program.operations[self.begin..end];
+        // where the results of each operation go
+        let mut written: Vec<Vec<u32>> = vec![Vec::new(); operations.len()];
+        for &(from, to) in &program.results {
+            match from {
+                Operand::Result(of) => {
+                    let own = (of as usize).checked_sub(self.begin);
+                    if let Some(written) = own.and_then(|own| written.get_mut(own)) {
+                        written.push(to);
+                    }
+                }
+                Operand::Place(_) if self.begin == 0 => {
+                    let value = self.value(from);
+                    self.store(self.numbers, to, value);
+                }
+                Operand::Place(_) => {}
+            }
+        }
+        for ((at, operation), written) in (self.begin..).zip(operations).zip(written) {
+            let value = self.operation(operation);
+            self.values.push(value);
+            for to in written {
+                self.store(self.numbers, to, value);
+            }
+            if let Some(home) = self.cut.homes[at] {
+                self.store(self.homes, home, value);
+            }
+        }
+        self.builder.ins().return_(&[]);
+    }
+
+    /// Writes a number to a place.
+    fn store(&mut self, to: Value, place: u32, value: Value) {
+        let address = self.address(to, place);
+        self.builder
+            .ins()
+            .store(MemFlags::trusted(), value, address.0, address.1);
+    }
+
+    /// Reads the number at a place. A number that is read twice is loaded twice: this is part of the operation, and a register is free for others.
+    fn load(&mut self, from: Value, place: u32) -> Value {
+        let address = self.address(from, place);
+        self.builder
+            .ins()
+            .load(types::F64, MemFlags::trusted(), address.0, address.1)
+    }
+
+    /// Where a place is: a pointer, and what is added to it.
+    fn address(&mut self, base: Value, place: u32) -> (Value, i32) {
+        let offset = i64::from(place) * 8;
+        match i32::try_from(offset) {
+            Ok(offset) => (base, offset),
+            Err(_) => (self.builder.ins().iadd_imm(base, offset), 0),
+        }
+    }
+
+    /// What an operand is.
+    fn value(&mut self, operand: Operand) -> Value {
+        match operand {
+            Operand::Place(place) => self.load(self.numbers, place),
+            Operand::Result(of) => match (of as usize).checked_sub(self.begin) {
+                Some(own) => self.values[own],
+                // every result that another piece reads has a home
+                None => self.load(self.homes, self.cut.homes[of as usize].unwrap_or(0)),
+            },
+        }
+    }
+
+    /// An operation.
+    fn operation(&mut self, operation: &Operation) -> Value {
+        match *operation {
+            Operation::Neg(a) => {
+                let a = self.value(a);
+                self.builder.ins().fneg(a)
+            }
+            Operation::Recip(a) => {
+                let (one, a) = (self.builder.ins().f64const(1.0), self.value(a));
+                self.builder.ins().fdiv(one, a)
+            }
+            Operation::Sqrt(a) => {
+                let a = self.value(a);
+                self.builder.ins().sqrt(a)
+            }
+            Operation::Abs(a) => {
+                let a = self.value(a);
+                self.builder.ins().fabs(a)
+            }
+            Operation::Signum(a) => {
+                let (one, a) = (self.builder.ins().f64const(1.0), self.value(a));
+                let sign = self.builder.ins().fcopysign(one, a);
+                let is_nan = self.builder.ins().fcmp(FloatCC::Unordered, a, a);
+                self.builder.ins().select(is_nan, a, sign)
+            }
+            Operation::Powi(a, power) => {
+                let a = self.value(a);
+                self.power(a, power)
+            }
+            Operation::Add(a, b) => {
+                let (a, b) = (self.value(a), self.value(b));
+                self.builder.ins().fadd(a, b)
+            }
+            Operation::Sub(a, b) => {
+                let (a, b) = (self.value(a), self.value(b));
+                self.builder.ins().fsub(a, b)
+            }
+            Operation::Mul(a, b) => {
+                let first = self.value(a);
+                let second = if a == b { first } else { self.value(b) };
+                self.builder.ins().fmul(first, second)
+            }
+            Operation::Div(a, b) => {
+                let (a, b) = (self.value(a), self.value(b));
+                self.builder.ins().fdiv(a, b)
+            }
+            Operation::Less(parts) => self.select(FloatCC::LessThan, parts),
+            Operation::LessOrEqual(parts) => self.select(FloatCC::LessThanOrEqual, parts),
+            Operation::Function(function, a) => {
+                let a = self.value(a);
+                self.call(function as *const c_void, &[a])
+            }
+            Operation::Function2(function, a, b) => {
+                let arguments = [self.value(a), self.value(b)];
+                self.call(function as *const c_void, &arguments)
+            }
+            Operation::Call(which, a) => {
+                let which = self.builder.ins().iconst(types::I32, i64::from(which));
+                let arguments = [self.calls, which, self.value(a)];
+                self.call(at_argument as *const c_void, &arguments)
+            }
+            Operation::Datum(which) => {
+                let which = self.builder.ins().iconst(types::I32, i64::from(which));
+                self.call(without_argument as *const c_void, &[self.calls, which])
+            }
+        }
+    }
+
+    /// A choice between two numbers. Where one that is compared is NaN, the last one is chosen.
+    fn select(&mut self, comparison: FloatCC, parts: [Operand; 4]) -> Value {
+        let [a, b, c, d] = parts.map(|part| self.value(part));
+        let holds = self.builder.ins().fcmp(comparison, a, b);
+        self.builder.ins().select(holds, c, d)
+    }
+
+    /// A whole power, by the products that `f64::powi` makes, in its order. (The first of them is by 1.)
+    fn power(&mut self, a: Value, power: i32) -> Value {
+        let (mut square, mut rest) = (a, power.unsigned_abs());
+        let mut product = None;
+        loop {
+            if rest & 1 == 1 {
+                product = Some(match product {
+                    Some(product) => self.builder.ins().fmul(product, square),
+                    None => square,
+                });
+            }
+            rest >>= 1;
+            if rest == 0 {
+                break;
+            }
+            square = self.builder.ins().fmul(square, square);
+        }
+        let one = self.builder.ins().f64const(1.0);
+        let product = product.unwrap_or(one);
+        if power < 0 {
+            self.builder.ins().fdiv(one, product)
+        } else {
+            product
+        }
+    }
+
+    /// A call of a function that gives a number.
+    fn call(&mut self, function: *const c_void, arguments: &[Value]) -> Value {
+        let parameters = arguments.iter();
+        let parameters = parameters.map(|&argument| self.builder.func.dfg.value_type(argument));
+        let parameters: Vec<Type> = parameters.collect();
+        let signature = match self.signatures.get(&parameters) {
+            Some(&signature) => signature,
+            None => {
+                let mut signature = Signature::new(self.call_conv);
+                let types = parameters.iter().map(|&of| AbiParam::new(of));
+                signature.params.extend(types);
+                signature.returns.push(AbiParam::new(types::F64));
+                let signature = self.builder.import_signature(signature);
+                self.signatures.insert(parameters, signature);
+                signature
+            }
+        };
+        // an address is as wide as a pointer
+        let address = function.addr() as i64;
+        let callee = self.builder.ins().iconst(self.pointer, address);
+        let call = self
+            .builder
+            .ins()
+            .call_indirect(signature, callee, arguments);
+        self.builder.inst_results(call)[0]
+    }
+}
+
+/// A program as machine code.
+#[derive(Clone)]
+pub struct Code {
+    /// Where the pieces begin in the memory.
+    pieces: Vec<usize>,
+    /// How many values go from piece to piece.
+    homes: usize,
+    /// How many numbers it is run on.
+    length: usize,
+    memory: Arc<Mmap>,
+}
+
+impl fmt::Debug for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut f = f.debug_struct("Code");
+        let f = f.field("pieces", &self.pieces.len()).field("homes", &self.homes);
+        f.field("length", &self.length).finish_non_exhaustive()
+    }
+}
+
+thread_local! {
+    /// Room for values that go from piece to piece; kept, so that a run allocates nothing.
+    static HOMES: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
+}
+
+impl Code {
+    /// Runs the program.
+    ///
+    /// # Errors
+    ///
+    /// [`TooShort`] if there are fewer numbers than the program has places. Nothing is run then.
+    #[inline]
+    pub fn run(&self, numbers: &mut [f64], calls: &dyn Calls) -> Result<(), TooShort> {
+        if numbers.len() < self.length {
+            return Err(TooShort {
+                found: numbers.len(),
+                expected: self.length,
+            });
+        }
+        if self.homes == 0 {
+            self.pieces(numbers, &mut [], calls);
+            return Ok(());
+        }
+        // whoever runs a program inside finds another, empty room, and so does who runs one where the thread ends
+        let mut homes = HOMES.try_with(Cell::take).unwrap_or_default();
+        if homes.len() < self.homes {
+            homes.resize(self.homes, 0.0);
+        }
+        self.pieces(numbers, &mut homes, calls);
+        let _ = HOMES.try_with(|kept| kept.set(homes));
+        Ok(())
+    }
+
+    /// Runs the pieces, where there is room for all.
+    #[expect(unsafe_code, reason = "code that was made when the program ran is called")]
+    #[inline]
+    fn pieces(&self, numbers: &mut [f64], homes: &mut [f64], calls: &dyn Calls) {
+        debug_assert!(numbers.len() >= self.length && homes.len() >= self.homes);
+        for &begin in &self.pieces {
+            // SAFETY: at `begin` stands a function that `Compiler::piece` has made, with the signature of `Piece` and the calling convention of `extern "C"`
+            // on this machine; the memory may be executed, is not changed, and lives as long as `self`.
+            let piece: Piece = unsafe { std::mem::transmute(self.memory.as_ptr().add(begin)) };
+            // SAFETY: it reads and writes places below `length` of the numbers (`Program::new`) and below `homes` of the homes (`Cut`), hands the third
+            // pointer to `at_argument` and `without_argument` alone, and calls functions of the types that the operations say.
+            unsafe { piece(numbers.as_mut_ptr(), homes.as_mut_ptr(), &raw const calls) };
+        }
+    }
+}
+
+/// What a program calls, at an argument.
+#[expect(unsafe_code, reason = "machine code hands over a pointer")]
+unsafe extern "C" fn at_argument(calls: *const &dyn Calls, which: u32, argument: f64) -> f64 {
+    // SAFETY: `Code::pieces` has lent it for the time of the run
+    unsafe { *calls }.call(which, Some(argument))
+}
+
+/// The same without an argument.
+#[expect(unsafe_code, reason = "as above")]
+unsafe extern "C" fn without_argument(calls: *const &dyn Calls, which: u32) -> f64 {
+    // SAFETY: as above
+    unsafe { *calls }.call(which, None)
+}

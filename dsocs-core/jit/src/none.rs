@@ -1,0 +1,43 @@
+//! No machine code.
+
+use crate::{Calls, JitError, Program, TooShort};
+
+/// What makes machine code: nothing, on this machine.
+#[derive(Debug)]
+pub struct Compiler(());
+
+impl Compiler {
+    /// A compiler for this machine.
+    ///
+    /// # Errors
+    ///
+    /// [`JitError::Machine`], always.
+    pub fn new() -> Result<Self, JitError> {
+        let machine = format!("{} on {}", std::env::consts::ARCH, std::env::consts::OS);
+        Err(JitError::Machine(machine))
+    }
+
+    /// The code of some programs.
+    ///
+    /// # Errors
+    ///
+    /// [`JitError::Machine`], always.
+    pub fn compile(self, _: &[Program]) -> Result<Vec<Code>, JitError> {
+        Err(JitError::Machine(std::env::consts::ARCH.to_owned()))
+    }
+}
+
+/// A program as machine code, of which there is none on this machine.
+#[derive(Clone, Debug)]
+pub enum Code {}
+
+impl Code {
+    /// Runs the program.
+    ///
+    /// # Errors
+    ///
+    /// None: there is no code.
+    pub fn run(&self, _: &mut [f64], _: &dyn Calls) -> Result<(), TooShort> {
+        match *self {}
+    }
+}

@@ -1,0 +1,221 @@
+//! Programs of steps as machine code.
+//!
+//! What is compiled are the operations of a [`Straight`] program, one by one: so the bits are those of its interpreter.
+
+use std::collections::HashMap;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use dsocs_jit::{Calls, Code, Compiler, JitError, Operand, Operation, Program};
+
+use super::TapeCall;
+use super::evaluate::function;
+use super::read::{Binary, Comparison, Function};
+use super::straight::{Batch, First, Place, Second, Straight, What, place};
+
+/// How many steps are interpreted before the programs are compiled. To compile them takes about as long as these many steps by the interpreter, so that nobody
+/// waits for long for code that is hardly used, and a run never takes more than twice as long as it would if all had been known before.
+const BEFORE: u64 = 2000;
+
+/// When the programs of a system become machine code.
+#[derive(Debug, Default)]
+pub(crate) struct Tier {
+    /// How many steps were asked for so far.
+    steps: AtomicU64,
+    /// What came of it, where it was tried.
+    made: OnceLock<Result<(), JitError>>,
+    /// Whether it is never tried.
+    never: bool,
+}
+
+impl Tier {
+    /// Never.
+    pub fn never() -> Self {
+        Self {
+            never: true,
+            ..Self::default()
+        }
+    }
+
+    /// How many of some more steps are to be made before the programs are compiled; `None` if that is not to be done.
+    #[inline]
+    pub fn steps_before(&self, count: u64) -> Option<u64> {
+        if self.never || self.made.get().is_some() {
+            return None;
+        }
+        let before = self.steps.fetch_add(count.min(BEFORE), Ordering::Relaxed);
+        let left = BEFORE.saturating_sub(before);
+        (left < count).then_some(left)
+    }
+
+    /// Compiles some programs, if that was not done before. Where it fails, they are interpreted.
+    pub fn compile(&self, programs: &[&Straight]) -> Result<(), JitError> {
+        let made = self.made.get_or_init(|| {
+            let translated = programs.iter().map(|program| translated(program));
+            let translated = translated.collect::<Result<Vec<_>, _>>()?;
+            let codes = Compiler::new()?.compile(&translated)?;
+            for (program, code) in programs.iter().zip(codes) {
+                // nobody else sets it
+                let _ = program.code.set(code);
+            }
+            Ok(())
+        });
+        made.clone()
+    }
+}
+
+/// What programs call.
+struct Called<'c>(&'c [TapeCall]);
+
+impl Calls for Called<'_> {
+    fn call(&self, which: u32, argument: Option<f64>) -> f64 {
+        let call = self.0.get(which as usize);
+        call.map_or(f64::NAN, |call| call.value(argument))
+    }
+}
+
+/// Runs the code of a program, if it has any. Whether it had.
+#[inline]
+pub(super) fn ran(code: &OnceLock<Code>, calls: &[TapeCall], numbers: &mut [f64]) -> bool {
+    code.get()
+        .is_some_and(|code| code.run(numbers, &Called(calls)).is_ok())
+}
+
+/// The operations of a program, each of which has a number of its own.
+#[derive(Default)]
+struct Translation {
+    operations: Vec<Operation>,
+    /// Which operation the number at a place is the result of; of none where it was there before.
+    held: HashMap<Place, u32>,
+}
+
+impl Translation {
+    /// What is at a place at the time.
+    fn at(&self, place: Place) -> Operand {
+        let held = self.held.get(&place);
+        held.map_or(Operand::Place(place), |&of| Operand::Result(of))
+    }
+
+    /// Adds an operation.
+    fn push(&mut self, operation: Operation) -> Operand {
+        self.operations.push(operation);
+        Operand::Result(place(self.operations.len() - 1))
+    }
+
+    /// Adds one of the kind of a batch.
+    fn add(&mut self, what: What, [to, a, b, c]: [Place; 4], more: &[[Place; 3]]) {
+        let (first, second) = (self.at(a), self.at(b));
+        let result = match what {
+            What::Neg => self.push(Operation::Neg(first)),
+            What::Recip => self.push(Operation::Recip(first)),
+            What::Square => self.push(Operation::Mul(first, first)),
+            What::Powi(power) => self.push(Operation::Powi(first, power)),
+            What::Function(name) => self.push(called(name, first)),
+            What::Binary(binary) => self.push(match binary {
+                Binary::Add => Operation::Add(first, second),
+                Binary::Sub => Operation::Sub(first, second),
+                Binary::Mul => Operation::Mul(first, second),
+                Binary::Div => Operation::Div(first, second),
+                Binary::Powf => Operation::Function2(powf, first, second),
+                Binary::Atan2 => Operation::Function2(atan2, first, second),
+            }),
+            What::Pair(one, other) => {
+                let third = self.at(c);
+                let one = self.push(match one {
+                    First::Add => Operation::Add(first, second),
+                    First::Sub => Operation::Sub(first, second),
+                    First::Mul => Operation::Mul(first, second),
+                });
+                self.push(match other {
+                    Second::Add => Operation::Add(one, third),
+                    Second::From => Operation::Sub(third, one),
+                    Second::Sub => Operation::Sub(one, third),
+                    Second::Mul => Operation::Mul(one, third),
+                })
+            }
+            What::Select(comparison) => {
+                let [b, c, d] = more.get(b as usize).copied().unwrap_or([0; 3]);
+                let parts = [a, b, c, d].map(|place| self.at(place));
+                self.push(match comparison {
+                    Comparison::Less => Operation::Less(parts),
+                    Comparison::LessOrEqual => Operation::LessOrEqual(parts),
+                })
+            }
+            What::Call(which) => self.push(Operation::Call(which, first)),
+            What::Datum(which) => self.push(Operation::Datum(which)),
+        };
+        if let Operand::Result(of) = result {
+            self.held.insert(to, of);
+        }
+    }
+}
+
+/// A program as operations whose results have no places, but for those that are wanted.
+fn translated(straight: &Straight) -> Result<Program, JitError> {
+    let mut translation = Translation::default();
+    let mut rest = straight.operations.iter();
+    for Batch { what, count } in &straight.batches {
+        for operation in rest.by_ref().take(*count as usize) {
+            translation.add(*what, *operation, &straight.more);
+        }
+    }
+    let moved = straight.moves.iter().map(|&[from, to]| (from, to));
+    let wanted = straight.results.iter().map(|&place| (place, place));
+    let mut results: Vec<(Operand, u32)> = moved
+        .chain(wanted)
+        .map(|(from, to)| (translation.at(from), to))
+        .filter(|&(from, to)| from != Operand::Place(to))
+        .collect();
+    // what is wanted twice
+    results.sort_by_key(|&(_, to)| to);
+    results.dedup_by_key(|&mut (_, to)| to);
+    Program::new(&translation.operations, &results)
+}
+
+macro_rules! functions {
+    ($($name:ident: $function:ident),* $(,)?) => {
+        $(
+            extern "C" fn $function(a: f64) -> f64 {
+                function(Function::$name, a)
+            }
+        )*
+
+        /// The operation of a function. What the processor does by itself is rounded as the function, or not at all.
+        fn called(name: Function, a: Operand) -> Operation {
+            match name {
+                Function::Sqrt => Operation::Sqrt(a),
+                Function::Abs => Operation::Abs(a),
+                Function::Signum => Operation::Signum(a),
+                $(Function::$name => Operation::Function($function, a),)*
+            }
+        }
+    };
+}
+
+functions!(
+    Cbrt: cbrt,
+    Exp: exp,
+    ExpM1: exp_m1,
+    Ln: ln,
+    Ln1p: ln_1p,
+    Sin: sin,
+    Cos: cos,
+    Tan: tan,
+    Asin: asin,
+    Acos: acos,
+    Atan: atan,
+    Sinh: sinh,
+    Cosh: cosh,
+    Tanh: tanh,
+    Asinh: asinh,
+    Acosh: acosh,
+    Atanh: atanh,
+);
+
+extern "C" fn powf(a: f64, b: f64) -> f64 {
+    a.powf(b)
+}
+
+extern "C" fn atan2(a: f64, b: f64) -> f64 {
+    a.atan2(b)
+}
