@@ -9,7 +9,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use dsocs_core::text::{Text, TapeKernel};
+use dsocs_core::text::{TapeKernel, Text};
 use dsocs_core::{AnyFlow, AnyStart, Kernel, Start, System, dsocs};
 use dsocs_systems::{Entry, InertiaWheelPendulum, PlanarChain8};
 
@@ -185,7 +185,9 @@ fn main() {
         (false, true) => 200,
         (false, false) => 4000,
     };
-    println!("                        a step [ns], and its ratio to the compiled one   text to first step [ms]");
+    println!(
+        "                        a step [ns], and its ratio to the compiled one   text to first step [ms]"
+    );
     println!("system              compiled    interpreted  ratio       JIT  ratio  interpreted    JIT");
     println!("bar                                            4.00            1.30");
     let particle = Particle {
@@ -198,9 +200,19 @@ fn main() {
         mean: 1.0,
         amplitude: 0.5,
     };
-    lines("particle_field", &field, (0.1, [0.0, 0.0], [1.0, 1.0], 20), rounds);
+    lines(
+        "particle_field",
+        &field,
+        (0.1, [0.0, 0.0], [1.0, 1.0], 20),
+        rounds,
+    );
     let pendulum = InertiaWheelPendulum::default();
     lines("pendulum", &pendulum, (0.1, [0.5, 0.0], [0.0, 0.5], 19), rounds);
     let bent = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3];
-    lines("chain8", &PlanarChain8::default(), (0.005, bent, [0.5; 8], 2), rounds);
+    lines(
+        "chain8",
+        &PlanarChain8::default(),
+        (0.005, bent, [0.5; 8], 2),
+        rounds,
+    );
 }

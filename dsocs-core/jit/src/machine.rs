@@ -6,6 +6,7 @@ use std::ffi::c_void;
 use std::fmt;
 use std::sync::Arc;
 
+use cranelift_codegen::Context;
 use cranelift_codegen::control::ControlPlane;
 use cranelift_codegen::ir::condcodes::FloatCC;
 use cranelift_codegen::ir::{
@@ -13,7 +14,6 @@ use cranelift_codegen::ir::{
 };
 use cranelift_codegen::isa::{CallConv, OwnedTargetIsa};
 use cranelift_codegen::settings::{self, Configurable};
-use cranelift_codegen::Context;
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use memmap2::{Mmap, MmapMut};
 
@@ -113,7 +113,9 @@ impl Compiler {
         let compiled = compiled.map_err(|error| failed(&error.inner))?;
         // all that it calls, it calls by address: nothing is left to be linked
         if !compiled.buffer.relocs().is_empty() {
-            return Err(JitError::Compiler("the code refers to what is not in it".to_owned()));
+            return Err(JitError::Compiler(
+                "the code refers to what is not in it".to_owned(),
+            ));
         }
         let begin = self.bytes.len().next_multiple_of(ALIGNMENT);
         self.bytes.resize(begin, 0);
@@ -422,10 +424,7 @@ impl<'a> Writer<'a> {
         // an address is as wide as a pointer
         let address = function.addr() as i64;
         let callee = self.builder.ins().iconst(self.pointer, address);
-        let call = self
-            .builder
-            .ins()
-            .call_indirect(signature, callee, arguments);
+        let call = self.builder.ins().call_indirect(signature, callee, arguments);
         self.builder.inst_results(call)[0]
     }
 }

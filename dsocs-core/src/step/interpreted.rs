@@ -9,6 +9,7 @@ use std::sync::{Arc, OnceLock};
 use dsocs_jit::JitError;
 use thiserror::Error;
 
+use super::arrays;
 use super::slices::{self, Beside, Kept, Room, Walked};
 use crate::kernel::course::Course;
 use crate::kernel::question::Halt;
@@ -482,12 +483,17 @@ impl TapeKernel {
 
     /// Makes up to `count` steps of a run.
     fn walk(&self, course: &mut Course, count: u64) -> Halt {
-        self.in_room(|numbers, beside| match self.shape.unknowns {
-            1 => slices::smooth::<_, [f64; 1]>(self, (numbers, beside), course, count),
-            2 => slices::smooth::<_, [f64; 2]>(self, (numbers, beside), course, count),
-            3 => slices::smooth::<_, [f64; 3]>(self, (numbers, beside), course, count),
-            4 => slices::smooth::<_, [f64; 4]>(self, (numbers, beside), course, count),
-            _ => slices::smooth::<_, Kept>(self, (numbers, beside), course, count),
+        self.in_room(|numbers, beside| {
+            if let Some(halt) = arrays::smooth(self, numbers, course, count) {
+                return halt;
+            }
+            match self.shape.unknowns {
+                1 => slices::smooth::<_, [f64; 1]>(self, (numbers, beside), course, count),
+                2 => slices::smooth::<_, [f64; 2]>(self, (numbers, beside), course, count),
+                3 => slices::smooth::<_, [f64; 3]>(self, (numbers, beside), course, count),
+                4 => slices::smooth::<_, [f64; 4]>(self, (numbers, beside), course, count),
+                _ => slices::smooth::<_, Kept>(self, (numbers, beside), course, count),
+            }
         })
     }
 

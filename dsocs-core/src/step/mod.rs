@@ -4,6 +4,7 @@
 //! [`Question`](crate::kernel::question::Question), the equations of that step are taken on slices ([`Step`]) and solved with the module
 //! [`solve`](crate::solve): [`guesses`] are tried where the prediction does not lead to a root, and [`pair`] tells two roots apart.
 
+mod arrays;
 pub(crate) mod crossing;
 mod guesses;
 pub(crate) mod interpreted;

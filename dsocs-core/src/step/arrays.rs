@@ -1,0 +1,186 @@
+//! The smooth steps of a system that was not compiled, where it has few coordinates and unknowns: those of [`smooth`](super::smooth), which are compiled here for
+//! each number of them.
+
+#![allow(clippy::inline_always)] // parts of every step
+
+use core::cell::Cell;
+
+use super::interpreted::TapeKernel;
+use super::slices::Walked;
+use super::smooth::{self, Smooth};
+use crate::kernel::course::Course;
+use crate::kernel::question::Halt;
+use crate::number::point::Leg;
+use crate::solve::Numbers;
+use crate::solve::newton::Evaluation;
+use crate::solve::unknown::{Linearization, Unknown};
+
+/// A system with so many unknowns, and what it computes in.
+struct Few<'k, const M: usize> {
+    kernel: &'k TapeKernel,
+    numbers: Cell<&'k mut [f64]>,
+    are_linear: bool,
+}
+
+impl<const M: usize> Few<'_, M> {
+    /// Computes.
+    #[inline(always)]
+    fn compute<R>(&self, work: impl FnOnce(&TapeKernel, &mut [f64]) -> R) -> R {
+        let numbers = self.numbers.take();
+        let result = work(self.kernel, numbers);
+        self.numbers.set(numbers);
+        result
+    }
+}
+
+impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
+    type Unknown = [f64; M];
+    type Constants = [f64];
+    /// It stands where the system computes.
+    type Known = ();
+
+    #[inline(always)]
+    fn has_affine_rows(&self) -> bool {
+        self.kernel.shape().linear
+    }
+
+    #[inline(always)]
+    fn may_jump(&self) -> bool {
+        self.kernel.shape().jumps
+    }
+
+    #[inline(always)]
+    fn is_divided(&self) -> bool {
+        self.kernel.shape().divided
+    }
+
+    #[inline(always)]
+    fn is_scaled(&self) -> bool {
+        self.kernel.shape().scaled
+    }
+
+    #[inline(always)]
+    fn is_switching(&self) -> bool {
+        self.kernel.shape().switches
+    }
+
+    #[inline(always)]
+    fn asks_for_time(&self) -> bool {
+        self.kernel.shape().depends_on_time
+    }
+
+    #[inline(always)]
+    fn is_of_third_order(&self) -> bool {
+        self.kernel.shape().is_of_third_order()
+    }
+
+    #[inline(always)]
+    fn is_forced(&self) -> bool {
+        self.kernel.shape().external_forces
+    }
+
+    #[inline(always)]
+    fn constants_of<'c>(&self, run: &'c mut Numbers) -> Option<&'c mut [f64]> {
+        self.compute(|kernel, numbers| kernel.take_constants(numbers, run));
+        Some(run)
+    }
+
+    #[inline(always)]
+    fn set_past(&self, constants: &mut [f64], past: &[f64; N]) {
+        self.compute(|kernel, numbers| kernel.take_past(numbers, constants, past));
+    }
+
+    #[inline(always)]
+    fn known_of(&self, _: &[f64], leg: &Leg<f64, N>) {
+        self.compute(|kernel, numbers| kernel.take_leg(numbers, leg.any()));
+    }
+
+    #[inline(always)]
+    fn evaluation(&self, _: &[f64], (): &(), z: &[f64; M]) -> Evaluation<[f64; M]> {
+        let mut linearization = Linearization {
+            rows: [0.0; M],
+            jacobian: <[f64; M]>::zeros(),
+        };
+        let Linearization { rows, jacobian } = &mut linearization;
+        self.compute(|kernel, numbers| {
+            kernel.take_unknowns(numbers, z);
+            kernel.rows(numbers, rows, jacobian.as_flattened_mut());
+        });
+        smooth::evaluated(&mut linearization, self.are_linear)
+    }
+
+    #[inline(always)]
+    fn row_scales(&self, _: &[f64], (): &(), z: &[f64; M]) -> [f64; M] {
+        let mut scales = [0.0; M];
+        self.compute(|kernel, numbers| {
+            kernel.take_unknowns(numbers, z);
+            kernel.row_scales(numbers, &mut scales);
+        });
+        scales
+    }
+
+    #[inline(always)]
+    fn unknown_of(&self, e: &[f64; N]) -> [f64; M] {
+        let mut z = [0.0; M];
+        self.compute(|kernel, numbers| kernel.unknowns_of(numbers, e, &mut z));
+        z
+    }
+
+    #[inline(always)]
+    fn difference(&self, _: &[f64], (): &(), z: &[f64; M]) -> [f64; N] {
+        let mut e = [0.0; N];
+        self.compute(|kernel, numbers| {
+            kernel.take_unknowns(numbers, z);
+            kernel.difference(numbers, &mut e);
+        });
+        e
+    }
+}
+
+/// Steps of `N` coordinates and `M` unknowns.
+#[inline(never)] // one for each
+fn steps<const N: usize, const M: usize>(
+    kernel: &TapeKernel,
+    numbers: &mut [f64],
+    course: &mut Course,
+    count: u64,
+) -> Halt {
+    let shape = kernel.shape();
+    let few = Few::<M> {
+        kernel,
+        numbers: Cell::new(numbers),
+        are_linear: shape.linear && !shape.jumps,
+    };
+    smooth::steps::<_, N>(&few, course, count)
+}
+
+/// Makes up to `count` steps of a run; `None` if there are no steps of so many coordinates and unknowns.
+pub(super) fn smooth(
+    kernel: &TapeKernel,
+    numbers: &mut [f64],
+    course: &mut Course,
+    count: u64,
+) -> Option<Halt> {
+    let shape = kernel.shape();
+    if shape.increments != shape.dimension() || kernel.sparse().is_some() {
+        return None;
+    }
+    macro_rules! of {
+        ($($n:literal: $($m:literal),*);* $(;)?) => {
+            match (shape.increments, shape.unknowns) {
+                $($(($n, $m) => steps::<$n, $m>(kernel, numbers, course, count),)*)*
+                _ => return None,
+            }
+        };
+    }
+    Some(of! {
+        1: 1, 2;
+        2: 1, 2, 3;
+        3: 1, 2, 3, 4;
+        4: 1, 2, 3, 4;
+        5: 5;
+        6: 6;
+        7: 7;
+        8: 8;
+    })
+}
