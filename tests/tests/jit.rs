@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use dsocs_core::text::{TapeKernel, Text};
-use dsocs_core::{AnyComposedFlow, AnyFlow, AnyStart, Composition, Kernel, OwnedNode, Run};
+use dsocs_core::{AnyComposedFlow, AnyFlow, AnyStart, Composition, Kernel, OwnedNode, Run, Shape};
 use dsocs_systems::systems::all;
 
 /// All numbers of the node where a run stands, bit for bit; all that are no numbers are alike.
@@ -16,6 +16,12 @@ fn bits(run: &dyn Run) -> Vec<u64> {
     numbers
         .map(|x| if x.is_nan() { 0 } else { x.to_bits() })
         .collect()
+}
+
+/// What is known of a system.
+fn shape(kernel: &TapeKernel) -> &Shape {
+    let kernel: &dyn Kernel = kernel;
+    kernel.shape()
 }
 
 /// A system twice: interpreted, and compiled.
@@ -36,7 +42,7 @@ fn same_steps(kernels: &[TapeKernel; 2], h: f64, start: &AnyStart, steps: u32) -
             let report = flow.run_mut().advance();
             report.map_err(|error| error.to_string())
         });
-        let name = &kernels[0].shape().name;
+        let name = &shape(&kernels[0]).name;
         assert_eq!(one, other, "{name}: step {step}");
         if one.is_err() {
             return step;
@@ -59,7 +65,7 @@ fn every_system_makes_the_steps_of_the_interpreter() {
         let [q, v] = entry.default_start().unwrap();
         let start = AnyStart::second_order(q, v);
         let start = match entry.default_acceleration().or(entry.default_near()) {
-            Some(a) if kernels[0].shape().is_of_third_order() => AnyStart::third_order(q, v, a),
+            Some(a) if shape(&kernels[0]).is_of_third_order() => AnyStart::third_order(q, v, a),
             Some(a) => start.near_acceleration(a),
             None => start,
         };

@@ -77,8 +77,8 @@ impl Compiler {
         let made = programs.iter().map(|program| self.functions(program));
         let made = made.collect::<Result<Vec<_>, _>>()?;
         let memory = Arc::new(executable(&self.bytes).map_err(|error| failed(&error))?);
-        let code = made.into_iter().map(|(pieces, homes, length)| Code {
-            pieces,
+        let code = made.into_iter().map(|(begins, homes, length)| Code {
+            pieces: begins.into_iter().map(|begin| piece(&memory, begin)).collect(),
             homes,
             length,
             memory: Arc::clone(&memory),
@@ -122,6 +122,14 @@ impl Compiler {
         self.bytes.extend_from_slice(compiled.code_buffer());
         Ok(begin)
     }
+}
+
+/// The function that begins somewhere in the memory.
+#[expect(unsafe_code, reason = "bytes become a function")]
+fn piece(memory: &Mmap, begin: usize) -> Piece {
+    // SAFETY: there stands a function that `Compiler::piece` has made, with the signature of `Piece` and the calling convention of `extern "C"` on this
+    // machine. `Code` keeps the memory, which is not changed any more, as long as the function.
+    unsafe { std::mem::transmute::<*const u8, Piece>(memory.as_ptr().add(begin)) }
 }
 
 /// A failure of the compiler.
@@ -432,12 +440,13 @@ impl<'a> Writer<'a> {
 /// A program as machine code.
 #[derive(Clone)]
 pub struct Code {
-    /// Where the pieces begin in the memory.
-    pieces: Vec<usize>,
+    pieces: Vec<Piece>,
     /// How many values go from piece to piece.
     homes: usize,
     /// How many numbers it is run on.
     length: usize,
+    /// Where the pieces are.
+    #[expect(dead_code, reason = "the pieces live as long as it does")]
     memory: Arc<Mmap>,
 }
 
@@ -487,10 +496,7 @@ impl Code {
     #[inline]
     fn pieces(&self, numbers: &mut [f64], homes: &mut [f64], calls: &dyn Calls) {
         debug_assert!(numbers.len() >= self.length && homes.len() >= self.homes);
-        for &begin in &self.pieces {
-            // SAFETY: at `begin` stands a function that `Compiler::piece` has made, with the signature of `Piece` and the calling convention of `extern "C"`
-            // on this machine; the memory may be executed, is not changed, and lives as long as `self`.
-            let piece: Piece = unsafe { std::mem::transmute(self.memory.as_ptr().add(begin)) };
+        for piece in &self.pieces {
             // SAFETY: it reads and writes places below `length` of the numbers (`Program::new`) and below `homes` of the homes (`Cut`), hands the third
             // pointer to `at_argument` and `without_argument` alone, and calls functions of the types that the operations say.
             unsafe { piece(numbers.as_mut_ptr(), homes.as_mut_ptr(), &raw const calls) };

@@ -5,7 +5,7 @@
 
 use core::cell::Cell;
 
-use super::interpreted::TapeKernel;
+use super::interpreted::{TapeKernel, take};
 use super::slices::Walked;
 use super::smooth::{self, Smooth};
 use crate::kernel::course::Course;
@@ -13,7 +13,7 @@ use crate::kernel::question::Halt;
 use crate::number::point::Leg;
 use crate::solve::Numbers;
 use crate::solve::newton::Evaluation;
-use crate::solve::unknown::{Linearization, Unknown};
+use crate::solve::unknown::Linearization;
 
 /// A system with so many unknowns, and what it computes in.
 struct Few<'k, const M: usize> {
@@ -81,7 +81,12 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
 
     #[inline(always)]
     fn constants_of<'c>(&self, run: &'c mut Numbers) -> Option<&'c mut [f64]> {
-        self.compute(|kernel, numbers| kernel.take_constants(numbers, run));
+        self.compute(|kernel, numbers| {
+            kernel.take_constants(numbers, run);
+            // a guess has none
+            let multipliers = numbers.get_mut(kernel.hot().places.multipliers.clone());
+            multipliers.unwrap_or_default().fill(0.0);
+        });
         Some(run)
     }
 
@@ -97,14 +102,22 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
 
     #[inline(always)]
     fn evaluation(&self, _: &[f64], (): &(), z: &[f64; M]) -> Evaluation<[f64; M]> {
-        let mut linearization = Linearization {
-            rows: [0.0; M],
-            jacobian: <[f64; M]>::zeros(),
-        };
-        let Linearization { rows, jacobian } = &mut linearization;
-        self.compute(|kernel, numbers| {
+        // one by one: a number that was just written is not found by a load of two
+        let mut linearization = self.compute(|kernel, numbers| {
+            let hot = kernel.hot();
             kernel.take_unknowns(numbers, z);
-            kernel.rows(numbers, rows, jacobian.as_flattened_mut());
+            hot.residual.run(&hot.stretch, kernel.calls(), numbers);
+            let at = |place: u32| numbers.get(place as usize).copied().unwrap_or(f64::NAN);
+            let (first, rest) = hot
+                .residual
+                .places()
+                .split_first_chunk()
+                .unwrap_or((&[0; M], &[]));
+            let rest = rest.as_chunks().0.first_chunk().unwrap_or(&[[0; M]; M]);
+            Linearization {
+                rows: first.map(at),
+                jacobian: rest.map(|row| row.map(at)),
+            }
         });
         smooth::evaluated(&mut linearization, self.are_linear)
     }
@@ -122,7 +135,11 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
     #[inline(always)]
     fn unknown_of(&self, e: &[f64; N]) -> [f64; M] {
         let mut z = [0.0; M];
-        self.compute(|kernel, numbers| kernel.unknowns_of(numbers, e, &mut z));
+        self.compute(|kernel, numbers| {
+            let hot = kernel.hot();
+            take(numbers, &hot.places.e, e);
+            kernel.write(&hot.unknown, numbers, &mut z);
+        });
         z
     }
 

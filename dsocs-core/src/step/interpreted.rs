@@ -114,6 +114,8 @@ pub(crate) struct Places {
     pub past: usize,
     pub known: Range<usize>,
     pub z: Range<usize>,
+    /// The rows of a step with few unknowns, then their Jacobian row by row.
+    pub rows: Range<usize>,
     pub multipliers: Range<usize>,
     pub n: Range<usize>,
     pub d: Range<usize>,
@@ -122,6 +124,9 @@ pub(crate) struct Places {
     pub v: Range<usize>,
     pub count: usize,
 }
+
+/// So many unknowns are few: the rows and their Jacobian stand one after the other.
+pub(super) const FEW: usize = 8;
 
 impl Places {
     fn new(shape: &Shape, place_of_past: usize) -> Self {
@@ -142,6 +147,7 @@ impl Places {
             constants,
             known: next(shape.known),
             z: next(m),
+            rows: next(if m <= FEW { m * (m + 1) } else { 0 }),
             multipliers: next(m.max(shape.forms)),
             n: next(n),
             d: next(n),
@@ -212,10 +218,11 @@ impl Hot {
         });
         let places = Places::new(shape, tape.count(Segment::Constants, Part::All));
         let [of_run, of_step] = [&places.constants, &places.known].map(|range| Some(range.start));
+        let of_rows = (unknowns <= FEW).then_some(places.rows.start);
         let programs: [Reading; 9] = [
             (program(Segment::Constants, &[]), is_of_run, of_run),
             (program(Segment::Known, &both[..1]), is_of_leg, of_step),
-            (program(Segment::Residual, &both), is_of_iteration, None),
+            (program(Segment::Residual, &both), is_of_iteration, of_rows),
             (entries.unwrap_or_default(), is_of_iteration, None),
             (program(Segment::Scales, &both), is_of_iteration, None),
             (
@@ -463,7 +470,9 @@ impl TapeKernel {
     }
 
     /// Evaluates a program; as many results are written as there is room for.
-    fn write(&self, program: &Straight, numbers: &mut [f64], out: &mut [f64]) {
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // part of every step
+    pub(super) fn write(&self, program: &Straight, numbers: &mut [f64], out: &mut [f64]) {
         program.run(&self.hot.stretch, &self.calls, numbers);
         for (out, result) in out.iter_mut().zip(program.results(numbers)) {
             *out = result;
@@ -516,17 +525,24 @@ thread_local! {
 }
 
 /// Takes numbers in; missing ones are NaN.
-#[inline]
-fn take(numbers: &mut [f64], places: &Range<usize>, values: &[f64]) {
-    let Some(room) = numbers.get_mut(places.clone()) else {
-        return;
-    };
-    if let Some(values) = values.get(..room.len()) {
-        room.copy_from_slice(values);
+#[inline(always)]
+#[allow(clippy::inline_always)] // of arrays it is some moves, part of every step
+pub(super) fn take(numbers: &mut [f64], places: &Range<usize>, values: &[f64]) {
+    let count = values.len();
+    if places.len() == count {
+        let room = numbers.get_mut(places.start..places.start + count);
+        room.unwrap_or_default().copy_from_slice(values);
     } else {
-        room.fill(f64::NAN);
-        copy(room, values);
+        take_some(numbers, places, values);
     }
+}
+
+/// The same of more or fewer numbers.
+#[inline(never)]
+fn take_some(numbers: &mut [f64], places: &Range<usize>, values: &[f64]) {
+    let room = numbers.get_mut(places.clone()).unwrap_or_default();
+    room.fill(f64::NAN);
+    copy(room, values);
 }
 
 /// Takes one number in.
@@ -555,6 +571,8 @@ impl Walked for TapeKernel {
         self.take_constants(numbers, constants);
     }
 
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // part of every step
     fn take_leg(&self, numbers: &mut [f64], leg: AnyLeg<'_, f64>) {
         let Hot { places, known, .. } = &*self.hot;
         take_one(numbers, places.clock, leg.t);
@@ -563,7 +581,8 @@ impl Walked for TapeKernel {
         known.run(&self.hot.stretch, &self.calls, numbers);
     }
 
-    #[inline]
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as above
     fn take_unknowns(&self, numbers: &mut [f64], z: &[f64]) {
         take(numbers, &self.hot.places.z, z);
     }
@@ -576,10 +595,14 @@ impl Walked for TapeKernel {
         self.write_both(&self.hot.entries, numbers, rows, entries);
     }
 
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as above
     fn row_scales(&self, numbers: &mut [f64], scales: &mut [f64]) {
         self.write(&self.hot.scales, numbers, scales);
     }
 
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as above
     fn difference(&self, numbers: &mut [f64], e: &mut [f64]) {
         self.write(&self.hot.second_difference, numbers, e);
     }

@@ -476,11 +476,21 @@ impl Numbers for [f64] {
 
 impl Straight {
     /// Evaluates the program; its results are then where [`Straight::results`] finds them.
+    #[inline]
     pub fn run(&self, stretch: &Stretch, calls: &[TapeCall], numbers: &mut [f64]) {
+        if self.is_empty() {
+            return;
+        }
         #[cfg(feature = "jit")]
         if super::code::ran(&self.code, calls, numbers) {
             return;
         }
+        self.walk(stretch, calls, numbers);
+    }
+
+    /// The same by the interpreter.
+    #[inline(never)]
+    fn walk(&self, stretch: &Stretch, calls: &[TapeCall], numbers: &mut [f64]) {
         match numbers.first_chunk_mut::<FIXED>() {
             Some(fixed) if stretch.length <= FIXED => self.run_on(calls, fixed),
             _ => self.run_on(calls, numbers),
