@@ -81,10 +81,10 @@ fn every_system_makes_the_steps_of_the_interpreter() {
 fn chain(links: usize) -> String {
     format!(
         "const n = {links};
-         parameters {{ gravity = 9.81 }}
+         parameters {{ gravity = 9.81, masses: [n] = [0.1; n] }}
          coordinates(theta: [n]);
          let cosine = |i, j| theta[i].cos() * theta[j].cos() + theta[i].sin() * theta[j].sin();
-         let beyond = |i| n - i;
+         let beyond = |i| sum(i..n, |k| masses[k]);
          lagrangian = sum(0..n, |i| beyond(i) * (dot(theta[i]).powi(2) / 2
                  + sum(0..i, |j| cosine(i, j) * dot(theta[i]) * dot(theta[j]))))
              + gravity * sum(0..n, |i| beyond(i) * theta[i].cos());
@@ -129,8 +129,9 @@ fn every_operation_and_a_table_have_the_bits_of_the_interpreter() {
         ([0.5, 0.25, 0.6875], [1.0, -0.5, -0.75]),
         ([0.1, 0.7, 0.5], [0.2, 0.3, -0.46]),
     ] {
-        let made = same_steps(&kernels, 0.01, &AnyStart::second_order(&q, &v), 1000);
-        assert!(made > 50, "{made}");
+        // a function is left behind at the end
+        let made = same_steps(&kernels, 0.001, &AnyStart::second_order(&q, &v), 1000);
+        assert!(made > 300, "{made}");
     }
 }
 
