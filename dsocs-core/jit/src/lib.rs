@@ -47,7 +47,7 @@ use thiserror::Error;
 pub use machine::{Code, Compiler};
 
 /// How many operations a function of machine code has at most. The time that a function takes to compile grows faster than its length.
-pub const PIECE: usize = 1000;
+pub const PIECE: usize = 500;
 
 /// What an operation reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

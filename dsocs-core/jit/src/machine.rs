@@ -479,8 +479,15 @@ impl Code {
         }
         if self.homes == 0 {
             self.pieces(numbers, &mut [], calls);
-            return Ok(());
+        } else {
+            self.run_with_homes(numbers, calls);
         }
+        Ok(())
+    }
+
+    /// The same where values go from piece to piece.
+    #[inline(never)]
+    fn run_with_homes(&self, numbers: &mut [f64], calls: &dyn Calls) {
         // whoever runs a program inside finds another, empty room, and so does who runs one where the thread ends
         let mut homes = HOMES.try_with(Cell::take).unwrap_or_default();
         if homes.len() < self.homes {
@@ -488,7 +495,6 @@ impl Code {
         }
         self.pieces(numbers, &mut homes, calls);
         let _ = HOMES.try_with(|kept| kept.set(homes));
-        Ok(())
     }
 
     /// Runs the pieces, where there is room for all.

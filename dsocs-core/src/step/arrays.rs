@@ -4,6 +4,7 @@
 #![allow(clippy::inline_always)] // parts of every step
 
 use core::cell::Cell;
+use core::ops::Range;
 
 use super::interpreted::{TapeKernel, take};
 use super::slices::Walked;
@@ -14,6 +15,23 @@ use crate::number::point::Leg;
 use crate::solve::Numbers;
 use crate::solve::newton::Evaluation;
 use crate::solve::unknown::Linearization;
+
+/// So many numbers are handed over one by one: the processor waits with a load of two that were just written, each by itself.
+const FEWER: usize = 4;
+
+/// Hands numbers to a system.
+#[inline(always)]
+fn hand_over<const K: usize>(numbers: &mut [f64], places: Range<usize>, values: &[f64; K]) {
+    if K > FEWER {
+        take(numbers, &places, values);
+        return;
+    }
+    for (place, value) in places.zip(values) {
+        if let Some(number) = numbers.get_mut(place) {
+            *number = *value;
+        }
+    }
+}
 
 /// A system with so many unknowns, and what it computes in.
 struct Few<'k, const M: usize> {
@@ -97,27 +115,36 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
 
     #[inline(always)]
     fn known_of(&self, _: &[f64], leg: &Leg<f64, N>) {
-        self.compute(|kernel, numbers| kernel.take_leg(numbers, leg.any()));
+        self.compute(|kernel, numbers| {
+            let hot = kernel.hot();
+            let places = &hot.places;
+            hand_over(numbers, places.clock..places.clock + 1, &[leg.t]);
+            hand_over(numbers, places.n.clone(), &leg.q);
+            hand_over(numbers, places.d.clone(), &leg.d);
+            hot.known.run(&hot.stretch, kernel.calls(), numbers);
+        });
     }
 
     #[inline(always)]
     fn evaluation(&self, _: &[f64], (): &(), z: &[f64; M]) -> Evaluation<[f64; M]> {
-        // one by one: a number that was just written is not found by a load of two
         let mut linearization = self.compute(|kernel, numbers| {
             let hot = kernel.hot();
-            kernel.take_unknowns(numbers, z);
+            hand_over(numbers, hot.places.z.clone(), z);
             hot.residual.run(&hot.stretch, kernel.calls(), numbers);
-            let at = |place: u32| numbers.get(place as usize).copied().unwrap_or(f64::NAN);
-            let (first, rest) = hot
-                .residual
-                .places()
-                .split_first_chunk()
-                .unwrap_or((&[0; M], &[]));
-            let rest = rest.as_chunks().0.first_chunk().unwrap_or(&[[0; M]; M]);
-            Linearization {
-                rows: first.map(at),
-                jacobian: rest.map(|row| row.map(at)),
+            let (mut rows, mut jacobian) = ([f64::NAN; M], [[f64::NAN; M]; M]);
+            if M > FEWER {
+                let found = numbers.get(hot.places.rows.clone()).unwrap_or_default();
+                if let Some((first, rest)) = found.split_first_chunk() {
+                    rows = *first;
+                    jacobian = *rest.as_chunks().0.first_chunk().unwrap_or(&jacobian);
+                }
+            } else if let Some((first, rest)) = hot.residual.places().split_first_chunk() {
+                let at = |place: u32| numbers.get(place as usize).copied().unwrap_or(f64::NAN);
+                rows = first.map(at);
+                let rest = rest.as_chunks().0.first_chunk().unwrap_or(&[[0; M]; M]);
+                jacobian = rest.map(|row| row.map(at));
             }
+            Linearization { rows, jacobian }
         });
         smooth::evaluated(&mut linearization, self.are_linear)
     }
@@ -126,7 +153,7 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
     fn row_scales(&self, _: &[f64], (): &(), z: &[f64; M]) -> [f64; M] {
         let mut scales = [0.0; M];
         self.compute(|kernel, numbers| {
-            kernel.take_unknowns(numbers, z);
+            hand_over(numbers, kernel.hot().places.z.clone(), z);
             kernel.row_scales(numbers, &mut scales);
         });
         scales
@@ -137,7 +164,7 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
         let mut z = [0.0; M];
         self.compute(|kernel, numbers| {
             let hot = kernel.hot();
-            take(numbers, &hot.places.e, e);
+            hand_over(numbers, hot.places.e.clone(), e);
             kernel.write(&hot.unknown, numbers, &mut z);
         });
         z
@@ -147,7 +174,7 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
     fn difference(&self, _: &[f64], (): &(), z: &[f64; M]) -> [f64; N] {
         let mut e = [0.0; N];
         self.compute(|kernel, numbers| {
-            kernel.take_unknowns(numbers, z);
+            hand_over(numbers, kernel.hot().places.z.clone(), z);
             kernel.difference(numbers, &mut e);
         });
         e

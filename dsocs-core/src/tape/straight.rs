@@ -476,7 +476,8 @@ impl Numbers for [f64] {
 
 impl Straight {
     /// Evaluates the program; its results are then where [`Straight::results`] finds them.
-    #[inline]
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // part of every step
     pub fn run(&self, stretch: &Stretch, calls: &[TapeCall], numbers: &mut [f64]) {
         if self.is_empty() {
             return;
