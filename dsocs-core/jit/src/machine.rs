@@ -417,20 +417,18 @@ impl<'a> Writer<'a> {
         let parameters = arguments.iter();
         let parameters = parameters.map(|&argument| self.builder.func.dfg.value_type(argument));
         let parameters: Vec<Type> = parameters.collect();
-        let signature = match self.signatures.get(&parameters) {
-            Some(&signature) => signature,
-            None => {
-                let mut signature = Signature::new(self.call_conv);
-                let types = parameters.iter().map(|&of| AbiParam::new(of));
-                signature.params.extend(types);
-                signature.returns.push(AbiParam::new(types::F64));
-                let signature = self.builder.import_signature(signature);
-                self.signatures.insert(parameters, signature);
-                signature
-            }
-        };
+        let known = self.signatures.get(&parameters).copied();
+        let signature = known.unwrap_or_else(|| {
+            let mut signature = Signature::new(self.call_conv);
+            let types = parameters.iter().map(|&of| AbiParam::new(of));
+            signature.params.extend(types);
+            signature.returns.push(AbiParam::new(types::F64));
+            let signature = self.builder.import_signature(signature);
+            self.signatures.insert(parameters, signature);
+            signature
+        });
         // an address is as wide as a pointer
-        let address = function.addr() as i64;
+        let address = (function.addr() as u64).cast_signed();
         let callee = self.builder.ins().iconst(self.pointer, address);
         let call = self.builder.ins().call_indirect(signature, callee, arguments);
         self.builder.inst_results(call)[0]

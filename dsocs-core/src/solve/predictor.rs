@@ -130,8 +130,10 @@ impl Determinants {
         let now = determinant.in_units_of(self.unit);
         self.next = now;
         // false also where there is no past
-        self.steady[1] = (self.last[0] - now).abs() <= STEADY * now.abs();
-        if self.steady == [true; 2] {
+        let is_steady = (self.last[0] - now).abs() <= STEADY * now.abs();
+        self.steady[1] = is_steady;
+        // not both at once from memory, where one was just written
+        if self.steady[0] && is_steady {
             Continuation::Fits
         } else {
             self.compare(now)
