@@ -28,10 +28,14 @@
 //!
 //! Memory for code is freed with the last [`Code`] of a [`Compiler`].
 //!
+//! Code is made on x86-64. ARM64 would need a flush of the instruction cache, and a machine to test it on: there, and everywhere else, a [`Compiler`] says that there is none.
+//!
 //! # Why Cranelift
 //!
-//! It compiles exactly the operations that it is told, for x86-64 and ARM64, with the calling conventions of each system. The crate symjit, a smaller JIT for
-//! such programs, makes its own order of operations from expressions, and its own choice of fused ones: the bits of the compiled step would be lost.
+//! It compiles exactly the operations that it is told, and neither fuses nor reorders them. The crate symjit (2.28), a smaller JIT for such expressions, has powers of its own
+//! (its `x⁶` is the square of `x³`, where [`f64::powi`] multiplies `x²` and `x⁴`): the bits of the compiled step would be lost. The module of `cranelift-jit`
+//! is not used: it takes a page for each function, and does not free them on Windows. What is made here refers to nothing outside, so it is copied into memory that
+//! `memmap2` gives, makes executable and frees.
 
 #[cfg(target_arch = "x86_64")]
 mod machine;
@@ -46,7 +50,8 @@ use thiserror::Error;
 
 pub use machine::{Code, Compiler};
 
-/// How many operations a function of machine code has at most. The time that a function takes to compile grows faster than its length.
+/// How many operations a function of machine code has at most. The time that a function takes to compile grows faster than its length: the programs of a chain of 32
+/// links take 77 to 94 ms in pieces of 500 or of 1000, 113 to 132 in pieces of 2000, and 185 to 260 in one. Their steps take as long either way.
 pub const PIECE: usize = 500;
 
 /// What an operation reads.

@@ -13,8 +13,8 @@ use super::evaluate::function;
 use super::read::{Binary, Comparison, Function};
 use super::straight::{Batch, First, Place, Second, Straight, What, place};
 
-/// How many steps are interpreted before the programs are compiled. To compile them takes about as long as these many steps by the interpreter, so that nobody
-/// waits for long for code that is hardly used, and a run never takes more than twice as long as it would if all had been known before.
+/// How many steps are interpreted before the programs are compiled. To compile them takes as long as two to four thousand steps by the interpreter, for a
+/// pendulum as for a chain. So nobody waits for code that is hardly used, and a run takes at most about three times as long as if its length had been known.
 const BEFORE: u64 = 2000;
 
 /// When the programs of a system become machine code.
