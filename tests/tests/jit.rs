@@ -1,5 +1,7 @@
 //! Machine code that is made when a program runs gives the bits of the interpreter, and so of the compiled systems.
 
+#![cfg(target_arch = "x86_64")] // where code is made
+
 use std::sync::Arc;
 
 use dsocs_core::text::{TapeKernel, Text};

@@ -134,6 +134,7 @@ impl Operation {
 
 /// A straight-line program over numbers.
 #[derive(Clone, Debug)]
+#[cfg_attr(not(target_arch = "x86_64"), allow(dead_code))] // nothing is made of it there
 pub struct Program {
     /// The operations that are needed, each after those that it reads.
     operations: Vec<Operation>,

@@ -1,5 +1,6 @@
 //! Machine code gives the bits of the same operations in Rust, and its memory is freed.
 
+#![cfg(target_arch = "x86_64")] // where code is made
 // powers and signs are compared as they are
 #![allow(clippy::float_cmp)]
 
