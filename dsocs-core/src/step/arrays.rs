@@ -6,9 +6,10 @@
 use core::cell::Cell;
 use core::ops::Range;
 
+use super::declared::{Smooth, evaluated};
 use super::interpreted::{TapeKernel, take};
 use super::slices::Walked;
-use super::smooth::{self, Smooth};
+use super::smooth;
 use crate::kernel::course::Course;
 use crate::kernel::question::Halt;
 use crate::number::point::Leg;
@@ -146,7 +147,7 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
             }
             Linearization { rows, jacobian }
         });
-        smooth::evaluated(&mut linearization, self.are_linear)
+        evaluated(&mut linearization, self.are_linear)
     }
 
     #[inline(always)]

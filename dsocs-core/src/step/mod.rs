@@ -6,6 +6,7 @@
 
 mod arrays;
 pub(crate) mod crossing;
+mod declared;
 mod guesses;
 pub(crate) mod interpreted;
 pub(crate) mod jumps;

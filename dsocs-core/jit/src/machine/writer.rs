@@ -1,0 +1,301 @@
+//! Operations to Cranelift's instructions.
+
+use std::collections::HashMap;
+use std::ffi::c_void;
+
+use cranelift_codegen::ir::condcodes::FloatCC;
+use cranelift_codegen::ir::{AbiParam, InstBuilder, MemFlags, SigRef, Signature, Type, Value, types};
+use cranelift_codegen::isa::CallConv;
+use cranelift_frontend::FunctionBuilder;
+
+use super::code::{at_argument, without_argument};
+use crate::{Operand, Operation, PIECE, Program};
+
+/// How a program is cut into pieces.
+pub(super) struct Cut {
+    /// Where the value of each operation is kept from piece to piece, if another piece reads it.
+    homes: Vec<Option<u32>>,
+    /// How many such values there are at a time.
+    pub count: usize,
+}
+
+impl Cut {
+    pub fn new(program: &Program) -> Self {
+        let operations = &program.operations;
+        // the last piece that reads each result
+        let mut last: Vec<usize> = (0..operations.len()).map(|at| at / PIECE).collect();
+        for (at, operation) in operations.iter().enumerate() {
+            operation.each(|operand| {
+                if let Operand::Result(of) = operand {
+                    let last = &mut last[of as usize];
+                    *last = (*last).max(at / PIECE);
+                }
+            });
+        }
+        let mut homes = vec![None; operations.len()];
+        let (mut free, mut count): (Vec<u32>, u32) = (Vec::new(), 0);
+        let mut ends: HashMap<usize, Vec<u32>> = HashMap::new();
+        for (at, home) in homes.iter_mut().enumerate() {
+            if at % PIECE == 0 {
+                // what no piece from this one on reads makes room
+                let before = (at / PIECE).checked_sub(1);
+                free.extend(before.and_then(|before| ends.remove(&before)).unwrap_or_default());
+            }
+            if last[at] > at / PIECE {
+                let own = free.pop().unwrap_or_else(|| {
+                    count += 1;
+                    count - 1
+                });
+                *home = Some(own);
+                ends.entry(last[at]).or_default().push(own);
+            }
+        }
+        Self {
+            homes,
+            count: count as usize,
+        }
+    }
+}
+
+/// What writes a piece.
+pub(super) struct Writer<'a> {
+    pub builder: FunctionBuilder<'a>,
+    program: &'a Program,
+    cut: &'a Cut,
+    pointer: Type,
+    call_conv: CallConv,
+    /// The first operation of the piece.
+    begin: usize,
+    /// What the function is handed.
+    numbers: Value,
+    homes: Value,
+    calls: Value,
+    /// The results of the operations of this piece so far.
+    values: Vec<Value>,
+    /// The signatures of what is called, by the types of the parameters.
+    signatures: HashMap<Vec<Type>, SigRef>,
+}
+
+impl<'a> Writer<'a> {
+    pub fn new(
+        mut builder: FunctionBuilder<'a>,
+        program: &'a Program,
+        cut: &'a Cut,
+        (pointer, call_conv): (Type, CallConv),
+        piece: usize,
+    ) -> Self {
+        let block = builder.create_block();
+        builder.append_block_params_for_function_params(block);
+        builder.switch_to_block(block);
+        let parameter = |k: usize| builder.block_params(block)[k];
+        let (numbers, homes, calls) = (parameter(0), parameter(1), parameter(2));
+        Self {
+            builder,
+            program,
+            cut,
+            pointer,
+            call_conv,
+            begin: piece * PIECE,
+            numbers,
+            homes,
+            calls,
+            values: Vec::new(),
+            signatures: HashMap::new(),
+        }
+    }
+
+    /// Writes the operations, and what they hand on.
+    pub fn write(&mut self) {
+        let program = self.program;
+        let end = (self.begin + PIECE).min(program.operations.len());
+        let operations = &program.operations[self.begin..end];
+        // where the results of each operation go
+        let mut written: Vec<Vec<u32>> = vec![Vec::new(); operations.len()];
+        for &(from, to) in &program.results {
+            match from {
+                Operand::Result(of) => {
+                    let own = (of as usize).checked_sub(self.begin);
+                    if let Some(written) = own.and_then(|own| written.get_mut(own)) {
+                        written.push(to);
+                    }
+                }
+                Operand::Place(_) if self.begin == 0 => {
+                    let value = self.value(from);
+                    self.store(self.numbers, to, value);
+                }
+                Operand::Place(_) => {}
+            }
+        }
+        for ((at, operation), written) in (self.begin..).zip(operations).zip(written) {
+            let value = self.operation(operation);
+            self.values.push(value);
+            for to in written {
+                self.store(self.numbers, to, value);
+            }
+            if let Some(home) = self.cut.homes[at] {
+                self.store(self.homes, home, value);
+            }
+        }
+        self.builder.ins().return_(&[]);
+    }
+
+    /// Writes a number to a place.
+    fn store(&mut self, to: Value, place: u32, value: Value) {
+        let address = self.address(to, place);
+        self.builder
+            .ins()
+            .store(MemFlags::trusted(), value, address.0, address.1);
+    }
+
+    /// Reads the number at a place. A number that is read twice is loaded twice: this is part of the operation, and a register is free for others.
+    fn load(&mut self, from: Value, place: u32) -> Value {
+        let address = self.address(from, place);
+        self.builder
+            .ins()
+            .load(types::F64, MemFlags::trusted(), address.0, address.1)
+    }
+
+    /// Where a place is: a pointer, and what is added to it.
+    fn address(&mut self, base: Value, place: u32) -> (Value, i32) {
+        let offset = i64::from(place) * 8;
+        match i32::try_from(offset) {
+            Ok(offset) => (base, offset),
+            Err(_) => (self.builder.ins().iadd_imm(base, offset), 0),
+        }
+    }
+
+    /// What an operand is.
+    fn value(&mut self, operand: Operand) -> Value {
+        match operand {
+            Operand::Place(place) => self.load(self.numbers, place),
+            Operand::Result(of) => match (of as usize).checked_sub(self.begin) {
+                Some(own) => self.values[own],
+                // every result that another piece reads has a home
+                None => self.load(self.homes, self.cut.homes[of as usize].unwrap_or(0)),
+            },
+        }
+    }
+
+    /// An operation.
+    fn operation(&mut self, operation: &Operation) -> Value {
+        match *operation {
+            Operation::Neg(a) => {
+                let a = self.value(a);
+                self.builder.ins().fneg(a)
+            }
+            Operation::Recip(a) => {
+                let (one, a) = (self.builder.ins().f64const(1.0), self.value(a));
+                self.builder.ins().fdiv(one, a)
+            }
+            Operation::Sqrt(a) => {
+                let a = self.value(a);
+                self.builder.ins().sqrt(a)
+            }
+            Operation::Abs(a) => {
+                let a = self.value(a);
+                self.builder.ins().fabs(a)
+            }
+            Operation::Signum(a) => {
+                let (one, a) = (self.builder.ins().f64const(1.0), self.value(a));
+                let sign = self.builder.ins().fcopysign(one, a);
+                let is_nan = self.builder.ins().fcmp(FloatCC::Unordered, a, a);
+                self.builder.ins().select(is_nan, a, sign)
+            }
+            Operation::Powi(a, power) => {
+                let a = self.value(a);
+                self.power(a, power)
+            }
+            Operation::Add(a, b) => {
+                let (a, b) = (self.value(a), self.value(b));
+                self.builder.ins().fadd(a, b)
+            }
+            Operation::Sub(a, b) => {
+                let (a, b) = (self.value(a), self.value(b));
+                self.builder.ins().fsub(a, b)
+            }
+            Operation::Mul(a, b) => {
+                let first = self.value(a);
+                let second = if a == b { first } else { self.value(b) };
+                self.builder.ins().fmul(first, second)
+            }
+            Operation::Div(a, b) => {
+                let (a, b) = (self.value(a), self.value(b));
+                self.builder.ins().fdiv(a, b)
+            }
+            Operation::Less(parts) => self.select(FloatCC::LessThan, parts),
+            Operation::LessOrEqual(parts) => self.select(FloatCC::LessThanOrEqual, parts),
+            Operation::Function(function, a) => {
+                let a = self.value(a);
+                self.call(function as *const c_void, &[a])
+            }
+            Operation::Function2(function, a, b) => {
+                let arguments = [self.value(a), self.value(b)];
+                self.call(function as *const c_void, &arguments)
+            }
+            Operation::Call(which, a) => {
+                let which = self.builder.ins().iconst(types::I32, i64::from(which));
+                let arguments = [self.calls, which, self.value(a)];
+                self.call(at_argument as *const c_void, &arguments)
+            }
+            Operation::Datum(which) => {
+                let which = self.builder.ins().iconst(types::I32, i64::from(which));
+                self.call(without_argument as *const c_void, &[self.calls, which])
+            }
+        }
+    }
+
+    /// A choice between two numbers. Where one that is compared is NaN, the last one is chosen.
+    fn select(&mut self, comparison: FloatCC, parts: [Operand; 4]) -> Value {
+        let [a, b, c, d] = parts.map(|part| self.value(part));
+        let holds = self.builder.ins().fcmp(comparison, a, b);
+        self.builder.ins().select(holds, c, d)
+    }
+
+    /// A whole power, by the products that `f64::powi` makes, in its order. (The first of them is by 1.)
+    fn power(&mut self, a: Value, power: i32) -> Value {
+        let (mut square, mut rest) = (a, power.unsigned_abs());
+        let mut product = None;
+        loop {
+            if rest & 1 == 1 {
+                product = Some(match product {
+                    Some(product) => self.builder.ins().fmul(product, square),
+                    None => square,
+                });
+            }
+            rest >>= 1;
+            if rest == 0 {
+                break;
+            }
+            square = self.builder.ins().fmul(square, square);
+        }
+        let one = self.builder.ins().f64const(1.0);
+        let product = product.unwrap_or(one);
+        if power < 0 {
+            self.builder.ins().fdiv(one, product)
+        } else {
+            product
+        }
+    }
+
+    /// A call of a function that gives a number.
+    fn call(&mut self, function: *const c_void, arguments: &[Value]) -> Value {
+        let parameters = arguments.iter();
+        let parameters = parameters.map(|&argument| self.builder.func.dfg.value_type(argument));
+        let parameters: Vec<Type> = parameters.collect();
+        let known = self.signatures.get(&parameters).copied();
+        let signature = known.unwrap_or_else(|| {
+            let mut signature = Signature::new(self.call_conv);
+            let types = parameters.iter().map(|&of| AbiParam::new(of));
+            signature.params.extend(types);
+            signature.returns.push(AbiParam::new(types::F64));
+            let signature = self.builder.import_signature(signature);
+            self.signatures.insert(parameters, signature);
+            signature
+        });
+        // an address is as wide as a pointer
+        let address = (function.addr() as u64).cast_signed();
+        let callee = self.builder.ins().iconst(self.pointer, address);
+        let call = self.builder.ins().call_indirect(signature, callee, arguments);
+        self.builder.inst_results(call)[0]
+    }
+}

@@ -1,0 +1,229 @@
+//! What smooth steps ask of a system whose numbers of coordinates and unknowns are known where they are compiled, and how declared types answer.
+
+#![allow(clippy::inline_always)] // parts of every step
+
+use crate::number::array::Array;
+use crate::number::point::Leg;
+use crate::solve::Numbers;
+use crate::solve::elimination::Determinant;
+use crate::solve::newton::Evaluation;
+use crate::solve::sparse::{Product, Update};
+use crate::solve::unknown::{Linearization, Unknown};
+use crate::system::System;
+
+/// What smooth steps ask of a system whose numbers of coordinates and unknowns are known where they are compiled.
+pub(crate) trait Smooth<const N: usize> {
+    /// The unknowns of a step.
+    type Unknown: Unknown<f64> + Array<f64>;
+    /// What is known when the run begins.
+    type Constants: ?Sized;
+    /// What is known when the step begins.
+    type Known;
+
+    /// Whether the rows are affine in the unknowns, between their jumps if they have any.
+    fn has_affine_rows(&self) -> bool;
+
+    /// Whether a row may jump where an unknown changes.
+    fn may_jump(&self) -> bool;
+
+    /// Whether the declaration names a factor to be divided out of a row.
+    fn is_divided(&self) -> bool;
+
+    /// Whether rows were multiplied by more than a number.
+    fn is_scaled(&self) -> bool;
+
+    /// Whether anything is given by pieces or divided by what may be zero.
+    fn is_switching(&self) -> bool;
+
+    /// Whether any expression depends on time.
+    fn asks_for_time(&self) -> bool;
+
+    /// Whether a constraint is of third order.
+    fn is_of_third_order(&self) -> bool;
+
+    /// Whether external forces act.
+    fn is_forced(&self) -> bool;
+
+    /// Takes in what a run knows since it began; `None` if that is of another system.
+    fn constants_of<'c>(&self, run: &'c mut Numbers) -> Option<&'c mut Self::Constants>;
+
+    /// Sets the second difference that a step of third order goes on from.
+    fn set_past(&self, constants: &mut Self::Constants, past: &[f64; N]);
+
+    /// What is known when a step begins.
+    fn known_of(&self, constants: &Self::Constants, leg: &Leg<f64, N>) -> Self::Known;
+
+    /// The rows and Newton's update.
+    fn evaluation(
+        &self,
+        constants: &Self::Constants,
+        known: &Self::Known,
+        z: &Self::Unknown,
+    ) -> Evaluation<Self::Unknown>;
+
+    /// What each row is, divided by the declared one.
+    fn row_scales(
+        &self,
+        constants: &Self::Constants,
+        known: &Self::Known,
+        z: &Self::Unknown,
+    ) -> Self::Unknown;
+
+    /// The unknowns that belong to a second difference, without multipliers.
+    fn unknown_of(&self, e: &[f64; N]) -> Self::Unknown;
+
+    /// The second difference that belongs to the unknowns.
+    fn difference(&self, constants: &Self::Constants, known: &Self::Known, z: &Self::Unknown) -> [f64; N];
+}
+
+impl<S: System<N>, const N: usize> Smooth<N> for S {
+    type Unknown = S::Unknown<f64>;
+    type Constants = S::Constants<f64>;
+    type Known = S::Known<f64>;
+
+    #[inline(always)]
+    fn has_affine_rows(&self) -> bool {
+        S::LINEAR
+    }
+
+    #[inline(always)]
+    fn may_jump(&self) -> bool {
+        S::JUMPS
+    }
+
+    #[inline(always)]
+    fn is_divided(&self) -> bool {
+        S::DIVIDED
+    }
+
+    #[inline(always)]
+    fn is_scaled(&self) -> bool {
+        S::SCALED
+    }
+
+    #[inline(always)]
+    fn is_switching(&self) -> bool {
+        S::SWITCHING
+    }
+
+    #[inline(always)]
+    fn asks_for_time(&self) -> bool {
+        S::DEPENDS_ON_TIME
+    }
+
+    #[inline(always)]
+    fn is_of_third_order(&self) -> bool {
+        S::ORDER > 2
+    }
+
+    #[inline(always)]
+    fn is_forced(&self) -> bool {
+        S::EXTERNAL_FORCES
+    }
+
+    #[inline(always)]
+    fn constants_of<'c>(&self, run: &'c mut Numbers) -> Option<&'c mut S::Constants<f64>> {
+        let (constants, _) = <S::Constants<f64> as Array<f64>>::split(run)?;
+        Some(constants)
+    }
+
+    #[inline(always)]
+    fn set_past(&self, constants: &mut S::Constants<f64>, past: &[f64; N]) {
+        S::remember(constants, past);
+    }
+
+    #[inline(always)]
+    fn known_of(&self, constants: &S::Constants<f64>, leg: &Leg<f64, N>) -> S::Known<f64> {
+        self.known(constants, leg)
+    }
+
+    #[inline(always)]
+    fn evaluation(
+        &self,
+        constants: &S::Constants<f64>,
+        known: &S::Known<f64>,
+        z: &S::Unknown<f64>,
+    ) -> Evaluation<S::Unknown<f64>> {
+        if const { S::SPARSE } {
+            return sparse_evaluation(self, constants, known, z);
+        }
+        // in place: a copy of the matrix of a large system is no small part of the stack
+        evaluated(&mut self.linearize(constants, known, z), S::LINEAR && !S::JUMPS)
+    }
+
+    #[inline(always)]
+    fn row_scales(
+        &self,
+        constants: &S::Constants<f64>,
+        known: &S::Known<f64>,
+        z: &S::Unknown<f64>,
+    ) -> S::Unknown<f64> {
+        self.scales(constants, known, z)
+    }
+
+    #[inline(always)]
+    fn unknown_of(&self, e: &[f64; N]) -> S::Unknown<f64> {
+        self.unknown(e, &[])
+    }
+
+    #[inline(always)]
+    fn difference(
+        &self,
+        constants: &S::Constants<f64>,
+        known: &S::Known<f64>,
+        z: &S::Unknown<f64>,
+    ) -> [f64; N] {
+        self.second_difference(constants, known, z)
+    }
+}
+
+/// The rows and Newton's update by all entries. The Jacobian is destroyed.
+#[inline(always)]
+pub(crate) fn evaluated<U: Unknown<f64>>(
+    linearization: &mut Linearization<f64, U>,
+    are_linear: bool,
+) -> Evaluation<U> {
+    let rows = linearization.rows;
+    let (update, safe, determinant) = if are_linear {
+        // the only update has to be a good one
+        let (update, determinant) = linearization.update_and_determinant();
+        (update.unwrap_or(rows), update.is_some(), determinant)
+    } else {
+        linearization.quick_update()
+    };
+    Evaluation {
+        rows,
+        update,
+        safe,
+        determinant,
+    }
+}
+
+/// By the entries that are not zero everywhere. Where that gives no good update, the step asks.
+#[inline(always)]
+fn sparse_evaluation<S: System<N>, const N: usize>(
+    system: &S,
+    constants: &S::Constants<f64>,
+    known: &S::Known<f64>,
+    z: &S::Unknown<f64>,
+) -> Evaluation<S::Unknown<f64>> {
+    let Some(sparse) = system.sparse() else {
+        return Evaluation {
+            rows: *z,
+            update: *z,
+            safe: false,
+            determinant: Determinant::UNKNOWN,
+        };
+    };
+    let mut product = Product::new(sparse.is_odd());
+    let Update { rows, update } = sparse.update(
+        |entries| system.entries(constants, known, z, entries),
+        |pivot| product.take(pivot),
+    );
+    Evaluation {
+        safe: update.as_ref().iter().all(|x| x.is_finite()),
+        rows,
+        update,
+        determinant: product.value(),
+    }
+}
