@@ -141,8 +141,7 @@ impl<'g> Lower<'g> {
         }
         for &(factor, n) in factors {
             if n < 0 && n.unsigned_abs() * self.degree(factor) >= HIGH {
-                let divisor = self.lower(factor);
-                self.sequences.switch(Argument::Divisor(divisor), Vec::new());
+                self.watch_divisor(factor);
             }
         }
         let product = self.shared.product(as_product(factors));
@@ -292,6 +291,23 @@ impl<'g> Lower<'g> {
         self.sequences.push(Op::Linear(Some(one), vec![(one, square)]))
     }
 
+    /// Watches a divisor, and what in it has a high power: a multiple root is known to few digits.
+    fn watch_divisor(&mut self, id: NodeId) {
+        let mut watched = vec![id];
+        if let Node::Sum(_, terms) = self.graph.node(id) {
+            for (term, _) in terms {
+                if let Node::Product(factors) = self.graph.node(*term) {
+                    let high = factors.iter().filter(|(_, n)| n.unsigned_abs() >= HIGH);
+                    watched.extend(high.map(|(factor, _)| *factor));
+                }
+            }
+        }
+        for id in watched {
+            let sequence = self.lower(id);
+            self.sequences.switch(Argument::Divisor(sequence), Vec::new());
+        }
+    }
+
     /// The highest power in an expression that is a sum or a product.
     fn degree(&self, id: NodeId) -> u32 {
         let of_factors = |id: NodeId| match self.graph.node(id) {
@@ -311,9 +327,10 @@ impl<'g> Lower<'g> {
         if self.graph.is_fixed(exponent) {
             let is_high = |exponent: f64| exponent <= -f64::from(HIGH);
             let hides = self.graph.as_constant(exponent).is_none_or(is_high);
-            let base = self.lower(base);
+            let node = base;
+            let base = self.lower(node);
             if hides {
-                self.sequences.switch(Argument::Divisor(base), Vec::new());
+                self.watch_divisor(node);
             }
             return self.sequences.push(Op::Power(base, exponent));
         }
