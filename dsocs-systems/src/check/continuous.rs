@@ -12,7 +12,7 @@ use super::extrapolation::integrate;
 use super::probe::State;
 use super::{Measured, larger};
 
-/// The tolerance of the integration, relative and absolute.
+/// The tolerance of the integration, relative to the sizes of what is integrated.
 const TOLERANCE: f64 = 1e-13;
 
 /// Terms below this part of the largest are faint.
@@ -80,6 +80,62 @@ impl Equations<'_> {
     }
 }
 
+/// The units in which coordinates, displacements and `dν` are compared, whatever those of the declaration are: the unit of time is the
+/// window, and a coordinate `q_i` is `sqrt(m_ii) q_i` with its mass, so that all have the same unit, and products of two the unit of the form.
+struct Units {
+    /// The unit of each coordinate.
+    lengths: Vec<f64>,
+    /// The unit of time.
+    time: f64,
+}
+
+impl Units {
+    /// The units for a form at the start.
+    fn new(form: &TwoForm, time: f64) -> Self {
+        let masses = form.blocks[0][1].iter().enumerate();
+        let masses: Vec<f64> = masses.map(|(i, row)| row[i].abs()).collect();
+        let most = masses.iter().fold(0.0_f64, |most, mass| most.max(*mass));
+        let length = |&mass: &f64| {
+            // what has no mass of its own moves with what has
+            let mass = if mass > 0.0 { mass } else { most };
+            if mass > 0.0 { mass.sqrt().recip() } else { 1.0 }
+        };
+        Self {
+            lengths: masses.iter().map(length).collect(),
+            time: time.abs(),
+        }
+    }
+
+    /// The size of a displacement, or of a position with its velocity.
+    fn size(&self, first: &[f64], second: &[f64]) -> f64 {
+        let parts = self.lengths.iter().zip(first.iter().zip(second));
+        let parts = parts.map(|(length, (q, v))| larger(q.abs(), (v * self.time).abs()) / length);
+        parts.fold(0.0, larger)
+    }
+
+    /// The sizes of the components of a state with so many displacements.
+    fn sizes(&self, state: &[f64], count: usize) -> Vec<f64> {
+        let n = self.lengths.len();
+        let (moved, rest) = state.split_at(2 * n * (1 + count));
+        let blocks: Vec<f64> = moved
+            .chunks((2 * n).max(1))
+            .map(|block| self.size(&block[..n], &block[n..]))
+            .collect();
+        let mut sizes = Vec::with_capacity(state.len());
+        for size in &blocks {
+            sizes.extend(self.lengths.iter().map(|length| size * length));
+            sizes.extend(self.lengths.iter().map(|length| size * length / self.time));
+        }
+        for (k, first) in blocks.iter().skip(1).enumerate() {
+            let others = blocks.iter().skip(1).take(k);
+            sizes.extend(others.map(|second| first * second / self.time));
+        }
+        // the last of a state is the time
+        sizes.extend(rest.last().map(|t| larger(t.abs(), self.time)));
+        sizes
+    }
+}
+
 /// By how much the law is missed after the time `until`, and how large `dν` is, both relative to the terms of the law, on the
 /// displacements that constraints of lower order allow.
 pub fn law(system: &dyn Kernel, start: &State, until: f64) -> Measured<[f64; 2]> {
@@ -99,8 +155,10 @@ pub fn law(system: &dyn Kernel, start: &State, until: f64) -> Measured<[f64; 2]>
         count,
         near,
     };
+    let units = Units::new(&before, until);
     let end = integrate(
         &mut |state, rate| equations.rate(state, rate),
+        &|state| units.sizes(state, count),
         state,
         until,
         TOLERANCE,

@@ -15,14 +15,17 @@ const LIMITS: [usize; 2] = [60, 1_000];
 /// Writes the rate of change of a state, its first argument, into the second.
 pub(super) type Rate<'r> = &'r mut dyn FnMut(&[f64], &mut [f64]);
 
-/// The state after the time `until`, with an error per step below `tolerance`, relative to the larger of the state's
-/// components and 1.
+/// The sizes that errors of a state's components are relative to.
+pub(super) type Sizes<'s> = &'s dyn Fn(&[f64]) -> Vec<f64>;
+
+/// The state after the time `until`, with an error per step below `tolerance`, relative to the sizes of the state's components.
 ///
 /// # Errors
 ///
 /// If the rates are not finite, or no step is small enough.
 pub(super) fn integrate(
     rate: Rate<'_>,
+    sizes: Sizes<'_>,
     mut state: Vec<f64>,
     until: f64,
     tolerance: f64,
@@ -39,7 +42,7 @@ pub(super) fn integrate(
         if last {
             h = until - t;
         }
-        let (next, error) = step(rate, &state, h);
+        let (next, error) = step(rate, sizes, &state, h);
         let error = error / tolerance;
         let factor = if error.is_finite() {
             0.9 * error.max(1e-12).powf(-1.0 / (2 * RUNS - 1) as f64)
@@ -60,8 +63,8 @@ pub(super) fn integrate(
     Err(format!("the quadrature does not end: it is at t = {t}").into())
 }
 
-/// A step: the state at its end, and the last correction of the extrapolation, relative to the state.
-fn step(rate: Rate<'_>, state: &[f64], h: f64) -> (Vec<f64>, f64) {
+/// A step: the state at its end, and the last correction of the extrapolation, relative to the sizes of the state's components.
+fn step(rate: Rate<'_>, sizes: Sizes<'_>, state: &[f64], h: f64) -> (Vec<f64>, f64) {
     // the last row of the scheme: at `k`, what is free of the first `k` even powers
     let mut row: Vec<Vec<f64>> = Vec::with_capacity(RUNS);
     let substeps = |run: usize| 2 * (run + 1);
@@ -80,12 +83,13 @@ fn step(rate: Rate<'_>, state: &[f64], h: f64) -> (Vec<f64>, f64) {
         row.push(improved);
     }
     let (best, second) = (&row[RUNS - 1], &row[RUNS - 2]);
-    let size = best.iter().fold(1.0, |size, x| larger(size, x.abs()));
-    let apart = best
-        .iter()
-        .zip(second)
-        .fold(0.0, |apart, (x, y)| larger(apart, (x - y).abs()));
-    (row.swap_remove(RUNS - 1), apart / size)
+    let apart = best.iter().zip(second).map(|(x, y)| (x - y).abs());
+    let relative = apart.zip(sizes(best)).map(|(apart, size)| match apart {
+        0.0 => 0.0,
+        apart => apart / size,
+    });
+    let error = relative.fold(0.0, larger);
+    (row.swap_remove(RUNS - 1), error)
 }
 
 /// Gragg's modified midpoint rule with an even number of substeps and his smoothing at the end.
@@ -126,7 +130,7 @@ mod tests {
             rate.copy_from_slice(&[state[2], state[3], -state[0] / cube, -state[1] / cube]);
         };
         for until in [std::f64::consts::TAU, -std::f64::consts::TAU] {
-            let end = integrate(&mut orbit, start.to_vec(), until, 1e-13)?;
+            let end = integrate(&mut orbit, &|_| vec![1.0; 4], start.to_vec(), until, 1e-13)?;
             let apart = end
                 .iter()
                 .zip(start)
@@ -139,6 +143,6 @@ mod tests {
     #[test]
     fn a_rate_that_is_no_number_is_an_error() {
         let mut none = |_: &[f64], rate: &mut [f64]| rate.fill(f64::NAN);
-        assert!(integrate(&mut none, vec![1.0], 1.0, 1e-9).is_err());
+        assert!(integrate(&mut none, &|_| vec![1.0], vec![1.0], 1.0, 1e-9).is_err());
     }
 }

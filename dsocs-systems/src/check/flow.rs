@@ -171,7 +171,11 @@ fn missed(subject: &Subject<'_>, triple: &Triple, e: &[f64]) -> Missed {
     let norm = |x: &[f64]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
     let last = triple.last(subject.h).d;
     let apart = norm(&less(e, &triple.e));
-    let legs = apart / norm(&triple.leg.d).max(norm(&last));
+    // what rests has no legs, and steps back to itself exactly
+    let legs = match apart {
+        0.0 => 0.0,
+        apart => apart / norm(&triple.leg.d).max(norm(&last)),
+    };
     let d = less(&last, e);
     Missed {
         legs,
