@@ -11,6 +11,7 @@
 //! - [`values`](Graph::values): numbers ([`mod@evaluate`]);
 //! - [`vanishes`](Graph::vanishes): arithmetic modulo a prime, to tell what is zero ([`mod@identity`])
 //!   and what cannot be ([`mod@nonzero`]);
+//! - [`power_of_step`](Graph::power_of_step): powers of the step, to tell what vanishes with it ([`mod@power`]);
 //! - [`algebra`]: what makes expressions shorter, whatever they stand for;
 //! - code, through [`crate::emit::program`].
 
@@ -21,6 +22,7 @@ mod difference;
 mod evaluate;
 mod identity;
 mod nonzero;
+mod power;
 mod rewrite;
 
 use std::collections::BTreeMap;

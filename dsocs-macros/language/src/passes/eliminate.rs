@@ -2,7 +2,8 @@
 //!
 //! A row that is linear in an unknown, with a coefficient that is known early, is solved for it, and the solution put into
 //! the other rows. A coefficient with parameters may be zero, and is divided by only if the rows could not be solved anyhow
-//! where it is ([`Graph::has_to_be_nonzero`]): a mass is, a stiffness is not. Other rows, and constraints of several accelerations ([`crate::mechanics::equation::Pivots`]),
+//! where it is ([`Graph::has_to_be_nonzero`]): a mass is, a stiffness is not. Nor is divided by a coefficient that vanishes with the step beside another of the
+//! row, such as that of a spring between two masses beside a mass: the solution would be a difference of large numbers. Other rows, and constraints of several accelerations ([`crate::mechanics::equation::Pivots`]),
 //! are left to pivots in numbers. That is what the paper does by hand with the pendulum: the variational equation gives `ψ₂`, and one
 //! equation for `θ₂` is left. A system whose rows are all of this kind has no unknowns left and takes no iteration.
 
@@ -186,11 +187,19 @@ impl Elimination {
         if only_early && !unknown.iter().all(|&(_, leaf)| is_early(graph, leaf)) {
             return Vec::new();
         }
+        let is_difference = |leaf: Leaf| matches!(leaf, Leaf::E(_));
+        let differences = unknown.iter().filter(|&&(_, leaf)| is_difference(leaf));
+        let powers = differences.filter_map(|&(_, leaf)| {
+            let slope = graph.derivative(row, leaf);
+            graph.power_of_step(slope)
+        });
+        let least_power = powers.min();
         let mut candidates = Vec::new();
         for &(_, unknown) in unknown.iter().rev() {
             let coefficient = graph.derivative(row, unknown);
             // a zero that the normal form does not see would be divided by, and a row that jumps is not linear
             if !(rule.early)(graph, coefficient)
+                || (is_difference(unknown) && graph.power_of_step(coefficient) > least_power)
                 || graph.jumps_with(row, unknown)
                 || graph.vanishes(coefficient)
             {

@@ -1,0 +1,74 @@
+//! How fast an expression vanishes with the step.
+
+use super::{Graph, Leaf, Node, NodeId};
+
+use crate::hash::HashMap;
+
+/// The power of what is zero.
+const OF_ZERO: i32 = i32::MAX;
+
+/// The power of an increment, and how much more each further difference has.
+const OF_INCREMENT: i32 = 1;
+
+impl Graph {
+    /// The least power of `h` in an expression of a step, on a smooth motion: an increment is of the first, a second difference of the second. Terms that
+    /// cancel are not seen, and functions are taken to be of power 0. `None` where the expression is zero.
+    pub(crate) fn power_of_step(&self, id: NodeId) -> Option<i32> {
+        let power = self.power(id, &mut HashMap::default());
+        (power != OF_ZERO).then_some(power)
+    }
+
+    /// As [`Graph::power_of_step`], with the powers that are known.
+    fn power(&self, id: NodeId, known: &mut HashMap<NodeId, i32>) -> i32 {
+        if let Some(&power) = known.get(&id) {
+            return power;
+        }
+        let of_constant = |value: f64| if value == 0.0 { OF_ZERO } else { 0 };
+        let power = match self.node(id) {
+            Node::Constant(value) => of_constant(value.get()),
+            Node::Leaf(Leaf::H | Leaf::D(_)) => OF_INCREMENT,
+            Node::Leaf(Leaf::P(_) | Leaf::E(_)) => 2 * OF_INCREMENT,
+            Node::Sum(constant, terms) => {
+                let terms = terms.iter().map(|&(term, _)| self.power(term, known));
+                terms.fold(of_constant(constant.get()), i32::min)
+            }
+            Node::Product(factors) => factors.iter().fold(0_i32, |sum, &(factor, exponent)| {
+                let power = self.power(factor, known);
+                sum.saturating_add(power.saturating_mul(exponent))
+            }),
+            _ => 0,
+        };
+        known.insert(id, power);
+        power
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_powers_of_the_step() {
+        let mut graph = Graph::new();
+        let [h, d, e, q] = [Leaf::H, Leaf::D(0), Leaf::E(0), Leaf::N(0)].map(|leaf| graph.leaf(leaf));
+        let zero = graph.constant(0.0);
+        let velocity = graph.div(d, h);
+        let acceleration = graph.mul(e, velocity);
+        let sine = graph.unary(super::super::Unary::Sin, q);
+        let force = graph.mul(h, sine);
+        let sum = graph.add(force, velocity);
+        let powers = [h, d, e, q, zero, velocity, acceleration, force, sum].map(|id| graph.power_of_step(id));
+        let expected = [
+            Some(1),
+            Some(1),
+            Some(2),
+            Some(0),
+            None,
+            Some(0),
+            Some(2),
+            Some(1),
+            Some(0),
+        ];
+        assert_eq!(powers, expected);
+    }
+}
