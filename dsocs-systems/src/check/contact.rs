@@ -7,8 +7,9 @@
 use dsocs_core::geometry::{Triple, constraint_force, constraint_multipliers, legendre_plus};
 use dsocs_core::{AnyPoint, Declaration, OwnedLeg};
 
+use super::order::{fitted, with_finer_steps};
 use super::probe::series;
-use super::{Measured, Report, Subject, larger, order::fitted};
+use super::{Measured, Report, Subject, larger};
 use crate::stability::Bar;
 
 /// Each of so many steps is half of the one before.
@@ -26,8 +27,8 @@ const FALLS: f64 = 1.5;
 /// What is left of a row at one state is faint below this part of what is left at another.
 const FAINT: f64 = 1e-4;
 
-/// At least so many steps tell an order.
-const LEAST: usize = 3;
+/// At least so many steps tell an order, and the smallest so many at most: larger ones may be too large for a power law.
+const TELLING: [usize; 2] = [3, 4];
 
 /// How far the order may be below the declared one.
 const BELOW: f64 = 0.1;
@@ -37,7 +38,12 @@ type Left = Vec<Vec<f64>>;
 
 /// The orders of contact.
 pub fn contact(subject: &Subject<'_>, report: &mut Report) {
-    let groups = match measure(subject) {
+    with_finer_steps(subject, report, fit);
+}
+
+/// The orders, by steps that are parts of the subject's.
+fn fit(subject: &Subject<'_>, parts: u32, report: &mut Report) {
+    let groups = match measure(subject, parts) {
         Ok(groups) => groups,
         Err(error) => {
             report.push("of L_d, on the true motion", Bar::Reported, Err(error));
@@ -52,7 +58,9 @@ pub fn contact(subject: &Subject<'_>, report: &mut Report) {
     let bar = Bar::AtLeast(subject.expected.order - BELOW);
     for (name, rows) in names.into_iter().zip(groups) {
         // rows that hold exactly have no order
-        let slopes = rows.iter().filter_map(|errors| slope(&subject.steps(), errors));
+        let slopes = rows
+            .iter()
+            .filter_map(|errors| slope(&subject.steps(parts), errors));
         let least = slopes.reduce(|least, slope| if slope < least { slope } else { least });
         if let Some(least) = least {
             report.push(name, bar, Ok(least));
@@ -62,25 +70,35 @@ pub fn contact(subject: &Subject<'_>, report: &mut Report) {
 
 impl Subject<'_> {
     /// The steps at which contact is measured.
-    fn steps(&self) -> Vec<f64> {
+    fn steps(&self, parts: u32) -> Vec<f64> {
         (0..HALVINGS)
-            .map(|k| 0.5 * self.h.abs() / f64::from(1_u32 << k))
+            .map(|k| 0.5 * self.h.abs() / f64::from(parts << k))
             .collect()
     }
 }
 
-/// The slope of what is left of a row, as long as it falls; `None` if it is rounding too soon.
+/// The slope of what is left of a row, where it falls longest: with larger steps two powers may cancel, with smaller ones it is rounding. `None` if it is
+/// rounding too soon.
 fn slope(steps: &[f64], errors: &[f64]) -> Option<f64> {
+    let [least, most] = TELLING;
     let known = errors.iter().take_while(|error| **error != 0.0).count();
-    if known < LEAST {
+    if known < least {
         return None;
     }
-    let falling = errors[..known]
-        .windows(2)
-        .take_while(|pair| pair[0] > FALLS * pair[1]);
-    let count = (1 + falling.count()).max(LEAST);
+    let falls = |place: usize| errors[place] > FALLS * errors[place + 1];
+    let mut longest = 0..least;
+    let mut from = 0;
+    for place in 0..known - 1 {
+        if !falls(place) {
+            from = place + 1;
+        } else if place + 2 - from >= longest.len() {
+            longest = from..place + 2;
+        }
+    }
     let points: Vec<[f64; 2]> = steps.iter().zip(errors).map(|(h, error)| [*h, *error]).collect();
-    Some(fitted(&points[..count]))
+    Some(fitted(
+        &points[longest.end.saturating_sub(most).max(longest.start)..longest.end],
+    ))
 }
 
 /// The rows that tell an order: what a row leaves at one state counts if it is not far below what it leaves at another.
@@ -96,7 +114,7 @@ fn telling(states: &[Left]) -> Left {
 }
 
 /// What is left of `Q`, of the constraints and of the works, each as rows with a figure for each step.
-fn measure(subject: &Subject<'_>) -> Measured<[Left; 3]> {
+fn measure(subject: &Subject<'_>, parts: u32) -> Measured<[Left; 3]> {
     let mut groups: [Vec<Left>; 3] = Default::default();
     for state in &subject.states {
         let (series, reach) = series(subject.system, state)?;
@@ -106,9 +124,9 @@ fn measure(subject: &Subject<'_>) -> Measured<[Left; 3]> {
         let a: Vec<f64> = half.iter().map(|half| 2.0 * half).collect();
         let (t, a) = (state.t, a.as_slice());
         let force = constraint_force(subject.kernel, AnyPoint { t, q, v, a });
-        let factor = (reach / (0.5 * subject.h.abs())).min(1.0);
+        let factor = (reach / (0.5 * subject.h.abs() / f64::from(parts))).min(1.0);
         let mut rows: [Left; 3] = Default::default();
-        for (k, step) in subject.steps().iter().enumerate() {
+        for (k, step) in subject.steps(parts).iter().enumerate() {
             let h = subject.h.signum() * step * factor;
             let triple = about(state.t, &series, h);
             let (found, sizes) = left(subject, h, &triple, &force);

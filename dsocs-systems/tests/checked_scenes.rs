@@ -1,0 +1,89 @@
+//! Checks of scenes that a mechanician has thought of: nothing that is right says FAILED, and what is open says why.
+
+use std::fs;
+use std::process::Command;
+
+/// Whether all checks of a text pass or are open, and what is said.
+fn check(text: &str, arguments: &[&str]) -> (bool, String) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.dsocs"), text).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
+        .args(["check", "scene.dsocs"])
+        .args(arguments)
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let told = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    (output.status.success(), told.concat())
+}
+
+/// Asserts that a text passes.
+#[track_caller]
+fn passes(text: &str, arguments: &[&str]) -> String {
+    let (passes, table) = check(text, arguments);
+    assert!(
+        passes && !table.contains("FAILED"),
+        "{text} {arguments:?}: {table}"
+    );
+    table
+}
+
+/// Asserts that a text passes, and that nothing of it is open.
+#[track_caller]
+fn holds(text: &str) {
+    let table = passes(text, &[]);
+    assert!(!table.contains("open"), "{text}: {table}");
+}
+
+#[test]
+fn what_rests_is_reversible() {
+    holds(
+        "coordinates(x); lagrangian = 1.4 * dot(x).powi(2) / 2 - 0.87 * x.powi(2) / 2; \
+         external_forces = -0.024 * dot(x) * dot(x).abs(); run { start = ([0], [0]); step = 0.01; until = 2; }",
+    );
+    holds(
+        "coordinates(x, theta); lagrangian = dot(x).powi(2) + dot(x) * dot(theta) * theta.cos() + dot(theta).powi(2) / 2 + 9.81 * theta.cos(); \
+         run { start = ([0, 0], [0, 0]); step = 0.01; until = 1; }",
+    );
+}
+
+#[test]
+fn units_do_not_matter() {
+    // two masses on springs in units of a length and a time
+    for [length, time] in [[1.0, 1.0], [1e-10, 1e4], [1e-6, 1e8], [1e5, 1e-3]] {
+        holds(&format!(
+            "parameters {{ length = {length:e}, time = {time:e} }} coordinates(x, y); \
+             let a = x / length; let b = y / length; let u = dot(a) * time; let v = dot(b) * time; \
+             lagrangian = 0.63 * u.powi(2) / 2 + 1.8 * v.powi(2) / 2 + 0.2 * u * v * (a - b).cos() \
+                - 3.4 * (1 + a.powi(2)).sqrt() + 0.49 * b.cos() - 0.44 * (a - b).powi(2) / 2; \
+             external_forces = (0.3 * (3.3 * t / time).cos() / length, -0.08 * b.sin() / length); \
+             run {{ start = ([{:e}, {:e}], [{:e}, {:e}]); step = {:e}; until = {:e}; }}",
+            -0.14 * length,
+            0.2 * length,
+            -1.1 * length / time,
+            0.4 * length / time,
+            0.1 * time,
+            6.0 * time
+        ));
+    }
+}
+
+#[test]
+fn springs_between_masses_are_no_pivots() {
+    // the spring is linear in one of the two unknowns, with a coefficient that vanishes with the step
+    for step in ["0.2", "0.01", "0.0001"] {
+        let text = format!(
+            "coordinates(x, y); lagrangian = 0.75 * dot(x).powi(2) / 2 + 1.9 * dot(y).powi(2) / 2 \
+             - 4 * (1 + x.powi(2)).sqrt() - 1.8 * (x - y).powi(2) / 2; external_forces = (0, -0.9 * y.sin()); \
+             run {{ start = ([-0.5, 0.6], [-1, -0.8]); step = {step}; until = {}; }}",
+            40.0 * step.parse::<f64>().unwrap()
+        );
+        let table = passes(&text, &[]);
+        let row = table
+            .lines()
+            .find(|line| line.contains("rows at the nodes"))
+            .unwrap();
+        let figure = row.split('┆').nth(1).unwrap().trim();
+        assert!(figure.parse::<f64>().unwrap() <= 1.0, "{step}: {table}");
+    }
+}
