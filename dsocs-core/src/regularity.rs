@@ -27,6 +27,10 @@ use crate::tape::declaration::Declaration;
 /// A singular value below this many units of rounding, relative to the largest, is zero for all that can be told.
 const ROUNDINGS: f64 = 64.0;
 
+/// A row's slopes are at most so many times its terms, or the terms vanish with a motion that stands still: a coordinate that moves by less than this part of
+/// the others, inverted, is measured by them ([`lengths`]), and its terms are not.
+const STEEP: f64 = 1e3;
+
 /// How regular the equations of a step are at a triple of nodes `(q0, q1, q2)`.
 ///
 /// `D₃` and `D₁` are the derivatives of the step's equations with respect to the last and the first node. The rows are those of the
@@ -397,7 +401,8 @@ impl<'a> Triple<'a> {
 
     /// The sizes of the rows: those of their terms, from the bounds of their rounding. By slopes it is the largest slope of
     /// a row, if that is larger: where a motion comes to rest in some coordinates the terms of their rows vanish, and the
-    /// equations are as regular as before. Else it is the largest slope only of a row that does not round.
+    /// equations are as regular as before. Else it is the largest slope only of a row that does not round, or a part of it where hardly anything is
+    /// left of the terms: rows of different sizes are no loss of regularity.
     fn sizes(&self, columns: &[Column], by_slopes: bool, first_pair: bool) -> Vec<f64> {
         let mut bounds = rounding::stacked_bounds(self.declaration, self.h, self.leg, self.e);
         if first_pair {
@@ -406,10 +411,11 @@ impl<'a> Triple<'a> {
         let measured = || columns.iter().filter(|column| column.length == Length::Leg);
         let size = |(i, &bound): (usize, &f64)| {
             let terms = bound / f64::EPSILON;
+            let slope = || measured().fold(0.0, |largest, column| column.part(i).max(largest));
             if by_slopes || terms <= 0.0 || terms.is_nan() {
-                measured().fold(terms, |largest, column| column.part(i).max(largest))
+                slope().max(terms)
             } else {
-                terms
+                terms.max(slope() / STEEP)
             }
         };
         bounds.iter().enumerate().map(size).collect()

@@ -87,3 +87,29 @@ fn springs_between_masses_are_no_pivots() {
         assert!(figure.parse::<f64>().unwrap() <= 1.0, "{step}: {table}");
     }
 }
+
+/// A straight road whose bend is far away: its curvature is below 1e-100 at first, and so is how far the motion has left the line.
+const BEND: &str = "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; \
+    let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt(); \
+    kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - 5 * (-((x - 2) / 0.1).powi(2)).exp(); \
+    variational = [(dot(x), dot(y))]; run { start = ([0, 0], [1, 0]); step = 0.005; until = 4; }";
+
+#[test]
+fn what_hardly_moves_loses_no_regularity() {
+    holds(BEND);
+    let certified = |scene: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("bend.dsocs"), BEND).unwrap();
+        let run = Command::new(env!("CARGO_BIN_EXE_dsocs"))
+            .args(["run", scene, "--certify", "--until", "2"])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert!(run.status.success());
+        String::from_utf8(run.stderr).unwrap()
+    };
+    // nor is the step of a start, which is none of the declaration's, one that loses it
+    for scene in ["bend.dsocs", "clothoid", "crane"] {
+        assert_eq!(certified(scene), "", "{scene}");
+    }
+}

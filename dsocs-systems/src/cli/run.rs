@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use dsocs_core::{NearlySingular, RunError, Unresolved};
+use dsocs_core::{NearlySingular, RunError, Stop, Unresolved};
 use serde_json::{Map, Value, json};
 
 use super::accuracy::{AccuracyArguments, Errors};
@@ -362,9 +362,9 @@ struct Lost {
 }
 
 impl Lost {
-    /// Looks at a node; the start has no step to be regular.
+    /// Looks at a node; those of the start have no step to be regular.
     fn look(&mut self, row: &Row<'_>) {
-        let Some(regularity) = row.regularity.filter(|_| row.node.index > 0) else {
+        let Some(regularity) = row.regularity.filter(|_| row.node.stop != Stop::Start) else {
             return;
         };
         let which = match (regularity.grants_forward(), regularity.grants_backward()) {
