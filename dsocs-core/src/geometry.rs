@@ -60,7 +60,7 @@ pub use admissible::admissible_variations;
 pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, motion_near, variation};
 pub use error::GeometryError;
 pub use evolution::Evolution;
-pub use external::{discrete_power, external_forces, power};
+pub use external::{discrete_power, external_forces, power, power_with};
 pub use form::{Displacement, TwoForm};
 pub use legendre::{
     discrete_form, discrete_lagrangian, legendre_minus, legendre_plus, momentum_minus, momentum_plus,

@@ -44,9 +44,19 @@ pub(super) fn discrete<T: Number>(
 pub fn power(system: &dyn Kernel, point: AnyPoint<'_, f64>) -> f64 {
     let declaration = Declaration::of(system);
     let constraint = declaration.continuous_force(point);
+    power_with(&declaration, (point.t, point.q, point.v), &constraint)
+}
+
+/// The same at a time, a position and a velocity where the constraint force is known, as at a node of a run.
+#[must_use]
+pub fn power_with(
+    declaration: &Declaration<'_>,
+    (t, q, v): (f64, &[f64], &[f64]),
+    constraint: &[f64],
+) -> f64 {
     let mut external = vec![0.0; constraint.len()];
-    declaration.external_forces(point.t, point.q, point.v, &mut external);
-    of_force(&declaration, point, &plus(&constraint, &external))
+    declaration.external_forces(t, q, v, &mut external);
+    of_force(declaration, (t, q, v), &plus(constraint, &external))
 }
 
 /// The power at the second of three nodes, as in [`power`] but with the discrete forces, at the point `φ_{D_K}⁻¹`. Its sum over the
@@ -58,12 +68,12 @@ pub fn discrete_power(system: &dyn Kernel, h: f64, triple: &Triple) -> f64 {
     let constraint = declaration.force(h, leg, &triple.e);
     let external = discrete(&declaration, h, leg, &triple.e);
     let point = declaration.point(h, leg, &triple.e);
-    of_force(&declaration, point.any(), &plus(&constraint, &external))
+    let AnyPoint { t, q, v, .. } = point.any();
+    of_force(&declaration, (t, q, v), &plus(&constraint, &external))
 }
 
 /// `⟨force, v⟩ − ∂L/∂t` at a point.
-fn of_force(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, force: &[f64]) -> f64 {
-    let AnyPoint { t, q, v, .. } = point;
+fn of_force(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64]), force: &[f64]) -> f64 {
     let explicit = declaration.lagrangian(Tangent::new(t, 1.0), &fixed(q), &fixed(v));
     super::legendre::product(force, v) - explicit.derivative()
 }

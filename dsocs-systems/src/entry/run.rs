@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use dsocs_core::geometry::power_with;
 use dsocs_core::{AnyFlow, AnyNode, Declaration, OwnedNode, Regularity, Run, RunError, Tolerance};
 
 use super::beginning::Beginning;
@@ -151,6 +152,7 @@ fn hand_on(
 ) -> Result<(), RunFailure> {
     let mut node = OwnedNode::new(run.kernel().shape().dimension());
     let is_driven = !plan.inputs.is_empty();
+    let is_open = !is_closed && !matches!(plan.method, Method::Tolerance(_));
     let mut failed = None;
     let mut take = |run: &dyn Run| {
         node.take(run);
@@ -162,6 +164,7 @@ fn hand_on(
             unresolved: run.unresolved(),
             nearly_singular: run.nearly_singular(),
             balance: is_closed.then(|| balance(&declaration, &node)),
+            power: is_open.then(|| power_with(&declaration, (node.t, node.q, node.v), node.force)),
             ..Row::of(node, declaration)
         };
         let Some(error) = &mut error else {
