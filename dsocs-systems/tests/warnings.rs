@@ -561,3 +561,46 @@ fn an_energy_that_forces_give_is_no_explosion() {
         assert!(warnings.contains("the energy grows"), "{text}: {warnings}");
     }
 }
+
+#[test]
+fn a_mass_that_falls_is_no_singularity() {
+    // a rocket that burns its mass, and a fast particle that slows down
+    let regular = [
+        "coordinates(z); let m = 0.05 + 0.5 * (1 - ((t - 1) / 0.1).tanh()); lagrangian = m * dot(z).powi(2) / 2; \
+         external_forces = 3; run { start = ([0], [0]); step = 0.02; until = 4; }",
+        "coordinates(x); lagrangian = -(1 - dot(x).powi(2)).sqrt() - x.powi(2) * 2; \
+         run { start = ([0], [0.9]); step = 0.06; until = 6; }",
+    ];
+    for text in regular {
+        for step in ["0.01", "0.02", "0.03", "0.05", "0.06"] {
+            assert_eq!(run(text, &["--step", step]).0, "", "{text} {step}");
+        }
+    }
+    // a mass that vanishes at a place, with a change of its sign and without
+    for mass in ["x", "x.powi(2)"] {
+        let text = format!(
+            "coordinates(x); lagrangian = {mass} * dot(x).powi(2) / 2; run {{ start = ([1], [-1]); step = 0.01; until = 1.2; }}"
+        );
+        let (succeeds, [_, told]) = attempt(&text, "run", &[]);
+        assert!(!succeeds || told.contains("singular"), "{text}: {told}");
+    }
+}
+
+#[test]
+fn a_velocity_without_a_bound_is_told_as_such() {
+    // v = 1 / sqrt(1 - 2 t)
+    let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = dot(x).powi(3); \
+        run { start = ([0], [1]); step = 0.01; until = 1; }";
+    let mut told = 0;
+    for parts in 40..100 {
+        let step = (1.0 / f64::from(parts)).to_string();
+        let (succeeds, [_, warnings]) = attempt(text, "run", &["--step", &step]);
+        if succeeds {
+            assert!(warnings.contains("grows beyond all bounds"), "{step}: {warnings}");
+            told += 1;
+        }
+    }
+    assert!(told > 0);
+    let (succeeds, [_, error]) = attempt(text, "run", &["--tolerance", "1e-9"]);
+    assert!(!succeeds, "{error}");
+}

@@ -424,7 +424,7 @@ impl<'s> Composed<'s> {
             Change::Rises if !begins => Ok(()),
             Change::Little => Ok(()),
             Change::Falls | Change::Rises => {
-                NearlySingular::count(&mut self.nearly_singular, end);
+                NearlySingular::count(&mut self.nearly_singular, end, false);
                 Ok(())
             }
         }
@@ -505,18 +505,20 @@ impl<'s> Composed<'s> {
             v: state.kicked(0.5 * stage.h),
         };
         let declaration = self.declaration();
+        let change = || singular::change(&declaration, [&from, &to], &state.a);
         if begins {
-            if singular::change(&declaration, [&from, &to], &state.a) != Change::Little {
-                NearlySingular::count(&mut self.nearly_singular, stage.leg.t);
+            if change() != Change::Little {
+                NearlySingular::count(&mut self.nearly_singular, stage.leg.t, false);
             }
             return Ok(());
         }
-        if let Some(singularity) = singular::on_the_way(&declaration, &[from, to], &state.a) {
+        if let Some(singularity) = singular::on_the_way(&declaration, &[from.clone(), to.clone()], &state.a) {
             let cause = self.step_of(stage).refused(StepFailure::PassesSingularity, z);
             return Err(self.failed_at(place, state, |error| error.at(singularity), cause));
         }
         if part < 0.0 {
-            NearlySingular::count(&mut self.nearly_singular, stage.leg.t);
+            let of_step = change() == Change::Little;
+            NearlySingular::count(&mut self.nearly_singular, stage.leg.t, of_step);
         }
         Ok(())
     }

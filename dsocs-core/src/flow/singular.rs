@@ -52,7 +52,8 @@ impl Discrete<'_> {
             return Err(self.failed(cause).at(singularity));
         }
         if part < 0.0 || change == Change::Falls || (begins && change == Change::Rises) {
-            NearlySingular::count(&mut self.nearly_singular, self.course.time());
+            let of_step = change == Change::Little;
+            NearlySingular::count(&mut self.nearly_singular, self.course.time(), of_step);
         }
         Ok(())
     }

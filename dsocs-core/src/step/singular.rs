@@ -31,6 +31,16 @@ const FALLS: f64 = 0.25;
 /// acceleration is another one at each end of the step.
 const RISES: f64 = 0.5;
 
+/// So many steps ahead a determinant that falls may pass through zero, and so many steps back one that rises may come from there.
+const AHEAD: f64 = 4.0;
+
+/// See [`AHEAD`].
+const BACK: f64 = 2.0;
+
+/// A determinant that becomes smaller than this part of itself on the way ahead may pass through zero there, or touch it: a square has a zero without a
+/// change of sign, and the motion is not quite straight.
+const VANISHES: f64 = 0.05;
+
 /// A constraint whose part that is independent of those before it is below this part of what it was is dependent.
 pub(crate) const DEPENDENT: f64 = 1e-6;
 
@@ -81,7 +91,7 @@ impl Place {
 /// How the determinant of the equations for the acceleration changes from one place to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
-    /// Little.
+    /// Little, or it does not come near to zero.
     Little,
     /// It may pass zero in four such steps, or has passed it.
     Falls,
@@ -90,6 +100,9 @@ pub(crate) enum Change {
 }
 
 /// How the determinant changes from one place to another.
+///
+/// A determinant that falls need not fall to zero: that of a rocket falls as it burns its mass, and that of a fast particle as it slows down. So it is
+/// looked at on the way that goes straight on, or straight back.
 #[cold]
 pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], near: &[f64]) -> Change {
     let [Some(first), Some(second)] = places.map(|place| place.solve(declaration, near)) else {
@@ -97,9 +110,25 @@ pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], near: &
     };
     let unit = second.determinant.exponent;
     let [before, now] = [first, second].map(|solved| solved.determinant.in_units_of(unit));
-    if before * now < 0.0 || before.abs() > (1.0 + FALLS) * now.abs() {
+    if before * now < 0.0 {
+        return Change::Falls;
+    }
+    // in steps from the first place
+    let vanishes = |from: f64, to: f64, size: f64| {
+        let count = f64::from(PLACES) * (to - from).abs();
+        let mut parts = (1..=PLACES * 4).map(f64::from).take_while(|part| *part <= count);
+        parts.any(|part| {
+            let place = places[0].towards(places[1], from + (to - from) * part / count);
+            let solved = place.solve(declaration, near);
+            // a straight way may leave the declaration's domain, and then tells nothing
+            solved.is_some_and(|solved| {
+                solved.determinant.in_units_of(unit) * size.signum() < VANISHES * size.abs()
+            })
+        })
+    };
+    if before.abs() > (1.0 + FALLS) * now.abs() && vanishes(1.0, 1.0 + AHEAD, now) {
         Change::Falls
-    } else if now.abs() > (1.0 + RISES) * before.abs() {
+    } else if now.abs() > (1.0 + RISES) * before.abs() && vanishes(0.0, -BACK, before) {
         Change::Rises
     } else {
         Change::Little

@@ -411,16 +411,30 @@ fn switched(
 }
 
 /// What is to be said of steps in which the equations were nearly singular.
-fn near(NearlySingular { steps, first }: NearlySingular, may_divide: bool) -> String {
+fn near(
+    NearlySingular {
+        steps,
+        first,
+        of_step,
+    }: NearlySingular,
+    may_divide: bool,
+) -> String {
+    let plural = if steps == 1 { "" } else { "s" };
+    if of_step == steps {
+        return format!(
+            "warning: the equations of the step pass through a singularity in {steps} step{plural}, first about t = {first:.3}, where those of the continuous motion have none: \
+             a force changes too fast with the velocity for this step, or the velocity grows beyond all bounds, and what comes after is not the motion (a smaller \
+             `--step`; `--tolerance 1e-9` ends where the motion does)"
+        );
+    }
     let factor = if may_divide {
         "; a factor of a constraint that vanishes may be divided out, `branch = divide(factor)`"
     } else {
         ""
     };
     format!(
-        "warning: the equations are nearly singular in {steps} step{}, first about t = {first:.3}: they hardly determine the acceleration there, and the error of \
-         the motion may be much larger than elsewhere, with that of multipliers (a smaller `--step` shows it{factor})",
-        if steps == 1 { "" } else { "s" }
+        "warning: the equations are nearly singular in {steps} step{plural}, first about t = {first:.3}: they hardly determine the acceleration there, and the error of \
+         the motion may be much larger than elsewhere, with that of multipliers (a smaller `--step` shows it{factor})"
     )
 }
 
