@@ -604,3 +604,19 @@ fn a_velocity_without_a_bound_is_told_as_such() {
     let (succeeds, [_, error]) = attempt(text, "run", &["--tolerance", "1e-9"]);
     assert!(!succeeds, "{error}");
 }
+
+#[test]
+fn what_is_declared_and_sticks_is_not_asked_to_be_declared() {
+    let declared = [
+        // the root of the speed, and infinitely many sides in a finite time
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -dot(x).signum() * dot(x).abs().sqrt(); \
+         run { start = ([0], [1]); step = 0.01; until = 3; }",
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -x.signum() - 0.5 * dot(x).signum(); \
+         run { start = ([1], [0]); step = 0.01; until = 12; }",
+    ];
+    for text in declared {
+        let (succeeds, [_, told]) = attempt(text, "run", &["--tolerance", "1e-9"]);
+        assert!(!succeeds && told.contains("the motion sticks"), "{text}: {told}");
+        assert!(!told.contains("Declare it so"), "{text}: {told}");
+    }
+}

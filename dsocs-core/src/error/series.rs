@@ -8,6 +8,17 @@ use thiserror::Error;
 use crate::regularity::deficiency::{Deficiency, DependentRow};
 use crate::regularity::undefined::Undefined;
 
+/// What is to be done where a function of the user's sticks.
+const UNDECLARED: &str = "Such a motion goes on at rest where a `signum` or a comparison of the declaration itself jumps with the velocity, and the forces \
+    at rest are determined. Declare it so, without a function of your own; or replace the jump by a steep smooth function, such as `(v / 0.001).tanh()` for \
+    `v.signum()`";
+
+/// What is to be done where declared functions stick and nothing is found that rests.
+const UNHELD: &str = "No values between the two sides are found that hold it there: they are where a function jumps with the velocity by a finite amount, and \
+    the forces at rest are determined. They are not where the force on each side vanishes with the velocity, as its root does, where infinitely many changes \
+    of sides lead there, or where the factor of a constraint vanishes at rest. Let the run end before; or replace the jump by a steep smooth function, such as \
+    `(v / 0.001).tanh()` for `v.signum()`; or take steps of a fixed length, which pass such a place with an error of the first order";
+
 /// Why a run by Taylor series failed.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -51,12 +62,14 @@ pub enum SeriesFailure {
         row: DependentRow,
     },
     /// The motion has come to a place where a function jumps, from both sides it leads back to this place, and no motion at rest is found that goes on,
-    /// since the function that jumps is one of your own, or does not depend on the velocity.
+    /// since the function that jumps is one of your own, or does not depend on the velocity, or no forces between its two sides hold the motion there.
     #[error("the motion sticks where `{switch}` is zero")]
     Sticks {
         /// The argument whose sign changes there, as written in the declaration. For a comparison in one of your functions, the function's
         /// name.
         switch: Cow<'static, str>,
+        /// Whether the declaration itself has functions of pieces: otherwise it is one of your own that jumps.
+        is_declared: bool,
     },
     /// The velocity, or the position, would have to jump: what holds beyond a switch, or beyond a time at which steps end, does not go on from
     /// what was before.
@@ -201,14 +214,15 @@ impl fmt::Display for SeriesError {
                 f,
                 "{steps} steps have been made and t = {t} reached: allow more, or a larger tolerance"
             ),
-            (SeriesFailure::Sticks { switch }, _) => write!(
-                f,
-                "the motion sticks at t = {t}, ({}) = {q:?}, with the velocity {v:?}: `{switch}` is zero there, and the motions on \
-                 both of its sides lead back. Such a motion goes on at rest where a `signum` or a comparison of the declaration itself jumps with the \
-                 velocity, and the forces at rest are determined. Declare it so, without a function of your own; or replace the jump by a steep smooth \
-                 function, such as `(v / 0.001).tanh()` for `v.signum()`",
-                coordinates.join(", ")
-            ),
+            (SeriesFailure::Sticks { switch, is_declared }, _) => {
+                let coordinates = coordinates.join(", ");
+                write!(
+                    f,
+                    "the motion sticks at t = {t}, ({coordinates}) = {q:?}, with the velocity {v:?}: `{switch}` is zero there, and the motions on both of \
+                     its sides lead back. {}",
+                    if *is_declared { UNHELD } else { UNDECLARED }
+                )
+            }
             (SeriesFailure::Jumps { switch, by }, _) => {
                 let what = by.what();
                 write!(

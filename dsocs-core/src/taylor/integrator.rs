@@ -355,7 +355,9 @@ impl Integrator {
         if let Some(switch) = self.watch.as_ref().and_then(|watch| watch.stuck.clone())
             && !self.rest(equations, None)
         {
-            return Err(self.failed(equations, SeriesFailure::Sticks { switch }).into());
+            let is_declared = equations.declaration().shape().piecewise;
+            let cause = SeriesFailure::Sticks { switch, is_declared };
+            return Err(self.failed(equations, cause).into());
         }
         if let Some((switch, by)) = self.jump.clone() {
             return Err(self.failed(equations, SeriesFailure::Jumps { switch, by }).into());

@@ -201,7 +201,9 @@ impl Energy {
             format!(
                 "warning: the energy is {energy:.3e} at t = {t}, and was {first:.3e} at the start, although nothing that is declared changes it so: \
                  the step h = {h} is too long somewhere before, or the motion has passed a corner of a constraint, a jump or a singularity, \
-                 where the step does not know how to go on (a smaller `--step` tells; a run with `--tolerance 1e-9` ends at such a place)"
+                 where the step does not know how to go on (a smaller `--step` tells; a run with `--tolerance 1e-9` ends where forces or velocities would \
+                 have to jump). Where the energy jumps and no force does, as with the angle `y.atan2(x)` on its cut, the motion is right, and the \
+                 energy is that of another turn"
             )
         })
     }
