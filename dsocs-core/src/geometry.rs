@@ -48,6 +48,7 @@ mod legendre;
 mod map;
 mod momentum;
 mod pairs;
+mod pieces;
 mod solvable;
 mod split;
 mod theorem;
@@ -69,6 +70,7 @@ pub use legendre::{
 pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
 pub use pairs::{constraint_forms, pair_displacements, state_displacements};
+pub use pieces::piece_arguments;
 #[doc(hidden)] // until steps are solved on slices
 pub use split::{constraint_multipliers, continuous_multipliers};
 pub use theorem::FlowTheorem;

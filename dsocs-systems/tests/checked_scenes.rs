@@ -113,3 +113,46 @@ fn what_hardly_moves_loses_no_regularity() {
         assert_eq!(certified(scene), "", "{scene}");
     }
 }
+
+#[test]
+fn an_order_that_scatters_over_corners_is_open_and_says_why() {
+    let springs = "coordinates(x); lagrangian = dot(x).powi(2) / 2; \
+        external_forces = -50 * (x - 0.2).max(0) - 30 * (x + 0.3).min(0) - 0.05 * dot(x); \
+        run { start = ([0], [1]); step = 0.01; until = 5; }";
+    let mut open = 0;
+    for step in ["0.025", "0.02", "0.01", "0.005"] {
+        let table = passes(springs, &["--step", step]);
+        open += u32::from(table.contains("open"));
+        assert!(
+            !table.contains("open") || table.contains("passes a corner"),
+            "{step}: {table}"
+        );
+    }
+    assert!(open > 0);
+    // an order that is lower by one is none of the corners'
+    let (right, table) = check(
+        "coordinates(x); lagrangian = (1 + x.powi(2)) * dot(x).powi(2) / 2 - x.powi(2); phi_lagrangian = paper; \
+         external_forces = -0.3 * x.max(0); run { start = ([0.5], [1]); step = 0.01; until = 4; }",
+        &[],
+    );
+    assert!(!right && table.contains("FAILED"), "{table}");
+}
+
+#[test]
+fn what_begins_at_rest_has_differences_that_tell_its_tangent_map() {
+    holds(
+        "coordinates(x); lagrangian = 1.612 * dot(x).powi(2) / 2 - 0.7423 * x.powi(4) / 4; external_forces = -0.008387 * dot(x); \
+         run { start = ([-0.06628], [0]); step = 0.002; until = 6; }",
+    );
+}
+
+#[test]
+fn what_is_missed_by_rounding_is_no_failure() {
+    passes(
+        "coordinates(x, y, th); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + dot(th).powi(2) / 6 + 3 * x; \
+         nonholonomic = dot(x) * th.sin() - dot(y) * th.cos(); let v = dot(x) * th.cos() + dot(y) * th.sin(); \
+         external_forces = (-0.8 * v.signum() * th.cos(), -0.8 * v.signum() * th.sin(), -0.02 * dot(th).signum()); \
+         run { start = ([0, 0, 0], [0.1, 0, 1.5]); step = 0.025; until = 5; }",
+        &[],
+    );
+}
