@@ -49,7 +49,7 @@ mod map;
 mod momentum;
 mod pairs;
 mod pieces;
-mod solvable;
+pub(crate) mod solvable;
 mod split;
 mod theorem;
 mod written;

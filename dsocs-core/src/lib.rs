@@ -132,6 +132,8 @@ pub mod taylor;
 // and beside them
 pub mod geometry;
 
+pub mod linear;
+
 pub mod prelude;
 
 #[cfg(feature = "text")]

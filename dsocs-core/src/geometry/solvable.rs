@@ -26,13 +26,13 @@ pub enum Sought<'a> {
 #[derive(Clone, Debug)]
 pub struct Solution {
     /// The unknowns.
-    pub(super) z: Vec<f64>,
+    pub(crate) z: Vec<f64>,
     /// The second difference.
-    pub(super) e: Vec<f64>,
+    pub(crate) e: Vec<f64>,
 }
 
 /// Checks that a step and the parameters can be used.
-pub(super) fn check_step(system: &dyn Kernel, h: f64) -> Result<(), SetupError> {
+pub(crate) fn check_step(system: &dyn Kernel, h: f64) -> Result<(), SetupError> {
     if system.shape().is_of_third_order() {
         return Err(SetupError::ThirdOrder {
             method: "the flow as a map of pairs of nodes (geometry::DiscreteFlow)",
@@ -42,7 +42,7 @@ pub(super) fn check_step(system: &dyn Kernel, h: f64) -> Result<(), SetupError> 
 }
 
 /// Solves the step `h` from a leg.
-pub(super) fn step(
+pub(crate) fn step(
     system: &dyn Kernel,
     h: f64,
     leg: AnyLeg<'_, f64>,
@@ -66,7 +66,7 @@ pub(super) fn step(
 }
 
 /// Solves linear equations with a square matrix, row by row; `None` where the solution is not finite.
-pub(super) fn solve(matrix: &[f64], right: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn solve(matrix: &[f64], right: &[f64]) -> Option<Vec<f64>> {
     let size = right.len();
     let entry = |i: usize, j: usize| matrix.get(i * size + j).copied().unwrap_or(f64::NAN);
     Some(Square::from_fn(size, entry).solve(right)?.to_vec())

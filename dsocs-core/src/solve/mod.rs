@@ -1,10 +1,12 @@
 //! Equations: vectors and matrices of any size, and Newton's iteration.
 //!
 //! [`unknown`] says what is looked for, [`predictor`] guesses it from past solutions, [`newton`] iterates until [`convergence`] says that it has
-//! arrived, or says why not ([`failure`]). [`elimination`] solves linear rows, many of them by [`sparse`]; [`dense`] decomposes small matrices.
+//! arrived, or says why not ([`failure`]). [`elimination`] solves linear rows, many of them by [`sparse`]; [`dense`] decomposes small matrices, and
+//! [`eigenvalues`] has theirs.
 
 pub(crate) mod convergence;
 pub(crate) mod dense;
+pub(crate) mod eigenvalues;
 pub(crate) mod elimination;
 pub(crate) mod failure;
 pub(crate) mod newton;

@@ -1,0 +1,132 @@
+//! The linear model of the continuous motion.
+
+use super::chart::{Bonds, Chart};
+use super::corner;
+use super::error::LinearizationError;
+use super::model::{Columns, Frame, LinearModel, LinearTime};
+use super::ports::{Measured, Ports};
+use super::slopes::{At, Direction, Slopes};
+use crate::number::point::AnyPoint;
+use crate::solve::Square;
+use crate::tape::declaration::Declaration;
+use crate::tape::{Leaf, Part, Segment};
+
+/// The variational equation at a point of a motion: how acceleration and multipliers change with the state and the parameters, by the implicit
+/// function theorem on the rows of the continuous system.
+pub(super) struct Variational {
+    rows: Slopes,
+    jacobian: Square,
+    coordinates: usize,
+}
+
+impl Variational {
+    /// The equation at a point.
+    pub(super) fn of(declaration: &Declaration<'_>, at: &At<'_>) -> Self {
+        let rows = at.slopes(declaration, &[(Segment::Continuous, Part::Head)]);
+        let coordinates = at.q.len();
+        let jacobian = rows.square(|j| match j.checked_sub(coordinates) {
+            None => Leaf::A(j),
+            Some(k) => Leaf::Lambda(k),
+        });
+        Self {
+            rows,
+            jacobian,
+            coordinates,
+        }
+    }
+
+    /// The change of the acceleration.
+    pub(super) fn acceleration(&self, direction: &Direction) -> Option<Vec<f64>> {
+        let right = self.rows.along(&|input| direction.rate(input, &[]));
+        let right: Vec<f64> = right.iter().map(|row| -row).collect();
+        let mut change = self.jacobian.solve(&right)?.to_vec();
+        change.truncate(self.coordinates);
+        Some(change)
+    }
+}
+
+/// The error of a point where there is no derivative.
+pub(super) fn singular(at: &At<'_>) -> LinearizationError {
+    LinearizationError::Singular {
+        q: at.q.to_vec(),
+        v: at.v.to_vec(),
+    }
+}
+
+/// The linear model at a point of a motion.
+pub(super) fn linearized(
+    declaration: &Declaration<'_>,
+    at: &At<'_>,
+    ports: &Ports,
+) -> Result<LinearModel, LinearizationError> {
+    corner::check(declaration, at)?;
+    let bonds = Bonds::of(declaration, at);
+    let chart = bonds.chart();
+    let variational = Variational::of(declaration, at);
+    let force = at.slopes(declaration, &[(Segment::ContinuousForce, Part::All)]);
+    let measured = Measured::of(declaration, ports, at, at.q);
+    // the column of a change of the state, or of a parameter, and that of the outputs
+    let column = |direction: &Direction| -> Option<[Vec<f64>; 2]> {
+        let a = variational.acceleration(direction)?;
+        let forces = || force.along(&|input| direction.rate(input, &a));
+        let outputs = measured.change(&direction.q, direction, &a, &forces);
+        Some([chart.coordinates(&direction.v, &a), outputs])
+    };
+    let (mut columns, mut basis) = (Columns::default(), Vec::new());
+    for free in chart.directions() {
+        let direction = bonds.obeyed(&free);
+        let [a, c] = column(&direction).ok_or_else(|| singular(at))?;
+        columns.a.push(a);
+        columns.c.push(c);
+        basis.push([direction.q, direction.v].concat());
+    }
+    for &parameter in ports.inputs() {
+        let direction = bonds.obeyed(&still(at.q.len(), parameter));
+        let [b, d] = column(&direction).ok_or_else(|| singular(at))?;
+        columns.b.push(b);
+        columns.d.push(d);
+    }
+    if !columns.is_finite() {
+        return Err(singular(at));
+    }
+    let told = (chart.coordinates(at.v, at.a), measured.values(&|| force.values.clone()));
+    let frame = Frame {
+        declaration,
+        ports,
+        chart: &chart,
+        time: LinearTime::Continuous,
+        point: point(at),
+    };
+    Ok(frame.model(&columns, told, [basis.clone(), basis]))
+}
+
+/// A parameter that changes, in a state that does not.
+pub(super) fn still(coordinates: usize, parameter: usize) -> Direction {
+    Direction {
+        q: vec![0.0; coordinates],
+        v: vec![0.0; coordinates],
+        parameter: Some(parameter),
+    }
+}
+
+/// The point without multipliers.
+fn point(at: &At<'_>) -> crate::number::point::OwnedPoint<f64> {
+    AnyPoint {
+        t: at.t,
+        q: at.q,
+        v: at.v,
+        a: at.a,
+    }
+    .to_owned()
+}
+
+/// The derivatives of the acceleration by every coordinate and every velocity, column by column; `None` where there are none.
+pub(super) fn acceleration_slopes(declaration: &Declaration<'_>, at: &At<'_>) -> Option<Vec<Vec<f64>>> {
+    let variational = Variational::of(declaration, at);
+    let n = at.q.len();
+    let whole = Chart {
+        positions: super::chart::Basis::of(n, &[]),
+        velocities: super::chart::Basis::of(n, &[]),
+    };
+    whole.directions().map(|direction| variational.acceleration(&direction)).collect()
+}

@@ -1,0 +1,394 @@
+//! The equations of rest, and Newton's iteration for them.
+
+use super::error::EquilibriumError;
+use crate::linear::chart::{Basis, dot};
+use crate::linear::slopes::{At, Slopes};
+use crate::number::point::AnyPoint;
+use crate::regularity::{multipliers, undefined};
+use crate::solve::dense::{Matrix, length};
+use crate::tape::declaration::Declaration;
+use crate::tape::{Leaf, Part, Segment};
+
+/// How often the unknowns are improved.
+const MAX_ITERATIONS: u32 = 200;
+
+/// How often an update is halved at most.
+const HALVINGS: u32 = 30;
+
+/// A row below this part of its terms is zero.
+const ROUNDED: f64 = 16.0 * f64::EPSILON;
+
+/// An update below this part of the unknowns, or below this where they are small, is the last if no smaller one comes.
+const SMALL: f64 = 1e-10;
+
+/// Singular values below this part of the largest are zero.
+const ZERO: f64 = 1e-9;
+
+/// How far along a direction it is looked whether other equilibria lie there.
+const FAR: f64 = 1e-3;
+
+/// A derivative by the time below this part of a row's own ones is zero.
+const CONSTANT: f64 = 1e-11;
+
+/// What is unknown: coordinates and parameters, by their places, and multipliers.
+#[derive(Clone, Debug)]
+pub(super) struct Unknowns {
+    pub(super) coordinates: Vec<usize>,
+    pub(super) parameters: Vec<usize>,
+    pub(super) multipliers: usize,
+}
+
+impl Unknowns {
+    /// How many coordinates and parameters are unknown.
+    fn of_place(&self) -> usize {
+        self.coordinates.len() + self.parameters.len()
+    }
+
+    /// The leaves of the unknowns.
+    fn leaves(&self) -> Vec<Leaf> {
+        let coordinates = self.coordinates.iter().map(|&i| Leaf::Q(i));
+        let parameters = self.parameters.iter().map(|&i| Leaf::Parameter(i));
+        let multipliers = (0..self.multipliers).map(Leaf::Lambda);
+        coordinates.chain(parameters).chain(multipliers).collect()
+    }
+
+    /// The multipliers among the unknowns.
+    pub(super) fn multipliers_of<'x>(&self, x: &'x [f64]) -> &'x [f64] {
+        x.get(self.of_place()..).unwrap_or_default()
+    }
+}
+
+/// The equations of rest from a guess.
+pub(super) struct Rest<'r> {
+    pub(super) declaration: Declaration<'r>,
+    pub(super) t: f64,
+    pub(super) guess: &'r [f64],
+    pub(super) values: &'r [f64],
+    pub(super) unknowns: &'r Unknowns,
+}
+
+/// The equations at some unknowns, each divided by the length of its derivatives.
+struct Rows {
+    slopes: Slopes,
+    /// The derivatives by the unknowns, of which those by multipliers are divided by their lengths.
+    matrix: Matrix,
+    /// The lengths of the columns of multipliers; 1 of all others.
+    columns: Vec<f64>,
+    /// The lengths of the rows; 1 of those that do not change.
+    lengths: Vec<f64>,
+    values: Vec<f64>,
+    /// The sizes of the terms of the rows, divided in the same way.
+    terms: Vec<f64>,
+}
+
+/// A solution.
+pub(super) struct Found {
+    pub(super) x: Vec<f64>,
+    rows: Rows,
+}
+
+impl Rest<'_> {
+    /// The position among the unknowns, with coordinates that are held.
+    pub(super) fn position(&self, x: &[f64]) -> Vec<f64> {
+        let mut q = self.guess.to_vec();
+        for (&i, x) in self.unknowns.coordinates.iter().zip(x) {
+            q[i] = *x;
+        }
+        q
+    }
+
+    /// The values of all parameters.
+    pub(super) fn parameters(&self, x: &[f64]) -> Vec<f64> {
+        let mut values = self.values.to_vec();
+        let own = x.iter().skip(self.unknowns.coordinates.len());
+        for (&i, x) in self.unknowns.parameters.iter().zip(own) {
+            values[i] = *x;
+        }
+        values
+    }
+
+    /// The unknowns of the guess.
+    fn first(&self) -> Vec<f64> {
+        let still = vec![0.0; self.guess.len()];
+        let declaration = self.declaration.with(self.values);
+        let point = AnyPoint {
+            t: self.t,
+            q: self.guess,
+            v: &still,
+            a: &still,
+        };
+        let mut multipliers = multipliers::of_point(&declaration, point);
+        multipliers.resize(self.unknowns.multipliers, 0.0);
+        if multipliers.iter().any(|multiplier| !multiplier.is_finite()) {
+            multipliers.fill(0.0);
+        }
+        let coordinates = self.unknowns.coordinates.iter().map(|&i| self.guess[i]);
+        let parameters = self.unknowns.parameters.iter().map(|&i| self.values[i]);
+        coordinates.chain(parameters).chain(multipliers).collect()
+    }
+
+    /// The equations at some unknowns: those of the continuous system at rest, and what constraints on positions and velocities ask.
+    fn slopes(&self, x: &[f64]) -> Slopes {
+        let (q, values) = (self.position(x), self.parameters(x));
+        let declaration = self.declaration.with(&values);
+        let still = vec![0.0; q.len()];
+        let at = At {
+            t: self.t,
+            q: &q,
+            v: &still,
+            a: &still,
+            multipliers: self.unknowns.multipliers_of(x),
+        };
+        // at rest, what jumps with the velocity is between its sides: zero
+        let continuous = if declaration.sides() > 0 {
+            Segment::SidedContinuous
+        } else {
+            Segment::Continuous
+        };
+        at.slopes(&declaration, &[(continuous, Part::Head), (Segment::Phase, Part::All)])
+    }
+
+    /// The rows; `None` where they have no value.
+    fn rows(&self, x: &[f64]) -> Option<Rows> {
+        let slopes = self.slopes(x);
+        let leaves = self.unknowns.leaves();
+        let mut columns: Vec<Vec<f64>> = leaves.iter().map(|leaf| slopes.by(*leaf)).collect();
+        let finite = |x: &f64| x.is_finite();
+        if !slopes.values.iter().all(finite) || !columns.iter().flatten().all(finite) {
+            return None;
+        }
+        let known = |size: f64| if size > 0.0 { size } else { 1.0 };
+        let row = |i: usize| -> Vec<f64> { columns.iter().map(|column| column[i]).collect() };
+        let lengths: Vec<f64> = (0..slopes.values.len()).map(|i| known(length(&row(i)))).collect();
+        let at = |i: usize| -> f64 {
+            let own = slopes.moving(i).map(|(leaf, slope)| {
+                let value = match leaf {
+                    Leaf::Parameter(_) | Leaf::Q(_) | Leaf::Lambda(_) => self.value(x, leaf),
+                    _ => 0.0,
+                };
+                (slope * value).abs()
+            });
+            own.sum::<f64>() / lengths[i]
+        };
+        let terms = (0..slopes.values.len()).map(at).collect();
+        for column in &mut columns {
+            column.iter_mut().zip(&lengths).for_each(|(entry, length)| *entry /= length);
+        }
+        let place = self.unknowns.of_place();
+        let scale = |(j, column): (usize, &Vec<f64>)| if j < place { 1.0 } else { known(length(column)) };
+        let scales: Vec<f64> = columns.iter().enumerate().map(scale).collect();
+        let matrix = Matrix::from_fn(lengths.len(), columns.len(), |i, j| columns[j][i] / scales[j]);
+        let values = slopes.values.iter().zip(&lengths).map(|(value, length)| value / length).collect();
+        Some(Rows {
+            slopes,
+            matrix,
+            columns: scales,
+            lengths,
+            values,
+            terms,
+        })
+    }
+
+    /// The value of a leaf that terms are made of.
+    fn value(&self, x: &[f64], leaf: Leaf) -> f64 {
+        let place = self.unknowns.leaves().iter().position(|own| *own == leaf);
+        match (place, leaf) {
+            (Some(place), _) => x[place],
+            (None, Leaf::Q(i)) => self.guess[i],
+            (None, Leaf::Parameter(i)) => self.values[i],
+            _ => 0.0,
+        }
+    }
+
+    /// The equilibrium to which the guess leads.
+    pub(super) fn found(&self) -> Result<Found, EquilibriumError> {
+        let found = self.solved(self.first())?;
+        let by_time = found.rows.slopes.by(Leaf::T);
+        let mut scaled = by_time.iter().zip(&found.rows.lengths);
+        if scaled.any(|(slope, length)| slope.abs() > CONSTANT * length) {
+            return Err(EquilibriumError::TimeDependent {
+                q: self.position(&found.x),
+                t: self.t,
+            });
+        }
+        Ok(found)
+    }
+
+    /// Newton's iteration.
+    fn solved(&self, mut x: Vec<f64>) -> Result<Found, EquilibriumError> {
+        let mut rows = self.rows(&x).ok_or_else(|| self.undefined(&x))?;
+        for iteration in 0..MAX_ITERATIONS {
+            if rows.are_zero() {
+                return Ok(Found { x, rows });
+            }
+            let update = self.update(&rows, &x);
+            let small = self.is_small(&update, &x);
+            let Some((next, rows_there)) = self.improved(&x, &update, &rows) else {
+                if small {
+                    return Ok(Found { x, rows });
+                }
+                return Err(self.not_found(&x, &rows, iteration));
+            };
+            (x, rows) = (next, rows_there);
+        }
+        // a multiple root, to which the updates become smaller by a part of themselves
+        let update = self.update(&rows, &x);
+        if self.is_small(&update, &x) {
+            return Ok(Found { x, rows });
+        }
+        Err(self.not_found(&x, &rows, MAX_ITERATIONS))
+    }
+
+    /// The shortest update, none of whose coordinates and parameters is larger than itself and 1.
+    fn update(&self, rows: &Rows, x: &[f64]) -> Vec<f64> {
+        let singular = rows.matrix.decomposed();
+        let [_, largest] = singular.extremes();
+        let wanted: Vec<f64> = rows.values.iter().map(|value| -value).collect();
+        let mut update = singular.solve(&wanted, ZERO * largest);
+        update.iter_mut().zip(&rows.columns).for_each(|(update, scale)| *update /= scale);
+        let place = self.unknowns.of_place();
+        let longest = update.iter().zip(x).take(place);
+        let longest = longest.fold(0.0_f64, |most, (update, x)| most.max(update.abs() / x.abs().max(1.0)));
+        if longest > 1.0 {
+            update.iter_mut().for_each(|update| *update /= longest);
+        }
+        update
+    }
+
+    /// Whether an update moves coordinates and parameters by little.
+    fn is_small(&self, update: &[f64], x: &[f64]) -> bool {
+        let mut each = update.iter().zip(x).take(self.unknowns.of_place());
+        each.all(|(update, x)| update.abs() <= SMALL * x.abs().max(1.0))
+    }
+
+    /// The unknowns after as much of an update as makes the rows smaller.
+    fn improved(&self, x: &[f64], update: &[f64], rows: &Rows) -> Option<(Vec<f64>, Rows)> {
+        let size = length(&rows.values);
+        let mut part = 1.0;
+        for _ in 0..HALVINGS {
+            let next: Vec<f64> = x.iter().zip(update).map(|(x, update)| x + part * update).collect();
+            if let Some(there) = self.rows(&next) {
+                let compared = there.slopes.values.iter().zip(&rows.lengths);
+                let compared: Vec<f64> = compared.map(|(value, length)| value / length).collect();
+                if length(&compared) < (1.0 - 1e-4 * part) * size {
+                    return Some((next, there));
+                }
+            }
+            part *= 0.5;
+        }
+        None
+    }
+
+    /// The error of rows without a value.
+    fn undefined(&self, x: &[f64]) -> EquilibriumError {
+        let (q, values) = (self.position(x), self.parameters(x));
+        let still = vec![0.0; q.len()];
+        let point = AnyPoint {
+            t: self.t,
+            q: &q,
+            v: &still,
+            a: &still,
+        };
+        let undefined = undefined::of_point(&self.declaration.with(&values), point).map(Box::new);
+        EquilibriumError::Undefined {
+            guess: self.guess.to_vec(),
+            q,
+            undefined,
+        }
+    }
+
+    /// The error of an iteration that ends early.
+    fn not_found(&self, x: &[f64], rows: &Rows, iterations: u32) -> EquilibriumError {
+        let q = self.position(x);
+        let [holonomic, nonholonomic, _] = self.declaration.constraints();
+        // the rows of velocities come last: c(t, q, 0), then dg/dt
+        let first = rows.values.len().saturating_sub(holonomic + nonholonomic);
+        for (place, value) in rows.slopes.values.iter().skip(first).enumerate() {
+            let moves = rows.matrix.row(first + place).any(|slope| slope != 0.0);
+            if *value != 0.0 && !moves {
+                let (constraint, index) = match place.checked_sub(nonholonomic) {
+                    None => ("nonholonomic constraint", place),
+                    Some(index) => ("holonomic constraint", index),
+                };
+                return EquilibriumError::Moving {
+                    constraint,
+                    index,
+                    value: *value,
+                    q,
+                };
+            }
+        }
+        let residual = rows.values.iter().zip(&rows.terms).map(|(value, terms)| {
+            let relative = value.abs() / terms;
+            if relative.is_finite() { relative } else { value.abs() }
+        });
+        EquilibriumError::NotFound {
+            guess: self.guess.to_vec(),
+            residual: residual.fold(0.0_f64, f64::max),
+            q,
+            iterations,
+        }
+    }
+
+    /// The directions in which other equilibria lie: changes of the position, then of the free parameters, an orthonormal basis.
+    pub(super) fn continuum(&self, found: &Found) -> Vec<Vec<f64>> {
+        let place = self.unknowns.of_place();
+        let singular = found.rows.matrix.decomposed();
+        let [_, largest] = singular.extremes();
+        let terms = singular.values.iter().zip(&singular.right);
+        let bound: Vec<Vec<f64>> = terms
+            .filter(|(value, _)| **value > ZERO * largest)
+            .map(|(_, right)| right.clone())
+            .collect();
+        let open = Basis::of(found.x.len(), &bound).vectors;
+        let mut directions: Vec<Vec<f64>> = Vec::new();
+        for direction in open {
+            // multipliers may be open where coordinates are not
+            let mut own = direction[..place].to_vec();
+            for known in &directions {
+                let part = dot(&own, known);
+                own.iter_mut().zip(known).for_each(|(x, known)| *x -= part * known);
+            }
+            let size = length(&own);
+            if size <= ZERO {
+                continue;
+            }
+            own.iter_mut().for_each(|x| *x /= size);
+            if self.goes_on(found, &own) {
+                directions.push(own);
+            }
+        }
+        directions.iter().map(|own| self.whole(own)).collect()
+    }
+
+    /// Whether there are other equilibria along a direction: from a place there, the iteration does not lead back.
+    fn goes_on(&self, found: &Found, direction: &[f64]) -> bool {
+        let size = found.x.iter().take(direction.len()).fold(1.0_f64, |most, x| most.max(x.abs()));
+        let mut beside = found.x.clone();
+        beside.iter_mut().zip(direction).for_each(|(x, own)| *x += FAR * size * own);
+        let Ok(other) = self.solved(beside) else {
+            return false;
+        };
+        let apart: Vec<f64> = other.x.iter().zip(&found.x).map(|(x, y)| x - y).collect();
+        dot(&apart, direction) >= 0.5 * FAR * size
+    }
+
+    /// A direction with zeros for the coordinates that are held.
+    fn whole(&self, own: &[f64]) -> Vec<f64> {
+        let (coordinates, parameters) = own.split_at(self.unknowns.coordinates.len());
+        let mut whole = vec![0.0; self.guess.len()];
+        for (&i, x) in self.unknowns.coordinates.iter().zip(coordinates) {
+            whole[i] = *x;
+        }
+        whole.extend(parameters);
+        whole
+    }
+}
+
+impl Rows {
+    /// Whether all rows are zero to rounding.
+    fn are_zero(&self) -> bool {
+        let mut each = self.values.iter().zip(&self.terms);
+        each.all(|(value, terms)| value.abs() <= ROUNDED * terms)
+    }
+}

@@ -1,0 +1,157 @@
+//! A linear model: its matrices, and what their rows and columns stand for.
+
+use super::chart::{Basis, Chart};
+use super::ports::Ports;
+use crate::number::point::OwnedPoint;
+use crate::solve::eigenvalues::eigenvalues;
+use crate::tape::quantity::Quantity;
+use crate::tape::{Shape, declaration::Declaration};
+
+/// Of which motion a linear model is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LinearTime {
+    /// The continuous motion: `z' = drift + A z + B u`.
+    Continuous,
+    /// The paper's step: `z` at the next node is `A z + B u`.
+    Step {
+        /// The step.
+        h: f64,
+    },
+}
+
+/// A linear model of a system near a state: of its continuous motion, or of its step.
+///
+/// See [`OperatingPoint`](super::OperatingPoint) for what it is and how it is made.
+#[derive(Clone, Debug)]
+pub struct LinearModel {
+    /// Of which motion it is.
+    pub time: LinearTime,
+    /// The point that it belongs to: time, position, velocity and acceleration. Of a step, the middle node as a run reports it.
+    pub point: OwnedPoint<f64>,
+    /// The minimal coordinates `z`, first those of the position, then those of the velocity. Where one is a single coordinate of the
+    /// declaration, it has its name (`theta`, `v_theta`) and unit; where it moves several, the name of the one that moves most, as
+    /// `along_x`, `v_along_x`.
+    pub states: Vec<Quantity>,
+    /// The inputs `u`: changes of parameters from their present values.
+    pub inputs: Vec<Quantity>,
+    /// The outputs `y`: changes of what is measured from its value at the point.
+    pub outputs: Vec<Quantity>,
+    /// The matrix `A`, by rows, with a row and a column for each state.
+    pub a: Vec<Vec<f64>>,
+    /// The matrix `B`, by rows, with a row for each state and a column for each input.
+    pub b: Vec<Vec<f64>>,
+    /// The matrix `C` of `y = C z + D u`, by rows, with a row for each output and a column for each state.
+    pub c: Vec<Vec<f64>>,
+    /// The matrix `D`, by rows, with a row for each output and a column for each input.
+    pub d: Vec<Vec<f64>>,
+    /// How the point itself moves: `z'` there, or by how much `z` changes in the step. Zero at an equilibrium.
+    pub drift: Vec<f64>,
+    /// The outputs at the point.
+    pub measured: Vec<f64>,
+    /// For each state, the change of position and velocity, one after the other, that belongs to a change of the state by 1.
+    pub basis: Vec<Vec<f64>>,
+    /// Of a step, the same at the next node, where the free directions may be other ones. Of the continuous motion, those of the point.
+    pub basis_after: Vec<Vec<f64>>,
+}
+
+impl LinearModel {
+    /// The eigenvalues of `A`, real and imaginary part of each, from the largest real part to the least. `None` if the iteration for
+    /// them does not converge.
+    #[must_use]
+    pub fn eigenvalues(&self) -> Option<Vec<[f64; 2]>> {
+        eigenvalues(&self.a)
+    }
+}
+
+/// The columns of the matrices of a model, before they are rows.
+#[derive(Debug, Default)]
+pub(super) struct Columns {
+    pub(super) a: Vec<Vec<f64>>,
+    pub(super) b: Vec<Vec<f64>>,
+    pub(super) c: Vec<Vec<f64>>,
+    pub(super) d: Vec<Vec<f64>>,
+}
+
+impl Columns {
+    /// Whether all entries are finite.
+    pub(super) fn is_finite(&self) -> bool {
+        let all = [&self.a, &self.b, &self.c, &self.d];
+        all.into_iter().flatten().flatten().all(|entry| entry.is_finite())
+    }
+}
+
+/// Rows for columns of `count` entries.
+pub(super) fn rows(columns: &[Vec<f64>], count: usize) -> Vec<Vec<f64>> {
+    let row = |i: usize| columns.iter().map(|column| column[i]).collect();
+    (0..count).map(row).collect()
+}
+
+/// The states of a chart.
+fn states(shape: &Shape, chart: &Chart) -> Vec<Quantity> {
+    let named = |basis: &Basis, of_velocity: bool| -> Vec<Quantity> {
+        let each = basis.vectors.iter().zip(&basis.along);
+        each.map(|(vector, &along)| {
+            let Some(own) = shape.coordinates.get(along) else {
+                return Quantity::new("?", "");
+            };
+            let alone = vector.iter().filter(|part| **part != 0.0).count() == 1;
+            let unit = own.unit().filter(|_| alone);
+            let name = match (of_velocity, alone) {
+                (false, true) => return own.clone(),
+                (true, true) => format!("v_{}", own.name),
+                (false, false) => format!("along_{}", own.name),
+                (true, false) => format!("v_along_{}", own.name),
+            };
+            let doc = match (of_velocity, unit) {
+                (true, Some(unit)) => format!("The velocity of `{}` [{unit}/s].", own.name),
+                (true, None) => format!("The velocity along a free direction, mostly of `{}`.", own.name),
+                (false, _) => format!("The way along a free direction, mostly of `{}`.", own.name),
+            };
+            Quantity {
+                name: name.into(),
+                doc: doc.into(),
+            }
+        })
+        .collect()
+    };
+    let mut states = named(&chart.positions, false);
+    states.extend(named(&chart.velocities, true));
+    states
+}
+
+/// What is known of a model besides its matrices.
+pub(super) struct Frame<'f> {
+    pub(super) declaration: &'f Declaration<'f>,
+    pub(super) ports: &'f Ports,
+    pub(super) chart: &'f Chart,
+    pub(super) time: LinearTime,
+    pub(super) point: OwnedPoint<f64>,
+}
+
+impl Frame<'_> {
+    /// The model with its matrices.
+    pub(super) fn model(
+        self,
+        columns: &Columns,
+        (drift, measured): (Vec<f64>, Vec<f64>),
+        [basis, basis_after]: [Vec<Vec<f64>>; 2],
+    ) -> LinearModel {
+        let shape = self.declaration.shape();
+        let outputs = self.ports.output_quantities(shape);
+        LinearModel {
+            time: self.time,
+            states: states(shape, self.chart),
+            inputs: self.ports.input_quantities(shape),
+            a: rows(&columns.a, self.chart.len()),
+            b: rows(&columns.b, self.chart.len()),
+            c: rows(&columns.c, outputs.len()),
+            d: rows(&columns.d, outputs.len()),
+            outputs,
+            point: self.point,
+            drift,
+            measured,
+            basis,
+            basis_after,
+        }
+    }
+}

@@ -1,0 +1,454 @@
+//! The linear model of the paper's step.
+//!
+//! The state of a step is the middle node as a run reports it: its position `q1` and the velocity of `φ_{D_K}⁻¹(q0, q1, q2)`. The step takes the
+//! pair of nodes `(q0, q1)`, which has the same free directions, to `(q1, q2)`; its derivatives follow from its rows by the implicit function
+//! theorem.
+
+use super::chart::{Bonds, Chart, Rows};
+use super::continuous::singular;
+use super::corner;
+use super::error::LinearizationError;
+use super::model::{Columns, Frame, LinearModel, LinearTime};
+use super::ports::{Measured, Ports};
+use super::slopes::{At, Direction, Slopes};
+use crate::geometry::{GeometryError, Triple, solvable};
+use crate::kernel::Kernel;
+use crate::number::point::{AnyLeg, OwnedLeg, OwnedPoint};
+use crate::solve::Square;
+use crate::tape::declaration::Declaration;
+use crate::tape::{Input, Leaf, Part, Segment};
+
+/// How often the leg that leads to a velocity is improved.
+const MAX_ITERATIONS: u32 = 30;
+
+/// An improvement of this part of leg and position is the last.
+const SETTLED: f64 = 8.0 * f64::EPSILON;
+
+/// One that is no smaller than the last is good enough if it is below this part.
+const GOOD: f64 = 1e-11;
+
+/// A step that is solved, with the derivatives of all that belongs to it.
+struct Solved {
+    h: f64,
+    leg: OwnedLeg<f64>,
+    e: Vec<f64>,
+    constants: Slopes,
+    rows: Slopes,
+    jacobian: Square,
+    second: Slopes,
+    node: Slopes,
+}
+
+/// A change of the first two nodes of a step: of the middle node, and of the increment over the step.
+#[derive(Clone, Debug)]
+struct Pair {
+    q: Vec<f64>,
+    rate: Vec<f64>,
+    parameter: Option<usize>,
+}
+
+impl Pair {
+    /// From both, one after the other.
+    fn of(both: &[f64], parameter: Option<usize>) -> Self {
+        let (q, rate) = both.split_at(both.len() / 2);
+        Self {
+            q: q.to_vec(),
+            rate: rate.to_vec(),
+            parameter,
+        }
+    }
+
+    /// The change of an input that belongs to a leg of the length `h`.
+    fn rate(&self, h: f64, input: Input) -> f64 {
+        match input {
+            Input::Leaf(Leaf::N(i)) => self.q.get(i).copied().unwrap_or(0.0),
+            Input::Leaf(Leaf::D(i)) => h * self.rate.get(i).copied().unwrap_or(0.0),
+            Input::Leaf(Leaf::Parameter(i)) => f64::from(u8::from(self.parameter == Some(i))),
+            _ => 0.0,
+        }
+    }
+}
+
+/// What a step changes by.
+struct Change {
+    e: Vec<f64>,
+    /// Position, velocity, acceleration and time of the node, then the constraint force.
+    node: Vec<f64>,
+}
+
+impl Solved {
+    /// Solves the step that begins with a leg, near a second difference.
+    fn of(system: &dyn Kernel, h: f64, leg: OwnedLeg<f64>, near: &[f64]) -> Result<Self, LinearizationError> {
+        let declaration = Declaration::of(system);
+        let found = solvable::step(system, h, leg.any(), solvable::Sought::Near(near));
+        let solution = found.map_err(|cause| failed(leg.any(), Box::new(cause)))?;
+        let known = declaration.constants(h);
+        let value = |input: Input| -> f64 {
+            let of = |vector: &[f64], i: usize| vector.get(i).copied().unwrap_or(f64::NAN);
+            match input {
+                Input::Constant(k) => of(&known, k),
+                Input::Leaf(Leaf::H) => h,
+                Input::Leaf(Leaf::Clock) => leg.t,
+                Input::Leaf(Leaf::Parameter(i)) => declaration.value(i),
+                Input::Leaf(Leaf::N(i)) => of(&leg.q, i),
+                Input::Leaf(Leaf::D(i)) => of(&leg.d, i),
+                Input::Leaf(Leaf::Z(i)) => of(&solution.z, i),
+                Input::Leaf(Leaf::E(i)) => of(&solution.e, i),
+                Input::Leaf(Leaf::P(_)) => 0.0,
+                Input::Leaf(_) => f64::NAN,
+            }
+        };
+        let slopes = |segment, part| Slopes::of(&declaration, &[(segment, part)], &value);
+        let rows = slopes(Segment::Residual, Part::Head);
+        Ok(Self {
+            jacobian: rows.square(Leaf::Z),
+            rows,
+            constants: slopes(Segment::Constants, Part::All),
+            second: slopes(Segment::SecondDifference, Part::All),
+            node: slopes(Segment::Node, Part::All),
+            e: solution.e,
+            leg,
+            h,
+        })
+    }
+
+    fn coordinates(&self) -> usize {
+        self.leg.q.len()
+    }
+
+    /// The middle node as a run reports it.
+    fn point(&self) -> OwnedPoint<f64> {
+        let n = self.coordinates();
+        OwnedPoint::new(n, self.node.values[..=3 * n].to_vec())
+    }
+
+    /// The velocity of the middle node.
+    fn velocity(&self) -> &[f64] {
+        let n = self.coordinates();
+        &self.node.values[n..2 * n]
+    }
+
+    /// The derivatives.
+    fn change(&self, pair: &Pair) -> Option<Change> {
+        let constants = self.constants.along(&|input| pair.rate(self.h, input));
+        let known = |input| match input {
+            Input::Constant(k) => constants.get(k).copied().unwrap_or(0.0),
+            other => pair.rate(self.h, other),
+        };
+        let right = self.rows.along(&known);
+        let right: Vec<f64> = right.iter().map(|row| -row).collect();
+        let z = self.jacobian.solve(&right)?;
+        let e = self.second.along(&|input| match input {
+            Input::Leaf(Leaf::Z(i)) => z.get(i).copied().unwrap_or(0.0),
+            other => known(other),
+        });
+        let node = self.node.along(&|input| match input {
+            Input::Leaf(Leaf::E(i)) => e.get(i).copied().unwrap_or(0.0),
+            other => known(other),
+        });
+        Some(Change { e, node })
+    }
+
+    /// The leg to the next node.
+    fn next(&self) -> OwnedLeg<f64> {
+        Triple::new(self.leg.any(), &self.e).last(self.h)
+    }
+
+    /// The change of the next leg.
+    fn next_pair(&self, pair: &Pair, e: &[f64]) -> Pair {
+        let rate: Vec<f64> = pair.rate.iter().zip(e).map(|(rate, e)| rate + e / self.h).collect();
+        Pair {
+            q: pair.q.iter().zip(&rate).map(|(q, rate)| q + self.h * rate).collect(),
+            rate,
+            parameter: pair.parameter,
+        }
+    }
+}
+
+/// The error of a step that has no solution.
+fn failed(leg: AnyLeg<'_, f64>, cause: Box<crate::solve::failure::NewtonFailure>) -> LinearizationError {
+    let q0 = leg.q.iter().zip(leg.d).map(|(q, d)| q - d).collect();
+    LinearizationError::Step(GeometryError::Step {
+        q0,
+        q1: leg.q.to_vec(),
+        cause,
+    })
+}
+
+/// What constraints on positions and velocities ask of a leg: of its first node, and of the leg; by the middle node and the increment.
+struct LegBonds {
+    h: f64,
+    first: Slopes,
+    pair: Slopes,
+}
+
+impl LegBonds {
+    fn of(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Self {
+        let q: Vec<f64> = leg.q.iter().zip(leg.d).map(|(q, d)| q - d).collect();
+        let first = At {
+            t: leg.t - h,
+            q: &q,
+            v: &vec![0.0; q.len()],
+            a: &[],
+            multipliers: &[],
+        };
+        let pair = Slopes::of(declaration, &[(Segment::Pair, Part::All)], &|input| match input {
+            Input::Leaf(Leaf::H) => h,
+            Input::Leaf(Leaf::Clock) => leg.t,
+            Input::Leaf(Leaf::Parameter(i)) => declaration.value(i),
+            Input::Leaf(Leaf::N(i)) => leg.q.get(i).copied().unwrap_or(f64::NAN),
+            Input::Leaf(Leaf::D(i)) => leg.d.get(i).copied().unwrap_or(f64::NAN),
+            _ => f64::NAN,
+        });
+        Self {
+            first: first.slopes(declaration, &[(Segment::Phase, Part::Head)]),
+            pair,
+            h,
+        }
+    }
+
+    /// How the rows change.
+    fn along(&self, pair: &Pair) -> Vec<f64> {
+        let first = Direction {
+            q: pair.q.iter().zip(&pair.rate).map(|(q, rate)| q - self.h * rate).collect(),
+            v: Vec::new(),
+            parameter: pair.parameter,
+        };
+        let mut rows = self.first.along(&|input| first.rate(input, &[]));
+        rows.extend(self.pair.along(&|input| pair.rate(self.h, input)));
+        rows
+    }
+
+    /// What the increment is bound by: the rows of the first node, and those of the leg that are not of its second node.
+    fn of_increment<'r>(&self, rows: &'r [f64]) -> impl Iterator<Item = &'r f64> {
+        let holonomic = self.first.values.len();
+        rows[..holonomic].iter().chain(&rows[2 * holonomic..])
+    }
+
+    fn values(&self) -> Vec<f64> {
+        [&self.first.values[..], &self.pair.values[..]].concat()
+    }
+
+    /// The rows by the middle node and by the increment over the step.
+    fn rows(&self, coordinates: usize) -> Rows {
+        let unit = |j: usize| (0..2 * coordinates).map(|i| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
+        let columns: Vec<Vec<f64>> =
+            (0..2 * coordinates).map(|j| self.along(&Pair::of(&unit(j), None))).collect();
+        Rows::new(&columns, 0..self.values().len())
+    }
+}
+
+/// The changes of a leg by which its state changes along one minimal coordinate after the other.
+struct Tangents {
+    pairs: Vec<Pair>,
+    /// Position and velocity of the middle node, one after the other.
+    states: Vec<Vec<f64>>,
+    bonds: Rows,
+    leg_bonds: LegBonds,
+}
+
+/// The change of the state, position and velocity one after the other.
+fn state(pair: &Pair, change: &Change) -> Vec<f64> {
+    let n = pair.q.len();
+    [&pair.q[..], &change.node[n..2 * n]].concat()
+}
+
+impl Tangents {
+    /// Those of a solved step.
+    fn of(declaration: &Declaration<'_>, solved: &Solved, chart: &Chart) -> Option<Self> {
+        let n = solved.coordinates();
+        let leg_bonds = LegBonds::of(declaration, solved.h, solved.leg.any());
+        let bonds = leg_bonds.rows(n);
+        let free: Vec<Pair> = bonds.kernel().vectors.iter().map(|both| Pair::of(both, None)).collect();
+        let states: Vec<Vec<f64>> =
+            free.iter().map(|pair| Some(state(pair, &solved.change(pair)?))).collect::<Option<_>>()?;
+        let minimal: Vec<Vec<f64>> =
+            states.iter().map(|both| chart.coordinates(&both[..n], &both[n..])).collect();
+        if minimal.len() != chart.len() {
+            return None;
+        }
+        let matrix = Square::from_fn(minimal.len(), |i, j| minimal[j][i]);
+        let (mut pairs, mut along) = (Vec::new(), Vec::new());
+        for k in 0..minimal.len() {
+            let unit: Vec<f64> = (0..minimal.len()).map(|i| f64::from(u8::from(i == k))).collect();
+            let parts = matrix.solve(&unit)?;
+            let sum = |of: &dyn Fn(usize) -> Vec<f64>| -> Vec<f64> {
+                let mut sum = vec![0.0; 2 * n];
+                for (j, part) in parts.iter().enumerate() {
+                    sum.iter_mut().zip(of(j)).for_each(|(sum, x)| *sum += part * x);
+                }
+                sum
+            };
+            pairs.push(Pair::of(&sum(&|j| [&free[j].q[..], &free[j].rate[..]].concat()), None));
+            along.push(sum(&|j| states[j].clone()));
+        }
+        Some(Self {
+            pairs,
+            states: along,
+            bonds,
+            leg_bonds,
+        })
+    }
+
+    /// The change of a leg that goes with a change of a parameter, where the minimal coordinates stay.
+    fn of_parameter(&self, solved: &Solved, chart: &Chart, parameter: usize) -> Option<Pair> {
+        let n = solved.coordinates();
+        let still = Pair::of(&vec![0.0; 2 * n], Some(parameter));
+        let changes: Vec<f64> = self.leg_bonds.along(&still).iter().map(|x| -x).collect();
+        let mut pair = Pair::of(&self.bonds.shortest(&changes), Some(parameter));
+        let both = state(&pair, &solved.change(&pair)?);
+        let parts = chart.coordinates(&both[..n], &both[n..]);
+        for (part, own) in parts.iter().zip(&self.pairs) {
+            for (sums, own) in [(&mut pair.q, &own.q), (&mut pair.rate, &own.rate)] {
+                sums.iter_mut().zip(own).for_each(|(sum, x)| *sum -= part * x);
+            }
+        }
+        Some(pair)
+    }
+}
+
+/// The solved step whose middle node has a position, and of the velocity the free directions.
+fn solved_at(
+    system: &dyn Kernel,
+    h: f64,
+    at: &At<'_>,
+    chart: &Chart,
+) -> Result<Solved, LinearizationError> {
+    let declaration = Declaration::of(system);
+    let n = at.q.len();
+    let lost = || LinearizationError::Leg {
+        h,
+        q: at.q.to_vec(),
+        v: at.v.to_vec(),
+    };
+    let mut leg = OwnedLeg {
+        t: at.t,
+        q: at.q.to_vec(),
+        d: at.v.iter().zip(at.a).map(|(v, a)| h * v - h * h / 2.0 * a).collect(),
+    };
+    let mut near: Vec<f64> = at.a.iter().map(|a| h * h * a).collect();
+    let mut last = f64::INFINITY;
+    for _ in 0..MAX_ITERATIONS {
+        let solved = Solved::of(system, h, leg.clone(), &near)?;
+        let bonds = LegBonds::of(&declaration, h, leg.any());
+        let rows_of = |velocity: &[f64], bound: &[f64]| -> Vec<f64> {
+            let mut rows = chart.velocities.coordinates(velocity);
+            rows.extend(bonds.of_increment(bound));
+            rows
+        };
+        let missing: Vec<f64> = solved.velocity().iter().zip(at.v).map(|(found, v)| v - found).collect();
+        let bound: Vec<f64> = bonds.values().iter().map(|row| -row).collect();
+        let wanted = rows_of(&missing, &bound);
+        let mut columns = Vec::with_capacity(n);
+        for j in 0..n {
+            let mut pair = Pair::of(&vec![0.0; 2 * n], None);
+            pair.rate[j] = 1.0;
+            let change = solved.change(&pair).ok_or_else(|| singular(at))?;
+            columns.push(rows_of(&change.node[n..2 * n], &bonds.along(&pair)));
+        }
+        if columns.iter().any(|column| column.len() != n) {
+            return Err(singular(at));
+        }
+        let matrix = Square::from_fn(n, |i, j| columns[j][i]);
+        let update = matrix.solve(&wanted).ok_or_else(|| singular(at))?;
+        let (mut step, mut size) = (0.0_f64, 0.0_f64);
+        for ((d, q), update) in leg.d.iter_mut().zip(&leg.q).zip(&update) {
+            *d += h * update;
+            step = step.max((h * update).abs());
+            size = size.max(d.abs()).max(q.abs());
+        }
+        if step <= SETTLED * size || (step >= last && step <= GOOD * size) {
+            // what was solved before the last improvement is as good as it
+            return Ok(solved);
+        }
+        near = solved.e;
+        last = step;
+    }
+    Err(lost())
+}
+
+/// The linear model of the step `h` at a point of a motion.
+pub(super) fn linearized(
+    system: &dyn Kernel,
+    h: f64,
+    at: &At<'_>,
+    ports: &Ports,
+) -> Result<LinearModel, LinearizationError> {
+    let declaration = &Declaration::of(system);
+    corner::check(declaration, at)?;
+    let chart = Bonds::of(declaration, at).chart();
+    let here = solved_at(system, h, at, &chart)?;
+    let next = Solved::of(system, h, here.next(), &here.e)?;
+    corner::check_triple(declaration, h, &Triple::new(here.leg.any(), &here.e), at)?;
+    let (point, point_after) = (here.point(), next.point());
+    let next_chart = {
+        let after = point_after.any();
+        let after = At {
+            t: after.t,
+            q: &next.leg.q,
+            v: after.v,
+            a: after.a,
+            multipliers: &[],
+        };
+        chart.carried_to(&Bonds::of(declaration, &after).chart())
+    };
+    let none = || singular(at);
+    let tangents = Tangents::of(declaration, &here, &chart).ok_or_else(none)?;
+    let tangents_after = Tangents::of(declaration, &next, &next_chart).ok_or_else(none)?;
+    let reported = point.any();
+    let place = At {
+        t: reported.t,
+        q: reported.q,
+        v: reported.v,
+        a: reported.a,
+        multipliers: &[],
+    };
+    let measured = Measured::of(declaration, ports, &place, &here.leg.q);
+    let n = here.coordinates();
+    // the column of a change, and that of the outputs
+    let column = |pair: &Pair| -> Option<[Vec<f64>; 2]> {
+        let change = here.change(pair)?;
+        let pair_after = here.next_pair(pair, &change.e);
+        let change_after = next.change(&pair_after)?;
+        let [q, v, a] = [0, 1, 2].map(|k| change.node[k * n..(k + 1) * n].to_vec());
+        let force = || change.node[3 * n + 1..].to_vec();
+        let direction = Direction {
+            q,
+            v,
+            parameter: pair.parameter,
+        };
+        let outputs = measured.change(&pair.q, &direction, &a, &force);
+        let after = next_chart.coordinates(&pair_after.q, &change_after.node[n..2 * n]);
+        Some([after, outputs])
+    };
+    let mut columns = Columns::default();
+    for pair in &tangents.pairs {
+        let [a, c] = column(pair).ok_or_else(none)?;
+        columns.a.push(a);
+        columns.c.push(c);
+    }
+    for &parameter in ports.inputs() {
+        let pair = tangents.of_parameter(&here, &chart, parameter).ok_or_else(none)?;
+        let [b, d] = column(&pair).ok_or_else(none)?;
+        columns.b.push(b);
+        columns.d.push(d);
+    }
+    if !columns.is_finite() {
+        return Err(none());
+    }
+    let minus = |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x - y).collect() };
+    let drift = chart.coordinates(
+        &minus(&next.leg.q, &here.leg.q),
+        &minus(next.velocity(), here.velocity()),
+    );
+    let force = || here.node.values[3 * n + 1..].to_vec();
+    let told = (drift, measured.values(&force));
+    let frame = Frame {
+        declaration,
+        ports,
+        chart: &chart,
+        time: LinearTime::Step { h },
+        point: OwnedPoint::new(n, [&here.leg.q[..], reported.v, reported.a, &[here.leg.t]].concat()),
+    };
+    Ok(frame.model(&columns, told, [tangents.states, tangents_after.states]))
+}
