@@ -28,34 +28,36 @@ pub(super) struct Bonds {
 pub(super) struct Rows {
     columns: usize,
     lengths: Vec<f64>,
-    rows: Vec<Vec<f64>>,
+    entries: Vec<Vec<f64>>,
 }
 
 impl Rows {
     /// From one column after the other, of which some rows are wanted.
     pub(super) fn new(columns: &[Vec<f64>], wanted: core::ops::Range<usize>) -> Self {
         let row = |i: usize| -> Vec<f64> { columns.iter().map(|column| column[i]).collect() };
-        let mut rows: Vec<Vec<f64>> = wanted.map(row).collect();
-        let lengths: Vec<f64> = rows.iter().map(|row| length(row)).collect();
-        for (row, &length) in rows.iter_mut().zip(&lengths) {
+        let mut entries: Vec<Vec<f64>> = wanted.map(row).collect();
+        let lengths: Vec<f64> = entries.iter().map(|row| length(row)).collect();
+        for (row, &length) in entries.iter_mut().zip(&lengths) {
             if length > 0.0 {
-                row.iter_mut().for_each(|entry| *entry /= length);
+                for entry in row.iter_mut() {
+                    *entry /= length;
+                }
             }
         }
         Self {
             columns: columns.len(),
             lengths,
-            rows,
+            entries,
         }
     }
 
     fn matrix(&self) -> Matrix {
-        Matrix::from_fn(self.rows.len(), self.columns, |i, j| self.rows[i][j])
+        Matrix::from_fn(self.entries.len(), self.columns, |i, j| self.entries[i][j])
     }
 
     /// The shortest change with which the rows change by these numbers.
     pub(super) fn shortest(&self, changes: &[f64]) -> Vec<f64> {
-        if self.rows.is_empty() {
+        if self.entries.is_empty() {
             return vec![0.0; self.columns];
         }
         let scaled = changes.iter().zip(&self.lengths);
@@ -67,14 +69,17 @@ impl Rows {
 
     /// An orthonormal basis of the changes that leave the rows as they are.
     pub(super) fn kernel(&self) -> Basis {
-        if self.rows.is_empty() {
+        if self.entries.is_empty() {
             return Basis::of(self.columns, &[]);
         }
         let singular = self.matrix().decomposed();
         let [_, largest] = singular.extremes();
         let terms = singular.values.iter().zip(&singular.right);
         let bound = terms.filter(|(value, _)| **value > ZERO * largest);
-        Basis::of(self.columns, &bound.map(|(_, right)| right.clone()).collect::<Vec<_>>())
+        Basis::of(
+            self.columns,
+            &bound.map(|(_, right)| right.clone()).collect::<Vec<_>>(),
+        )
     }
 }
 
@@ -90,7 +95,11 @@ pub(super) struct Basis {
 impl Basis {
     /// The basis of what is orthogonal to some orthonormal vectors: as near as possible to the axes of the coordinates, in their order.
     pub(super) fn of(columns: usize, bound: &[Vec<f64>]) -> Self {
-        let axis = |i: usize| (0..columns).map(|j| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
+        let axis = |i: usize| {
+            (0..columns)
+                .map(|j| f64::from(u8::from(i == j)))
+                .collect::<Vec<f64>>()
+        };
         let mut chosen: Vec<(usize, Vec<f64>)> = Vec::new();
         while chosen.len() + bound.len() < columns {
             let mut longest: Option<(usize, f64, Vec<f64>)> = None;
@@ -153,7 +162,10 @@ pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {
 /// Takes away what a vector has of a direction.
 fn take_away(vector: &mut [f64], direction: &[f64]) {
     let part = dot(vector, direction);
-    vector.iter_mut().zip(direction).for_each(|(x, own)| *x -= part * own);
+    vector
+        .iter_mut()
+        .zip(direction)
+        .for_each(|(x, own)| *x -= part * own);
 }
 
 /// A vector over its length, without what is rounding.
@@ -183,7 +195,7 @@ impl Bonds {
     /// The shortest change of position and velocity, after some change of both or of a parameter, by which the rows stay as they are. What is
     /// added is orthogonal to the free directions.
     pub(super) fn obeyed(&self, direction: &Direction) -> Direction {
-        let own = self.rows.along(&|input| direction.rate(input, &[]));
+        let own = self.rows.along(&|leaf| direction.rate(leaf, &[]));
         let negative = |changes: &[f64]| -> Vec<f64> { changes.iter().map(|x| -x).collect() };
         let still = vec![0.0; self.coordinates];
         let q = Direction {
@@ -192,7 +204,7 @@ impl Bonds {
             parameter: None,
         };
         let moved = direction.plus(&q, 1.0);
-        let own = self.rows.along(&|input| moved.rate(input, &[]));
+        let own = self.rows.along(&|leaf| moved.rate(leaf, &[]));
         let v = Direction {
             q: still,
             v: self.velocities.shortest(&negative(&own[self.holonomic..])),

@@ -37,7 +37,7 @@ impl Variational {
 
     /// The change of the acceleration.
     pub(super) fn acceleration(&self, direction: &Direction) -> Option<Vec<f64>> {
-        let right = self.rows.along(&|input| direction.rate(input, &[]));
+        let right = self.rows.along(&|leaf| direction.rate(leaf, &[]));
         let right: Vec<f64> = right.iter().map(|row| -row).collect();
         let mut change = self.jacobian.solve(&right)?.to_vec();
         change.truncate(self.coordinates);
@@ -68,7 +68,7 @@ pub(super) fn linearized(
     // the column of a change of the state, or of a parameter, and that of the outputs
     let column = |direction: &Direction| -> Option<[Vec<f64>; 2]> {
         let a = variational.acceleration(direction)?;
-        let forces = || force.along(&|input| direction.rate(input, &a));
+        let forces = || force.along(&|leaf| direction.rate(leaf, &a));
         let outputs = measured.change(&direction.q, direction, &a, &forces);
         Some([chart.coordinates(&direction.v, &a), outputs])
     };
@@ -89,7 +89,10 @@ pub(super) fn linearized(
     if !columns.is_finite() {
         return Err(singular(at));
     }
-    let told = (chart.coordinates(at.v, at.a), measured.values(&|| force.values.clone()));
+    let told = (
+        chart.coordinates(at.v, at.a),
+        measured.values(&|| force.values.clone()),
+    );
     let frame = Frame {
         declaration,
         ports,
@@ -128,5 +131,8 @@ pub(super) fn acceleration_slopes(declaration: &Declaration<'_>, at: &At<'_>) ->
         positions: super::chart::Basis::of(n, &[]),
         velocities: super::chart::Basis::of(n, &[]),
     };
-    whole.directions().map(|direction| variational.acceleration(&direction)).collect()
+    whole
+        .directions()
+        .map(|direction| variational.acceleration(&direction))
+        .collect()
 }

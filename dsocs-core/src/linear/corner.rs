@@ -36,7 +36,8 @@ pub(super) fn check(declaration: &Declaration<'_>, at: &At<'_>) -> Result<(), Li
     }
     let arguments = at.slopes(declaration, &[(Segment::Switches, Part::All)]);
     for argument in 0..arguments.values.len() {
-        if is_zero(&arguments, argument, at, declaration) && is_corner(&arguments, argument, at, declaration) {
+        if is_zero(&arguments, argument, at, declaration) && is_corner(&arguments, argument, at, declaration)
+        {
             return Err(LinearizationError::Corner {
                 q: at.q.to_vec(),
                 v: at.v.to_vec(),
@@ -79,7 +80,7 @@ pub(super) fn check_triple(
 /// Whether an argument is zero to rounding.
 fn is_zero(arguments: &Slopes, argument: usize, at: &At<'_>, declaration: &Declaration<'_>) -> bool {
     let terms = arguments.moving(argument).map(|(leaf, slope)| {
-        let value = at.value(declaration, crate::tape::Input::Leaf(leaf));
+        let value = at.value(declaration, leaf);
         (slope * value).abs()
     });
     arguments.values[argument].abs() <= ZERO * terms.sum::<f64>()
@@ -131,12 +132,18 @@ fn is_corner(arguments: &Slopes, argument: usize, at: &At<'_>, declaration: &Dec
     }
     let moved = |x: &[f64], by: &[f64], far: f64| -> Vec<f64> {
         let parts = x.iter().zip(by);
-        parts.map(|(x, by)| x + far * x.abs().max(1.0) * by / steepest).collect()
+        parts
+            .map(|(x, by)| x + far * x.abs().max(1.0) * by / steepest)
+            .collect()
     };
     // how far the two sides are from each other, and how large they are
     let apart = |far: f64| -> Option<[[f64; 2]; 2]> {
         let side = |far: f64| {
-            let place = [moved(&[at.t], &t, far), moved(at.q, &q, far), moved(at.v, &v, far)];
+            let place = [
+                moved(&[at.t], &t, far),
+                moved(at.q, &q, far),
+                moved(at.v, &v, far),
+            ];
             beside(declaration, at, [&place[0], &place[1], &place[2]])
         };
         let (before, after) = (side(-far)?, side(far)?);

@@ -138,7 +138,9 @@ impl Equilibrium {
     /// As [`Equilibrium::eigenvalues`].
     pub fn stability(&self) -> Result<Stability, LinearizationError> {
         let eigenvalues = self.eigenvalues()?;
-        let size = eigenvalues.iter().fold(0.0_f64, |most, [re, im]| most.max(re.hypot(*im)));
+        let size = eigenvalues
+            .iter()
+            .fold(0.0_f64, |most, [re, im]| most.max(re.hypot(*im)));
         let largest = eigenvalues.first().map_or(f64::NEG_INFINITY, |[re, _]| *re);
         Ok(if largest > CENTRE * size {
             Stability::Unstable
@@ -158,11 +160,18 @@ impl Equilibrium {
     /// Whether another equilibrium is the same, or lies on the same line or plane of a continuum.
     fn is(&self, other: &Self) -> bool {
         let (here, there) = (self.place(), other.place());
-        let mut apart: Vec<f64> = there.iter().zip(&here).map(|(there, here)| there - here).collect();
+        let mut apart: Vec<f64> = there
+            .iter()
+            .zip(&here)
+            .map(|(there, here)| there - here)
+            .collect();
         if !other.is_isolated() {
             for direction in &self.directions {
                 let part = dot(&apart, direction);
-                apart.iter_mut().zip(direction).for_each(|(x, own)| *x -= part * own);
+                apart
+                    .iter_mut()
+                    .zip(direction)
+                    .for_each(|(x, own)| *x -= part * own);
             }
         }
         let mut each = apart.iter().zip(&here);
@@ -180,11 +189,7 @@ pub struct Equilibria {
 }
 
 /// The places of some names.
-fn places(
-    what: &'static str,
-    names: &[String],
-    known: &[Quantity],
-) -> Result<Vec<usize>, EquilibriumError> {
+fn places(what: &'static str, names: &[String], known: &[Quantity]) -> Result<Vec<usize>, EquilibriumError> {
     let place = |name: &String| {
         let place = known.iter().position(|known| known.name == name.as_str());
         place.ok_or_else(|| EquilibriumError::Name {

@@ -38,7 +38,7 @@
 //! #[dsocs {
 //!     coordinates(theta);
 //!     lagrangian = dot(theta).powi(2) / 2 + gravity * theta.cos();
-//!     external_forces = [torque];
+//!     external_forces = (torque);
 //! }]
 //! struct Pendulum { gravity: f64, torque: f64 }
 //!

@@ -92,7 +92,11 @@ impl<'s> OperatingPoint<'s> {
     }
 
     fn ports(&self) -> Result<Ports, LinearizationError> {
-        Ports::of(self.system.shape(), self.inputs.as_deref(), self.outputs.as_deref())
+        Ports::of(
+            self.system.shape(),
+            self.inputs.as_deref(),
+            self.outputs.as_deref(),
+        )
     }
 
     /// The point of the motion through the state.

@@ -27,8 +27,11 @@ pub(super) struct Ports {
     outputs: Vec<Output>,
 }
 
-/// The prefixes of what belongs to a coordinate.
-const PREFIXES: [(&str, fn(usize) -> Output); 3] = [
+/// What belongs to a coordinate.
+type OfCoordinate = fn(usize) -> Output;
+
+/// The prefixes of its names.
+const PREFIXES: [(&str, OfCoordinate); 3] = [
     ("v_", Output::Velocity),
     ("a_", Output::Acceleration),
     ("force_", Output::Force),
@@ -59,23 +62,38 @@ impl Output {
             let Some(own) = shape.coordinates.get(i) else {
                 return Quantity::new("?", "");
             };
-            let unit = own.unit().map_or_else(String::new, |own| format!(" [{}]", unit(own)));
+            let unit = own
+                .unit()
+                .map_or_else(String::new, |own| format!(" [{}]", unit(own)));
             Quantity {
                 name: format!("{prefix}{}", own.name).into(),
                 doc: format!("The {what} of `{}`{unit}.", own.name).into(),
             }
         };
         match self {
-            Self::Position(i) => shape.coordinates.get(i).cloned().unwrap_or(Quantity::new("?", "")),
-            Self::Observed(i) => shape.observables.get(i).cloned().unwrap_or(Quantity::new("?", "")),
+            Self::Position(i) => shape
+                .coordinates
+                .get(i)
+                .cloned()
+                .unwrap_or(Quantity::new("?", "")),
+            Self::Observed(i) => shape
+                .observables
+                .get(i)
+                .cloned()
+                .unwrap_or(Quantity::new("?", "")),
             Self::Velocity(i) => of(i, "v_", "velocity", |unit| format!("{unit}/s")),
             Self::Acceleration(i) => of(i, "a_", "acceleration", |unit| format!("{unit}/s²")),
-            Self::Force(i) => of(i, "force_", "generalized constraint force along", |unit| match unit {
-                "rad" => "N m".to_owned(),
-                "m" => "N".to_owned(),
-                "1" => "J".to_owned(),
-                unit => format!("J/{unit}"),
-            }),
+            Self::Force(i) => of(
+                i,
+                "force_",
+                "generalized constraint force along",
+                |unit| match unit {
+                    "rad" => "N m".to_owned(),
+                    "m" => "N".to_owned(),
+                    "1" => "J".to_owned(),
+                    unit => format!("J/{unit}"),
+                },
+            ),
             Self::Energy => Quantity::new("energy", r"The energy \[J\]."),
         }
     }
@@ -91,10 +109,13 @@ fn twice(names: &[String]) -> Result<(), LinearizationError> {
 }
 
 /// The place of a parameter.
-fn input(shape: &Shape, name: &String) -> Result<usize, LinearizationError> {
-    let place = shape.parameters.iter().position(|known| known.name == name.as_str());
+fn input(shape: &Shape, name: &str) -> Result<usize, LinearizationError> {
+    let place = shape
+        .parameters
+        .iter()
+        .position(|known| known.name == name);
     place.ok_or_else(|| LinearizationError::Input {
-        name: name.clone(),
+        name: name.to_owned(),
         known: names(&shape.parameters),
     })
 }
@@ -122,7 +143,10 @@ impl Ports {
         let outputs = match outputs {
             None => {
                 let places = || 0..shape.dimension();
-                places().map(Output::Position).chain(places().map(Output::Velocity)).collect()
+                places()
+                    .map(Output::Position)
+                    .chain(places().map(Output::Velocity))
+                    .collect()
             }
             Some(given) => {
                 twice(given)?;
@@ -150,7 +174,10 @@ impl Ports {
 
     /// The inputs.
     pub(super) fn input_quantities(&self, shape: &Shape) -> Vec<Quantity> {
-        let found = self.inputs.iter().filter_map(|&place| shape.parameters.get(place));
+        let found = self
+            .inputs
+            .iter()
+            .filter_map(|&place| shape.parameters.get(place));
         found.cloned().collect()
     }
 
@@ -173,17 +200,15 @@ pub(super) type Force<'f> = &'f dyn Fn() -> Vec<f64>;
 
 impl<'p> Measured<'p> {
     /// What is measured at a point; of the position, the one that is `reported`.
-    pub(super) fn of(
-        declaration: &Declaration<'_>,
-        ports: &'p Ports,
-        at: &At<'_>,
-        reported: &[f64],
-    ) -> Self {
+    pub(super) fn of(declaration: &Declaration<'_>, ports: &'p Ports, at: &At<'_>, reported: &[f64]) -> Self {
         let only = |wanted: bool, segment: Segment| {
             let all = [(segment, Part::All)];
             at.slopes(declaration, if wanted { &all } else { &[] })
         };
-        let observes = ports.outputs.iter().any(|output| matches!(output, Output::Observed(_)));
+        let observes = ports
+            .outputs
+            .iter()
+            .any(|output| matches!(output, Output::Observed(_)));
         Self {
             observed: only(observes, Segment::Observe),
             energy: only(ports.outputs.contains(&Output::Energy), Segment::Energy),
@@ -193,15 +218,13 @@ impl<'p> Measured<'p> {
     }
 
     /// The outputs, one after the other, from what each of them is.
-    fn pick(
-        &self,
-        [q, v, a]: [&[f64]; 3],
-        force: Force<'_>,
-        observed: &[f64],
-        energy: &[f64],
-    ) -> Vec<f64> {
+    fn pick(&self, [q, v, a]: [&[f64]; 3], force: Force<'_>, observed: &[f64], energy: &[f64]) -> Vec<f64> {
         let of = |vector: &[f64], i: usize| vector.get(i).copied().unwrap_or(f64::NAN);
-        let forces = self.ports.outputs.iter().any(|output| matches!(output, Output::Force(_)));
+        let forces = self
+            .ports
+            .outputs
+            .iter()
+            .any(|output| matches!(output, Output::Force(_)));
         let force = if forces { force() } else { Vec::new() };
         let outputs = self.ports.outputs.iter().map(|output| match *output {
             Output::Position(i) => of(q, i),
@@ -221,14 +244,8 @@ impl<'p> Measured<'p> {
     }
 
     /// How the outputs change where the point changes, with a reported position that changes by `reported`, and an acceleration by `a`.
-    pub(super) fn change(
-        &self,
-        reported: &[f64],
-        at: &Direction,
-        a: &[f64],
-        force: Force<'_>,
-    ) -> Vec<f64> {
-        let rate = |input| at.rate(input, a);
+    pub(super) fn change(&self, reported: &[f64], at: &Direction, a: &[f64], force: Force<'_>) -> Vec<f64> {
+        let rate = |leaf| at.rate(leaf, a);
         let observed = self.observed.along(&rate);
         let energy = self.energy.along(&rate);
         self.pick([reported, &at.v, a], force, &observed, &energy)

@@ -2,43 +2,94 @@
 
 use crate::solve::Square;
 use crate::tape::declaration::Declaration;
-use crate::tape::{Eight, Input, Leaf, Part, Room, Segment};
+use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment};
 
-/// The results of some segments at a place, and their derivatives by every input. They are exact to rounding.
-#[derive(Clone, Debug)]
+/// The results of some segments at a place, and their derivatives by every leaf. They are exact to rounding.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Slopes {
-    inputs: Vec<Input>,
+    /// What the results change by.
+    leaves: Vec<Leaf>,
     /// The results.
     pub(super) values: Vec<f64>,
-    /// The derivatives of each result, in the order of the inputs.
+    /// The derivatives of each result, in the order of the leaves; those that are missing at the end are zero.
     rows: Vec<Vec<f64>>,
 }
 
 impl Slopes {
-    /// The results of some segments, one after another, where the inputs have these values.
+    /// The results of some segments, one after another, where the leaves have these values.
     pub(super) fn of(
         declaration: &Declaration<'_>,
         wanted: &[(Segment, Part)],
-        value: &dyn Fn(Input) -> f64,
+        value: &dyn Fn(Leaf) -> f64,
     ) -> Self {
-        let source = declaration.source();
-        let differential = source.tape().differential(wanted, &|_| true);
-        let mut room = Room::default();
-        differential.evaluate(source, &mut room, 1, &mut |input| Eight::splat(value(input)));
-        let inputs: Vec<Input> = differential.inputs().collect();
-        let (mut values, mut rows) = (Vec::new(), Vec::new());
-        for result in 0..differential.len() {
-            values.push(differential.result(&room, result).0[0]);
-            let mut row = vec![0.0; inputs.len()];
-            differential.back_from(&mut room, result, &mut |input, slope| row[input] = slope.0[0]);
-            rows.push(row);
-        }
-        Self { inputs, values, rows }
+        let differential = declaration.source().tape().differential(wanted, &|_| true);
+        let reads_constants = differential
+            .inputs()
+            .any(|input| matches!(input, Input::Constant(_)));
+        let constants = if reads_constants {
+            let segment = [(Segment::Constants, Part::All)];
+            let differential = declaration.source().tape().differential(&segment, &|_| true);
+            Self::evaluated(declaration, &differential, value, &Self::default())
+        } else {
+            Self::default()
+        };
+        Self::evaluated(declaration, &differential, value, &constants)
     }
 
-    /// How the results change where the inputs change at these rates. What has no derivative by an input that stays is no matter.
-    pub(super) fn along(&self, rate: &dyn Fn(Input) -> f64) -> Vec<f64> {
-        let rates: Vec<f64> = self.inputs.iter().map(|input| rate(*input)).collect();
+    /// The same with the constants of a run, which come from the parameters and the step.
+    fn evaluated(
+        declaration: &Declaration<'_>,
+        differential: &Differential,
+        value: &dyn Fn(Leaf) -> f64,
+        constants: &Self,
+    ) -> Self {
+        let source = declaration.source();
+        let mut room = Room::default();
+        differential.evaluate(source, &mut room, 1, &mut |input| {
+            Eight::splat(match input {
+                Input::Leaf(leaf) => value(leaf),
+                Input::Constant(place) => constants.values.get(place).copied().unwrap_or(f64::NAN),
+            })
+        });
+        let inputs: Vec<Input> = differential.inputs().collect();
+        let mut slopes = Self::default();
+        for result in 0..differential.len() {
+            slopes.values.push(differential.result(&room, result).0[0]);
+            let mut row = vec![0.0; slopes.leaves.len()];
+            differential.back_from(&mut room, result, &mut |input, slope| match inputs[input] {
+                Input::Leaf(leaf) => slopes.add(&mut row, leaf, slope.0[0]),
+                // by the chain rule; what a constant does not change by is no matter
+                Input::Constant(place) if slope.0[0] != 0.0 => {
+                    for (leaf, own) in constants.moving(place) {
+                        slopes.add(&mut row, leaf, slope.0[0] * own);
+                    }
+                }
+                Input::Constant(_) => {}
+            });
+            slopes.rows.push(row);
+        }
+        slopes
+    }
+
+    /// Adds the derivative of a result by a leaf.
+    fn add(&mut self, row: &mut Vec<f64>, leaf: Leaf, slope: f64) {
+        let place = self
+            .leaves
+            .iter()
+            .position(|known| *known == leaf)
+            .unwrap_or_else(|| {
+                self.leaves.push(leaf);
+                self.leaves.len() - 1
+            });
+        if place >= row.len() {
+            row.resize(place + 1, 0.0);
+        }
+        row[place] += slope;
+    }
+
+    /// How the results change where the leaves change at these rates. What has no derivative by a leaf that stays is no matter.
+    pub(super) fn along(&self, rate: &dyn Fn(Leaf) -> f64) -> Vec<f64> {
+        let rates: Vec<f64> = self.leaves.iter().map(|leaf| rate(*leaf)).collect();
         let change = |row: &Vec<f64>| {
             let moving = row.iter().zip(&rates).filter(|(_, rate)| **rate != 0.0);
             moving.map(|(slope, rate)| slope * rate).sum()
@@ -48,8 +99,8 @@ impl Slopes {
 
     /// The derivatives of the results by a leaf.
     pub(super) fn by(&self, leaf: Leaf) -> Vec<f64> {
-        let place = self.inputs.iter().position(|input| *input == Input::Leaf(leaf));
-        let slope = |row: &Vec<f64>| place.map_or(0.0, |place| row[place]);
+        let place = self.leaves.iter().position(|own| *own == leaf);
+        let slope = |row: &Vec<f64>| place.and_then(|place| row.get(place)).copied().unwrap_or(0.0);
         self.rows.iter().map(slope).collect()
     }
 
@@ -62,10 +113,8 @@ impl Slopes {
     /// The leaves by which a result changes, and its derivative by each.
     pub(super) fn moving(&self, result: usize) -> impl Iterator<Item = (Leaf, f64)> {
         let slopes = self.rows.get(result).map_or(&[][..], Vec::as_slice);
-        self.inputs.iter().zip(slopes).filter_map(|(input, slope)| match input {
-            Input::Leaf(leaf) if *slope != 0.0 => Some((*leaf, *slope)),
-            _ => None,
-        })
+        let both = self.leaves.iter().copied().zip(slopes.iter().copied());
+        both.filter(|(_, slope)| *slope != 0.0)
     }
 }
 
@@ -80,24 +129,24 @@ pub(super) struct At<'a> {
 }
 
 impl At<'_> {
-    /// The value of an input of the continuous system's segments; third derivatives, and sides of what jumps, are zero.
-    pub(super) fn value(&self, declaration: &Declaration<'_>, input: Input) -> f64 {
+    /// The value of a leaf of the continuous system's segments; third derivatives, and sides of what jumps, are zero.
+    pub(super) fn value(&self, declaration: &Declaration<'_>, leaf: Leaf) -> f64 {
         let of = |vector: &[f64], i: usize| vector.get(i).copied().unwrap_or(f64::NAN);
-        match input {
-            Input::Leaf(Leaf::T) => self.t,
-            Input::Leaf(Leaf::Q(i)) => of(self.q, i),
-            Input::Leaf(Leaf::V(i)) => of(self.v, i),
-            Input::Leaf(Leaf::A(i)) => of(self.a, i),
-            Input::Leaf(Leaf::Lambda(i)) => self.multipliers.get(i).copied().unwrap_or(0.0),
-            Input::Leaf(Leaf::Parameter(i)) => declaration.value(i),
-            Input::Leaf(Leaf::J(_) | Leaf::Side(_)) => 0.0,
+        match leaf {
+            Leaf::T => self.t,
+            Leaf::Q(i) => of(self.q, i),
+            Leaf::V(i) => of(self.v, i),
+            Leaf::A(i) => of(self.a, i),
+            Leaf::Lambda(i) => self.multipliers.get(i).copied().unwrap_or(0.0),
+            Leaf::Parameter(i) => declaration.value(i),
+            Leaf::J(_) | Leaf::Side(_) => 0.0,
             _ => f64::NAN,
         }
     }
 
     /// Results at this point, with their derivatives.
     pub(super) fn slopes(&self, declaration: &Declaration<'_>, wanted: &[(Segment, Part)]) -> Slopes {
-        Slopes::of(declaration, wanted, &|input| self.value(declaration, input))
+        Slopes::of(declaration, wanted, &|leaf| self.value(declaration, leaf))
     }
 }
 
@@ -113,14 +162,14 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    /// The change of an input of the continuous system's segments, where the acceleration changes by `a`.
-    pub(super) fn rate(&self, input: Input, a: &[f64]) -> f64 {
+    /// The change of a leaf of the continuous system's segments, where the acceleration changes by `a`.
+    pub(super) fn rate(&self, leaf: Leaf, a: &[f64]) -> f64 {
         let of = |vector: &[f64], i: usize| vector.get(i).copied().unwrap_or(0.0);
-        match input {
-            Input::Leaf(Leaf::Q(i)) => of(&self.q, i),
-            Input::Leaf(Leaf::V(i)) => of(&self.v, i),
-            Input::Leaf(Leaf::A(i)) => of(a, i),
-            Input::Leaf(Leaf::Parameter(i)) => f64::from(u8::from(self.parameter == Some(i))),
+        match leaf {
+            Leaf::Q(i) => of(&self.q, i),
+            Leaf::V(i) => of(&self.v, i),
+            Leaf::A(i) => of(a, i),
+            Leaf::Parameter(i) => f64::from(u8::from(self.parameter == Some(i))),
             _ => 0.0,
         }
     }

@@ -16,7 +16,7 @@ use crate::kernel::Kernel;
 use crate::number::point::{AnyLeg, OwnedLeg, OwnedPoint};
 use crate::solve::Square;
 use crate::tape::declaration::Declaration;
-use crate::tape::{Input, Leaf, Part, Segment};
+use crate::tape::{Leaf, Part, Segment};
 
 /// How often the leg that leads to a velocity is improved.
 const MAX_ITERATIONS: u32 = 30;
@@ -32,7 +32,6 @@ struct Solved {
     h: f64,
     leg: OwnedLeg<f64>,
     e: Vec<f64>,
-    constants: Slopes,
     rows: Slopes,
     jacobian: Square,
     second: Slopes,
@@ -58,12 +57,12 @@ impl Pair {
         }
     }
 
-    /// The change of an input that belongs to a leg of the length `h`.
-    fn rate(&self, h: f64, input: Input) -> f64 {
-        match input {
-            Input::Leaf(Leaf::N(i)) => self.q.get(i).copied().unwrap_or(0.0),
-            Input::Leaf(Leaf::D(i)) => h * self.rate.get(i).copied().unwrap_or(0.0),
-            Input::Leaf(Leaf::Parameter(i)) => f64::from(u8::from(self.parameter == Some(i))),
+    /// The change of a leaf of the tape that belongs to a leg of the length `h`.
+    fn rate(&self, h: f64, leaf: Leaf) -> f64 {
+        match leaf {
+            Leaf::N(i) => self.q.get(i).copied().unwrap_or(0.0),
+            Leaf::D(i) => h * self.rate.get(i).copied().unwrap_or(0.0),
+            Leaf::Parameter(i) => f64::from(u8::from(self.parameter == Some(i))),
             _ => 0.0,
         }
     }
@@ -82,20 +81,12 @@ impl Solved {
         let declaration = Declaration::of(system);
         let found = solvable::step(system, h, leg.any(), solvable::Sought::Near(near));
         let solution = found.map_err(|cause| failed(leg.any(), Box::new(cause)))?;
-        let known = declaration.constants(h);
-        let value = |input: Input| -> f64 {
+        let value = |leaf: Leaf| -> f64 {
             let of = |vector: &[f64], i: usize| vector.get(i).copied().unwrap_or(f64::NAN);
-            match input {
-                Input::Constant(k) => of(&known, k),
-                Input::Leaf(Leaf::H) => h,
-                Input::Leaf(Leaf::Clock) => leg.t,
-                Input::Leaf(Leaf::Parameter(i)) => declaration.value(i),
-                Input::Leaf(Leaf::N(i)) => of(&leg.q, i),
-                Input::Leaf(Leaf::D(i)) => of(&leg.d, i),
-                Input::Leaf(Leaf::Z(i)) => of(&solution.z, i),
-                Input::Leaf(Leaf::E(i)) => of(&solution.e, i),
-                Input::Leaf(Leaf::P(_)) => 0.0,
-                Input::Leaf(_) => f64::NAN,
+            match leaf {
+                Leaf::Z(i) => of(&solution.z, i),
+                Leaf::E(i) => of(&solution.e, i),
+                other => of_leg(&declaration, h, leg.any(), other),
             }
         };
         let slopes = |segment, part| Slopes::of(&declaration, &[(segment, part)], &value);
@@ -103,7 +94,6 @@ impl Solved {
         Ok(Self {
             jacobian: rows.square(Leaf::Z),
             rows,
-            constants: slopes(Segment::Constants, Part::All),
             second: slopes(Segment::SecondDifference, Part::All),
             node: slopes(Segment::Node, Part::All),
             e: solution.e,
@@ -130,21 +120,16 @@ impl Solved {
 
     /// The derivatives.
     fn change(&self, pair: &Pair) -> Option<Change> {
-        let constants = self.constants.along(&|input| pair.rate(self.h, input));
-        let known = |input| match input {
-            Input::Constant(k) => constants.get(k).copied().unwrap_or(0.0),
-            other => pair.rate(self.h, other),
-        };
-        let right = self.rows.along(&known);
+        let right = self.rows.along(&|leaf| pair.rate(self.h, leaf));
         let right: Vec<f64> = right.iter().map(|row| -row).collect();
         let z = self.jacobian.solve(&right)?;
-        let e = self.second.along(&|input| match input {
-            Input::Leaf(Leaf::Z(i)) => z.get(i).copied().unwrap_or(0.0),
-            other => known(other),
+        let e = self.second.along(&|leaf| match leaf {
+            Leaf::Z(i) => z.get(i).copied().unwrap_or(0.0),
+            other => pair.rate(self.h, other),
         });
-        let node = self.node.along(&|input| match input {
-            Input::Leaf(Leaf::E(i)) => e.get(i).copied().unwrap_or(0.0),
-            other => known(other),
+        let node = self.node.along(&|leaf| match leaf {
+            Leaf::E(i) => e.get(i).copied().unwrap_or(0.0),
+            other => pair.rate(self.h, other),
         });
         Some(Change { e, node })
     }
@@ -156,12 +141,36 @@ impl Solved {
 
     /// The change of the next leg.
     fn next_pair(&self, pair: &Pair, e: &[f64]) -> Pair {
-        let rate: Vec<f64> = pair.rate.iter().zip(e).map(|(rate, e)| rate + e / self.h).collect();
+        let rate: Vec<f64> = pair
+            .rate
+            .iter()
+            .zip(e)
+            .map(|(rate, e)| rate + e / self.h)
+            .collect();
         Pair {
-            q: pair.q.iter().zip(&rate).map(|(q, rate)| q + self.h * rate).collect(),
+            q: pair
+                .q
+                .iter()
+                .zip(&rate)
+                .map(|(q, rate)| q + self.h * rate)
+                .collect(),
             rate,
             parameter: pair.parameter,
         }
+    }
+}
+
+/// The value of a leaf of the tape that belongs to a leg of the length `h`, or to the parameters.
+fn of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, leaf: Leaf) -> f64 {
+    let of = |vector: &[f64], i: usize| vector.get(i).copied().unwrap_or(f64::NAN);
+    match leaf {
+        Leaf::H => h,
+        Leaf::Clock => leg.t,
+        Leaf::Parameter(i) => declaration.value(i),
+        Leaf::N(i) => of(leg.q, i),
+        Leaf::D(i) => of(leg.d, i),
+        Leaf::P(_) => 0.0,
+        _ => f64::NAN,
     }
 }
 
@@ -192,13 +201,8 @@ impl LegBonds {
             a: &[],
             multipliers: &[],
         };
-        let pair = Slopes::of(declaration, &[(Segment::Pair, Part::All)], &|input| match input {
-            Input::Leaf(Leaf::H) => h,
-            Input::Leaf(Leaf::Clock) => leg.t,
-            Input::Leaf(Leaf::Parameter(i)) => declaration.value(i),
-            Input::Leaf(Leaf::N(i)) => leg.q.get(i).copied().unwrap_or(f64::NAN),
-            Input::Leaf(Leaf::D(i)) => leg.d.get(i).copied().unwrap_or(f64::NAN),
-            _ => f64::NAN,
+        let pair = Slopes::of(declaration, &[(Segment::Pair, Part::All)], &|leaf| {
+            of_leg(declaration, h, leg, leaf)
         });
         Self {
             first: first.slopes(declaration, &[(Segment::Phase, Part::Head)]),
@@ -210,12 +214,17 @@ impl LegBonds {
     /// How the rows change.
     fn along(&self, pair: &Pair) -> Vec<f64> {
         let first = Direction {
-            q: pair.q.iter().zip(&pair.rate).map(|(q, rate)| q - self.h * rate).collect(),
+            q: pair
+                .q
+                .iter()
+                .zip(&pair.rate)
+                .map(|(q, rate)| q - self.h * rate)
+                .collect(),
             v: Vec::new(),
             parameter: pair.parameter,
         };
-        let mut rows = self.first.along(&|input| first.rate(input, &[]));
-        rows.extend(self.pair.along(&|input| pair.rate(self.h, input)));
+        let mut rows = self.first.along(&|leaf| first.rate(leaf, &[]));
+        rows.extend(self.pair.along(&|leaf| pair.rate(self.h, leaf)));
         rows
     }
 
@@ -231,9 +240,14 @@ impl LegBonds {
 
     /// The rows by the middle node and by the increment over the step.
     fn rows(&self, coordinates: usize) -> Rows {
-        let unit = |j: usize| (0..2 * coordinates).map(|i| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
-        let columns: Vec<Vec<f64>> =
-            (0..2 * coordinates).map(|j| self.along(&Pair::of(&unit(j), None))).collect();
+        let unit = |j: usize| {
+            (0..2 * coordinates)
+                .map(|i| f64::from(u8::from(i == j)))
+                .collect::<Vec<f64>>()
+        };
+        let columns: Vec<Vec<f64>> = (0..2 * coordinates)
+            .map(|j| self.along(&Pair::of(&unit(j), None)))
+            .collect();
         Rows::new(&columns, 0..self.values().len())
     }
 }
@@ -259,11 +273,20 @@ impl Tangents {
         let n = solved.coordinates();
         let leg_bonds = LegBonds::of(declaration, solved.h, solved.leg.any());
         let bonds = leg_bonds.rows(n);
-        let free: Vec<Pair> = bonds.kernel().vectors.iter().map(|both| Pair::of(both, None)).collect();
-        let states: Vec<Vec<f64>> =
-            free.iter().map(|pair| Some(state(pair, &solved.change(pair)?))).collect::<Option<_>>()?;
-        let minimal: Vec<Vec<f64>> =
-            states.iter().map(|both| chart.coordinates(&both[..n], &both[n..])).collect();
+        let free: Vec<Pair> = bonds
+            .kernel()
+            .vectors
+            .iter()
+            .map(|both| Pair::of(both, None))
+            .collect();
+        let states: Vec<Vec<f64>> = free
+            .iter()
+            .map(|pair| Some(state(pair, &solved.change(pair)?)))
+            .collect::<Option<_>>()?;
+        let minimal: Vec<Vec<f64>> = states
+            .iter()
+            .map(|both| chart.coordinates(&both[..n], &both[n..]))
+            .collect();
         if minimal.len() != chart.len() {
             return None;
         }
@@ -279,7 +302,10 @@ impl Tangents {
                 }
                 sum
             };
-            pairs.push(Pair::of(&sum(&|j| [&free[j].q[..], &free[j].rate[..]].concat()), None));
+            pairs.push(Pair::of(
+                &sum(&|j| [&free[j].q[..], &free[j].rate[..]].concat()),
+                None,
+            ));
             along.push(sum(&|j| states[j].clone()));
         }
         Some(Self {
@@ -308,12 +334,7 @@ impl Tangents {
 }
 
 /// The solved step whose middle node has a position, and of the velocity the free directions.
-fn solved_at(
-    system: &dyn Kernel,
-    h: f64,
-    at: &At<'_>,
-    chart: &Chart,
-) -> Result<Solved, LinearizationError> {
+fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<Solved, LinearizationError> {
     let declaration = Declaration::of(system);
     let n = at.q.len();
     let lost = || LinearizationError::Leg {
@@ -324,7 +345,12 @@ fn solved_at(
     let mut leg = OwnedLeg {
         t: at.t,
         q: at.q.to_vec(),
-        d: at.v.iter().zip(at.a).map(|(v, a)| h * v - h * h / 2.0 * a).collect(),
+        d: at
+            .v
+            .iter()
+            .zip(at.a)
+            .map(|(v, a)| h * v - h * h / 2.0 * a)
+            .collect(),
     };
     let mut near: Vec<f64> = at.a.iter().map(|a| h * h * a).collect();
     let mut last = f64::INFINITY;
@@ -336,7 +362,12 @@ fn solved_at(
             rows.extend(bonds.of_increment(bound));
             rows
         };
-        let missing: Vec<f64> = solved.velocity().iter().zip(at.v).map(|(found, v)| v - found).collect();
+        let missing: Vec<f64> = solved
+            .velocity()
+            .iter()
+            .zip(at.v)
+            .map(|(found, v)| v - found)
+            .collect();
         let bound: Vec<f64> = bonds.values().iter().map(|row| -row).collect();
         let wanted = rows_of(&missing, &bound);
         let mut columns = Vec::with_capacity(n);
@@ -448,7 +479,10 @@ pub(super) fn linearized(
         ports,
         chart: &chart,
         time: LinearTime::Step { h },
-        point: OwnedPoint::new(n, [&here.leg.q[..], reported.v, reported.a, &[here.leg.t]].concat()),
+        point: OwnedPoint::new(
+            n,
+            [&here.leg.q[..], reported.v, reported.a, &[here.leg.t]].concat(),
+        ),
     };
     Ok(frame.model(&columns, told, [tangents.states, tangents_after.states]))
 }

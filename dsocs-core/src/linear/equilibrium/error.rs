@@ -60,8 +60,8 @@ pub enum EquilibriumError {
     },
     /// The iteration does not converge.
     #[error(
-        "no equilibrium is found from the guess {}: after {iterations} iterations, at q = {}, the system is out of balance by {} of the forces \
-         there; try another guess, or let an input be free that holds the system",
+        "no equilibrium is found from the guess {}: after {iterations} iterations, at q = {}, the equations of rest are off by {}, \
+         in units of a generalized force; try another guess, or let an input be free that holds the system",
         Numbers(.guess), Numbers(.q), Magnitude(*.residual)
     )]
     NotFound {
@@ -69,7 +69,7 @@ pub enum EquilibriumError {
         guess: Vec<f64>,
         /// Where the iteration ended.
         q: Vec<f64>,
-        /// The largest row that is left, relative to its terms; its own value where it has none that change.
+        /// The largest row that is left.
         residual: f64,
         /// How many iterations were made.
         iterations: u32,

@@ -145,7 +145,10 @@ impl Rest<'_> {
         } else {
             Segment::Continuous
         };
-        at.slopes(&declaration, &[(continuous, Part::Head), (Segment::Phase, Part::All)])
+        at.slopes(
+            &declaration,
+            &[(continuous, Part::Head), (Segment::Phase, Part::All)],
+        )
     }
 
     /// The rows; `None` where they have no value.
@@ -172,13 +175,21 @@ impl Rest<'_> {
         };
         let terms = (0..slopes.values.len()).map(at).collect();
         for column in &mut columns {
-            column.iter_mut().zip(&lengths).for_each(|(entry, length)| *entry /= length);
+            column
+                .iter_mut()
+                .zip(&lengths)
+                .for_each(|(entry, length)| *entry /= length);
         }
         let place = self.unknowns.of_place();
         let scale = |(j, column): (usize, &Vec<f64>)| if j < place { 1.0 } else { known(length(column)) };
         let scales: Vec<f64> = columns.iter().enumerate().map(scale).collect();
         let matrix = Matrix::from_fn(lengths.len(), columns.len(), |i, j| columns[j][i] / scales[j]);
-        let values = slopes.values.iter().zip(&lengths).map(|(value, length)| value / length).collect();
+        let values = slopes
+            .values
+            .iter()
+            .zip(&lengths)
+            .map(|(value, length)| value / length)
+            .collect();
         Some(Rows {
             slopes,
             matrix,
@@ -224,7 +235,7 @@ impl Rest<'_> {
             let update = self.update(&rows, &x);
             let small = self.is_small(&update, &x);
             let Some((next, rows_there)) = self.improved(&x, &update, &rows) else {
-                if small {
+                if small && rows.are_small(largest(&x)) {
                     return Ok(Found { x, rows });
                 }
                 return Err(self.not_found(&x, &rows, iteration));
@@ -233,7 +244,7 @@ impl Rest<'_> {
         }
         // a multiple root, to which the updates become smaller by a part of themselves
         let update = self.update(&rows, &x);
-        if self.is_small(&update, &x) {
+        if self.is_small(&update, &x) && rows.are_small(largest(&x)) {
             return Ok(Found { x, rows });
         }
         Err(self.not_found(&x, &rows, MAX_ITERATIONS))
@@ -245,12 +256,19 @@ impl Rest<'_> {
         let [_, largest] = singular.extremes();
         let wanted: Vec<f64> = rows.values.iter().map(|value| -value).collect();
         let mut update = singular.solve(&wanted, ZERO * largest);
-        update.iter_mut().zip(&rows.columns).for_each(|(update, scale)| *update /= scale);
+        update
+            .iter_mut()
+            .zip(&rows.columns)
+            .for_each(|(update, scale)| *update /= scale);
         let place = self.unknowns.of_place();
         let longest = update.iter().zip(x).take(place);
-        let longest = longest.fold(0.0_f64, |most, (update, x)| most.max(update.abs() / x.abs().max(1.0)));
+        let longest = longest.fold(0.0_f64, |most, (update, x)| {
+            most.max(update.abs() / x.abs().max(1.0))
+        });
         if longest > 1.0 {
-            update.iter_mut().for_each(|update| *update /= longest);
+            for update in &mut update {
+                *update /= longest;
+            }
         }
         update
     }
@@ -266,7 +284,11 @@ impl Rest<'_> {
         let size = length(&rows.values);
         let mut part = 1.0;
         for _ in 0..HALVINGS {
-            let next: Vec<f64> = x.iter().zip(update).map(|(x, update)| x + part * update).collect();
+            let next: Vec<f64> = x
+                .iter()
+                .zip(update)
+                .map(|(x, update)| x + part * update)
+                .collect();
             if let Some(there) = self.rows(&next) {
                 let compared = there.slopes.values.iter().zip(&rows.lengths);
                 let compared: Vec<f64> = compared.map(|(value, length)| value / length).collect();
@@ -318,13 +340,9 @@ impl Rest<'_> {
                 };
             }
         }
-        let residual = rows.values.iter().zip(&rows.terms).map(|(value, terms)| {
-            let relative = value.abs() / terms;
-            if relative.is_finite() { relative } else { value.abs() }
-        });
         EquilibriumError::NotFound {
             guess: self.guess.to_vec(),
-            residual: residual.fold(0.0_f64, f64::max),
+            residual: largest(&rows.slopes.values),
             q,
             iterations,
         }
@@ -347,13 +365,17 @@ impl Rest<'_> {
             let mut own = direction[..place].to_vec();
             for known in &directions {
                 let part = dot(&own, known);
-                own.iter_mut().zip(known).for_each(|(x, known)| *x -= part * known);
+                own.iter_mut()
+                    .zip(known)
+                    .for_each(|(x, known)| *x -= part * known);
             }
             let size = length(&own);
             if size <= ZERO {
                 continue;
             }
-            own.iter_mut().for_each(|x| *x /= size);
+            for x in &mut own {
+                *x /= size;
+            }
             if self.goes_on(found, &own) {
                 directions.push(own);
             }
@@ -363,9 +385,16 @@ impl Rest<'_> {
 
     /// Whether there are other equilibria along a direction: from a place there, the iteration does not lead back.
     fn goes_on(&self, found: &Found, direction: &[f64]) -> bool {
-        let size = found.x.iter().take(direction.len()).fold(1.0_f64, |most, x| most.max(x.abs()));
+        let size = found
+            .x
+            .iter()
+            .take(direction.len())
+            .fold(1.0_f64, |most, x| most.max(x.abs()));
         let mut beside = found.x.clone();
-        beside.iter_mut().zip(direction).for_each(|(x, own)| *x += FAR * size * own);
+        beside
+            .iter_mut()
+            .zip(direction)
+            .for_each(|(x, own)| *x += FAR * size * own);
         let Ok(other) = self.solved(beside) else {
             return false;
         };
@@ -385,7 +414,26 @@ impl Rest<'_> {
     }
 }
 
+/// The size of the largest number.
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0_f64, |most, x| most.max(x.abs()))
+}
+
 impl Rows {
+    /// Whether no row is farther from zero than a small change of the unknowns brings it, and those that do not change are zero.
+    fn are_small(&self, unknowns: f64) -> bool {
+        let mut each = self.values.iter().zip(&self.terms).enumerate();
+        each.all(|(i, (value, terms))| {
+            let moves = self.matrix.row(i).any(|slope| slope != 0.0);
+            let bar = if moves {
+                SMALL * unknowns.max(1.0)
+            } else {
+                ROUNDED * terms
+            };
+            value.abs() <= bar
+        })
+    }
+
     /// Whether all rows are zero to rounding.
     fn are_zero(&self) -> bool {
         let mut each = self.values.iter().zip(&self.terms);
