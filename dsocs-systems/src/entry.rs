@@ -57,7 +57,7 @@ use std::sync::Arc;
 #[cfg(feature = "sweep")]
 use dsocs_core::Declaration;
 use dsocs_core::text::{Run as TextRun, Table, Text};
-use dsocs_core::{Quantity, Samples, SetupError, System};
+use dsocs_core::{Kernel, Quantity, Samples, SetupError, System};
 
 use crate::check::{self, Expected, Finding, Settings};
 
@@ -456,6 +456,12 @@ impl Entry {
             order: self.order,
             reversible: self.reversible,
         }
+    }
+
+    /// The system without its type, with the present values of its parameters.
+    #[must_use]
+    pub fn kernel(&self) -> &dyn Kernel {
+        self.system.kernel()
     }
 
     /// The parameters, those of the declaration first, with their values.

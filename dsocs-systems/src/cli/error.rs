@@ -10,6 +10,7 @@ use crate::entry::{CheckFailure, EntryError, NoText, RunFailure, UnknownName};
 #[cfg(all(feature = "dsocs", not(test)))]
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
+use dsocs_core::linear::{EquilibriumError, LinearizationError};
 use dsocs_core::text::TextError;
 use dsocs_core::{RunError, SetupError, StepFailure, Symmetry, Undefined};
 
@@ -136,6 +137,23 @@ fn options_of_check(failure: &CheckFailure) -> Cow<'static, str> {
     }
 }
 
+/// The options that do what an error of a linear model advises.
+fn options_of_model(error: &LinearizationError) -> Cow<'static, str> {
+    match error {
+        LinearizationError::Setup(SetupError::ThirdOrder { .. }) => "".into(),
+        LinearizationError::Setup(error) => match options(&RunFailure::Setup(error.clone())) {
+            paper if paper.contains("--start paper") => {
+                "\n(on the command line: `--near-a0`, `--q0`, `--v0`)".into()
+            }
+            other => other,
+        },
+        LinearizationError::Corner { .. } | LinearizationError::Singular { .. } => {
+            "\n(on the command line: `--q0`, `--v0`)".into()
+        }
+        _ => "".into(),
+    }
+}
+
 /// Options with a place for each number, `--q0 …,… --v0 …,…`.
 fn numbered(options: &[&str], count: usize) -> String {
     let numbers = vec!["…"; count].join(",");
@@ -167,6 +185,12 @@ pub enum CliError {
     /// A system is more than a text can say.
     #[error(transparent)]
     NoText(#[from] NoText),
+    /// A system has no linear model at a state.
+    #[error("{0}{options}", options = options_of_model(.0))]
+    Linearization(#[from] LinearizationError),
+    /// There is no equilibrium.
+    #[error(transparent)]
+    Equilibrium(#[from] EquilibriumError),
     /// A parameter's value is infinite or not a number.
     #[error("parameter `{name}` is {value}; it must be finite")]
     Parameter {
@@ -407,6 +431,18 @@ impl CliError {
             | Self::CrateName(_)
             | Self::Occupied(_)
             | Self::NoCheckout(_)
+            | Self::Linearization(
+                LinearizationError::Setup(_)
+                | LinearizationError::Input { .. }
+                | LinearizationError::Output { .. }
+                | LinearizationError::Twice { .. },
+            )
+            | Self::Equilibrium(
+                EquilibriumError::Setup(_)
+                | EquilibriumError::Name { .. }
+                | EquilibriumError::Length { .. }
+                | EquilibriumError::Guess { .. },
+            )
             | Self::Check(CheckFailure::Start(RunFailure::Length { .. }) | CheckFailure::Setup(_))
             | Self::Figure(FigureError::Format(_) | FigureError::NoPng)
             | Self::Run {
@@ -434,7 +470,8 @@ impl CliError {
 }
 
 /// What the library advises in Rust, and what is said for it where options say the same.
-const IN_RUST: [(&str, &str); 10] = [
+const IN_RUST: [(&str, &str); 11] = [
+    (" (linear::OperatingPoint)", ""),
     (" (`Start::projected`)", ""),
     (" (`Start::second_order`)", ""),
     (" (`Start::third_order(q0, v0, a0)`)", ""),

@@ -38,6 +38,7 @@ mod destination;
 #[cfg(all(feature = "dsocs", not(test)))]
 pub mod dsocs;
 mod energy;
+mod equilibrium;
 mod error;
 pub(crate) mod expression;
 mod file;
@@ -46,6 +47,7 @@ mod hints;
 mod input;
 mod interrupt;
 mod label;
+mod linearize;
 mod list;
 mod manual;
 #[cfg(feature = "sweep")]
@@ -115,6 +117,10 @@ enum Command {
     Stability(stability::StabilityArguments),
     /// Check the paper's theorems on a system: regularity, symplectic and momentum laws, reversibility, order
     Check(check::CheckArguments),
+    /// The linear model of a system at a state: A, B, C and D of its continuous motion, or of its step
+    Linearize(Box<linearize::LinearizeArguments>),
+    /// States of rest, with their eigenvalues
+    Equilibrium(equilibrium::EquilibriumArguments),
     /// Run a plan of many runs, on this machine or as a task of a scheduler
     #[cfg(feature = "sweep")]
     Sweep(sweep::SweepArguments),
@@ -139,6 +145,8 @@ impl Command {
             Self::Watch(arguments) => watch::watch(arguments, program),
             Self::Stability(arguments) => stability::stability(arguments, program),
             Self::Check(arguments) => check::check(arguments, program),
+            Self::Linearize(arguments) => linearize::linearize(arguments, program),
+            Self::Equilibrium(arguments) => equilibrium::equilibrium(arguments, program),
             #[cfg(feature = "sweep")]
             Self::Sweep(arguments) => sweep::sweep(arguments, program),
             #[cfg(feature = "sweep")]

@@ -11,6 +11,14 @@ pub fn shortest(x: f64) -> String {
     text
 }
 
+/// A number in six digits at most, for people.
+pub fn six(x: f64) -> String {
+    // adding zero takes the sign from a negative one
+    format!("{x:.5e}")
+        .parse()
+        .map_or_else(|_| x.to_string(), |rounded: f64| shortest(rounded + 0.0))
+}
+
 /// Numbers as options take them, `0.5,-1`.
 pub fn joined(numbers: &[f64]) -> String {
     numbers.iter().map(|&x| shortest(x)).collect::<Vec<_>>().join(",")
@@ -33,6 +41,15 @@ mod tests {
         ] {
             assert_eq!(shortest(x), text);
             assert_eq!(shortest(x).parse::<f64>().unwrap().to_bits(), x.to_bits());
+        }
+        for (x, text) in [
+            (1.0 / 3.0, "0.333333"),
+            (-0.0, "0"),
+            (1234567.8, "1234570"),
+            (-2e-9, "-2e-9"),
+            (f64::NAN, "NaN"),
+        ] {
+            assert_eq!(six(x), text);
         }
         assert_eq!(joined(&[0.5, -1.0]), "0.5,-1");
     }

@@ -148,7 +148,7 @@ impl BeginArguments {
 }
 
 /// Reads `name=value`.
-fn assignment(text: &str) -> Result<(String, f64), String> {
+pub fn assignment(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
     Ok((name.trim().to_owned(), expression::number(value)?))
 }

@@ -69,7 +69,7 @@ impl Beginning {
     /// # Errors
     ///
     /// [`RunFailure::Length`] for the first vector that has not.
-    pub(super) fn fits(&self, coordinates: &[Quantity]) -> Result<(), RunFailure> {
+    pub(crate) fn fits(&self, coordinates: &[Quantity]) -> Result<(), RunFailure> {
         let (first, others): (_, &[_]) = match self {
             Self::Paper { q0, v0 } | Self::SecondOrder { q0, v0 } => (q0, &[("v0", v0)]),
             Self::ThirdOrder { q0, v0, a0 } => (q0, &[("v0", v0), ("a0", a0)]),
