@@ -242,6 +242,13 @@ impl Chart {
         coordinates
     }
 
+    /// The weights with which each minimal coordinate is made of changes of position and velocity, one after the other.
+    pub(super) fn projection(&self) -> Vec<Vec<f64>> {
+        self.directions()
+            .map(|direction| [direction.q, direction.v].concat())
+            .collect()
+    }
+
     /// The changes of the state, one for each minimal coordinate, before the rows are obeyed.
     pub(super) fn directions(&self) -> impl Iterator<Item = Direction> {
         let still = |vector: &Vec<f64>| vec![0.0; vector.len()];

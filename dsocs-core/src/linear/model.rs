@@ -1,6 +1,6 @@
 //! A linear model: its matrices, and what their rows and columns stand for.
 
-use super::chart::{Basis, Chart};
+use super::chart::{Basis, Chart, dot};
 use super::ports::Ports;
 use crate::number::point::OwnedPoint;
 use crate::solve::eigenvalues::eigenvalues;
@@ -48,6 +48,8 @@ pub struct LinearModel {
     pub drift: Vec<f64>,
     /// The outputs at the point.
     pub measured: Vec<f64>,
+    /// For each state, the weights with which it is made of changes of position and velocity, one after the other: `z = P δ(q, v)`.
+    pub projection: Vec<Vec<f64>>,
     /// For each state, the change of position and velocity, one after the other, that belongs to a change of the state by 1.
     pub basis: Vec<Vec<f64>>,
     /// Of a step, the same at the next node, where the free directions may be other ones. Of the continuous motion, those of the point.
@@ -55,6 +57,21 @@ pub struct LinearModel {
 }
 
 impl LinearModel {
+    /// The minimal coordinates `z` of a state: what a controller multiplies. Components that are missing are taken to be those of the point.
+    #[must_use]
+    pub fn state(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
+        let point = self.point.any();
+        let change = |x: &[f64], own: &[f64]| -> Vec<f64> {
+            let parts = own.iter().enumerate();
+            parts.map(|(i, own)| x.get(i).map_or(0.0, |x| x - own)).collect()
+        };
+        let both = [change(q, point.q), change(v, point.v)].concat();
+        self.projection
+            .iter()
+            .map(|weights| dot(weights, &both))
+            .collect()
+    }
+
     /// The eigenvalues of `A`, real and imaginary part of each, from the largest real part to the least. `None` if the iteration for
     /// them does not converge.
     #[must_use]
@@ -148,6 +165,7 @@ impl Frame<'_> {
             d: rows(&columns.d, outputs.len()),
             outputs,
             point: self.point,
+            projection: self.chart.projection(),
             drift,
             measured,
             basis,

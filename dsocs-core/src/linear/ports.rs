@@ -110,10 +110,7 @@ fn twice(names: &[String]) -> Result<(), LinearizationError> {
 
 /// The place of a parameter.
 fn input(shape: &Shape, name: &str) -> Result<usize, LinearizationError> {
-    let place = shape
-        .parameters
-        .iter()
-        .position(|known| known.name == name);
+    let place = shape.parameters.iter().position(|known| known.name == name);
     place.ok_or_else(|| LinearizationError::Input {
         name: name.to_owned(),
         known: names(&shape.parameters),

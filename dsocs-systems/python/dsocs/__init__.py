@@ -26,6 +26,7 @@ from ._errors import (
     DeclarationError,
     DeclarationWarning,
     DerivativeError,
+    EquilibriumError,
     Error,
     InputTypeError,
     Interrupted,
@@ -35,6 +36,7 @@ from ._errors import (
     StepWarning,
 )
 from ._expressions import Expression, coordinates, dddot, ddot, dot, parameter, time, to_sympy, where
+from ._linear import Equilibria, Equilibrium, LinearModel
 from ._path import Gradient, Path
 from ._run import ErrorEstimate, NearlySingular, Run, Unresolved
 from ._system import Quantity, RunText, System, read
@@ -45,6 +47,9 @@ __all__ = [
     "DerivativeError",
     "Ends",
     "Ensemble",
+    "Equilibria",
+    "Equilibrium",
+    "EquilibriumError",
     "Error",
     "ErrorEstimate",
     "Expression",
@@ -53,6 +58,7 @@ __all__ = [
     "Gradient",
     "InputTypeError",
     "Interrupted",
+    "LinearModel",
     "Mistake",
     "NearlySingular",
     "Node",

@@ -118,6 +118,17 @@ def ensemble(
     threads: int | None,
     progress: Callable[[float], None] | None,
 ) -> dict[str, Any]: ...
+def linearize(
+    text: Text,
+    values: list[float],
+    h: float | None,
+    begins: _Begins,
+    inputs: list[str] | None,
+    outputs: list[str] | None,
+) -> dict[str, Any]: ...
+def equilibria(
+    text: Text, values: list[float], t: float, guesses: list[list[float]], free: list[str], held: list[str]
+) -> tuple[list[dict[str, Any]], list[int | Exception]]: ...
 def program(called: list[str]) -> int: ...
 def samples(path: str) -> list[tuple[float, float]]: ...
 def page(

@@ -7,7 +7,8 @@
 | `SetupError` | a start, a step, a parameter or another input cannot be used |
 | `InputTypeError` | the same where an input is of a wrong type; it is a `TypeError`, too |
 | `StepError` | a step has no solution; it has the step, the time, the nodes and the run up to there |
-| `DerivativeError` | a run has no derivative |
+| `DerivativeError` | a run, or the equations at a state, have no derivative |
+| `EquilibriumError` | no state of rest is found |
 | `Interrupted` | Ctrl-C ended a run; it is a `KeyboardInterrupt` and no `Error`, and has the run up to there |
 """
 
@@ -22,6 +23,7 @@ __all__ = [
     "DeclarationError",
     "DeclarationWarning",
     "DerivativeError",
+    "EquilibriumError",
     "Error",
     "InputTypeError",
     "Interrupted",
@@ -121,7 +123,19 @@ def _step_error(message: str, state: dict[str, Any]) -> StepError:
 
 
 class DerivativeError(Error, ArithmeticError):
-    """A run has no derivative."""
+    """A run has no derivative, or the equations have none at a state."""
+
+
+class EquilibriumError(Error, ArithmeticError):
+    """No state of rest is found near a guess."""
+
+    def __init__(self, message: str, q: Sequence[float] = ()) -> None:
+        super().__init__(message)
+        #: The position where the search ended.
+        self.q = list(q)
+
+    def __reduce__(self) -> Any:
+        return type(self), (self.args[0], self.q)
 
 
 class Interrupted(KeyboardInterrupt):

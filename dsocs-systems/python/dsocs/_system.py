@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from ._check import Findings
     from ._ensemble import Ensemble
     from ._inputs import VectorLike
+    from ._linear import Equilibria, Equilibrium, LinearModel
     from ._path import Path
     from ._run import Run
 
@@ -370,6 +371,96 @@ class System:
             h=h, q=q, v=v, a=a, near=near, t=t, start=start, project=project, run=run,
             values=_joined(parameters, values),
         )  # fmt: skip
+
+    def linearize(
+        self,
+        *,
+        q: VectorLike | None = None,
+        v: VectorLike | None = None,
+        h: float | None = None,
+        inputs: str | Sequence[str] | None = None,
+        outputs: str | Sequence[str] | None = None,
+        t: float = 0.0,
+        near: VectorLike | None = None,
+        project: bool | None = None,
+        run: str | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        **values: Any,
+    ) -> LinearModel:
+        """The linear model about a state: the matrices A, B, C and D, exact to rounding.
+
+        ```python
+        model = cart.linearize(q=[0.0, 0.0], inputs="force", outputs=["x", "theta"])
+        P = scipy.linalg.solve_continuous_are(model.A, model.B, np.diag([1.0, 10.0, 1.0, 1.0]), np.eye(1))
+        K = model.B.T @ P
+        ```
+
+        `q`, `v`: the state, a number for each coordinate, or a dict by name. With `q` alone, it is at rest; without both, the text's start.
+        `h`: None is the continuous motion, a number the paper's step of that length [s].
+        `inputs`: parameters, by name; without it, all of them.
+        `outputs`: coordinates (`"theta"`), `"v_theta"`, `"a_theta"`, `"force_theta"`, `"energy"`, observed expressions; without it, all coordinates and
+        velocities.
+        `t`, `near`, `project`, `run`, `parameters`, and values of parameters by name: as in `flow`.
+
+        Where constraints bind positions or velocities, the model is in as many states as are free. The state need not be an equilibrium
+        (`LinearModel.drift`).
+
+        Raises `SetupError` if any of it cannot be used, or a constraint is of third order, and `DerivativeError` where the equations have no derivative: at
+        a jump such as that of `signum`, at a corner, or where they are singular.
+        """
+        from ._linear import linearize
+
+        return linearize(
+            self, h=h, q=q, v=v, t=t, near=near, project=project, inputs=inputs, outputs=outputs, run=run, values=_joined(parameters, values)
+        )
+
+    def equilibrium(
+        self,
+        q: VectorLike | None = None,
+        *,
+        free: str | Sequence[str] = (),
+        hold: str | Sequence[str] = (),
+        t: float = 0.0,
+        run: str | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        **values: Any,
+    ) -> Equilibrium:
+        """The state of rest near a position, with its eigenvalues.
+
+        ```python
+        arm.equilibrium([0.5, -0.7], hold=["shoulder", "elbow"], free=["torque_1", "torque_2"])["torque_1"]
+        ```
+
+        `q`: a guess of the position, a number for each coordinate or a dict by name; without it that of the text's start, or zeros.
+        `free`: parameters that are unknown as well, by name, from their values on. `hold`: coordinates that are held at their guesses.
+        `t`: the time [s], where the system depends on it. Values of parameters by name, as in `flow`.
+
+        What is found may be one of a continuum (`Equilibrium.directions`), such as the place of a cart; then it is the one nearest to the guess. Functions that jump with the
+        velocity, such as dry friction, are zero at rest.
+
+        Raises `EquilibriumError` if none is found, and `SetupError` if an input cannot be used.
+        """
+        from ._linear import equilibrium
+
+        return equilibrium(self, q=q, t=t, free=free, hold=hold, run=run, values=_joined(parameters, values))
+
+    def equilibria(
+        self,
+        q: Any,
+        *,
+        free: str | Sequence[str] = (),
+        hold: str | Sequence[str] = (),
+        t: float = 0.0,
+        parameters: Mapping[str, Any] | None = None,
+        **values: Any,
+    ) -> Equilibria:
+        """The states of rest near some positions, each once: `q` is a list of guesses, or an array of the shape (guesses, coordinates).
+
+        Everything else is as in `equilibrium`. A guess that leads to none is among `Equilibria.failures`. Raises `SetupError` if an input cannot be used.
+        """
+        from ._linear import equilibria
+
+        return equilibria(self, q, t=t, free=free, hold=hold, values=_joined(parameters, values))
 
     def __repr__(self) -> str:
         parts = [f"coordinates: {', '.join(self._names)}"]

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// An exception of the package with a message and what it carries.
-fn exception(py: Python<'_>, class: &str, message: &str, carried: &Bound<'_, PyDict>) -> PyErr {
+pub fn exception(py: Python<'_>, class: &str, message: &str, carried: &Bound<'_, PyDict>) -> PyErr {
     let made = py
         .import("dsocs._errors")
         .and_then(|errors| errors.getattr(class))

@@ -5,6 +5,7 @@
 mod begin;
 mod ensemble;
 mod error;
+mod linear;
 mod motion;
 mod node;
 mod path;
@@ -20,6 +21,8 @@ mod _dsocs {
 
     #[pymodule_export]
     use crate::ensemble::ensemble;
+    #[pymodule_export]
+    use crate::linear::{equilibria, linearize};
     #[pymodule_export]
     use crate::node::PyNode;
     #[pymodule_export]

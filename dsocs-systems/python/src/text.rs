@@ -22,7 +22,7 @@ pub struct PyText {
 }
 
 /// Name, meaning and unit of each of some quantities.
-fn quantities(all: &[Quantity]) -> Vec<(&str, &str, Option<&str>)> {
+pub fn quantities(all: &[Quantity]) -> Vec<(&str, &str, Option<&str>)> {
     all.iter()
         .map(|of| (&*of.name, of.meaning(), of.unit()))
         .collect()

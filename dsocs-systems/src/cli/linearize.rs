@@ -19,7 +19,7 @@ use crate::entry::{Beginning, Entry};
 pub struct LinearizeArguments {
     /// A system of `list`, or a text file, `swing.dsocs`, or one of its runs, `swing.dsocs:fast`; a program with one system needs none
     system: Option<String>,
-    /// The state, and the parameters
+    /// The state, and the parameters; with `--q0` alone, the state at rest
     #[command(flatten)]
     from: StartArguments,
     /// Move the state onto the constraints on positions and velocities, by the smallest change
@@ -88,7 +88,12 @@ fn beginning(arguments: &LinearizeArguments, entry: &Entry) -> Result<Beginning,
     let mut beginning = match from.third_order(entry, &q0)? {
         Some(beginning) => beginning,
         None => Beginning::SecondOrder {
-            v0: from.v0(entry)?,
+            // a position of one's own is meant at rest
+            v0: if from.gives_only_position() {
+                vec![0.0; q0.len()]
+            } else {
+                from.v0(entry)?
+            },
             q0,
         },
     };
@@ -206,6 +211,7 @@ fn encoded(entry: &Entry, model: &LinearModel) -> Value {
         "D": model.d,
         "drift": model.drift,
         "measured": model.measured,
+        "projection": model.projection,
         "basis": model.basis,
         "basis_after": model.basis_after,
         "eigenvalues": model.eigenvalues(),

@@ -182,6 +182,11 @@ impl StartArguments {
         vector("--q0", self.q0.as_deref(), own, entry)?.ok_or_else(|| self.missing(entry))
     }
 
+    /// Whether the options give a position and no velocity.
+    pub fn gives_only_position(&self) -> bool {
+        self.q0.is_some() && self.v0.is_none()
+    }
+
     /// The initial velocity.
     ///
     /// # Errors

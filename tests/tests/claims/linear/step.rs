@@ -259,6 +259,16 @@ fn bound_states_have_bases_that_obey_the_constraints() {
         let dot = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
         assert!(dot(to, &q).abs() < 1e-15 && (dot(to, &v) + dot(rate, &q)).abs() < 1e-15);
     }
+    // a change along a direction is one of its state alone
+    for (k, direction) in found.basis.iter().enumerate() {
+        let moved = |from: &[f64], by: &[f64]| -> Vec<f64> {
+            from.iter().zip(by).map(|(x, y)| x + 0.1 * y).collect()
+        };
+        let state = found.state(&moved(&q, &direction[..3]), &moved(&v, &direction[3..]));
+        for (i, x) in state.iter().enumerate() {
+            assert!((x - if i == k { 0.1 } else { 0.0 }).abs() < 1e-15, "{state:?}");
+        }
+    }
     // of the step: two nodes on the sphere, and the basis of the next node
     let step = OperatingPoint::new(&plane, at(&q, &v)).step(0.05).unwrap();
     let (found, after) = (&step.basis, &step.basis_after);

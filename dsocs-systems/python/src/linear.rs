@@ -1,0 +1,172 @@
+//! Linear models and equilibria.
+
+use dsocs_core::linear::{
+    Equilibrium, EquilibriumError, EquilibriumSearch, LinearModel, LinearTime, LinearizationError,
+    OperatingPoint,
+};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::begin::Begins;
+use crate::error::{exception, guarded, of_setup, plain};
+use crate::text::{PyText, quantities};
+
+/// The exception of a system that has no linear model at a state.
+fn of_linearization(py: Python<'_>, error: &LinearizationError) -> PyErr {
+    match error {
+        LinearizationError::Setup(error) => of_setup(py, error),
+        LinearizationError::Input { .. }
+        | LinearizationError::Output { .. }
+        | LinearizationError::Twice { .. } => plain(py, "SetupError", &error.to_string()),
+        other => plain(py, "DerivativeError", &other.to_string()),
+    }
+}
+
+/// The exception of a system that has no equilibrium.
+fn of_equilibrium(py: Python<'_>, error: &EquilibriumError) -> PyErr {
+    let q = match error {
+        EquilibriumError::Setup(error) => return of_setup(py, error),
+        EquilibriumError::Undefined { q, .. }
+        | EquilibriumError::NotFound { q, .. }
+        | EquilibriumError::Moving { q, .. }
+        | EquilibriumError::TimeDependent { q, .. } => q.clone(),
+        other => return plain(py, "SetupError", &other.to_string()),
+    };
+    let carried = PyDict::new(py);
+    // a list of numbers is always made; if there is no memory for it, the message says the same
+    let _ = carried.set_item("q", q);
+    exception(py, "EquilibriumError", &error.to_string(), &carried)
+}
+
+/// Rows, one after the other.
+fn flat<'py>(py: Python<'py>, rows: &[Vec<f64>]) -> Bound<'py, PyArray1<f64>> {
+    PyArray1::from_vec(py, rows.concat())
+}
+
+/// A model as a dict: of matrices, the numbers row by row.
+fn told<'py>(py: Python<'py>, model: &LinearModel) -> PyResult<Bound<'py, PyDict>> {
+    let told = PyDict::new(py);
+    let point = model.point.any();
+    told.set_item(
+        "step",
+        match model.time {
+            LinearTime::Continuous => None,
+            LinearTime::Step { h } => Some(h),
+        },
+    )?;
+    told.set_item("t", point.t)?;
+    for (name, vector) in [
+        ("q", point.q),
+        ("v", point.v),
+        ("a", point.a),
+        ("drift", &model.drift),
+        ("measured", &model.measured),
+    ] {
+        told.set_item(name, PyArray1::from_slice(py, vector))?;
+    }
+    for (name, of) in [
+        ("states", &model.states),
+        ("inputs", &model.inputs),
+        ("outputs", &model.outputs),
+    ] {
+        told.set_item(name, quantities(of))?;
+    }
+    for (name, rows) in [
+        ("A", &model.a),
+        ("B", &model.b),
+        ("C", &model.c),
+        ("D", &model.d),
+        ("projection", &model.projection),
+        ("basis", &model.basis),
+        ("basis_after", &model.basis_after),
+    ] {
+        told.set_item(name, flat(py, rows))?;
+    }
+    told.set_item("eigenvalues", model.eigenvalues())?;
+    Ok(told)
+}
+
+/// The linear model at a state, of the continuous motion or of the step `h`.
+#[pyfunction]
+pub fn linearize<'py>(
+    py: Python<'py>,
+    text: &PyText,
+    values: Vec<f64>,
+    h: Option<f64>,
+    begins: Begins,
+    inputs: Option<Vec<String>>,
+    outputs: Option<Vec<String>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (system, beginning) = (text.kernel(&values), begins.beginning()?);
+    let model = py.detach(|| {
+        guarded(|| {
+            let mut point = OperatingPoint::new(&system, beginning.start());
+            if let Some(names) = inputs {
+                point = point.inputs(names);
+            }
+            if let Some(names) = outputs {
+                point = point.outputs(names);
+            }
+            h.map_or_else(|| point.continuous(), |h| point.step(h))
+        })
+    })?;
+    told(py, &model.map_err(|error| of_linearization(py, &error))?)
+}
+
+/// What is told of an equilibrium.
+fn rest<'py>(py: Python<'py>, found: &Equilibrium) -> PyResult<Bound<'py, PyDict>> {
+    let told = PyDict::new(py);
+    for (name, vector) in [
+        ("q", &found.q),
+        ("parameters", &found.parameters),
+        ("force", &found.force),
+    ] {
+        told.set_item(name, PyArray1::from_slice(py, vector))?;
+    }
+    told.set_item("directions", &found.directions)?;
+    let eigenvalues = found.eigenvalues();
+    told.set_item("failure", eigenvalues.as_ref().err().map(ToString::to_string))?;
+    told.set_item("eigenvalues", eigenvalues.ok())?;
+    told.set_item(
+        "stability",
+        found.stability().ok().map(|stability| stability.to_string()),
+    )?;
+    Ok(told)
+}
+
+/// The equilibria near some positions; with one for each position its place among them, or the exception that says why there is none.
+#[pyfunction]
+pub fn equilibria<'py>(
+    py: Python<'py>,
+    text: &PyText,
+    values: Vec<f64>,
+    t: f64,
+    guesses: Vec<Vec<f64>>,
+    free: Vec<String>,
+    held: Vec<String>,
+) -> PyResult<(Vec<Bound<'py, PyDict>>, Vec<Bound<'py, PyAny>>)> {
+    let system = text.kernel(&values);
+    let found = py.detach(|| {
+        guarded(|| {
+            EquilibriumSearch::new(&system)
+                .at(t)
+                .free(free)
+                .held(held)
+                .near_all(&guesses)
+        })
+    })?;
+    let found = found.map_err(|error| of_equilibrium(py, &error))?;
+    let places = found.of_guess.iter().map(|place| {
+        Ok(match place {
+            Ok(place) => place.into_pyobject(py)?.into_any(),
+            Err(error) => of_equilibrium(py, error).into_value(py).into_bound(py).into_any(),
+        })
+    });
+    let equilibria = found
+        .equilibria
+        .iter()
+        .map(|found| rest(py, found))
+        .collect::<PyResult<_>>()?;
+    Ok((equilibria, places.collect::<PyResult<_>>()?))
+}
