@@ -7,7 +7,7 @@ use super::ports::Ports;
 use super::slopes::At;
 use super::step;
 use crate::error::SetupError;
-use crate::geometry::{GeometryError, solvable};
+use crate::geometry::solvable;
 use crate::kernel::Kernel;
 use crate::start::{self, AnyStart, Phase};
 use crate::tape::declaration::Declaration;
@@ -142,7 +142,7 @@ impl<'s> OperatingPoint<'s> {
     /// As [`OperatingPoint::continuous`], and [`LinearizationError`] if the step cannot be used or has no solution.
     pub fn step(&self, h: f64) -> Result<LinearModel, LinearizationError> {
         let (ports, place) = (self.ports()?, self.place()?);
-        solvable::check_step(self.system, h).map_err(GeometryError::Setup)?;
+        solvable::check_step(self.system, h)?;
         step::linearized(self.system, h, &place.at(), &ports)
     }
 }

@@ -115,7 +115,9 @@ class LinearModel:
     @property
     def eigenvalues(self) -> Complex:
         """The eigenvalues of A [1/s; of a step, without unit], from the largest real part to the least."""
-        return _complex(self._eigenvalues) if self._eigenvalues is not None else np.linalg.eigvals(self.A)
+        if self._eigenvalues is None:
+            return np.asarray(np.linalg.eigvals(self.A), dtype=np.complex128)
+        return _complex(self._eigenvalues)
 
     def state(self, q: VectorLike | Node, v: VectorLike | None = None) -> Array:
         """The state `z` of a node, or of a position and a velocity (which is that of the model if it is not given): what a gain is multiplied with.
@@ -132,7 +134,8 @@ class LinearModel:
         else:
             place = np.array(_inputs.vector("q", q, names, self.q.tolist()))
             rate = self.v if v is None else np.array(_inputs.vector("v", v, names, self.v.tolist()))
-        return self.projection @ np.concatenate([place - self.q, rate - self.v])
+        state: Array = self.projection @ np.concatenate([place - self.q, rate - self.v])
+        return state
 
     def to_control(self) -> Any:
         """The model as a `control.StateSpace` of the package python-control, with its names; of a step, with the time `step` between samples.

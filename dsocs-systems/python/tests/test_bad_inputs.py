@@ -8,7 +8,7 @@ from typing import Any, Callable
 
 import numpy as np
 import pytest
-from conftest import BEADS, CURVED, ROD, SWING
+from conftest import BEADS, CURVED, FRICTION, ROD, SWING
 
 import dsocs
 from dsocs import DeclarationError, InputTypeError, SetupError
@@ -17,6 +17,8 @@ swing = dsocs.System(SWING, name="swing")
 rod = dsocs.System(ROD, name="rod")
 curved = dsocs.System(CURVED, name="curved")
 beads = dsocs.System(BEADS, name="beads")
+dry = dsocs.System(FRICTION, name="dry")
+shaken = dsocs.System("coordinates(x); lagrangian = dot(x).powi(2) / 2 - (x - t.sin()).powi(2);")
 bare = dsocs.System("coordinates(x); lagrangian = dot(x).powi(2) / 2;")
 x, y = dsocs.coordinates("x", "y")
 mass = dsocs.parameter("mass", 1.0)
@@ -174,6 +176,44 @@ MANY: list[Case] = [
     (lambda: swing.path(1.0).tangents("lenght"), SetupError, "no variable `lenght`"),
 ]
 
+MODELS: list[Case] = [
+    (lambda: swing.linearize(q=[1.0, 2.0]), SetupError, "q has 2 components"),
+    (lambda: swing.linearize(q="up"), InputTypeError, "q is 'up'"),
+    (lambda: swing.linearize(q=[0.0], v=[math.nan]), SetupError, "v[0] is nan"),
+    (lambda: swing.linearize(q=[0.0], h=0.0), SetupError, "h is 0"),
+    (lambda: swing.linearize(q=[0.0], h="0.1"), InputTypeError, "h is '0.1'"),
+    (lambda: swing.linearize(q=[0.0], h=1e-200), SetupError, "h²"),
+    (lambda: swing.linearize(q=[0.0], inputs="motor"), SetupError, "no parameter is called `motor`, so it is no input; expected `length`"),
+    (lambda: swing.linearize(q=[0.0], inputs=7), InputTypeError, "inputs is 7; expected a name or a list of names"),
+    (lambda: swing.linearize(q=[0.0], inputs=["torque", "torque"]), SetupError, "`torque` is named twice"),
+    (lambda: swing.linearize(q=[0.0], outputs=["phi"]), SetupError, "nothing is called `phi` that could be an output; expected `theta`, `height` or `energy`"),
+    (lambda: swing.linearize(q=[0.0], outputs=[1.0]), InputTypeError, "outputs is [1.0]"),
+    (lambda: swing.linearize(q=[0.0], t=math.inf), SetupError, "t is inf"),
+    (lambda: swing.linearize(q=[0.0], torqe=1.0), SetupError, "no parameter `torqe`"),
+    (lambda: swing.linearize(q=[0.0], run="near"), SetupError, "no run `near`"),
+    (lambda: bare.linearize(), SetupError, "q is not given"),
+    (lambda: rod.linearize(q=[2.0, 0.0]), SetupError, "violates holonomic constraint 1"),
+    (lambda: curved.linearize(q=[0.0, 0.0], v=[0.0, 0.0]), SetupError, "the acceleration at the start"),
+    (lambda: dry.linearize(q=[0.1]), dsocs.DerivativeError, "a function of `dot(x)` jumps there"),
+    (lambda: swing.linearize(q=[0.0]).state([1.0, 2.0]), SetupError, "q has 2 components"),
+    (lambda: swing.linearize(q=[0.0]).state(swing.flow()[0], [1.0]), SetupError, "v is given beside a node"),
+    (lambda: swing.equilibrium([1.0, 2.0]), SetupError, "q has 2 components"),
+    (lambda: swing.equilibrium([math.nan]), SetupError, "q[0] is nan"),
+    (lambda: swing.equilibrium("down"), InputTypeError, "q is 'down'"),
+    (lambda: swing.equilibrium(free="motor"), SetupError, "no parameter is called `motor`; expected `length`"),
+    (lambda: swing.equilibrium(free=3), InputTypeError, "free is 3"),
+    (lambda: swing.equilibrium(hold=["phi"]), SetupError, "no coordinate is called `phi`; expected `theta`"),
+    (lambda: swing.equilibrium(t="now"), InputTypeError, "t is 'now'"),
+    (lambda: swing.equilibrium(run="near"), SetupError, "no run `near`"),
+    (lambda: swing.equilibrium()["phi"], KeyError, "an equilibrium has no `phi`"),
+    (lambda: swing.equilibrium(gravity=math.inf), SetupError, "gravity is inf"),
+    (lambda: swing.equilibria([[1.0, 2.0]]), SetupError, "q[0] has 2 components"),
+    (lambda: swing.equilibria([]), SetupError, "q is empty"),
+    (lambda: swing.equilibria(1.0), InputTypeError, "q is 1.0; expected a list of positions"),
+    (lambda: swing.equilibria([["a"]]), InputTypeError, "q[0] is ['a']"),
+    (lambda: shaken.equilibrium(0.3), dsocs.EquilibriumError, "for an instant only"),
+]
+
 TEXTS: list[Case] = [
     (lambda: dsocs.System(7), InputTypeError, "text is int"),
     (lambda: dsocs.System(Path("swing.dsocs")), InputTypeError, "dsocs.read"),
@@ -220,7 +260,7 @@ TEXTS: list[Case] = [
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic * mass + dsocs.parameter("mass", 2.0)), SetupError, "the parameter `mass` has two values, 1 and 2"),
 ]  # fmt: skip
 
-CASES = [*VECTORS, *SETTINGS, *RUNS, *MANY, *TEXTS]
+CASES = [*VECTORS, *SETTINGS, *RUNS, *MANY, *MODELS, *TEXTS]
 
 
 @pytest.mark.parametrize(("call", "expected", "said"), CASES, ids=[f"{place}-{said[:40]}" for place, (_, _, said) in enumerate(CASES)])

@@ -27,6 +27,12 @@ def brake(node: dsocs.Node) -> dict[str, float] | None:
 
 
 run.until(40.0, control=brake, control_every=10).set(torque=0.0).advance(3)
+model: dsocs.LinearModel = swing.linearize(q=[0.0], inputs="torque", outputs=["theta"], h=0.01)
+poles: npt.NDArray[np.complex128] = model.eigenvalues
+state: npt.NDArray[np.float64] = model.state(node) + model.state([1.0], v={"theta": 0.0})
+rest: dsocs.Equilibrium = swing.equilibrium([3.0], free=["torque"], hold="theta")
+torque: float = rest["torque"] + rest.linearize().A[0, 0]
+stabilities: list[str | None] = [each.stability for each in swing.equilibria(np.zeros((3, 1)))]
 x, y = dsocs.coordinates("x", "y")
 pendulum: dsocs.System = dsocs.System.of(coordinates=(x, y), lagrangian=dsocs.dot(x) ** 2 / 2 - y, holonomic=x**2 + y**2 - 1)
 try:

@@ -9,6 +9,7 @@
 //! | [The paper in code](the_paper) | Which formula is which statement? Where do our results differ from the paper's? |
 //! | [Constraints of every order and their forces](constraints) | Which statement do I use for my constraint? Which force does it have? |
 //! | [Control](control) | How does a Lyapunov function become a torque? |
+//! | [Linear models and equilibria](linear_models) | Is a state of rest stable? What is `A`, `B`, `C` for my controller? |
 //! | [Choosing maps](maps) | Which discretization, and what does it cost? |
 //! | [Time, forces, inputs](time_forces_inputs) | How do I write friction, a motor, a digital controller? |
 //! | [Which method when](methods) | Do I use the discrete step, a composition, or a Taylor series? |
@@ -53,6 +54,8 @@ pub mod derivatives {}
 pub mod errors {}
 #[doc = include_str!("how_it_works.md")]
 pub mod how_it_works {}
+#[doc = include_str!("linear_models.md")]
+pub mod linear_models {}
 #[doc = include_str!("many_runs.md")]
 pub mod many_runs {}
 #[doc = include_str!("maps.md")]
