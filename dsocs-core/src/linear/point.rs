@@ -135,7 +135,8 @@ impl<'s> OperatingPoint<'s> {
     /// velocity of `φ_{D_K}⁻¹(q0, q1, q2)`. `B` is for inputs that keep their value: to second order in `h`, for an input that is held from
     /// the node to the next.
     ///
-    /// `A` is that of the exact motion, `exp(A h)` at an equilibrium, to third order in `h`.
+    /// At an equilibrium, `A` is `exp(A h)` of the continuous motion to third order in `h`. In motion, where constraints on positions or velocities
+    /// bind the state, the states of the next node are those along its own free directions, [`LinearModel::basis_after`].
     ///
     /// # Errors
     ///

@@ -1,8 +1,7 @@
 //! Linear models: by hand, against the exponential function, and against differences of the motion itself.
 
-#[path = "linear/random.rs"]
+mod library;
 mod random;
-#[path = "linear/step.rs"]
 mod step;
 
 use dsocs_core::linear::{LinearModel, LinearizationError, OperatingPoint};

@@ -16,7 +16,7 @@ use super::{at, read};
 const WEIGHTS: [(f64, f64); 4] = [(1.0, 0.8), (2.0, -0.2), (3.0, 4.0 / 105.0), (4.0, -1.0 / 280.0)];
 
 /// The derivative of a function along a direction.
-fn slope(function: &dyn Fn(f64) -> Vec<f64>, shift: f64) -> Vec<f64> {
+pub fn slope(function: &dyn Fn(f64) -> Vec<f64>, shift: f64) -> Vec<f64> {
     let mut slope: Vec<f64> = Vec::new();
     for (times, weight) in WEIGHTS {
         for sign in [1.0, -1.0] {

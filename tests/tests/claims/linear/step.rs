@@ -8,7 +8,7 @@ use dsocs_core::{AnyLeg, Declaration, OwnedLeg};
 use super::{at, close, model, read};
 
 /// The product of two matrices.
-fn product(x: &[Vec<f64>], y: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub fn product(x: &[Vec<f64>], y: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let entry = |row: &Vec<f64>, j: usize| row.iter().zip(y).map(|(x, y)| x * y[j]).sum();
     let columns = y.first().map_or(0, Vec::len);
     x.iter()
