@@ -74,7 +74,7 @@
 //!
 //! The attribute [`macro@dsocs`] describes what a declaration may contain. [`Samples`] are functions of time or of a coordinate that are given by
 //! samples. The trait [`System`] evaluates a declared system at single points: energy, forces, rows. [`mod@geometry`] has the paper's objects:
-//! Legendre transforms, two-forms, the flow as a map, momentum maps, the theorem on the flow. [`RunError`] and [`SetupError`] say what went wrong and
+//! Legendre transforms, two-forms, the flow as a map, momentum maps, the theorem on the flow. [`mod@linear`] has linear models and equilibria. [`RunError`] and [`SetupError`] say what went wrong and
 //! what to try. The book, with a chapter on each of these, is the module `guide` of `dsocs-systems`.
 
 // tests ask for exact values where they are exact

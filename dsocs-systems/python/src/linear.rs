@@ -135,6 +135,9 @@ fn rest<'py>(py: Python<'py>, found: &Equilibrium) -> PyResult<Bound<'py, PyDict
     Ok(told)
 }
 
+/// Equilibria, and for each guess the place of its own or an exception.
+type Found<'py> = (Vec<Bound<'py, PyDict>>, Vec<Bound<'py, PyAny>>);
+
 /// The equilibria near some positions; with one for each position its place among them, or the exception that says why there is none.
 #[pyfunction]
 pub fn equilibria<'py>(
@@ -145,7 +148,7 @@ pub fn equilibria<'py>(
     guesses: Vec<Vec<f64>>,
     free: Vec<String>,
     held: Vec<String>,
-) -> PyResult<(Vec<Bound<'py, PyDict>>, Vec<Bound<'py, PyAny>>)> {
+) -> PyResult<Found<'py>> {
     let system = text.kernel(&values);
     let found = py.detach(|| {
         guarded(|| {

@@ -122,14 +122,20 @@ fn one(entry: &Entry, free: &[String], found: &Equilibrium) -> String {
     match (found.eigenvalues(), found.stability()) {
         (Ok(eigenvalues), Ok(stability)) => {
             let shown: Vec<String> = eigenvalues.into_iter().map(complex).collect();
-            text.push_str(&format!("  {stability}; eigenvalues {}\n", shown.join(", ")));
+            text.extend([
+                "  ",
+                &stability.to_string(),
+                "; eigenvalues ",
+                &shown.join(", "),
+                "\n",
+            ]);
         }
         (Err(error), _) | (_, Err(error)) => {
-            text.push_str(&format!("  no eigenvalues: {error}\n"));
+            text.extend(["  no eigenvalues: ", &error.to_string(), "\n"]);
         }
     }
     for direction in &found.directions {
-        text.push_str(&format!("  one of a continuum, along {}\n", rounded(direction)));
+        text.extend(["  one of a continuum, along ", &rounded(direction), "\n"]);
     }
     text
 }

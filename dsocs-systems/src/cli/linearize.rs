@@ -160,7 +160,7 @@ fn text(entry: &Entry, model: &LinearModel) -> String {
             LinearTime::Continuous => "no equilibrium: at the state itself z' =",
             LinearTime::Step { .. } => "no equilibrium: in the step the state itself changes by",
         };
-        text.push_str(&format!("{adds} {}\n", drift.join(", ")));
+        text.extend([adds, " ", &drift.join(", "), "\n"]);
     }
     let (states, inputs, outputs) = (&model.states[..], &model.inputs[..], &model.outputs[..]);
     text.push_str(&matrix("A", &model.a, [states, states]));
