@@ -106,7 +106,7 @@ fn free_inputs_hold_a_position() {
         .near([0.5, 0.2])
         .unwrap();
     assert_eq!((found.directions.len(), found.directions[0].len()), (2, 4));
-    assert_eq!(found.to_string().contains("one of a continuum"), true);
+    assert!(found.to_string().contains("one of a continuum"));
 }
 
 #[test]
