@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import os
 import warnings
-from typing import TYPE_CHECKING, Any, Iterator, Mapping, NamedTuple, Sequence
+from typing import TYPE_CHECKING, Any, Mapping, NamedTuple, Sequence
 
-import numpy as np
-
-from . import _dsocs, _inputs
+from . import _dsocs, _given, _inputs
 from ._errors import DeclarationError, DeclarationWarning, InputTypeError, SetupError
 
 if TYPE_CHECKING:
@@ -82,7 +80,7 @@ class System:
             raise InputTypeError(f"name is {type(name).__name__}; expected a text")
         if text.strip().endswith(".dsocs") and "\n" not in text.strip():
             raise SetupError(f"`{text.strip()}` is the name of a file: dsocs.read({text.strip()!r}) reads it")
-        given = _samples(samples or {})
+        given = _given.samples(samples or {})
         numbers = [(str(key), _inputs.number(f"constants[{key!r}]", value)) for key, value in dict(constants or {}).items()]
         self._set(text, name, numbers, given, None, name, None)
         self._warn(3)
@@ -149,7 +147,7 @@ class System:
     ) -> None:
         files = dict(samples)
         # a table is given by its parameter's name as well as by its file's
-        for parameter, file in _named_files(text):
+        for parameter, file in _given.named_files(text):
             if parameter in files and file not in files:
                 files[file] = files.pop(parameter)
         self._samples = files
@@ -230,7 +228,7 @@ class System:
             if name in places:
                 values[places[name]] = _inputs.number(name, value)
                 continue
-            elements = list(_elements(name, places))
+            elements = list(_given.elements(name, places))
             if not elements:
                 if name in self._tables:
                     raise SetupError(
@@ -289,7 +287,7 @@ class System:
         setup = Setup.of(
             self,
             h=h, q=q, v=v, q1=q1, q2=q2, a=a, force=force, near=near, t=t, start=start, project=project,
-            order=order, tolerance=tolerance, every=every, run=run, values=_joined(parameters, values),
+            order=order, tolerance=tolerance, every=every, run=run, values=_given.joined(parameters, values),
         )  # fmt: skip
         return Run(self, setup)
 
@@ -316,7 +314,7 @@ class System:
         from ._ensemble import Ensemble
 
         return Ensemble(
-            self, h=h, q=q, v=v, t=t, start=start, project=project, run=run, values=_joined(parameters, values)
+            self, h=h, q=q, v=v, t=t, start=start, project=project, run=run, values=_given.joined(parameters, values)
         )
 
     def path(
@@ -340,7 +338,7 @@ class System:
         from ._path import Path
 
         return Path(
-            self, until, h=h, q=q, v=v, q1=q1, t=t, start=start, run=run, values=_joined(parameters, values)
+            self, until, h=h, q=q, v=v, q1=q1, t=t, start=start, run=run, values=_given.joined(parameters, values)
         )
 
     def check(
@@ -369,7 +367,7 @@ class System:
             self,
             until,
             h=h, q=q, v=v, a=a, near=near, t=t, start=start, project=project, run=run,
-            values=_joined(parameters, values),
+            values=_given.joined(parameters, values),
         )  # fmt: skip
 
     def linearize(
@@ -411,7 +409,7 @@ class System:
         from ._linear import linearize
 
         return linearize(
-            self, h=h, q=q, v=v, t=t, near=near, project=project, inputs=inputs, outputs=outputs, run=run, values=_joined(parameters, values)
+            self, h=h, q=q, v=v, t=t, near=near, project=project, inputs=inputs, outputs=outputs, run=run, values=_given.joined(parameters, values)
         )
 
     def equilibrium(
@@ -442,7 +440,7 @@ class System:
         """
         from ._linear import equilibrium
 
-        return equilibrium(self, q=q, t=t, free=free, hold=hold, run=run, values=_joined(parameters, values))
+        return equilibrium(self, q=q, t=t, free=free, hold=hold, run=run, values=_given.joined(parameters, values))
 
     def equilibria(
         self,
@@ -460,7 +458,7 @@ class System:
         """
         from ._linear import equilibria
 
-        return equilibria(self, q, t=t, free=free, hold=hold, values=_joined(parameters, values))
+        return equilibria(self, q, t=t, free=free, hold=hold, values=_given.joined(parameters, values))
 
     def __repr__(self) -> str:
         parts = [f"coordinates: {', '.join(self._names)}"]
@@ -522,13 +520,13 @@ def read(
         name, run = stem + ".dsocs", after
     with open(name, "rb") as file:
         data = file.read()
-    text = _decoded(name, data)
-    given = _samples(samples or {})
-    for parameter, table in _named_files(text):
+    text = _given.decoded(name, data)
+    given = _given.samples(samples or {})
+    for parameter, table in _given.named_files(text):
         if table not in given and parameter not in given:
             place = os.path.join(os.path.dirname(name), table)
             if os.path.isfile(place):
-                given[table] = _table(place)
+                given[table] = _given.table(place)
     numbers = [(str(key), _inputs.number(f"constants[{key!r}]", value)) for key, value in dict(constants or {}).items()]
     system = System.__new__(System)
     own = os.path.splitext(os.path.basename(name))[0]
@@ -552,70 +550,3 @@ def _system_of(version: str, text: str, name: str, constants: Any, samples: Any,
 def _read(name: str, shown_as: str, text: str, constants: Any, samples: Any) -> Any:
     """Reads a text. Messages show it under the name of its file."""
     return _dsocs.Text.parse(name, shown_as, text, constants, samples)
-
-
-def _decoded(name: str, data: bytes) -> str:
-    """The text of a file."""
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise DeclarationError(f"{name} is saved as UTF-16; save the file as UTF-8")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise DeclarationError(
-            f"{name} is no text in UTF-8: line {line} has a character in another encoding; save the file as UTF-8"
-        ) from None
-
-
-def _named_files(text: str) -> Iterator[tuple[str, str]]:
-    """The parameters that are tables of samples, and their files, as far as a glance at the text can tell."""
-    import re
-
-    for found in re.finditer(r"(\w+)\s*=\s*samples\s*\(\s*\"([^\"\\]*)\"", text):
-        yield found.group(1), found.group(2)
-
-
-def _table(path: str) -> list[tuple[float, float]]:
-    """The samples in a file, read as the command line reads them."""
-    pairs: list[tuple[float, float]] = _dsocs.samples(path)
-    return pairs
-
-
-def _samples(given: Mapping[str, Any]) -> dict[str, list[tuple[float, float]]]:
-    """Tables of samples, each a pair of arrays."""
-    if not isinstance(given, Mapping):
-        raise InputTypeError(f"samples is {type(given).__name__}; expected a dict of tables by name")
-    tables = {}
-    for name, table in given.items():
-        what = f"samples[{name!r}]"
-        try:
-            places, values = table
-        except (TypeError, ValueError):
-            raise InputTypeError(f"{what} is no pair; expected two arrays, places and values") from None
-        places, values = _inputs.array(f"{what}[0]", places), _inputs.array(f"{what}[1]", values)
-        if places.ndim != 1 or places.shape != values.shape:
-            raise SetupError(
-                f"{what} has places of the shape {places.shape} and values of the shape {values.shape}; expected two rows of one length"
-            )
-        tables[str(name)] = list(zip(places.tolist(), values.tolist()))
-    return tables
-
-
-def _elements(name: str, places: Mapping[str, int]) -> Iterator[int]:
-    """The places of an array's elements."""
-    index = 0
-    while (element := f"{name}_{index}") in places:
-        yield places[element]
-        index += 1
-
-
-def _joined(parameters: Mapping[str, Any] | None, values: dict[str, Any]) -> dict[str, Any]:
-    """Parameters from a dict and by keywords."""
-    if parameters is None:
-        return values
-    if not isinstance(parameters, Mapping):
-        raise InputTypeError(f"parameters is {type(parameters).__name__}; expected a dict of values by name")
-    for name in parameters:
-        if name in values:
-            raise SetupError(f"the parameter `{name}` is given twice")
-    return {**parameters, **values}

@@ -198,8 +198,7 @@ fn models_in_motion_are_derivatives_of_the_acceleration() {
                     worst = worst.max((change - state).abs());
                     assert!(
                         (change - state).abs() < 1e-9,
-                        "{bound:?} ({i}, {j}): {} {state}\n{text}",
-                        change
+                        "{bound:?} ({i}, {j}): {change} {state}\n{text}"
                     );
                 }
             }

@@ -1,0 +1,75 @@
+"""What a system is given besides its text: the bytes of a file, tables of samples, values of parameters."""
+
+from __future__ import annotations
+
+from typing import Any, Iterator, Mapping
+
+from . import _dsocs, _inputs
+from ._errors import DeclarationError, InputTypeError, SetupError
+
+
+def decoded(name: str, data: bytes) -> str:
+    """The text of a file."""
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise DeclarationError(f"{name} is saved as UTF-16; save the file as UTF-8")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise DeclarationError(
+            f"{name} is no text in UTF-8: line {line} has a character in another encoding; save the file as UTF-8"
+        ) from None
+
+
+def named_files(text: str) -> Iterator[tuple[str, str]]:
+    """The parameters that are tables of samples, and their files, as far as a glance at the text can tell."""
+    import re
+
+    for found in re.finditer(r"(\w+)\s*=\s*samples\s*\(\s*\"([^\"\\]*)\"", text):
+        yield found.group(1), found.group(2)
+
+
+def table(path: str) -> list[tuple[float, float]]:
+    """The samples in a file, read as the command line reads them."""
+    pairs: list[tuple[float, float]] = _dsocs.samples(path)
+    return pairs
+
+
+def samples(given: Mapping[str, Any]) -> dict[str, list[tuple[float, float]]]:
+    """Tables of samples, each a pair of arrays."""
+    if not isinstance(given, Mapping):
+        raise InputTypeError(f"samples is {type(given).__name__}; expected a dict of tables by name")
+    tables = {}
+    for name, table in given.items():
+        what = f"samples[{name!r}]"
+        try:
+            places, values = table
+        except (TypeError, ValueError):
+            raise InputTypeError(f"{what} is no pair; expected two arrays, places and values") from None
+        places, values = _inputs.array(f"{what}[0]", places), _inputs.array(f"{what}[1]", values)
+        if places.ndim != 1 or places.shape != values.shape:
+            raise SetupError(
+                f"{what} has places of the shape {places.shape} and values of the shape {values.shape}; expected two rows of one length"
+            )
+        tables[str(name)] = list(zip(places.tolist(), values.tolist()))
+    return tables
+
+
+def elements(name: str, places: Mapping[str, int]) -> Iterator[int]:
+    """The places of an array's elements."""
+    index = 0
+    while (element := f"{name}_{index}") in places:
+        yield places[element]
+        index += 1
+
+
+def joined(parameters: Mapping[str, Any] | None, values: dict[str, Any]) -> dict[str, Any]:
+    """Parameters from a dict and by keywords."""
+    if parameters is None:
+        return values
+    if not isinstance(parameters, Mapping):
+        raise InputTypeError(f"parameters is {type(parameters).__name__}; expected a dict of values by name")
+    for name in parameters:
+        if name in values:
+            raise SetupError(f"the parameter `{name}` is given twice")
+    return {**parameters, **values}
