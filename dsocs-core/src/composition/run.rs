@@ -27,7 +27,8 @@ use crate::solve::predictor::Predictor;
 use crate::solve::sum::Sum;
 use crate::start::Begins;
 use crate::start::{self, Given, Phase};
-use crate::step::singular::{self, Change, Place};
+use crate::step::place::Place;
+use crate::step::singular::{self, Change};
 use crate::step::{Failing, Step};
 use crate::tape::Symmetry;
 use crate::tape::declaration::Declaration;
@@ -328,11 +329,8 @@ impl<'s> Composed<'s> {
                 let cause = self.step_of(stage).not_finite(&z);
                 return Err(self.failed(place, &state, cause));
             }
-            let from = Place {
-                t: now + begun,
-                q: before,
-                v: state.v.hi.zip(&a_before, |v, a| v + -half * a),
-            };
+            let v = state.v.hi.zip(&a_before, |v, a| v + -half * a);
+            let from = Place::of_phase(now + begun, before, v);
             self.look_for_singularity(place, (from, &state), (&z, report.guess))?;
             let stage = &self.course.stages[place];
             let turned = stage.longest && self.step_of(stage).orientation(&z) != self.course.orientation;
@@ -408,11 +406,7 @@ impl<'s> Composed<'s> {
             return Ok(());
         }
         let clock = &self.course.clock;
-        let place = |t: f64, state: &State| Place {
-            t,
-            q: state.q.hi.clone(),
-            v: state.v.hi.clone(),
-        };
+        let place = |t: f64, state: &State| Place::of_phase(t, state.q.hi.clone(), state.v.hi.clone());
         let end = clock.time_of(clock.index() + 1);
         let [from, to] = [place(clock.time(), &self.course.now), place(end, next)];
         let begins = clock.index() == self.course.since;
@@ -499,11 +493,7 @@ impl<'s> Composed<'s> {
             return Ok(());
         }
         let stage = &self.course.stages[place];
-        let to = Place {
-            t: stage.leg.t,
-            q: state.q.hi.clone(),
-            v: state.kicked(0.5 * stage.h),
-        };
+        let to = Place::of_phase(stage.leg.t, state.q.hi.clone(), state.kicked(0.5 * stage.h));
         let declaration = self.declaration();
         let change = || singular::change(&declaration, [&from, &to], &state.a);
         if begins {

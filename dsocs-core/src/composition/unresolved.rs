@@ -11,6 +11,7 @@ use crate::solve::Vector;
 use crate::solve::predictor::Predictor;
 use crate::step::crossing::OnWay;
 use crate::step::jumps;
+use crate::step::place::Place;
 use crate::step::smooth::FORESEEN;
 use crate::step::switches;
 
@@ -153,7 +154,7 @@ impl Composed<'_> {
         let mut least = jumps::TOLD;
         if part.is_none()
             && unforeseen
-            && let Some(accelerations) = jumps::accelerations(&declaration, way)
+            && let Some(accelerations) = jumps::accelerations(&declaration, &way)
         {
             (least, part) = (jumps::UNRESOLVED, Some(jumps::departure(&accelerations)));
         }
@@ -191,7 +192,7 @@ impl Composed<'_> {
 }
 
 /// A part of the way between two nodes: the cubic polynomial with the positions and the velocities of both.
-fn hermite(from: &Node, to: &Node, x: f64) -> (f64, Vector, Vector) {
+fn hermite(from: &Node, to: &Node, x: f64) -> Place {
     let h = to.t - from.t;
     let d = to.q.zip(&from.q, |to, from| to - from);
     let rate = [
@@ -210,5 +211,5 @@ fn hermite(from: &Node, to: &Node, x: f64) -> (f64, Vector, Vector) {
         })
     };
     let q = from.q.zip(&of(place), |q, d| q + d);
-    (from.t + x * h, q, of(rate).map(|d| d / h))
+    Place::of_phase(from.t + x * h, q, of(rate).map(|d| d / h))
 }

@@ -12,7 +12,8 @@ use crate::solve::Vector;
 use crate::start::Beginning;
 use crate::step::crossing::OnWay;
 use crate::step::jumps;
-use crate::step::switches::{self, Crossing, Way};
+use crate::step::place::{Place, Way};
+use crate::step::switches::{self, Crossing};
 use crate::tape::declaration::Declaration;
 
 /// The arguments of a run's switches.
@@ -39,7 +40,7 @@ impl Switches {
     /// Those of a start; `None` if there are none that are watched.
     pub(super) fn of(declaration: &Declaration<'_>) -> Option<Self> {
         let count = declaration.switches();
-        (count > 0 && !declaration.shape().is_of_third_order()).then(|| Self {
+        (count > 0).then(|| Self {
             came: vec![0.0; count],
             index: 0,
         })
@@ -54,12 +55,7 @@ impl Switches {
 impl Discrete<'_> {
     /// In how many steps an argument may change its sign, if the second difference is about `e`; 0 if one may do so in the next step.
     pub(super) fn clear_of_switches(&self, e: &Vector) -> u64 {
-        let leg = AnyLeg {
-            t: self.course.time(),
-            ..self.next_leg()
-        };
-        let h = self.course.h;
-        switches::clear_after(&self.declaration(), &|part| between(h, leg, e, part))
+        switches::clear_after(&self.declaration(), &|part| self.between(e, part))
     }
 
     /// Looks for jumps on the way of the next step, whose second difference is known, from the start on if it is the first. Returns whether an argument
@@ -77,8 +73,8 @@ impl Discrete<'_> {
             t: self.course.time(),
             ..self.next_leg()
         };
-        let first = |part: f64| first_half(&self.beginning, h, leg, part);
-        let way = |part: f64| between(h, leg, e, part);
+        let first = |part: f64| self.beginning_of(leg, e, part);
+        let way = |part: f64| self.between(e, part);
         let (mut part, mut any) = (0.0_f64, false);
         let now = self.declaration();
         // inputs change at the middle node
@@ -86,7 +82,7 @@ impl Discrete<'_> {
             .inputs
             .map_or(now, |inputs| Declaration::of(self.kernel).with(inputs));
         let ways: [(&Way<'_>, [Declaration<'_>; 2]); 2] = [(&first, [old; 2]), (&way, [old, now])];
-        for (way, declarations) in &ways[usize::from(index != 1)..] {
+        for (way, declarations) in &ways[usize::from(index != self.first_step())..] {
             let found = self.crossings(way, &mut switches.came, span);
             if found.is_empty() {
                 continue;
@@ -111,6 +107,40 @@ impl Discrete<'_> {
         any
     }
 
+    /// The number of the first step that is solved: of third order the start makes one.
+    pub(super) fn first_step(&self) -> u64 {
+        if self.shape().is_of_third_order() { 2 } else { 1 }
+    }
+
+    /// The way of the next step, with its second difference or, of third order, its third, from the middle of its first leg, at 0, to that of the second, at 1.
+    fn between(&self, e: &[f64], part: f64) -> Place {
+        let leg = AnyLeg {
+            t: self.course.time(),
+            ..self.next_leg()
+        };
+        if self.shape().is_of_third_order() {
+            return self.on_cubic(e, part - 0.5);
+        }
+        between(self.course.h, leg, e, part)
+    }
+
+    /// A place of the next step of third order, so many steps behind its middle node.
+    pub(super) fn on_cubic(&self, e: &[f64], steps: f64) -> Place {
+        let leg = AnyLeg {
+            t: self.course.time(),
+            ..self.next_leg()
+        };
+        Place::on_cubic(self.course.h, leg, &self.course.vectors.second().hi, e, steps)
+    }
+
+    /// The way from the start, at 0, to that of the first step, at 1.
+    fn beginning_of(&self, leg: AnyLeg<'_, f64>, e: &[f64], part: f64) -> Place {
+        if self.shape().is_of_third_order() {
+            return self.on_cubic(e, 1.5 * part - 2.0);
+        }
+        first_half(&self.beginning, self.course.h, leg, part)
+    }
+
     /// Where arguments change their signs on a way, but for those of what rests on it, comes to rest or is let go, and of what keeps its side: just after a
     /// release an argument is not yet clear of zero.
     fn crossings(&self, way: &Way<'_>, came: &mut [f64], span: Span<'_>) -> Vec<Crossing> {
@@ -131,18 +161,18 @@ pub(super) fn first_half(
     h: f64,
     leg: AnyLeg<'_, f64>,
     part: f64,
-) -> (f64, Vector, Vector) {
+) -> Place {
     let q = beginning.q0.zip(leg.d, |q, d| q + 0.5 * part * d);
     // what jumps at rest has its side in motion
-    (beginning.t0 + 0.5 * part * h, q, Vector::of(leg.d).map(|d| d / h))
+    Place::of_phase(beginning.t0 + 0.5 * part * h, q, Vector::of(leg.d).map(|d| d / h))
 }
 
-/// The way of a step from the middle of its first leg, at 0, to that of the second, at 1: time, position and velocity, as the acceleration is the same all along.
-pub(super) fn between(h: f64, leg: AnyLeg<'_, f64>, e: &[f64], part: f64) -> (f64, Vector, Vector) {
+/// The way of a step from the middle of its first leg, at 0, to that of the second, at 1, as the acceleration is the same all along.
+pub(super) fn between(h: f64, leg: AnyLeg<'_, f64>, e: &[f64], part: f64) -> Place {
     let place = part - 0.5;
     let q = Vector::from_fn(e.len(), |i| {
         leg.q[i] + place * (leg.d[i] + 0.5 * e[i] + 0.5 * place * e[i])
     });
     let v = Vector::of(leg.d).zip(e, |d, e| (d + part * e) / h);
-    (leg.t + place * h, q, v)
+    Place::of_phase(leg.t + place * h, q, v)
 }

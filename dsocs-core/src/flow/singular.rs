@@ -7,7 +7,8 @@ use crate::run::NearlySingular;
 use crate::solve::Vector;
 use crate::solve::failure::StepFailure;
 use crate::start;
-use crate::step::singular::{self, Change, Place};
+use crate::step::place::Place;
+use crate::step::singular::{self, Change};
 
 impl Discrete<'_> {
     /// Looks at a step whose determinant has become small or has passed zero, or that was not solved from its prediction: a motion that ends at a
@@ -22,21 +23,24 @@ impl Discrete<'_> {
         let determinants = &mut self.course.predictor.determinants;
         let part = determinants.part();
         let fallen = determinants.look();
-        if self.shape().is_of_third_order() {
-            return if fallen && self.turns_back(e) {
-                let cause = self.next_step().refused(StepFailure::PassesRest, z);
-                Err(self.failed(cause))
-            } else {
-                Ok(())
-            };
+        let third = self.shape().is_of_third_order();
+        if third && fallen && self.turns_back(e) {
+            let cause = self.next_step().refused(StepFailure::PassesRest, z);
+            return Err(self.failed(cause));
         }
         let is_led = guess == Guess::Predicted && !part.is_nan();
         if is_led && !fallen {
             return Ok(());
         }
         let (way, declaration) = (self.way(e), self.declaration());
-        let near = Vector::of(e).map(|e| e / (self.course.h * self.course.h));
-        let change = singular::change(&declaration, [&way[0], &way[1]], &near);
+        let h = self.course.h;
+        let unit = if third { h * h * h } else { h * h };
+        let near = Vector::of(e).map(|e| e / unit);
+        // the last places but one: of third order the way begins a step before
+        let [.., before, here, _] = &way[..] else {
+            return Ok(());
+        };
+        let change = singular::change(&declaration, [before, here], &near);
         // without a past it is the start that the determinant comes from
         let begins = part.is_nan();
         if begins && change == Change::Little {
@@ -77,43 +81,29 @@ impl Discrete<'_> {
         against(&before, leg.d) || against(leg.d, &after)
     }
 
-    /// The way of a step with a second difference: from the node before its middle node to the middle of its second leg.
-    fn way(&self, e: &[f64]) -> [Place; 3] {
+    /// The way of a step with a second difference: from the node before its middle node to the middle of its second leg. Of third order, with a third
+    /// difference, from the first of its four nodes.
+    fn way(&self, e: &[f64]) -> Vec<Place> {
+        if self.shape().is_of_third_order() {
+            return [-2.0, -1.0, 0.0, 0.5].map(|steps| self.on_cubic(e, steps)).into();
+        }
         let (course, leg) = (&self.course, self.next_leg());
         let (h, t) = (course.h, course.time());
         let velocity = |d: &[f64], e: &[f64]| Vector::of(d).zip(e, |d, e| (d + 0.5 * e) / h);
         let solved = course.solved_leg();
         let before = if course.has_solved {
-            Place {
-                t: t - h,
-                q: Vector::of(solved.q),
-                v: velocity(solved.d, course.vectors.e()),
-            }
+            Place::of_phase(t - h, Vector::of(solved.q), velocity(solved.d, course.vectors.e()))
         } else if course.index() == 1 {
             let beginning = &self.beginning;
-            Place {
-                t: beginning.t0,
-                q: beginning.q0.clone(),
-                v: beginning.v0.clone(),
-            }
+            Place::of_phase(beginning.t0, beginning.q0.clone(), beginning.v0.clone())
         } else {
-            Place {
-                t: t - 0.5 * h,
-                q: Vector::of(leg.q).zip(leg.d, |q, d| q - 0.5 * d),
-                v: Vector::of(leg.d).map(|d| d / h),
-            }
+            let q = Vector::of(leg.q).zip(leg.d, |q, d| q - 0.5 * d);
+            Place::of_phase(t - 0.5 * h, q, Vector::of(leg.d).map(|d| d / h))
         };
-        let here = Place {
-            t,
-            q: Vector::of(leg.q),
-            v: velocity(leg.d, e),
-        };
+        let here = Place::of_phase(t, Vector::of(leg.q), velocity(leg.d, e));
         let next = Vector::of(leg.d).zip(e, |d, e| d + e);
-        let after = Place {
-            t: t + 0.5 * h,
-            q: here.q.zip(&next, |q, d| q + 0.5 * d),
-            v: next.map(|d| d / h),
-        };
-        [before, here, after]
+        let q = here.q.zip(&next, |q, d| q + 0.5 * d);
+        let after = Place::of_phase(t + 0.5 * h, q, next.map(|d| d / h));
+        vec![before, here, after]
     }
 }

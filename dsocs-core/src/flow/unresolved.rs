@@ -15,7 +15,7 @@ use crate::solve::newton::Stop;
 use crate::solve::predictor;
 use crate::step::jumps;
 use crate::step::smooth::FORESEEN;
-use crate::step::switches::Way;
+use crate::step::place::{Place, Way};
 use crate::tape::declaration::Declaration;
 
 impl Discrete<'_> {
@@ -93,7 +93,7 @@ impl Discrete<'_> {
 fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64], way: &Way<'_>) -> f64 {
     let next = Vector::of(leg.d).zip(e, |d, e| d + e);
     let force = |part: f64| {
-        let (t, q, v) = way(part);
+        let Place { t, q, v, .. } = way(part);
         let mut force = Vector::zero(e.len());
         declaration.external_forces(t, &q[..], &v[..], &mut force);
         force

@@ -316,6 +316,16 @@ pub(crate) fn of_columns(
     examine(declaration, columns, point, ZERO)
 }
 
+/// The same of what is hardly determined, or not at all.
+#[cold]
+pub(crate) fn near_columns(
+    declaration: &Declaration<'_>,
+    columns: &[Vec<Tangent>],
+    point: AnyPoint<'_, f64>,
+) -> Option<Deficiency> {
+    examine(declaration, columns, point, NEARLY_ZERO)
+}
+
 /// Looks for null vectors of a matrix that is given by its columns: first those of coordinates, then those of multipliers.
 fn examine(
     declaration: &Declaration<'_>,

@@ -1,6 +1,10 @@
 //! Starts of systems with constraints of third order: an acceleration is free there, and three nodes begin the motion.
 
+mod jerk;
+
 use core::cmp::Ordering;
+
+pub(crate) use jerk::{deficiency, determined, jerk, lower_acceleration};
 
 use super::begin::check_vector;
 use super::consistency::{self, OBEYED};
@@ -9,7 +13,6 @@ use crate::number::bounded::Bounded;
 use crate::number::point::{AnyLeg, AnyPoint, OwnedPoint, map, moved};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
-use crate::regularity::deficiency;
 use crate::regularity::multipliers;
 use crate::solve::Vector;
 use crate::solve::dense::Matrix;
@@ -17,13 +20,10 @@ use crate::solve::sum::Sum;
 use crate::tape::Number;
 use crate::tape::declaration::Declaration;
 
-/// How often the jerk at the start is improved.
+/// How often a nearest point is improved.
 const MAX_ITERATIONS: usize = 50;
 
-/// Updates of this part are rounding, where a system of equations is solved.
-const SETTLED: f64 = 64.0 * f64::EPSILON;
-
-/// The same where a nearest point is looked for.
+/// Updates of this part are rounding, where a nearest point is looked for.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
 /// Forms below this part of the largest count as zero.
@@ -65,13 +65,7 @@ pub(super) fn begin(
     free: Free,
     projected: bool,
 ) -> Result<Began, SetupError> {
-    let equations = Equations {
-        third: &declaration.shape().third_order,
-        declaration,
-        t: t0,
-        q: q0,
-        v: v0,
-    };
+    let equations = Equations::at(declaration, t0, q0, v0);
     let a0 = match &free {
         Free::Acceleration(a0) => {
             check_vector(declaration, "a0", a0)?;
@@ -109,23 +103,6 @@ pub(super) fn begin(
     Ok(Began { a0, d, e })
 }
 
-/// See [`OfThirdOrder::jerk`].
-pub(crate) fn jerk(
-    declaration: &Declaration<'_>,
-    t: f64,
-    [q, v, a]: [&[f64]; 3],
-    near: &[f64],
-) -> Option<Vec<f64>> {
-    let equations = Equations {
-        third: &declaration.shape().third_order,
-        declaration,
-        t,
-        q,
-        v,
-    };
-    equations.jerk(a, near).ok()
-}
-
 /// The equations of the continuous system at a position and a velocity, and those of the first triple.
 struct Equations<'a> {
     /// The places of the constraints of third order.
@@ -134,6 +111,19 @@ struct Equations<'a> {
     t: f64,
     q: &'a [f64],
     v: &'a [f64],
+}
+
+impl<'a> Equations<'a> {
+    /// Those at a position and a velocity.
+    fn at(declaration: &'a Declaration<'a>, t: f64, q: &'a [f64], v: &'a [f64]) -> Self {
+        Self {
+            third: &declaration.shape().third_order,
+            declaration,
+            t,
+            q,
+            v,
+        }
+    }
 }
 
 impl Equations<'_> {
@@ -344,94 +334,6 @@ impl Equations<'_> {
         nearest(&inverse, a, &|a| self.of_acceleration(self.moving(a).any()))
     }
 
-    /// The jerk, from the constraints of third order and from the other equations, differentiated.
-    ///
-    /// Where multipliers are unknown, those that act are known from the acceleration, and their rates are unknown beside the jerk.
-    fn jerk(&self, a: &[f64], near: &[f64]) -> Result<Vec<f64>, SetupError> {
-        let n = a.len();
-        let multipliers = if self.declaration.has_multipliers() {
-            multipliers::of_point(self.declaration, self.point(a))
-        } else {
-            Vec::new()
-        };
-        let size = n + multipliers.len();
-        let third = self.third;
-        let value = |x: &[f64], moved: Option<usize>| -> Vec<Tangent> {
-            let point = self.going_on(a, &x[..n]);
-            let rates = x[n..].iter().zip(&multipliers);
-            let rates: Vec<_> = rates.map(|(&rate, &known)| Tangent::new(known, rate)).collect();
-            let differentiated =
-                self.declaration
-                    .continuous_of_third(point.any(), &vec![Tangent::splat(0.0); n], &rates);
-            let fixed: Vec<Tangent> = (0..n)
-                .map(|i| Tangent::new(x[i], if moved == Some(i) { 1.0 } else { 0.0 }))
-                .collect();
-            let own =
-                self.declaration
-                    .continuous_of_third(self.moving(&map(a, Tangent::splat)).any(), &fixed, &[]);
-            let rows = differentiated.iter().zip(own).enumerate();
-            rows.map(|(place, (row, own))| {
-                if third.contains(&place) {
-                    own
-                } else {
-                    Tangent::splat(row.derivative())
-                }
-            })
-            .collect()
-        };
-        let mut x = near.to_vec();
-        x.resize(size, 0.0);
-        let failed = |columns: &[Vec<Tangent>]| {
-            let deficiency = deficiency::of_columns(self.declaration, columns, self.point(a));
-            Err(SetupError::Jerk {
-                deficiency: deficiency.map(Box::new),
-            })
-        };
-        let mut columns = Vec::new();
-        let mut last = f64::INFINITY;
-        for _ in 0..MAX_ITERATIONS {
-            let rows: Vec<f64> = value(&x, None).into_iter().map(Tangent::value).collect();
-            columns = (0..size)
-                .map(|k| {
-                    // what is differentiated is affine
-                    let mut beside = x.clone();
-                    beside[k] += 1.0;
-                    let (slopes, beside) = (value(&x, Some(k)), value(&beside, None));
-                    let entries = slopes.into_iter().zip(beside).zip(&rows).enumerate();
-                    entries
-                        .map(|(place, ((slope, beside), row))| {
-                            if third.contains(&place) {
-                                slope
-                            } else {
-                                Tangent::new(*row, beside.value() - row)
-                            }
-                        })
-                        .collect::<Vec<_>>()
-                })
-                .collect();
-            if rows.len() != size || rows.iter().any(|row| !row.is_finite()) {
-                break;
-            }
-            let Some(update) = solved(&columns, &rows) else {
-                return failed(&columns);
-            };
-            let mut step = 0.0_f64;
-            for (x, update) in x.iter_mut().zip(&update) {
-                *x -= update;
-            }
-            let largest = x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
-            for update in &update {
-                step = step.max(update.abs());
-            }
-            if step <= SETTLED * largest || step == 0.0 || (step >= last && step <= 1e-9 * largest) {
-                x.truncate(n);
-                return Ok(x);
-            }
-            last = step;
-        }
-        failed(&columns)
-    }
-
     /// The multipliers of all forms a step later, `λ0 + h λ̇0`; none where no forms are known.
     fn multipliers_after(&self, h: f64, a: &[f64], j: &[f64]) -> Vec<f64> {
         let point = self.going_on(a, j);
@@ -553,24 +455,4 @@ fn free_directions(n: usize, forms: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let vectors = singular.values.iter().zip(&singular.right);
     let free = vectors.filter(|(value, _)| **value <= NO_FORM);
     free.map(|(_, vector)| vector.clone()).collect()
-}
-
-/// The solution of linear equations that are given by their columns; `None` where they are singular.
-fn solved(columns: &[Vec<Tangent>], right: &[f64]) -> Option<Vec<f64>> {
-    let size = right.len();
-    let matrix = Matrix::from_fn(size, size, |i, j| columns[j][i].derivative());
-    let mut right = right.to_vec();
-    let (singular, lengths) = matrix.equilibrated(&mut right)?;
-    let [smallest, largest] = singular.extremes();
-    if smallest <= NO_FORM * largest || smallest.is_nan() {
-        return None;
-    }
-    let solution = singular.solve(&right, 0.0);
-    Some(
-        solution
-            .iter()
-            .zip(lengths)
-            .map(|(x, length)| x / length)
-            .collect(),
-    )
 }

@@ -5,7 +5,8 @@
 //! coordinate while something rests.
 
 use super::jumps;
-use super::switches::{Crossing, Way};
+use super::place::{Place, Way};
+use super::switches::Crossing;
 use crate::number::point::{AnyPoint, map, moved};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
@@ -13,7 +14,7 @@ use crate::regularity::resting::{AtPoint, Held};
 use crate::regularity::rounding;
 use crate::regularity::sides::Piece;
 use crate::solve::Vector;
-use crate::start;
+use crate::start::{self, third};
 use crate::tape::declaration::Declaration;
 
 /// So far from a place, as a part of the way, what has a pole there is smaller than beside it.
@@ -30,7 +31,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// A way, and what holds on it.
 pub(crate) struct OnWay<'a> {
-    /// Time, position and velocity.
+    /// Its places.
     pub(crate) way: &'a Way<'a>,
     /// The step whose rounding velocities have.
     pub(crate) h: f64,
@@ -42,7 +43,7 @@ pub(crate) struct OnWay<'a> {
 
 /// The acceleration at a place.
 struct Acceleration {
-    /// The acceleration.
+    /// The acceleration; of third order that which the equations without jerks have next to that of the way, then the jerk.
     a: Vector,
     /// How far each component is known.
     noise: Vector,
@@ -58,8 +59,11 @@ impl OnWay<'_> {
 
     /// The acceleration at a part of the way.
     fn acceleration(&self, part: f64) -> Option<Acceleration> {
-        let (t, q, v) = (self.way)(part);
+        let Place { t, q, v, a } = (self.way)(part);
         let declaration = self.declaration(part);
+        if declaration.shape().is_of_third_order() {
+            return self.third(&declaration, t, [&q, &v, &a]);
+        }
         let of = |a: Vector, reach: &[f64], rates: Vec<f64>| {
             let size = a.iter().fold(0.0_f64, |size, a| size.max(a.abs()));
             let noise = Vector::from_fn(a.len(), |i| {
@@ -94,6 +98,26 @@ impl OnWay<'_> {
         };
         let rates = (0..arguments.len()).map(|g| point.rate(g, &a)).collect();
         Some(of(a, &held.reach, rates))
+    }
+
+    /// The same of third order.
+    fn third(&self, declaration: &Declaration<'_>, t: f64, [q, v, a]: [&[f64]; 3]) -> Option<Acceleration> {
+        let n = q.len();
+        let mut all = third::lower_acceleration(declaration, t, [q, v, a])?;
+        let jerk = third::jerk(declaration, t, [q, v, &all], &vec![0.0; n])?;
+        all.extend(jerk);
+        let size = |of: &[f64]| of.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        let sizes = [size(&all[..n]), size(&all[n..])];
+        let noise = Vector::from_fn(2 * n, |i| {
+            let of_acceleration = jumps::rounding(self.h, v[i % n] * self.h);
+            let of_own = of_acceleration / if i < n { 1.0 } else { self.h.abs() };
+            of_own.max(ROUNDING * sizes[i / n])
+        });
+        Some(Acceleration {
+            a: Vector::of(&all),
+            noise,
+            rates: Vec::new(),
+        })
     }
 
     /// How much the acceleration jumps at the place where an argument changes its sign, relative to itself: the largest of all components. It is infinite where
@@ -132,10 +156,10 @@ impl OnWay<'_> {
     /// Whether the velocity has to jump: the Lagrangian does, with the position or the velocity, or the momentum, or what constraints ask of positions and
     /// velocities.
     fn has_step(&self, places: [f64; 4]) -> bool {
-        let (begin, ..) = (self.way)(places[1]);
+        let begin = (self.way)(places[1]).t;
         let declaration = self.declaration(places[1]);
         let all = places.map(|part| {
-            let (t, q, v) = (self.way)(part);
+            let Place { t, q, v, .. } = (self.way)(part);
             let still = map(&q, Tangent::splat);
             // a Lagrangian that jumps in time alone makes no force
             let lagrangian = declaration.lagrangian::<f64>(begin, &q, &v);
@@ -149,15 +173,17 @@ impl OnWay<'_> {
             all.extend(declaration.phase::<f64>(t, &q, &v));
             all
         });
-        let (t, q, v) = (self.way)(places[1]);
+        let Place { t, q, v, .. } = (self.way)(places[1]);
         let mut terms = vec![0.0; v.len() + 1];
         terms.extend(rounding::phase_sizes(&declaration, t, &q, &v));
         differ(all, &terms)
     }
 
-    /// What makes the motion: the generalized force `∂L/∂q + f`, the kinematic rows with an acceleration, and the forms of the constraint forces.
-    fn causes(&self, part: f64, a: &[f64]) -> Vec<f64> {
-        let (t, q, v) = (self.way)(part);
+    /// What makes the motion: the generalized force `∂L/∂q + f`, the kinematic rows with an acceleration, of third order with a jerk after it, and the forms of
+    /// the constraint forces.
+    fn causes(&self, part: f64, motion: &[f64]) -> Vec<f64> {
+        let Place { t, q, v, .. } = (self.way)(part);
+        let (a, j) = motion.split_at(q.len());
         let declaration = self.declaration(part);
         let shape = declaration.shape();
         let still = map(&v, Tangent::splat);
@@ -178,7 +204,7 @@ impl OnWay<'_> {
             v: &v[..],
             a,
         };
-        let rows = declaration.continuous(point, &vec![0.0; shape.multipliers()]);
+        let rows = declaration.continuous_of_third(point, j, &vec![0.0; shape.multipliers()]);
         let lower = shape.holonomic + shape.nonholonomic;
         causes.extend(rows.into_iter().skip(lower).take(shape.kinematic));
         causes.extend(declaration.continuous_forms(point).into_iter().flatten());

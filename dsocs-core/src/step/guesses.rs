@@ -14,7 +14,8 @@ use crate::solve::newton::{self, Fold, Root, Stop};
 use crate::solve::predictor::Predictor;
 use crate::solve::{Vector, is_finite};
 use crate::start::{self, Begins, third};
-use crate::step::singular::{self, NEARLY_DEPENDENT, Place};
+use crate::step::place::Place;
+use crate::step::singular::{self, NEARLY_DEPENDENT};
 
 /// How far a guess is from the straight line, in units of the longest leg, coordinate by coordinate.
 const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
@@ -284,30 +285,38 @@ impl Step<'_> {
         let (leg, h) = (self.leg, self.h);
         let way = |part: f64| {
             let steps = AHEAD * part - 1.0;
-            Place {
-                t: leg.t + steps * h,
-                q: Vector::of(leg.q).zip(leg.d, |q, d| q + steps * d),
-                v: Vector::of(leg.d).map(|d| d / h),
+            if self.is_of_third_order() {
+                let none = Vector::zero(leg.d.len());
+                return Place::on_cubic(h, leg, &self.before, &none, steps);
             }
+            let q = Vector::of(leg.q).zip(leg.d, |q, d| q + steps * d);
+            Place::of_phase(leg.t + steps * h, q, Vector::of(leg.d).map(|d| d / h))
         };
         singular::dependence(&declaration, &way, NEARLY_DEPENDENT)
     }
 
     /// The singularity that a step without a solution comes to.
     fn ahead_of_singularity(&self, reason: StepFailure) -> Option<Singularity> {
-        if self.is_of_third_order() || !matches!(reason, StepFailure::NoSolution | StepFailure::NotConverged)
-        {
+        if !matches!(reason, StepFailure::NoSolution | StepFailure::NotConverged) {
             return None;
         }
         let (leg, h) = (self.leg, self.h);
         let declaration = self.declaration();
+        if self.is_of_third_order() {
+            // as the jerk in the middle of the leg leads on
+            let none = Vector::zero(leg.d.len());
+            let Place { t, q, v, a } = Place::on_cubic(h, leg, &self.before, &none, -0.5);
+            let j = third::jerk(&declaration, t, [&q, &v, &a], &none)?;
+            let e = Vector::of(&j).map(|j| h * h * h * j);
+            let way = [-0.5, AHEAD].map(|steps| Place::on_cubic(h, leg, &self.before, &e, steps));
+            return singular::on_the_way(&declaration, &way, &j);
+        }
         let (q, v) = (Vector::of(leg.q), Vector::of(leg.d).map(|d| d / h));
         let (a, _) = start::acceleration(&declaration, (leg.t, &q, &v), None).ok()?;
         // as the acceleration in the middle of the leg leads on
-        let at = |steps: f64| Place {
-            t: leg.t + steps * h,
-            q: q.zip(&v, |q, v| q + steps * h * v),
-            v: v.zip(&a, |v, a| v + (steps + 0.5) * h * a),
+        let at = |steps: f64| {
+            let q = q.zip(&v, |q, v| q + steps * h * v);
+            Place::of_phase(leg.t + steps * h, q, v.zip(&a, |v, a| v + (steps + 0.5) * h * a))
         };
         singular::on_the_way(&declaration, &[at(-0.5), at(AHEAD)], &a)
     }

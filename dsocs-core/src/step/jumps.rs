@@ -2,6 +2,7 @@
 //!
 //! It is evaluated at some places of the way. What a step resolves changes there as a polynomial of low degree does.
 
+use super::place::{Place, Way};
 use crate::solve::Vector;
 use crate::start;
 use crate::tape::declaration::Declaration;
@@ -95,13 +96,13 @@ fn is_polynomial(values: &[f64]) -> bool {
     rest.iter().all(|rest| rest.abs() <= LEFT * (most - least))
 }
 
-/// The accelerations at equally spaced places of a way, from 0 to 1: time, position and velocity; `None` where the equations do not determine one.
+/// The accelerations at equally spaced places of a way, from 0 to 1; `None` where the equations do not determine one.
 pub(crate) fn accelerations(
     declaration: &Declaration<'_>,
-    way: impl Fn(f64) -> (f64, Vector, Vector),
+    way: &Way<'_>,
 ) -> Option<Vec<Vector>> {
     let accelerations = places().map(|part| {
-        let (t, q, v) = way(part);
+        let Place { t, q, v, .. } = way(part);
         let found = start::acceleration(declaration, (t, &q, &v), None);
         found.ok().map(|(a, _)| a)
     });

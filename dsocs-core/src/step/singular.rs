@@ -1,13 +1,13 @@
-//! Whether a step leads past a place where the equations do not determine the acceleration.
+//! Whether a step leads past a place where the equations do not determine the acceleration or, of third order, the jerk.
 //!
-//! There the determinant of the equations for the acceleration passes through zero. It may be a factor of a constraint that vanishes: then the
-//! motion goes on as if nothing were there. Else the acceleration grows without bound, and no motion leads past. The discrete equations have
+//! There the determinant of the equations for it passes through zero. It may be a factor of a constraint that vanishes: then the
+//! motion goes on as if nothing were there. Else it grows without bound, and no motion leads past. The discrete equations have
 //! roots on both sides, so a step jumps over the place.
 
-use crate::number::point::AnyPoint;
+use super::place::{Place, Way};
 use crate::regularity::deficiency::{self, DependentRow, Singularity};
 use crate::solve::Vector;
-use crate::start::{self, Determined};
+use crate::start::Determined;
 use crate::tape::declaration::Declaration;
 
 /// In so many equal parts the way between two places is divided.
@@ -50,17 +50,6 @@ pub(crate) const NEARLY_DEPENDENT: f64 = 1e-2;
 /// A jump of the acceleration by less than this part of itself is none.
 const JUMPS: f64 = 0.1;
 
-/// A place on the way of a step.
-#[derive(Clone, Debug)]
-pub(crate) struct Place {
-    /// The time.
-    pub t: f64,
-    /// The position.
-    pub q: Vector,
-    /// The velocity.
-    pub v: Vector,
-}
-
 /// How far a component at one place is from that at another.
 fn apart(one: &Determined, other: &Determined, component: usize) -> f64 {
     (one.motion[component] - other.motion[component]).abs()
@@ -69,23 +58,6 @@ fn apart(one: &Determined, other: &Determined, component: usize) -> f64 {
 /// Whether the determinants have opposite signs.
 fn are_opposite(one: &Determined, other: &Determined) -> bool {
     one.determinant.value * other.determinant.value < 0.0
-}
-
-impl Place {
-    /// A place between this one and another.
-    fn towards(&self, other: &Self, part: f64) -> Self {
-        let between = |from: &Vector, to: &Vector| from.zip(to, |from, to| from + part * (to - from));
-        Self {
-            t: self.t + part * (other.t - self.t),
-            q: between(&self.q, &other.q),
-            v: between(&self.v, &other.v),
-        }
-    }
-
-    /// The acceleration here; `None` where there is none.
-    fn solve(&self, declaration: &Declaration<'_>, near: &[f64]) -> Option<Determined> {
-        start::determined(declaration, (self.t, &self.q, &self.v), near)
-    }
 }
 
 /// How the determinant of the equations for the acceleration changes from one place to another.
@@ -141,7 +113,7 @@ pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], near: &
 #[cold]
 pub(crate) fn dependence(
     declaration: &Declaration<'_>,
-    way: &dyn Fn(f64) -> Place,
+    way: &Way<'_>,
     dependent: f64,
 ) -> Option<(f64, DependentRow)> {
     let near = Vector::zero(declaration.dimension());
@@ -207,7 +179,7 @@ pub(crate) fn dependent_at(declaration: &Declaration<'_>, place: &Place) -> Opti
 }
 
 /// The slopes of the constraints on positions and velocities, by the velocity.
-fn slopes(declaration: &Declaration<'_>, Place { t, q, v }: &Place) -> Vec<Vec<f64>> {
+fn slopes(declaration: &Declaration<'_>, Place { t, q, v, .. }: &Place) -> Vec<Vec<f64>> {
     let lower = declaration.lower();
     let mut rows = vec![0.0; lower * (1 + q.len())];
     declaration.phase_slopes(true, *t, q, v, &mut rows);
@@ -284,14 +256,8 @@ fn pole(
         return None;
     }
     let (place, solved) = &to;
-    let point = AnyPoint {
-        t: place.t,
-        q: &place.q,
-        v: &place.v,
-        a: solved.motion.get(..place.q.len()).unwrap_or(&[]),
-    };
     Some(Singularity {
         time: place.t,
-        deficiency: deficiency::near_point(declaration, point),
+        deficiency: place.deficiency(declaration, solved),
     })
 }

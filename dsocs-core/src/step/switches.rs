@@ -4,7 +4,7 @@
 //! to rounding. What jumps there is told by [`crossing`](super::crossing).
 
 use super::jumps;
-use crate::solve::Vector;
+use super::place::Way;
 use crate::tape::declaration::Declaration;
 
 /// At these parts of a way arguments are looked at.
@@ -38,9 +38,6 @@ pub(crate) const MOST: f64 = 32.0;
 /// Where an argument would be zero after so many steps, as it has changed in the last one, it may be zero in the next.
 const NEAR: f64 = 1.5;
 
-/// Time, position and velocity at a part of a way, from 0 to 1 and a little beyond.
-pub(crate) type Way<'a> = dyn Fn(f64) -> (f64, Vector, Vector) + 'a;
-
 /// Where an argument changes its sign on a way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
@@ -58,8 +55,7 @@ struct Arguments<'a> {
 
 impl Arguments<'_> {
     fn all(&self, part: f64) -> Vec<f64> {
-        let (t, q, v) = (self.way)(part);
-        self.declaration.switch_arguments(t, &q, &v)
+        (self.way)(part).arguments(&self.declaration)
     }
 
     fn one(&self, part: f64, switch: usize) -> f64 {
@@ -226,10 +222,7 @@ pub(crate) fn clear(side: f64, way: f64, change: f64, turn: f64) -> f64 {
 
 /// In how many steps an argument may come to zero after a way; 0 if one may do so in the next.
 pub(crate) fn clear_after(declaration: &Declaration<'_>, way: &Way<'_>) -> u64 {
-    let [first, middle, last] = PLACES.map(|part| {
-        let (t, q, v) = way(part);
-        declaration.switch_arguments(t, &q, &v)
-    });
+    let [first, middle, last] = PLACES.map(|part| way(part).arguments(declaration));
     let clears = (0..last.len()).map(|g| {
         let (change, turn) = (last[g] - first[g], 4.0 * (first[g] - 2.0 * middle[g] + last[g]));
         let side = last[g].signum();

@@ -654,12 +654,13 @@ impl<'s> Declaration<'s> {
         self.count(Segment::Switches, Part::All)
     }
 
-    /// These arguments.
-    pub(crate) fn switch_arguments(&self, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
+    /// These arguments; of third order they may depend on the acceleration.
+    pub(crate) fn switch_arguments(&self, t: f64, q: &[f64], v: &[f64], a: &[f64]) -> Vec<f64> {
         let at = At {
             t: Some(t),
             q,
             v,
+            a,
             ..At::NOWHERE
         };
         self.all(Segment::Switches, Part::All, &at)

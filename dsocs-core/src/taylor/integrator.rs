@@ -24,7 +24,8 @@ use crate::series::rows::Series;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::start::Phase;
-use crate::step::singular::{self, DEPENDENT, Place};
+use crate::step::place::Place;
+use crate::step::singular::{self, DEPENDENT};
 use crate::tape::declaration::Declaration;
 
 /// How many steps a motion may take unless [`super::TaylorFlow::max_steps`] says otherwise.
@@ -680,11 +681,7 @@ impl Integrator {
             return None;
         }
         let time = self.t.hi[0];
-        let place = Place {
-            t: time,
-            q: Vector::of(self.now.q()),
-            v: Vector::of(self.now.v()),
-        };
+        let place = Place::of_phase(time, Vector::of(self.now.q()), Vector::of(self.now.v()));
         let row = singular::dependent_at(&equations.declaration(), &place)?;
         Some(SeriesFailure::Dependent { time, row })
     }
@@ -705,11 +702,7 @@ impl Integrator {
                     }
                 }
             }
-            Place {
-                t: self.t.hi[0] + s,
-                q,
-                v,
-            }
+            Place::of_phase(self.t.hi[0] + s, q, v)
         };
         singular::dependence(&equations.declaration(), &way, DEPENDENT)
     }

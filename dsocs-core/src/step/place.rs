@@ -1,0 +1,118 @@
+//! Places on the way of a motion, and what the equations determine there: the acceleration or, of third order, the jerk.
+
+use crate::number::point::{AnyLeg, AnyPoint};
+use crate::regularity::deficiency::{self, Deficiency};
+use crate::solve::Vector;
+use crate::start::{self, Determined, third};
+use crate::tape::declaration::Declaration;
+
+/// A place on the way of a step.
+#[derive(Clone, Debug)]
+pub(crate) struct Place {
+    /// The time.
+    pub t: f64,
+    /// The position.
+    pub q: Vector,
+    /// The velocity.
+    pub v: Vector,
+    /// Of third order, the acceleration, which the equations leave free; else nothing.
+    pub a: Vector,
+}
+
+/// The place at a part of a way, from 0 to 1 and a little beyond.
+pub(crate) type Way<'a> = dyn Fn(f64) -> Place + 'a;
+
+impl Place {
+    /// A place on a motion whose acceleration follows from position and velocity.
+    pub fn of_phase(t: f64, q: Vector, v: Vector) -> Self {
+        Self {
+            t,
+            q,
+            v,
+            a: Vector::zero(0),
+        }
+    }
+
+    /// The place on the cubic polynomial through four nodes, so many steps `h` behind the third: from the increment and the second difference that end there,
+    /// with the third difference `e` to the fourth.
+    pub fn on_cubic(h: f64, leg: AnyLeg<'_, f64>, second: &[f64], e: &[f64], steps: f64) -> Self {
+        let s = steps;
+        let of = |i: usize| (leg.d[i], second[i] + e[i], e[i]);
+        let n = e.len();
+        Self {
+            t: leg.t + s * h,
+            q: Vector::from_fn(n, |i| {
+                let (d, c, e) = of(i);
+                leg.q[i] + s * (d + 0.5 * (s + 1.0) * (c + (s - 1.0) / 3.0 * e))
+            }),
+            v: Vector::from_fn(n, |i| {
+                let (d, c, e) = of(i);
+                (d + (s + 0.5) * c + (0.5 * s * s - 1.0 / 6.0) * e) / h
+            }),
+            a: Vector::from_fn(n, |i| {
+                let (_, c, e) = of(i);
+                (c + s * e) / (h * h)
+            }),
+        }
+    }
+
+    /// A place between this one and another.
+    pub fn towards(&self, other: &Self, part: f64) -> Self {
+        let between = |from: &Vector, to: &Vector| from.zip(to, |from, to| from + part * (to - from));
+        Self {
+            t: self.t + part * (other.t - self.t),
+            q: between(&self.q, &other.q),
+            v: between(&self.v, &other.v),
+            a: between(&self.a, &other.a),
+        }
+    }
+
+    /// The acceleration here, or the jerk, near another one, then the multipliers or their rates; `None` where there is none.
+    pub fn solve(&self, declaration: &Declaration<'_>, near: &[f64]) -> Option<Determined> {
+        if declaration.shape().is_of_third_order() {
+            third::determined(declaration, self.t, [&self.q, &self.v, &self.a], near)
+        } else {
+            start::determined(declaration, (self.t, &self.q, &self.v), near)
+        }
+    }
+
+    /// What the equations leave open here, or nearly, at what was found here.
+    pub fn deficiency(&self, declaration: &Declaration<'_>, found: &Determined) -> Option<Deficiency> {
+        let motion = found.motion.get(..self.q.len()).unwrap_or(&[]);
+        if declaration.shape().is_of_third_order() {
+            return third::deficiency(declaration, self.t, [&self.q, &self.v, &self.a], &found.motion);
+        }
+        let (t, q, v) = (self.t, &self.q[..], &self.v[..]);
+        deficiency::near_point(declaration, AnyPoint { t, q, v, a: motion })
+    }
+
+    /// The arguments of what is given by pieces.
+    pub fn arguments(&self, declaration: &Declaration<'_>) -> Vec<f64> {
+        declaration.switch_arguments(self.t, &self.q, &self.v, &self.a)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cubic_has_its_nodes_and_their_differences() {
+        // x = 2 - 3 s + s² - s³/2 at s = -2, -1, 0, 1
+        let x = |s: f64| 2.0 - 3.0 * s + s * s - 0.5 * s * s * s;
+        let d = x(0.0) - x(-1.0);
+        let second = d - (x(-1.0) - x(-2.0));
+        let e = (x(1.0) - x(0.0) - d) - second;
+        let leg = AnyLeg { t: 7.0, q: &[x(0.0)], d: &[d] };
+        let h = 0.5;
+        for s in [-2.0, -1.3, -0.5, 0.0, 0.4, 1.0] {
+            let place = Place::on_cubic(h, leg, &[second], &[e], s);
+            let v = (-3.0 + 2.0 * s - 1.5 * s * s) / h;
+            let a = (2.0 - 3.0 * s) / (h * h);
+            assert!((place.t - 7.0 - s * h).abs() < 1e-12);
+            assert!((place.q[0] - x(s)).abs() < 1e-12, "{s}");
+            assert!((place.v[0] - v).abs() < 1e-12, "{s}");
+            assert!((place.a[0] - a).abs() < 1e-12, "{s}");
+        }
+    }
+}
