@@ -305,7 +305,7 @@ const MULTIPLE: &str = "every update of the iteration is the same part of the on
 
 /// What is said where the equations become singular.
 const SINGULAR: &str = "the motion ends there, and what any step finds beyond is no continuation of it: end the run before, or look for what vanishes there (a \
-                        mass, the coefficient of an acceleration in a constraint, the forces' hold on what it prescribes)";
+                        mass, the coefficient of an acceleration or a jerk in a constraint, the forces' hold on what it prescribes)";
 
 /// What to try where the second-order start fails.
 fn acceleration_advice(
@@ -371,7 +371,10 @@ pub struct FailedStep {
     pub deficiency: Option<Deficiency>,
     /// What in the equations has no value at the middle node, if that is why the step failed.
     pub undefined: Option<Undefined>,
-    /// The time, about, where the equations become singular and the acceleration grows without bound, if that is why the step failed.
+    /// Whether a constraint is of third order, so that what the step finds is a jerk.
+    pub third_order: bool,
+    /// The time, about, where the equations become singular and the acceleration, of third order the jerk, grows without bound, if that is why the step
+    /// failed.
     pub singular_at: Option<f64>,
     /// The time, about, where a constraint says nothing beside those before it, or hardly anything, if that may be why the step failed.
     pub dependent: Option<(f64, DependentRow)>,
@@ -553,8 +556,9 @@ impl fmt::Display for StepError {
         if let Some(time) = step.singular_at {
             write!(
                 f,
-                "; the equations become singular near t = {}, where the acceleration grows without bound",
-                Rounded(time)
+                "; the equations become singular near t = {}, where the {} grows without bound",
+                Rounded(time),
+                if step.third_order { "jerk" } else { "acceleration" }
             )?;
         }
         let condition = step.regularity.condition();

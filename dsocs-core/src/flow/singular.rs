@@ -10,6 +10,9 @@ use crate::start;
 use crate::step::place::Place;
 use crate::step::singular::{self, Change};
 
+/// What is slower than this part of the legs before is nearly at rest.
+const SLOW: f64 = 0.1;
+
 impl Discrete<'_> {
     /// Looks at a step whose determinant has become small or has passed zero, or that was not solved from its prediction: a motion that ends at a
     /// singularity does not go on behind it.
@@ -23,15 +26,12 @@ impl Discrete<'_> {
         let determinants = &mut self.course.predictor.determinants;
         let part = determinants.part();
         let fallen = determinants.look();
-        let third = self.shape().is_of_third_order();
-        if third && fallen && self.turns_back(e) {
-            let cause = self.next_step().refused(StepFailure::PassesRest, z);
-            return Err(self.failed(cause));
-        }
         let is_led = guess == Guess::Predicted && !part.is_nan();
         if is_led && !fallen {
             return Ok(());
         }
+        let third = self.shape().is_of_third_order();
+        let turns = third && fallen && self.turns_back(e);
         let (way, declaration) = (self.way(e), self.declaration());
         let h = self.course.h;
         let unit = if third { h * h * h } else { h * h };
@@ -43,7 +43,7 @@ impl Discrete<'_> {
         let change = singular::change(&declaration, [before, here], &near);
         // without a past it is the start that the determinant comes from
         let begins = part.is_nan();
-        if begins && change == Change::Little {
+        if begins && change == Change::Little && !turns {
             return Ok(());
         }
         let found = singular::on_the_way(&declaration, &way, &near).or_else(|| {
@@ -51,6 +51,14 @@ impl Discrete<'_> {
             let [expected, _] = self.expected().filter(|_| part < 0.0 && !self.foresees(z, e))?;
             singular::on_the_way(&declaration, &self.way(&expected), &near)
         });
+        // what is thrown back by a singularity turns, too
+        let rests = found
+            .as_ref()
+            .map_or(turns, |found| third && self.is_slow_at(e, found.time));
+        if rests {
+            let cause = self.next_step().refused(StepFailure::PassesRest, z);
+            return Err(self.failed(cause));
+        }
         if let Some(singularity) = found {
             let cause = self.next_step().refused(StepFailure::PassesSingularity, z);
             return Err(self.failed(cause).at(singularity));
@@ -69,16 +77,31 @@ impl Discrete<'_> {
         let last = course.vectors.second().hi;
         let before = Vector::of(leg.d).zip(&last, |d, last| d - last);
         let after = Vector::from_fn(e.len(), |i| leg.d[i] + (last[i] + e[i]));
+        self.product(&before, leg.d) < 0.0 || self.product(leg.d, &after) < 0.0
+    }
+
+    /// Whether a step of third order with a third difference is nearly at rest at a time, by the legs before.
+    fn is_slow_at(&self, e: &[f64], time: f64) -> bool {
+        let (course, leg) = (&self.course, self.next_leg());
+        let steps = (time - course.time()) / course.h;
+        let there = self.on_cubic(e, steps).v.map(|v| v * course.h);
+        let before = Vector::of(leg.d).zip(&course.vectors.second().hi, |d, last| d - last);
+        let longest = self
+            .product(&before, &before)
+            .max(self.product(leg.d, leg.d));
+        self.product(&there, &there) < SLOW * SLOW * longest
+    }
+
+    /// The product of two increments of the next step, as the masses measure it.
+    fn product(&self, one: &[f64], other: &[f64]) -> f64 {
+        let (course, leg) = (&self.course, self.next_leg());
         let v = Vector::of(leg.d).map(|d| d / course.h);
         let mass = start::mass_matrix(&self.declaration(), (course.time(), leg.q, &v));
-        let against = |one: &[f64], other: &[f64]| {
-            let terms = one.iter().enumerate().flat_map(|(i, x)| {
-                let mass = &mass;
-                other.iter().enumerate().map(move |(j, y)| x * mass[(i, j)] * y)
-            });
-            terms.sum::<f64>() < 0.0
-        };
-        against(&before, leg.d) || against(leg.d, &after)
+        let terms = one.iter().enumerate().flat_map(|(i, x)| {
+            let mass = &mass;
+            other.iter().enumerate().map(move |(j, y)| x * mass[(i, j)] * y)
+        });
+        terms.sum()
     }
 
     /// The way of a step with a second difference: from the node before its middle node to the middle of its second leg. Of third order, with a third

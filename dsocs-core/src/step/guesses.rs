@@ -264,6 +264,7 @@ impl Step<'_> {
             may_divide: self.shape().may_divide(),
             deficiency,
             undefined,
+            third_order: self.is_of_third_order(),
             singular_at: None,
             dependent: self.dependence(cause.reason),
             unmet,

@@ -237,19 +237,23 @@ impl Subject<'_> {
 
     /// Which assumption of the theorems on the motion as a whole does not hold on it, if one does not.
     fn excuse(&self) -> Option<String> {
-        let jumps = self.unresolved.map_or(0, |unresolved| unresolved.steps);
-        if self.held == 0 && jumps == 0 {
-            return None;
-        }
-        Some(format!(
-            "not required here: the theorem is about functions that are smooth along the motion, and in {} of its {} steps one jumps or holds \
-             something at rest, which lowers the order to 1 and forgets where the motion came from; to see it required, end before ({}), or declare a \
-             function that changes smoothly, as `tanh`",
-            larger(self.held as f64, jumps as f64),
-            self.legs.len() - 1,
-            "`--until`"
-        ))
+        excuse(self.unresolved, self.held, self.legs.len() - 1)
     }
+}
+
+/// Why what the theorems say of a motion as a whole is not required of one of so many steps in which functions jump, or so many of which hold something.
+fn excuse(unresolved: Option<Unresolved>, held: usize, steps: usize) -> Option<String> {
+    let jumps = unresolved.map_or(0, |unresolved| unresolved.steps);
+    if held == 0 && jumps == 0 {
+        return None;
+    }
+    Some(format!(
+        "not required here: the theorem is about functions that are smooth along the motion, and in {} of its {steps} steps one jumps or holds \
+         something at rest, which lowers the order to 1 and forgets where the motion came from; to see it required, end before ({}), or declare a \
+         function that changes smoothly, as `tanh`",
+        larger(held as f64, jumps as f64),
+        "`--until`"
+    ))
 }
 
 /// The checks of what the theorems say of the motion as a whole, and not of each triple of nodes.

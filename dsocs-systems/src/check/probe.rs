@@ -36,6 +36,9 @@ pub enum First {
 /// Is shown the number, the time and the leg of a position, and whether a function jumps or holds something in the step that led there, and says whether the motion goes on.
 type Walker<'w> = &'w mut dyn FnMut(u64, f64, AnyLeg<'_, f64>, bool) -> bool;
 
+/// The nodes of a motion of third order, the regularity of its steps, and those in which something jumps.
+pub type Certified = (Vec<Passed>, Vec<Regularity>, Option<Unresolved>);
+
 /// A node of a motion of third order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Passed {
@@ -130,13 +133,14 @@ pub fn series(system: &dyn Motions, start: &State) -> Measured<(Vec<Vec<f64>>, f
     Ok(found.ok_or("the motion has no series")?)
 }
 
-/// The nodes of the motion of third order from a state, which says the acceleration, up to a time, with the regularity of each step.
+/// The nodes of the motion of third order from a state, which says the acceleration, up to a time, with the regularity of each step,
+/// and the steps in which something jumps.
 pub fn certified(
     system: &dyn Kernel,
     h: f64,
     start: &State,
     until: f64,
-) -> Result<(Vec<Passed>, Vec<Regularity>), CheckFailure> {
+) -> Result<Certified, CheckFailure> {
     let (mut nodes, mut regularity) = (Vec::new(), Vec::new());
     let mut flow = AnyFlow::new(system, h, &start.third_order()?)?;
     flow.run_mut().walk(until, &mut |run| {
@@ -144,7 +148,7 @@ pub fn certified(
         regularity.extend(run.regularity());
         Ok(ControlFlow::Continue(()))
     })?;
-    Ok((nodes, regularity))
+    Ok((nodes, regularity, flow.run().unresolved()))
 }
 
 /// The nodes of the motion of third order with a step; or those of the way back from the end.

@@ -5,7 +5,7 @@ use dsocs_core::{AnyPoint, Declaration, Kernel, OwnedLeg, Regularity};
 
 use super::order::{above, fitted};
 use super::probe::{Passed, State, certified, less, passed_nodes};
-use super::{Expected, Finding, Measured, Report, Settings, larger, smallest};
+use super::{Expected, Finding, Measured, OF_THE_MOTION, Report, Settings, excuse, larger, smallest};
 use crate::entry::CheckFailure;
 use crate::stability::Bar;
 
@@ -52,7 +52,8 @@ pub fn check_to(
         start,
         expected,
     };
-    let (nodes, regularity) = certified(system, subject.h, &subject.start, subject.until)?;
+    let (nodes, regularity, unresolved) = certified(system, subject.h, &subject.start, subject.until)?;
+    let excuse = excuse(unresolved, 0, nodes.len().saturating_sub(1));
     let mut findings = Vec::new();
     let mut of = |check: &'static str, measure: &dyn Fn(&mut Report)| {
         let mut report = Report {
@@ -60,6 +61,11 @@ pub fn check_to(
             findings: Vec::new(),
         };
         measure(&mut report);
+        if OF_THE_MOTION.contains(&check) {
+            for finding in report.findings.iter_mut().filter(|finding| !finding.holds()) {
+                finding.excuse.clone_from(&excuse);
+            }
+        }
         findings.extend(report.findings);
     };
     of("window", &|report| window(&subject, &nodes, report));

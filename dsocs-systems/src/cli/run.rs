@@ -134,14 +134,16 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
     let (mut lost, mut errors, mut energy) = (Lost::default(), Errors::default(), Energy::default());
-    let (mut unresolved, mut nearly_singular, mut may_divide) = (None, None, false);
+    let (mut unresolved, mut nearly_singular) = (None, None);
+    let [mut may_divide, mut third] = [false; 2];
     let interrupted = interrupt::watch();
     let result = entry.run(&plan, &beginning, &mut |row| {
         lost.look(row);
         errors.look(row);
         energy.look(row);
         (unresolved, nearly_singular) = (row.unresolved, row.nearly_singular);
-        may_divide = row.declaration.shape().may_divide();
+        let shape = row.declaration.shape();
+        (may_divide, third) = (shape.may_divide(), shape.is_of_third_order());
         if interrupted.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
@@ -173,8 +175,8 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         lost.note(),
         errors.note(entry.description().names(), result.is_err()),
         energy.note(plan.method, plan.h),
-        unresolved.map(switched),
-        nearly_singular.map(|found| near(found, may_divide)),
+        unresolved.map(|found| switched(found, third)),
+        nearly_singular.map(|found| near(found, may_divide, third)),
         arguments.accuracy.note(),
     ];
     let notes: Vec<String> = notes.into_iter().flatten().collect();
@@ -362,16 +364,19 @@ struct Lost {
 }
 
 impl Lost {
-    /// Looks at a node; those of the start have no step to be regular.
+    /// Looks at a node; the start has no step to be regular, nor has, of third order, the node after it, about which the start has said the acceleration.
     fn look(&mut self, row: &Row<'_>) {
+        let third = row.declaration.shape().is_of_third_order();
         let Some(regularity) = row.regularity.filter(|_| row.node.stop != Stop::Start) else {
             return;
         };
-        let which = match (regularity.grants_forward(), regularity.grants_backward()) {
-            (true, true) => return,
-            (false, true) => "D₃ is singular, no forward flow is granted",
-            (true, false) => "D₁ is singular, no backward flow is granted",
-            (false, false) => "D₃ and D₁ are singular, no flow is granted",
+        let which = match (regularity.grants_forward(), regularity.grants_backward(), third) {
+            (true, true, _) => return,
+            (false, true, false) => "D₃ is singular, no forward flow is granted",
+            (false, true, true) => "D₄ is singular, no forward flow is granted",
+            (true, false, _) => "D₁ is singular, no backward flow is granted",
+            (false, false, false) => "D₃ and D₁ are singular, no flow is granted",
+            (false, false, true) => "D₄ and D₁ are singular, no flow is granted",
         };
         self.first.get_or_insert((row.node.index, row.node.t, which));
         self.count += 1;
@@ -395,18 +400,27 @@ fn switched(
         first,
         largest,
     }: Unresolved,
+    third: bool,
 ) -> String {
+    // no method follows the continuous motion of third order
+    let [ends, goes_on] = if third {
+        ["end the run before", ""]
+    } else {
+        [
+            "`--tolerance` ends where the motion does",
+            "; or `--tolerance`, which goes on from the place of the jump itself; `--estimate-error` measures what it costs",
+        ]
+    };
     let plural = if steps == 1 { "" } else { "s" };
     if largest.is_infinite() {
         return format!(
             "warning: a force is infinite, or the velocity has to jump, within {steps} step{plural} that the run has passed, first about t = {first:.3}: what \
-             comes after depends on where the nodes lie (`--tolerance` ends where the motion does)"
+             comes after depends on where the nodes lie ({ends})"
         );
     }
     format!(
         "warning: a force or a constraint jumps, or nearly so, within {steps} step{plural}, first about t = {first:.3}: there the motion has an error of the first \
-         order in the step (a smaller `--step`; or `--tolerance`, which goes on from the place of the jump itself; `--estimate-error` measures what \
-         it costs)"
+         order in the step (a smaller `--step`{goes_on})"
     )
 }
 
@@ -418,6 +432,7 @@ fn near(
         of_step,
     }: NearlySingular,
     may_divide: bool,
+    third: bool,
 ) -> String {
     let plural = if steps == 1 { "" } else { "s" };
     if of_step == steps {
@@ -433,8 +448,9 @@ fn near(
         ""
     };
     format!(
-        "warning: the equations are nearly singular in {steps} step{plural}, first about t = {first:.3}: they hardly determine the acceleration there, and the error of \
-         the motion may be much larger than elsewhere, with that of multipliers (a smaller `--step` shows it{factor})"
+        "warning: the equations are nearly singular in {steps} step{plural}, first about t = {first:.3}: they hardly determine the {} there, and the error of \
+         the motion may be much larger than elsewhere, with that of multipliers (a smaller `--step` shows it{factor})",
+        if third { "jerk" } else { "acceleration" }
     )
 }
 

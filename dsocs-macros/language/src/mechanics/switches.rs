@@ -12,7 +12,7 @@ use crate::model::{Displacements, Model};
 pub(crate) struct Switches {
     /// The graph that they stand in.
     pub(crate) graph: Graph,
-    /// The arguments, in `Q`, `V` and `T`, multiples once: those of functions that jump with the velocity first, in the order of their sides.
+    /// The arguments, in `Q`, `V` and `T`, of third order in `A` as well, multiples once: those of functions that jump with the velocity first, in the order of their sides.
     pub(crate) arguments: Vec<NodeId>,
 }
 
@@ -56,7 +56,7 @@ pub(crate) fn switches(model: &Model) -> Switches {
             _ => Vec::new(),
         };
         for argument in found {
-            add(&mut graph, &mut ranges, argument, &mut arguments);
+            add(&mut graph, &mut ranges, argument, model.order(), &mut arguments);
         }
     }
     Switches { graph, arguments }
@@ -77,10 +77,20 @@ fn zero_with(graph: &Graph, id: NodeId) -> Vec<NodeId> {
 }
 
 /// Adds an argument, if its sign may change with the motion and it is not a multiple of a known one.
-fn add(graph: &mut Graph, ranges: &mut Ranges, argument: NodeId, arguments: &mut Vec<NodeId>) {
-    let is_motion = graph
-        .leaves(argument)
-        .all(|leaf| matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::T));
+fn add(
+    graph: &mut Graph,
+    ranges: &mut Ranges,
+    argument: NodeId,
+    order: usize,
+    arguments: &mut Vec<NodeId>,
+) {
+    let is_state = |leaf| match leaf {
+        Leaf::Q(_) | Leaf::V(_) | Leaf::T => true,
+        // which does not jump where constraints are of third order
+        Leaf::A(_) => order > 2,
+        _ => false,
+    };
+    let is_motion = graph.leaves(argument).all(is_state);
     if !is_motion || graph.leaves(argument).next().is_none() || ranges.have_one_sign(graph, argument) {
         return;
     }
