@@ -4,6 +4,7 @@ mod any;
 mod begin;
 mod consistency;
 mod determined;
+pub(crate) mod place;
 mod rest;
 mod sized;
 pub(crate) mod third;

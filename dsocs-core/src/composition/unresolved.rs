@@ -9,9 +9,9 @@ use super::stages::State;
 use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::predictor::Predictor;
+use crate::start::place::Place;
 use crate::step::crossing::OnWay;
 use crate::step::jumps;
-use crate::step::place::Place;
 use crate::step::smooth::FORESEEN;
 use crate::step::switches;
 

@@ -10,9 +10,9 @@ use crate::regularity::sides::Piece;
 use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::start::Beginning;
+use crate::start::place::{Place, Way};
 use crate::step::crossing::OnWay;
 use crate::step::jumps;
-use crate::step::place::{Place, Way};
 use crate::step::switches::{self, Crossing};
 use crate::tape::declaration::Declaration;
 
@@ -136,7 +136,14 @@ impl Discrete<'_> {
     /// The way from the start, at 0, to that of the first step, at 1.
     fn beginning_of(&self, leg: AnyLeg<'_, f64>, e: &[f64], part: f64) -> Place {
         if self.shape().is_of_third_order() {
-            return self.on_cubic(e, 1.5 * part - 2.0);
+            let steps = 1.5 * part - 2.0;
+            // what jumps where the motion begins has its side in motion
+            let Place { v, a, .. } = self.on_cubic(e, steps.max(-1.5));
+            return Place {
+                v,
+                a,
+                ..self.on_cubic(e, steps)
+            };
         }
         first_half(&self.beginning, self.course.h, leg, part)
     }
@@ -156,12 +163,7 @@ impl Discrete<'_> {
 }
 
 /// The way from the start, at 0, to the middle of the first leg, at 1.
-pub(super) fn first_half(
-    beginning: &Beginning,
-    h: f64,
-    leg: AnyLeg<'_, f64>,
-    part: f64,
-) -> Place {
+pub(super) fn first_half(beginning: &Beginning, h: f64, leg: AnyLeg<'_, f64>, part: f64) -> Place {
     let q = beginning.q0.zip(leg.d, |q, d| q + 0.5 * part * d);
     // what jumps at rest has its side in motion
     Place::of_phase(beginning.t0 + 0.5 * part * h, q, Vector::of(leg.d).map(|d| d / h))

@@ -7,7 +7,7 @@ use crate::run::NearlySingular;
 use crate::solve::Vector;
 use crate::solve::failure::StepFailure;
 use crate::start;
-use crate::step::place::Place;
+use crate::start::place::Place;
 use crate::step::singular::{self, Change};
 
 /// What is slower than this part of the legs before is nearly at rest.
@@ -31,7 +31,7 @@ impl Discrete<'_> {
             return Ok(());
         }
         let third = self.shape().is_of_third_order();
-        let turns = third && fallen && self.turns_back(e);
+        let [turns, slows] = self.turns_back(e).map(|turns| third && fallen && turns);
         let (way, declaration) = (self.way(e), self.declaration());
         let h = self.course.h;
         let unit = if third { h * h * h } else { h * h };
@@ -51,10 +51,17 @@ impl Discrete<'_> {
             let [expected, _] = self.expected().filter(|_| part < 0.0 && !self.foresees(z, e))?;
             singular::on_the_way(&declaration, &self.way(&expected), &near)
         });
-        // what is thrown back by a singularity turns, too
         let rests = found
             .as_ref()
             .map_or(turns, |found| third && self.is_slow_at(e, found.time));
+        // a root that throws the motion back comes before the singularity itself
+        let thrown = if rests && !slows {
+            self.next_step().singularity_ahead()
+        } else {
+            None
+        };
+        let rests = rests && thrown.is_none();
+        let found = thrown.or(found);
         if rests {
             let cause = self.next_step().refused(StepFailure::PassesRest, z);
             return Err(self.failed(cause));
@@ -71,13 +78,18 @@ impl Discrete<'_> {
     }
 
     /// Whether a step of third order with a third difference turns back, as where the motion passes through rest: one of its legs goes against the
-    /// one before, as the masses measure it.
-    fn turns_back(&self, e: &[f64]) -> bool {
+    /// one before, as the masses measure it. And whether the legs before were slowing down to it.
+    fn turns_back(&self, e: &[f64]) -> [bool; 2] {
         let (course, leg) = (&self.course, self.next_leg());
         let last = course.vectors.second().hi;
         let before = Vector::of(leg.d).zip(&last, |d, last| d - last);
         let after = Vector::from_fn(e.len(), |i| leg.d[i] + (last[i] + e[i]));
-        self.product(&before, leg.d) < 0.0 || self.product(leg.d, &after) < 0.0
+        let [has_turned, turns] =
+            [(&before[..], leg.d), (leg.d, &after[..])].map(|(one, other)| self.product(one, other) < 0.0);
+        [
+            has_turned || turns,
+            has_turned || self.product(leg.d, &last) < 0.0,
+        ]
     }
 
     /// Whether a step of third order with a third difference is nearly at rest at a time, by the legs before.
@@ -86,9 +98,7 @@ impl Discrete<'_> {
         let steps = (time - course.time()) / course.h;
         let there = self.on_cubic(e, steps).v.map(|v| v * course.h);
         let before = Vector::of(leg.d).zip(&course.vectors.second().hi, |d, last| d - last);
-        let longest = self
-            .product(&before, &before)
-            .max(self.product(leg.d, leg.d));
+        let longest = self.product(&before, &before).max(self.product(leg.d, leg.d));
         self.product(&there, &there) < SLOW * SLOW * longest
     }
 
@@ -115,7 +125,11 @@ impl Discrete<'_> {
         let velocity = |d: &[f64], e: &[f64]| Vector::of(d).zip(e, |d, e| (d + 0.5 * e) / h);
         let solved = course.solved_leg();
         let before = if course.has_solved {
-            Place::of_phase(t - h, Vector::of(solved.q), velocity(solved.d, course.vectors.e()))
+            Place::of_phase(
+                t - h,
+                Vector::of(solved.q),
+                velocity(solved.d, course.vectors.e()),
+            )
         } else if course.index() == 1 {
             let beginning = &self.beginning;
             Place::of_phase(beginning.t0, beginning.q0.clone(), beginning.v0.clone())

@@ -13,7 +13,8 @@ use crate::regularity::sticking::{self, Contact, Outlook, Solution};
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::solve::predictor::PAST;
-use crate::start::{self, Beginning};
+use crate::start::place::Place;
+use crate::start::{self, Beginning, third};
 use crate::tape::declaration::Declaration;
 
 /// What is known of the arguments of functions that jump with the velocity.
@@ -435,6 +436,13 @@ impl Discrete<'_> {
             )
         {
             copy(force, &declaration.sided_continuous_force(point, &found.sides));
+            return;
+        }
+        if shape.is_of_third_order()
+            && let Some(Place { t, q, v, .. }) = third::left_to(&declaration, point, self.course.h)
+        {
+            let (q, v) = (&q[..], &v[..]);
+            declaration.continuous_force_into(AnyPoint { t, q, v, ..point }, force);
             return;
         }
         declaration.continuous_force_into(point, force);

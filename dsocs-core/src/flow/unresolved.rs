@@ -13,9 +13,9 @@ use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::solve::predictor;
+use crate::start::place::{Place, Way};
 use crate::step::jumps;
 use crate::step::smooth::FORESEEN;
-use crate::step::place::{Place, Way};
 use crate::tape::declaration::Declaration;
 
 impl Discrete<'_> {

@@ -17,6 +17,7 @@ use crate::regularity::multipliers;
 use crate::solve::Vector;
 use crate::solve::dense::Matrix;
 use crate::solve::sum::Sum;
+use crate::start::place::Place;
 use crate::tape::Number;
 use crate::tape::declaration::Declaration;
 
@@ -25,6 +26,9 @@ const MAX_ITERATIONS: usize = 50;
 
 /// Updates of this part are rounding, where a nearest point is looked for.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
+
+/// A start leaves a jump if it has done so after this part of a step.
+const BEHIND: f64 = 1e-6;
 
 /// Forms below this part of the largest count as zero.
 const NO_FORM: f64 = 1e-12;
@@ -65,7 +69,7 @@ pub(super) fn begin(
     free: Free,
     projected: bool,
 ) -> Result<Began, SetupError> {
-    let equations = Equations::at(declaration, t0, q0, v0);
+    let start = Place::of_phase(t0, Vector::of(q0), Vector::of(v0));
     let a0 = match &free {
         Free::Acceleration(a0) => {
             check_vector(declaration, "a0", a0)?;
@@ -73,13 +77,20 @@ pub(super) fn begin(
         }
         Free::Force(force) => {
             check_vector(declaration, "force", force)?;
-            Vector::of(&equations.acceleration_of(force)?)
+            let a0 = Equations::of(declaration, &start).acceleration_of(force)?;
+            match leaving(declaration, &start, h, &a0) {
+                // on the side to which it leads
+                Some([place, _]) => Vector::of(&Equations::of(declaration, &place).acceleration_of(force)?),
+                None => Vector::of(&a0),
+            }
         }
     };
+    let [place, beyond] = leaving(declaration, &start, h, &a0).unwrap_or_else(|| [start.clone(), start]);
+    let equations = Equations::of(declaration, &place);
     let a0 = if projected {
         Vector::of(&equations.projected(&a0)?)
     } else {
-        equations.check(&a0)?;
+        equations.check(&a0, &Equations::of(declaration, &beyond))?;
         a0
     };
     let j0 = Vector::of(&equations.jerk(&a0, &Vector::zero(q0.len()))?);
@@ -103,6 +114,36 @@ pub(super) fn begin(
     Ok(Began { a0, d, e })
 }
 
+/// Two places just behind a start, if an argument of what is given by pieces changes its sign there, or is zero at the start and not behind it: of what jumps
+/// the motion has the side to which it leaves, such as dry friction on a belt with which it begins.
+fn leaving(declaration: &Declaration<'_>, start: &Place, h: f64, a: &[f64]) -> Option<[Place; 2]> {
+    if declaration.switches() == 0 {
+        return None;
+    }
+    let at = |steps: f64| {
+        let by = steps * h;
+        Place {
+            t: start.t + by,
+            q: start.q.zip(&start.v, |q, v| q + by * v),
+            v: start.v.zip(a, |v, a| v + by * a),
+            a: Vector::of(a),
+        }
+    };
+    let behind = at(BEHIND);
+    let [now, then] = [&at(0.0), &behind].map(|place| place.arguments(declaration));
+    let leaves = |(now, then): (&f64, &f64)| *then != 0.0 && now * then <= 0.0;
+    now.iter()
+        .zip(&then)
+        .any(leaves)
+        .then(|| [behind, at(2.0 * BEHIND)])
+}
+
+/// The place just behind a start that leaves a jump, with its acceleration.
+pub(crate) fn left_to(declaration: &Declaration<'_>, start: AnyPoint<'_, f64>, h: f64) -> Option<Place> {
+    let place = Place::of_phase(start.t, Vector::of(start.q), Vector::of(start.v));
+    leaving(declaration, &place, h, start.a).map(|[place, _]| place)
+}
+
 /// The equations of the continuous system at a position and a velocity, and those of the first triple.
 struct Equations<'a> {
     /// The places of the constraints of third order.
@@ -114,6 +155,11 @@ struct Equations<'a> {
 }
 
 impl<'a> Equations<'a> {
+    /// Those at a place.
+    fn of(declaration: &'a Declaration<'a>, place: &'a Place) -> Self {
+        Self::at(declaration, place.t, &place.q, &place.v)
+    }
+
     /// Those at a position and a velocity.
     fn at(declaration: &'a Declaration<'a>, t: f64, q: &'a [f64], v: &'a [f64]) -> Self {
         Self {
@@ -181,10 +227,12 @@ impl Equations<'_> {
             }
         }
         let found = self.declaration.continuous_force(self.point(&a));
-        let size = force
-            .iter()
-            .chain(&found)
-            .fold(0.0_f64, |size, x| size.max(x.abs()));
+        // by its terms: a force of zero may be the sum of large ones
+        let terms = self
+            .declaration
+            .continuous_force(self.moving(&map(&a, Bounded::splat)).any());
+        let terms = terms.into_iter().map(|term| term.error() / (f64::EPSILON / 2.0));
+        let size = terms.fold(0.0_f64, f64::max);
         let missing = force.iter().zip(&found);
         let left = missing.fold(0.0_f64, |left, (force, found)| left.max((force - found).abs()));
         // the mass matrix is singular
@@ -292,22 +340,23 @@ impl Equations<'_> {
             .collect()
     }
 
-    /// Checks that an acceleration obeys them.
-    fn check(&self, a: &[f64]) -> Result<(), SetupError> {
+    /// Checks that an acceleration obeys them, up to what they change by to a place `beyond`.
+    fn check(&self, a: &[f64], beyond: &Self) -> Result<(), SetupError> {
         let rows = self.of_acceleration(self.point(a));
+        let change = beyond.of_acceleration(beyond.point(a));
+        let changes = change.iter().zip(&rows).map(|(x, y)| 2.0 * (x - y).abs());
         let sizes = self.sizes(a);
         let count = self.constraints() - self.third.len();
-        let violations = rows.iter().zip(sizes).enumerate();
+        let violations = rows.iter().zip(sizes).zip(changes).enumerate();
         let wrong = violations
-            .into_iter()
             // also where one of them is no number
-            .filter(|(_, (row, size))| {
+            .filter(|(_, ((row, size), change))| {
                 row.abs()
-                    .partial_cmp(&(OBEYED * size))
+                    .partial_cmp(&(OBEYED * size + change))
                     .is_none_or(Ordering::is_gt)
             });
         let violations: Vec<_> = wrong
-            .map(|(place, (&value, size))| Violation {
+            .map(|(place, ((&value, size), _))| Violation {
                 constraint: if place < count {
                     "constraint of lower order, in accelerations,"
                 } else if self.declaration.forms_count() > 0 {

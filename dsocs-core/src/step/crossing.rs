@@ -5,7 +5,6 @@
 //! coordinate while something rests.
 
 use super::jumps;
-use super::place::{Place, Way};
 use super::switches::Crossing;
 use crate::number::point::{AnyPoint, map, moved};
 use crate::number::scalar::Scalar as _;
@@ -14,6 +13,7 @@ use crate::regularity::resting::{AtPoint, Held};
 use crate::regularity::rounding;
 use crate::regularity::sides::Piece;
 use crate::solve::Vector;
+use crate::start::place::{Place, Way};
 use crate::start::{self, third};
 use crate::tape::declaration::Declaration;
 

@@ -13,8 +13,8 @@ use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::{self, Fold, Root, Stop};
 use crate::solve::predictor::Predictor;
 use crate::solve::{Vector, is_finite};
+use crate::start::place::Place;
 use crate::start::{self, Begins, third};
-use crate::step::place::Place;
 use crate::step::singular::{self, NEARLY_DEPENDENT};
 
 /// How far a guess is from the straight line, in units of the longest leg, coordinate by coordinate.
@@ -270,7 +270,11 @@ impl Step<'_> {
             unmet,
             cause,
         });
-        match self.ahead_of_singularity(error.details().cause.reason) {
+        let may_be = matches!(
+            error.details().cause.reason,
+            StepFailure::NoSolution | StepFailure::NotConverged
+        );
+        match may_be.then(|| self.singularity_ahead()).flatten() {
             Some(singularity) => error.at(singularity),
             None => error,
         }
@@ -297,10 +301,7 @@ impl Step<'_> {
     }
 
     /// The singularity that a step without a solution comes to.
-    fn ahead_of_singularity(&self, reason: StepFailure) -> Option<Singularity> {
-        if !matches!(reason, StepFailure::NoSolution | StepFailure::NotConverged) {
-            return None;
-        }
+    pub(crate) fn singularity_ahead(&self) -> Option<Singularity> {
         let (leg, h) = (self.leg, self.h);
         let declaration = self.declaration();
         if self.is_of_third_order() {

@@ -2,9 +2,9 @@
 //!
 //! It is evaluated at some places of the way. What a step resolves changes there as a polynomial of low degree does.
 
-use super::place::{Place, Way};
 use crate::solve::Vector;
 use crate::start;
+use crate::start::place::{Place, Way};
 use crate::tape::declaration::Declaration;
 
 /// In so many equal parts a way is divided.
@@ -97,10 +97,7 @@ fn is_polynomial(values: &[f64]) -> bool {
 }
 
 /// The accelerations at equally spaced places of a way, from 0 to 1; `None` where the equations do not determine one.
-pub(crate) fn accelerations(
-    declaration: &Declaration<'_>,
-    way: &Way<'_>,
-) -> Option<Vec<Vector>> {
+pub(crate) fn accelerations(declaration: &Declaration<'_>, way: &Way<'_>) -> Option<Vec<Vector>> {
     let accelerations = places().map(|part| {
         let Place { t, q, v, .. } = way(part);
         let found = start::acceleration(declaration, (t, &q, &v), None);

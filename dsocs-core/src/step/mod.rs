@@ -11,7 +11,6 @@ mod guesses;
 pub(crate) mod interpreted;
 pub(crate) mod jumps;
 pub(crate) mod pair;
-pub(crate) mod place;
 pub(crate) mod singular;
 pub(crate) mod slices;
 pub(crate) mod smooth;

@@ -4,10 +4,10 @@
 //! motion goes on as if nothing were there. Else it grows without bound, and no motion leads past. The discrete equations have
 //! roots on both sides, so a step jumps over the place.
 
-use super::place::{Place, Way};
 use crate::regularity::deficiency::{self, DependentRow, Singularity};
 use crate::solve::Vector;
 use crate::start::Determined;
+use crate::start::place::{Place, Way};
 use crate::tape::declaration::Declaration;
 
 /// In so many equal parts the way between two places is divided.

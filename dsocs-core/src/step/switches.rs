@@ -4,7 +4,7 @@
 //! to rounding. What jumps there is told by [`crossing`](super::crossing).
 
 use super::jumps;
-use super::place::Way;
+use crate::start::place::Way;
 use crate::tape::declaration::Declaration;
 
 /// At these parts of a way arguments are looked at.

@@ -24,7 +24,7 @@ use crate::series::rows::Series;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::start::Phase;
-use crate::step::place::Place;
+use crate::start::place::Place;
 use crate::step::singular::{self, DEPENDENT};
 use crate::tape::declaration::Declaration;
 

@@ -135,12 +135,7 @@ pub fn series(system: &dyn Motions, start: &State) -> Measured<(Vec<Vec<f64>>, f
 
 /// The nodes of the motion of third order from a state, which says the acceleration, up to a time, with the regularity of each step,
 /// and the steps in which something jumps.
-pub fn certified(
-    system: &dyn Kernel,
-    h: f64,
-    start: &State,
-    until: f64,
-) -> Result<Certified, CheckFailure> {
+pub fn certified(system: &dyn Kernel, h: f64, start: &State, until: f64) -> Result<Certified, CheckFailure> {
     let (mut nodes, mut regularity) = (Vec::new(), Vec::new());
     let mut flow = AnyFlow::new(system, h, &start.third_order()?)?;
     flow.run_mut().walk(until, &mut |run| {

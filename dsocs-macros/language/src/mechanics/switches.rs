@@ -77,13 +77,7 @@ fn zero_with(graph: &Graph, id: NodeId) -> Vec<NodeId> {
 }
 
 /// Adds an argument, if its sign may change with the motion and it is not a multiple of a known one.
-fn add(
-    graph: &mut Graph,
-    ranges: &mut Ranges,
-    argument: NodeId,
-    order: usize,
-    arguments: &mut Vec<NodeId>,
-) {
+fn add(graph: &mut Graph, ranges: &mut Ranges, argument: NodeId, order: usize, arguments: &mut Vec<NodeId>) {
     let is_state = |leaf| match leaf {
         Leaf::Q(_) | Leaf::V(_) | Leaf::T => true,
         // which does not jump where constraints are of third order

@@ -1,9 +1,9 @@
 //! Places on the way of a motion, and what the equations determine there: the acceleration or, of third order, the jerk.
 
+use super::{Determined, determined, third};
 use crate::number::point::{AnyLeg, AnyPoint};
 use crate::regularity::deficiency::{self, Deficiency};
 use crate::solve::Vector;
-use crate::start::{self, Determined, third};
 use crate::tape::declaration::Declaration;
 
 /// A place on the way of a step.
@@ -72,7 +72,7 @@ impl Place {
         if declaration.shape().is_of_third_order() {
             third::determined(declaration, self.t, [&self.q, &self.v, &self.a], near)
         } else {
-            start::determined(declaration, (self.t, &self.q, &self.v), near)
+            determined(declaration, (self.t, &self.q, &self.v), near)
         }
     }
 
@@ -103,7 +103,11 @@ mod tests {
         let d = x(0.0) - x(-1.0);
         let second = d - (x(-1.0) - x(-2.0));
         let e = (x(1.0) - x(0.0) - d) - second;
-        let leg = AnyLeg { t: 7.0, q: &[x(0.0)], d: &[d] };
+        let leg = AnyLeg {
+            t: 7.0,
+            q: &[x(0.0)],
+            d: &[d],
+        };
         let h = 0.5;
         for s in [-2.0, -1.3, -0.5, 0.0, 0.4, 1.0] {
             let place = Place::on_cubic(h, leg, &[second], &[e], s);
