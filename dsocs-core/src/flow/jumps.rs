@@ -1,6 +1,7 @@
 //! The steps of a flow in which something jumps.
 //!
-//! A step is a motion from the middle of one leg to that of the next. Where an argument of the declaration changes its sign on this way, it is asked what jumps
+//! A step is a motion from the middle of one leg to that of the next; of third order, on the cubic polynomial through four nodes, from the second of them to the
+//! third. Where an argument of the declaration changes its sign on this way, it is asked what jumps
 //! there ([`OnWay`]). Neither a stop nor a release at the bound of a side costs an order, so the arguments of what rests when the step begins or when it ends
 //! are not asked for.
 
@@ -112,14 +113,15 @@ impl Discrete<'_> {
         if self.shape().is_of_third_order() { 2 } else { 1 }
     }
 
-    /// The way of the next step, with its second difference or, of third order, its third, from the middle of its first leg, at 0, to that of the second, at 1.
+    /// The way of the next step, with its second difference, from the middle of its first leg, at 0, to that of the second, at 1. Of third order, with the third
+    /// difference, it is that from the second of its four nodes to the third: there accelerations go on from step to step.
     fn between(&self, e: &[f64], part: f64) -> Place {
         let leg = AnyLeg {
             t: self.course.time(),
             ..self.next_leg()
         };
         if self.shape().is_of_third_order() {
-            return self.on_cubic(e, part - 0.5);
+            return self.on_cubic(e, part - 1.0);
         }
         between(self.course.h, leg, e, part)
     }
@@ -136,7 +138,7 @@ impl Discrete<'_> {
     /// The way from the start, at 0, to that of the first step, at 1.
     fn beginning_of(&self, leg: AnyLeg<'_, f64>, e: &[f64], part: f64) -> Place {
         if self.shape().is_of_third_order() {
-            let steps = 1.5 * part - 2.0;
+            let steps = part - 2.0;
             // what jumps where the motion begins has its side in motion
             let Place { v, a, .. } = self.on_cubic(e, steps.max(-1.5));
             return Place {

@@ -23,6 +23,9 @@ const ASIDE: f64 = 1e-4;
 /// It is so by this factor: one over the distance by a hundred million, one over its root by ten thousand.
 const POLE: f64 = 1e3;
 
+/// A place so near to an end of the way, as a part of it, is there.
+const AT_NODE: f64 = 1e-9;
+
 /// An acceleration is known to this part of what sides make of it, and other quantities to this part of themselves.
 const NOISE: f64 = 1e-9;
 
@@ -144,7 +147,18 @@ impl OnWay<'_> {
             self.acceleration(part)
                 .map_or_else(|| before.a.clone(), |at| at.a)
         });
-        let jump = jump([&before.a, &after.a], [&left.a, &right.a], ends.each_ref(), noise);
+        let all = jump([&before.a, &after.a], [&left.a, &right.a], ends.each_ref(), noise);
+        // a leg of third order takes the jerk at its middle, so that one which jumps at a node costs no order
+        let is_at_node = parts.iter().all(|part| (part - part.round()).abs() < AT_NODE);
+        let jump = if all.is_finite() && is_at_node && self.declarations[0].shape().is_of_third_order() {
+            let n = ends[0].len() / 2;
+            let own = |at: &Vector| Vector::resized(at, n);
+            let [left, before, after, right] = [&left.a, &before.a, &after.a, &right.a].map(own);
+            let ends = ends.each_ref().map(own);
+            jump([&before, &after], [&left, &right], ends.each_ref(), noise)
+        } else {
+            all
+        };
         // with sides the arguments of what rests are zero to rounding, and have any sign
         let has_sides = self.declarations[0].sides() > 0;
         if jump.is_finite() && jump > 0.0 && !has_sides && !self.has_cause(places, &before.a) {
@@ -182,8 +196,10 @@ impl OnWay<'_> {
     /// What makes the motion: the generalized force `∂L/∂q + f`, the kinematic rows with an acceleration, of third order with a jerk after it, and the forms of
     /// the constraint forces.
     fn causes(&self, part: f64, motion: &[f64]) -> Vec<f64> {
-        let Place { t, q, v, .. } = (self.way)(part);
+        let Place { t, q, v, a: own } = (self.way)(part);
         let (a, j) = motion.split_at(q.len());
+        // of third order the acceleration is that of the way, which does not jump
+        let a = if own.is_empty() { a } else { &own };
         let declaration = self.declaration(part);
         let shape = declaration.shape();
         let still = map(&v, Tangent::splat);
