@@ -1,9 +1,8 @@
 //! The steps of a flow in which something jumps.
 //!
-//! A step is a motion from the middle of one leg to that of the next; of third order, on the cubic polynomial through four nodes, from the second of them to the
-//! third. Where an argument of the declaration changes its sign on this way, it is asked what jumps
-//! there ([`OnWay`]). Neither a stop nor a release at the bound of a side costs an order, so the arguments of what rests when the step begins or when it ends
-//! are not asked for.
+//! A step is a motion from the middle of one leg to that of the next; of third order, on the cubic polynomial through four nodes, from the second of them
+//! to the third. Where an argument of the declaration changes its sign on this way, it is asked what jumps there ([`OnWay`]). Neither a stop nor a release
+//! at the bound of a side costs an order, so the arguments of what rests when the step begins or when it ends are not asked for.
 
 use super::discrete::Discrete;
 use crate::number::point::AnyLeg;
@@ -113,8 +112,8 @@ impl Discrete<'_> {
         if self.shape().is_of_third_order() { 2 } else { 1 }
     }
 
-    /// The way of the next step, with its second difference, from the middle of its first leg, at 0, to that of the second, at 1. Of third order, with the third
-    /// difference, it is that from the second of its four nodes to the third: there accelerations go on from step to step.
+    /// The way of the next step, with its second difference, from the middle of its first leg, at 0, to that of the second, at 1. Of third order, with the
+    /// third difference, it is that from the second of its four nodes to the third: there accelerations go on from step to step.
     fn between(&self, e: &[f64], part: f64) -> Place {
         let leg = AnyLeg {
             t: self.course.time(),

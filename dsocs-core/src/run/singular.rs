@@ -4,8 +4,8 @@
 /// fast that it may pass zero in four such steps; or, where a run begins, it has grown by half of itself in the first step, so that the start lies
 /// beside a place where it is zero.
 ///
-/// There the equations hardly determine the acceleration. The motion may be right, as where a factor of a constraint vanishes that might be divided out;
-/// its error may also be larger than that of the step elsewhere, and what is told of multipliers is uncertain. A smaller step decides. Where no motion
+/// There the equations hardly determine the acceleration, of third order the jerk. The motion may be right, as where a factor of a constraint vanishes
+/// that might be divided out; its error may also be larger than that of the step elsewhere, and what is told of multipliers is uncertain. A smaller step decides. Where no motion
 /// leads past a singularity a run ends with [`StepFailure::PassesSingularity`](crate::StepFailure::PassesSingularity).
 ///
 /// Where the equations of the step pass through zero alone, and those of the continuous motion do not, the step is too long for a force that changes with the

@@ -19,8 +19,8 @@ pub enum StepFailure {
     /// At the root that was found, a denominator of a declared row is zero, so the row is not defined. Or a factor of the row that does not
     /// depend on the unknowns is zero, so the row holds for all values of the unknowns.
     Degenerate,
-    /// Between the last node and the next one the equations become singular, and the acceleration grows without bound: no motion leads past, and
-    /// the solution that was found belongs to another one.
+    /// Between the last node and the next one the equations become singular, and the acceleration, of third order the jerk, grows without bound: no
+    /// motion leads past, and the solution that was found belongs to another one.
     PassesSingularity,
     /// The motion passes through rest, where a constraint of third order holds whatever the third derivative is. Behind it there are two motions: one
     /// that is smooth, and one with what the constraint prescribes going on, such as a curvature.

@@ -1,10 +1,12 @@
 //! Starts of systems with constraints of third order: an acceleration is free there, and three nodes begin the motion.
 
 mod jerk;
+mod leaving;
 
 use core::cmp::Ordering;
 
 pub(crate) use jerk::{deficiency, determined, jerk, lower_acceleration};
+pub(crate) use leaving::left_to;
 
 use super::begin::check_vector;
 use super::consistency::{self, OBEYED};
@@ -20,15 +22,13 @@ use crate::solve::sum::Sum;
 use crate::start::place::Place;
 use crate::tape::Number;
 use crate::tape::declaration::Declaration;
+use leaving::leaving;
 
 /// How often a nearest point is improved.
 const MAX_ITERATIONS: usize = 50;
 
 /// Updates of this part are rounding, where a nearest point is looked for.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
-
-/// A start leaves a jump if it has done so after this part of a step.
-const BEHIND: f64 = 1e-6;
 
 /// Forms below this part of the largest count as zero.
 const NO_FORM: f64 = 1e-12;
@@ -112,36 +112,6 @@ pub(super) fn begin(
     let e = equations.second_difference(h, leg, &near, &multipliers)?;
     let e = Sum::exact(Vector::of(&e));
     Ok(Began { a0, d, e })
-}
-
-/// Two places just behind a start, if an argument of what is given by pieces changes its sign there, or is zero at the start and not behind it: of what jumps
-/// the motion has the side to which it leaves, such as dry friction on a belt with which it begins.
-fn leaving(declaration: &Declaration<'_>, start: &Place, h: f64, a: &[f64]) -> Option<[Place; 2]> {
-    if declaration.switches() == 0 {
-        return None;
-    }
-    let at = |steps: f64| {
-        let by = steps * h;
-        Place {
-            t: start.t + by,
-            q: start.q.zip(&start.v, |q, v| q + by * v),
-            v: start.v.zip(a, |v, a| v + by * a),
-            a: Vector::of(a),
-        }
-    };
-    let behind = at(BEHIND);
-    let [now, then] = [&at(0.0), &behind].map(|place| place.arguments(declaration));
-    let leaves = |(now, then): (&f64, &f64)| *then != 0.0 && now * then <= 0.0;
-    now.iter()
-        .zip(&then)
-        .any(leaves)
-        .then(|| [behind, at(2.0 * BEHIND)])
-}
-
-/// The place just behind a start that leaves a jump, with its acceleration.
-pub(crate) fn left_to(declaration: &Declaration<'_>, start: AnyPoint<'_, f64>, h: f64) -> Option<Place> {
-    let place = Place::of_phase(start.t, Vector::of(start.q), Vector::of(start.v));
-    leaving(declaration, &place, h, start.a).map(|[place, _]| place)
 }
 
 /// The equations of the continuous system at a position and a velocity, and those of the first triple.
