@@ -61,8 +61,10 @@ pub(super) fn check_triple(
     let (first, last) = (triple.first(), triple.last(h));
     let q0: Vec<f64> = first.q.iter().zip(first.d).map(|(q, d)| q - d).collect();
     let rate = |d: &[f64]| -> Vec<f64> { d.iter().map(|d| d / h).collect() };
-    let before = declaration.switch_arguments(first.t - h, &q0, &rate(first.d));
-    let after = declaration.switch_arguments(last.t, &last.q, &rate(&last.d));
+    // of third order, whose arguments may depend on it, there is no linear model
+    let a = vec![0.0; q0.len()];
+    let before = declaration.switch_arguments(first.t - h, &q0, &rate(first.d), &a);
+    let after = declaration.switch_arguments(last.t, &last.q, &rate(&last.d), &a);
     let mut both = before.iter().zip(&after).enumerate();
     match both.find(|(_, (before, after))| **before * **after < 0.0) {
         None => Ok(()),

@@ -9,6 +9,7 @@ use super::projection::{Projection, size};
 use super::recurrences::SeriesKernel;
 use super::state::State;
 use super::sticking::Sticking;
+use super::trial::Trial;
 use super::watch::{self, End, Watch};
 use super::weights::Weights;
 use crate::error::SetupError;
@@ -52,14 +53,6 @@ const JUMPS_NEAR: f64 = 0.5;
 
 /// A time that is never reached. Terms of a series stay finite there, so that changes of sign are found on the way.
 const FAR: f64 = 1e100;
-
-/// The order of a step where what comes after has no value or is rounding, as at the zero of a power; and a step is so, if it would be this part of the
-/// last one.
-const ROUGH: usize = 2;
-const LOST: f64 = 1e-8;
-
-/// How much smaller a step is tried after one that was not good.
-pub(super) const SHORTER: f64 = 0.5;
 
 /// Where a motion is, and how it goes on. What needs the system is given it.
 pub(crate) struct Integrator {
@@ -174,7 +167,7 @@ impl Integrator {
         motion.begin(equations);
         let mut coefficients = motion.next.velocities().iter();
         let known = motion.next.in_range_to();
-        if coefficients.all(|x| x.is_finite()) || known >= ROUGH || motion.order.limit(known) {
+        if coefficients.all(|x| x.is_finite()) || motion.may_begin_roughly() || motion.order.limit(known) {
             Ok(motion)
         } else {
             let cause = SeriesFailure::NotFinite;
@@ -454,21 +447,6 @@ impl Integrator {
         }
     }
 
-    /// Whether a series that begins anew knows nothing beyond its first orders: a function has few derivatives there, as a power has at its zero, and what
-    /// comes after is none, or rounding.
-    #[inline]
-    fn is_lost(&self, wanted: f64) -> bool {
-        let last = self.last.map_or(0.0, |(_, h)| h.abs());
-        !(wanted > LOST * last) && self.series.in_range_to() >= ROUGH
-    }
-
-    /// Up to which order the next series tells where an argument leads in a time `tau`.
-    pub(super) fn tells_to(&self, tau: f64) -> usize {
-        let order = self.next.order();
-        let step = self.control.first_step(&self.next, self.order().min(order));
-        if step > LOST * tau.abs() { order } else { ROUGH + 2 }
-    }
-
     /// What the control of the step asks of the series of its beginning, which has just become the last one.
     #[inline]
     pub(super) fn sizes(&mut self) -> Sizes {
@@ -725,13 +703,13 @@ impl Integrator {
             // also where nothing moves, and nothing makes it do so
             wanted = self.control.first_step(&self.series, self.order.current());
         }
-        let mut is_rough = self.is_new && self.is_lost(wanted);
-        if is_rough {
-            self.series.set_order(ROUGH);
-            wanted = self.last.map_or(f64::INFINITY, |(_, h)| h.abs());
+        let mut is_rough = false;
+        if self.is_new
+            && let Some(length) = self.begin_roughly(wanted)
+        {
+            (wanted, is_rough) = (length, true);
         }
         self.next.set_order(self.order.next());
-        let mut size = wanted.min(left.abs());
         if wanted.is_nan() || wanted < smallest {
             core::mem::swap(&mut self.series, &mut self.next);
             return if wanted > 0.0 {
@@ -740,48 +718,26 @@ impl Integrator {
                 Outcome::NotFinite
             };
         }
-        let (mut at_switch, mut before) = (false, size);
+        let mut trial = Trial::of(wanted.min(left.abs()), is_rough);
         let mut has_pieces = false;
         if let Some(watch) = &self.watch {
             has_pieces = watch.has_pieces;
-            End {
-                size,
-                before,
-                at_switch,
-            } = self.foresee(equations, size.copysign(left));
-        }
-        let mut otherwise = None;
-        if has_pieces
-            && !at_switch
-            && !is_rough
-            && let Some(place) = self.ends_at_zero(equations, size.copysign(left))
-        {
-            otherwise = Some((self.series.order(), size));
-            is_rough = true;
-            self.series.set_order(ROUGH);
-            End {
-                size,
-                before,
-                at_switch,
-            } = self.near(equations, left.signum(), [place, 2.0 * place]);
+            self.foresee_trial(equations, &mut trial, left);
         }
         loop {
+            let End { size, at_switch, .. } = trial.end;
             let whole = size == left.abs();
             let h = if whole { left } else { size.copysign(left) };
             let t = if whole { until } else { self.t.hi[0] + h };
             let Judged { sizes: known, end } = self.arrive(equations, h, t);
             if has_pieces && !at_switch && Self::is_beyond(equations, size) {
-                End {
-                    size,
-                    before,
-                    at_switch,
-                } = self.locate(equations, left.signum(), [0.0, size]);
+                trial.end = self.locate(equations, left.signum(), [0.0, size]);
                 continue;
             }
             let is_knot = self.side(t, true) != self.side(t, false);
             // a velocity that jumps where no expansion shows a switch
             let jumps = !at_switch && !is_knot && self.moved(h).is_some();
-            let good = !jumps && self.control.good(&sizes, end, size, is_rough);
+            let good = !jumps && self.control.good(&sizes, end, size, trial.is_rough);
             // a jump of the acceleration is passed in a step that no clock would see
             if good || (size <= smallest && self.next.is_finite()) {
                 if self.projection.as_mut().is_some_and(Projection::has_turned)
@@ -817,23 +773,11 @@ impl Integrator {
                 return Outcome::Good;
             }
             self.rejected += 1;
-            // the piece that the step belongs to may have no value beyond, as a power has none of a negative number
-            if at_switch && end[1].is_nan() && before < size && before > 0.0 {
-                size = before;
-                continue;
-            }
-            if let Some((order, whole)) = otherwise.take() {
-                self.series.set_order(order);
-                (size, at_switch, is_rough) = (whole, false, false);
-                continue;
-            }
-            if size <= smallest {
+            if !self.try_again(&mut trial, !end[1].is_nan(), smallest) {
                 // back to where it was
                 core::mem::swap(&mut self.series, &mut self.next);
                 return Outcome::NotFinite;
             }
-            size = (SHORTER * size).max(smallest);
-            at_switch = false;
         }
     }
 }

@@ -92,6 +92,7 @@ mod start;
 mod state;
 mod sticking;
 mod tangents;
+mod trial;
 mod watch;
 mod weights;
 

@@ -175,7 +175,8 @@ impl Integrator {
     /// ends before the zero of its argument, and the steps that lead there become shorter and shorter.
     pub(super) fn ends_at_zero(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> Option<f64> {
         let since = self.watch.as_ref().map_or(f64::NAN, |watch| watch.since);
-        if !(h.abs() < SHORT * (self.time() - since).abs()) {
+        let is_short = h.abs() < SHORT * (self.time() - since).abs();
+        if !is_short {
             return None;
         }
         let mut nearest = f64::INFINITY;

@@ -217,10 +217,12 @@ impl Subject<'_> {
 
     /// How often something that is given by pieces changes its piece along the motion.
     fn corners(&self) -> usize {
+        // of second order nothing depends on it
+        let a = vec![0.0; self.kernel.shape().dimension()];
         let arguments = self.legs.iter().map(|leg| {
             let q: Vec<f64> = leg.q.iter().zip(&leg.d).map(|(q, d)| q - d / 2.0).collect();
             let v: Vec<f64> = leg.d.iter().map(|d| d / self.h).collect();
-            piece_arguments(self.kernel, (leg.t - self.h / 2.0, &q, &v))
+            piece_arguments(self.kernel, (leg.t - self.h / 2.0, &q, &v, &a))
         });
         let mut before: Vec<f64> = Vec::new();
         let mut corners = 0;

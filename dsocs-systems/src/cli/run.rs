@@ -439,7 +439,12 @@ fn near(
         return format!(
             "warning: the equations of the step pass through a singularity in {steps} step{plural}, first about t = {first:.3}, where those of the continuous motion have none: \
              a force changes too fast with the velocity for this step, or the velocity grows beyond all bounds, and what comes after is not the motion (a smaller \
-             `--step`; `--tolerance 1e-9` ends where the motion does)"
+             `--step`{})",
+            if third {
+                ""
+            } else {
+                "; `--tolerance 1e-9` ends where the motion does"
+            }
         );
     }
     let factor = if may_divide {

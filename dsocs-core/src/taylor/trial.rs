@@ -1,0 +1,104 @@
+//! How a step is tried, and tried again.
+
+use super::integrator::Integrator;
+use super::recurrences::SeriesKernel;
+use super::watch::End;
+
+/// The order of a step where what comes after has no value or is rounding, as at the zero of a power; and a step is so, if it would be this part of the
+/// last one.
+const ROUGH: usize = 2;
+const LOST: f64 = 1e-8;
+
+/// How much smaller a step is tried after one that was not good.
+pub(super) const SHORTER: f64 = 0.5;
+
+/// A step that is tried.
+pub(super) struct Trial {
+    /// Its end.
+    pub end: End,
+    /// Whether its series has few orders, so that the difference of accelerations at its end is all that tells of its error.
+    pub is_rough: bool,
+    /// The order of the series and the length of the step that is tried if this one is not good.
+    otherwise: Option<(usize, f64)>,
+}
+
+impl Trial {
+    /// A step of a length.
+    #[inline]
+    pub fn of(size: f64, is_rough: bool) -> Self {
+        Self {
+            end: End {
+                size,
+                before: size,
+                at_switch: false,
+            },
+            is_rough,
+            otherwise: None,
+        }
+    }
+}
+
+impl Integrator {
+    /// Where a series that begins anew knows nothing beyond its first orders, goes on by these; returns the length of the step. A function has few
+    /// derivatives there, as a power has at its zero, and what comes after is none, or rounding.
+    #[cold]
+    pub(super) fn begin_roughly(&mut self, wanted: f64) -> Option<f64> {
+        let last = self.last.map(|(_, h)| h.abs());
+        if wanted > LOST * last.unwrap_or(0.0) || self.series.in_range_to() < ROUGH {
+            return None;
+        }
+        self.series.set_order(ROUGH);
+        Some(last.unwrap_or(f64::INFINITY))
+    }
+
+    /// Whether a start is known well enough for such a step.
+    pub(super) fn may_begin_roughly(&self) -> bool {
+        self.next.in_range_to() >= ROUGH
+    }
+
+    /// Up to which order the next series tells where an argument leads in a time `tau`.
+    pub(super) fn tells_to(&self, tau: f64) -> usize {
+        let order = self.next.order();
+        let step = self.control.first_step(&self.next, self.order().min(order));
+        if step > LOST * tau.abs() { order } else { ROUGH + 2 }
+    }
+
+    /// How far the first trial goes where something is watched.
+    pub(super) fn foresee_trial(&mut self, equations: &mut dyn SeriesKernel, trial: &mut Trial, left: f64) {
+        let has_pieces = self.watch.as_ref().is_some_and(|watch| watch.has_pieces);
+        trial.end = self.foresee(equations, trial.end.size.copysign(left));
+        if !has_pieces || trial.end.at_switch || trial.is_rough {
+            return;
+        }
+        let size = trial.end.size;
+        if let Some(place) = self.ends_at_zero(equations, size.copysign(left)) {
+            trial.otherwise = Some((self.series.order(), size));
+            trial.is_rough = true;
+            self.series.set_order(ROUGH);
+            trial.end = self.near(equations, left.signum(), [place, 2.0 * place]);
+        }
+    }
+
+    /// What is tried after a step that was not good; `is_finite` tells whether its end was. Returns false if there is nothing left to try.
+    #[cold]
+    pub(super) fn try_again(&mut self, trial: &mut Trial, is_finite: bool, smallest: f64) -> bool {
+        let End {
+            size,
+            before,
+            at_switch,
+        } = trial.end;
+        if at_switch && !is_finite && before < size && before > 0.0 {
+            // the piece that the step belongs to has no value beyond, as a power has none of a negative number
+            trial.end.size = before;
+        } else if let Some((order, whole)) = trial.otherwise.take() {
+            self.series.set_order(order);
+            *trial = Trial::of(whole, false);
+        } else if size <= smallest {
+            return false;
+        } else {
+            trial.end.size = (SHORTER * size).max(smallest);
+            trial.end.at_switch = false;
+        }
+        true
+    }
+}
