@@ -84,16 +84,19 @@ impl Discrete<'_> {
         let ways: [(&Way<'_>, [Declaration<'_>; 2]); 2] = [(&first, [old; 2]), (&way, [old, now])];
         for (way, declarations) in &ways[usize::from(index != self.first_step())..] {
             let found = self.crossings(way, &mut switches.came, span);
-            if found.is_empty() {
-                continue;
-            }
-            any = true;
             let on = OnWay {
                 way: *way,
                 h,
                 declarations: *declarations,
                 pieces: span.before,
             };
+            if found.is_empty() {
+                for place in switches::near_misses(&now, way) {
+                    part = part.max(on.swings_at(place));
+                }
+                continue;
+            }
+            any = true;
             for crossing in &found {
                 part = part.max(on.jump_at(*crossing));
             }

@@ -26,6 +26,9 @@ const BACK: core::ops::RangeInclusive<i32> = 1..=27;
 /// Where a parabola through three values of an argument comes nearer to zero than this part of its range, its extremum is looked for.
 const NEARLY: f64 = 0.1;
 
+/// An argument nearly meets zero where its extremum on a way is this part of its values at the ends.
+const DEEP: f64 = 0.5;
+
 /// So often the part of a way in which an extremum lies is made shorter.
 const SHORTENINGS: u32 = 40;
 
@@ -173,10 +176,29 @@ impl Arguments<'_> {
 }
 
 /// The value at the extremum of the parabola through three equally spaced values, if it lies between the first and the last.
-fn extremum([first, middle, last]: [f64; 3]) -> Option<f64> {
+fn extremum(values: [f64; 3]) -> Option<f64> {
+    Some(extremum_at(values)?.1)
+}
+
+/// Its place, from -1 to 1, and the value there.
+fn extremum_at([first, middle, last]: [f64; 3]) -> Option<(f64, f64)> {
     let (slope, bend) = (0.5 * (last - first), first - 2.0 * middle + last);
     let place = -slope / bend;
-    (place.abs() < 1.0).then_some(middle + 0.5 * slope * place)
+    (place.abs() < 1.0).then_some((place, middle + 0.5 * slope * place))
+}
+
+/// The parts of a way where an argument that keeps its sign comes much nearer to zero than at both ends: where a motion nearly meets a pole.
+pub(crate) fn near_misses(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f64> {
+    let [first, middle, last] = PLACES.map(|part| way(part).arguments(declaration));
+    let pits = (0..first.len()).filter_map(|g| {
+        let values = [first[g], middle[g], last[g]];
+        let side = values[0].signum();
+        let (place, value) = extremum_at(values)?;
+        let least = DEEP * values[0].abs().min(values[2].abs());
+        let keeps = values.iter().all(|value| side * value > 0.0);
+        (keeps && side * value < least).then_some(0.5 + 0.5 * place)
+    });
+    pits.collect()
 }
 
 /// Where arguments change their signs on a way, in the order of time. `came` are the signs with which the motion came to its beginning, 0 if that is not

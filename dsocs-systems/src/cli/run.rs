@@ -255,6 +255,7 @@ impl Pictures {
     }
 
     /// Takes the number of a node and, if anything is asked for, the values of all columns there.
+    #[inline]
     fn push(&mut self, index: u64, values: &[f64]) {
         if let Some(plot) = &mut self.plot {
             plot.push(index, values);
