@@ -51,7 +51,7 @@ use thiserror::Error;
 pub use machine::{Code, Compiler};
 
 /// How many operations a function of machine code has at most. The time that a function takes to compile grows faster than its length: the programs of a chain of 32
-/// links take 77 to 94 ms in pieces of 500 or of 1000, 113 to 132 in pieces of 2000, and 185 to 260 in one. Their steps take as long either way.
+/// links take 77 to 94 ms in pieces of 500 or of 1000, 113 to 132 in pieces of 2000, and 185 to 260 in one.
 pub const PIECE: usize = 500;
 
 /// What an operation reads.

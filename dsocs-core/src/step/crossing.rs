@@ -123,7 +123,7 @@ impl OnWay<'_> {
         })
     }
 
-    /// How far the acceleration at a part of the way is from what its ends lead to expect, relative to itself; 0 if that is less than a half: there the step
+    /// How far the acceleration at a part of the way is from what its ends lead to expect, relative to itself; 0 if that is less than a quarter: there the step
     /// leads over something that it does not see.
     pub(crate) fn swings_at(&self, part: f64) -> f64 {
         let [Some(first), Some(here), Some(last)] = [0.0, part, 1.0].map(|part| self.acceleration(part))
@@ -134,7 +134,7 @@ impl OnWay<'_> {
         let ends = first.a.zip(&last.a, |first, last| first + part * (last - first));
         let apart = here.a.zip(&ends, |here, ends| here - ends);
         let apart = apart.iter().fold(0.0_f64, |size, a| size.max(a.abs()));
-        if apart > 0.5 * size { apart / size } else { 0.0 }
+        if apart > 0.25 * size { apart / size } else { 0.0 }
     }
 
     /// How much the acceleration jumps at the place where an argument changes its sign, relative to itself: the largest of all components. It is infinite where

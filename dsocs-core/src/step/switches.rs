@@ -27,7 +27,7 @@ const BACK: core::ops::RangeInclusive<i32> = 1..=27;
 const NEARLY: f64 = 0.1;
 
 /// An argument nearly meets zero where its extremum on a way is this part of its values at the ends.
-const DEEP: f64 = 0.5;
+const DEEP: f64 = 0.75;
 
 /// So often the part of a way in which an extremum lies is made shorter.
 const SHORTENINGS: u32 = 40;

@@ -36,6 +36,7 @@ mod moving_surfaces;
 mod narrow;
 mod particle_reference;
 mod pendulum_reference;
+mod poles;
 mod proper_branch;
 mod regularity;
 mod reversal;
