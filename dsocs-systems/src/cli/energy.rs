@@ -1,6 +1,7 @@
 //! Whether the energy of a run explodes, or changes where nothing changes it.
 
 use dsocs_core::Stop;
+use dsocs_core::geometry::power_with;
 
 use crate::entry::{Method, Row};
 
@@ -9,6 +10,9 @@ const EXPLODED: f64 = 1e4;
 
 /// Of a run with fewer nodes nothing is said of a growth from zero.
 const FEW: u64 = 64;
+
+/// From an energy of so many times the first on, the work is summed: what was there before is no part of an explosion.
+const STIRRED: f64 = 100.0;
 
 /// Of a growth at least this part is explained by the work of what is declared to drive a system, or it is not driven there.
 const EXPLAINED: f64 = 0.5;
@@ -26,7 +30,7 @@ pub struct Energy {
     /// The work of all that is declared, up to that time.
     given: f64,
     /// The same up to the last node.
-    work: Work,
+    work: Option<Work>,
     /// How it grows.
     growth: Growth,
     /// Where it is known what changes it.
@@ -59,20 +63,30 @@ impl Growth {
 }
 
 /// The work of all that is declared: of forces, of constraints and of what depends on time.
-#[derive(Default)]
 struct Work {
+    /// The energy from which on it is summed.
+    from: f64,
     /// The time and the power at the last node.
-    last: Option<(f64, f64)>,
+    last: (f64, f64),
     /// The sum.
     sum: f64,
 }
 
 impl Work {
-    /// Looks at a node, with the power there.
-    fn look(&mut self, t: f64, power: f64) {
-        if let Some((before, earlier)) = self.last.replace((t, power)) {
-            self.sum += (t - before) * (earlier + power) / 2.0;
-        }
+    /// Looks at a node.
+    fn look(work: &mut Option<Self>, row: &Row<'_>) {
+        let node = &row.node;
+        let power = power_with(&row.declaration, (node.t, node.q, node.v), node.force);
+        let Some(Self { last, sum, .. }) = work else {
+            *work = Some(Self {
+                from: node.energy,
+                last: (node.t, power),
+                sum: 0.0,
+            });
+            return;
+        };
+        let (before, earlier) = core::mem::replace(last, (node.t, power));
+        *sum += (node.t - before) * (earlier + power) / 2.0;
     }
 }
 
@@ -151,12 +165,12 @@ impl Energy {
     /// Looks at a node.
     pub fn look(&mut self, row: &Row<'_>) {
         let first = *self.first.get_or_insert(row.node.energy);
-        if let Some(power) = row.power {
-            self.work.look(row.node.t, power);
+        if row.is_open && (self.work.is_some() || row.node.energy.abs() >= STIRRED * first.abs()) {
+            Work::look(&mut self.work, row);
         }
         if row.node.energy.abs() > self.largest.0.abs() {
             self.largest = (row.node.energy, row.node.t);
-            self.given = self.work.sum;
+            self.given = self.work.as_ref().map_or(0.0, |work| work.sum);
         }
         // what rests has its energy from rounding
         if row.node.stop != Stop::Sticks {
@@ -177,7 +191,7 @@ impl Energy {
         // an energy that is nearly zero at the start, as that of a pendulum that begins level with its pivot, is no scale by itself
         let (before, then) = self.growth.before[1];
         // the work has errors of the step, too: a step that is too long makes it miss the energy by several times
-        let growth = largest - first;
+        let growth = largest - self.work.as_ref().map_or(first, |work| work.from);
         let is_given = (growth - self.given).abs() <= (1.0 - EXPLAINED) * growth.abs();
         let grows = if is_given || !exploded(first) || !exploded(before) {
             None

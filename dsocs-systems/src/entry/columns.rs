@@ -15,8 +15,8 @@ pub struct Row<'a> {
     /// Where nothing that is declared changes the energy but forces of constraints on positions and velocities: their power and, at some nodes,
     /// the sum of the energy's terms without their signs.
     pub balance: Option<(f64, Option<f64>)>,
-    /// Where more than that may change the energy: the power of all forces and of what depends on time.
-    pub power: Option<f64>,
+    /// Whether more than that may change the energy in steps of a fixed length: external forces, what depends on time, inputs.
+    pub is_open: bool,
     /// How regular the equations are at the node, in a certified run.
     pub regularity: Option<Regularity>,
     /// The steps so far that were too long for what jumps in them.
@@ -36,7 +36,7 @@ impl<'a> Row<'a> {
             node,
             declaration,
             balance: None,
-            power: None,
+            is_open: false,
             regularity: None,
             unresolved: None,
             nearly_singular: None,

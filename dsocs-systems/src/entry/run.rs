@@ -2,7 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::geometry::power_with;
 use dsocs_core::{AnyFlow, AnyNode, Declaration, OwnedNode, Regularity, Run, RunError, Tolerance};
 
 use super::beginning::Beginning;
@@ -164,7 +163,7 @@ fn hand_on(
             unresolved: run.unresolved(),
             nearly_singular: run.nearly_singular(),
             balance: is_closed.then(|| balance(&declaration, &node)),
-            power: is_open.then(|| power_with(&declaration, (node.t, node.q, node.v), node.force)),
+            is_open,
             ..Row::of(node, declaration)
         };
         let Some(error) = &mut error else {
