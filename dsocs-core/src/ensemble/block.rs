@@ -249,11 +249,13 @@ impl<'r, 's> Block<'r, 's> {
             let Member { changes, flow, .. } = &mut self.members[lane];
             let changes = changes.last().is_some_and(|change| change.index == self.index);
             let looks = flow.course.looks_at <= self.index;
-            if looks && !changes {
+            // what may come to rest is looked at by a flow, which knows its legs
+            let asks = changes || looks && self.run.shape().jumps;
+            if looks && !asks {
                 self.kept.put(lane, &mut flow.course);
                 flow.course.resume(self.index);
             }
-            if changes || looks && !matches!(flow.outlook(), Outlook::Clear(_)) {
+            if asks || looks && !matches!(flow.outlook(), Outlook::Clear(_)) {
                 elsewhere |= 1 << lane;
             }
         }

@@ -1,5 +1,7 @@
 //! Steps near a singularity of the equations.
 
+use smallvec::{SmallVec, smallvec};
+
 use super::discrete::Discrete;
 use crate::error::StepError;
 use crate::kernel::report::Guess;
@@ -31,7 +33,11 @@ impl Discrete<'_> {
             return Ok(());
         }
         let third = self.shape().is_of_third_order();
-        let [turns, slows] = self.turns_back(e).map(|turns| third && fallen && turns);
+        let [turns, slows] = if third && fallen {
+            self.turns_back(e)
+        } else {
+            [false; 2]
+        };
         let (way, declaration) = (self.way(e), self.declaration());
         let h = self.course.h;
         let unit = if third { h * h * h } else { h * h };
@@ -116,9 +122,9 @@ impl Discrete<'_> {
 
     /// The way of a step with a second difference: from the node before its middle node to the middle of its second leg. Of third order, with a third
     /// difference, from the first of its four nodes.
-    fn way(&self, e: &[f64]) -> Vec<Place> {
+    fn way(&self, e: &[f64]) -> SmallVec<[Place; 4]> {
         if self.shape().is_of_third_order() {
-            return [-2.0, -1.0, 0.0, 0.5].map(|steps| self.on_cubic(e, steps)).into();
+            return SmallVec::from_buf([-2.0, -1.0, 0.0, 0.5].map(|steps| self.on_cubic(e, steps)));
         }
         let (course, leg) = (&self.course, self.next_leg());
         let (h, t) = (course.h, course.time());
@@ -141,6 +147,6 @@ impl Discrete<'_> {
         let next = Vector::of(leg.d).zip(e, |d, e| d + e);
         let q = here.q.zip(&next, |q, d| q + 0.5 * d);
         let after = Place::of_phase(t + 0.5 * h, q, next.map(|d| d / h));
-        vec![before, here, after]
+        smallvec![before, here, after]
     }
 }
