@@ -86,7 +86,7 @@ pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], near: &
         return Change::Falls;
     }
     // a constraint that nearly depends on others is told from farther away: the motion is not straight there
-    let part = if declaration.lower() > 0 { FALLS } else { VANISHES };
+    let least = if declaration.lower() > 0 { FALLS } else { VANISHES };
     // in steps from the first place
     let vanishes = |from: f64, to: f64, size: f64| {
         let count = f64::from(PLACES) * (to - from).abs();
@@ -96,7 +96,7 @@ pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], near: &
             let solved = place.solve(declaration, near);
             // a straight way may leave the declaration's domain, and then tells nothing
             solved.is_some_and(|solved| {
-                solved.determinant.in_units_of(unit) * size.signum() < part * size.abs()
+                solved.determinant.in_units_of(unit) * size.signum() < least * size.abs()
             })
         })
     };

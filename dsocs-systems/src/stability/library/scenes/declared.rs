@@ -74,7 +74,7 @@ phi_lagrangian = midpoint;
 };
 
 /// a servo in a tree.
-pub const RUN3: Run<3, 2> = Run {
+pub const RUN3: Run<3, 3> = Run {
     name: "a servo in a tree",
     text: "
 coordinates(q0, q1, q2);
@@ -149,7 +149,7 @@ phi_lagrangian = midpoint;
 };
 
 /// a tree of four.
-pub const RUN6: Run<4, 3> = Run {
+pub const RUN6: Run<4, 4> = Run {
     name: "a tree of four",
     text: "
 coordinates(q0, q1, q2, q3);
