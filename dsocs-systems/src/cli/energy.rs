@@ -12,7 +12,7 @@ const EXPLODED: f64 = 1e4;
 const FEW: u64 = 64;
 
 /// From an energy of so many times the first on, the work is summed: what was there before is no part of an explosion.
-const STIRRED: f64 = 100.0;
+const STIRRED: f64 = 1e3;
 
 /// Of a growth at least this part is explained by the work of what is declared to drive a system, or it is not driven there.
 const EXPLAINED: f64 = 0.5;
