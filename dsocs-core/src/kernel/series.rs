@@ -233,7 +233,7 @@ pub(crate) struct Operation {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Argument {
     /// A sign.
-    One(Place),
+    Sign(Place),
     /// That of a smooth function that is steep.
     Steep(Place),
     /// A divisor of a high degree.
@@ -457,7 +457,7 @@ fn read(reader: &mut Reader<'_>, constants: Tape, calls: Vec<TapeCall>) -> Optio
     })?;
     let squares = list(squares, || counts.operand(reader))?;
     let arguments = list(switches, || match reader.number()? {
-        0 => Some(Argument::One(counts.sequence(reader)?)),
+        0 => Some(Argument::Sign(counts.sequence(reader)?)),
         1 => Some(Argument::Steep(counts.sequence(reader)?)),
         3 => Some(Argument::Divisor(counts.sequence(reader)?)),
         2 => Some(Argument::Difference(

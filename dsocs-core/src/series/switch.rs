@@ -283,18 +283,16 @@ impl Switch {
         let zero = found.first().map(|crossing| BEFORE_ZERO * crossing.at);
         roots::crossings(&slopes[..terms.len() - 1], found);
         let least = DEEP * value(0.0).abs().min(value(1.0).abs());
-        let pit = found.iter().map(|crossing| crossing.at);
-        let pit = pit.clone().find(|&at| value(at).abs() < least);
+        let mut extrema = found.iter().map(|crossing| crossing.at);
+        let pit = extrema.find(|&at| value(at).abs() < least);
         self.nears = Some(if zero.is_some() {
             nears.saturating_add(1)
         } else {
             0
         });
         let zero = zero.filter(|_| nears < MOST_NEARS);
-        match (zero, pit) {
-            (None, None) => Reach::Whole,
-            (zero, pit) => Reach::Shorter(zero.unwrap_or(1.0).min(pit.unwrap_or(1.0))),
-        }
+        let nearest = zero.into_iter().chain(pit).reduce(f64::min);
+        nearest.map_or(Reach::Whole, Reach::Shorter)
     }
 
     /// The same where the terms alone do not tell that there is no change of sign.

@@ -269,7 +269,7 @@ impl Expansion<'_, '_> {
             match *argument {
                 Argument::Steep(u) => switch.steep(tables.sequences[u as usize][START]),
                 Argument::Divisor(u) => switch.divisor(tables.sequences[u as usize][START]),
-                Argument::One(_) | Argument::Difference(..) => {}
+                Argument::Sign(_) | Argument::Difference(..) => {}
             }
         }
         let [q, v] = next.tables_mut();
@@ -396,7 +396,7 @@ fn order_of<const FUSED: bool, const EAGER: bool, const TURN: usize, const NEXT:
     }
     for (switch, argument) in switches.iter_mut().zip(&series.arguments) {
         let coefficient = match *argument {
-            Argument::One(u) | Argument::Steep(u) | Argument::Divisor(u) => order.of_series(u),
+            Argument::Sign(u) | Argument::Steep(u) | Argument::Divisor(u) => order.of_series(u),
             Argument::Difference(u, v) => order.of_series(u) - order.of_series(v),
         };
         switch.push(k, coefficient);
