@@ -9,11 +9,12 @@ use super::stages::State;
 use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::predictor::Predictor;
-use crate::start::place::Place;
+use crate::start::place::{Place, Way};
 use crate::step::crossing::OnWay;
 use crate::step::jumps;
 use crate::step::smooth::FORESEEN;
 use crate::step::switches;
+use crate::tape::declaration::Declaration;
 
 /// A node.
 #[derive(Clone, Debug)]
@@ -64,8 +65,8 @@ pub(super) struct Watch {
     came: Vec<f64>,
     /// The number of the node at its end.
     looked_at: u64,
-    /// The number of the node before which arguments are looked at.
-    looks_at: u64,
+    /// The number of the node before which arguments and tables of samples are looked at; `None` where there are none.
+    looks_at: Option<u64>,
 }
 
 impl Composed<'_> {
@@ -76,14 +77,15 @@ impl Composed<'_> {
             return;
         }
         let mut accelerations = Predictor::new(shape.increments);
+        let declaration = self.declaration();
         accelerations.push(&self.course.now.a);
         self.watch = Some(Box::new(Watch {
             nodes: vec![self.here()],
             accelerations,
             looked: true,
-            came: vec![0.0; self.declaration().switches()],
+            came: vec![0.0; declaration.switches()],
             looked_at: 0,
-            looks_at: 0,
+            looks_at: (declaration.switches() > 0 || declaration.has_tables()).then_some(0),
         }));
     }
 
@@ -116,7 +118,7 @@ impl Composed<'_> {
         {
             self.look_between([before, last], &mut vec![0.0; watch.came.len()], true);
         }
-        let is_to_look = !watch.came.is_empty() && watch.looks_at <= index;
+        let is_to_look = watch.looks_at.is_some_and(|looks_at| looks_at <= index);
         if let Some(last) = watch.nodes.first()
             && (is_to_look || !foreseen)
         {
@@ -124,7 +126,8 @@ impl Composed<'_> {
                 watch.came.fill(0.0);
             }
             let clear = self.look_between([last, &here], &mut watch.came, !foreseen);
-            (watch.looked_at, watch.looks_at) = (index, index + clear.max(1));
+            watch.looked_at = index;
+            watch.looks_at = watch.looks_at.map(|_| index + clear.max(1));
         }
         watch.looked = !foreseen;
         watch.nodes.insert(0, here);
@@ -147,6 +150,12 @@ impl Composed<'_> {
             part = self.jump_between([from, to], &mut start);
         }
         let way = |part: f64| hermite(from, to, part);
+        if part.is_none() {
+            let on = on(&way, to.t - from.t, declaration);
+            let places = switches::narrow_places(&declaration, &way).into_iter();
+            let swings = places.map(|place| on.swings_at(place));
+            part = swings.filter(|swing| *swing > 0.0).reduce(f64::max);
+        }
         let clear = match part {
             Some(_) => 0,
             None => switches::clear_after(&declaration, &way),
@@ -176,18 +185,23 @@ impl Composed<'_> {
             if found.is_empty() {
                 continue;
             }
-            let on = OnWay {
-                way: &half,
-                h,
-                declarations: [declaration; 2],
-                pieces: &[],
-            };
+            let on = on(&half, h, declaration);
             let part = found
                 .iter()
                 .fold(0.0_f64, |part, crossing| part.max(on.jump_at(*crossing)));
             largest = Some(largest.unwrap_or(0.0).max(part));
         }
         largest
+    }
+}
+
+/// A way on which nothing rests.
+fn on<'a>(way: &'a Way<'a>, h: f64, declaration: Declaration<'a>) -> OnWay<'a> {
+    OnWay {
+        way,
+        h,
+        declarations: [declaration; 2],
+        pieces: &[],
     }
 }
 

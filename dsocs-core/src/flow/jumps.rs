@@ -40,7 +40,7 @@ impl Switches {
     /// Those of a start; `None` if there are none that are watched.
     pub(super) fn of(declaration: &Declaration<'_>) -> Option<Self> {
         let count = declaration.switches();
-        (count > 0).then(|| Self {
+        (count > 0 || declaration.has_tables()).then(|| Self {
             came: vec![0.0; count],
             index: 0,
         })
@@ -91,7 +91,7 @@ impl Discrete<'_> {
                 pieces: span.before,
             };
             if found.is_empty() {
-                for place in switches::near_misses(&now, way) {
+                for place in switches::narrow_places(&now, way) {
                     part = part.max(on.swings_at(place));
                 }
                 continue;

@@ -3,6 +3,7 @@
 use super::{Determined, determined, third};
 use crate::number::point::{AnyLeg, AnyPoint};
 use crate::regularity::deficiency::{self, Deficiency};
+use crate::samples::Samples;
 use crate::solve::Vector;
 use crate::tape::declaration::Declaration;
 
@@ -89,6 +90,11 @@ impl Place {
     /// The arguments of what is given by pieces.
     pub fn arguments(&self, declaration: &Declaration<'_>) -> Vec<f64> {
         declaration.switch_arguments(self.t, &self.q, &self.v, &self.a)
+    }
+
+    /// The tables of samples, with their arguments there.
+    pub fn tables<'d>(&self, declaration: &Declaration<'d>) -> Vec<(&'d Samples, f64)> {
+        declaration.tables(self.t, &self.q, &self.v, &self.a)
     }
 }
 

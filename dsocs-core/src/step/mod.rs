@@ -10,6 +10,7 @@ mod declared;
 mod guesses;
 pub(crate) mod interpreted;
 pub(crate) mod jumps;
+mod knots;
 pub(crate) mod pair;
 pub(crate) mod singular;
 pub(crate) mod slices;

@@ -3,7 +3,7 @@
 //! The declaration tells the arguments of all that is given by pieces, and what it divides by. Where one of them changes its sign on a way, the place is found
 //! to rounding. What jumps there is told by [`crossing`](super::crossing).
 
-use super::jumps;
+use super::{jumps, knots};
 use crate::start::place::Way;
 use crate::tape::declaration::Declaration;
 
@@ -187,8 +187,9 @@ fn extremum_at([first, middle, last]: [f64; 3]) -> Option<(f64, f64)> {
     (place.abs() < 1.0).then_some((place, middle + 0.5 * slope * place))
 }
 
-/// The parts of a way where an argument that keeps its sign comes much nearer to zero than at both ends: where a motion nearly meets a pole.
-pub(crate) fn near_misses(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f64> {
+/// The parts of a way where something may be narrower than a step: an argument that keeps its sign comes much nearer to zero than at both ends, so that a motion
+/// nearly meets a pole, or samples lie between the ends.
+pub(crate) fn narrow_places(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f64> {
     let [first, middle, last] = PLACES.map(|part| way(part).arguments(declaration));
     let pits = (0..first.len()).filter_map(|g| {
         let values = [first[g], middle[g], last[g]];
@@ -198,7 +199,7 @@ pub(crate) fn near_misses(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f
         let keeps = values.iter().all(|value| side * value > 0.0);
         (keeps && side * value < least).then_some(0.5 + 0.5 * place)
     });
-    pits.collect()
+    pits.chain(knots::hidden(declaration, way)).collect()
 }
 
 /// Where arguments change their signs on a way, in the order of time. `came` are the signs with which the motion came to its beginning, 0 if that is not
@@ -262,7 +263,7 @@ pub(crate) fn clear_after(declaration: &Declaration<'_>, way: &Way<'_>) -> u64 {
         clippy::cast_sign_loss,
         reason = "between 0 and a few hundred"
     )]
-    let steps = clears.fold(MOST, f64::min) as u64;
+    let steps = clears.fold(knots::clear(declaration, way), f64::min) as u64;
     steps
 }
 

@@ -3,10 +3,11 @@
 use crate::number::bounded::Bounded;
 use crate::number::point::{AnyLeg, AnyPoint, OwnedPoint};
 use crate::number::scalar::Scalar as _;
+use crate::samples::Samples;
 use crate::tape::Shape;
 use crate::tape::origin::{Origin, origin};
 use crate::tape::quantity::Quantity;
-use crate::tape::{Leaf, Number, Part, Segment, Source};
+use crate::tape::{Leaf, Number, Part, Segment, Source, TapeCall};
 
 /// What a system was declared to be: its tape, and the values of its parameters.
 ///
@@ -664,6 +665,36 @@ impl<'s> Declaration<'s> {
             ..At::NOWHERE
         };
         self.all(Segment::Switches, Part::All, &at)
+    }
+
+    /// Whether there are tables of samples.
+    pub(crate) fn has_tables(&self) -> bool {
+        self.count(Segment::Tables, Part::All) > 0
+    }
+
+    /// The tables of samples that are data, each with its argument.
+    pub(crate) fn tables(&self, t: f64, q: &[f64], v: &[f64], a: &[f64]) -> Vec<(&'s Samples, f64)> {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            a,
+            ..At::NOWHERE
+        };
+        let all = self.all(Segment::Tables, Part::All, &at);
+        let tables = all.chunks_exact(2).filter_map(|table| {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "the number of a call"
+            )]
+            let which = table[0] as usize;
+            match self.source.data(which)? {
+                TapeCall::Samples { samples, .. } => Some((&**samples, table[1])),
+                TapeCall::Number(_) => None,
+            }
+        });
+        tables.collect()
     }
 
     /// The rows of [`Declaration::declared`] with sides in the place of signs.

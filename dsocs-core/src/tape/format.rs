@@ -1,7 +1,7 @@
 //! The format of a tape: which segments it has, and what their expressions are made of.
 
 /// The first byte of a tape.
-pub(crate) const VERSION: u8 = 5;
+pub(crate) const VERSION: u8 = 6;
 
 /// What an expression is made of in the end, besides numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -102,10 +102,12 @@ pub enum Segment {
     SidedContinuous,
     /// The arguments of whatever is given by pieces, and what is divided by: first those of [`Segment::Sides`].
     Switches,
+    /// Of each table of samples the number of its call, and its argument.
+    Tables,
 }
 
 /// How many segments a tape has.
-pub(crate) const SEGMENTS: usize = Segment::Switches as usize + 1;
+pub(crate) const SEGMENTS: usize = Segment::Tables as usize + 1;
 
 /// Which of a segment's results are wanted: those of rows without their Jacobian, of a point without the force, or the rest.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -21,12 +21,12 @@ use std::error::Error;
 
 use dsocs_core::__private::TapeKernel;
 use dsocs_core::geometry::{DiscreteFlow, Triple, piece_arguments};
-use dsocs_core::{AnyPoint, Kernel, OwnedLeg, System, Unresolved};
+use dsocs_core::{AnyPoint, Kernel, NearlySingular, OwnedLeg, System, Unresolved};
 
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, Typed};
 use crate::stability::{Bar, told};
 
-use probe::{First, State, Walked, less};
+use probe::{First, Hard, State, Walked, less};
 
 /// So many steps are made unless an end is given.
 const STEPS: f64 = 40.0;
@@ -186,8 +186,8 @@ struct Subject<'a> {
     ended: Option<String>,
     /// Whether the end was the system's own.
     own_end: bool,
-    /// The steps that were too long for the external forces.
-    unresolved: Option<Unresolved>,
+    /// The steps in which what the theorems assume does not hold.
+    hard: Hard,
     /// In how many steps a function jumps, or something rests where one does.
     held: usize,
     /// The start.
@@ -239,13 +239,20 @@ impl Subject<'_> {
 
     /// Which assumption of the theorems on the motion as a whole does not hold on it, if one does not.
     fn excuse(&self) -> Option<String> {
-        excuse(self.unresolved, self.held, self.legs.len() - 1)
+        excuse(self.hard, self.held, self.legs.len() - 1)
     }
 }
 
-/// Why what the theorems say of a motion as a whole is not required of one of so many steps in which functions jump, or so many of which hold something.
-fn excuse(unresolved: Option<Unresolved>, held: usize, steps: usize) -> Option<String> {
-    let jumps = unresolved.map_or(0, |unresolved| unresolved.steps);
+/// Why what the theorems say of a motion as a whole is not required of one of so many steps in which functions jump, or so many of which hold something, or come
+/// near to a singularity.
+fn excuse(hard: Hard, held: usize, steps: usize) -> Option<String> {
+    if let Some(NearlySingular { first, .. }) = hard.nearly_singular {
+        return Some(format!(
+            "not required here: the theorem is about motions along which the equations are regular, and here they come near to a singularity, first about \
+             t = {first:.3}, beside which errors do not fall as a power of the step; to see it required, end before (`--until`)"
+        ));
+    }
+    let jumps = hard.unresolved.map_or(0, |unresolved| unresolved.steps);
     if held == 0 && jumps == 0 {
         return None;
     }
@@ -360,7 +367,7 @@ pub(crate) fn check_to(
         until: walked.until,
         ended: walked.ended,
         own_end: settings.until.is_none(),
-        unresolved: walked.unresolved,
+        hard: walked.hard,
         held: walked.held.iter().filter(|held| **held).count(),
         states: states(system, h, &start, walked.until),
         start,
@@ -418,14 +425,14 @@ fn window(subject: &Subject<'_>, report: &mut Report) {
     if let Some(ended) = &subject.ended {
         report.note(&format!("{ended}; what follows is about the motion up to there"));
     }
-    if subject.kernel.shape().external_forces || subject.unresolved.is_some() {
-        let steps = subject.unresolved.map_or(0, |unresolved| unresolved.steps);
+    if subject.kernel.shape().external_forces || subject.hard.unresolved.is_some() {
+        let steps = subject.hard.unresolved.map_or(0, |unresolved| unresolved.steps);
         report.push(
             "steps within which a force or a constraint jumps",
             Bar::Reported,
             Ok(steps as f64),
         );
-        if let Some(Unresolved { first, .. }) = subject.unresolved {
+        if let Some(Unresolved { first, .. }) = subject.hard.unresolved {
             report.note(&format!(
                 "a force or a constraint jumps, or nearly so, within a step, first about t = {first:.3}: such steps lower the order to 1; take a smaller step, or a smoother function"
             ));

@@ -336,6 +336,7 @@ fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors, Opt
     let constrained = subject.expected.kind != Kind::Unconstrained;
     let truth: Vec<[Vec<f64>; 4]> = exact
         .iter()
+        .take(count)
         .map(|point| {
             let point = point.any();
             let [mut force, mut multipliers] = [Vec::new(), Vec::new()];

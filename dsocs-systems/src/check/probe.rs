@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 
 use dsocs_core::geometry::Triple;
 use dsocs_core::{
-    AnyFlow, AnyLeg, AnyNode, AnyStart, Kernel, OwnedLeg, OwnedNode, OwnedPoint, Regularity, Room, Run,
-    RunError, SetupError, Stop, Tolerance, Unresolved,
+    AnyFlow, AnyLeg, AnyNode, AnyStart, Kernel, NearlySingular, OwnedLeg, OwnedNode, OwnedPoint, Regularity,
+    Room, Run, RunError, SetupError, Stop, Tolerance, Unresolved,
 };
 
 use super::{Measured, Settings};
@@ -37,7 +37,7 @@ pub enum First {
 type Walker<'w> = &'w mut dyn FnMut(u64, f64, AnyLeg<'_, f64>, bool) -> bool;
 
 /// The nodes of a motion of third order, the regularity of its steps, and those in which something jumps.
-pub type Certified = (Vec<Passed>, Vec<Regularity>, Option<Unresolved>);
+pub type Certified = (Vec<Passed>, Vec<Regularity>, Hard);
 
 /// A node of a motion of third order.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,25 +87,44 @@ impl State {
     }
 }
 
-/// Walks along the discrete motion from a state, from the second node on. Gives the steps that were too long for the external forces.
+/// The steps of a motion in which what the theorems assume does not hold.
+#[derive(Clone, Copy, Default)]
+pub struct Hard {
+    /// Those that were too long for what jumps.
+    pub unresolved: Option<Unresolved>,
+    /// Those near a singularity.
+    pub nearly_singular: Option<NearlySingular>,
+}
+
+impl Hard {
+    /// Those of a run so far.
+    fn of(run: &dyn Run) -> Self {
+        Self {
+            unresolved: run.unresolved(),
+            nearly_singular: run.nearly_singular(),
+        }
+    }
+}
+
+/// Walks along the discrete motion from a state, from the second node on. Gives its hard steps.
 pub fn walk(
     system: &dyn Kernel,
     h: f64,
     (state, first): (&State, First),
     walker: Walker<'_>,
-) -> (Option<Unresolved>, Result<(), CheckFailure>) {
+) -> (Hard, Result<(), CheckFailure>) {
     let mut flow = match AnyFlow::new(system, h, &state.beginning(first).start()) {
         Ok(flow) => flow,
-        Err(error) => return (None, Err(error.into())),
+        Err(error) => return (Hard::default(), Err(error.into())),
     };
     let mut is_held = false;
     while walker(flow.index(), flow.time(), flow.leg(), is_held) {
         match flow.run_mut().advance() {
             Ok(report) => is_held = matches!(report.stop, Stop::Jump | Stop::Sticks) || flow.meets_jump(),
-            Err(error) => return (flow.run().unresolved(), Err(error.into())),
+            Err(error) => return (Hard::of(flow.run()), Err(error.into())),
         }
     }
-    (flow.run().unresolved(), Ok(()))
+    (Hard::of(flow.run()), Ok(()))
 }
 
 /// A state on the constraints of positions and velocities, near to one that may violate them.
@@ -143,7 +162,7 @@ pub fn certified(system: &dyn Kernel, h: f64, start: &State, until: f64) -> Resu
         regularity.extend(run.regularity());
         Ok(ControlFlow::Continue(()))
     })?;
-    Ok((nodes, regularity, flow.run().unresolved()))
+    Ok((nodes, regularity, Hard::of(flow.run())))
 }
 
 /// The nodes of the motion of third order with a step; or those of the way back from the end.
@@ -191,8 +210,8 @@ pub struct Walked {
     pub until: f64,
     /// Why the end is not.
     pub ended: Option<String>,
-    /// The steps that were too long for the external forces.
-    pub unresolved: Option<Unresolved>,
+    /// Its hard steps.
+    pub hard: Hard,
     /// Whether a function jumps, or holds something at rest, in the step that begins with a leg.
     pub held: Vec<bool>,
 }
@@ -203,7 +222,7 @@ pub fn legs(system: &dyn Kernel, h: f64, start: (&State, First), until: f64) -> 
     let mut holding = false;
     // a time that is the end to within rounding is the end
     let last = until - 1e-6 * h;
-    let (unresolved, walked) = walk(system, h, start, &mut |_, time, leg, is_held| {
+    let (hard, walked) = walk(system, h, start, &mut |_, time, leg, is_held| {
         if !legs.is_empty() {
             // what is held on the last leg of a step is held on the first of the next one, which may let it go
             held.push(is_held || holding);
@@ -222,7 +241,7 @@ pub fn legs(system: &dyn Kernel, h: f64, start: (&State, First), until: f64) -> 
         legs,
         until: reached,
         ended,
-        unresolved,
+        hard,
         held,
     })
 }

@@ -52,8 +52,8 @@ pub fn check_to(
         start,
         expected,
     };
-    let (nodes, regularity, unresolved) = certified(system, subject.h, &subject.start, subject.until)?;
-    let excuse = excuse(unresolved, 0, nodes.len().saturating_sub(1));
+    let (nodes, regularity, hard) = certified(system, subject.h, &subject.start, subject.until)?;
+    let excuse = excuse(hard, 0, nodes.len().saturating_sub(1));
     let mut findings = Vec::new();
     let mut of = |check: &'static str, measure: &dyn Fn(&mut Report)| {
         let mut report = Report {

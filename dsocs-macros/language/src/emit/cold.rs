@@ -10,12 +10,12 @@ use super::program::{Calls, Segment, number};
 use super::stages::{Stages, single};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::hash::HashMap;
-use crate::mechanics::{self, Sides, StepEquations, Switches};
+use crate::mechanics::{self, Sides, StepEquations, Switches, Table};
 use crate::model::{Kind, Model};
 use crate::passes;
 
 /// The version of the format, as `dsocs_core` knows it.
-const VERSION: u8 = 5;
+const VERSION: u8 = 6;
 
 /// Expressions of a step as it was declared.
 pub(super) struct Declared {
@@ -106,6 +106,11 @@ impl Expressions {
     pub(super) fn have_switches(&self) -> bool {
         !self.switches.arguments.is_empty()
     }
+
+    /// Whether there are tables of samples.
+    pub(super) fn have_tables(&self) -> bool {
+        !self.switches.tables.is_empty()
+    }
 }
 
 /// The tape of a declaration, and what it calls.
@@ -133,7 +138,7 @@ pub(super) fn tape(
 }
 
 /// How many segments a tape has.
-const SEGMENTS: usize = 28;
+const SEGMENTS: usize = 29;
 
 /// A tape of constants alone.
 pub(super) fn of_constants(constants: &Segment) -> Vec<u8> {
@@ -235,6 +240,19 @@ fn segments(
         .program
         .segment(Segment::default(), &energy.value, 0, &stages.in_energy(), calls);
 
+    let Switches {
+        graph: switching,
+        arguments,
+        tables,
+    } = &expressions.switches;
+    let mut with_tables = switching.clone();
+    let tables: Vec<NodeId> = tables
+        .iter()
+        .flat_map(|&Table { callee, argument }| {
+            let number = calls.function(callee, 1, &[]);
+            [with_tables.constant(number as f64), argument]
+        })
+        .collect();
     let mut of = |graph: &Graph, nodes: &[NodeId], head: usize| {
         let (program, values) = single(graph, nodes);
         program.segment(Segment::default(), &values, head, &nothing, calls)
@@ -253,8 +271,8 @@ fn segments(
     let continuous_forms = of(&model.graph, &forms_of_point, 0);
     let [phase, pair, phase_slopes] = lower_order(model, &mut of);
     let [sides, sided, sided_continuous] = sided(model, &mut of);
-    let Switches { graph, arguments } = &expressions.switches;
-    let switches = of(graph, arguments, 0);
+    let switches = of(switching, arguments, 0);
+    let tables = of(&with_tables, &tables, 0);
     let lagrangian = of(&expressions.graph, &[model.lagrangian], 0);
     let discrete_lagrangian = of(&expressions.graph, &[expressions.discrete_lagrangian], 0);
     let observed: Vec<NodeId> = model.observe.iter().map(|&(_, node)| node).collect();
@@ -297,6 +315,7 @@ fn segments(
         sided,
         sided_continuous,
         switches,
+        tables,
     ]
 }
 

@@ -103,7 +103,10 @@ pub(crate) fn data(model: &Model) -> Data {
     let model = together.as_ref().unwrap_or(model);
     assembled(model, |all| {
         let cold = cold::tape(model, &all.stages, (all.graph, &all.declared), all.expressions);
-        Data::new(model, all.facts, cold, all.stages.sparse)
+        let mut facts = all.facts;
+        // of the tables of samples in fields of a struct only the struct knows
+        facts.switches |= all.expressions.have_tables();
+        Data::new(model, facts, cold, all.stages.sparse)
     })
 }
 

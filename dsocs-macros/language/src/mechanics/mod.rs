@@ -35,7 +35,7 @@ pub(crate) use lower_order::{pair, phase};
 pub(crate) use nodes::PointNodes;
 pub(crate) use sides::{Sides, sides};
 pub(crate) use step::{StepEquations, step};
-pub(crate) use switches::{Switches, switches};
+pub(crate) use switches::{Switches, Table, switches};
 pub use symmetry::Symmetry;
 
 #[cfg(test)]

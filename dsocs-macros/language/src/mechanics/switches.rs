@@ -14,6 +14,17 @@ pub(crate) struct Switches {
     pub(crate) graph: Graph,
     /// The arguments, in `Q`, `V` and `T`, of third order in `A` as well, multiples once: those of functions that jump with the velocity first, in the order of their sides.
     pub(crate) arguments: Vec<NodeId>,
+    /// The tables of samples, each with its argument, in the same leaves.
+    pub(crate) tables: Vec<Table>,
+}
+
+/// The value of a table of samples.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Table {
+    /// The function, by its place in the graph's callees.
+    pub(crate) callee: usize,
+    /// Its argument.
+    pub(crate) argument: NodeId,
 }
 
 /// The switches of a declaration.
@@ -35,12 +46,25 @@ pub(crate) fn switches(model: &Model) -> Switches {
         .chain(forms.copied())
         .chain(fields.iter().flatten().copied())
         .collect();
-    let (mut seen, mut ranges) = (HashSet::default(), Ranges::default());
+    let (mut seen, mut ranges, mut tables) = (HashSet::default(), Ranges::default(), Vec::new());
     while let Some(id) = open.pop() {
         if !seen.insert(id) {
             continue;
         }
         open.extend(graph.parts(id));
+        if let Node::Call { callee, args, .. } = graph.node(id)
+            && let &[argument] = &args[..]
+            && graph.callee(*callee).of_samples().is_some()
+            && is_of_motion(&graph, argument, model.order())
+        {
+            let table = Table {
+                callee: *callee,
+                argument,
+            };
+            if !tables.contains(&table) {
+                tables.push(table);
+            }
+        }
         let found = match graph.node(id).clone() {
             Node::Unary(Unary::Signum | Unary::Abs, argument) => vec![argument],
             Node::Select(_, [left, right, ..]) => vec![graph.sub(right, left)],
@@ -59,7 +83,11 @@ pub(crate) fn switches(model: &Model) -> Switches {
             add(&mut graph, &mut ranges, argument, model.order(), &mut arguments);
         }
     }
-    Switches { graph, arguments }
+    Switches {
+        graph,
+        arguments,
+        tables,
+    }
 }
 
 /// Expressions one of which is zero where an expression is: what roots and powers are taken of.
@@ -78,20 +106,24 @@ fn zero_with(graph: &Graph, id: NodeId) -> Vec<NodeId> {
 
 /// Adds an argument, if its sign may change with the motion and it is not a multiple of a known one.
 fn add(graph: &mut Graph, ranges: &mut Ranges, argument: NodeId, order: usize, arguments: &mut Vec<NodeId>) {
-    let is_state = |leaf| match leaf {
-        Leaf::Q(_) | Leaf::V(_) | Leaf::T => true,
-        // which does not jump where constraints are of third order
-        Leaf::A(_) => order > 2,
-        _ => false,
-    };
-    let is_motion = graph.leaves(argument).all(is_state);
-    if !is_motion || graph.leaves(argument).next().is_none() || ranges.have_one_sign(graph, argument) {
+    if !is_of_motion(graph, argument, order) || ranges.have_one_sign(graph, argument) {
         return;
     }
     let (_, argument) = graph.split(argument);
     if !arguments.contains(&argument) {
         arguments.push(argument);
     }
+}
+
+/// Whether an expression changes with position, velocity and time, of third order also with the acceleration, and with nothing else.
+fn is_of_motion(graph: &Graph, argument: NodeId, order: usize) -> bool {
+    let is_state = |leaf| match leaf {
+        Leaf::Q(_) | Leaf::V(_) | Leaf::T => true,
+        // which does not jump where constraints are of third order
+        Leaf::A(_) => order > 2,
+        _ => false,
+    };
+    graph.leaves(argument).next().is_some() && graph.leaves(argument).all(is_state)
 }
 
 /// Numbers between which the values of expressions lie, as their form tells.

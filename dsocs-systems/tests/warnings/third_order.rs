@@ -1,21 +1,8 @@
 //! What a run with a constraint of third order says of itself: singularities and jumps of the jerk, and nothing of right motions.
 
-use std::fs;
-use std::process::Command;
-
 /// Whether a command of the program succeeds with a text, and what it writes to standard output and to standard error.
 fn attempt(text: &str, arguments: &[&str]) -> (bool, [String; 2]) {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("scene.dsocs"), text).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-        .arg(arguments[0])
-        .arg("scene.dsocs")
-        .args(&arguments[1..])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let told = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    (output.status.success(), told)
+    super::attempt(text, arguments[0], &arguments[1..])
 }
 
 /// One coordinate with a row, whose jerk is prescribed.

@@ -3,18 +3,12 @@
 use std::fs;
 use std::process::Command;
 
+use super::attempt;
+
 /// Whether all checks of a text pass or are open, and what is said.
 fn check(text: &str, arguments: &[&str]) -> (bool, String) {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("scene.dsocs"), text).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-        .args(["check", "scene.dsocs"])
-        .args(arguments)
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let told = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    (output.status.success(), told.concat())
+    let (succeeds, told) = attempt(text, "check", arguments);
+    (succeeds, told.concat())
 }
 
 /// Asserts that a text passes.
@@ -155,4 +149,45 @@ fn what_is_missed_by_rounding_is_no_failure() {
          run { start = ([0, 0, 0], [0.1, 0, 1.5]); step = 0.025; until = 5; }",
         &[],
     );
+}
+
+/// Asserts that a text passes with something open, and why.
+#[track_caller]
+fn is_open(text: &str, why: &str) {
+    let table = passes(text, &[]);
+    assert!(table.contains("open") && table.contains(why), "{text}: {table}");
+}
+
+#[test]
+fn beside_a_singularity_orders_are_open() {
+    // a curvature that is prescribed of a motion which comes to rest, and a velocity that is infinite at t = 1/2
+    is_open(
+        "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y; \
+         let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt(); \
+         kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - 1; variational = [(dot(x), dot(y))]; \
+         run { start = ([0, 0], [2, 0]); step = 0.01; until = 1.5; }",
+        "near to a singularity, first about t = 0.5",
+    );
+    is_open(
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = dot(x).powi(3); \
+         run { start = ([0], [1]); step = 0.01; until = 1; }",
+        "near to a singularity, first about t = 0.4",
+    );
+}
+
+#[test]
+fn an_energy_that_jumps_without_a_force_is_open() {
+    for turn in [
+        "0.4 * y.atan2(x)",
+        "0.4 * y.atan2(x) + x.powi(2)",
+        "0.4 * (y - 0.2).atan2(x - 0.1)",
+    ] {
+        is_open(
+            &format!(
+                "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - {turn}; \
+                 run {{ start = ([-1, 0.5], [0, -1]); step = 0.01; until = 2; }}"
+            ),
+            "the energy jumps",
+        );
+    }
 }

@@ -1,28 +1,8 @@
-//! What a run says of itself: warnings where they are due, and none elsewhere.
+//! Jumps, corners and singularities in runs.
 
 use std::fs;
-use std::process::Command;
 
-/// Whether a command of the program succeeds with a text, and what it writes to standard output and to standard error.
-fn attempt(text: &str, command: &str, arguments: &[&str]) -> (bool, [String; 2]) {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("scene.dsocs"), text).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
-        .args([command, "scene.dsocs"])
-        .args(arguments)
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let told = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    (output.status.success(), told)
-}
-
-/// What the program writes to standard error for a text that runs, and the last line that it writes to standard output.
-fn run(text: &str, arguments: &[&str]) -> (String, String) {
-    let (succeeds, [table, warnings]) = attempt(text, "run", arguments);
-    assert!(succeeds, "{text} {arguments:?}: {warnings}");
-    (warnings, table.lines().last().unwrap_or_default().to_owned())
-}
+use super::{attempt, run};
 
 /// A scene of one coordinate to the time 9.
 fn scene(statements: &str) -> String {
@@ -534,32 +514,6 @@ fn a_text_that_goes_back_in_time_goes_nowhere_else_by_itself() {
     let (succeeds, [_, words]) = attempt(text, "run", &["--step", "0.5"]);
     assert!(!succeeds && words.contains("of one sign"), "{words}");
     assert!((position(&run(text, &["--step", "0.5", "--until", "2"]).1) - 2.0).abs() < 1e-12);
-}
-
-#[test]
-fn an_energy_that_forces_give_is_no_explosion() {
-    // from rest: by a pivot that begins to move, and by a push
-    let driven = [
-        "coordinates(th); let u = 0.2 * (-((t - 4.0) / 0.5).powi(2)).exp(); \
-         lagrangian = (dot(u + th.sin()).powi(2) + dot(th.cos()).powi(2)) / 2 + 9.81 * (th.cos() - 1); \
-         run { start = ([0], [0]); step = 0.01; until = 8; }",
-        "coordinates(x); lagrangian = 1.7 * dot(x).powi(2) / 2 - 2.8 * x.powi(4) / 4; \
-         external_forces = 0.6 * (-(t - 3).powi(2) * 9.4).exp(); run { start = ([0], [0]); step = 0.002; until = 6; }",
-    ];
-    for text in driven {
-        for order in ["2", "4"] {
-            assert_eq!(run(text, &["--order", order]).0, "", "{text}");
-        }
-    }
-    // a spring that is declared as a force, and a step that is too long for it
-    for (start, step) in [("1", "0.21"), ("0", "0.21"), ("1e-6", "0.3"), ("0", "0.6")] {
-        let text = format!(
-            "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -100 * x + (3 * t).sin(); \
-             run {{ start = ([{start}], [0]); step = {step}; until = 40; }}"
-        );
-        let (warnings, _) = run(&text, &[]);
-        assert!(warnings.contains("the energy grows"), "{text}: {warnings}");
-    }
 }
 
 #[test]

@@ -1,0 +1,128 @@
+//! Samples that lie closer to each other than the nodes of a run.
+//!
+//! A step sees a table of samples at its nodes alone. What the samples between them say it never meets, as a blow that lasts a third of the step. They are known,
+//! so the place is known, too, at which the table departs most from the straight line that the step sees.
+
+use super::switches::MOST;
+use crate::samples::Samples;
+use crate::start::place::Way;
+use crate::tape::declaration::Declaration;
+
+/// Samples between two nodes matter that depart from the cubic polynomial through what four nodes see by more than this part of the range of the table there: those
+/// of a smooth curve that the nodes resolve do not.
+const ASIDE: f64 = 0.2;
+
+/// One sample between two nodes makes a corner; a pulse that no node sees has two, at least.
+const FEWEST: usize = 2;
+
+/// So many samples ahead are looked at, at most.
+const AHEAD: usize = 256;
+
+/// The parts of a way where tables of samples depart most from what the nodes see of them, with the middles of the pieces beside: where a step leads over samples.
+pub(super) fn hidden(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f64> {
+    let hidden = arguments(declaration, way).into_iter();
+    hidden
+        .filter_map(|(samples, [from, to])| {
+            let [before, place, after] = inside(samples, [from, to])?;
+            let all = [0.5 * (before + place), place, 0.5 * (place + after)];
+            Some(all.map(|place| (place - from) / (to - from)))
+        })
+        .flatten()
+        .collect()
+}
+
+/// In how many steps a step may lead over samples, from that on whose way is given; 0 if that one or the next may do so.
+pub(super) fn clear(declaration: &Declaration<'_>, way: &Way<'_>) -> f64 {
+    let clears = arguments(declaration, way)
+        .into_iter()
+        .map(|(samples, [from, to])| {
+            let change = to - from;
+            let (mut steps, mut seen) = (0.0, 0);
+            // steps that overlap: nodes need not be where the argument leads
+            while steps < MOST && seen < AHEAD {
+                let next = [from + steps * change, to + (steps + 0.5) * change];
+                if inside(samples, next).is_some() {
+                    break;
+                }
+                seen += between(samples, next).len();
+                steps += 1.0;
+            }
+            // an argument may go faster than it did
+            if steps > 1.0 { (0.5 * steps).ceil() } else { steps }
+        });
+    clears.fold(MOST, f64::min)
+}
+
+/// The tables, each with its argument at both ends of a way.
+fn arguments<'d>(declaration: &Declaration<'d>, way: &Way<'_>) -> Vec<(&'d Samples, [f64; 2])> {
+    if !declaration.has_tables() {
+        return Vec::new();
+    }
+    let [from, to] = [0.0, 1.0].map(|part| way(part).tables(declaration));
+    let pairs = from.into_iter().zip(to);
+    pairs
+        .map(|((samples, from), (_, to))| (samples, [from, to]))
+        .collect()
+}
+
+/// The places of samples between two arguments.
+fn between(samples: &Samples, [from, to]: [f64; 2]) -> &[f64] {
+    let places = samples.places();
+    let [least, most] = [from.min(to), from.max(to)];
+    let first = places.partition_point(|&place| place <= least);
+    let last = places.partition_point(|&place| place < most);
+    places.get(first..last).unwrap_or(&[])
+}
+
+/// The place of the sample between two arguments that departs most from what the nodes see, between those of its neighbours, if samples between the arguments
+/// matter.
+fn inside(samples: &Samples, [from, to]: [f64; 2]) -> Option<[f64; 3]> {
+    let places = between(samples, [from, to]);
+    if places.len() < FEWEST {
+        return None;
+    }
+    let nodes = [2.0 * from - to, from, to, 2.0 * to - from];
+    let seen = nodes.map(|x| samples.at(x));
+    let [mut least, mut most] = [seen[1].min(seen[2]), seen[1].max(seen[2])];
+    let mut farthest = (0.0, 0);
+    for (k, &place) in places.iter().enumerate() {
+        let value = samples.at(place);
+        (least, most) = (least.min(value), most.max(value));
+        let aside = (value - cubic(seen, (place - from) / (to - from))).abs();
+        if aside > farthest.0 {
+            farthest = (aside, k);
+        }
+    }
+    let (aside, k) = farthest;
+    let [start, end] = [from.min(to), from.max(to)];
+    let beside = |k: Option<usize>, end: f64| k.and_then(|k| places.get(k)).copied().unwrap_or(end);
+    (aside > ASIDE * (most - least)).then(|| {
+        [
+            beside(k.checked_sub(1), start),
+            places[k],
+            beside(k.checked_add(1), end),
+        ]
+    })
+}
+
+/// The cubic polynomial through values at −1, 0, 1 and 2.
+fn cubic([a, b, c, d]: [f64; 4], x: f64) -> f64 {
+    let second = [c - 2.0 * b + a, d - 2.0 * c + b];
+    b + x * (c - b) + x * (x - 1.0) * (second[0] * (2.0 - x) + second[1] * (1.0 + x)) / 6.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cubic_is_its_own() {
+        let p = |x: f64| 3.0 - x + 0.5 * x * x - 2.0 * x * x * x;
+        for x in [-0.3, 0.0, 0.4, 1.0, 1.7] {
+            assert!(
+                (cubic([-1.0, 0.0, 1.0, 2.0].map(p), x) - p(x)).abs() < 1e-13,
+                "{x}"
+            );
+        }
+    }
+}
