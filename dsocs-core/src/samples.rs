@@ -249,6 +249,25 @@ impl Samples {
         ((x * d + c) * x + b) * x + a
     }
 
+    /// By how much the slope jumps at the sample of a number, relative to the larger one beside it.
+    pub(crate) fn bend(&self, index: usize) -> f64 {
+        let slope = |piece: Option<usize>, end: bool| {
+            let Some(piece) = piece.filter(|piece| piece + 1 < self.places.len()) else {
+                return 0.0;
+            };
+            let [_, b, c, d] = self.pieces[piece];
+            let x = if end {
+                self.places[piece + 1] - self.places[piece]
+            } else {
+                0.0
+            };
+            (3.0 * d * x + 2.0 * c) * x + b
+        };
+        let [before, after] = [slope(index.checked_sub(1), true), slope(Some(index), false)];
+        let jump = (after - before).abs();
+        if jump > 0.0 { jump / before.abs().max(after.abs()) } else { 0.0 }
+    }
+
     /// Where the polynomial begins beyond some places, and its coefficients from order 0 on.
     pub(crate) fn polynomial(&self, places: usize) -> [f64; 5] {
         let index = places.saturating_sub(1);

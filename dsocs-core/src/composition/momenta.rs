@@ -16,6 +16,7 @@
 
 use super::backward::{MANY, is_same, little_by_little};
 use crate::error::SetupError;
+use crate::number::larger;
 use crate::number::point::{AnyLeg, AnyPoint, OwnedLeg, OwnedPoint, map};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
@@ -413,7 +414,7 @@ fn relative(update: &[f64], unknown: &[f64], rounding: &[f64]) -> f64 {
         0.0 => 0.0,
         update => update / unknown[i].abs().max(LEAST * most).max(rounding[i] / LAST),
     });
-    parts.fold(0.0, |largest, part| if part <= largest { largest } else { part })
+    parts.fold(0.0, larger)
 }
 
 /// A point that moves.

@@ -150,11 +150,11 @@ impl Composed<'_> {
             part = self.jump_between([from, to], &mut start);
         }
         let way = |part: f64| hermite(from, to, part);
-        if part.is_none() {
+        if part.is_none_or(|part| part <= jumps::TOLD) {
             let on = on(&way, to.t - from.t, declaration);
             let places = switches::narrow_places(&declaration, &way).into_iter();
             let swings = places.map(|place| on.swings_at(place));
-            part = swings.filter(|swing| *swing > 0.0).reduce(f64::max);
+            part = swings.filter(|swing| *swing > 0.0).reduce(f64::max).or(part);
         }
         let clear = match part {
             Some(_) => 0,

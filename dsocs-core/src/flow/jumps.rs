@@ -90,14 +90,14 @@ impl Discrete<'_> {
                 declarations: *declarations,
                 pieces: span.before,
             };
-            if found.is_empty() {
+            // where a sign changes there is a place to compare both sides; where a table bends it may be narrow beside
+            if found.iter().all(|crossing| crossing.switch == switches::NONE) {
                 for place in switches::narrow_places(&now, way) {
                     part = part.max(on.swings_at(place));
                 }
-                continue;
             }
-            any = true;
             for crossing in &found {
+                any = true;
                 part = part.max(on.jump_at(*crossing));
             }
         }

@@ -14,3 +14,22 @@ pub(crate) mod point;
 pub(crate) mod real;
 pub(crate) mod scalar;
 pub(crate) mod tangent;
+
+/// The larger of two sizes, neither of which is negative; NaN if either is.
+// as bits such numbers have the same order, and NaN stands above all
+#[inline]
+pub(crate) fn larger(size: f64, other: f64) -> f64 {
+    f64::from_bits(size.to_bits().max(other.to_bits()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::larger;
+
+    #[test]
+    fn no_size_hides_what_is_no_number() {
+        assert_eq!(larger(1.0, 2.0), 2.0);
+        assert_eq!(larger(f64::INFINITY, 2.0), f64::INFINITY);
+        assert!(larger(f64::NAN, 2.0).is_nan() && larger(2.0, f64::NAN).is_nan());
+    }
+}

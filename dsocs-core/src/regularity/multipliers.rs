@@ -27,12 +27,31 @@ pub(crate) fn multipliers(force: &[f64], forms: &[Vec<f64>]) -> Vec<f64> {
         let scale = scale(i);
         if scale > 0.0 { x / scale.max(least) } else { 0.0 }
     };
-    let matrix = Matrix::from_fn(n, count, |i, j| scaled(i, forms[j][i]));
+    let mut matrix = Matrix::from_fn(n, count, |i, j| scaled(i, forms[j][i]));
     let right: Vec<f64> = (0..n).map(|i| scaled(i, force[i])).collect();
     if !matrix.is_finite() || right.iter().any(|entry| !entry.is_finite()) {
         return vec![f64::NAN; count];
     }
-    matrix.decomposed().solve(&right, f64::EPSILON)
+    // and forms may be short, or none
+    let lengths: Vec<f64> = matrix
+        .normalize_columns()
+        .into_iter()
+        .enumerate()
+        .map(|(j, length)| {
+            if length > 0.0 {
+                return length;
+            }
+            for i in 0..n {
+                matrix[(i, j)] = 0.0;
+            }
+            1.0
+        })
+        .collect();
+    let mut multipliers = matrix.decomposed().solve(&right, f64::EPSILON);
+    for (multiplier, length) in multipliers.iter_mut().zip(lengths) {
+        *multiplier /= length;
+    }
+    multipliers
 }
 
 /// The multipliers among the unknowns of the continuous system.

@@ -13,7 +13,7 @@ const ROUNDING: f64 = 1e-12;
 /// An argument is zero to rounding if it is below this part of the sum of its terms over a step.
 const TOUCHES: f64 = 1e-14;
 
-/// An argument's last terms have to be below this part of its largest where it may change its sign, and need not be below the second.
+/// The last terms of an argument have to be below this part of its largest where it may change its sign, and need not be below the second.
 const TAIL: [f64; 2] = [1e-3, 1e-9];
 
 /// How often a time is made shorter.
@@ -143,6 +143,15 @@ impl Switch {
         self.set = self.side;
     }
 
+    /// Lets the next series have the sign of the value, if that is on the other side of the piece by more than rounding. Returns whether it is.
+    pub(crate) fn lets_go(&mut self) -> bool {
+        let is_beyond = self.side * self.coefficients[0] < -TOUCHES * self.scale;
+        if is_beyond {
+            self.set = 0.0;
+        }
+        is_beyond
+    }
+
     /// Whether the next series has a sign given.
     pub(crate) fn is_held(&self) -> bool {
         self.set != 0.0
@@ -181,6 +190,9 @@ impl Switch {
     /// none.
     pub(crate) fn leads(&self, order: usize, tau: f64) -> (usize, f64) {
         let known = &self.coefficients[..order.clamp(2, MAX_ORDER)];
+        // the series of a root has no terms beyond some order at its zero
+        let finite = known.iter().take_while(|c| c.is_finite()).count();
+        let known = &known[..finite];
         let (mut terms, mut largest) = ([0.0; ROWS], 0.0_f64);
         let mut tau = tau;
         // until the series converges at that time: an argument may change faster than the motion
@@ -192,15 +204,15 @@ impl Switch {
                 power *= tau;
                 largest = largest.max(term.abs());
             }
-            let [.., before, last] = terms[..known.len()] else {
-                break;
-            };
-            if largest.is_finite() && before.abs().max(last.abs()) <= TAIL[0] * largest {
+            if known.len() < 2 || (largest.is_finite() && tail(&terms[..known.len()]) <= TAIL[0] * largest) {
                 break;
             }
             tau *= 0.3;
         }
-        let leading = terms.iter().position(|term| term.abs() > ROUNDING * largest);
+        let is_rounding = |term: f64, k: usize| {
+            term.abs() <= ROUNDING * largest || (k == 0 && term.abs() <= TOUCHES * self.scale)
+        };
+        let leading = (0..terms.len()).find(|&k| !is_rounding(terms[k], k));
         match leading {
             Some(leading) if largest.is_finite() => (leading, terms[leading].signum()),
             _ => (ROWS, 0.0),
@@ -350,7 +362,7 @@ impl Switch {
             };
             if !free {
                 let tail = if last + 2 >= known.len() && last >= from + 2 {
-                    terms[last - from].abs().max(terms[last - from - 1].abs())
+                    tail(terms)
                 } else {
                     0.0
                 };
@@ -379,6 +391,12 @@ impl Switch {
             }
         }
     }
+}
+
+/// The largest of the last third of terms, of two at least: where a motion begins at the zero of a power, only every so many of them are not zero.
+fn tail(terms: &[f64]) -> f64 {
+    let from = terms.len() - (terms.len() / 3).max(2).min(terms.len());
+    terms[from..].iter().fold(0.0, |tail, term| tail.max(term.abs()))
 }
 
 /// The part of a step where its search for the first root begins: terms beyond the first are not much larger than it there. Roots are

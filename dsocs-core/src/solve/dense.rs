@@ -146,6 +146,23 @@ impl Matrix {
         finite.then(|| (self.decomposed(), lengths))
     }
 
+    /// A solution of equations whose finite matrix is symmetric and has no negative eigenvalue, as that of rows in a metric: what depends on other rows is left out.
+    /// The units of rows do not matter.
+    pub(crate) fn solve_metric(&self, wanted: &[f64]) -> Vec<f64> {
+        let unit = |i: usize| {
+            let unit = self[(i, i)].sqrt().recip();
+            if unit.is_finite() { unit } else { 1.0 }
+        };
+        let units: Vec<f64> = (0..self.rows).map(unit).collect();
+        let scaled = Self::from_fn(self.rows, self.rows, |i, j| units[i] * self[(i, j)] * units[j]);
+        let right: Vec<f64> = wanted.iter().zip(&units).map(|(x, unit)| x * unit).collect();
+        let mut solution = scaled.decomposed().solve(&right, f64::EPSILON);
+        for (x, unit) in solution.iter_mut().zip(&units) {
+            *x *= unit;
+        }
+        solution
+    }
+
     /// The singular values with their vectors. The matrix has to be finite.
     pub(crate) fn decomposed(&self) -> Singular {
         if self.rows < self.columns.len() {

@@ -20,7 +20,7 @@ const MAX_ITERATIONS: usize = 50;
 const ROUNDED: f64 = f64::EPSILON;
 
 /// What the updates of a projection are small against, in units of rounding.
-const SETTLED: f64 = 8.0 * f64::EPSILON;
+pub(super) const SETTLED: f64 = 8.0 * f64::EPSILON;
 
 /// Whether there is anything to obey.
 fn is_bound(declaration: &Declaration<'_>) -> bool {
@@ -375,7 +375,7 @@ fn solve(
             break;
         }
         // rows may be dependent: the shortest update then
-        let parts = metric.decomposed().solve(&value, f64::EPSILON);
+        let parts = metric.solve_metric(&value);
         let update = forces.times_vector(&parts);
         for (x, update) in x.iter_mut().zip(&update) {
             *x -= update;

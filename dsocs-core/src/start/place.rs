@@ -3,9 +3,8 @@
 use super::{Determined, determined, third};
 use crate::number::point::{AnyLeg, AnyPoint};
 use crate::regularity::deficiency::{self, Deficiency};
-use crate::samples::Samples;
 use crate::solve::Vector;
-use crate::tape::declaration::Declaration;
+use crate::tape::declaration::{Declaration, TableAt};
 
 /// A place on the way of a step.
 #[derive(Clone, Debug)]
@@ -93,7 +92,7 @@ impl Place {
     }
 
     /// The tables of samples, with their arguments there.
-    pub fn tables<'d>(&self, declaration: &Declaration<'d>) -> Vec<(&'d Samples, f64)> {
+    pub fn tables<'d>(&self, declaration: &Declaration<'d>) -> Vec<TableAt<'d>> {
         declaration.tables(self.t, &self.q, &self.v, &self.a)
     }
 }

@@ -9,7 +9,7 @@ pub(crate) use jerk::{deficiency, determined, jerk, lower_acceleration};
 pub(crate) use leaving::left_to;
 
 use super::begin::check_vector;
-use super::consistency::{self, OBEYED};
+use super::consistency::{self, OBEYED, SETTLED};
 use crate::error::{SetupError, Violation};
 use crate::number::bounded::Bounded;
 use crate::number::point::{AnyLeg, AnyPoint, OwnedPoint, map, moved};
@@ -350,7 +350,7 @@ impl Equations<'_> {
     /// The nearest acceleration that obeys them.
     fn projected(&self, a: &[f64]) -> Result<Vec<f64>, SetupError> {
         let inverse = consistency::inverse_mass(self.declaration, self.t, self.q, self.v);
-        nearest(&inverse, a, &|a| self.of_acceleration(self.moving(a).any()))
+        nearest(&inverse, a, 0.0, &|a| self.of_acceleration(self.moving(a).any()))
     }
 
     /// The multipliers of all forms a step later, `λ0 + h λ̇0`; none where no forms are known.
@@ -400,15 +400,18 @@ impl Equations<'_> {
                 self.with_multipliers(rows, &force(), &forms, multipliers)
             }
         };
-        nearest(&inverse, near, &rows)
+        // a second difference has the digits of the nodes where rows ask something of these
+        let around = leg.q.iter().chain(leg.d).fold(0.0_f64, |most, x| most.max(x.abs()));
+        nearest(&inverse, near, around, &rows)
     }
 }
 
 /// The point nearest to another, by the inverse of a metric, at which rows vanish: each update is the shortest way from there to where the rows
-/// vanish as they are linearized.
+/// vanish as they are linearized. What is looked for is rounded as a number of the size `around` is, at most.
 fn nearest(
     inverse: &Matrix,
     near: &[f64],
+    around: f64,
     rows: &dyn Fn(&[Tangent]) -> Vec<Tangent>,
 ) -> Result<Vec<f64>, SetupError> {
     let n = near.len();
@@ -440,14 +443,16 @@ fn nearest(
         if !metric.is_finite() || wanted.iter().any(|x| !x.is_finite()) {
             break;
         }
-        let next = forces.times_vector(&metric.decomposed().solve(&wanted, f64::EPSILON));
+        let next = forces.times_vector(&metric.solve_metric(&wanted));
         let (mut step, mut size) = (0.0_f64, 0.0_f64);
         for i in 0..n {
             step = step.max((next[i] - correction[i]).abs());
             size = size.max(near[i].abs()).max(next[i].abs());
             correction[i] = next[i];
         }
-        if step <= ROUNDED * size || step >= last && step <= OBEYED * size {
+        let allowed = (ROUNDED * size).max(f64::EPSILON * around);
+        let at_last = (OBEYED * size).max(SETTLED * around);
+        if step <= allowed || step >= last && step <= at_last {
             return Ok(near
                 .iter()
                 .zip(&correction)

@@ -1,9 +1,9 @@
-//! Samples that lie closer to each other than the nodes of a run.
+//! Samples that lie closer to each other than the nodes of a run, and samples where a table bends.
 //!
 //! A step sees a table of samples at its nodes alone. What the samples between them say it never meets, as a blow that lasts a third of the step. They are known,
 //! so the place is known, too, at which the table departs most from the straight line that the step sees.
 
-use super::switches::MOST;
+use super::switches::{Crossing, MOST, NONE};
 use crate::samples::Samples;
 use crate::start::place::Way;
 use crate::tape::declaration::Declaration;
@@ -15,6 +15,9 @@ const ASIDE: f64 = 0.2;
 /// One sample between two nodes makes a corner; a pulse that no node sees has two, at least.
 const FEWEST: usize = 2;
 
+/// A slope bends that jumps by more than this part of itself.
+const BENDS: f64 = 1e-6;
+
 /// So many samples ahead are looked at, at most.
 const AHEAD: usize = 256;
 
@@ -22,8 +25,9 @@ const AHEAD: usize = 256;
 pub(super) fn hidden(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f64> {
     let hidden = arguments(declaration, way).into_iter();
     hidden
-        .filter_map(|(samples, [from, to])| {
-            let [before, place, after] = inside(samples, [from, to])?;
+        .filter_map(|Table { samples, ends, .. }| {
+            let [from, to] = ends;
+            let [before, place, after] = inside(samples, ends)?;
             let all = [0.5 * (before + place), place, 0.5 * (place + after)];
             Some(all.map(|place| (place - from) / (to - from)))
         })
@@ -35,13 +39,14 @@ pub(super) fn hidden(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f64> {
 pub(super) fn clear(declaration: &Declaration<'_>, way: &Way<'_>) -> f64 {
     let clears = arguments(declaration, way)
         .into_iter()
-        .map(|(samples, [from, to])| {
+        .map(|table| {
+            let (samples, [from, to]) = (table.samples, table.ends);
             let change = to - from;
             let (mut steps, mut seen) = (0.0, 0);
             // steps that overlap: nodes need not be where the argument leads
             while steps < MOST && seen < AHEAD {
                 let next = [from + steps * change, to + (steps + 0.5) * change];
-                if inside(samples, next).is_some() {
+                if inside(samples, next).is_some() || bend(&table, next).is_some() {
                     break;
                 }
                 seen += between(samples, next).len();
@@ -53,15 +58,58 @@ pub(super) fn clear(declaration: &Declaration<'_>, way: &Way<'_>) -> f64 {
     clears.fold(MOST, f64::min)
 }
 
-/// The tables, each with its argument at both ends of a way.
-fn arguments<'d>(declaration: &Declaration<'d>, way: &Way<'_>) -> Vec<(&'d Samples, [f64; 2])> {
+/// The places on a way where a table of which a derivative is taken bends most: the force of a potential jumps there, and the velocity of what a constraint leads.
+pub(super) fn bends(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<Crossing> {
+    let bends = arguments(declaration, way).into_iter().enumerate();
+    bends
+        .filter_map(|(table, at)| {
+            let knot = bend(&at, at.ends)?;
+            let [from, to] = at.ends;
+            let side = (to - from).signum();
+            let left = |part: f64| {
+                let tables = way(part).tables(declaration);
+                tables.get(table).map_or(f64::NAN, |at| side * (knot - at.argument))
+            };
+            Some(Crossing::found(NONE, [0.0, 1.0], left))
+        })
+        .collect()
+}
+
+/// The sample between two arguments, or at the second, where a table of which a derivative is taken bends most.
+fn bend(table: &Table<'_>, [from, to]: [f64; 2]) -> Option<f64> {
+    let samples = table.samples;
+    let places = samples.places();
+    let within = |place: f64| (from < place && place <= to) || (to <= place && place < from);
+    let [least, most] = [from.min(to), from.max(to)];
+    let first = places.partition_point(|&place| place < least);
+    let last = places.partition_point(|&place| place <= most);
+    let bends = (first..last.min(first + AHEAD))
+        .filter(|&k| table.is_differentiated && within(places[k]))
+        .map(|k| (samples.bend(k), places[k]))
+        .filter(|(bend, _)| *bend > BENDS);
+    bends.max_by(|x, y| x.0.total_cmp(&y.0)).map(|(_, place)| place)
+}
+
+/// A table, with its argument at both ends of a way.
+struct Table<'d> {
+    samples: &'d Samples,
+    is_differentiated: bool,
+    ends: [f64; 2],
+}
+
+/// The tables of a declaration.
+fn arguments<'d>(declaration: &Declaration<'d>, way: &Way<'_>) -> Vec<Table<'d>> {
     if !declaration.has_tables() {
         return Vec::new();
     }
     let [from, to] = [0.0, 1.0].map(|part| way(part).tables(declaration));
     let pairs = from.into_iter().zip(to);
     pairs
-        .map(|((samples, from), (_, to))| (samples, [from, to]))
+        .map(|(from, to)| Table {
+            samples: from.samples,
+            is_differentiated: from.is_differentiated,
+            ends: [from.argument, to.argument],
+        })
         .collect()
 }
 

@@ -41,13 +41,44 @@ pub(crate) const MOST: f64 = 32.0;
 /// Where an argument would be zero after so many steps, as it has changed in the last one, it may be zero in the next.
 const NEAR: f64 = 1.5;
 
+/// The number of no argument.
+pub(crate) const NONE: usize = usize::MAX;
+
 /// Where an argument changes its sign on a way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
-    /// Which argument.
+    /// Which argument; [`NONE`] where it is none of these.
     pub(crate) switch: usize,
     /// Parts of the way before the place and after it, close together.
     pub(crate) parts: [f64; 2],
+}
+
+impl Crossing {
+    /// The place within a part of a way where a value that is positive becomes negative.
+    pub(super) fn found(switch: usize, [mut before, mut after]: [f64; 2], value: impl Fn(f64) -> f64) -> Self {
+        for _ in 0..HALVINGS {
+            if after - before <= SHORT {
+                break;
+            }
+            let middle = 0.5 * (before + after);
+            if value(middle) > 0.0 {
+                before = middle;
+            } else {
+                after = middle;
+            }
+        }
+        // clear of the zero itself, and of the rounding with which the declaration has the argument
+        let clear = |from: f64, direction: f64| {
+            let parts = (0..DOUBLINGS).map(|k| from + direction * SHORT * f64::from(2_u32.pow(k)));
+            let found = parts.clone().position(|part| direction * value(part) < 0.0);
+            let place = found.map_or(DOUBLINGS as usize, |place| place + MARGIN);
+            from + direction * SHORT * 2.0_f64.powi(i32::try_from(place).unwrap_or(0))
+        };
+        Self {
+            switch,
+            parts: [clear(before, -1.0), clear(after, 1.0)],
+        }
+    }
 }
 
 /// The arguments on a way.
@@ -65,30 +96,9 @@ impl Arguments<'_> {
         self.all(part).get(switch).copied().unwrap_or(f64::NAN)
     }
 
-    /// Makes the part of a way shorter at whose ends an argument has different signs.
-    fn narrow(&self, switch: usize, [mut before, mut after]: [f64; 2], side: f64) -> Crossing {
-        for _ in 0..HALVINGS {
-            if after - before <= SHORT {
-                break;
-            }
-            let middle = 0.5 * (before + after);
-            if side * self.one(middle, switch) > 0.0 {
-                before = middle;
-            } else {
-                after = middle;
-            }
-        }
-        // clear of the zero itself, and of the rounding with which the declaration has the argument
-        let clear = |from: f64, direction: f64, side: f64| {
-            let parts = (0..DOUBLINGS).map(|k| from + direction * SHORT * f64::from(2_u32.pow(k)));
-            let found = parts.clone().position(|part| side * self.one(part, switch) > 0.0);
-            let place = found.map_or(DOUBLINGS as usize, |place| place + MARGIN);
-            from + direction * SHORT * 2.0_f64.powi(i32::try_from(place).unwrap_or(0))
-        };
-        Crossing {
-            switch,
-            parts: [clear(before, -1.0, side), clear(after, 1.0, -side)],
-        }
+    /// Where an argument changes its sign within a part of the way, at whose beginning it has a side.
+    fn crossing(&self, switch: usize, part: [f64; 2], side: f64) -> Crossing {
+        Crossing::found(switch, part, |part| side * self.one(part, switch))
     }
 
     /// The place between two where an argument comes nearest to zero, if it goes beyond.
@@ -143,7 +153,7 @@ impl Arguments<'_> {
             for (place, value) in own.clone() {
                 if side * value < 0.0 {
                     if from < place {
-                        found.push(self.narrow(switch, [from, place], side));
+                        found.push(self.crossing(switch, [from, place], side));
                     }
                     side = -side;
                 } else if side == 0.0 && value != 0.0 {
@@ -167,8 +177,8 @@ impl Arguments<'_> {
             if nearest < NEARLY * (range[1] - range[0])
                 && let Some(beyond) = self.beyond(switch, [0.0, 1.0], side)
             {
-                found.push(self.narrow(switch, [0.0, beyond], side));
-                found.push(self.narrow(switch, [beyond, 1.0], -side));
+                found.push(self.crossing(switch, [0.0, beyond], side));
+                found.push(self.crossing(switch, [beyond, 1.0], -side));
             }
         }
         found
@@ -202,7 +212,7 @@ pub(crate) fn narrow_places(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec
     pits.chain(knots::hidden(declaration, way)).collect()
 }
 
-/// Where arguments change their signs on a way, in the order of time. `came` are the signs with which the motion came to its beginning, 0 if that is not
+/// Where arguments change their signs on a way, or tables of samples bend, in the order of time. `came` are the signs with which the motion came to its beginning, 0 if that is not
 /// known; those with which it leaves it are put in their place. Whether one is asked for is told by its number and its value at the end of the way.
 ///
 /// An argument may have a corner where another one changes its sign, as `w - |t - t1|` has, and go to zero and back there. So arguments are looked at on both
@@ -227,6 +237,7 @@ pub(crate) fn crossings(
         let mut own = values.iter().rev().map(|(_, values)| values[switch]);
         *came = own.find(|value| *value != 0.0).map_or(0.0, f64::signum);
     }
+    found.extend(knots::bends(&declaration, way));
     found.sort_by(|x, y| x.parts[0].total_cmp(&y.parts[0]));
     found
 }

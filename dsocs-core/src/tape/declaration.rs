@@ -9,6 +9,17 @@ use crate::tape::origin::{Origin, origin};
 use crate::tape::quantity::Quantity;
 use crate::tape::{Leaf, Number, Part, Segment, Source, TapeCall};
 
+/// A table of samples at a place of a motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TableAt<'d> {
+    /// The table.
+    pub samples: &'d Samples,
+    /// Whether a derivative of it is taken anywhere.
+    pub is_differentiated: bool,
+    /// Its argument.
+    pub argument: f64,
+}
+
 /// What a system was declared to be: its tape, and the values of its parameters.
 ///
 /// What is not evaluated in every step is evaluated here, with one evaluator for all systems (module `tape`). Methods of
@@ -673,7 +684,7 @@ impl<'s> Declaration<'s> {
     }
 
     /// The tables of samples that are data, each with its argument.
-    pub(crate) fn tables(&self, t: f64, q: &[f64], v: &[f64], a: &[f64]) -> Vec<(&'s Samples, f64)> {
+    pub(crate) fn tables(&self, t: f64, q: &[f64], v: &[f64], a: &[f64]) -> Vec<TableAt<'s>> {
         let at = At {
             t: Some(t),
             q,
@@ -682,7 +693,7 @@ impl<'s> Declaration<'s> {
             ..At::NOWHERE
         };
         let all = self.all(Segment::Tables, Part::All, &at);
-        let tables = all.chunks_exact(2).filter_map(|table| {
+        let tables = all.chunks_exact(3).filter_map(|table| {
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
@@ -690,7 +701,11 @@ impl<'s> Declaration<'s> {
             )]
             let which = table[0] as usize;
             match self.source.data(which)? {
-                TapeCall::Samples { samples, .. } => Some((&**samples, table[1])),
+                TapeCall::Samples { samples, .. } => Some(TableAt {
+                    samples,
+                    is_differentiated: table[1] != 0.0,
+                    argument: table[2],
+                }),
                 TapeCall::Number(_) => None,
             }
         });

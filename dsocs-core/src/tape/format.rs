@@ -102,7 +102,7 @@ pub enum Segment {
     SidedContinuous,
     /// The arguments of whatever is given by pieces, and what is divided by: first those of [`Segment::Sides`].
     Switches,
-    /// Of each table of samples the number of its call, and its argument.
+    /// Of each table of samples the number of its call, 1 if it is differentiated, else 0, and its argument.
     Tables,
 }
 

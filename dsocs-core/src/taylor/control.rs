@@ -2,6 +2,7 @@
 //! Taylor methods, Experimental Mathematics 14 (2005), section 3.
 
 use crate::error::SetupError;
+use crate::number::larger;
 use crate::series::orders::{MAX_ORDER, RECIPROCALS, ROWS};
 use crate::series::rows::{self, Series};
 use crate::series::switch::Limits;
@@ -270,8 +271,7 @@ impl Control {
 pub(super) fn size(x: &[f64], weights: &[f64]) -> f64 {
     let mut size = 0.0_f64;
     for (x, weight) in x.iter().zip(weights) {
-        let x = (x * weight).abs();
-        size = if x <= size { size } else { x };
+        size = larger(size, (x * weight).abs());
     }
     size
 }
@@ -281,8 +281,7 @@ pub(super) fn size(x: &[f64], weights: &[f64]) -> f64 {
 pub(super) fn distance(x: &[f64], y: &[f64], weights: &[f64]) -> f64 {
     let mut size = 0.0_f64;
     for ((x, y), weight) in x.iter().zip(y).zip(weights) {
-        let x = ((x - y) * weight).abs();
-        size = if x <= size { size } else { x };
+        size = larger(size, ((x - y) * weight).abs());
     }
     size
 }

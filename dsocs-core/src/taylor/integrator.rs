@@ -374,6 +374,7 @@ impl Integrator {
                 self.expansions += 1 + u32::try_from(self.rejected - rejected).unwrap_or(u32::MAX - 1);
                 Ok(())
             }
+            Outcome::NotFinite if self.goes_over_here(equations) => self.go(equations, until),
             Outcome::NotFinite => Err(self.failed(equations, SeriesFailure::NotFinite).into()),
             Outcome::Dependent(time, row) => Err(self
                 .failed(equations, SeriesFailure::Dependent { time, row })

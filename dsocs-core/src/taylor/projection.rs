@@ -5,6 +5,7 @@
 
 use super::recurrences::SeriesKernel;
 use super::state::State;
+use crate::number::larger;
 use crate::start;
 use crate::tape::declaration::Declaration;
 
@@ -238,16 +239,16 @@ fn raise(inverse: &[f64], form: &[f64], displacement: &mut [f64]) {
     }
 }
 
-/// The largest component.
+/// The largest component; NaN if one is.
 #[inline]
 pub(super) fn size(x: &[f64]) -> f64 {
-    x.iter().fold(0.0_f64, |size, x| size.max(x.abs()))
+    x.iter().fold(0.0_f64, |size, x| larger(size, x.abs()))
 }
 
-/// The largest component of a difference.
+/// The largest component of a difference; NaN if one is.
 fn distance(x: &[f64], y: &[f64]) -> f64 {
     let differences = x.iter().zip(y);
-    differences.fold(0.0_f64, |size, (x, y)| size.max((x - y).abs()))
+    differences.fold(0.0_f64, |size, (x, y)| larger(size, (x - y).abs()))
 }
 
 /// The sum of products.

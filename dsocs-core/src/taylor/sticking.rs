@@ -13,6 +13,7 @@ use super::integrator::{Integrator, Outcome};
 use super::recurrences::SeriesKernel;
 use super::watch::AT_ONCE;
 use crate::number::compensated::Compensated;
+use crate::number::larger;
 use crate::number::point::AnyPoint;
 use crate::regularity::resting::{AtPoint, Held};
 use crate::regularity::sides::Piece;
@@ -262,7 +263,7 @@ impl Integrator {
                 for (i, values) in values.iter_mut().enumerate() {
                     let rounding = f64::EPSILON * (held.reach[i] + held.x[i].abs());
                     let by = (held.x[i] - values[j]).abs() / rounding.max(f64::MIN_POSITIVE);
-                    change = change.max(by);
+                    change = larger(change, by);
                     values[j] = held.x[i];
                 }
                 for (sides, side) in sides.iter_mut().zip(&held.sides) {
@@ -279,14 +280,14 @@ impl Integrator {
                 for (coefficient, values) in way.sides.iter_mut().zip(&sides) {
                     let tail;
                     (*coefficient, tail) = coefficients(values);
-                    unsteady = unsteady.max(tail);
+                    unsteady = larger(unsteady, tail);
                 }
                 for (i, tail) in tails.iter_mut().enumerate() {
                     let rounding = ROUNDINGS * f64::EPSILON * (held.reach[i] + held.x[i].abs());
                     *tail = (*tail - rounding).max(0.0);
                 }
                 let error = self.control.excess(v, &held.x[..n], &tails, h);
-                way.error = error.max(unsteady / self.control.relative().max(LEAST_TAIL));
+                way.error = larger(error, unsteady / self.control.relative().max(LEAST_TAIL));
                 way.end = held;
                 return Some(way);
             }

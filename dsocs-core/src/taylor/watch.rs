@@ -299,6 +299,28 @@ impl Integrator {
         self.watch = Some(watch);
     }
 
+    /// Goes over to other pieces where a step has ended at a switch to the last digit, not beyond it, and the piece that led there has no series: a root has none at
+    /// zero. Returns whether an argument is zero there.
+    #[cold]
+    pub(super) fn goes_over_here(&mut self, equations: &mut dyn SeriesKernel) -> bool {
+        let (true, Some((_, last))) = (self.may_go_over(), self.last) else {
+            return false;
+        };
+        equations.expand(&mut self.next);
+        let mut touches = false;
+        each(equations, |_, _, switch| touches |= switch.touches());
+        if touches {
+            self.go_over(equations, last, true);
+        }
+        touches
+    }
+
+    /// Whether there are pieces, and so many changes have not come at once.
+    fn may_go_over(&self) -> bool {
+        let watch = self.watch.as_ref();
+        watch.is_some_and(|watch| watch.has_pieces && watch.short <= AT_ONCE)
+    }
+
     /// Begins at a point where nothing is known of what led there.
     pub(super) fn begin_at_switch(&mut self, equations: &mut dyn SeriesKernel) {
         let Some(mut watch) = self.watch.take() else {
@@ -369,6 +391,19 @@ impl Integrator {
         }
     }
 
+    /// Lets arguments have the signs of their values that have jumped across zero with those that changed, as a force that is limited does where what it follows
+    /// jumps; and others with these.
+    fn let_go(&mut self, equations: &mut dyn SeriesKernel) {
+        for _ in 0..equations.switches() {
+            let mut any = false;
+            each(equations, |_, _, switch| any |= switch.lets_go());
+            if !any {
+                return;
+            }
+            equations.expand(&mut self.next);
+        }
+    }
+
     /// Expands the motion on the other side of some switches; tells whether it stays there.
     fn goes_over(
         &mut self,
@@ -390,6 +425,7 @@ impl Integrator {
             }
         }
         equations.expand(&mut self.next);
+        self.let_go(equations);
         let order = self.tells_to(tau);
         touched.iter().all(|touched| {
             let switch = equations.group(touched.group).get(touched.place);

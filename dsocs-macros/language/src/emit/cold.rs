@@ -240,19 +240,6 @@ fn segments(
         .program
         .segment(Segment::default(), &energy.value, 0, &stages.in_energy(), calls);
 
-    let Switches {
-        graph: switching,
-        arguments,
-        tables,
-    } = &expressions.switches;
-    let mut with_tables = switching.clone();
-    let tables: Vec<NodeId> = tables
-        .iter()
-        .flat_map(|&Table { callee, argument }| {
-            let number = calls.function(callee, 1, &[]);
-            [with_tables.constant(number as f64), argument]
-        })
-        .collect();
     let mut of = |graph: &Graph, nodes: &[NodeId], head: usize| {
         let (program, values) = single(graph, nodes);
         program.segment(Segment::default(), &values, head, &nothing, calls)
@@ -271,8 +258,7 @@ fn segments(
     let continuous_forms = of(&model.graph, &forms_of_point, 0);
     let [phase, pair, phase_slopes] = lower_order(model, &mut of);
     let [sides, sided, sided_continuous] = sided(model, &mut of);
-    let switches = of(switching, arguments, 0);
-    let tables = of(&with_tables, &tables, 0);
+    let switches = of(&expressions.switches.graph, &expressions.switches.arguments, 0);
     let lagrangian = of(&expressions.graph, &[model.lagrangian], 0);
     let discrete_lagrangian = of(&expressions.graph, &[expressions.discrete_lagrangian], 0);
     let observed: Vec<NodeId> = model.observe.iter().map(|&(_, node)| node).collect();
@@ -286,6 +272,7 @@ fn segments(
         &expressions.external,
         model.external_forces.len(),
     );
+    let tables = tables(&expressions.switches, calls);
     vec![
         constants,
         known,
@@ -317,6 +304,23 @@ fn segments(
         switches,
         tables,
     ]
+}
+
+/// The tables of samples: of each the number of its call, whether it is differentiated, and its argument.
+fn tables(switches: &Switches, calls: &mut Calls) -> Segment {
+    let mut graph = switches.graph.clone();
+    let mut all = Vec::with_capacity(3 * switches.tables.len());
+    for &Table { callee, argument } in &switches.tables {
+        let number = calls.function(callee, 1, &[]);
+        let differentiated = calls.differentiates(callee);
+        all.extend([
+            graph.constant(number as f64),
+            graph.constant(f64::from(u8::from(differentiated))),
+            argument,
+        ]);
+    }
+    let (program, values) = single(&graph, &all);
+    program.segment(Segment::default(), &values, 0, &HashMap::default(), calls)
 }
 
 /// What is known when the run begins: for the step, then for the energy.

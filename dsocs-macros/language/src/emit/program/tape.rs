@@ -47,6 +47,15 @@ impl Calls {
         })
     }
 
+    /// Whether a derivative of a function is called.
+    pub(crate) fn differentiates(&self, callee: usize) -> bool {
+        let differentiated = |called: &Called| match called {
+            Called::Function { callee: other, wrt, .. } => *other == callee && !wrt.is_empty(),
+            Called::Expression(_) => false,
+        };
+        self.0.iter().any(differentiated)
+    }
+
     /// What is called, for an engine that has no compiler.
     pub(crate) fn asked(&self, graph: &Graph) -> Vec<Call> {
         let calls = self.0.iter();
