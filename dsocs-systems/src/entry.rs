@@ -542,6 +542,7 @@ impl Entry {
         nodes: bool,
         sink: &mut dyn FnMut(Shown<'_>),
     ) -> Result<Option<usize>, RunFailure> {
+        let plan = &*plan.with_own_values(&*self.system);
         let request = point::Request { plan, watched, nodes };
         let mut ended = None;
         run::begin(&*self.system, plan, beginning, &mut |run, system| {

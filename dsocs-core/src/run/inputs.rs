@@ -6,11 +6,18 @@ use crate::tape::Shape;
 /// Times of a plan that differ by less than this part of a step are the same.
 const SAME_TIME: f64 = 1e-6;
 
-/// The value of a held input at a time `t` of a run with the step `h`, from increasing times, each with the value that holds from it on;
-/// `None` before the first.
+/// The value with which a held input goes on at a time `t` of a run with the step `h`, which is negative back in time, from increasing times, each with the value that
+/// holds from it on; `None` before the first.
 #[must_use]
 pub fn held_value(plan: &[[f64; 2]], t: f64, h: f64) -> Option<f64> {
-    let later = plan.partition_point(|&[time, _]| time <= t + SAME_TIME * h.abs());
+    // what holds from a time on is left there on the way back
+    let later = plan.partition_point(|&[time, _]| {
+        if h < 0.0 {
+            time < t + SAME_TIME * h
+        } else {
+            time <= t + SAME_TIME * h
+        }
+    });
     Some(plan.get(later.checked_sub(1)?)?[1])
 }
 

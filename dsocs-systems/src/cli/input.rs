@@ -11,7 +11,7 @@ use crate::entry::{Entry, HeldInput};
 /// Parameters that change during a run.
 #[derive(Args, Clone, Debug)]
 pub struct InputArguments {
-    /// A parameter that changes at nodes: a .csv file with two columns, the time in s and the value that holds from the next node on; before the first time the parameter has its own value; may be given
+    /// A parameter that changes at nodes: a .csv file with two columns, the time in s and the value that holds from the next node on (back in time, up to it); before the first time the parameter has its own value; may be given
     /// several times
     #[arg(long, value_name = "NAME=FILE", value_parser = assignment, conflicts_with = "certify")]
     input: Vec<(String, String)>,

@@ -5,6 +5,8 @@ use std::borrow::Cow;
 use dsocs_core::__private::held_value;
 use dsocs_core::Composition;
 
+use super::erased::AnySystem;
+
 /// How a motion is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
@@ -31,6 +33,24 @@ pub struct Plan {
     pub estimate: bool,
     /// Parameters that change during the run.
     pub inputs: Vec<HeldInput>,
+}
+
+impl Plan {
+    /// The plan of a run that goes back in time: before the first time of an input the parameter has its own value again.
+    pub(super) fn with_own_values(&self, system: &dyn AnySystem) -> Cow<'_, Self> {
+        if self.inputs.is_empty() || self.h > 0.0 {
+            return Cow::Borrowed(self);
+        }
+        let (mut plan, kernel) = (self.clone(), system.kernel());
+        for input in &mut plan.inputs {
+            let parameters = &kernel.shape().parameters;
+            let place = parameters.iter().position(|known| known.name == input.parameter);
+            if let Some(place) = place {
+                input.values.insert(0, [f64::NEG_INFINITY, kernel.value(place)]);
+            }
+        }
+        Cow::Owned(plan)
+    }
 }
 
 /// A parameter whose value changes at given times and is held in between.

@@ -133,7 +133,7 @@ fn pass(
         held::set(run, &plan.inputs, (now, plan.h))?;
         let mut ended = None;
         if watched.is_empty() || !run.clock().is_handed_out() {
-            next(run)?;
+            next(run, plan.h)?;
         } else {
             let next = run.clock().time_of(run.clock().index() + 1);
             ended = run.watch(next, &mut events, &mut looker)?;

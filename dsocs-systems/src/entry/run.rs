@@ -24,6 +24,7 @@ pub(super) fn run(
     beginning: &Beginning,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
+    let plan = &plan.with_own_values(system);
     begin(system, plan, beginning, &mut |run, system| {
         let (mut free, mut held);
         let error: Option<&mut dyn Errors> = if !plan.estimate {
@@ -106,17 +107,12 @@ pub(super) fn begin(
     then(&mut *run, system)
 }
 
-/// Goes on to the next node, or begins with the first.
-pub(super) fn next(run: &mut dyn Run) -> Result<(), RunError> {
+/// Goes on to the next node in the direction of the step, or begins with the first.
+pub(super) fn next(run: &mut dyn Run, h: f64) -> Result<(), RunError> {
     if run.clock().is_handed_out() {
-        run.advance()?;
+        run.step(f64::INFINITY.copysign(h))?;
     } else {
-        let forever = if run.clock().is_forward() {
-            f64::INFINITY
-        } else {
-            f64::NEG_INFINITY
-        };
-        let forever = run.clock().until(forever)?;
+        let forever = run.clock().until(f64::INFINITY.copysign(h))?;
         run.go_on(&forever)?;
     }
     Ok(())
@@ -133,7 +129,7 @@ fn driven(run: &mut dyn Run, plan: &Plan, take: &mut Take<'_>) -> Result<(), Run
     loop {
         let now = run.clock().time_of(run.clock().index() + ahead);
         held::set(run, &plan.inputs, (now, plan.h))?;
-        next(run)?;
+        next(run, plan.h)?;
         if take(run).is_break() || (end - run.clock().time()) * plan.h.signum() < 0.5 * plan.h.abs() {
             break;
         }
