@@ -4,6 +4,7 @@ mod any;
 mod begin;
 mod consistency;
 mod determined;
+mod impulse;
 pub(crate) mod place;
 mod rest;
 mod sized;
@@ -12,8 +13,8 @@ pub(crate) mod third;
 pub use any::AnyStart;
 pub(crate) use begin::{
     Beginning, Begins, Given, Phase, Rule, StartOrder, acceleration, arriving_on_constraints,
-    check_parameters, inverse_mass, mass_matrix, momentum, state, state_acceleration, velocity_after,
-    velocity_of,
+    check_parameters, inverse_mass, mass_matrix, momentum, state, state_acceleration, velocity_of,
 };
 pub(crate) use determined::{Determined, check as check_determined, determined};
+pub(crate) use impulse::velocity_after;
 pub use sized::Start;

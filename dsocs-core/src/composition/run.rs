@@ -595,8 +595,13 @@ impl<'s> Composed<'s> {
         let after = start::velocity_after(&[self.declaration(), new], (t, &q.hi, &v.hi))?;
         let after = Vector::of(&after);
         if let Some(joined) = &self.joined {
-            // the momentum stays
-            let now = (joined.now.q.clone(), joined.now.p.clone(), after);
+            // the momentum stays, but for the impulses of kinematic constraints
+            let momentum = if self.kernel.shape().kinematic > 0 {
+                Vector::of(&start::momentum(&new, (t, &q.hi, &after)))
+            } else {
+                joined.now.p.clone()
+            };
+            let now = (joined.now.q.clone(), momentum, after);
             let node = Momenta::of(new).node(t, now, Some(a))?;
             self.course.now = State::of(&node);
             if let Some(joined) = &mut self.joined {

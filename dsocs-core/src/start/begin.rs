@@ -472,19 +472,6 @@ impl Equations for Continuous<'_> {
     }
 }
 
-/// The velocity with which a motion goes on where its parameters change from those of the first declaration to those of the second: the
-/// momentum stays, but for what the constraints do to it at once: where a constraint of velocities is another, the velocity is brought onto
-/// it by the shortest way, measured by the mass matrix (the impulse of its force).
-pub(crate) fn velocity_after(
-    [before, after]: &[Declaration<'_>; 2],
-    (t, q, v): (f64, &[f64], &[f64]),
-) -> Result<Vec<f64>, SetupError> {
-    let kept = momentum(before, (t, q, v));
-    let velocity = velocity_of(after, (t, q), &kept, v);
-    let (_, velocity) = consistency::project(after, t, q, &velocity)?;
-    Ok(velocity)
-}
-
 /// The momentum with which a leg arrives, where the forces of constraints of velocities have acted up to its end: `(q, momentum)` moved
 /// along these forces until the velocity at the node obeys the constraints.
 pub(crate) fn arriving_on_constraints(
