@@ -173,8 +173,8 @@ pub enum SetupError {
     },
     /// The steps of this system cannot be composed.
     #[error(
-        "{method} is not possible here: {reason}; take the step of order 2 (Flow) or the continuous motion to a tolerance \
-         (TaylorFlow)"
+        "{method} is not possible here: {reason}; take the step of order 2 (Flow){}",
+        if *.reason == Symmetry::ThirdOrder { "" } else { " or the continuous motion to a tolerance (TaylorFlow)" }
     )]
     Composition {
         /// The method.

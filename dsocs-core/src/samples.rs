@@ -265,7 +265,11 @@ impl Samples {
         };
         let [before, after] = [slope(index.checked_sub(1), true), slope(Some(index), false)];
         let jump = (after - before).abs();
-        if jump > 0.0 { jump / before.abs().max(after.abs()) } else { 0.0 }
+        if jump > 0.0 {
+            jump / before.abs().max(after.abs())
+        } else {
+            0.0
+        }
     }
 
     /// Where the polynomial begins beyond some places, and its coefficients from order 0 on.

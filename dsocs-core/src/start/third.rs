@@ -401,7 +401,11 @@ impl Equations<'_> {
             }
         };
         // a second difference has the digits of the nodes where rows ask something of these
-        let around = leg.q.iter().chain(leg.d).fold(0.0_f64, |most, x| most.max(x.abs()));
+        let around = leg
+            .q
+            .iter()
+            .chain(leg.d)
+            .fold(0.0_f64, |most, x| most.max(x.abs()));
         nearest(&inverse, near, around, &rows)
     }
 }

@@ -20,6 +20,10 @@ use crate::tape::declaration::Declaration;
 /// So far from a place, as a part of the way, what has a pole there is smaller than beside it.
 const ASIDE: f64 = 1e-4;
 
+/// So far from a place it still is, by this factor at least: one over a root.
+const NEAR: f64 = 1e-8;
+const GROWS: f64 = 10.0;
+
 /// It is so by this factor: one over the distance by a hundred million, one over its root by ten thousand.
 const POLE: f64 = 1e3;
 
@@ -162,6 +166,10 @@ impl OnWay<'_> {
                 .map_or_else(|| before.a.clone(), |at| at.a)
         });
         let all = jump([&before.a, &after.a], [&left.a, &right.a], ends.each_ref(), noise);
+        // what is only narrow is as large at some distance
+        if all == f64::INFINITY && !self.grows(places, [&before.a, &after.a]) {
+            return 1.0;
+        }
         // a leg of third order takes the jerk at its middle, so that one which jumps at a node costs no order
         let is_at_node = parts.iter().all(|part| (part - part.round()).abs() < AT_NODE);
         let jump = if all.is_finite() && is_at_node && self.declarations[0].shape().is_of_third_order() {
@@ -179,6 +187,16 @@ impl OnWay<'_> {
             return 0.0;
         }
         jump
+    }
+
+    /// Whether an acceleration without a bound is larger beside a place than at a small distance from it.
+    fn grows(&self, [_, before, after, _]: [f64; 4], beside: [&Vector; 2]) -> bool {
+        let near = [before - NEAR, after + NEAR].map(|part| self.acceleration(part));
+        let largest = |a: &Vector| a.iter().fold(0.0_f64, |largest, a| largest.max(a.abs()));
+        near.iter().zip(beside).any(|(near, beside)| {
+            let beside = largest(beside);
+            !beside.is_finite() || near.as_ref().is_none_or(|near| beside > GROWS * largest(&near.a))
+        })
     }
 
     /// Whether the velocity has to jump: the Lagrangian does, with the position or the velocity, or the momentum, or what constraints ask of positions and

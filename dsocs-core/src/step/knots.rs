@@ -37,24 +37,22 @@ pub(super) fn hidden(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f64> {
 
 /// In how many steps a step may lead over samples, from that on whose way is given; 0 if that one or the next may do so.
 pub(super) fn clear(declaration: &Declaration<'_>, way: &Way<'_>) -> f64 {
-    let clears = arguments(declaration, way)
-        .into_iter()
-        .map(|table| {
-            let (samples, [from, to]) = (table.samples, table.ends);
-            let change = to - from;
-            let (mut steps, mut seen) = (0.0, 0);
-            // steps that overlap: nodes need not be where the argument leads
-            while steps < MOST && seen < AHEAD {
-                let next = [from + steps * change, to + (steps + 0.5) * change];
-                if inside(samples, next).is_some() || bend(&table, next).is_some() {
-                    break;
-                }
-                seen += between(samples, next).len();
-                steps += 1.0;
+    let clears = arguments(declaration, way).into_iter().map(|table| {
+        let (samples, [from, to]) = (table.samples, table.ends);
+        let change = to - from;
+        let (mut steps, mut seen) = (0.0, 0);
+        // steps that overlap: nodes need not be where the argument leads
+        while steps < MOST && seen < AHEAD {
+            let next = [from + steps * change, to + (steps + 0.5) * change];
+            if inside(samples, next).is_some() || bend(&table, next).is_some() {
+                break;
             }
-            // an argument may go faster than it did
-            if steps > 1.0 { (0.5 * steps).ceil() } else { steps }
-        });
+            seen += between(samples, next).len();
+            steps += 1.0;
+        }
+        // an argument may go faster than it did
+        if steps > 1.0 { (0.5 * steps).ceil() } else { steps }
+    });
     clears.fold(MOST, f64::min)
 }
 
@@ -68,7 +66,9 @@ pub(super) fn bends(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<Crossin
             let side = (to - from).signum();
             let left = |part: f64| {
                 let tables = way(part).tables(declaration);
-                tables.get(table).map_or(f64::NAN, |at| side * (knot - at.argument))
+                tables
+                    .get(table)
+                    .map_or(f64::NAN, |at| side * (knot - at.argument))
             };
             Some(Crossing::found(NONE, [0.0, 1.0], left))
         })

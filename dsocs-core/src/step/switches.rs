@@ -55,7 +55,11 @@ pub(crate) struct Crossing {
 
 impl Crossing {
     /// The place within a part of a way where a value that is positive becomes negative.
-    pub(super) fn found(switch: usize, [mut before, mut after]: [f64; 2], value: impl Fn(f64) -> f64) -> Self {
+    pub(super) fn found(
+        switch: usize,
+        [mut before, mut after]: [f64; 2],
+        value: impl Fn(f64) -> f64,
+    ) -> Self {
         for _ in 0..HALVINGS {
             if after - before <= SHORT {
                 break;

@@ -50,7 +50,9 @@ impl Calls {
     /// Whether a derivative of a function is called.
     pub(crate) fn differentiates(&self, callee: usize) -> bool {
         let differentiated = |called: &Called| match called {
-            Called::Function { callee: other, wrt, .. } => *other == callee && !wrt.is_empty(),
+            Called::Function {
+                callee: other, wrt, ..
+            } => *other == callee && !wrt.is_empty(),
             Called::Expression(_) => false,
         };
         self.0.iter().any(differentiated)
