@@ -181,6 +181,16 @@ impl Switch {
         self.side * self.coefficients[0] / self.scale.max(f64::MIN_POSITIVE)
     }
 
+    /// The time that is missing, by the first two terms, until the value is beyond the piece.
+    pub(crate) fn missing(&self) -> f64 {
+        let [value, rate, ..] = self.coefficients;
+        if self.side * value > 0.0 && rate != 0.0 {
+            (value / rate).abs()
+        } else {
+            0.0
+        }
+    }
+
     /// Whether the value is zero to rounding or beyond.
     pub(crate) fn touches(&self) -> bool {
         (self.side * self.coefficients[0]) <= TOUCHES * self.scale && self.side != 0.0
@@ -204,7 +214,8 @@ impl Switch {
                 power *= tau;
                 largest = largest.max(term.abs());
             }
-            if known.len() < 2 || (largest.is_finite() && tail(&terms[..known.len()]) <= TAIL[0] * largest) {
+            // two or three terms say nothing of those that are missing
+            if known.len() < 4 || (largest.is_finite() && tail(&terms[..known.len()]) <= TAIL[0] * largest) {
                 break;
             }
             tau *= 0.3;

@@ -20,6 +20,9 @@ const TOGETHER: usize = 4;
 /// So many changes in a row may come without any time between them.
 pub(super) const AT_ONCE: u32 = 64;
 
+/// How often a motion goes on from several switches at one place, twice as far each time.
+const CLEARINGS: u32 = 32;
+
 /// Evaluations on the way to the place of a switch.
 const EVALUATIONS: u32 = 200;
 
@@ -293,10 +296,37 @@ impl Integrator {
                     .push(Touched::new((group, place), switch, order, tau));
             }
         });
+        if watch.touched.len() > 1 {
+            self.clear(equations, &watch.touched, tau.signum());
+        }
         self.is_new = true;
         watch.short = if is_short { watch.short + 1 } else { 0 };
         self.decide(equations, &mut watch, tau);
         self.watch = Some(watch);
+    }
+
+    /// Goes on until all arguments that are zero to rounding, and go over, have the signs of the pieces beyond: a root has no value on the side where the rounding of an
+    /// argument may be that comes to zero at the same time as another one.
+    #[cold]
+    fn clear(&mut self, equations: &mut dyn SeriesKernel, touched: &[Touched], direction: f64) {
+        let mut least = 0.0_f64;
+        for _ in 0..CLEARINGS {
+            let mut missing = 0.0_f64;
+            for touched in touched.iter().filter(|touched| touched.leads == -touched.side) {
+                if let Some(switch) = equations.group(touched.group).get(touched.place) {
+                    missing = missing.max(switch.missing());
+                }
+            }
+            if missing == 0.0 || !missing.is_finite() {
+                return;
+            }
+            least = (2.0 * least).max(2.0 * missing);
+            let way: Vec<f64> = self.now.v().iter().map(|v| v * least * direction).collect();
+            self.t.add(&[least * direction]);
+            self.now.move_position(&way);
+            let t = self.side(self.t.hi[0], true);
+            equations.begin(&mut self.next, t, &self.now);
+        }
     }
 
     /// Goes over to other pieces where a step has ended at a switch to the last digit, not beyond it, and the piece that led there has no series: a root has none at
