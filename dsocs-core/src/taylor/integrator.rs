@@ -54,6 +54,9 @@ const JUMPS_NEAR: f64 = 0.5;
 /// A time that is never reached. Terms of a series stay finite there, so that changes of sign are found on the way.
 const FAR: f64 = 1e100;
 
+/// Where velocities have weights, they are looked at again if one becomes so many times the largest in a step.
+const GROWS: f64 = 2.0;
+
 /// Where a motion is, and how it goes on. What needs the system is given it.
 pub(crate) struct Integrator {
     /// The series of the last step.
@@ -730,7 +733,14 @@ impl Integrator {
             let whole = size == left.abs();
             let h = if whole { left } else { size.copysign(left) };
             let t = if whole { until } else { self.t.hi[0] + h };
-            let Judged { sizes: known, end } = self.arrive(equations, h, t);
+            let Judged {
+                sizes: mut known,
+                mut end,
+            } = self.arrive(equations, h, t);
+            if self.weights.are_used && end[0] * size > GROWS * sizes.velocity.max(sizes.acceleration * size) {
+                let (begins, judged) = self.weigh_at_end(equations, h);
+                (sizes, known, end) = (begins, judged.sizes, judged.end);
+            }
             if has_pieces && !at_switch && Self::is_beyond(equations, size) {
                 trial.end = self.locate(equations, left.signum(), [0.0, size]);
                 continue;

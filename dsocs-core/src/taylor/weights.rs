@@ -4,8 +4,10 @@
 //! no scales are set, one whose velocity is below a thousandth of the largest is therefore multiplied by a weight that makes it a thousandth: its own
 //! error is at most a thousand times the tolerance. Not so what is only rounding, as the velocity of a coordinate that stays at rest by symmetry.
 
+use super::control::{Control, Judged, Sizes};
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
+use crate::number::larger;
 use crate::number::point::AnyPoint;
 use crate::solve::Square;
 use crate::tape::declaration::Declaration;
@@ -31,6 +33,8 @@ pub(super) struct Weights {
     pub(super) next: u64,
     /// The weights.
     found: Vec<f64>,
+    /// Whether one is larger than 1.
+    pub(super) are_used: bool,
     /// Rows, their rounding errors, and their Jacobian.
     rows: Vec<f64>,
     bounds: Vec<f64>,
@@ -45,6 +49,7 @@ impl Weights {
             sizes: vec![0.0; dimension],
             next: 0,
             found: vec![1.0; dimension],
+            are_used: false,
             rows: vec![0.0; dimension],
             bounds: vec![0.0; dimension],
             jacobian: vec![0.0; dimension * dimension],
@@ -55,6 +60,12 @@ impl Weights {
     /// Does not look any more.
     pub(super) fn stop(&mut self) {
         self.next = u64::MAX;
+    }
+
+    /// Gives the weights to the control.
+    fn apply(&mut self, control: &mut Control) {
+        self.are_used = self.found.iter().any(|&weight| weight > 1.0);
+        control.weigh(&self.found);
     }
 
     /// Takes the rounding errors of rows, and their Jacobian.
@@ -149,9 +160,43 @@ impl Integrator {
         }
         let differ = weights.found != control.weights();
         if differ {
-            control.weigh(&weights.found);
+            weights.apply(control);
             self.known = None;
         }
         differ
+    }
+
+    /// Lowers the weights of velocities that grow in the step of the length `h` that has been tried, as that of a body that rests until another one meets it: with a
+    /// weight that belongs to rounding it would be all that counts. Gives the sizes at the beginning of the step and what is judged at its end with the new weights.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn weigh_at_end(&mut self, equations: &dyn SeriesKernel, h: f64) -> (Sizes, Judged) {
+        let Self {
+            weights,
+            control,
+            series,
+            next,
+            tried,
+            order,
+            ..
+        } = self;
+        let own = tried.v().iter().zip(next.velocity_of(1));
+        for (size, (v, a)) in weights.sizes.iter_mut().zip(own) {
+            *size = larger(*size, larger(v.abs(), (h * a).abs()));
+        }
+        let largest = weights.sizes.iter().copied().fold(0.0, larger);
+        for (weight, size) in weights.found.iter_mut().zip(&weights.sizes) {
+            let least = (LEAST * largest / size).max(1.0);
+            // not where a size is no number
+            if least < *weight {
+                *weight = least;
+            }
+        }
+        weights.apply(control);
+        let (weights, p) = (control.weights(), order.current());
+        (
+            Sizes::of(series, weights, p),
+            equations.judge(next, tried.a(), weights, p),
+        )
     }
 }
