@@ -181,6 +181,12 @@ impl Switch {
         self.side * self.coefficients[0] / self.scale.max(f64::MIN_POSITIVE)
     }
 
+    /// Whether the value is zero, and stays so as far as the series is known.
+    pub(crate) fn stays(&self) -> bool {
+        let finite = self.coefficients.iter().take_while(|c| c.is_finite());
+        self.side != 0.0 && finite.fold(0.0_f64, |most, c| most.max(c.abs())) == 0.0
+    }
+
     /// The time that is missing, by the first two terms, until the value is beyond the piece.
     pub(crate) fn missing(&self) -> f64 {
         let [value, rate, ..] = self.coefficients;

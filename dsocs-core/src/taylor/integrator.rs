@@ -54,7 +54,7 @@ const JUMPS_NEAR: f64 = 0.5;
 /// A time that is never reached. Terms of a series stay finite there, so that changes of sign are found on the way.
 const FAR: f64 = 1e100;
 
-/// Where velocities have weights, they are looked at again if one becomes so many times the largest in a step.
+/// Where velocities have weights, they are looked at again if one becomes so many times the largest.
 const GROWS: f64 = 2.0;
 
 /// Where a motion is, and how it goes on. What needs the system is given it.
@@ -737,7 +737,7 @@ impl Integrator {
                 sizes: mut known,
                 mut end,
             } = self.arrive(equations, h, t);
-            if self.weights.are_used && end[0] * size > GROWS * sizes.velocity.max(sizes.acceleration * size) {
+            if self.weights.are_used && known.velocity.max(end[0] * size) > GROWS * self.weights.largest {
                 let (begins, judged) = self.weigh_at_end(equations, h);
                 (sizes, known, end) = (begins, judged.sizes, judged.end);
             }
@@ -751,6 +751,15 @@ impl Integrator {
             let good = !jumps && self.control.good(&sizes, end, size, trial.is_rough);
             // a jump of the acceleration is passed in a step that no clock would see
             if good || (size <= smallest && self.next.is_finite()) {
+                let h = match trial.beyond.filter(|_| at_switch) {
+                    // where the next piece has a value
+                    Some(beyond) => {
+                        let h = beyond.copysign(left);
+                        self.arrive(equations, h, self.t.hi[0] + h);
+                        h
+                    }
+                    None => h,
+                };
                 if self.projection.as_mut().is_some_and(Projection::has_turned)
                     && let Some((time, row)) = self.dependence(equations, h)
                 {

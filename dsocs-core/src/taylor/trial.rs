@@ -20,6 +20,8 @@ pub(super) struct Trial {
     pub is_rough: bool,
     /// The order of the series and the length of the step that is tried if this one is not good.
     otherwise: Option<(usize, f64)>,
+    /// The place beyond a switch, where the piece that leads there has no value, of a step that is tried to the place before.
+    pub beyond: Option<f64>,
 }
 
 impl Trial {
@@ -34,6 +36,7 @@ impl Trial {
             },
             is_rough,
             otherwise: None,
+            beyond: None,
         }
     }
 }
@@ -89,7 +92,7 @@ impl Integrator {
         } = trial.end;
         if at_switch && !is_finite && before < size && before > 0.0 {
             // the piece that the step belongs to has no value beyond, as a power has none of a negative number
-            trial.end.size = before;
+            (trial.end.size, trial.beyond) = (before, Some(size));
         } else if let Some((order, whole)) = trial.otherwise.take() {
             self.series.set_order(order);
             *trial = Trial::of(whole, false);

@@ -12,6 +12,7 @@ use super::recurrences::{Along, SeriesKernel};
 use super::sticking::Sticking;
 use crate::series::orders::ROWS;
 use crate::series::roots::Crossing;
+use crate::series::rows::Series;
 use crate::series::switch::{Reach, Switch};
 
 /// So many switches at one place are tried in all combinations.
@@ -408,6 +409,7 @@ impl Integrator {
                 watch.stuck = over.map(|(touched, _)| equations.switch(touched.group, touched.place));
             }
         }
+        self.take_known_pieces(equations, &watch.touched);
         let order = self.tells_to(tau);
         for touched in &watch.touched {
             if let Some(switch) = equations.group(touched.group).get_mut(touched.place) {
@@ -418,6 +420,32 @@ impl Integrator {
         each(equations, |_, _, switch| switch.hold());
         if equations.enter() {
             equations.expand(&mut self.next);
+        }
+    }
+
+    /// Where arguments stay at zero, as between bodies that touch each other at rest, takes the pieces on whose side the series is known to its last order: that of a
+    /// power is not.
+    fn take_known_pieces(&mut self, equations: &mut dyn SeriesKernel, touched: &[Touched]) {
+        let known = self.next.in_range_to();
+        if known >= self.next.order() {
+            return;
+        }
+        let mut turn = |next: &mut Series| {
+            let mut any = false;
+            for touched in touched {
+                let group = equations.group(touched.group);
+                if let Some(switch) = group.get_mut(touched.place).filter(|switch| switch.stays()) {
+                    switch.set(-switch.side());
+                    any = true;
+                }
+            }
+            if any {
+                equations.expand(next);
+            }
+            any
+        };
+        if turn(&mut self.next) && self.next.in_range_to() <= known {
+            turn(&mut self.next);
         }
     }
 

@@ -35,6 +35,8 @@ pub(super) struct Weights {
     found: Vec<f64>,
     /// Whether one is larger than 1.
     pub(super) are_used: bool,
+    /// The largest velocity when they were found.
+    pub(super) largest: f64,
     /// Rows, their rounding errors, and their Jacobian.
     rows: Vec<f64>,
     bounds: Vec<f64>,
@@ -50,6 +52,7 @@ impl Weights {
             next: 0,
             found: vec![1.0; dimension],
             are_used: false,
+            largest: 0.0,
             rows: vec![0.0; dimension],
             bounds: vec![0.0; dimension],
             jacobian: vec![0.0; dimension * dimension],
@@ -158,6 +161,7 @@ impl Integrator {
                 1.0
             };
         }
+        weights.largest = largest;
         let differ = weights.found != control.weights();
         if differ {
             weights.apply(control);
@@ -192,6 +196,7 @@ impl Integrator {
                 *weight = least;
             }
         }
+        weights.largest = largest;
         weights.apply(control);
         let (weights, p) = (control.weights(), order.current());
         (
