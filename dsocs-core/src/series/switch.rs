@@ -181,6 +181,16 @@ impl Switch {
         self.side * self.coefficients[0] / self.scale.max(f64::MIN_POSITIVE)
     }
 
+    /// The time, by the first two terms, between the value and zero, before or after.
+    pub(crate) fn takes(&self) -> f64 {
+        let [value, rate, ..] = self.coefficients;
+        if self.side != 0.0 && rate != 0.0 {
+            (value / rate).abs()
+        } else {
+            f64::INFINITY
+        }
+    }
+
     /// Whether the value is zero, and stays so as far as the series is known.
     pub(crate) fn stays(&self) -> bool {
         let finite = self.coefficients.iter().take_while(|c| c.is_finite());

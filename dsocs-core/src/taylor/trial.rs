@@ -45,8 +45,9 @@ impl Integrator {
     /// Where a series that begins anew knows nothing beyond its first orders, goes on by these; returns the length of the step. A function has few
     /// derivatives there, as a power has at its zero, and what comes after is none, or rounding.
     #[cold]
-    pub(super) fn begin_roughly(&mut self, wanted: f64) -> Option<f64> {
-        let last = self.last.map(|(_, h)| h.abs());
+    pub(super) fn begin_roughly(&mut self, wanted: f64, smallest: f64) -> Option<f64> {
+        // several events may have come at once
+        let last = self.last.map(|(_, h)| h.abs().max(smallest / LOST));
         if wanted > LOST * last.unwrap_or(0.0) || self.series.in_range_to() < ROUGH {
             return None;
         }

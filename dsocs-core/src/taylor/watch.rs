@@ -346,6 +346,14 @@ impl Integrator {
         touches
     }
 
+    /// Whether an argument is so near to zero that it takes less than the smallest step from there.
+    #[cold]
+    pub(super) fn is_at_switch(&self, equations: &mut dyn SeriesKernel, smallest: f64) -> bool {
+        let mut is_at = false;
+        each(equations, |_, _, switch| is_at |= switch.takes() < smallest);
+        is_at
+    }
+
     /// Whether there are pieces, and so many changes have not come at once.
     fn may_go_over(&self) -> bool {
         let watch = self.watch.as_ref();
