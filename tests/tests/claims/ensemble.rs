@@ -470,7 +470,15 @@ fn all_instructions_give_the_same_bits() {
 /// The last node of a flow under inputs that are held.
 fn driven(own: &Sliding, h: f64, start: Start<2>, t: f64, plan: &[[f64; 2]]) -> Result<Node<2>, RunError> {
     let at = |time: f64| {
-        let held = plan.iter().rfind(|[from, _]| *from <= time + 1e-6 * h.abs());
+        // on the way back a value is left at the time from which on it holds
+        let holds = |from: f64| {
+            if h < 0.0 {
+                from < time + 1e-6 * h
+            } else {
+                from <= time + 1e-6 * h
+            }
+        };
+        let held = plan.iter().rfind(|[from, _]| holds(*from));
         held.map_or(own.friction, |[_, value]| *value)
     };
     let begun = Sliding {
