@@ -3,8 +3,9 @@
 use core::fmt;
 
 use super::discrete::{Discrete, values_of};
-use crate::error::SetupError;
+use crate::error::{SetupError, StepError};
 use crate::kernel::Kernel;
+use crate::kernel::report::StepReport;
 use crate::number::point::AnyLeg;
 use crate::run::Run;
 use crate::start::AnyStart;
@@ -80,6 +81,26 @@ impl<'s> AnyFlow<'s> {
     #[must_use]
     pub fn meets_jump(&self) -> bool {
         self.0.meets_jump()
+    }
+
+    /// The nodes that solve the next step: the one that Newton's iteration finds, and another one if deflation finds it; see
+    /// [`Flow::roots`](crate::Flow::roots).
+    ///
+    /// # Errors
+    ///
+    /// [`StepError`] if no solution is found.
+    pub fn roots(&self) -> Result<(Vec<f64>, Option<Vec<f64>>), StepError> {
+        let (found, other) = self.0.roots()?;
+        Ok((found.to_vec(), other.map(|other| other.to_vec())))
+    }
+
+    /// Solves one step for the solution nearest to a node, even if there are others; see [`Flow::advance_to`](crate::Flow::advance_to).
+    ///
+    /// # Errors
+    ///
+    /// As there.
+    pub fn advance_to(&mut self, q2: &[f64]) -> Result<StepReport, StepError> {
+        self.0.advance_to(q2)
     }
 
     /// The run.

@@ -35,13 +35,16 @@ from ._errors import (
     StepError,
     StepWarning,
 )
+from ._events import Event, Occurrence, Occurrences, Points
 from ._expressions import Expression, coordinates, dddot, ddot, dot, parameter, time, to_sympy, where
 from ._linear import Equilibria, Equilibrium, LinearModel
 from ._path import Gradient, Path
-from ._run import ErrorEstimate, NearlySingular, Run, Unresolved
+from ._run import Certificate, ErrorEstimate, NearlySingular, Roots, Run, Unresolved
 from ._system import Quantity, RunText, System, read
+from ._table import read_sweep
 
 __all__ = [
+    "Certificate",
     "DeclarationError",
     "DeclarationWarning",
     "DerivativeError",
@@ -52,6 +55,7 @@ __all__ = [
     "EquilibriumError",
     "Error",
     "ErrorEstimate",
+    "Event",
     "Expression",
     "Finding",
     "Findings",
@@ -62,8 +66,12 @@ __all__ = [
     "Mistake",
     "NearlySingular",
     "Node",
+    "Occurrence",
+    "Occurrences",
     "Path",
+    "Points",
     "Quantity",
+    "Roots",
     "Run",
     "RunText",
     "SetupError",
@@ -78,6 +86,7 @@ __all__ = [
     "dot",
     "parameter",
     "read",
+    "read_sweep",
     "time",
     "to_sympy",
     "where",

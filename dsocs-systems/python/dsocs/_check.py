@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from . import _dsocs, _inputs
-from ._errors import SetupError
+from ._errors import Interrupted, SetupError
 from ._run import Setup
 from ._system import System
 
@@ -67,5 +67,8 @@ def check_setup(system: System, setup: Setup, until: float) -> Findings:
     """Checks the motion of a run."""
     if setup.order > 2 or setup.tolerance is not None:
         raise SetupError("the checks are about the paper's step: order=2, without a tolerance")
-    found = _dsocs.check(system._raw, list(setup.values), setup.h, until, setup.begins)
+    try:
+        found = _dsocs.check(system._raw, list(setup.values), setup.h, until, setup.begins)
+    except KeyboardInterrupt:
+        raise Interrupted("interrupted: nothing is known of this motion; a shorter one (until=) takes less time") from None
     return Findings(Finding(**finding) for finding in found)

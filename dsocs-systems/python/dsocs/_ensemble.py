@@ -12,6 +12,7 @@ from . import _dsocs, _inputs
 from ._errors import Error, InputTypeError, Interrupted, SetupError
 from ._progress import shown
 from ._run import Progress, Setup
+from ._table import frame
 from ._system import System
 
 Array = npt.NDArray[np.float64]
@@ -20,8 +21,10 @@ Array = npt.NDArray[np.float64]
 class Ends:
     """The ends of many runs: arrays with a row for each run. A run that failed has NaN, and its error is in `failures`."""
 
-    def __init__(self, system: System, told: Mapping[str, Any]) -> None:
+    def __init__(self, system: System, told: Mapping[str, Any], varied: Mapping[str, Array]) -> None:
         self._system = system
+        #: What varies from run to run, each an array of the shape (runs,): parameters by name, positions and velocities at the start as `start_q_theta`, `start_v_theta`.
+        self.varied: dict[str, Array] = dict(varied)
         #: The times [s]: an array of the shape (runs,).
         self.t: Array = told["t"]
         #: The positions: an array of the shape (runs, coordinates).
@@ -51,10 +54,18 @@ class Ends:
                 return array[:, names.index(name[len(prefix) :])]
         raise KeyError(str(_inputs.unknown("column", name, ["t", *names, *(f"v_{x}" for x in names), "energy"])))
 
-    def table(self) -> dict[str, Array]:
-        """Times, positions, velocities and energies by name: `pandas.DataFrame(ends.table())`."""
+    def table(self) -> dict[str, Any]:
+        """What varies, then times, positions, velocities and energies of the ends by name; and, where a run failed, `error`: why, or None."""
         names = self._system._names
-        return {name: self[name] for name in ["t", *names, *(f"v_{x}" for x in names), "energy"]}
+        ends = {name: self[name] for name in ["t", *names, *(f"v_{x}" for x in names), "energy"]}
+        table: dict[str, Any] = {**self.varied, **ends}
+        if self.failures:
+            table["error"] = [str(self.failures[place]) if place in self.failures else None for place in range(len(self))]
+        return table
+
+    def frame(self) -> Any:
+        """The table as a `pandas.DataFrame`, for which pandas has to be installed."""
+        return frame(self.table())
 
     def __repr__(self) -> str:
         failed = f", {len(self.failures)} failed" if self.failures else ""
@@ -65,8 +76,9 @@ class Ensemble:
     """Many runs that have not begun: `until` gives their ends."""
 
     def __init__(
-        self, system: System, *, h: Any, q: Any, v: Any, t: Any, start: Any, project: Any, run: Any, values: Mapping[str, Any]
-    ) -> None:
+        self, system: System, *, h: Any, q: Any, v: Any, t: Any, start: Any, project: Any, order: Any, tolerance: Any, run: Any,
+        values: Mapping[str, Any],
+    ) -> None:  # fmt: skip
         #: The system.
         self.system = system
         names = system._names
@@ -90,7 +102,7 @@ class Ensemble:
         first = {"q": None if rows_q is None else np.atleast_2d(rows_q)[:1], "v": None if rows_v is None else np.atleast_2d(rows_v)[:1]}
         sample = {name: None if row is None or not len(row) else row[0] for name, row in first.items()}
         self._setup = Setup.of(
-            system, h=h, q=sample["q"], v=sample["v"], t=t, start=start, project=project, run=run, values=single
+            system, h=h, q=sample["q"], v=sample["v"], t=t, start=start, project=project, order=order, tolerance=tolerance, run=run, values=single
         )
         if self._setup.rule not in ("paper", "second-order"):
             raise SetupError("a constraint here is of third order, which ensembles do not know")
@@ -116,22 +128,29 @@ class Ensemble:
         setup = self._setup
         if (end - setup.t) * math.copysign(1, setup.h) < 0:
             raise SetupError(f"t = {end} lies the other way than the step h = {setup.h} goes, from t = {setup.t}")
-        near = None if setup.near is None else list(setup.near)
-        begins = [
-            (setup.rule, [q, v], near, setup.t, setup.project) for q, v in zip(self._q.tolist(), self._v.tolist())
-        ]
         varied = [(name, values.tolist()) for name, values in self._varied.items()]
+        q, v = np.ascontiguousarray(self._q), np.ascontiguousarray(self._v)
         with shown(progress, self.system.name, 0.0, 1.0) as tell:
             told = _dsocs.ensemble(
-                self.system._raw, list(setup.values), setup.h, begins, varied, end, count, tell
+                self.system._raw, list(setup.values), setup.h, setup.begins, q, v, varied, end, setup.order, setup.tolerance, count, tell
             )
-        ends = Ends(self.system, told)
+        ends = Ends(self.system, told, self._columns())
         interrupted = told["interrupted"]
         if isinstance(interrupted, KeyboardInterrupt):
             raise Interrupted("interrupted; the exception's `run` has the ends up to there", ends)  # type: ignore[arg-type]
         if interrupted is not None:
             raise interrupted
         return ends
+
+    def _columns(self) -> dict[str, Array]:
+        """What varies from run to run, by name."""
+        columns = dict(self._varied)
+        for prefix, rows in (("q_", self._q), ("v_", self._v)):
+            for place, name in enumerate(self.system._names):
+                column = rows[:, place]
+                if len(column) and np.any(column != column[0]):
+                    columns[f"start_{prefix}{name}"] = column
+        return columns
 
     def __repr__(self) -> str:
         varied = f", {', '.join(self._varied)} vary" if self._varied else ""

@@ -14,7 +14,9 @@ import numpy.typing as npt
 from . import _dsocs, _inputs
 from ._dsocs import Node
 from ._errors import InputTypeError, Interrupted, SetupError, StepError, StepWarning
+from ._events import Event, Occurrences, Points
 from ._progress import shown
+from ._table import frame
 from ._system import STEP, UNTIL, System, _system_of
 
 if TYPE_CHECKING:
@@ -48,6 +50,8 @@ class NearlySingular(NamedTuple):
     steps: int
     #: The time of the first of them.
     first: float
+    #: In how many of them the equations of the step alone were, and those of the continuous motion were not.
+    of_step: int
 
 
 class ErrorEstimate(NamedTuple):
@@ -59,6 +63,26 @@ class ErrorEstimate(NamedTuple):
     largest: dict[str, float]
     #: How well the continuous motion itself is known.
     uncertainty: float
+
+
+class Certificate(NamedTuple):
+    """How regular the equations of each step are: the paper's theorem on the discrete flow asks that neither singular value is zero."""
+
+    #: The smallest singular value of the derivative by the last node, an array of the shape (nodes,); NaN at the start.
+    forward: Array
+    #: The smallest singular value of the derivative by the first node, an array of the shape (nodes,); NaN at the start.
+    backward: Array
+    #: Whether the theorem grants a flow at each node, forward and back: an array of the shape (nodes, 2). At the start, where no step was solved, it is true.
+    granted: npt.NDArray[np.bool_]
+
+
+class Roots(NamedTuple):
+    """The positions that solve a step."""
+
+    #: The one that the iteration finds: an array of the shape (coordinates,).
+    found: Array
+    #: Another one; None if none is found.
+    other: Array | None
 
 
 @dataclass(frozen=True)
@@ -387,8 +411,12 @@ class Run:
         return None if found is None else NearlySingular(*found)
 
     def table(self) -> dict[str, Array]:
-        """All columns by name, as the command line writes them: `pandas.DataFrame(run.table())`."""
+        """All columns by name, as the command line writes them."""
         return {name: self[name] for name in self.columns}
+
+    def frame(self) -> Any:
+        """The table as a `pandas.DataFrame`, for which pandas has to be installed."""
+        return frame(self.table())
 
     def __len__(self) -> int:
         """How many nodes are kept."""
@@ -454,7 +482,7 @@ class Run:
             raise InputTypeError(f"control is {type(control).__name__}; expected a function of a node")
         every = _inputs.whole("control_every", control_every, 1)
         raw = self._raw
-        begin, before = raw.index(), len(raw.changes())
+        begin, before = raw.index(), raw.change_count()
         with shown(progress, self.system.name, self._time(), end) as tell:
             try:
                 raw.until(end, tell, control, every)
@@ -466,20 +494,35 @@ class Run:
                     f"interrupted at t = {self._time():g}, after {raw.index() - begin} steps; the exception's `run` has them, and can go on", self
                 ) from None
             finally:
-                self._remember(raw, begin, before, end, control is not None, every)
+                self._remember(raw, begin, before, end, control is not None)
         self._warn()
         return self
 
-    def _remember(self, raw: Any, begin: int, before: int, end: float, controlled: bool, every: int) -> None:
+    def _remember(self, raw: Any, begin: int, before: int, end: float, controlled: bool) -> None:
         steps = raw.index() - begin
         if controlled:
-            names = [of.name for of in self.system._parameters]
-            inputs: dict[int, dict[str, float]] = {}
-            for index, _, place, value in raw.changes()[before:]:
-                inputs.setdefault(index, {})[names[place]] = value
-            self._history.append(("control", steps, end, inputs))
+            # which inputs these were is looked up when someone asks
+            self._history.append(("changes", steps, end, before, raw.change_count()))
         elif steps:
             self._history.append(("advance", steps, end))
+
+    def _told_history(self) -> list[tuple[Any, ...]]:
+        """The history with the inputs themselves, so that it means the same for a copy."""
+        if all(what[0] != "changes" for what in self._history):
+            return list(self._history)
+        names = [of.name for of in self.system._parameters]
+        changes = self._raw.changes()
+        told: list[tuple[Any, ...]] = []
+        for what, *how in self._history:
+            if what == "changes":
+                steps, end, first, last = how
+                inputs: dict[int, dict[str, float]] = {}
+                for index, _, place, value in changes[first:last]:
+                    inputs.setdefault(index, {})[names[place]] = value
+                told.append(("control", steps, end, inputs))
+            else:
+                told.append((what, *how))
+        return told
 
     def advance(self, steps: int = 1) -> Run:
         """Makes some steps, and returns itself. Raises as `until`."""
@@ -537,6 +580,110 @@ class Run:
             self._history.append(("set", name, float(value)))
         return self
 
+    def watch(self, until: float | None = None, *events: str | Event) -> Occurrences:
+        """Runs to the time `until` [s] like `until`, and tells where functions change their signs on the way, to rounding.
+
+        ```python
+        run.watch(20.0, "theta", dsocs.Event("height", level=0.5, rising=True, ends=True))
+        ```
+
+        An event is the name of a column (a coordinate, `v_theta`, `a_theta`, an observed expression), whose zeros count, or an `Event`. Between the nodes the motion is the
+        series of the step with a `tolerance`, and else the polynomial of degree 5 through position, velocity and acceleration at both nodes. A zero without a change of sign is no
+        event, nor is one at the start.
+
+        At the first event that ends the run it stops: with a `tolerance` at the node before it, else at the node after it. Raises as `until`.
+        """
+        end = self._setup.until if until is None else _inputs.number("until", until)
+        if not events:
+            raise SetupError('no event is given; expected the name of a column, "theta", or dsocs.Event("theta", level=0.5)')
+        watched = [Event.of_name(event) for event in events]
+        asked = [event._found(self.system) for event in watched]
+        raw = self._raw
+        begin = raw.index()
+        found: list[tuple[Any, ...]] = []
+        ended = False
+        try:
+            found, ended = _dsocs.watch(raw, end, asked)
+        except StepError as error:
+            error.run = self
+            raise
+        except KeyboardInterrupt:
+            raise Interrupted(f"interrupted at t = {self._time():g}; the exception's `run` can go on", self) from None
+        finally:
+            if ended:
+                self._history.append(("watch", end, asked))
+            else:
+                self._count(raw.index() - begin, end)
+        self._warn()
+        return Occurrences(self.system, watched, found, ended)
+
+    def sample(self, times: Any) -> Points:
+        """The motion at some times [s], between the nodes as well.
+
+        `times`: numbers that come in the order of the run, none of them before its start; they may lie beyond its end. Between the nodes the motion is that of `watch`.
+        The steps are made once more for it, under the same inputs, and the run stays where it is.
+
+        Raises `SetupError` if the times do not come in order, and `StepError` as `until`.
+        """
+        at = _inputs.array("times", times)
+        if at.ndim != 1:
+            raise SetupError(f"times has {at.ndim} dimensions; expected a row of numbers")
+        if any(what[0] == "toward" for what in self._history):
+            raise SetupError("this run was led from one solution to another (advance_to), which sample does not know; its nodes are in run.q")
+        way = -1.0 if self.h < 0 else 1.0
+        forward = way * at
+        if len(at) and (np.any(np.diff(forward) < 0) or forward[0] < way * self._setup.t):
+            raise SetupError(f"the times have to come in the order of the run, from its start at t = {self._setup.t:g} on")
+        raw = self._setup.begin(self.system)
+        parts: list[list[Array]] = []
+        begin = 0
+        for t, changes in self._changes():
+            # what changes at a node holds for what is behind it
+            stop = begin + int(np.searchsorted(forward[begin:], way * t, side="right"))
+            parts.append(_dsocs.sample(raw, at[begin:stop].tolist()))
+            begin = stop
+            if begin == len(at):
+                break
+            raw.until(t, None, None, 1)
+            for name, value in changes:
+                raw.set_input(name, value)
+        try:
+            parts.append(_dsocs.sample(raw, at[begin:].tolist()))
+        except StepError as error:
+            error.run = self
+            raise
+        return Points(self.system, at, *(np.concatenate(arrays) for arrays in zip(*parts)))
+
+    def _changes(self) -> Iterator[tuple[float, list[tuple[str, float]]]]:
+        """The times where the run stood while inputs changed, and the inputs."""
+        ahead = self._setup.tolerance is None and self._setup.order == 2
+        grouped: dict[float, list[tuple[str, float]]] = {}
+        for index, t, place, value in self._raw.changes():
+            at = self._setup.t + index * self.h if ahead else t
+            grouped.setdefault(at, []).append((self.system._parameters[place].name, value))
+        yield from grouped.items()
+
+    def roots(self) -> Roots:
+        """The positions that solve the next step, one or two: order 2 alone. The run stays where it is. Raises `StepError` if none is found."""
+        found, other = _dsocs.roots(self._raw)
+        return Roots(np.asarray(found), None if other is None else np.asarray(other))
+
+    def advance_to(self, q: Any) -> Run:
+        """Makes one step, and takes the solution nearest to the position `q` where there are several: order 2 alone. Returns itself.
+
+        `q` is a number for each coordinate, or a dict by name: `run.advance_to(run.roots().other)`. It is the position after that of the next node, since the step knows one position
+        more than its node.
+        """
+        toward = _inputs.vector("q", q, self.system._names)
+        try:
+            _dsocs.advance_to(self._raw, toward)
+        except StepError as error:
+            error.run = self
+            raise
+        self._history.append(("toward", toward))
+        self._warn()
+        return self
+
     def _time(self) -> float:
         time: float = self._raw.node().t
         return time
@@ -545,31 +692,46 @@ class Run:
         """Tells of steps whose error may be larger, those of one call once."""
         unresolved, nearly_singular = self.unresolved, self.nearly_singular
         if unresolved is not None and unresolved.steps > self._told[0]:
-            new = unresolved.steps - self._told[0]
+            warnings.warn(self._jumps(unresolved, unresolved.steps - self._told[0]), StepWarning, stacklevel=3)
             self._told[0] = unresolved.steps
-            plural = "s" if new > 1 else ""
-            if math.isinf(unresolved.largest):
-                message = (
-                    f"a force is infinite, or the velocity has to jump, within {new} step{plural} that the run has passed, first about "
-                    f"t = {unresolved.first:.3f}: what comes after depends on where the nodes lie (`tolerance` ends where the motion does)"
-                )
-            else:
-                message = (
-                    f"a force or a constraint jumps, or nearly so, within {new} step{plural}, first about t = {unresolved.first:.3f}: there the "
-                    "motion has an error of the first order in the step (a smaller `h`; or `tolerance`, which goes on from the place of the jump "
-                    "itself; estimate_error() measures what it costs)"
-                )
-            warnings.warn(message, StepWarning, stacklevel=3)
         if nearly_singular is not None and nearly_singular.steps > self._told[1]:
-            new = nearly_singular.steps - self._told[1]
+            warnings.warn(self._singular(nearly_singular, nearly_singular.steps - self._told[1]), StepWarning, stacklevel=3)
             self._told[1] = nearly_singular.steps
-            warnings.warn(
-                f"the equations are nearly singular in {new} step{'s' if new > 1 else ''}, first about t = {nearly_singular.first:.3f}: they hardly "
-                "determine the acceleration there, and the error of the motion may be much larger than elsewhere, with that of multipliers (a "
-                "smaller `h` shows it)",
-                StepWarning,
-                stacklevel=3,
+
+    def _jumps(self, found: Unresolved, steps: int) -> str:
+        """What is said of steps within which something jumps."""
+        plural = "s" if steps > 1 else ""
+        # no method follows the continuous motion of third order
+        third = self.system.order > 2
+        if math.isinf(found.largest):
+            ends = "end the run before" if third else "`tolerance` ends where the motion does"
+            return (
+                f"a force is infinite, or the velocity has to jump, within {steps} step{plural} that the run has passed, first about "
+                f"t = {found.first:.3f}: what comes after depends on where the nodes lie ({ends})"
             )
+        goes_on = "; or `tolerance`, which goes on from the place of the jump itself; estimate_error() measures what it costs"
+        return (
+            f"a force or a constraint jumps, or nearly so, within {steps} step{plural}, first about t = {found.first:.3f}: there the "
+            f"motion has an error of the first order in the step (a smaller `h`{'' if third else goes_on})"
+        )
+
+    def _singular(self, found: NearlySingular, steps: int) -> str:
+        """What is said of steps in which the equations were nearly singular."""
+        plural = "s" if steps > 1 else ""
+        third = self.system.order > 2
+        if found.of_step == found.steps:
+            ends = "" if third else "; `tolerance=1e-9` ends where the motion does"
+            return (
+                f"the equations of the step pass through a singularity in {steps} step{plural}, first about t = {found.first:.3f}, where those of the continuous "
+                "motion have none: a force changes too fast with the velocity for this step, or the velocity grows beyond all bounds, and what comes after is not "
+                f"the motion (a smaller `h`{ends})"
+            )
+        factor = "; a factor of a constraint that vanishes may be divided out, `branch = divide(factor)`" if self.system._may_divide else ""
+        return (
+            f"the equations are nearly singular in {steps} step{plural}, first about t = {found.first:.3f}: they hardly determine the "
+            f"{'jerk' if third else 'acceleration'} there, and the error of the motion may be much larger than elsewhere, with that of multipliers (a "
+            f"smaller `h` shows it{factor})"
+        )
 
     # What can be said of it
 
@@ -599,6 +761,23 @@ class Run:
             plan.append((t, value))
         return [(self.system._parameters[place].name, plan) for place, plan in held.items()]
 
+    def certify(self) -> Certificate:
+        """How regular the equations of each step are, at every node that is kept: order 2, without changed inputs. The run is made once more for it.
+
+        Where a singular value is zero, the paper's theorem grants no flow: `run.certify().granted.all()`.
+        """
+        if self._setup.order > 2 or self._setup.tolerance is not None:
+            raise SetupError("regularity is about the paper's step: order=2, without a tolerance")
+        if self._raw.change_count() or any(what[0] == "toward" for what in self._history):
+            raise SetupError("a run whose inputs changed, or that was led from one solution to another, is not certified: only a run from its start by itself is")
+        told = _dsocs.certify(
+            self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.begins, self.every
+        )
+        forward, backward, *granted = (np.array(column) for column in zip(*told))
+        both = np.stack(granted, axis=-1).astype(bool)
+        both[np.isnan(forward) & np.isnan(backward)] = True
+        return Certificate(forward, backward, both)
+
     def check(self) -> Findings:
         """Checks the paper's theorems on the motion of the run, as `System.check` does."""
         from ._check import check_setup
@@ -620,12 +799,9 @@ class Run:
     def _notes(self) -> list[str]:
         notes = []
         if (found := self.unresolved) is not None:
-            notes.append(
-                f"warning: a force or a constraint jumps, or nearly so, within {found.steps} steps, first about t = {found.first:.3f}: there the motion "
-                "has an error of the first order in the step"
-            )
+            notes.append("warning: " + self._jumps(found, found.steps))
         if (near := self.nearly_singular) is not None:
-            notes.append(f"warning: the equations are nearly singular in {near.steps} steps, first about t = {near.first:.3f}")
+            notes.append("warning: " + self._singular(near, near.steps))
         return notes
 
     def __repr__(self) -> str:
@@ -646,7 +822,7 @@ class Run:
         kept: dict[str, Any] = {name: self._array(name) for name in arrays}
         kept.update(index=self.index, unresolved=self._tuple(self.unresolved), nearly_singular=self._tuple(self.nearly_singular))
         system = (_dsocs.__version__, *self.system._state())
-        return _run_of, (system, self._setup, self._history, kept, self._told)
+        return _run_of, (system, self._setup, self._told_history(), kept, self._told)
 
     @staticmethod
     def _tuple(found: Any) -> Any:
@@ -682,6 +858,10 @@ def _repeat(raw: Any, what: str, *how: Any) -> None:
         raw.set_input(*how)
     elif what == "advance":
         raw.advance(*how)
+    elif what == "toward":
+        _dsocs.advance_to(raw, *how)
+    elif what == "watch":
+        _dsocs.watch(raw, *how)
     else:
         steps, end, inputs = how
         last = raw.index() + steps

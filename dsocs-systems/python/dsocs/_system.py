@@ -173,6 +173,7 @@ class System:
         #: How many constraints there are on positions, on velocities, and on accelerations (or third derivatives).
         self.constraints: tuple[int, int, int] = tuple(told["constraints"])
         self._declaration: str = told["declaration"]
+        self._may_divide: bool = told["may_divide"]
         self._parameters = tuple(Quantity(*of) for of in told["parameters"])
         self._tables = {parameter: file for parameter, file, _ in told["samples"]}
         self._values: list[float] = self._raw.values()
@@ -300,6 +301,8 @@ class System:
         t: float = 0.0,
         start: str | None = None,
         project: bool | None = None,
+        order: int = 2,
+        tolerance: float | None = None,
         run: str | None = None,
         parameters: Mapping[str, Any] | None = None,
         **values: Any,
@@ -308,14 +311,16 @@ class System:
 
         `q`, `v`: a number for each coordinate, shared by all runs, or an array of the shape (runs, coordinates); or a dict by name of numbers and
         arrays with a number for each run. Parameters are numbers, or arrays with a number for each run. Everything else is as in `flow`.
+        Lanes are for order 2; the other orders, and a `tolerance`, run one after the other on each core.
 
         Raises `SetupError` if any of it cannot be used, or if a constraint is of third order.
         """
         from ._ensemble import Ensemble
 
         return Ensemble(
-            self, h=h, q=q, v=v, t=t, start=start, project=project, run=run, values=_given.joined(parameters, values)
-        )
+            self, h=h, q=q, v=v, t=t, start=start, project=project, order=order, tolerance=tolerance, run=run,
+            values=_given.joined(parameters, values),
+        )  # fmt: skip
 
     def path(
         self,

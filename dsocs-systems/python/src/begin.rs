@@ -1,6 +1,6 @@
 //! How a run begins, and by which method, as Python says it.
 
-use dsocs_core::Composition;
+use dsocs_core::{AnyStart, Composition};
 use dsocs_systems::entry::{Beginning, Method};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -10,6 +10,22 @@ use pyo3::prelude::*;
 pub struct Begins(String, Vec<Vec<f64>>, Option<Vec<f64>>, f64, bool);
 
 impl Begins {
+    /// The same start from another position and velocity.
+    pub fn from(&self, q0: &[f64], v0: &[f64]) -> PyResult<AnyStart> {
+        let Self(rule, _, near, t0, projected) = self;
+        let start = match rule.as_str() {
+            "paper" => AnyStart::paper(q0, v0),
+            "second-order" => AnyStart::second_order(q0, v0),
+            _ => return Err(PyValueError::new_err("no such start of many runs")),
+        };
+        let start = match near {
+            Some(near) => start.near_acceleration(near),
+            None => start,
+        };
+        let start = if *t0 == 0.0 { start } else { start.at(*t0) };
+        Ok(if *projected { start.projected() } else { start })
+    }
+
     /// The beginning.
     pub fn beginning(&self) -> PyResult<Beginning> {
         let Self(rule, vectors, near, t0, projected) = self;

@@ -3,9 +3,11 @@
 //! Everything that takes long runs without Python's lock, and looks every 30 ms whether it is to end.
 
 mod begin;
+mod dense;
 mod ensemble;
 mod error;
 mod linear;
+mod many;
 mod motion;
 mod node;
 mod path;
@@ -20,6 +22,8 @@ mod _dsocs {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use crate::dense::{advance_to, roots, sample, watch};
+    #[pymodule_export]
     use crate::ensemble::ensemble;
     #[pymodule_export]
     use crate::linear::{equilibria, linearize};
@@ -32,7 +36,7 @@ mod _dsocs {
     #[pymodule_export]
     use crate::text::PyText;
     #[pymodule_export]
-    use crate::told::{check, estimate, page, program, samples};
+    use crate::told::{certify, check, estimate, page, program, samples};
 
     /// Says of which version this is.
     #[pymodule_init]

@@ -4,7 +4,9 @@ use std::time::{Duration, Instant};
 
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::TapeKernel;
-use dsocs_core::{AnyComposedFlow, AnyFlow, End, Kernel, Run, RunError, SetupError, Tolerance};
+use dsocs_core::{
+    AnyComposedFlow, AnyFlow, AnyStart, Clock, End, Kernel, Run, RunError, SetupError, Tolerance,
+};
 use dsocs_systems::entry::{Beginning, Method};
 use self_cell::self_cell;
 
@@ -14,7 +16,7 @@ use crate::record::Record;
 pub const PATIENCE: Duration = Duration::from_millis(30);
 
 /// So many nodes are made at most before the clock is looked at.
-const MOST: u32 = 4096;
+const MOST: u64 = 4096;
 
 /// The clock is looked at about so often.
 const LOOK: Duration = Duration::from_millis(1);
@@ -31,17 +33,21 @@ pub enum AnyRun<'s> {
 
 impl<'s> AnyRun<'s> {
     /// Sets up a run, as the command line does.
-    fn begin(system: &'s TapeKernel, h: f64, method: Method, from: &Beginning) -> Result<Self, SetupError> {
-        let start = from.start();
+    pub fn begin(
+        system: &'s TapeKernel,
+        h: f64,
+        method: Method,
+        start: &AnyStart,
+    ) -> Result<Self, SetupError> {
         // whatever the method: step, parameters and start are to be usable
-        let step = AnyFlow::new(system, h, &start)?;
+        let step = AnyFlow::new(system, h, start)?;
         Ok(match method {
             Method::Step => Self::Step(Box::new(step)),
             Method::Composed(composition) => {
-                Self::Composed(Box::new(AnyComposedFlow::new(system, h, composition, &start)?))
+                Self::Composed(Box::new(AnyComposedFlow::new(system, h, composition, start)?))
             }
             Method::Tolerance(tolerance) => {
-                let flow = AnyTaylorFlow::of_tape(system, &start, Tolerance::relative(tolerance))?;
+                let flow = AnyTaylorFlow::of_tape(system, start, Tolerance::relative(tolerance))?;
                 Self::Continuous(Box::new(flow.every(h)?))
             }
         })
@@ -57,7 +63,7 @@ impl<'s> AnyRun<'s> {
     }
 
     /// The run, to make steps.
-    fn run_mut(&mut self) -> &mut (dyn Run + 's) {
+    pub fn run_mut(&mut self) -> &mut (dyn Run + 's) {
         match self {
             Self::Step(flow) => flow.run_mut(),
             Self::Composed(flow) => flow.run_mut(),
@@ -78,6 +84,15 @@ self_cell!(
 /// A run in progress, which owns its system.
 pub struct Motion(Owned);
 
+/// Whether one end lies beyond another one.
+fn is_beyond(clock: &Clock, one: &End, other: &End) -> bool {
+    if clock.is_forward() {
+        one.time() > other.time()
+    } else {
+        one.time() < other.time()
+    }
+}
+
 /// How far some steps have led.
 pub enum Reached {
     /// To the end.
@@ -94,13 +109,28 @@ impl Motion {
         method: Method,
         from: &Beginning,
     ) -> Result<Self, Box<SetupError>> {
-        let owned = Owned::try_new(Box::new(system), |system| AnyRun::begin(system, h, method, from));
+        let owned = Owned::try_new(Box::new(system), |system| {
+            AnyRun::begin(system, h, method, &from.start())
+        });
         Ok(Self(owned.map_err(Box::new)?))
+    }
+
+    /// The same, with its type.
+    pub fn kernel(&self) -> &TapeKernel {
+        self.0.borrow_owner()
     }
 
     /// The system, with the values that its parameters began with.
     pub fn system(&self) -> &dyn Kernel {
         &**self.0.borrow_owner()
+    }
+
+    /// Does something with a run by the paper's step; of another one, tells `None`.
+    pub fn with_step<R>(&mut self, work: impl FnOnce(&mut AnyFlow<'_>) -> R) -> Option<R> {
+        self.0.with_dependent_mut(|_, run| match run {
+            AnyRun::Step(flow) => Some(work(flow)),
+            _ => None,
+        })
     }
 
     /// Whether the run knows one position more than its node, so that an input holds from there on.
@@ -136,15 +166,32 @@ impl Motion {
 
     /// Goes towards an end, for some time.
     pub fn go(&mut self, end: &End, record: &mut Record) -> Result<Reached, RunError> {
+        // a method that chooses its steps may do so by where it is to go
+        let on_a_grid = self
+            .0
+            .with_dependent(|_, run| !matches!(run, AnyRun::Continuous(_)));
         self.with(|run| {
             let (begun, mut looked) = (Instant::now(), Instant::now());
-            let mut some = 1;
+            let mut some: u64 = 1;
             loop {
-                for _ in 0..some {
+                let mut left = some;
+                while left > 0 {
+                    let index = run.clock().index();
+                    let ahead = record.ahead(index).min(left);
+                    let before = index + ahead - 1;
+                    // nodes that are not kept are not stopped at
+                    if on_a_grid && ahead > 1 && run.clock().is_handed_out() {
+                        let stop = run.clock().until(run.clock().time_of(before))?;
+                        if !is_beyond(run.clock(), &stop, end) {
+                            run.reach(&stop)?;
+                            left -= ahead - 1;
+                        }
+                    }
                     if !run.go_on(end)? {
                         return Ok(Reached::End);
                     }
                     record.take(run);
+                    left -= 1;
                 }
                 let now = Instant::now();
                 if now - begun > PATIENCE {

@@ -123,6 +123,8 @@ fn copy(to: &Bound<'_, PyArray2<f64>>, from: usize, numbers: &[f64]) -> PyResult
 pub struct Record {
     /// Every so many nodes one is kept.
     every: u64,
+    /// No node with a smaller number is kept from now on.
+    next: u64,
     /// The current node.
     node: OwnedNode,
     /// How many are kept.
@@ -140,10 +142,16 @@ impl Record {
         let widths = [1, coordinates, coordinates, coordinates, coordinates, 1];
         Self {
             every: every.max(1),
+            next: 0,
             node: OwnedNode::new(coordinates),
             rows: 0,
             columns: widths.map(Column::new),
         }
+    }
+
+    /// How many nodes there are up to the next one that is kept, from one of a number on.
+    pub fn ahead(&self, index: u64) -> u64 {
+        self.next.saturating_sub(index).max(1)
     }
 
     /// How many nodes are kept.
@@ -154,9 +162,12 @@ impl Record {
     /// Keeps the current node of a run, if it is one of those that are kept.
     #[inline]
     pub fn take(&mut self, run: &dyn Run) {
-        if !run.clock().index().is_multiple_of(self.every) {
+        let index = run.clock().index();
+        // most nodes of a run that keeps few of them end here, without a division
+        if index < self.next || !index.is_multiple_of(self.every) {
             return;
         }
+        self.next = index.saturating_add(self.every);
         self.node.take(run);
         let AnyNode {
             t,

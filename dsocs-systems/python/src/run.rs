@@ -6,7 +6,7 @@ use dsocs_core::{AnyNode, AnyPoint, Declaration, End, OwnedNode, Run, RunError, 
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyString};
 
 use crate::begin::{Begins, method};
 use crate::error::{guarded, of_run, of_setup};
@@ -20,6 +20,8 @@ use crate::text::PyText;
 struct Change {
     /// At which node the run stood.
     index: u64,
+    /// The time from which on the value holds: that of the last position that is known.
+    time: f64,
     /// How many nodes were kept by then.
     rows: usize,
     /// The place of the parameter.
@@ -29,11 +31,11 @@ struct Change {
 }
 
 /// Everything that a run is and has.
-struct State {
+pub(crate) struct State {
     /// The run.
-    motion: Motion,
+    pub(crate) motion: Motion,
     /// The nodes.
-    record: Record,
+    pub(crate) record: Record,
     /// The observed expressions at the nodes, as far as someone asked for them.
     observed: Derived,
     /// The multipliers, likewise.
@@ -66,7 +68,7 @@ pub struct PyRun {
     /// What it is and has. Whoever works on it does so alone; another thread is refused, and does not wait.
     state: Mutex<State>,
     /// The names of the coordinates.
-    names: Arc<[String]>,
+    pub(crate) names: Arc<[String]>,
     /// Every so many nodes one is kept.
     #[pyo3(get)]
     every: u64,
@@ -74,7 +76,7 @@ pub struct PyRun {
 
 impl PyRun {
     /// Does something with the run, unless another thread does.
-    fn with<R>(&self, work: impl FnOnce(&mut State) -> PyResult<R>) -> PyResult<R> {
+    pub(crate) fn with<R>(&self, work: impl FnOnce(&mut State) -> PyResult<R>) -> PyResult<R> {
         match self.state.try_lock() {
             Ok(mut state) => work(&mut state),
             Err(TryLockError::Poisoned(poisoned)) => work(&mut poisoned.into_inner()),
@@ -104,19 +106,31 @@ impl State {
 
     /// Gives an input another value.
     fn set(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
-        let before = self.motion.look(|run| run.input(parameter));
-        self.motion.with(|run| run.set_input(parameter, value))?;
         let parameters = &self.motion.system().shape().parameters;
         let place = parameters.iter().position(|known| known.name == parameter);
-        if let Some(place) = place.filter(|_| before != Some(value)) {
-            self.changes.push(Change {
-                index: self.motion.look(|run| run.clock().index()),
-                rows: self.record.rows(),
-                place,
-                value,
-            });
-        }
-        Ok(())
+        let ahead = u64::from(self.motion.is_ahead());
+        let (rows, changes) = (self.record.rows(), &mut self.changes);
+        self.motion.with(|run| {
+            let before = place.and_then(|place| run.values().get(place).copied());
+            run.set_input(parameter, value)?;
+            if let Some(place) = place.filter(|_| before != Some(value)) {
+                let clock = run.clock();
+                let index = clock.index();
+                let time = if ahead == 0 {
+                    clock.time()
+                } else {
+                    clock.time_of(index + ahead)
+                };
+                changes.push(Change {
+                    index,
+                    time,
+                    rows,
+                    place,
+                    value,
+                });
+            }
+            Ok(())
+        })
     }
 
     /// Computes what is derived from the nodes that were not looked at yet.
@@ -321,13 +335,20 @@ impl PyRun {
     /// parameter, the value.
     fn changes(&self) -> PyResult<Vec<(u64, f64, usize, f64)>> {
         self.with(|state| {
-            let ahead = u64::from(state.motion.is_ahead());
-            let changes = state.changes.iter().map(|change| {
-                let time = state.motion.look(|run| run.clock().time_of(change.index + ahead));
-                (change.index, time, change.place, change.value)
-            });
+            let changes = state.changes.iter();
+            let changes = changes.map(|change| (change.index, change.time, change.place, change.value));
             Ok(changes.collect())
         })
+    }
+
+    /// How many there are.
+    fn change_count(&self) -> PyResult<usize> {
+        self.with(|state| Ok(state.changes.len()))
+    }
+
+    /// The values of all parameters now.
+    fn values(&self) -> PyResult<Vec<f64>> {
+        self.with(|state| Ok(state.motion.look(|run| run.values().to_vec())))
     }
 
     /// The current node.
@@ -411,11 +432,11 @@ impl PyRun {
         })
     }
 
-    /// Steps in which the equations were nearly singular: how many, and the time of the first.
-    fn nearly_singular(&self) -> PyResult<Option<(u64, f64)>> {
+    /// Steps in which the equations were nearly singular: how many, the time of the first, and in how many it was those of the step alone.
+    fn nearly_singular(&self) -> PyResult<Option<(u64, f64, u64)>> {
         self.with(|state| {
             let found = state.motion.look(|run| run.nearly_singular());
-            Ok(found.map(|found| (found.steps, found.first)))
+            Ok(found.map(|found| (found.steps, found.first, found.of_step)))
         })
     }
 
@@ -465,8 +486,8 @@ impl PyRun {
                         )));
                     };
                     for (parameter, value) in inputs {
-                        let set = state.set(parameter.extract()?, value.extract()?);
-                        if let Err(error) = set {
+                        let parameter = parameter.cast::<PyString>()?;
+                        if let Err(error) = state.set(parameter.to_str()?, value.extract()?) {
                             return Ok(Err(error));
                         }
                     }

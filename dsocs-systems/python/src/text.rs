@@ -110,6 +110,7 @@ impl PyText {
         told.set_item("kind", entry.kind().to_string())?;
         told.set_item("order", shape.order)?;
         told.set_item("forms", shape.forms)?;
+        told.set_item("may_divide", shape.may_divide())?;
         told.set_item(
             "constraints",
             (shape.holonomic, shape.nonholonomic, shape.kinematic),

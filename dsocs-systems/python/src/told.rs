@@ -2,12 +2,13 @@
 
 use std::ffi::OsString;
 use std::ops::ControlFlow;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Instant;
 
-use dsocs_core::Samples;
+use dsocs_core::{Regularity, Samples};
 use dsocs_systems::check::{Begin, Settings};
 use dsocs_systems::cli;
-use dsocs_systems::entry::{Beginning, HeldInput, Plan};
+use dsocs_systems::entry::{Beginning, HeldInput, Plan, Row};
 use dsocs_systems::stability::Bar;
 use dsocs_systems::systems;
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
@@ -82,6 +83,63 @@ pub fn page(
     })
 }
 
+/// How regular the equations of each step are: the smallest singular values by the last and by the first node, one after the other, at each node that is
+/// kept. NaN at the start.
+#[pyfunction]
+pub fn certify(
+    py: Python<'_>,
+    text: &PyText,
+    values: Vec<f64>,
+    h: f64,
+    until: f64,
+    begins: Begins,
+    every: u64,
+) -> PyResult<Vec<(f64, f64, bool, bool)>> {
+    let plan = Plan {
+        certify: true,
+        ..plan(h, until, (2, None), Vec::new())?
+    };
+    let mut found = Vec::new();
+    run_again(py, text, &values, &plan, &begins, &mut |row| {
+        if row.node.index.is_multiple_of(every) {
+            let at = row.regularity.unwrap_or(Regularity::UNKNOWN);
+            found.push((at.forward, at.backward, at.grants_forward(), at.grants_backward()));
+        }
+    })?;
+    Ok(found)
+}
+
+/// Makes a run once more, and looks at its rows; someone looks at signals.
+fn run_again(
+    py: Python<'_>,
+    text: &PyText,
+    values: &[f64],
+    plan: &Plan,
+    begins: &Begins,
+    look: &mut (dyn FnMut(&Row<'_>) + Send),
+) -> PyResult<()> {
+    let beginning = begins.beginning()?;
+    let (mut looked, mut stopped) = (Instant::now(), None);
+    py.detach(|| {
+        let entry = text.entry(None, values)?;
+        let run = guarded(|| {
+            entry.run(plan, &beginning, &mut |row| {
+                look(row);
+                if looked.elapsed() > PATIENCE {
+                    looked = Instant::now();
+                    if let Err(error) = Python::attach(|py| py.check_signals()) {
+                        stopped = Some(error);
+                        return ControlFlow::Break(());
+                    }
+                }
+                ControlFlow::Continue(())
+            })
+        })?;
+        run.map_err(|failure| Python::attach(|py| of_failure(py, &failure)))
+    })?;
+    stopped.map_or(Ok(()), Err)
+}
+
 /// How far a run is from the continuous motion: the error of each coordinate at each node that is kept, one after the other, and how well that motion
 /// is known.
 #[pyfunction]
@@ -101,33 +159,14 @@ pub fn estimate(
         estimate: true,
         ..plan(h, until, (order, tolerance), held)?
     };
-    let beginning = begins.beginning()?;
-    let (mut errors, mut uncertainty, mut stopped) = (Vec::new(), 0.0, None);
-    let mut looked = Instant::now();
-    py.detach(|| {
-        let entry = text.entry(None, &values)?;
-        let run = guarded(|| {
-            entry.run(&plan, &beginning, &mut |row| {
-                if row.node.index.is_multiple_of(every) {
-                    errors.extend_from_slice(row.errors);
-                }
-                uncertainty = row.uncertainty;
-                if looked.elapsed() > PATIENCE {
-                    looked = Instant::now();
-                    if let Err(error) = Python::attach(|py| py.check_signals()) {
-                        stopped = Some(error);
-                        return ControlFlow::Break(());
-                    }
-                }
-                ControlFlow::Continue(())
-            })
-        })?;
-        run.map_err(|failure| Python::attach(|py| of_failure(py, &failure)))
+    let (mut errors, mut uncertainty) = (Vec::new(), 0.0);
+    run_again(py, text, &values, &plan, &begins, &mut |row| {
+        if row.node.index.is_multiple_of(every) {
+            errors.extend_from_slice(row.errors);
+        }
+        uncertainty = row.uncertainty;
     })?;
-    match stopped {
-        Some(error) => Err(error),
-        None => Ok((errors, uncertainty)),
-    }
+    Ok((errors, uncertainty))
 }
 
 /// The findings of the checks of a motion, each as a dict.
@@ -172,19 +211,38 @@ pub fn check<'py>(
             }
         }
     };
-    let settings = Settings {
-        h,
-        until: Some(until),
-        t0,
-        q0,
-        v0,
-        a0,
-        begin,
+    let (q0, v0, a0) = (q0.clone(), v0.clone(), a0.map(<[f64]>::to_vec));
+    let entry = text.entry(None, &values)?;
+    // in a thread of its own, which is left alone where someone ends it: what it finds by then is not told
+    let (tell, mut told) = mpsc::channel();
+    std::thread::spawn(move || {
+        let settings = Settings {
+            h,
+            until: Some(until),
+            t0,
+            q0: &q0,
+            v0: &v0,
+            a0: a0.as_deref(),
+            begin,
+        };
+        let found = guarded(|| entry.check(&settings));
+        // whoever does not wait any more does not want it
+        let _ = tell.send(found);
+    });
+    let findings = loop {
+        let wait = &mut told;
+        match py.detach(move || wait.recv_timeout(PATIENCE)) {
+            Ok(found) => break found?,
+            Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(plain(
+                    py,
+                    "Error",
+                    "a mistake of this library: a thread has ended",
+                ));
+            }
+        }
     };
-    let findings = py.detach(|| -> PyResult<_> {
-        let entry = text.entry(None, &values)?;
-        Ok(guarded(|| entry.check(&settings))?)
-    })?;
     let findings = findings.map_err(|failure| of_check(py, &failure))?;
     let told = findings.iter().map(|finding| {
         let (bar, relation) = match finding.bar {

@@ -143,3 +143,14 @@ def _warnings_are_seen() -> object:
     with warnings.catch_warnings():
         warnings.simplefilter("error", dsocs.DeclarationWarning)
         yield
+
+
+def text_of_library(program: Path, folder: Path, name: str) -> Path:
+    """A system of the program that a text can say, as a file."""
+    file = folder / f"{name}.dsocs"
+    if not file.exists():
+        done = subprocess.run([str(program), "text", name], capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            pytest.skip(f"{name}: {done.stderr.strip()}")
+        file.write_text(done.stdout, encoding="utf-8")
+    return file

@@ -176,6 +176,30 @@ MANY: list[Case] = [
     (lambda: swing.path(1.0).tangents("lenght"), SetupError, "no variable `lenght`"),
 ]
 
+BETWEEN: list[Case] = [
+    (lambda: swing.flow().watch(1.0), SetupError, "no event is given"),
+    (lambda: swing.flow().watch(1.0, "phi"), SetupError, "no column `phi`"),
+    (lambda: swing.flow().watch(1.0, 7), InputTypeError, "an event is 7"),
+    (lambda: swing.flow().watch("now", "theta"), InputTypeError, "until is 'now'"),
+    (lambda: swing.flow().watch(1.0, dsocs.Event("theta", level=math.nan)), SetupError, "level is nan"),
+    (lambda: swing.flow().watch(1.0, dsocs.Event("energy")), SetupError, "no column `energy`"),
+    (lambda: swing.flow().until(1.0).watch(0.5, "theta"), SetupError, "it lies the other way"),
+    (lambda: swing.flow().sample("now"), InputTypeError, "times is 'now'"),
+    (lambda: swing.flow().sample([[1.0]]), SetupError, "times has 2 dimensions"),
+    (lambda: swing.flow().sample([1.0, 0.5]), SetupError, "in the order of the run"),
+    (lambda: swing.flow(t=2.0).sample([1.0]), SetupError, "from its start at t = 2 on"),
+    (lambda: swing.flow().sample([1.0, math.inf]), SetupError, "times[1] is inf"),
+    (lambda: swing.flow().sample([1.0])["phi"], KeyError, "no column `phi`"),
+    (lambda: swing.flow(order=4).roots(), SetupError, "of order 2 alone"),
+    (lambda: swing.flow(tolerance=1e-9).advance_to([1.0]), SetupError, "of order 2 alone"),
+    (lambda: swing.flow().advance_to([1.0, 2.0]), SetupError, "q has 2 components"),
+    (lambda: swing.flow(order=4).certify(), SetupError, "the paper's step"),
+    (lambda: swing.flow().set(torque=1.0).until(1.0).certify(), SetupError, "inputs changed"),
+    (lambda: swing.ensemble(q=[[1.0], [2.0]], order=3), SetupError, "order is 3"),
+    (lambda: swing.ensemble(q=[[1.0], [2.0]], order=4, tolerance=1e-9), SetupError, "both given"),
+    (lambda: dsocs.read_sweep("no-such-folder"), SetupError, "has no table of a sweep"),
+]
+
 MODELS: list[Case] = [
     (lambda: swing.linearize(q=[1.0, 2.0]), SetupError, "q has 2 components"),
     (lambda: swing.linearize(q="up"), InputTypeError, "q is 'up'"),
@@ -260,7 +284,7 @@ TEXTS: list[Case] = [
     (lambda: dsocs.System.of(coordinates=(x, y), lagrangian=kinetic * mass + dsocs.parameter("mass", 2.0)), SetupError, "the parameter `mass` has two values, 1 and 2"),
 ]  # fmt: skip
 
-CASES = [*VECTORS, *SETTINGS, *RUNS, *MANY, *MODELS, *TEXTS]
+CASES = [*VECTORS, *SETTINGS, *RUNS, *MANY, *BETWEEN, *MODELS, *TEXTS]
 
 
 @pytest.mark.parametrize(("call", "expected", "said"), CASES, ids=[f"{place}-{said[:40]}" for place, (_, _, said) in enumerate(CASES)])

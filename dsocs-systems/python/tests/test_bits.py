@@ -5,13 +5,12 @@ from __future__ import annotations
 import csv
 import io
 import json
-import subprocess
 import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import PROGRAM, SWING, run_program
+from conftest import PROGRAM, SWING, run_program, text_of_library
 
 import dsocs
 
@@ -26,16 +25,6 @@ NAMES = [
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder for the systems of the program that a text can say, as files."""
     return tmp_path_factory.mktemp("library")
-
-
-def text_of(program: Path, folder: Path, name: str) -> Path:
-    file = folder / f"{name}.dsocs"
-    if not file.exists():
-        done = subprocess.run([str(program), "text", name], capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            pytest.skip(f"{name}: {done.stderr.strip()}")
-        file.write_text(done.stdout, encoding="utf-8")
-    return file
 
 
 def table(text: str) -> dict[str, np.ndarray]:
@@ -53,7 +42,7 @@ def same(run: dsocs.Run, text: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_library_system_has_the_bits_of_the_program(program: Path, library: Path, name: str) -> None:
-    file = text_of(program, library, name)
+    file = text_of_library(program, library, name)
     system = dsocs.read(file)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", dsocs.StepWarning)
@@ -64,7 +53,7 @@ def test_a_library_system_has_the_bits_of_the_program(program: Path, library: Pa
 
 @pytest.mark.parametrize("name", ["chain", "sphere", "gravity-turn", "pendulum", "pivot-friction", "snakeboard", "kapitza", "heavy-top"])
 def test_a_motion_to_a_tolerance_has_the_bits_of_the_program(program: Path, library: Path, name: str) -> None:
-    file = text_of(program, library, name)
+    file = text_of_library(program, library, name)
     run = dsocs.read(file).flow(tolerance=1e-10, h=0.02).until(1.0)
     same(run, run_program(program, "run", file.name, "--until", "1", "--step", "0.02", "--tolerance", "1e-10", cwd=library))
 
@@ -72,7 +61,7 @@ def test_a_motion_to_a_tolerance_has_the_bits_of_the_program(program: Path, libr
 @pytest.mark.parametrize("order", [4, 6, 8])
 @pytest.mark.parametrize("name", ["chain", "gravity-turn", "pendulum"])
 def test_a_composition_has_the_bits_of_the_program(program: Path, library: Path, name: str, order: int) -> None:
-    file = text_of(program, library, name)
+    file = text_of_library(program, library, name)
     run = dsocs.read(file).flow(order=order, h=0.02).until(0.5)
     same(run, run_program(program, "run", file.name, "--until", "0.5", "--step", "0.02", "--order", str(order), cwd=library))
 

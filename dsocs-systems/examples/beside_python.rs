@@ -1,0 +1,120 @@
+//! The Rust side of the Python package's bench of overheads, `dsocs-systems/python/bench/overheads.py`, which calls it: answers questions on
+//! standard input, each with a time in seconds.
+//!
+//! ```text
+//! kept FILE STEPS            a run of so many steps whose nodes are kept in columns
+//! end FILE STEPS             a run of so many steps of which the last node is kept
+//! controlled FILE STEPS      a run whose nodes are kept, with `torque = -2 v` set at each of them
+//! ensemble FILE RUNS T N     so many runs in lanes up to the time T on N threads, with starts and lengths of their own
+//! ```
+//!
+//! The file is the text of a system whose first run has a start and a step.
+
+use std::error::Error;
+use std::hint::black_box;
+use std::io::{BufRead, Write, stdin, stdout};
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use dsocs_core::text::{Run, Text};
+use dsocs_core::{AnyEnsemble, AnyFlow, AnyNode, AnyStart, OwnedNode};
+
+type Answer<T> = Result<T, Box<dyn Error>>;
+
+/// The start and the step of a text's first run.
+fn begin(text: &Text) -> Answer<(&[f64], &[f64], f64)> {
+    let run: &Run = text.runs.first().ok_or("the text has no run")?;
+    let [q0, v0] = run.start.as_ref().ok_or("the run has no start")?;
+    Ok((q0, v0, run.step.ok_or("the run has no step")?))
+}
+
+/// The time of a run of so many steps.
+fn steps(text: &Text, steps: f64, kept: bool, controlled: bool) -> Answer<f64> {
+    let (q0, v0, h) = begin(text)?;
+    let begun = Instant::now();
+    let mut flow = AnyFlow::new(&text.system, h, &AnyStart::second_order(q0, v0))?;
+    if kept {
+        let mut columns: [Vec<f64>; 6] = Default::default();
+        for (column, width) in columns
+            .iter_mut()
+            .zip([1, q0.len(), q0.len(), q0.len(), q0.len(), 1])
+        {
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a number of steps
+            column.reserve((steps as usize + 1) * width);
+        }
+        let mut owned = OwnedNode::new(q0.len());
+        flow.run_mut().walk(steps * h, &mut |run| {
+            owned.take(run);
+            let AnyNode {
+                t,
+                q,
+                v,
+                a,
+                force,
+                energy,
+                ..
+            } = owned.any();
+            for (column, row) in columns.iter_mut().zip([&[t], q, v, a, force, &[energy]]) {
+                column.extend_from_slice(row);
+            }
+            if controlled {
+                run.set_input("torque", -2.0 * v[0])?;
+            }
+            Ok(ControlFlow::Continue(()))
+        })?;
+        black_box(&columns);
+    } else {
+        flow.run_mut().to(steps * h)?;
+        let mut owned = OwnedNode::new(q0.len());
+        owned.take(flow.run());
+        black_box(&owned);
+    }
+    Ok(begun.elapsed().as_secs_f64())
+}
+
+/// The time of many runs: their first coordinates and the parameter `length` vary.
+fn ensemble(text: &Text, runs: u32, until: f64, threads: usize) -> Answer<f64> {
+    let (q0, v0, h) = begin(text)?;
+    let part = |k: u32| f64::from(k) / f64::from(runs - 1);
+    let begun = Instant::now();
+    let ends = AnyEnsemble::of_tape(&text.system, h)?
+        .starts((0..runs).map(|k| {
+            let mut q = q0.to_vec();
+            q[0] = 3.0 * part(k);
+            AnyStart::second_order(&q, v0)
+        }))
+        .varied("length", (0..runs).map(|k| 1.0 + part(k)))?
+        .threads(threads)?
+        .to(until);
+    let (mut q, mut v) = (Vec::new(), Vec::new());
+    for end in &ends {
+        let node = end.as_ref().map_err(ToString::to_string)?.any();
+        q.extend_from_slice(node.q);
+        v.extend_from_slice(node.v);
+    }
+    black_box((q, v));
+    Ok(begun.elapsed().as_secs_f64())
+}
+
+/// The answer to a question.
+fn answer(question: &str) -> Answer<f64> {
+    let words: Vec<&str> = question.split_whitespace().collect();
+    let text = |file: &str| Text::read(file);
+    Ok(match words[..] {
+        ["kept", file, count] => steps(&text(file)?, count.parse()?, true, false)?,
+        ["controlled", file, count] => steps(&text(file)?, count.parse()?, true, true)?,
+        ["end", file, count] => steps(&text(file)?, count.parse()?, false, false)?,
+        ["ensemble", file, runs, until, threads] => {
+            ensemble(&text(file)?, runs.parse()?, until.parse()?, threads.parse()?)?
+        }
+        _ => return Err(format!("`{question}` is no question").into()),
+    })
+}
+
+fn main() -> Answer<()> {
+    for question in stdin().lock().lines() {
+        println!("{}", answer(&question?)?);
+        stdout().flush()?;
+    }
+    Ok(())
+}

@@ -1,0 +1,152 @@
+"""What this package costs beside the Rust library: prints a table.
+
+    cargo build --release -p dsocs-systems --example beside_python
+    python bench/overheads.py
+
+The Rust side is the example `beside_python` of `dsocs-systems`. Both make the same steps of the same text, in turn, some rounds long. Of each the shortest time is told: what else a
+machine does makes a time longer, never shorter.
+
+- a run: a million steps, all nodes kept as arrays, or the last alone.
+- a controller's callback: the time of a step with `control`, less that of a step under the same control in Rust, less that of the function itself, which is called in a loop of
+  Python.
+- an ensemble: ten thousand runs in lanes on two threads, from arrays to arrays.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Callable
+
+import numpy as np
+
+import dsocs
+
+ROOT = Path(__file__).resolve().parents[3]
+TEXTS = {
+    "pendulum": """
+        parameters { length = 1.0, gravity = 9.81, torque = 0.0 }
+        coordinates(theta);
+        lagrangian = (length * dot(theta)).powi(2) / 2 + gravity * length * theta.cos();
+        external_forces = torque;
+        run { start = ([1.0], [0.0]); step = 0.01; }
+    """,
+    "particle": """
+        parameters { mass = 1.0, curvature = 0.5 }
+        coordinates(x, y);
+        lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
+        let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+        kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - curvature;
+        variational = [(dot(x), dot(y))];
+        run { start = ([0.0, 0.0], [1.0, 1.0]); step = 0.01; }
+    """,
+}
+
+
+class Rust:
+    """The Rust side, which answers questions with times in s."""
+
+    def __init__(self) -> None:
+        target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+        program = target / "release" / "examples" / "beside_python"
+        if not program.exists():
+            sys.exit(f"{program} is not built: cargo build --release -p dsocs-systems --example beside_python")
+        self.process = subprocess.Popen([str(program)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def ask(self, *words: object) -> float:
+        assert self.process.stdin is not None and self.process.stdout is not None
+        print(*words, file=self.process.stdin, flush=True)
+        return float(self.process.stdout.readline())
+
+
+def timed(work: Callable[[], object]) -> float:
+    begun = time.perf_counter()
+    work()
+    return time.perf_counter() - begun
+
+
+def compare(name: str, rounds: int, rust: Callable[[], float], python: Callable[[], object]) -> None:
+    """Prints a line: both times and their ratio."""
+    pairs = [(rust(), timed(python)) for _ in range(rounds)]
+    in_rust, in_python = (min(column) for column in zip(*pairs))
+    print(f"| {name} | {in_rust:.4g} | {in_python:.4g} | {100 * (in_python / in_rust - 1):+.1f} % |", flush=True)
+
+
+def runs(rust: Rust, folder: Path, steps: int, rounds: int) -> None:
+    for name, text in TEXTS.items():
+        file = folder / f"{name}.dsocs"
+        file.write_text(text, encoding="utf-8")
+        system = dsocs.read(file)
+        end = steps * 0.01
+
+        def kept() -> object:
+            run = system.flow().until(end)
+            return run.t, run.q, run.v, run.a, run.force, run.energy
+
+        compare(f"{name}, {steps} steps, all nodes kept", rounds, lambda: rust.ask("kept", file, steps), kept)
+        compare(f"{name}, {steps} steps, the last kept", rounds, lambda: rust.ask("end", file, steps), lambda: system.flow(every=steps).until(end).q)
+
+
+def ensembles(rust: Rust, folder: Path, count: int, rounds: int) -> None:
+    file = folder / "pendulum.dsocs"
+    system = dsocs.read(file)
+    starts, lengths = np.linspace(0, 3, count)[:, None], np.linspace(1, 2, count)
+    for end in (2.0, 20.0):
+        python = lambda: system.ensemble(q=starts, v=[0.0], length=lengths).until(end, threads=2).q  # noqa: B023, E731
+        compare(f"ensemble of {count} to {end:g} s, 2 threads", rounds, lambda: rust.ask("ensemble", file, count, end, 2), python)  # noqa: B023
+
+
+def silent(node: dsocs.Node) -> None:
+    return None
+
+
+def brake(node: dsocs.Node) -> dict[str, float]:
+    return {"torque": -2 * node["v_theta"]}
+
+
+def callbacks(rust: Rust, folder: Path, steps: int, rounds: int) -> None:
+    print("\n| a controller at each step | the step in Rust [µs] | in Python [µs] | the function itself [µs] | the callback [µs] |\n|---|---|---|---|---|")
+    file = folder / "pendulum.dsocs"
+    system = dsocs.read(file)
+    end = steps * 0.01
+    node = system.flow().node
+
+    def loop(control: Callable[[dsocs.Node], object]) -> None:
+        for _ in range(steps):
+            control(node)
+
+    def empty() -> None:
+        for _ in range(steps):
+            pass
+
+    for name, control, question in (("returns None", silent, "kept"), ('returns {"torque": -2 * node["v_theta"]}', brake, "controlled")):
+        found = []
+        for _ in range(rounds):
+            alone = rust.ask(question, file, steps)
+            both = timed(lambda: system.flow().until(end, control=control))  # noqa: B023
+            own = timed(lambda: loop(control)) - timed(empty)  # noqa: B023
+            found.append([1e6 * x / steps for x in (alone, both, own)])
+        alone, both, own = (min(column) for column in zip(*found))
+        print(f"| {name} | {alone:.3f} | {both:.3f} | {own:.3f} | {both - alone - own:.3f} |", flush=True)
+
+
+def main() -> None:
+    asked = argparse.ArgumentParser(description="Prints the table.")
+    asked.add_argument("--rounds", type=int, default=15)
+    rounds = asked.parse_args().rounds
+    rust = Rust()
+    print("| | Rust [s] | Python [s] | more |\n|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        runs(rust, folder, 1_000_000, rounds)
+        ensembles(rust, folder, 10_000, rounds)
+        callbacks(rust, folder, 200_000, rounds)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,230 @@
+"""Formulas as MathML, which browsers set by themselves."""
+
+from __future__ import annotations
+
+import re
+from html import escape
+
+from ._formulas import Node, Statement
+
+_GREEK = dict(
+    alpha="α", beta="β", gamma="γ", delta="δ", epsilon="ε", zeta="ζ", eta="η", theta="θ", iota="ι", kappa="κ", mu="μ", nu="ν", xi="ξ", pi="π", rho="ρ",
+    sigma="σ", tau="τ", phi="φ", chi="χ", psi="ψ", omega="ω", Omega="Ω", Delta="Δ", Theta="Θ", Phi="Φ", Psi="Ψ", Gamma="Γ", Sigma="Σ", PI="π", TAU="2π",
+)  # fmt: skip
+_GREEK["lambda"] = "λ"
+_FUNCTIONS = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "signum": "sgn", "ln": "ln", "max": "max", "min": "min"}
+#: Functions that are written without brackets before a symbol.
+_BARE = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "ln", "signum")
+_DOTS = {"dot": "˙", "ddot": "¨", "dddot": "⃛"}
+_RELATIONS = {"<=": "≤", ">=": "≥", "==": "=", "!=": "≠", "&&": "∧", "||": "∨", "%": "mod"}
+
+#: How strongly a formula holds together: a sum, a product, a sign before it, a power, a symbol.
+_RELATION, _SUM, _PRODUCT, _POWER, _ATOM = range(5)
+
+
+def _mi(text: str) -> str:
+    return f"<mi>{escape(text)}</mi>"
+
+
+def _mo(text: str, space: bool = False) -> str:
+    return f"<mo>{escape(text)}</mo>" if space else f'<mo lspace="0" rspace="0">{escape(text)}</mo>'
+
+
+def _row(*parts: str) -> str:
+    return f"<mrow>{''.join(parts)}</mrow>"
+
+
+def name(of: str, over: str = "") -> str:
+    """A name: Greek letters, and what is behind the first `_` or is a number behind a letter as an index."""
+    stem, _, index = of.partition("_")
+    if not index and (match := re.fullmatch(r"([^\W\d_]+?)(\d+)", of)):
+        stem, index = match.groups()
+    symbol = _mi(_GREEK.get(stem, stem))
+    if over:
+        symbol = f'<mover accent="true">{symbol}{_mo(over)}</mover>'
+    if not index:
+        return symbol
+    parts = [part for part in index.split("_") if part]
+    under = [f"<mn>{part}</mn>" if part.isdecimal() else _mi(_GREEK.get(part, part)) for part in parts]
+    return f"<msub>{symbol}{_row(_mo(',').join(under))}</msub>"
+
+
+def _number(text: str) -> str:
+    text = text.replace("_f64", "").replace("f64", "").replace("_", "")
+    mantissa, _, exponent = text.lower().partition("e")
+    mantissa = mantissa.removesuffix(".0")
+    if not exponent:
+        return f"<mn>{mantissa}</mn>"
+    return _row(f"<mn>{mantissa}</mn>", _mo("·"), f"<msup><mn>10</mn><mn>{int(exponent)}</mn></msup>")
+
+
+def _in_brackets(inner: str, left: str = "(", right: str = ")") -> str:
+    return _row(f'<mo fence="true" lspace="0" rspace="0">{left}</mo>', inner, f'<mo fence="true" lspace="0" rspace="0">{right}</mo>')
+
+
+def _list(nodes: tuple[Node, ...]) -> str:
+    return _row((_mo(",") + '<mspace width="0.3em"/>').join(formula(node)[0] for node in nodes))
+
+
+def _held(node: Node, least: int) -> str:
+    """A formula in brackets unless it holds together."""
+    text, holds = formula(node)
+    return text if holds >= least else _in_brackets(text)
+
+
+def formula(node: Node) -> tuple[str, int]:
+    """A formula, and how strongly it holds together."""
+    kind, value, parts = node
+    if kind == "name":
+        return name(value), _ATOM
+    if kind == "number":
+        return _number(value), _ATOM if "e" not in value.lower() else _PRODUCT
+    if kind == "minus":
+        return _row(_mo("−"), _held(parts[0], _PRODUCT)), _SUM
+    if kind == "not":
+        return _row(_mo("¬"), _held(parts[0], _ATOM)), _ATOM
+    if kind == "index":
+        base, *places = parts
+        return f"<msub>{_held(base, _ATOM)}{_list(tuple(places))}</msub>", _ATOM
+    if kind in ("tuple", "list"):
+        return _in_brackets(_list(parts)), _ATOM
+    if kind == "if":
+        return _cases(node), _ATOM
+    if kind == "function":
+        return _row(*(name(one) for one in value.split(",")), _mo("↦"), formula(parts[0])[0]), _RELATION
+    if kind == "operator":
+        return _operator(value, *parts)
+    return _call(value, parts)
+
+
+def _operator(operator: str, left: Node, right: Node) -> tuple[str, int]:
+    if operator == "/":
+        return f"<mfrac>{_row(formula(left)[0])}{_row(formula(right)[0])}</mfrac>", _PRODUCT
+    if operator == "*" and left.kind == "minus":
+        # a sign is that of the whole product
+        return formula(Node("minus", "", (Node("operator", "*", (left.parts[0], right)),)))
+    if operator == "*":
+        factor = _held(right, _PRODUCT)
+        # between two numbers nothing would be read as one number
+        between = _mo("·") if _first(right) == "number" else '<mspace width="0.2em"/>'
+        return _row(_held(left, _PRODUCT), between, factor), _PRODUCT
+    if operator in ("+", "-"):
+        sign = f"<mo>{'+' if operator == '+' else '−'}</mo>"
+        return _row(_held(left, _SUM), sign, _held(right, _SUM if operator == "+" and right.kind != "minus" else _PRODUCT)), _SUM
+    return _row(_held(left, _SUM), f"<mo>{escape(_RELATIONS.get(operator, operator))}</mo>", _held(right, _SUM)), _RELATION
+
+
+def _first(node: Node) -> str:
+    """What a formula begins with."""
+    while node.kind == "operator" and node.value == "*" or node.kind == "call" and node.value in ("powi", "powf"):
+        node = node.parts[0]
+    return node.kind
+
+
+def _call(of: str, parts: tuple[Node, ...]) -> tuple[str, int]:
+    if of in _DOTS and len(parts) == 1:
+        return _rate(of, parts[0])
+    if of in ("powi", "powf", "powd") and len(parts) == 2:
+        return f"<msup>{_held(parts[0], _ATOM)}{_row(formula(parts[1])[0])}</msup>", _POWER
+    if of == "sum" and len(parts) == 2 and parts[1].kind == "function" and parts[0].kind == "operator":
+        return _sum(parts[0], parts[1]), _PRODUCT
+    if len(parts) == 1:
+        inner = formula(parts[0])[0]
+        if of == "sqrt":
+            return f"<msqrt>{inner}</msqrt>", _ATOM
+        if of == "cbrt":
+            return f"<mroot>{_row(inner)}<mn>3</mn></mroot>", _ATOM
+        if of == "abs":
+            return _in_brackets(inner, "|", "|"), _ATOM
+        if of == "exp":
+            return f"<msup>{_mi('e')}{_row(inner)}</msup>", _POWER
+        if of == "recip":
+            return f"<mfrac><mn>1</mn>{_row(inner)}</mfrac>", _PRODUCT
+        if of in _BARE and parts[0].kind in ("name", "index"):
+            # sin θ
+            return _row(_function(of), '<mspace width="0.2em"/>', inner), _PRODUCT
+    return _row(_function(of), _in_brackets(_list(parts))), _ATOM
+
+
+def _function(of: str) -> str:
+    known = _FUNCTIONS.get(of, of)
+    return f'<mi mathvariant="normal">{escape(known)}</mi>' if of in _FUNCTIONS or len(of) > 1 and of not in _GREEK and "_" not in of else name(of)
+
+
+def _is_symbol(of: str) -> bool:
+    """Whether a name is a letter, with or without an index: a dot over a word would be a dot over one of its letters."""
+    stem = re.sub(r"\d+$", "", of.partition("_")[0])
+    return len(_GREEK.get(stem, stem)) == 1
+
+
+def _rate(of: str, node: Node) -> tuple[str, int]:
+    if node.kind == "name" and _is_symbol(node.value):
+        return name(node.value, _DOTS[of]), _ATOM
+    if node.kind == "index" and node.parts[0].kind == "name" and _is_symbol(node.parts[0].value):
+        return f"<msub>{name(node.parts[0].value, _DOTS[of])}{_list(tuple(node.parts[1:]))}</msub>", _ATOM
+    order = list(_DOTS).index(of) + 1
+    power = [f"<msup>{_mi('d')}<mn>{order}</mn></msup>", f"<msup>{_mi('t')}<mn>{order}</mn></msup>"] if order > 1 else [_mi("d"), _mi("t")]
+    space = '<mspace width="0.2em"/>'
+    return _row(f"<mfrac>{power[0]}{_row(_mi('d'), power[1])}</mfrac>", space, _held(node, _ATOM)), _PRODUCT
+
+
+def _sum(span: Node, function: Node) -> str:
+    index, end = function.value, span.parts[1]
+    if span.value == "..":
+        # the end is left out
+        last = Node("number", str(int(end.value) - 1), ()) if end.kind == "number" and end.value.isdecimal() else None
+        upper = formula(last)[0] if last else _row(_held(end, _SUM), "<mo>−</mo><mn>1</mn>")
+    else:
+        upper = formula(end)[0]
+    under = _row(name(index), "<mo>=</mo>", formula(span.parts[0])[0])
+    sign = f'<munderover><mo movablelimits="false">∑</mo>{under}{_row(upper)}</munderover>'
+    return _row(sign, _held(function.parts[0], _PRODUCT))
+
+
+def _cases(node: Node) -> str:
+    rows = []
+    while node.kind == "if":
+        condition, one, other = node.parts
+        rows.append((formula(one)[0], f"<mtext>if&#160;</mtext>{formula(condition)[0]}"))
+        node = other
+    rows.append((formula(node)[0], "<mtext>otherwise</mtext>"))
+    lines = "".join(f"<mtr><mtd>{one}</mtd><mtd>{_row(when)}</mtd></mtr>" for one, when in rows)
+    return _row('<mo fence="true">{</mo>', f'<mtable columnalign="left left">{lines}</mtable>')
+
+
+def shown(inner: str) -> str:
+    """A formula on a line of its own, which scrolls where it is too long."""
+    return f'<div style="overflow-x:auto;overflow-y:hidden;padding:.2em 0 .5em 1.5em"><math displaystyle="true" style="font-size:115%">{_row(inner)}</math></div>'
+
+
+def equation(left: str, right: str) -> str:
+    """An equation on a line."""
+    return shown(_row(left, "<mo>=</mo>", right))
+
+
+def definition(statement: Statement) -> str:
+    """What a `let` says."""
+    node = statement.of
+    assert node is not None
+    if node.kind == "function":
+        arguments = [name(one) for one in node.value.split(",")]
+        left = _row(_function(statement.name), _in_brackets(_row(_mo(",").join(arguments))))
+        return equation(left, formula(node.parts[0])[0])
+    return equation(name(statement.name), formula(node)[0])
+
+
+def rows(node: Node) -> tuple[Node, ...]:
+    """The rows of a constraint: one, or those of a list."""
+    return node.parts if node.kind == "list" else (node,)
+
+
+def motion(coordinate: str, has_forces: bool, is_constrained: bool) -> str:
+    """The equation of Lagrange for a coordinate."""
+
+    def by(symbol: str) -> str:
+        return f"<mfrac>{_row(_mi('∂'), _mi('L'))}{_row(_mi('∂'), symbol)}</mfrac>"
+
+    derivative = f"<mfrac>{_mi('d')}{_row(_mi('d'), _mi('t'))}</mfrac>"
+    plain, dotted = name(coordinate), _rate("dot", Node("name", coordinate, ()))[0]
+    forces = [f"<msub>{_mi(letter)}{plain}</msub>" for letter, has in (("F", has_forces), ("f", is_constrained)) if has]
+    return equation(_row(derivative, by(dotted), "<mo>−</mo>", by(plain)), _row("<mo>+</mo>".join(forces)) if forces else "<mn>0</mn>")

@@ -1,0 +1,241 @@
+//! What a run knows beside its nodes: the motion between them, events, and both solutions of a step.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use dsocs_core::taylor::Jet;
+use dsocs_core::text::TapeKernel;
+use dsocs_core::{AnyEvent, AnyEvents, AnyObserver, AnyOccurrence, AnyPoint, Declaration, Run, RunError};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+
+use crate::error::{guarded, of_run, plain};
+use crate::motion::PATIENCE;
+use crate::run::{PyRun, State};
+
+/// So many times are asked for between two looks at signals.
+const TIMES: usize = 1024;
+
+/// And between two looks lie at most so many nodes.
+const NODES: f64 = 8192.0;
+
+/// An array with a row for each point.
+type Rows<'py> = Bound<'py, PyArray2<f64>>;
+
+/// Which function changes its sign: what it is of, the place there, the value at which it changes its sign, the direction (1, −1 or 0), whether it ends
+/// the run.
+type Watched = (String, usize, f64, i32, bool);
+
+/// A place where a function changes its sign: the number of the function, whether it rises, time, position, velocity, acceleration.
+type Happened = (usize, bool, f64, Vec<f64>, Vec<f64>, Vec<f64>);
+
+/// The motion at some times, to the last of which a run goes: positions, velocities, accelerations and observed expressions. No node is kept on the
+/// way.
+#[pyfunction]
+pub fn sample<'py>(py: Python<'py>, run: PyRef<'py, PyRun>, times: Vec<f64>) -> PyResult<[Rows<'py>; 4]> {
+    run.with(|state| {
+        let n = state.motion.dimension();
+        let observables = state.motion.system().shape().observables.len();
+        let mut vectors: [Vec<f64>; 3] = Default::default();
+        let (now, step) = state.motion.look(|run| (run.clock().time(), run.clock().step()));
+        let asked = with_stops(now, step, &times);
+        let mut rest = &asked[..];
+        while let Some(&(begin, _)) = rest.first() {
+            let longest = NODES * step.unwrap_or(f64::INFINITY).abs();
+            let near = rest
+                .iter()
+                .take(TIMES)
+                .take_while(|(t, _)| (t - begin).abs() <= longest);
+            let (some, others) = rest.split_at(near.count().max(1));
+            rest = others;
+            let at: Vec<f64> = some.iter().map(|(t, _)| *t).collect();
+            let mut place = 0;
+            let mut take = |_, AnyPoint { q, v, a, .. }: AnyPoint<'_, f64>| {
+                if some.get(place).is_some_and(|(_, wanted)| *wanted) {
+                    for (vector, row) in vectors.iter_mut().zip([q, v, a]) {
+                        vector.extend_from_slice(row);
+                    }
+                }
+                place += 1;
+            };
+            let sampled = py.detach(|| guarded(|| state.motion.with(|run| run.sample(&at, &mut take))))?;
+            sampled.map_err(|error| of_run(py, &error))?;
+            py.check_signals()?;
+        }
+        let mut observed = vec![0.0; times.len() * observables];
+        state.motion.look(|run| {
+            let declaration = run.declaration();
+            for ((row, &t), values) in times
+                .iter()
+                .enumerate()
+                .zip(observed.chunks_mut(observables.max(1)))
+            {
+                let [q, v, a] = vectors
+                    .each_ref()
+                    .map(|vector| vector.get(n * row..n * (row + 1)).unwrap_or_default());
+                declaration.observe(AnyPoint { t, q, v, a }, values);
+            }
+        });
+        let [q, v, a] = vectors;
+        let rows =
+            |numbers: Vec<f64>, width: usize| PyArray1::from_vec(py, numbers).reshape([times.len(), width]);
+        Ok([
+            rows(q, n)?,
+            rows(v, n)?,
+            rows(a, n)?,
+            rows(observed, observables)?,
+        ])
+    })
+}
+
+/// Goes on towards a time, and tells where functions change their signs. Ends at the first of those that end the run: `true`.
+#[pyfunction]
+pub fn watch(
+    py: Python<'_>,
+    run: PyRef<'_, PyRun>,
+    t: f64,
+    watched: Vec<Watched>,
+) -> PyResult<(Vec<Happened>, bool)> {
+    run.with(|state| {
+        let (ended, found) = py.detach(|| guarded(|| watched_to(state, t, &watched)))?;
+        let ended = ended?.map_err(|error| of_run(py, &error))?;
+        let found = found.iter().map(|at| {
+            let AnyPoint { t, q, v, a } = at.point();
+            (at.event, at.rising, t, q.to_vec(), v.to_vec(), a.to_vec())
+        });
+        Ok((found.collect(), ended))
+    })
+}
+
+/// Whether an event has ended a run, or the error that has, or that of someone who looks at signals; and what happened up to there.
+type Ended = (PyResult<Result<bool, RunError>>, Vec<AnyOccurrence>);
+
+/// Runs and watches. The nodes are kept.
+fn watched_to(state: &mut State, t: f64, watched: &[Watched]) -> Ended {
+    let kernel = state.motion.kernel().clone();
+    let values = state.motion.look(|run| run.values().to_vec());
+    let mut events = AnyEvents::new(watched.iter().map(|one| event(&kernel, &values, one)).collect());
+    let mut found = Vec::new();
+    let State { motion, record, .. } = state;
+    loop {
+        let begun = Instant::now();
+        let mut paused = false;
+        let mut watching = Watching {
+            take: &mut |run| {
+                record.take(run);
+                paused = begun.elapsed() > PATIENCE;
+                paused
+            },
+            found: &mut found,
+        };
+        match motion.with(|run| run.watch(t, &mut events, &mut watching)) {
+            Err(error) => return (Ok(Err(error)), found),
+            Ok(Some(_)) => return (Ok(Ok(true)), found),
+            Ok(None) if !paused => return (Ok(Ok(false)), found),
+            Ok(None) => {}
+        }
+        if let Err(error) = Python::attach(|py| py.check_signals()) {
+            return (Err(error), found);
+        }
+    }
+}
+
+/// What is watched.
+fn event<'e>(
+    kernel: &'e TapeKernel,
+    values: &'e [f64],
+    (of, place, level, direction, ends): &Watched,
+) -> AnyEvent<'e> {
+    let (place, level) = (*place, *level);
+    let part = move |vector: &[Jet]| vector.get(place).copied().unwrap_or(Jet::from(f64::NAN)) - level;
+    let event = match of.as_str() {
+        "q" => AnyEvent::function(move |at: AnyPoint<'_, Jet>| part(at.q)),
+        "v" => AnyEvent::function(move |at: AnyPoint<'_, Jet>| part(at.v)),
+        "a" => AnyEvent::function(move |at: AnyPoint<'_, Jet>| part(at.a)),
+        _ => AnyEvent::function(move |at: AnyPoint<'_, Jet>| {
+            let declaration = Declaration::of(kernel).with(values);
+            let mut observed = vec![Jet::from(f64::NAN); declaration.shape().observables.len()];
+            declaration.observe(at, &mut observed);
+            part(&observed)
+        }),
+    };
+    let event = match direction {
+        1 => event.rising(),
+        -1 => event.falling(),
+        _ => event,
+    };
+    if *ends { event.terminal() } else { event }
+}
+
+/// The solutions of the next step: the one that the iteration finds, and another one if there is one.
+#[pyfunction]
+pub fn roots(py: Python<'_>, run: PyRef<'_, PyRun>) -> PyResult<(Vec<f64>, Option<Vec<f64>>)> {
+    run.with(|state| {
+        let roots = guarded(|| state.motion.with_step(|flow| flow.roots()))?;
+        let roots = roots.ok_or_else(|| only_the_step(py, "roots"))?;
+        roots.map_err(|error| of_run(py, &error.into()))
+    })
+}
+
+/// Makes the step whose solution is nearest to a position.
+#[pyfunction]
+pub fn advance_to(py: Python<'_>, run: PyRef<'_, PyRun>, q2: Vec<f64>) -> PyResult<()> {
+    run.with(|state| {
+        let made = guarded(|| state.motion.with_step(|flow| flow.advance_to(&q2)))?;
+        let made = made.ok_or_else(|| only_the_step(py, "advance_to"))?;
+        made.map_err(|error| of_run(py, &error.into()))?;
+        let State { motion, record, .. } = state;
+        motion.with(|run| record.take(run));
+        Ok(())
+    })
+}
+
+/// That another method has no such thing.
+fn only_the_step(py: Python<'_>, what: &str) -> PyErr {
+    let message = format!("{what} is of the step of order 2 alone: order=2, without a tolerance");
+    plain(py, "SetupError", &message)
+}
+
+/// Times, and whether each is wanted: between two that are far apart lie others, at which someone looks whether to go on.
+fn with_stops(now: f64, step: Option<f64>, times: &[f64]) -> Vec<(f64, bool)> {
+    let longest = NODES * step.unwrap_or(f64::INFINITY).abs();
+    let mut all = Vec::with_capacity(times.len());
+    let mut before = now;
+    for &t in times {
+        let stops = ((t - before).abs() / longest).floor();
+        // what is not finite is refused later
+        if stops.is_finite() && stops < 1e7 {
+            let mut stop = 1.0;
+            while stop <= stops {
+                all.push((before + (t - before) * (stop / (stops + 1.0)), false));
+                stop += 1.0;
+            }
+        }
+        all.push((t, true));
+        before = t;
+    }
+    all
+}
+
+/// Takes nodes and events.
+struct Watching<'w> {
+    /// Takes a node, and tells whether someone else has a turn.
+    take: &'w mut dyn FnMut(&dyn Run) -> bool,
+    /// What has happened.
+    found: &'w mut Vec<AnyOccurrence>,
+}
+
+impl AnyObserver for Watching<'_> {
+    fn node(&mut self, run: &dyn Run) -> ControlFlow<()> {
+        if (self.take)(run) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+
+    fn event(&mut self, occurrence: &AnyOccurrence) -> ControlFlow<()> {
+        self.found.push(occurrence.clone());
+        ControlFlow::Continue(())
+    }
+}

@@ -1,0 +1,92 @@
+//! Many runs by methods that have no lanes: one after the other on each core.
+
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use dsocs_core::text::TapeKernel;
+use dsocs_core::{AnyStart, Kernel, OwnedNode, RunError};
+use dsocs_systems::entry::Method;
+
+use crate::motion::AnyRun;
+
+/// So many nodes are made before someone looks whether to go on.
+const LOOK: u32 = 256;
+
+/// How a run has ended.
+pub type End = Result<OwnedNode, RunError>;
+
+/// Many runs.
+pub struct Many<'m> {
+    /// The system.
+    pub kernel: &'m TapeKernel,
+    /// The step, or the distance of the nodes.
+    pub h: f64,
+    /// The method.
+    pub method: Method,
+    /// The starts.
+    pub starts: &'m [AnyStart],
+    /// The parameters that vary.
+    pub varied: &'m [(String, Vec<f64>)],
+    /// The end.
+    pub t: f64,
+    /// Whether to end early.
+    pub stop: &'m AtomicBool,
+    /// How many have ended.
+    pub finished: &'m AtomicUsize,
+}
+
+impl Many<'_> {
+    /// Runs all of them, on so many threads, by default on one for each core.
+    pub fn ends(&self, threads: Option<usize>) -> Vec<End> {
+        let cores = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        let threads = threads.unwrap_or_else(cores).clamp(1, self.starts.len().max(1));
+        let next = AtomicUsize::new(0);
+        let ends: Vec<Mutex<Option<End>>> = self.starts.iter().map(|_| Mutex::default()).collect();
+        let work = || {
+            let mut kernel = self.kernel.clone();
+            loop {
+                let place = next.fetch_add(1, Ordering::Relaxed);
+                let Some(end) = ends.get(place) else { return };
+                let found = self.end(&mut kernel, place);
+                *end.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
+                self.finished.fetch_add(1, Ordering::Relaxed);
+            }
+        };
+        std::thread::scope(|scope| {
+            for _ in 1..threads {
+                scope.spawn(work);
+            }
+            work();
+        });
+        let ends = ends.into_iter();
+        ends.filter_map(|end| end.into_inner().unwrap_or_else(PoisonError::into_inner))
+            .collect()
+    }
+
+    /// The end of one run.
+    fn end(&self, kernel: &mut TapeKernel, place: usize) -> End {
+        for (name, values) in self.varied {
+            let known: &dyn Kernel = kernel;
+            let parameters = &known.shape().parameters;
+            let parameter = parameters.iter().position(|known| known.name == *name);
+            if let (Some(parameter), Some(value)) = (parameter, values.get(place))
+                && let Some(parameter) = kernel.parameter_mut(parameter)
+            {
+                *parameter = *value;
+            }
+        }
+        let mut run = AnyRun::begin(kernel, self.h, self.method, &self.starts[place])?;
+        let run = run.run_mut();
+        let end = run.clock().until(self.t)?;
+        let mut goes = true;
+        while goes && !self.stop.load(Ordering::Relaxed) {
+            for _ in 0..LOOK {
+                goes = goes && run.go_on(&end)?;
+            }
+        }
+        let mut node = OwnedNode::new(0);
+        node.take(run);
+        Ok(node)
+    }
+}
