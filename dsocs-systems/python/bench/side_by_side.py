@@ -7,11 +7,11 @@ Each script in `side_by_side/PROBLEM/with_TOOL.py` is what a user writes, and en
 result, and then some times more. All are asked for errors of 1e-10 by their own measure, relative and absolute, except the package's ensemble in lanes, whose step
 is fixed. On a problem with a grid they give the motion at every 0.1 s.
 
-- *lines* of the script without those that are empty, that are comments, or that begin `solve`.
+- *lines* of the script without those that are empty or comments. All but this package's and heyoka's two that take a Lagrangian need equations that were derived by hand beforehand.
 - *first* result: the time [s] from the start of the process on, with imports and what is compiled; the median of the processes.
 - *run*: the time [s] of `solve` once more in the same process; the least.
-- *error*: the largest difference of a coordinate at the end from the exact motion, or, where none is known, from what this package's series and heyoka's give with tolerances near
-  the rounding: the second figure below the table is how far these two are apart.
+- *error*: the largest difference of a coordinate at the end from the exact motion; where none is known, from what this package's series give with a tolerance near the
+  rounding. Below the table stands how far heyoka's with such a tolerance are from these.
 
 What is not installed is left out, aloud.
 """
@@ -52,7 +52,7 @@ while len(times) < LEAST or sum(times) < AGAIN:
     begun = time.monotonic()
     again = [float(x) for x in names["solve"]()]
     times.append(time.monotonic() - begun)
-assert again == end or len(times) and max(abs(a - b) for a, b in zip(again, end)) < 1e-9
+assert max(abs(a - b) for a, b in zip(again, end)) < 1e-9
 json.dump(dict(first=first, run=min(times), end=end), sys.stdout)
 """
 
@@ -77,7 +77,7 @@ def measured(script: Path, processes: int) -> dict[str, object]:
 
 def by_package(problem: str) -> list[float]:
     """The end of a motion, by this package to nearly all digits."""
-    script = (SCRIPTS / problem / "with_dsocs.py").read_text(encoding="utf-8").replace("tolerance=1e-10", "tolerance=1e-16")
+    script = (SCRIPTS / problem / "with_dsocs.py").read_text(encoding="utf-8").replace("tolerance=1e-10", "tolerance=2e-16")
     names: dict[str, object] = {"__name__": "script"}
     exec(compile(script, problem, "exec"), names)
     return [float(x) for x in names["solve"]()]  # type: ignore[operator]

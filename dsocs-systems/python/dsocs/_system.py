@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from typing import TYPE_CHECKING, Any, Mapping, NamedTuple, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Mapping, NamedTuple, Sequence
 
 from . import _dsocs, _given, _inputs
 from ._errors import DeclarationError, DeclarationWarning, InputTypeError, SetupError
@@ -345,6 +345,36 @@ class System:
         return Path(
             self, until, h=h, q=q, v=v, q1=q1, t=t, start=start, run=run, values=_given.joined(parameters, values)
         )
+
+    def in_jax(
+        self,
+        until: float,
+        variables: Sequence[str] = (),
+        *,
+        h: float | None = None,
+        t: float = 0.0,
+        start: str | None = None,
+        run: str | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        **values: Any,
+    ) -> Callable[..., Any]:
+        """The motion as a function for jax: `end(q, v, p)` gives position and velocity at the time `until` [s], two arrays of the shape (coordinates,).
+
+        ```python
+        jax.config.update("jax_enable_x64", True)
+        end = swing.in_jax(5.0, ["length"], h=0.01)
+        jax.grad(lambda p: end([1.0], [0.0], p)[0][0] ** 2)(jax.numpy.array([1.2]))
+        ```
+
+        `p` has a number for each of the parameters that `variables` names. Everything else is as in `path`, whose gradients are those that jax gets: reverse derivatives of first
+        order (`jax.grad`, `jax.vjp`, `jax.jacrev`). It may be inside of `jax.jit` and `jax.vmap`; the runs are made one after the other on the processor.
+
+        Raises `Error` if jax is not installed, and `SetupError` if it computes in single precision, or if there is no such parameter.
+        """
+        from ._jax import function
+
+        fixed = {name: value for name, value in (("h", h), ("t", t), ("start", start), ("run", run)) if value is not None}
+        return function(self, _inputs.number("until", until), variables, fixed, _given.joined(parameters, values))
 
     def check(
         self,

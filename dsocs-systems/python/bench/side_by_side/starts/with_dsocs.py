@@ -10,4 +10,4 @@ starts = np.linspace(0.1, 3.0, 1000)
 
 
 def solve():
-    return swing.ensemble(h=0.01, q=starts[:, None], v=[0.0]).until(20.0)["theta"]
+    return swing.ensemble(tolerance=1e-10, h=20.0, q=starts[:, None], v=[0.0]).until(20.0)["theta"]
