@@ -28,14 +28,14 @@ def read_sweep(folder: str | os.PathLike[str], *, nodes: bool = False) -> Any:
 
     Raises `SetupError` if there is no such table in the folder.
     """
-    try:
-        import pyarrow.parquet
-    except ImportError:
-        raise Error("pyarrow is not installed, which reads the tables of a sweep") from None
     place = os.path.join(folder, "nodes" if nodes else "points")
     parts = sorted(name for name in os.listdir(place) if name.endswith(".parquet")) if os.path.isdir(place) else []
     if not parts:
         raise SetupError(f"{place} has no table of a sweep: `dsocs sweep plan.toml --out {os.fspath(folder)}` makes one")
+    try:
+        import pyarrow.parquet
+    except ImportError:
+        raise Error("pyarrow is not installed, which reads the tables of a sweep") from None
     table = pyarrow.concat_tables([pyarrow.parquet.read_table(os.path.join(place, name)) for name in parts])
     try:
         import pandas  # noqa: F401

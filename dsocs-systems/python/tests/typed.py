@@ -27,6 +27,13 @@ def brake(node: dsocs.Node) -> dict[str, float] | None:
 
 
 run.until(40.0, control=brake, control_every=10).set(torque=0.0).advance(3)
+points: dsocs.Points = run.sample([0.5, 1.0])
+between: npt.NDArray[np.float64] = points["theta"] + points.q[:, 0]
+events: dsocs.Occurrences = run.watch(50.0, "theta", dsocs.Event("height", level=0.5, rising=True, ends=True))
+first: float = events[0].t + events.of("theta")[0] + float(events[0].q[0])
+other: npt.NDArray[np.float64] | None = run.roots().other
+regular: bool = bool(run.advance_to({"theta": 1.0}).certify().granted.all())
+far: dsocs.Ends = swing.ensemble(q=np.zeros((3, 1)), tolerance=1e-9).until(1.0)
 model: dsocs.LinearModel = swing.linearize(q=[0.0], inputs="torque", outputs=["theta"], h=0.01)
 poles: npt.NDArray[np.complex128] = model.eigenvalues
 state: npt.NDArray[np.float64] = model.state(node) + model.state([1.0], v={"theta": 0.0})
