@@ -1,5 +1,5 @@
 //! The Rust side of the Python package's bench of overheads, `dsocs-systems/python/bench/overheads.py`, which calls it: answers questions on
-//! standard input, each with a time in seconds.
+//! standard input, each with two times in seconds: how long it took, and how long processors worked at it. On Linux alone are they two.
 //!
 //! ```text
 //! kept FILE STEPS            a run of so many steps whose nodes are kept in columns
@@ -28,10 +28,49 @@ fn begin(text: &Text) -> Answer<(&[f64], &[f64], f64)> {
     Ok((q0, v0, run.step.ok_or("the run has no step")?))
 }
 
-/// The time of a run of so many steps.
-fn steps(text: &Text, steps: f64, kept: bool, controlled: bool) -> Answer<f64> {
+/// When something began.
+struct Begun {
+    /// The time.
+    time: Instant,
+    /// For how long this thread has worked \[s\], and all threads of the process.
+    worked: [Option<f64>; 2],
+}
+
+impl Begun {
+    /// Now.
+    fn now() -> Self {
+        Self {
+            worked: Self::worked(),
+            time: Instant::now(),
+        }
+    }
+
+    /// For how long this thread has worked, to nanoseconds, and the process, to hundredths of a second.
+    fn worked() -> [Option<f64>; 2] {
+        let thread = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+        let thread =
+            thread.and_then(|text| Some(1e-9 * text.split_whitespace().next()?.parse::<f64>().ok()?));
+        let process = std::fs::read_to_string("/proc/self/stat").ok().and_then(|text| {
+            let numbers = text.rsplit(')').next()?.split_whitespace().skip(11).take(2);
+            let ticks: Vec<f64> = numbers.filter_map(|word| word.parse().ok()).collect();
+            Some(ticks.iter().sum::<f64>() / 100.0)
+        });
+        [thread, process]
+    }
+
+    /// How long it took, and how long one thread worked at it, or all of them.
+    fn took(&self, threads: usize) -> [f64; 2] {
+        let took = self.time.elapsed().as_secs_f64();
+        let place = usize::from(threads > 1);
+        let worked = Self::worked()[place].zip(self.worked[place]);
+        [took, worked.map_or(took, |(now, then)| now - then)]
+    }
+}
+
+/// The times of a run of so many steps.
+fn steps(text: &Text, steps: f64, kept: bool, controlled: bool) -> Answer<[f64; 2]> {
     let (q0, v0, h) = begin(text)?;
-    let begun = Instant::now();
+    let begun = Begun::now();
     let mut flow = AnyFlow::new(&text.system, h, &AnyStart::second_order(q0, v0))?;
     if kept {
         let mut columns: [Vec<f64>; 6] = Default::default();
@@ -69,14 +108,14 @@ fn steps(text: &Text, steps: f64, kept: bool, controlled: bool) -> Answer<f64> {
         owned.take(flow.run());
         black_box(&owned);
     }
-    Ok(begun.elapsed().as_secs_f64())
+    Ok(begun.took(1))
 }
 
-/// The time of many runs: their first coordinates and the parameter `length` vary.
-fn ensemble(text: &Text, runs: u32, until: f64, threads: usize) -> Answer<f64> {
+/// The times of many runs: their first coordinates and the parameter `length` vary.
+fn ensemble(text: &Text, runs: u32, until: f64, threads: usize) -> Answer<[f64; 2]> {
     let (q0, v0, h) = begin(text)?;
     let part = |k: u32| f64::from(k) / f64::from(runs - 1);
-    let begun = Instant::now();
+    let begun = Begun::now();
     let ends = AnyEnsemble::of_tape(&text.system, h)?
         .starts((0..runs).map(|k| {
             let mut q = q0.to_vec();
@@ -93,11 +132,11 @@ fn ensemble(text: &Text, runs: u32, until: f64, threads: usize) -> Answer<f64> {
         v.extend_from_slice(node.v);
     }
     black_box((q, v));
-    Ok(begun.elapsed().as_secs_f64())
+    Ok(begun.took(threads))
 }
 
 /// The answer to a question.
-fn answer(question: &str) -> Answer<f64> {
+fn answer(question: &str) -> Answer<[f64; 2]> {
     let words: Vec<&str> = question.split_whitespace().collect();
     let text = |file: &str| Text::read(file);
     Ok(match words[..] {
@@ -113,7 +152,8 @@ fn answer(question: &str) -> Answer<f64> {
 
 fn main() -> Answer<()> {
     for question in stdin().lock().lines() {
-        println!("{}", answer(&question?)?);
+        let [took, worked] = answer(&question?)?;
+        println!("{took} {worked}");
         stdout().flush()?;
     }
     Ok(())

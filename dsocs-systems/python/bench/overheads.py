@@ -3,8 +3,8 @@
     cargo build --release -p dsocs-systems --example beside_python
     python bench/overheads.py
 
-The Rust side is the example `beside_python` of `dsocs-systems`. Both make the same steps of the same text, in turn, some rounds long. Of each the shortest time is told: what else a
-machine does makes a time longer, never shorter.
+The Rust side is the example `beside_python` of `dsocs-systems`. Both make the same steps of the same text, in turn, some rounds long. Times are those for which processors worked
+at it, so that what else a machine does counts little, and of all rounds the shortest. Both are told of an ensemble: how long it took, and how long both threads worked at it.
 
 - a run: a million steps, all nodes kept as arrays, or the last alone.
 - a controller's callback: the time of a step with `control`, less that of a step under the same control in Rust, less that of the function itself, which is called in a loop of
@@ -58,23 +58,28 @@ class Rust:
             sys.exit(f"{program} is not built: cargo build --release -p dsocs-systems --example beside_python")
         self.process = subprocess.Popen([str(program)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
-    def ask(self, *words: object) -> float:
+    def ask(self, *words: object) -> tuple[float, float]:
+        """How long it took, and how long processors worked at it."""
         assert self.process.stdin is not None and self.process.stdout is not None
         print(*words, file=self.process.stdin, flush=True)
-        return float(self.process.stdout.readline())
+        took, worked = self.process.stdout.readline().split()
+        return float(took), float(worked)
 
 
-def timed(work: Callable[[], object]) -> float:
-    begun = time.perf_counter()
+def timed(work: Callable[[], object]) -> tuple[float, float]:
+    """How long it took, and how long processors worked at it."""
+    begun, worked = time.perf_counter(), time.process_time()
     work()
-    return time.perf_counter() - begun
+    return time.perf_counter() - begun, time.process_time() - worked
 
 
-def compare(name: str, rounds: int, rust: Callable[[], float], python: Callable[[], object]) -> None:
+def compare(name: str, rounds: int, rust: Callable[[], tuple[float, float]], python: Callable[[], object], took: bool = False) -> None:
     """Prints a line: both times and their ratio."""
-    pairs = [(rust(), timed(python)) for _ in range(rounds)]
-    in_rust, in_python = (min(column) for column in zip(*pairs))
-    print(f"| {name} | {in_rust:.4g} | {in_python:.4g} | {100 * (in_python / in_rust - 1):+.1f} % |", flush=True)
+    pairs = [(*rust(), *timed(python)) for _ in range(rounds)]
+    took_rust, worked_rust, took_python, worked_python = (min(column) for column in zip(*pairs))
+    for what, in_rust, in_python in ((", took", took_rust, took_python), (", worked" if took else "", worked_rust, worked_python)):
+        if took or what == "":
+            print(f"| {name}{what} | {in_rust:.4g} | {in_python:.4g} | {100 * (in_python / in_rust - 1):+.1f} % |", flush=True)
 
 
 def runs(rust: Rust, folder: Path, steps: int, rounds: int) -> None:
@@ -98,7 +103,7 @@ def ensembles(rust: Rust, folder: Path, count: int, rounds: int) -> None:
     starts, lengths = np.linspace(0, 3, count)[:, None], np.linspace(1, 2, count)
     for end in (2.0, 20.0):
         python = lambda: system.ensemble(q=starts, v=[0.0], length=lengths).until(end, threads=2).q  # noqa: B023, E731
-        compare(f"ensemble of {count} to {end:g} s, 2 threads", rounds, lambda: rust.ask("ensemble", file, count, end, 2), python)  # noqa: B023
+        compare(f"ensemble of {count} to {end:g} s, 2 threads", rounds, lambda: rust.ask("ensemble", file, count, end, 2), python, took=True)  # noqa: B023
 
 
 def silent(node: dsocs.Node) -> None:
@@ -127,9 +132,9 @@ def callbacks(rust: Rust, folder: Path, steps: int, rounds: int) -> None:
     for name, control, question in (("returns None", silent, "kept"), ('returns {"torque": -2 * node["v_theta"]}', brake, "controlled")):
         found = []
         for _ in range(rounds):
-            alone = rust.ask(question, file, steps)
-            both = timed(lambda: system.flow().until(end, control=control))  # noqa: B023
-            own = timed(lambda: loop(control)) - timed(empty)  # noqa: B023
+            alone = rust.ask(question, file, steps)[1]
+            both = timed(lambda: system.flow().until(end, control=control))[1]  # noqa: B023
+            own = timed(lambda: loop(control))[1] - timed(empty)[1]  # noqa: B023
             found.append([1e6 * x / steps for x in (alone, both, own)])
         alone, both, own = (min(column) for column in zip(*found))
         print(f"| {name} | {alone:.3f} | {both:.3f} | {own:.3f} | {both - alone - own:.3f} |", flush=True)

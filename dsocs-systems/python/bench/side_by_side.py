@@ -37,8 +37,8 @@ PROBLEMS = {
     "starts": "a thousand starts of a pendulum, 20 s, ends alone",
 }
 TOOLS = {"dsocs": "dsocs", "dsocs_lanes": "dsocs", "heyoka": "heyoka", "diffrax": "diffrax", "scipy": "scipy"}
-#: `solve` is called again for so long [s], and at least this often.
-AGAIN, LEAST = 2.0, 2
+#: `solve` is called again for so long [s], and at least so often.
+AGAIN, LEAST = 2.0, 1
 
 #: What runs in a fresh process: a script, whose results it writes with the time of the first.
 CHILD = """
