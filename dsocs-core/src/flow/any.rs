@@ -86,6 +86,31 @@ impl<'s> AnyFlow<'s> {
     /// The nodes that solve the next step: the one that Newton's iteration finds, and another one if deflation finds it; see
     /// [`Flow::roots`](crate::Flow::roots).
     ///
+    /// ```
+    /// use dsocs_core::prelude::*;
+    /// use dsocs_core::{AnyFlow, AnyStart};
+    ///
+    /// /// An oscillator, or a uniform motion.
+    /// #[dsocs {
+    ///     coordinates(x);
+    ///     lagrangian = dot(x).powi(2) / 2;
+    ///     kinematic = (dot(x) - drift) * (ddot(x) + x);
+    ///     constraint_forces = [(1,)];
+    /// }]
+    /// struct Either {
+    ///     drift: f64,
+    /// }
+    ///
+    /// let either = Either { drift: 0.3 };
+    /// let mut flow = AnyFlow::new(&either, 0.1, &AnyStart::second_order(&[1.0], &[0.0]))?;
+    /// let (found, other) = flow.roots()?;
+    /// let other = other.expect("two roots");
+    /// assert!((found[0] - other[0]).abs() > 1e-3);
+    /// flow.advance_to(&other)?;
+    /// assert!((flow.leg().q[0] - other[0]).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`StepError`] if no solution is found.

@@ -69,7 +69,10 @@ def measured(script: Path, processes: int) -> dict[str, object]:
     for _ in range(processes):
         begun = time.monotonic()  # the same clock in all processes
         child = CHILD.format(again=AGAIN, least=LEAST)
-        done = subprocess.run([sys.executable, "-c", child, str(script)], capture_output=True, text=True, check=True)
+        # not in the folder where the package lies unbuilt
+        done = subprocess.run([sys.executable, "-c", child, str(script)], cwd=script.parent, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            sys.exit(f"{script}: {done.stderr}")
         one = json.loads(done.stdout)
         found.append({**one, "first": one["first"] - begun})
     return {"first": median(one["first"] for one in found), "run": min(one["run"] for one in found), "end": found[0]["end"]}
