@@ -129,7 +129,7 @@ def callbacks(rust: Rust, folder: Path, steps: int, rounds: int) -> None:
         for _ in range(steps):
             pass
 
-    for name, control, question in (("returns None", silent, "kept"), ('returns {"torque": -2 * node["v_theta"]}', brake, "controlled")):
+    for name, control, question in (("returns None", silent, "kept"), ('returns `{"torque": -2 * node["v_theta"]}`', brake, "controlled")):
         found = []
         for _ in range(rounds):
             alone = rust.ask(question, file, steps)[1]

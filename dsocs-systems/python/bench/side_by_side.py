@@ -132,7 +132,7 @@ def main() -> None:
             name = "dsocs, lanes, order 2" if tool == "dsocs_lanes" else package
             print(f"| {PROBLEMS[problem]} | {name} | {lines(script)} | {one['first']:.2f} | {one['run']:.2g} | {error:.1e} |", flush=True)
     said = ", ".join(f"{package} {version}" for package, version in versions.items())
-    print(f"\n{said}; Python {platform.python_version()}; {os.cpu_count()} cores, {platform.machine()}.")
+    print(f"\n{said}; Python {platform.python_version()}; {os.cpu_count()} cores ({platform.machine()}).")
     if apart:
         print(f"The reference of this package and that of heyoka differ by: {'; '.join(apart)}.")
 
