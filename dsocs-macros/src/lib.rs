@@ -134,6 +134,13 @@ use proc_macro::TokenStream;
 /// - `coordinates(x, theta: [8]);` declares the eight coordinates `theta[0]` to `theta[7]`. The length is a literal, which
 ///   may come from a `macro_rules!`. Lists show them as `theta_0` to `theta_7`, and expressions may use these names, too. The numbers in a
 ///   field of type `[f64; 8]` are listed as parameters in the same way. In expressions they are written `masses[2]`.
+/// - An array by its name alone is a vector. So are `[a, b, c]`, `[a; 3]` and the fields of type `[f64; 3]`; `[[f64; 3]; 3]` is a matrix, and so is
+///   `[u, v, w]` of vectors, its rows. Vectors are added, multiplied by numbers and divided by them. `a.inner(b)`, `a.cross(b)` (of three
+///   components), `a.norm()` and `a.norm_squared()` are their products and lengths, `m * v`, `m * n` and `m.transpose()` those of matrices, `v[i]` and
+///   `m[i][j]` their components. `dot(v)` is the vector of derivatives. A `let`, an argument of a function, the terms of a `sum` and both cases of an
+///   `if` may be vectors.
+/// - A row that is a vector is one row for each component: `holonomic = x - y;`. Beside it `branch` and `discrete_kinematic` have one entry, for all of
+///   them. A vector that is observed has a column for each component, `force_0`, `force_1`.
 /// - `sum(range, |i| e)` and `product(range, |i| e)` are written out when the declaration is read. The range has both
 ///   ends, `0..8` or `0..=i`.
 /// - An index is an integer expression: literals, indices of enclosing sums and `let`s of whole numbers, joined by `+`, `-`, `*`,
@@ -144,7 +151,7 @@ use proc_macro::TokenStream;
 /// - `let f = |i, a| e;` is a function: `f(2, dot(x))` is `e` with its parameters replaced. An argument is an index or any
 ///   expression. The function can use the names that are defined before it, so it cannot call itself.
 /// - The components of a field are written in the shape of the coordinates: for `coordinates(x, theta: [3]);` a field is
-///   `(1, [a, b, c])`, `(1, [0; 3])` or `(1, |i| e)`, or all of them in one tuple, `(1, a, b, c)`.
+///   `(1, [a, b, c])`, `(1, u)` with a vector `u`, `(1, |i| e)`, or all of them in one tuple, `(1, a, b, c)`.
 ///
 /// # External forces
 ///

@@ -585,3 +585,38 @@ fn a_factor_divides_rows_with_decimals_too() {
         assert!(largest <= 30.0 * h * h, "{h}: {largest}");
     }
 }
+
+#[test]
+fn vectors_and_matrices_are_printed_as_they_are_declared() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "const heavy = 2;
+        parameters { drag = [[0.1, 0.0, 0.0], [0.0, 0.2 * heavy, 0.0], [0.0, 0.0, 0.3]], field = [0.0, 0.5, 1.0], field_0_0 = 4.0 }
+        coordinates(x: [3]);
+        lagrangian = heavy * dot(x).norm_squared() / 2 - field_0_0 * x.norm_squared() / 2;
+        external_forces = dot(x).cross(field) - drag * dot(x);
+        run { start = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.5]); step = 0.01; until = 1.0; }";
+    fs::write(folder.path().join("charge.dsocs"), text).unwrap();
+    let (printed, _, _) = dsocs(&folder, &["text", "charge.dsocs", "--const", "heavy=3"]);
+    for line in [
+        "    drag = [[0.1, 0.0, 0.0], [0.0, 0.6000000000000001, 0.0], [0.0, 0.0, 0.3]],\n",
+        "    field: [3] = [0.0, 0.5, 1.0],\n",
+        "    field_0_0 = 4.0,\n",
+    ] {
+        assert!(printed.contains(line), "{printed}");
+    }
+    fs::write(folder.path().join("printed.dsocs"), &printed).unwrap();
+    let (run, _, succeeded) = dsocs(&folder, &["run", "printed.dsocs"]);
+    assert!(succeeded);
+    let with = dsocs(&folder, &["run", "charge.dsocs", "--const", "heavy=3"]);
+    assert_eq!(run, with.0);
+    let (_, _, made) = dsocs(&folder, &["new", "--from", "printed.dsocs", "crate"]);
+    assert!(made);
+    let rust = fs::read_to_string(folder.path().join("crate/src/main.rs")).unwrap();
+    for line in [
+        "    drag: [[f64; 3]; 3],\n",
+        "    field: [f64; 3],\n",
+        "    field_0_0: f64,\n",
+    ] {
+        assert!(rust.contains(line), "{rust}");
+    }
+}

@@ -24,8 +24,8 @@ macro_rules! declared {
     (@read $name:ident { $($field:ident: $type:ty),* } $($statements:tt)*) => {
         impl $crate::text::Declared for $name {
             const NAME: &'static str = stringify!($name);
-            const PARAMETERS: &'static [(&'static str, Option<usize>)] =
-                &[$((stringify!($field), <$type as $crate::text::Parameter>::COUNT)),*];
+            const PARAMETERS: &'static [(&'static str, &'static [usize])] =
+                &[$((stringify!($field), <$type as $crate::text::Parameter>::LENGTHS)),*];
             const STATEMENTS: &'static str = stringify!($($statements)*);
 
             fn values(&self) -> Vec<f64> {
@@ -76,15 +76,15 @@ macro_rules! declared {
 
 /// What a field may be.
 pub trait Parameter {
-    /// How many numbers it has, if it is an array.
-    const COUNT: Option<usize>;
+    /// How many numbers it has if it is an array, how many rows and columns if it is a matrix.
+    const LENGTHS: &'static [usize];
 
     /// Its numbers.
     fn values(&self) -> Vec<f64>;
 }
 
 impl Parameter for f64 {
-    const COUNT: Option<usize> = None;
+    const LENGTHS: &'static [usize] = &[];
 
     fn values(&self) -> Vec<f64> {
         vec![*self]
@@ -92,10 +92,18 @@ impl Parameter for f64 {
 }
 
 impl<const N: usize> Parameter for [f64; N] {
-    const COUNT: Option<usize> = Some(N);
+    const LENGTHS: &'static [usize] = &[N];
 
     fn values(&self) -> Vec<f64> {
         self.to_vec()
+    }
+}
+
+impl<const N: usize, const M: usize> Parameter for [[f64; M]; N] {
+    const LENGTHS: &'static [usize] = &[N, M];
+
+    fn values(&self) -> Vec<f64> {
+        self.concat()
     }
 }
 
@@ -103,8 +111,8 @@ impl<const N: usize> Parameter for [f64; N] {
 pub trait Declared {
     /// The name of the system.
     const NAME: &'static str;
-    /// The parameters, each with its number of elements if it is an array.
-    const PARAMETERS: &'static [(&'static str, Option<usize>)];
+    /// The parameters, each with its lengths if it is an array or a matrix.
+    const PARAMETERS: &'static [(&'static str, &'static [usize])];
     /// The statements.
     const STATEMENTS: &'static str;
 
@@ -131,12 +139,11 @@ pub fn read<D: Declared>(declared: &D) -> &'static TapeKernel {
     let mut text = String::new();
     if !D::PARAMETERS.is_empty() {
         text.push_str("parameters {");
-        for (name, count) in D::PARAMETERS {
+        for (name, lengths) in D::PARAMETERS {
+            let lengths = lengths.iter().rev();
+            let zeros = lengths.fold("0".to_owned(), |zeros, length| format!("[{zeros}; {length}]"));
             // writing to a string does not fail
-            let _ = match count {
-                Some(count) => write!(text, " {name}: [{count}] = [0; {count}],"),
-                None => write!(text, " {name} = 0,"),
-            };
+            let _ = write!(text, " {name} = {zeros},");
         }
         text.push_str(" }\n");
     }

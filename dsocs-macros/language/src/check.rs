@@ -7,50 +7,41 @@ use crate::errors::{Errors, Reported};
 use crate::input::Fields;
 use crate::names;
 
-/// Checks the names, and how many there are of each thing.
+/// Checks the names, and how many there are of what is told by the statements alone.
 pub(crate) fn check(declaration: &Declaration, fields: &Fields, errors: &Errors) -> Result<(), Reported> {
     names::check(declaration, fields, errors);
-    counts(declaration, errors)
-        .and(branch(declaration, errors))
-        .and(discrete(declaration, errors))
+    branch(declaration, errors).and(discrete(declaration, errors))
 }
 
 /// How many constraints there are of each kind.
 struct Counts<'d> {
-    /// The statements, with what one of their rows is called.
-    given: Vec<(&'static str, &'d Constraints)>,
+    /// The statements, with what one of their rows is called, and how many rows there are.
+    given: Vec<(&'static str, &'d Constraints, usize)>,
 }
 
 impl<'d> Counts<'d> {
-    /// `None` where a statement is broken, and nothing can be said of its rows.
-    fn of(declaration: &'d Declaration) -> Option<Self> {
+    /// Of a declaration with so many holonomic, nonholonomic and kinematic rows.
+    fn of(declaration: &'d Declaration, rows: [usize; 3]) -> Self {
         let parts = [
             ("holonomic constraint", &declaration.holonomic),
             ("nonholonomic constraint", &declaration.nonholonomic),
             ("kinematic constraint", &declaration.kinematic),
         ];
-        let mut given = Vec::new();
-        for (noun, part) in parts {
-            match part {
-                Part::Absent => {}
-                Part::Broken(_) => return None,
-                Part::Given(constraints) => given.push((noun, constraints)),
-            }
+        let parts = parts.into_iter().zip(rows);
+        let given = parts.filter_map(|((noun, part), rows)| Some((noun, part.given()?, rows)));
+        Self {
+            given: given.collect(),
         }
-        Some(Self { given })
     }
 
     /// All rows.
     fn all(&self) -> usize {
-        self.given
-            .iter()
-            .map(|(_, constraints)| constraints.rows.len())
-            .sum()
+        self.given.iter().map(|(.., rows)| rows).sum()
     }
 
     /// The word of the last statement.
     fn last_keyword(&self) -> Option<&'d Ident> {
-        self.given.last().map(|(_, constraints)| &constraints.keyword)
+        self.given.last().map(|(_, constraints, _)| &constraints.keyword)
     }
 
     /// `1 holonomic constraint, 2 kinematic constraints`.
@@ -58,7 +49,7 @@ impl<'d> Counts<'d> {
         let counts: Vec<_> = self
             .given
             .iter()
-            .map(|(noun, constraints)| count(constraints.rows.len(), noun))
+            .map(|(noun, _, rows)| count(*rows, noun))
             .collect();
         if counts.is_empty() {
             return count(0, "constraint");
@@ -67,14 +58,23 @@ impl<'d> Counts<'d> {
     }
 }
 
-/// As many equations as coordinates, as many components as coordinates.
-fn counts(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
+/// As many equations as coordinates, with so many holonomic, nonholonomic and kinematic rows, as far as that is known: a vector is
+/// several.
+pub(crate) fn counts(
+    declaration: &Declaration,
+    rows: [Option<usize>; 3],
+    errors: &Errors,
+) -> Result<(), Reported> {
     let Some(coordinates) = declaration.coordinates.given() else {
         return Ok(());
     };
-    let Some(counts) = Counts::of(declaration) else {
+    let (&[Some(holonomic), Some(nonholonomic), Some(of_accelerations)], false) =
+        (&rows, is_broken(declaration))
+    else {
         return Ok(());
     };
+    let rows = [holonomic, nonholonomic, of_accelerations];
+    let counts = Counts::of(declaration, rows);
     let n = coordinates.names.len();
     match (&declaration.directions, declaration.kinematic.given()) {
         (Part::Broken(_), _) => Ok(()),
@@ -87,14 +87,18 @@ fn counts(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
             Some(keyword) if counts.all() > n => Err(errors.at(keyword, too_many(&counts, n))),
             _ => Ok(()),
         },
-        (Part::Given(directions), kinematic) => equations(
-            directions,
-            kinematic.map_or(0, |rows| rows.rows.len()),
-            &counts,
-            n,
-            errors,
-        ),
+        (Part::Given(directions), _) => equations(directions, of_accelerations, &counts, n, errors),
     }
+}
+
+/// Whether a statement of constraints could not be read, and nothing can be said of its rows.
+fn is_broken(declaration: &Declaration) -> bool {
+    let parts = [
+        &declaration.holonomic,
+        &declaration.nonholonomic,
+        &declaration.kinematic,
+    ];
+    parts.into_iter().any(|part| matches!(part, Part::Broken(_)))
 }
 
 fn equations(

@@ -1,6 +1,6 @@
 //! The item under the attribute: its name, and its fields as parameters.
 
-use proc_macro2::{Ident, Span, TokenStream};
+use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{ToTokens, quote_spanned};
 use syn::ext::IdentExt;
 use syn::{Expr, Field as SynField, Generics, Item, ItemStruct, Lit, Type};
@@ -31,8 +31,8 @@ pub(crate) struct Field {
     reference: bool,
     /// How many elements it has, if it is an array of literal length.
     pub(crate) length: Option<usize>,
-    /// The same, if they are of type `f64`.
-    numbers: Option<usize>,
+    /// The lengths of an array of numbers of type `f64`, or of arrays of them; empty if it is none.
+    shape: Vec<usize>,
     /// Its type as text.
     ty: String,
     /// Its documentation in one line.
@@ -105,7 +105,7 @@ impl Fields {
     pub(crate) fn elements(&self) -> Vec<Ident> {
         let parameters = self.parameters().into_iter();
         parameters
-            .filter(|parameter| parameter.element.is_some())
+            .filter(|parameter| !parameter.element.is_empty())
             .map(|parameter| Ident::new(&parameter.name, parameter.ident.span()))
             .collect()
     }
@@ -151,26 +151,26 @@ impl Field {
             _ if matches!(ty, Type::Array(_)) => Kind::Array,
             _ => Kind::Unknown,
         };
-        let (length, numbers) = match ty {
-            Type::Array(array) => {
-                let is_number =
-                    matches!(ungrouped(&array.elem), Type::Path(path) if path.path.is_ident("f64"));
-                let length = length(&array.len);
-                (length, length.filter(|_| is_number))
-            }
-            _ => (None, None),
+        let length = match ty {
+            Type::Array(array) => length(&array.len),
+            _ => None,
         };
         let doc = doc(&field.attrs);
-        let ty = field.ty.to_token_stream().to_string().replace(' ', "");
+        let text = field.ty.to_token_stream().to_string().replace(' ', "");
         field.ident.clone().map(|ident| Self {
             ident,
             kind,
             reference,
             length,
-            numbers,
-            ty,
+            shape: shape(ty).unwrap_or_default(),
+            ty: text,
             doc,
         })
+    }
+
+    /// The lengths of an array of numbers, `[3]`, or of a matrix, `[3, 3]`; empty if it is none.
+    pub(crate) fn shape(&self) -> &[usize] {
+        &self.shape
     }
 
     /// Whether it is a table of samples.
@@ -192,13 +192,29 @@ impl Field {
             element,
             doc: self.doc.clone(),
         };
-        match (self.kind, self.numbers) {
-            (Kind::Number, _) => vec![parameter(name, None)],
-            (Kind::Array, Some(length)) => (0..length.min(LISTED))
-                .map(|i| parameter(format!("{name}_{i}"), Some(i)))
+        match (self.kind, self.shape.as_slice()) {
+            (Kind::Number, _) => vec![parameter(name, Vec::new())],
+            (Kind::Array, &[length]) => (0..length.min(LISTED))
+                .map(|i| parameter(format!("{name}_{i}"), vec![i]))
+                .collect(),
+            (Kind::Array, &[rows, columns]) => (0..rows)
+                .flat_map(|i| (0..columns).map(move |j| (i, j)))
+                .take(LISTED)
+                .map(|(i, j)| parameter(format!("{name}_{i}_{j}"), vec![i, j]))
                 .collect(),
             _ => Vec::new(),
         }
+    }
+
+    /// An element of an array of numbers, at the tokens where the field is used.
+    pub(crate) fn element(used: &Ident, indices: &[usize]) -> TokenStream {
+        let place = place(used);
+        let indices = indices.iter().map(|&index| {
+            let mut index = Literal::usize_unsuffixed(index);
+            index.set_span(used.span());
+            index
+        });
+        quote_spanned!(used.span()=> #place #([#indices])*)
     }
 
     /// The field as an `f64`, at the tokens where it is used.
@@ -251,6 +267,24 @@ fn ungrouped(mut ty: &Type) -> &Type {
             Type::Paren(paren) => &paren.elem,
             _ => return ty,
         };
+    }
+}
+
+/// The lengths of an array of numbers, or of arrays of them, if they are literals.
+fn shape(ty: &Type) -> Option<Vec<usize>> {
+    match ungrouped(ty) {
+        Type::Array(array) => {
+            let mut lengths = vec![length(&array.len)?];
+            match ungrouped(&array.elem) {
+                Type::Path(path) if path.path.is_ident("f64") => Some(lengths),
+                inner @ Type::Array(_) => {
+                    lengths.extend(shape(inner)?);
+                    Some(lengths).filter(|lengths| lengths.len() <= 2)
+                }
+                _ => None,
+            }
+        }
+        _ => None,
     }
 }
 

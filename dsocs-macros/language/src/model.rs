@@ -242,25 +242,22 @@ pub(crate) fn plain(name: &Ident) -> String {
 /// A parameter that can be listed and set by name: a field of type `f64`, or an element of an array of them.
 #[derive(Clone, Debug)]
 pub(crate) struct ParameterField {
-    /// Its name: `mass`, `masses_2`.
+    /// Its name: `mass`, `masses_2`, `inertia_0_1`.
     pub(crate) name: String,
     /// The field.
     pub(crate) ident: Ident,
-    /// The element's place in the field, if it is an array.
-    pub(crate) element: Option<usize>,
+    /// The element's place in the field: one index if it is an array, two if it is a matrix.
+    pub(crate) element: Vec<usize>,
     /// Its documentation in one line.
     pub(crate) doc: String,
 }
 
 impl ParameterField {
-    /// Its place in the struct: `mass`, `masses[2]`.
+    /// Its place in the struct: `mass`, `masses[2]`, `inertia[0][1]`.
     pub(crate) fn place(&self) -> TokenStream {
         let ident = &self.ident;
-        let element = self.element.map(|place| {
-            let place = Literal::usize_unsuffixed(place);
-            quote!([#place])
-        });
-        quote!(#ident #element)
+        let element = self.element.iter().map(|&place| Literal::usize_unsuffixed(place));
+        quote!(#ident #([#element])*)
     }
 
     /// How it is read: `self.mass`, `self.masses[2]`.

@@ -11,6 +11,7 @@ use crate::ast::{Declaration, Group, Let};
 use crate::errors::{Errors, Reported};
 use crate::graph::NodeId;
 use crate::input::Fields;
+use crate::lower::Value;
 
 /// Names with a meaning of their own.
 pub(crate) const RESERVED: [(&str, &str); 8] = [
@@ -34,7 +35,7 @@ pub(crate) enum Binding {
     /// A field of the struct, by its place.
     Field(usize),
     /// A `let`, or an argument of a function.
-    Let(Result<NodeId, Reported>),
+    Let(Result<Value, Reported>),
     /// A `let` with a closure: a function of the declaration's own.
     Function(Function),
     /// An integer that is known while the declaration is read: an index of a sum, or an argument of a function.
@@ -43,8 +44,8 @@ pub(crate) enum Binding {
     Node(usize),
     /// The time of such a node.
     NodeTime(usize),
-    /// A `let` in a map, with its components.
-    Vector(Result<Vec<NodeId>, Reported>),
+    /// A `let` in a map, with a component for each coordinate.
+    OfMap(Result<Vec<NodeId>, Reported>),
 }
 
 /// `|i, j| …`, with parameters that have been checked.
@@ -65,7 +66,7 @@ impl Binding {
             Self::Function(_) => "a function",
             Self::Index(_) => "an index",
             Self::Field(_) => "a parameter",
-            Self::Let(_) | Self::Vector(_) => "a `let`",
+            Self::Let(_) | Self::OfMap(_) => "a `let`",
             Self::Node(_) => "a node",
             Self::NodeTime(_) => "the time of a node",
         }

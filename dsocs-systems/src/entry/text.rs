@@ -29,8 +29,8 @@ dsocs_core::debug_is_message!(NoText);
 struct Parameter<'a> {
     name: &'a str,
     doc: &'a str,
-    /// How many elements it has, if it is an array.
-    length: Option<usize>,
+    /// How many elements it has if it is an array, how many rows and columns if it is a matrix; empty for a number.
+    lengths: Vec<usize>,
     /// Its value, as text and Rust write it.
     value: String,
 }
@@ -52,9 +52,10 @@ impl Entry {
             text.push_str("parameters {\n");
             for of in &parameters {
                 documentation(&mut text, &unescaped(of.doc));
-                let length = of
-                    .length
-                    .map_or_else(String::new, |length| format!(": [{length}]"));
+                let length = match of.lengths[..] {
+                    [length] => format!(": [{length}]"),
+                    _ => String::new(),
+                };
                 let _ = writeln!(text, "    {}{length} = {},", of.name, of.value);
             }
             for table in self.tables() {
@@ -124,9 +125,8 @@ impl Entry {
         let _ = write!(rust, "}}]\n#[derive(Clone)]\nstruct {} {{\n", shape.name);
         for of in &parameters {
             documentation(&mut rust, of.doc);
-            let ty = of
-                .length
-                .map_or_else(|| "f64".to_owned(), |length| format!("[f64; {length}]"));
+            let lengths = of.lengths.iter().rev();
+            let ty = lengths.fold("f64".to_owned(), |ty, length| format!("[{ty}; {length}]"));
             let _ = writeln!(rust, "    {}: {ty},", of.name);
         }
         for table in self.tables() {
@@ -246,31 +246,56 @@ fn parameters(kernel: &dyn Kernel) -> Vec<Parameter<'_>> {
     let mut parameters = Vec::new();
     let mut place = 0;
     while let Some(first) = all.get(place) {
-        let length = elements(&all[place..], &shape.declaration);
-        let count = length.unwrap_or(1);
+        let (name, lengths) = lengths(&all[place..], &shape.declaration);
+        let count: usize = lengths.iter().product();
         let values: Vec<f64> = (place..place + count).map(|place| kernel.value(place)).collect();
         parameters.push(Parameter {
-            name: length.map_or(&*first.name, |_| first.name.trim_end_matches("_0")),
+            name,
             doc: &first.doc,
-            length,
-            value: length.map_or_else(|| format!("{:?}", kernel.value(place)), |_| format!("{values:?}")),
+            value: match lengths[..] {
+                [] => format!("{:?}", kernel.value(place)),
+                [_] => format!("{values:?}"),
+                [_, columns, ..] => format!("{:?}", values.chunks(columns).collect::<Vec<_>>()),
+            },
+            lengths,
         });
         place += count;
     }
     parameters
 }
 
-/// How many elements the array has with whose first element some parameters begin; `None` if they begin with a number.
-fn elements(parameters: &[Quantity], declaration: &str) -> Option<usize> {
-    let first = parameters.first()?;
-    let name = first.name.strip_suffix("_0")?;
-    // an array is read by its elements
-    let read = declaration.match_indices(name).any(|(at, _)| {
-        let before = declaration[..at].chars().next_back();
-        let is_whole = before.is_none_or(|c| !c.is_alphanumeric() && c != '_');
-        is_whole && declaration[at + name.len()..].trim_start().starts_with('[')
-    });
-    let same = parameters.iter().enumerate();
-    let same = same.take_while(|(i, of)| of.name == format!("{name}_{i}") && of.doc == first.doc);
-    read.then(|| same.count())
+/// The name of the parameter with whose first element some parameters begin, and its lengths: none if it is a number, one if it is an array,
+/// two if it is a matrix.
+fn lengths<'q>(parameters: &'q [Quantity], declaration: &str) -> (&'q str, Vec<usize>) {
+    let Some(first) = parameters.first() else {
+        return ("", Vec::new());
+    };
+    let is_read = |name: &str| {
+        declaration.match_indices(name).any(|(at, _)| {
+            let is_end = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric() && c != '_');
+            is_end(declaration[..at].chars().next_back())
+                && is_end(declaration[at + name.len()..].chars().next())
+        })
+    };
+    let run = |names: &mut dyn Iterator<Item = String>| {
+        let same = parameters.iter().zip(names);
+        same.take_while(|(of, name)| of.name == *name && of.doc == first.doc)
+            .count()
+    };
+    // an array stands in the declaration by its own name, its elements do not
+    let of = |end: &str| {
+        first
+            .name
+            .strip_suffix(end)
+            .filter(|name| is_read(name) && !is_read(&first.name))
+    };
+    if let Some(name) = of("_0") {
+        return (name, vec![run(&mut (0..).map(|i| format!("{name}_{i}")))]);
+    }
+    if let Some(name) = of("_0_0") {
+        let columns = run(&mut (0..).map(|j| format!("{name}_0_{j}")));
+        let all = run(&mut (0..).map(|k| format!("{name}_{}_{}", k / columns, k % columns)));
+        return (name, vec![all / columns, columns]);
+    }
+    (&first.name, Vec::new())
 }

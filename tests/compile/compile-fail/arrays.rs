@@ -57,4 +57,26 @@ mod array_name {
     }
 }
 
+/// Products and sums of vectors that have no meaning, and vectors in the place of numbers.
+mod vectors {
+    use dsocs_core::dsocs;
+
+    #[dsocs {
+        coordinates(x: [3], y: [2]);
+        let speed = (dot(x) * dot(x)).sqrt();
+        let apart = x - y;
+        let shifted = x + 1;
+        let length = x.abs() + x.dot(x);
+        let turned = y.cross(field) + field * inertia;
+        lagrangian = inertia * dot(x);
+        external_forces = (x.norm(), y);
+        holonomic = [x - field, y];
+        observe = [speed, apart, shifted, length, turned];
+    }]
+    pub struct Body {
+        pub field: [f64; 3],
+        pub inertia: [[f64; 3]; 3],
+    }
+}
+
 fn main() {}

@@ -68,5 +68,6 @@ mod third_order;
 mod time;
 mod units;
 mod unresolved;
+mod vectors;
 mod words;
 mod wrong_input;

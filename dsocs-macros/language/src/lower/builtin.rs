@@ -6,6 +6,7 @@ use proc_macro2::Ident;
 use syn::Expr;
 
 use super::lowering::{Lowered, Lowering};
+use super::value::Value;
 use crate::errors::Reported;
 use crate::graph::{Comparison, Graph, NodeId, Unary};
 
@@ -134,7 +135,11 @@ impl Lowering<'_> {
         receiver: &Expr,
         arguments: &[&Expr],
     ) -> Lowered {
-        let value = self.expr(receiver);
+        let value = match self.any(receiver) {
+            Ok(Value::Number(value)) => Ok(value),
+            Ok(other) => Err(self.no_method_of_vectors(name, &other)),
+            Err(reported) => Err(reported),
+        };
         if arguments.len() != builtin.arguments() {
             let expected = match builtin.arguments() {
                 0 => "no argument".to_owned(),

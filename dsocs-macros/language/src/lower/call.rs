@@ -7,6 +7,7 @@ use syn::{Expr, ExprCall, ExprMethodCall};
 use super::builtin::{Builtin, is_not_supported};
 use super::elsewhere::is_module;
 use super::lowering::{Lowered, Lowering, Origin};
+use super::value::{Value, Valued};
 use crate::errors::Reported;
 use crate::graph::{Callee, NodeId};
 use crate::input::{Field, Kind, place};
@@ -27,7 +28,7 @@ fn function_of_f64(function: &Expr) -> Option<&Ident> {
 
 impl Lowering<'_> {
     /// `function(…)`
-    pub(super) fn call(&mut self, call: &ExprCall, whole: &Expr) -> Lowered {
+    pub(super) fn call(&mut self, call: &ExprCall, whole: &Expr) -> Valued {
         let arguments: Vec<_> = call.args.iter().collect();
         if let Some(name) = plain_name(&call.func) {
             let text = name.to_string();
@@ -66,10 +67,10 @@ impl Lowering<'_> {
                 Some(Binding::Field(_)) if !self.is_closed(whole) => {
                     let place = place(name);
                     let callee = Callee::Function(quote_spanned!(name.span()=> (#place)));
-                    return self.opaque(callee, None, &arguments);
+                    return self.opaque(callee, None, &arguments).map(Value::Number);
                 }
                 Some(Binding::Field(_)) => {}
-                Some(Binding::Let(Err(reported)) | Binding::Vector(Err(reported))) => return Err(*reported),
+                Some(Binding::Let(Err(reported)) | Binding::OfMap(Err(reported))) => return Err(*reported),
                 Some(binding) => {
                     let kind = binding.kind();
                     let message =
@@ -102,7 +103,7 @@ impl Lowering<'_> {
         } else if let Some(name) = function_of_f64(&call.func) {
             let builtin = Builtin::find(&name.to_string());
             if let (Some(builtin), Some((receiver, rest))) = (builtin, arguments.split_first()) {
-                return self.builtin(builtin, name, receiver, rest);
+                return self.builtin(builtin, name, receiver, rest).map(Value::Number);
             }
             if !self.is_closed(whole) {
                 let hint = did_you_mean(&name.to_string(), Builtin::names());
@@ -119,7 +120,7 @@ impl Lowering<'_> {
             });
         }
         if self.is_closed(whole) {
-            return self.param(whole);
+            return self.param(whole).map(Value::Number);
         }
         let callee = match &*call.func {
             Expr::Path(path) => path.to_token_stream(),
@@ -127,6 +128,7 @@ impl Lowering<'_> {
             other => return Err(self.errors.at(other, "expected the name of a function")),
         };
         self.opaque(Callee::Function(callee), None, &arguments)
+            .map(Value::Number)
     }
 
     /// What to say where a number is called.
@@ -156,7 +158,7 @@ impl Lowering<'_> {
     }
 
     /// `receiver.method(…)`
-    pub(super) fn method_call(&mut self, call: &ExprMethodCall, whole: &Expr) -> Lowered {
+    pub(super) fn method_call(&mut self, call: &ExprMethodCall, whole: &Expr) -> Valued {
         let name = call.method.to_string();
         let arguments: Vec<_> = call.args.iter().collect();
         if let Some(module) = self.module(&call.receiver) {
@@ -165,7 +167,9 @@ impl Lowering<'_> {
         if let Some(builtin) = Builtin::find(&name)
             && !self.is_no_number(&call.receiver)
         {
-            return self.builtin(builtin, &call.method, &call.receiver, &arguments);
+            return self
+                .builtin(builtin, &call.method, &call.receiver, &arguments)
+                .map(Value::Number);
         }
         if let Some(table) = self.table(&call.receiver) {
             if call.method != "at" || arguments.len() != 1 {
@@ -173,16 +177,22 @@ impl Lowering<'_> {
                 return Err(self.errors.at(&call.method, message));
             }
             let (place, dot, method) = (place(table), &call.dot_token, &call.method);
-            return self.opaque(Callee::Function(quote!(#place #dot #method)), None, &arguments);
+            let callee = Callee::Function(quote!(#place #dot #method));
+            return self.opaque(callee, None, &arguments).map(Value::Number);
+        }
+        if let Some(value) = self.method_of_vectors(call) {
+            return value;
         }
         if self.fields.have_compiler() && self.is_closed(whole) {
-            return self.param(whole);
+            return self.param(whole).map(Value::Number);
         }
         if self.fields.have_compiler() && self.is_closed(&call.receiver) {
             let receiver = self.closed(&call.receiver)?;
             let (dot, method, turbofish) = (&call.dot_token, &call.method, &call.turbofish);
             let callee: TokenStream = quote!(#receiver #dot #method #turbofish);
-            return self.opaque(Callee::Function(callee), None, &arguments);
+            return self
+                .opaque(Callee::Function(callee), None, &arguments)
+                .map(Value::Number);
         }
         if let Some(turbofish) = &call.turbofish {
             let message = self.errors.words(
@@ -197,7 +207,15 @@ impl Lowering<'_> {
                 .errors
                 .at(&call.method, format!("expected `{name}({receiver})`")));
         }
-        let receiver = self.expr(&call.receiver)?;
+        if name == "dot" && arguments.len() == 1 {
+            let message =
+                "`dot` is the time derivative; expected `a.inner(b)` for the inner product of two vectors";
+            return Err(self.errors.at(&call.method, message));
+        }
+        let receiver = match self.any(&call.receiver)? {
+            Value::Number(receiver) => receiver,
+            other => return Err(self.no_method_of_vectors(&call.method, &other)),
+        };
         if let Some(reported) = self.method_elsewhere(&call.method) {
             return Err(reported);
         }
@@ -217,6 +235,7 @@ impl Lowering<'_> {
                 .at(&call.method, format!("no function is called `{name}`{hint}")));
         }
         self.opaque(Callee::Method(call.method.clone()), Some(receiver), &arguments)
+            .map(Value::Number)
     }
 
     /// Whether a field is a table of samples of a declaration that no compiler reads.
@@ -295,11 +314,18 @@ impl Lowering<'_> {
     }
 
     /// `dot(e)`, `ddot(e)` or `dddot(e)`.
-    fn dot(&mut self, name: &Ident, call: &ExprCall) -> Lowered {
+    fn dot(&mut self, name: &Ident, call: &ExprCall) -> Valued {
         let Some(argument) = call.args.first().filter(|_| call.args.len() == 1) else {
+            let inner = match (call.args.len(), name == "dot") {
+                (2, true) => "; the inner product of two vectors is written `a.inner(b)`",
+                _ => "",
+            };
             return Err(self.errors.at(
                 call,
-                format!("expected one argument, `{name}(…)`, found {}", call.args.len()),
+                format!(
+                    "expected one argument, `{name}(…)`, found {}{inner}",
+                    call.args.len()
+                ),
             ));
         };
         if self.component.is_some() {
@@ -317,12 +343,17 @@ impl Lowering<'_> {
                 "`t` is time itself, which goes on at the rate 1: leave this out; expected the derivative of something that moves, `dot(x)`",
             ));
         }
-        let mut value = self.expr(argument)?;
+        let value = self.any(argument)?;
         let times = match name.to_string().as_str() {
             "dddot" => 3,
             "ddot" => 2,
             _ => 1,
         };
+        value.map(|value| self.derivative(value, times, call))
+    }
+
+    /// A time derivative of a number.
+    fn derivative(&mut self, mut value: NodeId, times: usize, call: &ExprCall) -> Lowered {
         let order = self.graph.order(value).map_or(0, |order| order + times);
         if order > 3 {
             return Err(self.errors.at(

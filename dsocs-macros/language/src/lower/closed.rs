@@ -50,20 +50,26 @@ impl Lowering<'_> {
         !search.found
     }
 
-    /// Whether an expression is an element of a parameter's array.
-    fn is_element(&self, expr: &Expr) -> bool {
-        let Expr::Index(index) = bare(expr) else {
+    /// Whether an expression is an element of a parameter's array or matrix.
+    pub(super) fn is_element(&self, expr: &Expr) -> bool {
+        let (mut base, mut places) = (bare(expr), Vec::new());
+        while let Expr::Index(index) = base {
+            let Some(place) = self
+                .integer(&index.index)
+                .and_then(|place| usize::try_from(place).ok())
+            else {
+                return false;
+            };
+            places.insert(0, place);
+            base = bare(&index.expr);
+        }
+        let Some(Binding::Field(field)) = plain_name(base).and_then(|name| self.scope.get(name)) else {
             return false;
         };
-        let binding = plain_name(bare(&index.expr)).and_then(|name| self.scope.get(name));
-        let Some(Binding::Field(field)) = binding else {
-            return false;
-        };
-        let length = self.fields.get(*field).and_then(|field| field.length);
-        let place = self
-            .integer(&index.index)
-            .and_then(|place| usize::try_from(place).ok());
-        place.zip(length).is_some_and(|(place, length)| place < length)
+        let shape = self.fields.get(*field).map_or(&[][..], |field| field.shape());
+        !places.is_empty()
+            && places.len() == shape.len()
+            && places.iter().zip(shape).all(|(place, length)| place < length)
     }
 
     /// The tokens of a closed expression.

@@ -4,6 +4,7 @@ use quote::ToTokens;
 use syn::Expr;
 
 use super::lowering::{Lowered, Lowering};
+use super::value::Valued;
 use crate::ast::{Constraints, Declaration, Directions, Side};
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
@@ -14,17 +15,45 @@ use crate::model::{Displacements, Form, Kind, Row};
 type Vectors = Vec<Vec<NodeId>>;
 
 impl Lowering<'_> {
-    /// The rows of a statement.
+    /// The rows of a statement: one for each that is written, or several of a vector.
     pub(super) fn constraints(
         &mut self,
         constraints: &Constraints,
         kind: Kind,
-    ) -> Result<Vec<Row>, Reported> {
-        self.each(&constraints.rows, |lowering, row| lowering.constraint(row, kind))
+    ) -> Result<Vec<Vec<Row>>, Reported> {
+        self.each(&constraints.rows, |lowering, row| {
+            lowering.origins.clear();
+            let value = lowering.any(row);
+            lowering.count_rows(row, &value, kind);
+            let value = value?;
+            if value.rank() > 1 {
+                let found = value.kind();
+                let message = format!("expected a number or a vector that is zero, found {found}");
+                return Err(lowering.errors.at(row, message));
+            }
+            let components = value.numbers().into_iter();
+            components
+                .map(|value| lowering.constraint(value, row, kind))
+                .collect()
+        })
     }
 
-    fn constraint(&mut self, row: &Expr, kind: Kind) -> Result<Row, Reported> {
-        let written = self.of_order(row, kind)?;
+    /// Counts the rows that one stands for.
+    fn count_rows(&mut self, row: &Expr, value: &Valued, kind: Kind) {
+        let count = match value {
+            Ok(value) => Some(value.numbers().len()),
+            // nothing here is a vector
+            Err(_) if self.groups.iter().all(|group| group.length.is_none()) && self.rank(row) == 0 => {
+                Some(1)
+            }
+            Err(_) => None,
+        };
+        let all = &mut self.rows[kind as usize];
+        *all = all.zip(count).map(|(all, count)| all + count);
+    }
+
+    fn constraint(&mut self, value: NodeId, row: &Expr, kind: Kind) -> Result<Row, Reported> {
+        let written = self.of_order(value, row, kind)?;
         let (value, order) = self.settled(written);
         let dropped_out = self.graph.order(written) >= Some(2) && order < Some(2);
         let message = match (kind, order) {
@@ -107,21 +136,23 @@ impl Lowering<'_> {
     }
 
     /// An expression without derivatives that its kind of constraint may not have.
-    fn of_order(&mut self, row: &Expr, kind: Kind) -> Lowered {
+    fn of_order(&mut self, value: NodeId, row: &Expr, kind: Kind) -> Lowered {
         match kind {
-            Kind::Holonomic => self.below(
+            Kind::Holonomic => self.is_below(
                 1,
+                value,
                 row,
                 "a velocity or an acceleration comes in here; expected a constraint of positions, g(q) = 0: \
                  with velocities it is written `nonholonomic = …;`, with accelerations `kinematic = …;`",
             ),
-            Kind::Nonholonomic => self.below(
+            Kind::Nonholonomic => self.is_below(
                 2,
+                value,
                 row,
                 "an acceleration comes in here; expected a constraint of positions and velocities, c(q, v) = 0: \
                  with accelerations it is written `kinematic = …;`",
             ),
-            Kind::Kinematic => self.expr(row),
+            Kind::Kinematic => Ok(value),
         }
     }
 

@@ -4,8 +4,10 @@ use proc_macro2::Ident;
 use syn::ItemStruct;
 
 use super::lowering::{Lowering, Maps};
+use super::statements::Observed;
 use super::{differentiated, multiples, unused};
 use crate::ast::{Branch, Constraints, Coordinates, Declaration, Directions, Map, Observe, Part, Scalar};
+use crate::check;
 use crate::errors::{Errors, Reported};
 use crate::graph::NodeId;
 use crate::input::Fields;
@@ -70,19 +72,17 @@ pub(crate) fn model(
         |lowering, rows| lowering.discrete_kinematic(rows, &maps),
     );
 
+    let counted = check::counts(declaration, lowering.rows, errors);
     let lagrangian = lagrangian?.ok_or_else(|| errors.missing("lagrangian = …;"));
-    checked?;
+    checked.and(counted)?;
     let lagrangian = lagrangian?;
     let (holonomic, nonholonomic) = (holonomic?.unwrap_or_default(), nonholonomic?.unwrap_or_default());
     let mut kinematic = kinematic?.unwrap_or_default();
-    for (row, factor) in kinematic.iter_mut().zip(branch?.unwrap_or_default()) {
-        row.divide = factor;
-    }
-    for (row, discrete) in kinematic.iter_mut().zip(discrete_kinematic?.unwrap_or_default()) {
-        row.discrete = Some(discrete);
-    }
+    divide(&mut kinematic, &branch?.unwrap_or_default());
+    replace(&mut kinematic, discrete_kinematic?.unwrap_or_default(), errors)?;
     third_order(declaration, &kinematic, errors)?;
-    let constraints = [holonomic, nonholonomic, kinematic].concat();
+    let written: Vec<usize> = kinematic.iter().map(Vec::len).collect();
+    let constraints = [holonomic, nonholonomic, kinematic].concat().concat();
     multiples::check(&constraints, &lowering.graph, errors)?;
     let (phi_lagrangian, phi_kinematic) = (maps.0?, maps.1?);
     // the paper sets φ_{D_V} := φ_{D_K}
@@ -96,9 +96,10 @@ pub(crate) fn model(
     let mut graph = lowering.graph;
     graph.set_numbers(parameters.iter().map(ParameterField::read));
     let observe = observe?.unwrap_or_default();
+    let docs = docs(declaration, item, &observe);
     let mut model = Model {
         warnings: Vec::new(),
-        docs: docs(declaration, item, &observe),
+        docs,
         core: declaration.core.given().cloned(),
         text: String::new(),
         item: item.clone(),
@@ -114,11 +115,14 @@ pub(crate) fn model(
         phi_lagrangian,
         phi_variational,
         phi_kinematic,
-        observe,
+        observe: observe
+            .into_iter()
+            .map(|observed| (observed.name, observed.value))
+            .collect(),
         differentiated: lowering.differentiated,
         graph,
     };
-    check_factors(declaration, &model, errors)?;
+    check_factors(declaration, &model, &written, errors)?;
     model.warnings = unused::warnings(declaration, &model);
     model.warnings.extend(differentiated::warnings(&model));
     Ok(model)
@@ -142,9 +146,38 @@ fn lets(lowering: &mut Lowering<'_>, declaration: &Declaration) {
     }
 }
 
+/// Gives each kinematic constraint its factor: a vector one for all of its rows.
+fn divide(kinematic: &mut [Vec<Row>], factors: &[Option<NodeId>]) {
+    for (rows, factor) in kinematic.iter_mut().zip(factors) {
+        for row in rows {
+            row.divide = *factor;
+        }
+    }
+}
+
+/// Puts discrete rows in the place of the kinematic ones.
+fn replace(kinematic: &mut [Vec<Row>], discrete: Vec<Vec<NodeId>>, errors: &Errors) -> Result<(), Reported> {
+    for (rows, discrete) in kinematic.iter_mut().zip(discrete) {
+        if let Some(row) = rows.first()
+            && rows.len() != discrete.len()
+        {
+            let message = format!(
+                "expected as many components as those of the discrete row in its place, {}, found {}",
+                discrete.len(),
+                rows.len()
+            );
+            return Err(errors.at(&row.tokens, message));
+        }
+        for (row, discrete) in rows.iter_mut().zip(discrete) {
+            row.discrete = Some(discrete);
+        }
+    }
+    Ok(())
+}
+
 /// Refuses beside constraints of third order what is for those of second order.
-fn third_order(declaration: &Declaration, kinematic: &[Row], errors: &Errors) -> Result<(), Reported> {
-    if kinematic.iter().all(|row| row.order < 3) {
+fn third_order(declaration: &Declaration, kinematic: &[Vec<Row>], errors: &Errors) -> Result<(), Reported> {
+    if kinematic.iter().flatten().all(|row| row.order < 3) {
         return Ok(());
     }
     if let Some(discrete) = declaration.discrete_kinematic.given() {
@@ -155,7 +188,7 @@ fn third_order(declaration: &Declaration, kinematic: &[Row], errors: &Errors) ->
         ));
     }
     if let Some(map) = declaration.phi_kinematic.given()
-        && kinematic.iter().all(|row| row.order == 3)
+        && kinematic.iter().flatten().all(|row| row.order == 3)
     {
         return Err(errors.at(
             &map.keyword,
@@ -169,9 +202,9 @@ fn third_order(declaration: &Declaration, kinematic: &[Row], errors: &Errors) ->
         .into_iter()
         .flat_map(|branch| &branch.factors);
     let mut wrong = Ok(());
-    for row in kinematic {
+    for rows in kinematic {
         if let Some(Ok(Some(factor))) = factors.next()
-            && row.order == 3
+            && rows.iter().any(|row| row.order == 3)
         {
             wrong = Err(errors.at(
                 &factor.value,
@@ -182,21 +215,28 @@ fn third_order(declaration: &Declaration, kinematic: &[Row], errors: &Errors) ->
     wrong
 }
 
-/// Refuses factors that do not divide their constraints.
-fn check_factors(declaration: &Declaration, model: &Model, errors: &Errors) -> Result<(), Reported> {
+/// Refuses factors that do not divide their constraints. `written` is how many rows each kinematic constraint stands for.
+fn check_factors(
+    declaration: &Declaration,
+    model: &Model,
+    written: &[usize],
+    errors: &Errors,
+) -> Result<(), Reported> {
     let Some(branch) = declaration.branch.given() else {
         return Ok(());
     };
-    let first = model.constraints.len() - model.count(Kind::Kinematic);
+    let mut first = model.constraints.len() - model.count(Kind::Kinematic);
     let mut wrong = Ok(());
-    for (place, factor) in branch.factors.iter().enumerate() {
+    for (factor, &count) in branch.factors.iter().zip(written) {
+        let mut rows = first..first + count;
+        first += count;
         if let Ok(Some(factor)) = factor
-            && mechanics::is_no_factor(model, first + place)
+            && let Some(place) = rows.find(|&place| mechanics::is_no_factor(model, place))
         {
             let mut message = "expected a factor of the kinematic constraint: where this is zero and the other equations hold, the \
                                constraint is not zero"
                 .to_owned();
-            if lacks_power(model, first + place) {
+            if lacks_power(model, place) {
                 message += "; external forces do work there: their power belongs into the constraint";
             }
             wrong = Err(errors.at(&factor.value, message));
@@ -216,7 +256,7 @@ fn lacks_power(model: &Model, place: usize) -> bool {
 }
 
 /// What the user says for people.
-fn docs(declaration: &Declaration, item: &ItemStruct, observe: &[(Ident, NodeId)]) -> Docs {
+fn docs(declaration: &Declaration, item: &ItemStruct, observe: &[Observed]) -> Docs {
     let groups = declaration.coordinates.given().into_iter();
     let groups = groups.flat_map(|coordinates| &coordinates.groups);
     let of_let = |name: &Ident| {
@@ -228,7 +268,7 @@ fn docs(declaration: &Declaration, item: &ItemStruct, observe: &[(Ident, NodeId)
         coordinates: groups
             .flat_map(|group| vec![group.doc.clone(); group.length.unwrap_or(1)])
             .collect(),
-        observe: observe.iter().map(|(name, _)| of_let(name)).collect(),
+        observe: observe.iter().map(|observed| of_let(&observed.of)).collect(),
     }
 }
 

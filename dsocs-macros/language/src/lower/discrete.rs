@@ -5,6 +5,7 @@ use quote::ToTokens;
 use syn::{Expr, ExprCall};
 
 use super::lowering::{Lowered, Lowering, Maps, Nodes};
+use super::value::Valued;
 use crate::ast::Constraints;
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
@@ -16,35 +17,38 @@ use crate::syntax::bare;
 impl Lowering<'_> {
     /// `L_d`, of two nodes.
     pub(super) fn discrete_lagrangian(&mut self, value: &Expr, maps: &Maps) -> Lowered {
-        self.of_nodes(value, 2, maps)
+        let discrete = self.of_nodes(value, 2, maps)?;
+        self.due(value, &discrete)
     }
 
-    /// The rows of `D_K`, of three nodes.
+    /// The rows of `D_K`, of three nodes: one for each that is written, or several of a vector.
     pub(super) fn discrete_kinematic(
         &mut self,
         constraints: &Constraints,
         maps: &Maps,
-    ) -> Result<Vec<NodeId>, Reported> {
+    ) -> Result<Vec<Vec<NodeId>>, Reported> {
         self.each(&constraints.rows, |lowering, row| {
-            let value = lowering.of_nodes(row, 3, maps)?;
-            let last = |leaf| matches!(leaf, Leaf::X2(_));
-            if lowering.graph.leaves(value).any(last) {
-                return Ok(value);
+            let values = lowering.of_nodes(row, 3, maps)?.numbers();
+            for &value in &values {
+                let last = |leaf| matches!(leaf, Leaf::X2(_));
+                if !lowering.graph.leaves(value).any(last) {
+                    return Err(lowering.errors.at(
+                        row,
+                        "expected the third node in a discrete constraint, such as `x[2]`: a step looks for it",
+                    ));
+                }
             }
-            Err(lowering.errors.at(
-                row,
-                "expected the third node in a discrete constraint, such as `x[2]`: a step looks for it",
-            ))
+            Ok(values)
         })
     }
 
-    fn of_nodes(&mut self, value: &Expr, count: usize, maps: &Maps) -> Lowered {
+    fn of_nodes(&mut self, value: &Expr, count: usize, maps: &Maps) -> Valued {
         self.origins.clear();
         self.discrete = Some(Nodes {
             count,
             maps: maps.clone(),
         });
-        let value = self.expr(value);
+        let value = self.any(value);
         self.discrete = None;
         value
     }
@@ -119,9 +123,9 @@ impl Lowering<'_> {
     }
 
     /// `leg(e, 0)`, the value of `e(q, v)` on the leg from node 0 to node 1, or `node(e)`, that of `e(q, v, a)` at the triple.
-    pub(super) fn placed(&mut self, name: &Ident, call: &ExprCall) -> Lowered {
+    pub(super) fn placed(&mut self, name: &Ident, call: &ExprCall) -> Valued {
         let Some(nodes) = self.discrete.clone() else {
-            return self.unknown(name);
+            return Err(self.unknown(name));
         };
         let on_leg = name == "leg";
         let example = if on_leg { "leg(e, 0)" } else { "node(e)" };
@@ -148,49 +152,57 @@ impl Lowering<'_> {
             ));
         }
         self.discrete = None;
-        let value = if on_leg {
-            self.below(
-                2,
-                value,
-                "an acceleration comes in here; expected an expression of positions and velocities, \
-                 which a leg gives; `node(e)` knows accelerations",
-            )
-        } else {
-            let written = &value;
+        self.origins.clear();
+        let written = self.any(value);
+        let checked = written.and_then(|written| {
             let expected =
                 "what a triple of nodes knows, an expression of positions, velocities and accelerations";
-            self.expr(value)
-                .and_then(|value| self.without_jerk(value, written, expected))
-        };
+            written.map(|number| {
+                if on_leg {
+                    self.is_below(2, number, value, ON_LEG)
+                } else {
+                    self.without_jerk(number, value, expected)
+                }
+            })
+        });
         self.discrete = Some(nodes.clone());
-        let value = value?;
+        let value = checked?;
         if on_leg {
             let points = nodes.maps.0?;
-            let weight = 1.0 / points.len() as f64;
-            let terms: Vec<_> = points
-                .iter()
-                .map(|PairPoint { t, q, v }| {
-                    let point = point(*t, &[q.as_slice(), v.as_slice()]);
-                    (self.graph.substitute(value, &point), weight)
-                })
-                .collect();
-            let value = self.graph.linear(0.0, &terms);
-            if leg == 0 {
-                return Ok(value);
-            }
-            let [t1, t2] = [Leaf::T1, Leaf::T2].map(|leaf| self.graph.leaf(leaf));
-            let mut later = HashMap::from_iter([(Leaf::T0, t1), (Leaf::T1, t2)]);
-            for i in 0..self.coordinates.len() {
-                later.insert(Leaf::X0(i), self.graph.leaf(Leaf::X1(i)));
-                later.insert(Leaf::X1(i), self.graph.leaf(Leaf::X2(i)));
-            }
-            return Ok(self.graph.substitute(value, &later));
+            return value.map(|number| Ok(self.on_leg(number, &points, leg > 0)));
         }
         let TriplePoint { t, q, v, a } = nodes.maps.1?.unwrap_or_else(|| self.paper_triple());
         let point = point(t, &[q.as_slice(), v.as_slice(), a.as_slice()]);
-        Ok(self.graph.substitute(value, &point))
+        value.map(|number| Ok(self.graph.substitute(number, &point)))
+    }
+
+    /// The value of an expression on a leg: the first one, or the later one.
+    fn on_leg(&mut self, value: NodeId, points: &[PairPoint], is_later: bool) -> NodeId {
+        let weight = 1.0 / points.len() as f64;
+        let terms: Vec<_> = points
+            .iter()
+            .map(|PairPoint { t, q, v }| {
+                let point = point(*t, &[q.as_slice(), v.as_slice()]);
+                (self.graph.substitute(value, &point), weight)
+            })
+            .collect();
+        let value = self.graph.linear(0.0, &terms);
+        if !is_later {
+            return value;
+        }
+        let [t1, t2] = [Leaf::T1, Leaf::T2].map(|leaf| self.graph.leaf(leaf));
+        let mut later = HashMap::from_iter([(Leaf::T0, t1), (Leaf::T1, t2)]);
+        for i in 0..self.coordinates.len() {
+            later.insert(Leaf::X0(i), self.graph.leaf(Leaf::X1(i)));
+            later.insert(Leaf::X1(i), self.graph.leaf(Leaf::X2(i)));
+        }
+        self.graph.substitute(value, &later)
     }
 }
+
+/// What is said of an acceleration on a leg.
+const ON_LEG: &str = "an acceleration comes in here; expected an expression of positions and velocities, which a leg gives; `node(e)` knows \
+                      accelerations";
 
 /// What stands in the place of time, position, velocity and, if it is given, acceleration.
 fn point(t: NodeId, vectors: &[&[NodeId]]) -> HashMap<Leaf, NodeId> {

@@ -60,6 +60,31 @@ const WORDS: [(&str, &str); 18] = [
 /// Those of [`METHODS`] that are as likely to be a function of the user's own.
 const OWN: [&str; 3] = ["square", "squared", "cubed"];
 
+/// What methods of vectors are called elsewhere, and the method that each is here.
+const OF_VECTORS: [(&str, &str); 15] = [
+    ("abs", "norm()"),
+    ("length", "norm()"),
+    ("len", "norm()"),
+    ("mag", "norm()"),
+    ("magnitude", "norm()"),
+    ("norm2", "norm_squared()"),
+    ("squared_norm", "norm_squared()"),
+    ("norm_sqr", "norm_squared()"),
+    ("length_squared", "norm_squared()"),
+    ("powi", "norm_squared()"),
+    ("square", "norm_squared()"),
+    ("dot", "inner(b)"),
+    ("dotproduct", "inner(b)"),
+    ("wedge", "cross(b)"),
+    ("transposed", "transpose()"),
+];
+
+/// The method of vectors that is meant by another name of it.
+pub(super) fn of_vector(name: &str) -> Option<&'static str> {
+    let known = OF_VECTORS.iter().find(|(known, _)| *known == name);
+    known.map(|(_, meant)| *meant)
+}
+
 /// What the time derivative is called elsewhere.
 const DERIVATIVES: [&str; 6] = ["diff", "Diff", "der", "deriv", "derivative", "Derivative"];
 

@@ -1,24 +1,33 @@
 //! The meaning of an expression: a node of the graph.
 
 use proc_macro2::Ident;
-use quote::{ToTokens, quote};
-use syn::{BinOp, Block, Expr, ExprField, ExprIf, ExprLit, ExprPath, Lit, Member, Stmt, UnOp};
+use quote::ToTokens;
+use syn::{BinOp, Block, Expr, ExprField, ExprLit, ExprPath, Lit, Member, Stmt, UnOp};
 
 use super::closed::{free, is_of_circle};
 use super::lowering::{Lowered, Lowering};
+use super::value::{Value, Valued};
 use super::wrong::{is_zero, not_a_number};
 use crate::errors::Reported;
-use crate::graph::{Comparison, Leaf, NodeId};
+use crate::graph::Leaf;
+use crate::input::Field;
 use crate::names::Binding;
 use crate::nearest::nearest;
 use crate::parse::plain_let;
 use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {
-    /// The value of an expression (in a map: its component [`Lowering::component`]).
+    /// The number that an expression is (in a map: its component [`Lowering::component`]).
     pub(crate) fn expr(&mut self, expr: &Expr) -> Lowered {
+        let value = self.any(expr)?;
+        self.due(expr, &value)
+    }
+
+    /// The value of an expression: a number, a vector or a matrix.
+    pub(super) fn any(&mut self, expr: &Expr) -> Valued {
         let value = self.value(expr)?;
-        match self.graph.not_finite(value) {
+        let mut numbers = value.numbers().into_iter();
+        match numbers.find_map(|number| self.graph.not_finite(number)) {
             None => Ok(value),
             Some(number) if number.is_nan() => Err(self.errors.at(
                 expr,
@@ -32,32 +41,46 @@ impl Lowering<'_> {
     }
 
     /// The same before it is known to be finite.
-    fn value(&mut self, expr: &Expr) -> Lowered {
-        match expr {
-            Expr::Paren(inner) => self.expr(&inner.expr),
-            Expr::Group(inner) => self.expr(&inner.expr),
+    fn value(&mut self, expr: &Expr) -> Valued {
+        let number = match expr {
+            Expr::Paren(inner) => return self.any(&inner.expr),
+            Expr::Group(inner) => return self.any(&inner.expr),
             Expr::Lit(literal) => self.literal(literal),
-            Expr::Path(path) => self.path(path),
+            Expr::Path(path) => return self.path(path),
             Expr::Unary(unary) => match unary.op {
                 UnOp::Neg(_) => {
-                    let value = self.expr(&unary.expr)?;
-                    Ok(self.graph.neg(value))
+                    let value = self.any(&unary.expr)?;
+                    return value.map(|number| Ok(self.graph.neg(number)));
                 }
                 UnOp::Deref(_) if self.is_closed(expr) => self.param(expr),
                 _ => Err(self
                     .errors
                     .at(unary, "expected a number; the only sign before one is `-`")),
             },
-            Expr::Binary(binary) => self.binary(&binary.left, &binary.op, &binary.right),
-            Expr::Block(block) if block.label.is_none() => self.block(&block.block, Self::expr),
-            Expr::If(choice) => self.choice(choice),
-            Expr::Call(call) => self.call(call, expr),
-            Expr::MethodCall(call) => self.method_call(call, expr),
+            Expr::Binary(binary) => return self.binary(&binary.left, &binary.op, &binary.right),
+            Expr::Block(block) if block.label.is_none() => return self.block(&block.block, Self::any),
+            Expr::If(choice) => return self.choice(choice),
+            Expr::Call(call) => return self.call(call, expr),
+            Expr::MethodCall(call) => return self.method_call(call, expr),
             Expr::Field(field) => self.field(field, expr),
-            Expr::Index(index) => self.index(index, expr),
+            Expr::Index(index) => return self.index(index, expr),
+            Expr::Array(array) if self.component.is_none() => {
+                let elements: Vec<_> = array.elems.iter().map(|element| self.any(element)).collect();
+                let elements = elements.into_iter().collect::<Result<_, _>>()?;
+                return self.listed(expr, elements);
+            }
+            Expr::Repeat(repeat) if self.component.is_none() => {
+                let (element, count) = (self.any(&repeat.expr), self.known_integer(&repeat.len));
+                let (element, count) = (element?, count?);
+                let Some(count) = usize::try_from(count).ok().filter(|&count| count <= LONGEST) else {
+                    let message = format!("expected a length of at most {LONGEST}");
+                    return Err(self.errors.at(&repeat.len, message));
+                };
+                return self.listed(expr, vec![element; count]);
+            }
             Expr::Cast(cast) => {
                 if self.is_closed(expr) {
-                    return self.param(expr);
+                    return self.param(expr).map(Value::Number);
                 }
                 Err(self.errors.at(
                     cast,
@@ -66,7 +89,8 @@ impl Lowering<'_> {
             }
             Expr::Assign(assign) => Err(self.equation(assign.eq_token, &assign.right)),
             other => Err(self.errors.at(other, not_a_number(other, self.errors))),
-        }
+        };
+        number.map(Value::Number)
     }
 
     /// An expression of the parameters alone, as it stands.
@@ -114,10 +138,12 @@ impl Lowering<'_> {
         )
     }
 
-    fn path(&mut self, path: &ExprPath) -> Lowered {
+    fn path(&mut self, path: &ExprPath) -> Valued {
         let name = match path.path.get_ident() {
             Some(name) if path.qself.is_none() => name,
-            _ if self.fields.have_compiler() => return Ok(self.graph.param(path.to_token_stream())),
+            _ if self.fields.have_compiler() => {
+                return Ok(Value::Number(self.graph.param(path.to_token_stream())));
+            }
             _ => match path.path.segments.last() {
                 // `std::f64::consts::PI`, as in Rust
                 Some(last) if is_of_circle(&last.ident) && path.qself.is_none() => &last.ident,
@@ -127,17 +153,23 @@ impl Lowering<'_> {
         let node = match self.scope.get(name) {
             Some(Binding::Field(index)) => {
                 let Some(field) = self.fields.get(*index) else {
-                    return self.unknown(name);
+                    return Err(self.unknown(name));
                 };
+                if self.component.is_none() && !field.shape().is_empty() {
+                    return self.parameters(name, field.shape());
+                }
                 if self.is_table_at(*index) {
                     return Err(self.whole_table(name));
                 }
                 let tokens = field.number(name, self.errors)?;
-                return Ok(self.graph.param(tokens));
+                self.graph.param(tokens)
             }
             Some(&Binding::Index(value)) => self.graph.constant(value as f64),
             Some(Binding::Array(_)) if self.component.is_some() => return Err(self.motion_in_map(path, path)),
-            Some(&Binding::Array(group)) => return Err(self.whole_array(path, path, group)),
+            Some(&Binding::Array(group)) if self.discrete.is_some() => {
+                return Err(self.whole_array(path, path, group));
+            }
+            Some(&Binding::Array(group)) => return Ok(self.coordinates_of(group)),
             Some(Binding::Function(_)) => {
                 return Err(self.errors.at(
                     name,
@@ -150,9 +182,11 @@ impl Lowering<'_> {
             Some(Binding::Coordinate(_)) if self.discrete.is_some() => {
                 return Err(self.motion_among_nodes(name, true));
             }
-            Some(Binding::Let(Ok(node)))
+            Some(Binding::Let(Ok(value)))
                 if self.discrete.is_some()
-                    && (self.graph.order(*node).is_some() || self.graph.depends_on(*node, Leaf::T)) =>
+                    && (value.numbers().into_iter()).any(|node| {
+                        self.graph.order(node).is_some() || self.graph.depends_on(node, Leaf::T)
+                    }) =>
             {
                 return Err(self.motion_among_nodes(name, false));
             }
@@ -166,22 +200,24 @@ impl Lowering<'_> {
                 ));
             }
             Some(&Binding::Coordinate(index)) => self.graph.leaf(Leaf::Q(index)),
-            Some(Binding::Let(Ok(node))) => {
-                let node = *node;
-                self.remember(path, node);
-                node
+            Some(Binding::Let(Ok(value))) => {
+                let value = value.clone();
+                for node in value.numbers() {
+                    self.remember(path, node);
+                }
+                return Ok(value);
             }
-            Some(Binding::Vector(Ok(nodes))) => match nodes.get(self.component.unwrap_or(0)) {
+            Some(Binding::OfMap(Ok(nodes))) => match nodes.get(self.component.unwrap_or(0)) {
                 Some(&node) => node,
-                None => return self.unknown(name),
+                None => return Err(self.unknown(name)),
             },
-            Some(Binding::Let(Err(reported)) | Binding::Vector(Err(reported))) => return Err(*reported),
+            Some(Binding::Let(Err(reported)) | Binding::OfMap(Err(reported))) => return Err(*reported),
             Some(&Binding::Node(node)) => {
                 let leaf = node_leaf(node, self.component.unwrap_or(0));
                 self.graph.leaf(leaf)
             }
             Some(&Binding::NodeTime(node)) => self.graph.leaf(node_time(node)),
-            None if name == "t" => return self.time(name),
+            None if name == "t" => self.time(name)?,
             None if name == "h" && (self.component.is_some() || self.discrete.is_some()) => {
                 self.graph.leaf(Leaf::H)
             }
@@ -192,7 +228,32 @@ impl Lowering<'_> {
                 self.graph.param(free(name, self.fields.have_compiler()))
             }
         };
-        Ok(node)
+        Ok(Value::Number(node))
+    }
+
+    /// A vector or a matrix of parameters.
+    fn parameters(&mut self, name: &Ident, shape: &[usize]) -> Valued {
+        let mut element = |indices: &[usize]| self.graph.param(Field::element(name, indices));
+        match *shape {
+            [length] if length > 0 => Ok(Value::Vector((0..length).map(|i| element(&[i])).collect())),
+            [rows, columns] if rows * columns > 0 => {
+                let row = |i| (0..columns).map(|j| element(&[i, j])).collect();
+                Ok(Value::Matrix((0..rows).map(row).collect()))
+            }
+            _ => Err(self
+                .errors
+                .at(name, "expected at least one element in this array")),
+        }
+    }
+
+    /// A whole array of coordinates.
+    fn coordinates_of(&mut self, group: usize) -> Value {
+        let (first, length) = self
+            .groups
+            .get(group)
+            .map_or((0, 0), |group| (group.first, group.length.unwrap_or(1)));
+        let places = first..first + length;
+        Value::Vector(places.map(|place| self.graph.leaf(Leaf::Q(place))).collect())
     }
 
     /// Time.
@@ -210,23 +271,22 @@ impl Lowering<'_> {
         Ok(self.graph.leaf(Leaf::T))
     }
 
-    pub(super) fn unknown(&self, name: &Ident) -> Lowered {
-        Err(self.errors.at(name, format!("no name `{name}` is known here")))
+    pub(super) fn unknown(&self, name: &Ident) -> Reported {
+        self.errors.at(name, format!("no name `{name}` is known here"))
     }
 
-    fn binary(&mut self, left: &Expr, op: &BinOp, right: &Expr) -> Lowered {
+    fn binary(&mut self, left: &Expr, op: &BinOp, right: &Expr) -> Valued {
         if let BinOp::Mul(star) = op
             && let Some(reported) = self.power(star, right)
         {
-            return self.expr(left).and(Err(reported));
+            return self.any(left).and(Err(reported));
         }
         let right_side = right;
-        let (left, right) = (self.expr(left), self.expr(right));
+        let (left, right) = (self.any(left), self.any(right));
         let message = match op {
-            BinOp::Add(_) => return Ok(self.graph.add(left?, right?)),
-            BinOp::Sub(_) => return Ok(self.graph.sub(left?, right?)),
-            BinOp::Mul(_) => return Ok(self.graph.mul(left?, right?)),
-            BinOp::Div(_) => return Ok(self.graph.div(left?, right?)),
+            BinOp::Add(_) | BinOp::Sub(_) => return self.added(op, &left?, &right?),
+            BinOp::Mul(_) => return self.multiplied(op, &left?, &right?),
+            BinOp::Div(_) => return self.divided(op, &left?, &right?),
             BinOp::Eq(equals) if is_zero(right_side) => return Err(self.equation(equals, right_side)),
             BinOp::BitXor(_) if !self.fields.have_compiler() => {
                 "`^` is no power here; expected `.powi(2)` or `.powf(a)`"
@@ -277,72 +337,6 @@ impl Lowering<'_> {
         wrong.map_or(value, Err)
     }
 
-    fn choice(&mut self, choice: &ExprIf) -> Lowered {
-        // the branch that is not taken need not have a meaning: `if i > 0 { theta[i - 1] } else { 0 }`
-        match (self.decided(&choice.cond), &choice.else_branch) {
-            (Some(true), Some(_)) => return self.block(&choice.then_branch, Self::expr),
-            (Some(false), Some((_, otherwise))) => return self.expr(otherwise),
-            _ => {}
-        }
-        let then = self.block(&choice.then_branch, Self::expr);
-        let otherwise = match &choice.else_branch {
-            Some((_, otherwise)) => self.expr(otherwise),
-            None => Err(self.errors.at(
-                choice.if_token,
-                "expected `else`: the expression needs a value in both cases",
-            )),
-        };
-        match (then, otherwise) {
-            (Ok(then), Ok(otherwise)) => self.select(&choice.cond, then, otherwise),
-            (Err(reported), _) | (_, Err(reported)) => Err(reported),
-        }
-    }
-
-    /// `if condition { then } else { otherwise }`
-    fn select(&mut self, condition: &Expr, then: NodeId, otherwise: NodeId) -> Lowered {
-        match bare(condition) {
-            Expr::Binary(binary) => {
-                let (op, swapped) = match binary.op {
-                    BinOp::Lt(_) => (Comparison::Lt, false),
-                    BinOp::Le(_) => (Comparison::Le, false),
-                    BinOp::Gt(_) => (Comparison::Lt, true),
-                    BinOp::Ge(_) => (Comparison::Le, true),
-                    BinOp::And(_) => {
-                        let inner = self.select(&binary.right, then, otherwise)?;
-                        return self.select(&binary.left, inner, otherwise);
-                    }
-                    BinOp::Or(_) => {
-                        let inner = self.select(&binary.right, then, otherwise)?;
-                        return self.select(&binary.left, then, inner);
-                    }
-                    _ => return self.flag(condition, then, otherwise),
-                };
-                let (left, right) = (self.expr(&binary.left), self.expr(&binary.right));
-                let (left, right) = if swapped { (right?, left?) } else { (left?, right?) };
-                Ok(self.graph.select(op, left, right, then, otherwise))
-            }
-            Expr::Unary(unary) if matches!(unary.op, UnOp::Not(_)) => {
-                self.select(&unary.expr, otherwise, then)
-            }
-            other => self.flag(other, then, otherwise),
-        }
-    }
-
-    /// A condition that the graph cannot see into, such as a field of type `bool`.
-    fn flag(&mut self, condition: &Expr, then: NodeId, otherwise: NodeId) -> Lowered {
-        let is_opaque = !matches!(condition, Expr::Let(_) | Expr::Lit(_)) && self.is_closed(condition);
-        if !is_opaque {
-            return Err(self.errors.at(
-                condition,
-                "expected a comparison of numbers by `<`, `<=`, `>` or `>=`",
-            ));
-        }
-        let condition = self.closed(condition)?;
-        let flag = self.graph.param(quote!(::core::primitive::f64::from(#condition)));
-        let zero = self.graph.constant(0.0);
-        Ok(self.graph.select(Comparison::Lt, zero, flag, then, otherwise))
-    }
-
     fn field(&mut self, field: &ExprField, whole: &Expr) -> Lowered {
         if let (Some(module), Member::Named(name)) = (self.module(&field.base), &field.member) {
             return Err(self.constant_of_module(module, name));
@@ -357,11 +351,11 @@ impl Lowering<'_> {
             }
             return self.param(whole);
         }
-        if self.is_vector(&field.base) {
+        if self.is_of_map(&field.base) {
             let component = self.coordinate(field)?;
             return self.component_of(&field.base, component);
         }
-        let value = self.expr(&field.base);
+        let value = self.any(&field.base);
         value.and_then(|_| {
             if let Member::Named(name) = &field.member
                 && self.component.is_none()
@@ -381,11 +375,11 @@ impl Lowering<'_> {
         })
     }
 
-    /// Whether an expression is the name of a vector of a map.
-    pub(super) fn is_vector(&self, expr: &Expr) -> bool {
+    /// Whether an expression is the name of a node, or of a `let` in a map.
+    pub(super) fn is_of_map(&self, expr: &Expr) -> bool {
         plain_name(bare(expr))
             .and_then(|name| self.scope.get(name))
-            .is_some_and(|binding| matches!(binding, Binding::Node(_) | Binding::Vector(_)))
+            .is_some_and(|binding| matches!(binding, Binding::Node(_) | Binding::OfMap(_)))
     }
 
     /// One component of a vector of a map.
@@ -436,6 +430,9 @@ impl Lowering<'_> {
         }
     }
 }
+
+/// The most components of a vector that is written `[a; n]`.
+const LONGEST: usize = 1000;
 
 /// The time of a node of the path.
 fn node_time(node: usize) -> Leaf {

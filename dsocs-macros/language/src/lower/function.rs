@@ -7,9 +7,11 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{Expr, ExprCall, ExprClosure, ExprRange, Pat, RangeLimits, ReturnType};
 
-use super::lowering::{Lowered, Lowering};
+use super::lowering::Lowering;
+use super::value::{Value, Valued};
 use crate::ast::Entry;
 use crate::errors::Reported;
+use crate::graph::NodeId;
 use crate::names::{Binding, Function};
 use crate::syntax::bare;
 
@@ -27,13 +29,13 @@ impl Lowering<'_> {
                 }),
                 Err(reported) => Binding::Let(Err(reported)),
             },
-            _ if self.component.is_some() => Binding::Vector(self.vector(value)),
-            _ => Binding::Let(self.expr(value)),
+            _ if self.component.is_some() => Binding::OfMap(self.vector(value)),
+            _ => Binding::Let(self.any(value)),
         }
     }
 
     /// `sum(0..8, |i| …)` or `product(0..8, |i| …)`
-    pub(super) fn fold(&mut self, name: &Ident, call: &ExprCall) -> Lowered {
+    pub(super) fn fold(&mut self, name: &Ident, call: &ExprCall) -> Valued {
         let arguments: Vec<_> = call.args.iter().map(bare).collect();
         let (range, closure) = match arguments.as_slice() {
             [range, Expr::Closure(closure)] if closure.inputs.len() == 1 => (*range, closure),
@@ -53,28 +55,50 @@ impl Lowering<'_> {
         for index in range? {
             terms.push(self.at(closure, index)?);
         }
-        Ok(if name == "sum" {
-            self.graph.sum(&terms)
-        } else {
-            let factors: Vec<_> = terms.into_iter().map(|factor| (factor, 1)).collect();
-            self.graph.product(&factors)
+        self.folded(name, &closure.body, &terms)
+    }
+
+    /// The sum or the product of some terms; of vectors there are sums alone.
+    fn folded(&mut self, name: &Ident, body: &Expr, terms: &[Value]) -> Valued {
+        if name == "product" {
+            let factors = terms.iter().map(|factor| Ok((self.due(body, factor)?, 1)));
+            let factors: Vec<_> = factors.collect::<Result<_, _>>()?;
+            return Ok(Value::Number(self.graph.product(&factors)));
+        }
+        let Some(first) = terms.first() else {
+            return Ok(Value::Number(self.graph.sum(&[])));
+        };
+        if let Some(other) = terms.iter().find(|term| term.kind() != first.kind()) {
+            let message = format!(
+                "expected the same for every index, found {} and {}",
+                first.kind(),
+                other.kind()
+            );
+            return Err(self.errors.at(body, message));
+        }
+        let terms: Vec<Vec<NodeId>> = terms.iter().map(Value::numbers).collect();
+        let mut place = 0;
+        first.map(|_| {
+            let column: Vec<NodeId> = terms.iter().map(|term| term[place]).collect();
+            place += 1;
+            Ok(self.graph.sum(&column))
         })
     }
 
     /// The body of `|i| …` at one index.
-    pub(super) fn at(&mut self, closure: &ExprClosure, index: i64) -> Lowered {
+    pub(super) fn at(&mut self, closure: &ExprClosure, index: i64) -> Valued {
         self.count(closure)?;
         let outer = self.scope.len();
         if let Some(name) = closure.inputs.first().and_then(plain_parameter) {
             self.scope.push(name, Binding::Index(index));
         }
-        let value = self.expr(&closure.body);
+        let value = self.any(&closure.body);
         self.scope.truncate(outer);
         value
     }
 
     /// `f(2, x)` of a `let f = |i, a| …;`
-    pub(super) fn apply(&mut self, name: &Ident, function: &Function, call: &ExprCall) -> Lowered {
+    pub(super) fn apply(&mut self, name: &Ident, function: &Function, call: &ExprCall) -> Valued {
         if self.component.is_some() && !function.of_nodes {
             return Err(self.errors.at(
                 name,
@@ -98,10 +122,10 @@ impl Lowering<'_> {
         for argument in &call.args {
             let binding = match self.integer(argument) {
                 Some(value) => Binding::Index(value),
-                None if self.component.is_some() => Binding::Vector(self.vector(argument)),
-                None => Binding::Let(self.expr(argument)),
+                None if self.component.is_some() => Binding::OfMap(self.vector(argument)),
+                None => Binding::Let(self.any(argument)),
             };
-            if let Binding::Let(Err(reported)) | Binding::Vector(Err(reported)) = binding {
+            if let Binding::Let(Err(reported)) | Binding::OfMap(Err(reported)) = binding {
                 return Err(reported);
             }
             arguments.push(binding);
@@ -113,7 +137,7 @@ impl Lowering<'_> {
         for (name, argument) in names.zip(arguments) {
             self.scope.push(name, argument);
         }
-        let value = self.expr(&closure.body);
+        let value = self.any(&closure.body);
         self.scope.restore(place, inner);
         value
     }

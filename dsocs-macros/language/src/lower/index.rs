@@ -5,7 +5,8 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{BinOp, Expr, ExprIndex, Lit, Member, UnOp};
 
-use super::lowering::{Lowered, Lowering};
+use super::lowering::Lowering;
+use super::value::{Value, Valued};
 use crate::errors::Reported;
 use crate::graph::Leaf;
 use crate::names::Binding;
@@ -23,7 +24,7 @@ impl Lowering<'_> {
             },
             Expr::Path(_) => match self.scope.get(plain_name(bare(expr))?)? {
                 Binding::Index(value) => Some(*value),
-                Binding::Let(Ok(node)) => self.graph.as_constant(*node).and_then(whole),
+                Binding::Let(Ok(Value::Number(node))) => self.graph.as_constant(*node).and_then(whole),
                 _ => None,
             },
             Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => {
@@ -71,17 +72,17 @@ impl Lowering<'_> {
     }
 
     /// `theta[2]`, `masses[i + 1]`, in a map `q0.theta[2]`.
-    pub(super) fn index(&mut self, index: &ExprIndex, whole: &Expr) -> Lowered {
+    pub(super) fn index(&mut self, index: &ExprIndex, whole: &Expr) -> Valued {
         let base = bare(&index.expr);
         if self.discrete.is_some()
             && let Some(coordinate) = self.coordinate_of_node(base)
         {
             let leaf = self.at_node(coordinate?, &index.index)?;
-            return Ok(self.graph.leaf(leaf));
+            return Ok(Value::Number(self.graph.leaf(leaf)));
         }
         if self.discrete.is_some() && plain_name(base).is_some_and(|name| name == "t") {
             let leaf = self.time_of_node(&index.index)?;
-            return Ok(self.graph.leaf(leaf));
+            return Ok(Value::Number(self.graph.leaf(leaf)));
         }
         if plain_name(base).is_some_and(|name| name == "t") {
             return Err(self.errors.at(
@@ -102,10 +103,10 @@ impl Lowering<'_> {
             if self.discrete.is_some() {
                 return Err(self.motion_among_nodes(whole, true));
             }
-            return Ok(self.graph.leaf(Leaf::Q(coordinate)));
+            return Ok(Value::Number(self.graph.leaf(Leaf::Q(coordinate))));
         }
         if let Expr::Field(field) = base
-            && self.is_vector(&field.base)
+            && self.is_of_map(&field.base)
         {
             let array = match &field.member {
                 Member::Named(name) => self.array(name),
@@ -113,13 +114,27 @@ impl Lowering<'_> {
             };
             if let Some(group) = array {
                 let component = self.element(group, &index.index)?;
-                return self.component_of(&field.base, component);
+                return self.component_of(&field.base, component).map(Value::Number);
             }
         }
         self.check_base(base)?;
         self.check_parameter(base, &index.index)?;
-        if self.is_closed(whole) {
-            return self.param(whole);
+        let rank = if self.component.is_none() {
+            self.rank(base)
+        } else {
+            0
+        };
+        let is_known = self.integer(&index.index).is_some();
+        if self.is_closed(whole) && (rank == 0 || !is_known || self.is_element(whole)) {
+            return self.param(whole).map(Value::Number);
+        }
+        if self.component.is_none() && (is_known && rank > 0 || !self.is_closed(base)) {
+            let value = self.any(base)?;
+            if value.rank() > 0 {
+                return self.component(&value, base, &index.index);
+            }
+            let message = "expected a vector before the index, found a number";
+            return Err(self.errors.at(&index.expr, message));
         }
         Err(self.errors.at(
             index,
@@ -159,7 +174,7 @@ impl Lowering<'_> {
         let value = self.known_integer(index)?;
         match usize::try_from(value) {
             Ok(place) if place < length => Ok(group.first + place),
-            _ => Err(self.outside(index, value, &group.name, length)),
+            _ => Err(self.outside(index, value, &format!("`{}`", group.name), length)),
         }
     }
 
@@ -174,11 +189,11 @@ impl Lowering<'_> {
         })
     }
 
-    fn outside(&self, index: &Expr, value: i64, array: &Ident, length: usize) -> Reported {
+    pub(super) fn outside(&self, index: &Expr, value: i64, array: &str, length: usize) -> Reported {
         self.errors.at(
             index,
             format!(
-                "this index is {value}, but `{array}` has the length {length}; expected an index from 0 to {}",
+                "this index is {value}, but {array} has the length {length}; expected an index from 0 to {}",
                 length.saturating_sub(1)
             ),
         )
@@ -191,17 +206,19 @@ impl Lowering<'_> {
             return Ok(());
         };
         let expected = match binding {
+            Binding::Let(Ok(Value::Vector(_) | Value::Matrix(_)) | Err(_))
+            | Binding::Array(_)
+            | Binding::Field(_) => return Ok(()),
             Binding::Coordinate(_) | Binding::Let(_) | Binding::Index(_) | Binding::NodeTime(_) => {
                 "it stands without an index".to_owned()
             }
             Binding::Function(_) => format!("expected parentheses, `{name}(…)`"),
-            Binding::Node(_) | Binding::Vector(_) => {
+            Binding::Node(_) | Binding::OfMap(_) => {
                 format!(
                     "expected a component by the name of its coordinate, such as `{name}.{}`",
                     self.example()
                 )
             }
-            Binding::Array(_) | Binding::Field(_) => return Ok(()),
         };
         Err(self
             .errors
@@ -229,7 +246,7 @@ impl Lowering<'_> {
         };
         match (self.integer(index), length) {
             (Some(value), Some(length)) if usize::try_from(value).map_or(true, |place| place >= length) => {
-                Err(self.outside(index, value, name, length))
+                Err(self.outside(index, value, &format!("`{name}`"), length))
             }
             _ => Ok(()),
         }

@@ -42,6 +42,8 @@ pub(crate) struct Lowering<'d> {
     pub(super) functions: Vec<String>,
     /// How many terms of sums and calls of functions have been written out.
     pub(super) expanded: usize,
+    /// How many rows there are of each kind of constraint, a vector as several; `None` where that is not known.
+    pub(super) rows: [Option<usize>; 3],
     /// What is differentiated along the motion.
     pub(super) differentiated: Vec<NodeId>,
     /// The derivatives in the expression being lowered, inner ones first.
@@ -95,6 +97,7 @@ impl<'d> Lowering<'d> {
                 .map(|binding| binding.name.to_string())
                 .collect(),
             expanded: 0,
+            rows: [Some(0); 3],
             differentiated: Vec::new(),
             origins: Vec::new(),
         };
@@ -119,6 +122,11 @@ impl Lowering<'_> {
     pub(super) fn below(&mut self, limit: usize, expr: &Expr, message: &str) -> Lowered {
         self.origins.clear();
         let value = self.expr(expr)?;
+        self.is_below(limit, value, expr, message)
+    }
+
+    /// The same of a value that is known, of which a vector is a component.
+    pub(super) fn is_below(&mut self, limit: usize, value: NodeId, expr: &Expr, message: &str) -> Lowered {
         if self.graph.order(value).is_none_or(|order| order < limit) {
             return Ok(value);
         }

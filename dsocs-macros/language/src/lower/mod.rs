@@ -2,6 +2,7 @@
 
 mod builtin;
 mod call;
+mod choice;
 mod closed;
 mod constraints;
 mod declaration;
@@ -18,9 +19,12 @@ mod multiples;
 mod shape;
 mod statements;
 mod unused;
+mod value;
+mod vectors;
 mod wrong;
 
 pub(crate) use builtin::Builtin;
 pub(crate) use closed::circle;
 pub(crate) use declaration::model;
 pub(crate) use lowering::Lowering;
+pub(crate) use value::Value;

@@ -1,9 +1,9 @@
 //! Vectors whose components stand in the shape of the coordinates: `(u, v, [a, b, c])` for `(x, y, theta: [3])`.
 
-use quote::ToTokens;
 use syn::{Expr, ExprClosure};
 
 use super::lowering::Lowering;
+use super::value::Value;
 use crate::ast::Group;
 use crate::errors::Reported;
 use crate::graph::NodeId;
@@ -15,6 +15,8 @@ enum Entry<'e> {
     Value(&'e Expr),
     /// `|i| …` at an index.
     At(&'e ExprClosure, i64),
+    /// A component of a vector that stands for several.
+    Known(NodeId),
 }
 
 impl Lowering<'_> {
@@ -27,7 +29,11 @@ impl Lowering<'_> {
             }
             match entry {
                 Entry::Value(value) => self.expr(value),
-                Entry::At(closure, index) => self.at(closure, index),
+                Entry::At(closure, index) => {
+                    let value = self.at(closure, index)?;
+                    self.due(&closure.body, &value)
+                }
+                Entry::Known(component) => Ok(component),
             }
         };
         let entries: Vec<_> = entries.into_iter().enumerate().map(lower).collect();
@@ -49,6 +55,14 @@ impl Lowering<'_> {
         }
         if parts.len() == n {
             return Ok(parts.into_iter().map(Entry::Value).collect());
+        }
+        // a vector with a component for each of them
+        if let ([one], None) = (parts.as_slice(), self.component)
+            && !matches!(bare(one), Expr::Closure(_) | Expr::Array(_) | Expr::Repeat(_))
+            && let Value::Vector(components) = self.any(one)?
+            && components.len() == n
+        {
+            return Ok(components.into_iter().map(Entry::Known).collect());
         }
         let message = if self.component.is_some() {
             format!(
@@ -92,15 +106,21 @@ impl Lowering<'_> {
                 return Ok((0_i64..).take(length).map(|i| Entry::At(closure, i)).collect());
             }
             // in a map, a vector; its components are those of the array
-            other if self.component.is_some() || length == 1 => {
+            other if self.component.is_some() => {
                 return Ok((0..length).map(|_| Entry::Value(other)).collect());
             }
-            other => format!("`{}`", other.to_token_stream()),
+            other => match self.any(other)? {
+                Value::Vector(components) if components.len() == length => {
+                    return Ok(components.into_iter().map(Entry::Known).collect());
+                }
+                Value::Number(number) if length == 1 => return Ok(vec![Entry::Known(number)]),
+                value => value.kind(),
+            },
         };
         Err(self.errors.at(
             part,
             format!(
-                "expected the {length} components of `{}` in brackets, `[a, b, …]`, `[a; {length}]` or `|i| …`, \
+                "expected the {length} components of `{}`: a vector, `[a, b, …]`, `[a; {length}]` or `|i| …`, \
                  found {found}",
                 group.name
             ),

@@ -1,10 +1,11 @@
 //! Statements with one expression for each entry: the Lagrangian, external forces, factors, what is observed.
 
 use proc_macro2::Ident;
-use quote::ToTokens;
+use quote::{ToTokens, format_ident};
 use syn::Expr;
 
 use super::lowering::{Lowered, Lowering, of_jerk};
+use super::value::Value;
 use crate::ast::{Branch, Observe, Scalar};
 use crate::errors::Reported;
 use crate::graph::NodeId;
@@ -89,7 +90,8 @@ impl Lowering<'_> {
         Ok(value)
     }
 
-    pub(super) fn observe(&mut self, observe: &Observe) -> Result<Vec<(Ident, NodeId)>, Reported> {
+    /// What is observed: a number by its name, the components of a vector by numbered ones, `force_0`.
+    pub(super) fn observe(&mut self, observe: &Observe) -> Result<Vec<Observed>, Reported> {
         let mut seen: Vec<&Ident> = Vec::new();
         let mut observed = Vec::new();
         for name in &observe.names {
@@ -104,11 +106,11 @@ impl Lowering<'_> {
                 _ if seen.contains(&name) => {
                     Err(self.errors.at(name, format!("`{name}` is observed already")))
                 }
-                Some(Binding::Let(value)) => (*value).and_then(|value| {
+                Some(Binding::Let(value)) => value.clone().and_then(|value| {
                     self.origins.clear();
                     let expected =
                         "what a node knows, an expression of time, positions, velocities and accelerations";
-                    self.without_jerk(value, name, expected)
+                    value.map(|value| self.without_jerk(value, name, expected))
                 }),
                 Some(other) => {
                     let message = format!("expected the name of a `let`, but `{name}` is {}", other.kind());
@@ -126,8 +128,45 @@ impl Lowering<'_> {
                 }
             };
             seen.push(name);
-            observed.push(value.map(|value| (name.clone(), value)));
+            observed.push(value.and_then(|value| self.observed(name, &value)));
         }
-        observed.into_iter().collect()
+        let observed: Vec<_> = observed.into_iter().collect::<Result<_, _>>()?;
+        Ok(observed.into_iter().flatten().collect())
     }
+
+    /// What a `let` is observed as.
+    fn observed(&self, name: &Ident, value: &Value) -> Result<Vec<Observed>, Reported> {
+        let ends: Vec<String> = match value {
+            Value::Number(_) => vec![String::new()],
+            Value::Vector(components) => (0..components.len()).map(|i| format!("_{i}")).collect(),
+            Value::Matrix(rows) => {
+                let columns = rows.first().map_or(0, Vec::len);
+                let all = (0..rows.len()).flat_map(|i| (0..columns).map(move |j| (i, j)));
+                all.map(|(i, j)| format!("_{i}_{j}")).collect()
+            }
+        };
+        let components = ends.iter().zip(value.numbers()).map(|(end, value)| {
+            let own = if end.is_empty() { name.clone() } else { format_ident!("{name}{end}") };
+            if !end.is_empty() && self.scope.get(&own).is_some() {
+                let message = format!("the components of this vector are observed by numbered names, and `{own}` has a meaning already; expected another name");
+                return Err(self.errors.at(name, message));
+            }
+            Ok(Observed {
+                name: own,
+                of: name.clone(),
+                value,
+            })
+        });
+        components.collect()
+    }
+}
+
+/// Something that is observed.
+pub(super) struct Observed {
+    /// Its name.
+    pub(super) name: Ident,
+    /// The `let` that it is, or of which it is a component.
+    pub(super) of: Ident,
+    /// Its value.
+    pub(super) value: NodeId,
 }

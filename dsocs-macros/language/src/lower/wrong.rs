@@ -149,8 +149,9 @@ impl Lowering<'_> {
         let of = |base: &str, word: &str| {
             let name = Ident::new(base, Span::call_site());
             match self.scope.get(&name)? {
-                Binding::Coordinate(_) | Binding::Let(Ok(_)) => Some(format!("{word}({base})")),
-                Binding::Array(_) => Some(format!("{word}({base}[…])")),
+                Binding::Coordinate(_) | Binding::Array(_) | Binding::Let(Ok(_)) => {
+                    Some(format!("{word}({base})"))
+                }
                 _ => None,
             }
         };

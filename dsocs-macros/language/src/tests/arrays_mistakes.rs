@@ -66,12 +66,16 @@ fn indices() {
     expression("theta[1.0]", "1.0", "expected an integer");
     expression("theta[1 / 0]", "1 / 0", "expected an integer");
     expression(
-        "theta * x",
+        "x.powf(theta)",
         "theta",
-        "one of the 8 coordinates of this array, `theta[0]` to `theta[7]`",
+        "found a vector of 8 components; expected one of them, `theta[0]` to `theta[7]`",
     );
-    expression("dot(theta)", "theta", "one of the 8 coordinates");
-    expression("theta.sin()", "theta", "one of the 8 coordinates");
+    expression("theta * x + 1", "+", "a vector of 8 components and a number");
+    expression(
+        "theta.sin()",
+        "sin",
+        "expected a number before `.sin(…)`, found a vector",
+    );
     expression("x[0]", "x", "`x` is a coordinate: it stands without an index");
     expression("f[0]", "f", "expected parentheses, `f(…)`");
     expression("{ let a = x; a[0] }", "a", "`a` is a `let`");
@@ -82,7 +86,7 @@ fn indices() {
     );
     expression("sum(0..8, |i| masses[i] * x)", "i", "this index is 3");
     expression("masses[x]", "masses[x]", "`table.at(x)`");
-    expression("masses * x", "masses", "expected an element, `masses[0]`");
+    expression("x + masses", "+", "a number and a vector of 3 components");
 }
 
 #[test]
@@ -164,9 +168,9 @@ fn shapes() {
         "(1, 2, 3)",
         "`x`, `theta: [3]`: 4 components, found 3",
     );
-    field("(1, [1, 2])", "[1, 2]", "the 3 components of `theta` in brackets");
+    field("(1, [1, 2])", "[1, 2]", "the 3 components of `theta`: a vector");
     field("(1, [0; 4])", "[0; 4]", "found 4");
-    field("(1, 2)", "2", "the 3 components of `theta`");
+    field("(1, 2)", "2", "found a number");
     field("(1, |i| theta[i + 1])", "i + 1", "this index is 3");
     field("(1, [0, 0, thta[1]])", "thta", "did you mean `theta`?");
 }

@@ -18,7 +18,7 @@ fn other_ways_of_writing() {
     one(
         &format!("{array} theta_dot[1];"),
         "theta_dot",
-        "did you mean `dot(theta[…])`?",
+        "did you mean `dot(theta)`?",
     );
     one(
         &format!("{array} denergy;"),

@@ -336,15 +336,15 @@ fn the_parts_of_a_model() {
     let parameters: Vec<_> = model
         .parameters
         .iter()
-        .map(|p| (p.name.as_str(), p.element, p.doc.as_str()))
+        .map(|p| (p.name.as_str(), p.element.clone(), p.doc.as_str()))
         .collect();
     assert_eq!(
         parameters,
         [
-            ("mass", None, "The mass, in [kg]."),
-            ("masses_0", Some(0), ""),
-            ("masses_1", Some(1), ""),
-            ("masses_2", Some(2), ""),
+            ("mass", vec![], "The mass, in [kg]."),
+            ("masses_0", vec![0], ""),
+            ("masses_1", vec![1], ""),
+            ("masses_2", vec![2], ""),
         ]
     );
     assert_eq!(

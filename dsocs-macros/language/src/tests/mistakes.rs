@@ -222,7 +222,7 @@ fn expressions() {
     expression("x < y", "<", "in the condition of `if");
     expression("!x", "!x", "is `-`");
     expression("(x, y)", "(x, y)", "found a tuple");
-    expression("[x, y]", "[x, y]", "found a list");
+    expression("x.atan2([x, y])", "[x, y]", "found a vector of 2 components");
     expression("2 * |a| x", "|a| x", "found a closure");
     expression("format!(\"x\")", "format!(\"x\")", "macro");
     expression("table.at(format!(\"x\"))", "format!(\"x\")", "macro");

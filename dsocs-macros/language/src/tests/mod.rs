@@ -15,6 +15,8 @@ mod text_files;
 mod third_order;
 mod time_mistakes;
 mod together;
+mod vectors;
+mod vectors_mistakes;
 
 use proc_macro2::TokenStream;
 

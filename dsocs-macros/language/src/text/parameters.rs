@@ -63,8 +63,10 @@ pub(super) struct Parameter {
 pub(super) enum Value {
     /// A number.
     Number(Box<Expr>),
-    /// An array of numbers: each one, or one for all.
+    /// An array of numbers.
     Array(Vec<Expr>),
+    /// A matrix of numbers: its rows, of the same length.
+    Matrix(Vec<Vec<Expr>>),
     /// Samples in a file.
     Table(String, Curve, Place),
     /// Nothing, since it is wrong.
@@ -79,6 +81,11 @@ impl Parameter {
             Value::Array(values) => {
                 let length = Literal::usize_unsuffixed(values.len());
                 quote!([f64; #length])
+            }
+            Value::Matrix(rows) => {
+                let columns = Literal::usize_unsuffixed(rows.first().map_or(0, Vec::len));
+                let rows = Literal::usize_unsuffixed(rows.len());
+                quote!([[f64; #columns]; #rows])
             }
             Value::Table(..) => quote!(::dsocs_core::Samples),
             Value::Number(_) | Value::Broken(_) => quote!(f64),
@@ -134,11 +141,7 @@ fn value(item: &Item, errors: &Errors) -> Result<Value, Reported> {
     let length = length.map(|length| length.as_ref().map_err(|reported| *reported));
     let declared = length.map(|length| count(length?, errors)).transpose()?;
     let found = match bare(value) {
-        Expr::Array(array) => Value::Array(array.elems.iter().cloned().collect()),
-        Expr::Repeat(repeat) => {
-            let count = count(&repeat.len, errors)?;
-            Value::Array(vec![(*repeat.expr).clone(); count])
-        }
+        Expr::Array(_) | Expr::Repeat(_) => array(value, errors)?,
         Expr::Call(call) if plain_name(&call.func).is_some_and(|name| name == "samples") => {
             let (file, curve, place) = samples(call, errors)?;
             Value::Table(file, curve, place)
@@ -146,6 +149,10 @@ fn value(item: &Item, errors: &Errors) -> Result<Value, Reported> {
         _ => Value::Number(Box::new(value.clone())),
     };
     match (&found, declared) {
+        (Value::Matrix(_), Some(_)) => Err(errors.at(
+            value,
+            format!("this is a matrix, whose rows tell its size: expected `{name} = [[…], […]]`, without `: […]`"),
+        )),
         (Value::Array(values), Some(declared)) if values.len() != declared => Err(errors.at(
             value,
             format!(
@@ -165,6 +172,43 @@ fn value(item: &Item, errors: &Errors) -> Result<Value, Reported> {
             ),
         )),
         _ => Ok(found),
+    }
+}
+
+/// The numbers in brackets, `[1.0, 2.0]` or `[1.0; 3]`; in brackets in brackets those of a matrix.
+fn array(value: &Expr, errors: &Errors) -> Result<Value, Reported> {
+    let rows = elements(value, errors)?;
+    if !rows.iter().any(is_array) {
+        return Ok(Value::Array(rows));
+    }
+    let rows: Vec<_> = rows.iter().map(|row| elements(row, errors)).collect();
+    let rows: Vec<Vec<Expr>> = rows.into_iter().collect::<Result<_, _>>()?;
+    let columns = rows.first().map_or(0, Vec::len);
+    if columns == 0 || rows.iter().any(|row| row.len() != columns) || rows.iter().flatten().any(is_array) {
+        let message =
+            "expected the rows of a matrix, `[[1.0, 0.0], [0.0, 2.0]]`, with as many numbers in each";
+        return Err(errors.at(value, message));
+    }
+    if rows.len() * columns > MOST {
+        let message = format!("a matrix of parameters has at most {MOST} elements");
+        return Err(errors.at(value, message));
+    }
+    Ok(Value::Matrix(rows))
+}
+
+fn is_array(expr: &Expr) -> bool {
+    matches!(bare(expr), Expr::Array(_) | Expr::Repeat(_))
+}
+
+/// What stands between brackets.
+fn elements(value: &Expr, errors: &Errors) -> Result<Vec<Expr>, Reported> {
+    match bare(value) {
+        Expr::Array(array) => Ok(array.elems.iter().cloned().collect()),
+        Expr::Repeat(repeat) => {
+            let count = count(&repeat.len, errors)?;
+            Ok(vec![(*repeat.expr).clone(); count])
+        }
+        other => Err(errors.at(other, "expected a row of the matrix in brackets, `[1.0, 0.0]`")),
     }
 }
 

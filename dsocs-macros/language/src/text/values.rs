@@ -180,9 +180,10 @@ pub(super) fn parameters(
     let mut evaluation = Evaluation::new(&nothing, fields, Vec::new(), errors);
     let mut wrong = Ok(());
     for parameter in parameters {
-        let expressions = match &parameter.value {
-            Value::Number(value) => std::slice::from_ref(&**value),
-            Value::Array(values) => values,
+        let expressions: Vec<&Expr> = match &parameter.value {
+            Value::Number(value) => vec![value],
+            Value::Array(values) => values.iter().collect(),
+            Value::Matrix(rows) => rows.iter().flatten().collect(),
             Value::Table(..) => continue,
             Value::Broken(reported) => {
                 wrong = Err(*reported);

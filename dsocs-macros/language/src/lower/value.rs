@@ -1,0 +1,72 @@
+//! What an expression is: a number, a vector or a matrix of numbers.
+
+use crate::errors::Reported;
+use crate::graph::NodeId;
+
+/// A value, unless a mistake was reported.
+pub(crate) type Valued = Result<Value, Reported>;
+
+/// The value of an expression.
+#[derive(Clone, Debug)]
+pub(crate) enum Value {
+    /// A number.
+    Number(NodeId),
+    /// Its components, at least one.
+    Vector(Vec<NodeId>),
+    /// Its rows, at least one, of the same length.
+    Matrix(Vec<Vec<NodeId>>),
+}
+
+impl Value {
+    /// Every number in it, a matrix row by row.
+    pub(crate) fn numbers(&self) -> Vec<NodeId> {
+        match self {
+            Self::Number(number) => vec![*number],
+            Self::Vector(components) => components.clone(),
+            Self::Matrix(rows) => rows.concat(),
+        }
+    }
+
+    /// The number that it is.
+    pub(crate) fn number(&self) -> Option<NodeId> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Vector(_) | Self::Matrix(_) => None,
+        }
+    }
+
+    /// How often an index can stand behind it.
+    pub(crate) fn rank(&self) -> usize {
+        match self {
+            Self::Number(_) => 0,
+            Self::Vector(_) => 1,
+            Self::Matrix(_) => 2,
+        }
+    }
+
+    /// In words: `a number`, `a vector of 3 components`, `a matrix of 3 by 3`.
+    pub(crate) fn kind(&self) -> String {
+        match self {
+            Self::Number(_) => "a number".to_owned(),
+            Self::Vector(components) => match components.len() {
+                1 => "a vector of 1 component".to_owned(),
+                more => format!("a vector of {more} components"),
+            },
+            Self::Matrix(rows) => format!(
+                "a matrix of {} by {}",
+                rows.len(),
+                rows.first().map_or(0, Vec::len)
+            ),
+        }
+    }
+
+    /// A value of the same shape.
+    pub(crate) fn map<E>(&self, mut of: impl FnMut(NodeId) -> Result<NodeId, E>) -> Result<Self, E> {
+        let mut all = |numbers: &[NodeId]| numbers.iter().map(|&number| of(number)).collect();
+        Ok(match self {
+            Self::Number(number) => Self::Number(of(*number)?),
+            Self::Vector(components) => Self::Vector(all(components)?),
+            Self::Matrix(rows) => Self::Matrix(rows.iter().map(|row| all(row)).collect::<Result<_, _>>()?),
+        })
+    }
+}
