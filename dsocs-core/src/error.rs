@@ -15,7 +15,7 @@ use crate::regularity::Regularity;
 use crate::regularity::deficiency::{Deficiency, DependentRow, Singularity};
 use crate::regularity::undefined::Undefined;
 use crate::solve::failure::{History, NewtonFailure, StepFailure};
-use crate::tape::Symmetry;
+use crate::tape::{Shape, Symmetry};
 
 /// Makes the `Debug` of an error its message, so that `fn main() -> Result<(), Box<dyn Error>>` and `unwrap` print a text for people.
 ///
@@ -276,6 +276,25 @@ pub enum SetupError {
         /// The method.
         method: &'static str,
     },
+    /// The method knows coordinates that are numbers.
+    #[error(
+        "{method} knows coordinates that are numbers, so far, and one here is a rotation: take the discrete flow (Flow), which has an error of h²"
+    )]
+    Rotation {
+        /// The method.
+        method: &'static str,
+    },
+    /// The start's quaternion is none of norm one.
+    #[error(
+        "the quaternion of `{rotation}` in the start's q0 has the norm {norm}; expected one of norm 1 (w, x, y, z), the scalar first: it is brought there \
+         from a millionth away, and no farther"
+    )]
+    Quaternion {
+        /// The coordinate.
+        rotation: String,
+        /// The norm.
+        norm: f64,
+    },
     /// The tolerance cannot be used.
     #[error(
         "the tolerance is {relative} (relative) and {absolute} (absolute); the first must lie between 0 and 1 (1.1e-16, the unit round-off, is the least \
@@ -298,6 +317,17 @@ pub enum SetupError {
 }
 
 crate::debug_is_message!(SetupError);
+
+impl SetupError {
+    /// Refuses a system with rotations.
+    pub(crate) fn for_rotations(shape: &Shape, method: &'static str) -> Result<(), Self> {
+        if shape.rotations.is_empty() {
+            Ok(())
+        } else {
+            Err(Self::Rotation { method })
+        }
+    }
+}
 
 /// What is said of roots that have become one.
 const MULTIPLE: &str = "every update of the iteration is the same part of the one before, so several solutions are one here, and the equations do not \

@@ -317,6 +317,7 @@ fn shape(data: Data) -> Shape {
         kinematic: data.kinematic,
         forms: data.forms,
         third_order: data.third_order.into(),
+        rotations: data.rotations.into(),
         of_positions: data.of_positions.into(),
         of_rates: data.of_rates.into(),
         depends_on_time: data.depends_on_time,

@@ -497,7 +497,7 @@ fn the_listings_of_the_book_run() {
         // the library reads it, too
         assert!(Text::parse("swing", listing).is_ok());
     }
-    assert_eq!(count, 3);
+    assert_eq!(count, 4);
     // the run of a name, and the mistake as it is shown
     let all = listings(book);
     fs::write(folder.path().join("swing.dsocs"), all[0]).unwrap();

@@ -256,6 +256,7 @@ fn run<'s>(
         let method = "the derivative of a run (Path)";
         return Err(RunError::from(SetupError::ThirdOrder { method }).into());
     }
+    SetupError::for_rotations(kernel.shape(), "the derivative of a run (Path)").map_err(RunError::from)?;
     let mut flow = Discrete::new(kernel, values_of(kernel), h, start).map_err(RunError::from)?;
     let end = flow.clock().until(t)?;
     let count = end

@@ -120,6 +120,7 @@ impl<'a> AnyEnsemble<'a> {
                 method: "an ensemble (Ensemble)",
             });
         }
+        SetupError::for_rotations(kernel.shape(), "an ensemble (Ensemble)")?;
         check(&Declaration::of(kernel), h)?;
         Ok(Self {
             kernel,

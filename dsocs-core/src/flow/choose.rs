@@ -47,7 +47,7 @@ impl Discrete<'_> {
         let course = &self.course;
         if let Some(e) = &course.given {
             let d = course.vectors.d().plus(e);
-            return Ok((course.vectors.q().plus(&d).hi, None));
+            return Ok((self.moved(&course.vectors.q(), &d).hi, None));
         }
         let step = self.next_step();
         let pair = step

@@ -18,6 +18,7 @@ use crate::run::{AnyNode, NearlySingular, Run, RunError, Unresolved};
 use crate::solve::failure::NewtonFailure;
 use crate::solve::newton::Stop;
 use crate::solve::predictor::Predictor;
+use crate::solve::rotation;
 use crate::solve::sum::Sum;
 use crate::solve::{Numbers, Vector};
 use crate::start::{self, Beginning, Given};
@@ -240,6 +241,11 @@ impl<'s> Discrete<'s> {
         Ok(report)
     }
 
+    /// The position that an increment leads to.
+    pub(super) fn moved(&self, q: &Sum, d: &Sum) -> Sum {
+        rotation::moved_sum(&self.shape().rotations, q, d)
+    }
+
     /// Where a solution leads; `None` if the position is not finite.
     pub(super) fn arriving(&self, e: &[f64]) -> Option<Next> {
         let next = self.leads_to(e);
@@ -259,7 +265,7 @@ impl<'s> Discrete<'s> {
             Some(second) => d = d.plus(second),
             None => d.add(e),
         }
-        let q = vectors.q().plus(&d);
+        let q = self.moved(&vectors.q(), &d);
         Next { q, d, second }
     }
 
@@ -291,7 +297,7 @@ impl<'s> Discrete<'s> {
             guess: Guess::Given,
         };
         let d = self.course.vectors.d().plus(second);
-        let q = self.course.vectors.q().plus(&d);
+        let q = self.moved(&self.course.vectors.q(), &d);
         let e = second.hi.clone();
         let next = Next { q, d, second: None };
         self.commit(next, &e, report);
@@ -328,7 +334,7 @@ impl<'s> Discrete<'s> {
         let failing = Failing {
             index: course.index(),
             time: course.time(),
-            q0: &course.vectors.q().plus(&course.vectors.d().negated()).hi,
+            q0: &self.moved(&course.vectors.q(), &course.vectors.d().negated()).hi,
         };
         self.next_step().error(&failing, cause)
     }
@@ -419,7 +425,9 @@ impl<'s> Discrete<'s> {
         let course = &mut turned.course;
         course.constants = constants_of(self.kernel, &turned.values, course.h);
         let d = self.course.vectors.d().negated();
-        course.vectors.set_leg(&self.course.vectors.q().plus(&d), &d);
+        course
+            .vectors
+            .set_leg(&self.moved(&self.course.vectors.q(), &d), &d);
         course.predictor.turn();
         if self.shape().is_of_third_order() {
             turned.turn_third();
@@ -538,6 +546,7 @@ impl Run for Discrete<'_> {
     }
 
     fn set_value(&mut self, place: usize, value: f64) -> Result<(), RunError> {
+        SetupError::for_rotations(self.shape(), "an input that changes (Inputs)")?;
         self.change(place, value)
     }
 }

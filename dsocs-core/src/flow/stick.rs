@@ -398,7 +398,7 @@ impl Discrete<'_> {
     fn go(&mut self, e: &[f64], multipliers: &[f64], report: StepReport) -> Option<()> {
         let mut d = self.course.vectors.d();
         d.add(e);
-        let q = self.course.vectors.q().plus(&d);
+        let q = self.moved(&self.course.vectors.q(), &d);
         if !q.hi.is_finite() {
             return None;
         }

@@ -38,6 +38,10 @@ pub(crate) fn check_step(system: &dyn Kernel, h: f64) -> Result<(), SetupError> 
             method: "the flow as a map of pairs of nodes (geometry::DiscreteFlow)",
         });
     }
+    SetupError::for_rotations(
+        system.shape(),
+        "the flow as a map of pairs of nodes (geometry::DiscreteFlow)",
+    )?;
     check(&Declaration::of(system), h)
 }
 

@@ -328,6 +328,7 @@ impl<'s> EquilibriumSearch<'s> {
     /// Checks that a guess and the parameters can be used.
     fn check(&self, guess: &[f64]) -> Result<(), EquilibriumError> {
         let shape = self.system.shape();
+        SetupError::for_rotations(shape, "a search for states of rest (linear::EquilibriumSearch)")?;
         if guess.len() != shape.dimension() {
             return Err(EquilibriumError::Length {
                 found: guess.len(),
@@ -355,6 +356,8 @@ impl<'s> EquilibriumSearch<'s> {
                 method: "a linear model (linear::OperatingPoint)",
             }));
         }
+        SetupError::for_rotations(shape, "a linear model (linear::OperatingPoint)")
+            .map_err(LinearizationError::Setup)?;
         start::check_determined(declaration, (at.t, at.q, at.v), at.a)?;
         continuous::linearized(declaration, at, &Ports::of(shape, None, None)?)
     }

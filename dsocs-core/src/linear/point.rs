@@ -107,6 +107,8 @@ impl<'s> OperatingPoint<'s> {
                 method: "a linear model (linear::OperatingPoint)",
             }));
         }
+        SetupError::for_rotations(shape, "a linear model (linear::OperatingPoint)")
+            .map_err(LinearizationError::Setup)?;
         self.start.fits(shape)?;
         start::check_parameters(&declaration)?;
         let phase = self.start.0.phase(&declaration)?;

@@ -2,6 +2,7 @@
 
 use super::{AnyPolynomial, Clock, End, InputError, Node, OneWay, OwnedNode, RunError};
 use super::{NearlySingular, Unresolved};
+use crate::error::SetupError;
 use crate::kernel::Kernel;
 use crate::kernel::report::{NodeMut, StepReport};
 use crate::regularity::Regularity;
@@ -166,6 +167,10 @@ pub trait Run {
     ///
     /// The errors of [`Run::step`] and of the visitor.
     fn trace(&mut self, end: f64, room: &mut Room, visit: &mut AnyVisitor<'_>) -> Result<Traced, RunError> {
+        SetupError::for_rotations(
+            self.kernel().shape(),
+            "the motion between nodes (samples, events)",
+        )?;
         let [before, after] = &mut room.nodes;
         before.take(self);
         self.step(end)?;

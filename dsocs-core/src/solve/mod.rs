@@ -11,6 +11,7 @@ pub(crate) mod elimination;
 pub(crate) mod failure;
 pub(crate) mod newton;
 pub(crate) mod predictor;
+pub(crate) mod rotation;
 pub(crate) mod sparse;
 pub(crate) mod sum;
 pub(crate) mod unknown;

@@ -15,6 +15,7 @@ use crate::regularity::undefined::{self, Undefined};
 use crate::solve::dense::Matrix;
 use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::{self, Equations, Linearized};
+use crate::solve::rotation;
 use crate::solve::sum::Sum;
 use crate::solve::{Square, Vector};
 use crate::tape::declaration::Declaration;
@@ -100,6 +101,8 @@ impl Given {
         }
         check_vector(declaration, "q0", &q0)?;
         self.check_order(declaration)?;
+        let q0 = self.of_norm_one(declaration, q0)?;
+        let rotations = &declaration.shape().rotations;
         let mut e = None;
         let (q0, v0, a0, d) = match rule {
             Rule::ThirdOrder { v0, free } => {
@@ -159,7 +162,7 @@ impl Given {
                 (q0, v0, Some(a0), d)
             }
         };
-        let q = Sum::exact(q0.clone()).plus(&d);
+        let q = rotation::moved_sum(rotations, &Sum::exact(q0.clone()), &d);
         check_vector(declaration, "q1", &q.hi)?;
         Ok(Beginning {
             q0,
@@ -171,6 +174,36 @@ impl Given {
             d,
             e,
         })
+    }
+
+    /// A position whose quaternions have the norm one; refuses what is not known of rotations.
+    fn of_norm_one(&self, declaration: &Declaration<'_>, mut q0: Vector) -> Result<Vector, SetupError> {
+        let shape = declaration.shape();
+        if shape.rotations.is_empty() {
+            return Ok(q0);
+        }
+        if !matches!(self.rule, Rule::Paper { .. } | Rule::SecondOrder { .. }) {
+            SetupError::for_rotations(shape, "a start by other than a position and a velocity")?;
+        }
+        if self.projected && shape.holonomic > 0 {
+            SetupError::for_rotations(
+                shape,
+                "a start that is moved onto constraints of positions (Start::projected)",
+            )?;
+        }
+        match rotation::normalize(&shape.rotations, &mut q0) {
+            Ok(()) => Ok(q0),
+            Err((first, norm)) => {
+                let name = shape
+                    .coordinates
+                    .get(first)
+                    .map_or("", |coordinate| &coordinate.name);
+                Err(SetupError::Quaternion {
+                    rotation: name.trim_end_matches("_w").to_owned(),
+                    norm,
+                })
+            }
+        }
     }
 
     /// Checks that the start says an acceleration where constraints of third order leave it free, and there alone.

@@ -7,6 +7,7 @@ use crate::number::tangent::Tangent;
 use crate::regularity::rounding;
 use crate::solve::Vector;
 use crate::solve::dense::Matrix;
+use crate::solve::rotation;
 use crate::solve::sum::Sum;
 use crate::tape::declaration::Declaration;
 
@@ -52,7 +53,7 @@ pub(super) fn check_pair(
     let first = holonomic_rows(declaration, t0, q0);
     let sizes = rounding::phase_sizes(declaration, t0, q0, &vec![0.0; q0.len()]);
     let mut all = violations(declaration, Node::First, &first, &sizes, &[]);
-    let second = second(q0, d);
+    let second = second(declaration, q0, d);
     let leg = leg(t0 + h, &second, d);
     let mut rows = declaration.pair(h, leg);
     for (row, change) in rows.iter_mut().zip(of_rounded_nodes(declaration, h, q0, leg)) {
@@ -264,9 +265,14 @@ pub(super) fn onto_pair(
                 .map(|(&x, &correction)| Tangent::splat(x) + correction)
                 .collect()
         };
+        let rotations = &declaration.shape().rotations;
         let leg = OwnedLeg {
             t: Tangent::splat(t0 + h),
-            q: moved(&second(q0, &d)),
+            q: if rotations.is_empty() {
+                moved(&second(declaration, q0, &d))
+            } else {
+                rotation::moved(rotations, &map(q0, Tangent::splat), &moved(&d.hi))
+            },
             d: moved(&d.hi),
         };
         declaration.pair(Tangent::splat(h), leg.any())
@@ -276,11 +282,11 @@ pub(super) fn onto_pair(
     let correction = solve(vec![0.0; q0.len()], &inverse, &around, &rows, &|correction| {
         let mut d = d.clone();
         d.add(correction);
-        rounding::pair_sizes(declaration, h, leg(t0 + h, &second(q0, &d), &d))
+        rounding::pair_sizes(declaration, h, leg(t0 + h, &second(declaration, q0, &d), &d))
     })?;
     let mut d = d;
     d.add(&correction);
-    let second = second(q0, &d);
+    let second = second(declaration, q0, &d);
     let leg = leg(t0 + h, &second, &d);
     reached(
         declaration,
@@ -292,8 +298,9 @@ pub(super) fn onto_pair(
 }
 
 /// The second node.
-fn second(q0: &[f64], d: &Sum) -> Vector {
-    Sum::exact(Vector::of(q0)).plus(d).hi
+fn second(declaration: &Declaration<'_>, q0: &[f64], d: &Sum) -> Vector {
+    let q0 = Sum::exact(Vector::of(q0));
+    rotation::moved_sum(&declaration.shape().rotations, &q0, d).hi
 }
 
 /// The leg to the second node at the time `t`.

@@ -207,7 +207,7 @@ pub(super) fn smooth(
     count: u64,
 ) -> Option<Halt> {
     let shape = kernel.shape();
-    if shape.increments != shape.dimension() || kernel.sparse().is_some() {
+    if !shape.rotations.is_empty() || shape.increments != shape.dimension() || kernel.sparse().is_some() {
         return None;
     }
     macro_rules! of {

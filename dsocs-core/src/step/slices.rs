@@ -16,6 +16,7 @@ use crate::solve::elimination::slices;
 use crate::solve::is_finite;
 use crate::solve::newton::{self, Components, Evaluation, Quick, Root};
 use crate::solve::predictor::{Continuation, Predictor, continues, foresees};
+use crate::solve::rotation;
 use crate::solve::sparse::{Product, Sparse, Update};
 use crate::tape::{Shape, Stretched};
 
@@ -406,7 +407,12 @@ pub(crate) fn smooth<K: Walked, Z: Unknowns>(
         } else {
             add_all(next_d, next_d_low, found);
         }
-        plus_all([&mut *next_q, next_q_low], [next_d, next_d_low]);
+        plus_all([&mut *next_q, &mut *next_q_low], [&*next_d, &*next_d_low]);
+        if !shape.rotations.is_empty() {
+            let (q, q_low) = (q, &sums[n..2 * n]);
+            let to = [&mut *next_q, next_q_low];
+            rotation::turn(&shape.rotations, [q, q_low], [next_d, next_d_low], to);
+        }
         if !is_finite(next_q) {
             return Halt::Asks(Question::NotFinite);
         }

@@ -48,6 +48,9 @@ pub struct Shape {
     pub forms: usize,
     /// The places of the constraints of third order among all constraints.
     pub third_order: Cow<'static, [usize]>,
+    /// The first of the four places of each coordinate that is a rotation. A position has a unit quaternion there, the scalar first; velocities, accelerations
+    /// and forces have a zero and three numbers in the frame of the body.
+    pub rotations: Cow<'static, [usize]>,
     /// The places of the parameters that holonomic constraints depend on.
     pub of_positions: Cow<'static, [usize]>,
     /// The places of the parameters inside a `dot(…)`: the derivative takes their own rates to be zero.

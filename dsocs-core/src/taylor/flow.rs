@@ -96,7 +96,7 @@ impl<'s> AnyTaylorFlow<'s> {
                 method: "the Taylor series (TaylorFlow)",
             });
         }
-        Ok(())
+        SetupError::for_rotations(shape, "the Taylor series (TaylorFlow)")
     }
 
     /// Puts the nodes on a grid of times, a distance of `h` apart; see [`TaylorFlow::every`].

@@ -82,7 +82,7 @@ pub(crate) struct Coordinates {
     pub(crate) lets_before: usize,
 }
 
-/// `x` or `theta: [3]` among the coordinates.
+/// `x`, `theta: [3]` or `r: rotation` among the coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Group {
     /// The name.
@@ -91,8 +91,29 @@ pub(crate) struct Group {
     pub(crate) first: usize,
     /// How many coordinates it has, if it is an array.
     pub(crate) length: Option<usize>,
+    /// Whether it is a rotation, which takes four places.
+    pub(crate) is_rotation: bool,
     /// Its documentation in one line.
     pub(crate) doc: String,
+}
+
+impl Group {
+    /// How many places it takes among the coordinates.
+    pub(crate) fn places(&self) -> usize {
+        if self.is_rotation {
+            4
+        } else {
+            self.length.unwrap_or(1)
+        }
+    }
+}
+
+impl Coordinates {
+    /// The first places of those that are rotations.
+    pub(crate) fn rotations(&self) -> impl Iterator<Item = usize> {
+        let rotations = self.groups.iter().filter(|group| group.is_rotation);
+        rotations.map(|group| group.first)
+    }
 }
 
 /// `let NAME = EXPR;`

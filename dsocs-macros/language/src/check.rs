@@ -75,7 +75,8 @@ pub(crate) fn counts(
     };
     let rows = [holonomic, nonholonomic, of_accelerations];
     let counts = Counts::of(declaration, rows);
-    let n = coordinates.names.len();
+    // of a rotation three
+    let n = coordinates.names.len() - coordinates.rotations().count();
     match (&declaration.directions, declaration.kinematic.given()) {
         (Part::Broken(_), _) => Ok(()),
         (Part::Absent, Some(kinematic)) => Err(errors.at(

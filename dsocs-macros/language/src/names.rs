@@ -32,6 +32,8 @@ pub(crate) enum Binding {
     Coordinate(usize),
     /// An array of coordinates, by its place among [`Coordinates::groups`](crate::ast::Coordinates::groups).
     Array(usize),
+    /// A rotation, by its place among [`Coordinates::groups`](crate::ast::Coordinates::groups).
+    Rotation(usize),
     /// A field of the struct, by its place.
     Field(usize),
     /// A `let`, or an argument of a function.
@@ -63,6 +65,7 @@ impl Binding {
         match self {
             Self::Coordinate(_) => "a coordinate",
             Self::Array(_) => "an array of coordinates",
+            Self::Rotation(_) => "a rotation",
             Self::Function(_) => "a function",
             Self::Index(_) => "an index",
             Self::Field(_) => "a parameter",
@@ -160,7 +163,10 @@ pub(crate) fn check<'d>(declaration: &'d Declaration, fields: &'d Fields, errors
         .min(declaration.lets.len());
     let (before, after) = declaration.lets.split_at(split);
     let lets = |lets: &'d [Let]| lets.iter().map(|binding| (&binding.name, "a `let`"));
-    let array = |group: &'d Group| group.length.map(|_| (&group.name, "an array of coordinates"));
+    let array = |group: &'d Group| match group.length {
+        Some(_) => Some((&group.name, "an array of coordinates")),
+        None => group.is_rotation.then_some((&group.name, "a rotation")),
+    };
     let arrays = coordinates.iter().flat_map(|part| &part.groups).filter_map(array);
     let coordinates = coordinates
         .iter()

@@ -83,7 +83,16 @@ pub fn vector(
     let refused = |reason: String| CliError::Components { option, reason };
     let named = given.iter().filter(|component| component.name.is_some()).count();
     if named == 0 {
-        return Ok(Some(given.iter().map(|component| component.value).collect()));
+        let mut numbers: Vec<f64> = given.iter().map(|component| component.value).collect();
+        let shape = entry.kernel().shape();
+        // of a rotation three numbers, in the frame of its body
+        let is_position = matches!(option, "--q0" | "--q1" | "--guess");
+        if !is_position && numbers.len() + shape.rotations.len() == shape.dimension() {
+            for &first in shape.rotations.iter() {
+                numbers.insert(first, 0.0);
+            }
+        }
+        return Ok(Some(numbers));
     }
     if named < given.len() {
         return Err(refused(

@@ -43,6 +43,7 @@ mod proper_branch;
 mod regularity;
 mod reversal;
 mod roots;
+mod rotations;
 mod run;
 mod scenes;
 mod scenes_table;

@@ -49,6 +49,8 @@ pub struct Data {
     pub forms: usize,
     /// The places of the constraints of third order among all constraints.
     pub third_order: Vec<usize>,
+    /// The first of the four places of each coordinate that is a rotation.
+    pub rotations: Vec<usize>,
     /// The places of the parameters that holonomic constraints depend on.
     pub of_positions: Vec<usize>,
     /// The places of the parameters inside a `dot(…)`.
@@ -142,6 +144,7 @@ impl Data {
             kinematic: facts.kinematic,
             forms: facts.forms,
             third_order: facts.third_order,
+            rotations: facts.rotations,
             of_positions: facts.of_positions,
             of_rates: facts.of_rates,
             depends_on_time: facts.depends_on_time,

@@ -31,6 +31,7 @@ fn argument(leaf: Leaf) -> Place {
         Leaf::X0(_)
         | Leaf::X1(_)
         | Leaf::X2(_)
+        | Leaf::Chord(_)
         | Leaf::T0
         | Leaf::T1
         | Leaf::T2

@@ -26,14 +26,22 @@ impl Graph {
         self.tangent(id, Direction::Time)
     }
 
+    /// Whether a node moves with a leaf: depends on it, or on what turns with it.
+    pub(crate) fn moves(&self, id: NodeId, leaf: Leaf) -> bool {
+        self.moving(Direction::Of(leaf))(self, id)
+    }
+
     /// Whether nodes move in a direction.
     fn moving(&self, direction: Direction) -> impl Fn(&Self, NodeId) -> bool + use<> {
-        let bit = match direction {
-            Direction::Of(leaf) => Some(self.leaf_bits.get(&leaf).copied()),
+        let bits = match direction {
+            Direction::Of(leaf) => Some(self.turning(leaf).map(|leaf| self.leaf_bits.get(&leaf?).copied())),
             Direction::Time => None,
         };
-        move |graph, id| match bit {
-            Some(bit) => bit.is_some_and(|bit| graph.dependence[id.index()].contains(bit)),
+        move |graph, id| match bits {
+            Some(bits) => {
+                let mut bits = bits.into_iter().flatten();
+                bits.any(|bit| graph.dependence[id.index()].contains(bit))
+            }
             None => graph
                 .leaves(id)
                 .any(|leaf| matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::A(_) | Leaf::T)),
@@ -49,6 +57,7 @@ impl Graph {
         }
         let result = match *self.keep(id) {
             Node::Constant(_) | Node::Param(_) => self.constant(0.0),
+            Node::Leaf(leaf) if self.is_of_rotation(leaf) => self.turned_leaf(leaf, direction),
             Node::Leaf(leaf) => match (direction, leaf) {
                 (Direction::Time, Leaf::Q(i)) => self.leaf(Leaf::V(i)),
                 (Direction::Time, Leaf::V(i)) => self.leaf(Leaf::A(i)),

@@ -6,6 +6,7 @@
 //!
 //! - [`rewrite`](Graph::rewrite): the walk of every pass that makes one expression of another ([`mod@rewrite`]);
 //! - [`derivative`](Graph::derivative): dual numbers, expanded at compile time ([`mod@derivative`]);
+//! - [`mod@rotation`]: coordinates that are rotations, and how they move;
 //! - [`difference`](Graph::difference): the change of an expression between two points, without cancellation
 //!   ([`mod@difference`]);
 //! - [`values`](Graph::values): numbers ([`mod@evaluate`]);
@@ -24,6 +25,7 @@ mod identity;
 mod nonzero;
 mod power;
 mod rewrite;
+pub(crate) mod rotation;
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -81,6 +83,8 @@ pub(crate) enum Leaf {
     X1(usize),
     /// A coordinate of a map's third node.
     X2(usize),
+    /// Of a rotation: a component of the local increment `x` with which a map's second node follows from the first, `X1 = X0 τ(x)`.
+    Chord(usize),
     /// The time of a map's first node.
     T0,
     /// The time of a map's second node.
@@ -118,6 +122,7 @@ impl Leaf {
             | Self::X0(i)
             | Self::X1(i)
             | Self::X2(i)
+            | Self::Chord(i)
             | Self::N(i)
             | Self::D(i)
             | Self::P(i)
@@ -315,6 +320,8 @@ pub(crate) struct Graph {
     callees: Vec<Callee>,
     callee_texts: BTreeMap<String, usize>,
     derivatives: HashMap<(NodeId, derivative::Direction), NodeId>,
+    /// The first slots of the coordinates that are rotations (see [`mod@rotation`]).
+    rotations: Vec<usize>,
     /// What [`Graph::split`] makes of sums.
     splits: HashMap<NodeId, (f64, NodeId)>,
     residues: identity::Residues,

@@ -344,6 +344,10 @@ impl Lowering<'_> {
             ));
         }
         let value = self.any(argument)?;
+        if let Value::Rotation(_) = value {
+            let message = "the rate of a rotation is its angular velocity, in the frame of its body: expected `r.angular_velocity()`";
+            return Err(self.errors.at(call, message));
+        }
         let times = match name.to_string().as_str() {
             "dddot" => 3,
             "ddot" => 2,

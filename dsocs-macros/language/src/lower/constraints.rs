@@ -4,7 +4,7 @@ use quote::ToTokens;
 use syn::Expr;
 
 use super::lowering::{Lowered, Lowering};
-use super::value::Valued;
+use super::value::{Value, Valued};
 use crate::ast::{Constraints, Declaration, Directions, Side};
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
@@ -26,7 +26,7 @@ impl Lowering<'_> {
             let value = lowering.any(row);
             lowering.count_rows(row, &value, kind);
             let value = value?;
-            if value.rank() > 1 {
+            if value.rank() > 1 || matches!(value, Value::Rotation(_)) {
                 let found = value.kind();
                 let message = format!("expected a number or a vector that is zero, found {found}");
                 return Err(lowering.errors.at(row, message));
@@ -181,7 +181,15 @@ impl Lowering<'_> {
         let n = self.coordinates.len();
         let directions = declaration.directions.given();
         let side = directions.map(|directions| directions.side);
-        let given = fields.unwrap_or_default();
+        let mut given = fields.unwrap_or_default();
+        if side == Some(Side::Variational) {
+            // the particles at rest beside rotations
+            let (zero, one) = (self.graph.constant(0.0), self.graph.constant(1.0));
+            let rotations = self.graph.rotations().iter();
+            given.extend(
+                rotations.map(|&first| (0..n).map(|i| if i == first { one } else { zero }).collect()),
+            );
+        }
         if let (Some(Side::Variational), Some(directions)) = (side, directions) {
             // the annihilator also finds out whether they are independent
             if let Err(Defect::Dependent(row)) = annihilator(&mut self.graph, &given, n) {

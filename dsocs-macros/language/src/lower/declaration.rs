@@ -5,7 +5,7 @@ use syn::ItemStruct;
 
 use super::lowering::{Lowering, Maps};
 use super::statements::Observed;
-use super::{differentiated, multiples, unused};
+use super::{differentiated, multiples, rotations, unused};
 use crate::ast::{Branch, Constraints, Coordinates, Declaration, Directions, Map, Observe, Part, Scalar};
 use crate::check;
 use crate::errors::{Errors, Reported};
@@ -75,13 +75,14 @@ pub(crate) fn model(
     let counted = check::counts(declaration, lowering.rows, errors);
     let lagrangian = lagrangian?.ok_or_else(|| errors.missing("lagrangian = …;"));
     checked.and(counted)?;
-    let lagrangian = lagrangian?;
+    let lagrangian = lowering.with_particles_at_rest(lagrangian?);
     let (holonomic, nonholonomic) = (holonomic?.unwrap_or_default(), nonholonomic?.unwrap_or_default());
     let mut kinematic = kinematic?.unwrap_or_default();
     divide(&mut kinematic, &branch?.unwrap_or_default());
     replace(&mut kinematic, discrete_kinematic?.unwrap_or_default(), errors)?;
     third_order(declaration, &kinematic, errors)?;
     let written: Vec<usize> = kinematic.iter().map(Vec::len).collect();
+    rotations::check(declaration, &kinematic.concat(), (fields.have_compiler(), errors))?;
     let constraints = [holonomic, nonholonomic, kinematic].concat().concat();
     multiples::check(&constraints, &lowering.graph, errors)?;
     let (phi_lagrangian, phi_kinematic) = (maps.0?, maps.1?);
@@ -266,7 +267,7 @@ fn docs(declaration: &Declaration, item: &ItemStruct, observe: &[Observed]) -> D
     Docs {
         system: first_paragraph(&item.attrs),
         coordinates: groups
-            .flat_map(|group| vec![group.doc.clone(); group.length.unwrap_or(1)])
+            .flat_map(|group| vec![group.doc.clone(); group.places()])
             .collect(),
         observe: observe.iter().map(|observed| of_let(&observed.of)).collect(),
     }

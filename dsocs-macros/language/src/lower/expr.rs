@@ -50,6 +50,11 @@ impl Lowering<'_> {
             Expr::Unary(unary) => match unary.op {
                 UnOp::Neg(_) => {
                     let value = self.any(&unary.expr)?;
+                    if let Value::Rotation(_) = value {
+                        return Err(self
+                            .errors
+                            .at(unary, "a rotation has no sign; its inverse is `r.inverse()`"));
+                    }
                     return value.map(|number| Ok(self.graph.neg(number)));
                 }
                 UnOp::Deref(_) if self.is_closed(expr) => self.param(expr),
@@ -170,6 +175,13 @@ impl Lowering<'_> {
                 return Err(self.whole_array(path, path, group));
             }
             Some(&Binding::Array(group)) => return Ok(self.coordinates_of(group)),
+            Some(Binding::Rotation(_)) if self.component.is_some() || self.discrete.is_some() => {
+                return Err(self.errors.at(
+                    path,
+                    "a rotation stands in expressions of the motion alone, so far",
+                ));
+            }
+            Some(&Binding::Rotation(group)) => return Ok(self.rotation(group)),
             Some(Binding::Function(_)) => {
                 return Err(self.errors.at(
                     name,

@@ -68,6 +68,9 @@ impl Lowering<'_> {
         let Some(first) = terms.first() else {
             return Ok(Value::Number(self.graph.sum(&[])));
         };
+        if let Value::Rotation(_) = first {
+            return Err(self.errors.at(body, "rotations have no sum"));
+        }
         if let Some(other) = terms.iter().find(|term| term.kind() != first.kind()) {
             let message = format!(
                 "expected the same for every index, found {} and {}",

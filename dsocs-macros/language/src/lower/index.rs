@@ -209,6 +209,7 @@ impl Lowering<'_> {
             Binding::Let(Ok(Value::Vector(_) | Value::Matrix(_)) | Err(_))
             | Binding::Array(_)
             | Binding::Field(_) => return Ok(()),
+            Binding::Rotation(_) => "its components have no names".to_owned(),
             Binding::Coordinate(_) | Binding::Let(_) | Binding::Index(_) | Binding::NodeTime(_) => {
                 "it stands without an index".to_owned()
             }

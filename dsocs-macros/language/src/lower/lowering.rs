@@ -105,11 +105,20 @@ impl<'d> Lowering<'d> {
         for (index, field) in fields.iter().enumerate() {
             lowering.scope.push(&field.ident, Binding::Field(index));
         }
+        let rotations = groups.iter().filter(|group| group.is_rotation);
+        lowering
+            .graph
+            .set_rotations(rotations.map(|group| group.first).collect());
         for (index, name) in coordinates.iter().enumerate() {
-            lowering.scope.push(name, Binding::Coordinate(index));
+            // the components of a quaternion have no names
+            if lowering.graph.rotation_at(index).is_none() {
+                lowering.scope.push(name, Binding::Coordinate(index));
+            }
         }
         for (index, group) in groups.iter().enumerate() {
-            if group.length.is_some() {
+            if group.is_rotation {
+                lowering.scope.push(&group.name, Binding::Rotation(index));
+            } else if group.length.is_some() {
                 lowering.scope.push(&group.name, Binding::Array(index));
             }
         }

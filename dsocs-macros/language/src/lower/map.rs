@@ -71,10 +71,19 @@ impl Lowering<'_> {
         let point = (0..self.coordinates.len()).map(|i| {
             let (x0, x1) = (self.graph.leaf(Leaf::X0(i)), self.graph.leaf(Leaf::X1(i)));
             let q = self.graph.linear(0.0, &[(x0, first), (x1, second)]);
-            let chord = self.graph.sub(x1, x0);
+            let chord = match self.graph.rotation_at(i) {
+                Some(_) => self.graph.leaf(Leaf::Chord(i)),
+                None => self.graph.sub(x1, x0),
+            };
             (q, self.graph.div(chord, h))
         });
-        let (q, v) = point.unzip();
+        let (mut q, v): (Vec<_>, _) = point.unzip();
+        if first > 0.0 && second > 0.0 {
+            for slot in self.graph.rotations().to_vec() {
+                let middle = self.graph.middle(slot);
+                q.splice(slot..slot + middle.len(), middle);
+            }
+        }
         PairPoint { t, q, v }
     }
 

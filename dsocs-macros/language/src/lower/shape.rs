@@ -53,11 +53,12 @@ impl Lowering<'_> {
             let lists: Vec<_> = lists.into_iter().collect::<Result<_, _>>()?;
             return Ok(lists.into_iter().flatten().collect());
         }
-        if parts.len() == n {
+        if parts.len() == n && self.graph.rotations().is_empty() {
             return Ok(parts.into_iter().map(Entry::Value).collect());
         }
         // a vector with a component for each of them
-        if let ([one], None) = (parts.as_slice(), self.component)
+        if self.graph.rotations().is_empty()
+            && let ([one], None) = (parts.as_slice(), self.component)
             && !matches!(bare(one), Expr::Closure(_) | Expr::Array(_) | Expr::Repeat(_))
             && let Value::Vector(components) = self.any(one)?
             && components.len() == n
@@ -72,6 +73,7 @@ impl Lowering<'_> {
         } else {
             let names = self.groups.iter().map(|group| match group.length {
                 Some(length) => format!("`{}: [{length}]`", group.name),
+                None if group.is_rotation => format!("`{}: rotation`", group.name),
                 None => format!("`{}`", group.name),
             });
             format!(
@@ -84,8 +86,31 @@ impl Lowering<'_> {
         Err(self.errors.at(whole, message))
     }
 
+    /// The components of what belongs to a rotation: a vector of three in the frame of its body, or zero.
+    fn body_vector<'e>(&mut self, group: &Group, part: &'e Expr) -> Result<Vec<Entry<'e>>, Reported> {
+        let zero = self.graph.constant(0.0);
+        let components = match self.any(part)? {
+            Value::Vector(components) if components.len() == 3 => components,
+            Value::Number(number) if self.graph.is_zero(number) => vec![zero; 3],
+            value => {
+                let message = format!(
+                    "expected the three components that belong to the rotation `{}`, a vector in the frame of its body, `[a, b, c]`, or 0; found {}",
+                    group.name,
+                    value.kind()
+                );
+                return Err(self.errors.at(part, message));
+            }
+        };
+        // the slot of the scalar is at rest
+        let all = [zero].into_iter().chain(components);
+        Ok(all.map(Entry::Known).collect())
+    }
+
     /// The components of one coordinate or array of coordinates.
     fn list<'e>(&mut self, group: &Group, part: &'e Expr) -> Result<Vec<Entry<'e>>, Reported> {
+        if group.is_rotation {
+            return self.body_vector(group, part);
+        }
         let Some(length) = group.length else {
             return Ok(vec![Entry::Value(part)]);
         };

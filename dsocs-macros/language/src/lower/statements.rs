@@ -137,6 +137,12 @@ impl Lowering<'_> {
     /// What a `let` is observed as.
     fn observed(&self, name: &Ident, value: &Value) -> Result<Vec<Observed>, Reported> {
         let ends: Vec<String> = match value {
+            Value::Rotation(_) => {
+                let message = format!(
+                    "the components of a quaternion are observed as it is, in columns of their own; expected what is made of it, such as `{name} * c`"
+                );
+                return Err(self.errors.at(name, message));
+            }
             Value::Number(_) => vec![String::new()],
             Value::Vector(components) => (0..components.len()).map(|i| format!("_{i}")).collect(),
             Value::Matrix(rows) => {

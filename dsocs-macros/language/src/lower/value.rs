@@ -2,6 +2,7 @@
 
 use crate::errors::Reported;
 use crate::graph::NodeId;
+use crate::graph::rotation::Quaternion;
 
 /// A value, unless a mistake was reported.
 pub(crate) type Valued = Result<Value, Reported>;
@@ -15,6 +16,8 @@ pub(crate) enum Value {
     Vector(Vec<NodeId>),
     /// Its rows, at least one, of the same length.
     Matrix(Vec<Vec<NodeId>>),
+    /// A unit quaternion, the scalar first.
+    Rotation(Quaternion),
 }
 
 impl Value {
@@ -24,6 +27,7 @@ impl Value {
             Self::Number(number) => vec![*number],
             Self::Vector(components) => components.clone(),
             Self::Matrix(rows) => rows.concat(),
+            Self::Rotation(quaternion) => quaternion.to_vec(),
         }
     }
 
@@ -31,14 +35,14 @@ impl Value {
     pub(crate) fn number(&self) -> Option<NodeId> {
         match self {
             Self::Number(number) => Some(*number),
-            Self::Vector(_) | Self::Matrix(_) => None,
+            Self::Vector(_) | Self::Matrix(_) | Self::Rotation(_) => None,
         }
     }
 
     /// How often an index can stand behind it.
     pub(crate) fn rank(&self) -> usize {
         match self {
-            Self::Number(_) => 0,
+            Self::Number(_) | Self::Rotation(_) => 0,
             Self::Vector(_) => 1,
             Self::Matrix(_) => 2,
         }
@@ -48,6 +52,7 @@ impl Value {
     pub(crate) fn kind(&self) -> String {
         match self {
             Self::Number(_) => "a number".to_owned(),
+            Self::Rotation(_) => "a rotation".to_owned(),
             Self::Vector(components) => match components.len() {
                 1 => "a vector of 1 component".to_owned(),
                 more => format!("a vector of {more} components"),
@@ -66,6 +71,10 @@ impl Value {
         Ok(match self {
             Self::Number(number) => Self::Number(of(*number)?),
             Self::Vector(components) => Self::Vector(all(components)?),
+            Self::Rotation(quaternion) => {
+                let components: Vec<NodeId> = all(quaternion)?;
+                Self::Rotation(components.try_into().unwrap_or(*quaternion))
+            }
             Self::Matrix(rows) => Self::Matrix(rows.iter().map(|row| all(row)).collect::<Result<_, _>>()?),
         })
     }

@@ -16,6 +16,9 @@ use crate::syntax::{bare, plain_name};
 /// The methods of vectors and matrices.
 const METHODS: [&str; 5] = ["inner", "cross", "norm", "norm_squared", "transpose"];
 
+/// Those of rotations.
+const OF_ROTATIONS: [&str; 3] = ["inverse", "angular_velocity", "matrix"];
+
 /// Whether vectors or matrices have a method of that name.
 pub(super) fn is_method(name: &str) -> bool {
     METHODS.contains(&name)
@@ -28,6 +31,11 @@ impl Lowering<'_> {
             Value::Number(number) => return Ok(*number),
             Value::Vector(components) => components.len(),
             Value::Matrix(rows) => rows.len(),
+            Value::Rotation(_) => {
+                let message = "expected a number, found a rotation; a rotation turns vectors, `r * c`, `r.inverse() * c`, and its body turns with \
+                               `r.angular_velocity()`";
+                return Err(self.errors.at(expr, message));
+            }
         };
         let name = plain_name(bare(expr)).map_or_else(|| "(…)".to_owned(), ToString::to_string);
         let last = length.saturating_sub(1);
@@ -109,6 +117,14 @@ impl Lowering<'_> {
     pub(super) fn multiplied(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
         match (left, right) {
             (Value::Number(a), Value::Number(b)) => Ok(Value::Number(self.graph.mul(*a, *b))),
+            (other @ (Value::Number(_) | Value::Vector(_) | Value::Matrix(_)), Value::Rotation(_)) => {
+                let message = format!(
+                    "expected the rotation on the left of what it turns, `r * c`, found {} on its left",
+                    other.kind()
+                );
+                Err(self.errors.at(op, message))
+            }
+            (Value::Rotation(r), b) => self.turned(op, *r, b),
             (Value::Number(a), b) => self.scaled(b, |graph, component| graph.mul(*a, component)),
             (a, Value::Number(b)) => self.scaled(a, |graph, component| graph.mul(component, *b)),
             (Value::Matrix(a), Value::Vector(b)) if width(a) == b.len() => Ok(Value::Vector(
@@ -145,6 +161,11 @@ impl Lowering<'_> {
 
     /// `a / b`
     pub(super) fn divided(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
+        if let Value::Rotation(_) = left {
+            return Err(self
+                .errors
+                .at(op, "a rotation is not divided; its inverse is `r.inverse()`"));
+        }
         let Value::Number(b) = right else {
             let message = format!("expected a number behind `/`, found {}", right.kind());
             return Err(self.errors.at(op, message));
@@ -152,13 +173,16 @@ impl Lowering<'_> {
         self.scaled(left, |graph, component| graph.div(component, *b))
     }
 
+    /// The multiple of a value; of a rotation there is none.
     fn scaled(&mut self, value: &Value, mut by: impl FnMut(&mut Graph, NodeId) -> NodeId) -> Valued {
         value.map(|component| Ok(by(&mut self.graph, component)))
     }
 
     /// A method that only vectors and matrices have; `None` where another one is meant: that of a type of the user's own.
     pub(super) fn method_of_vectors(&mut self, call: &ExprMethodCall) -> Option<Valued> {
-        if self.component.is_some() || !is_method(&call.method.to_string()) {
+        let name = call.method.to_string();
+        let of_rotations = !self.graph.rotations().is_empty() && OF_ROTATIONS.contains(&name.as_str());
+        if self.component.is_some() || !(is_method(&name) || of_rotations) {
             return None;
         }
         let is_own =
@@ -184,6 +208,7 @@ impl Lowering<'_> {
             return Err(self.errors.at(name, message));
         }
         match (text.as_str(), receiver, arguments.first()) {
+            (_, Value::Rotation(r), _) => self.of_rotation(name, r),
             ("transpose", Value::Matrix(rows), _) => Ok(Value::Matrix(transposed(&rows))),
             ("transpose", other, _) => {
                 let message = format!("expected a matrix before `.transpose()`, found {}", other.kind());
@@ -199,6 +224,13 @@ impl Lowering<'_> {
             }
             ("cross", Value::Vector(a), Some(Value::Vector(b))) if a.len() == 3 && b.len() == 3 => {
                 Ok(Value::Vector(cross(&mut self.graph, &a, b)))
+            }
+            (word, receiver, _) if OF_ROTATIONS.contains(&word) => {
+                let message = format!(
+                    "expected a rotation before `.{name}()`, found {}",
+                    receiver.kind()
+                );
+                Err(self.errors.at(name, message))
             }
             (_, receiver @ (Value::Number(_) | Value::Matrix(_)), _) => Err(self.before(name, &receiver)),
             (word, receiver, argument) => {
@@ -247,13 +279,13 @@ impl Lowering<'_> {
     /// The component of a vector, or the row of a matrix, that an index names.
     pub(super) fn component(&self, value: &Value, base: &Expr, index: &Expr) -> Valued {
         let length = match value {
-            Value::Number(_) => 0,
+            Value::Number(_) | Value::Rotation(_) => 0,
             Value::Vector(components) => components.len(),
             Value::Matrix(rows) => rows.len(),
         };
         let place = self.known_integer(index)?;
         let component = usize::try_from(place).ok().and_then(|place| match value {
-            Value::Number(_) => None,
+            Value::Number(_) | Value::Rotation(_) => None,
             Value::Vector(components) => components.get(place).copied().map(Value::Number),
             Value::Matrix(rows) => rows.get(place).cloned().map(Value::Vector),
         });

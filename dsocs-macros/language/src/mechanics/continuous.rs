@@ -27,6 +27,16 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
         let terms: Vec<_> = [(rate, 1.0), (slope, -1.0)].into_iter().chain(external).collect();
         force.push(graph.linear(0.0, &terms));
     }
+    // the momentum of a rotation is seen from its body, which turns
+    for first in graph.rotations().to_vec() {
+        let slots = [1, 2, 3].map(|k| first + k);
+        let momentum = slots.map(|i| graph.derivative(model.lagrangian, Leaf::V(i)));
+        let rate = slots.map(|i| graph.leaf(Leaf::V(i)));
+        let turning = graph.cross(rate, momentum);
+        for (i, turning) in slots.into_iter().zip(turning) {
+            force[i] = graph.add(force[i], turning);
+        }
+    }
     let (mut rows, mut velocities) = (Vec::new(), Vec::new());
     for row in &model.constraints {
         // differentiated until accelerations come in

@@ -48,7 +48,7 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
             Change {
                 before: nodes.q0[i],
                 after: nodes.q1[i],
-                delta: nodes.d0[i],
+                delta: nodes.changes[0][i],
             },
         );
         change.insert(
@@ -56,9 +56,19 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
             Change {
                 before: nodes.q1[i],
                 after: nodes.q2[i],
-                delta: nodes.d1[i],
+                delta: nodes.changes[1][i],
             },
         );
+        if graph.rotation_at(i).is_some() {
+            change.insert(
+                Leaf::Chord(i),
+                Change {
+                    before: nodes.d0[i],
+                    after: nodes.d1[i],
+                    delta: nodes.e[i],
+                },
+            );
+        }
     }
     let external = external_on_leg(model, graph);
     let zero = graph.constant(0.0);
@@ -131,14 +141,27 @@ pub(crate) fn external_on_leg(model: &Model, graph: &mut Graph) -> Option<[Vec<N
             .collect();
         for (sums, leaf) in sums.iter_mut().zip([Leaf::X0 as LeafOf, Leaf::X1]) {
             for (i, terms) in sums.iter_mut().enumerate() {
-                for (&component, &q) in force.iter().zip(&point.q) {
-                    let slope = graph.derivative(q, leaf(i));
+                for (k, (&component, &q)) in force.iter().zip(&point.q).enumerate() {
+                    let slope = position_slope(graph, (q, k), leaf, i);
                     terms.push((graph.mul(component, slope), weight));
                 }
             }
         }
     }
     Some(sums.map(|components| components.iter().map(|terms| graph.linear(0.0, terms)).collect()))
+}
+
+/// How the component `k` of a point's position moves with the slot `i` of a node: of a rotation in the frame of the body, with the node that it is.
+fn position_slope(graph: &mut Graph, (q, k): (NodeId, usize), leaf: LeafOf, i: usize) -> NodeId {
+    let Some(first) = graph.rotation_at(k) else {
+        return graph.derivative(q, leaf(i));
+    };
+    if graph.rotation_at(i) == Some(first) && q == graph.middle(first)[k - first] {
+        let sign = if leaf(i) == Leaf::X1(i) { 1.0 } else { -1.0 };
+        return graph.slope_of_middle(first, [k - first, i - first], sign);
+    }
+    let moves = i == k && q == graph.leaf(leaf(k));
+    graph.constant(if moves { 1.0 } else { 0.0 })
 }
 
 /// The points of the first order map; of the paper's both ends of the leg.
@@ -199,22 +222,27 @@ impl Parts {
             }
             graph.rewrite_all(&mut slopes, &mut moved);
             let (by_position, by_velocity) = slopes.split_at(n);
-            let mut through = |outer: &[NodeId], inner: &[NodeId], leaf: Leaf| {
-                let mut terms = Vec::new();
-                for (&outer, &inner) in outer.iter().zip(inner) {
-                    // most components of a map belong to other coordinates
-                    if graph.depends_on(inner, leaf) {
-                        let slope = graph.derivative(inner, leaf);
-                        terms.push(graph.mul(outer, slope));
+            let mut through =
+                |outer: &[NodeId], inner: &[NodeId], leaf: LeafOf, i: usize, is_position: bool| {
+                    let mut terms = Vec::new();
+                    for (k, (&outer, &inner)) in outer.iter().zip(inner).enumerate() {
+                        // most components of a map belong to other coordinates
+                        if graph.moves(inner, leaf(i)) {
+                            let slope = if is_position {
+                                position_slope(graph, (inner, k), leaf, i)
+                            } else {
+                                graph.derivative(inner, leaf(i))
+                            };
+                            terms.push(graph.mul(outer, slope));
+                        }
                     }
-                }
-                graph.sum(&terms)
-            };
+                    graph.sum(&terms)
+                };
             for i in 0..n {
-                let f1 = through(by_position, q, Leaf::X0(i));
-                let f2 = through(by_position, q, Leaf::X1(i));
-                let p1 = through(by_velocity, v, Leaf::X0(i));
-                let p2 = through(by_velocity, v, Leaf::X1(i));
+                let f1 = through(by_position, q, Leaf::X0, i, true);
+                let f2 = through(by_position, q, Leaf::X1, i, true);
+                let p1 = through(by_velocity, v, Leaf::X0, i, false);
+                let p2 = through(by_velocity, v, Leaf::X1, i, false);
                 rest[i].extend([(f1, weight), (p1, weight), (p2, weight)]);
                 second[i].push((f2, weight));
                 momentum[i].push((p2, weight));

@@ -1,5 +1,6 @@
 //! The nodes of a step, and the maps `φ⁻¹` from them to points of the continuous system (paper, section 3).
 
+use crate::graph::rotation::SLOTS;
 use crate::graph::{Change, Graph, Leaf, NodeId};
 use crate::hash::HashMap;
 use crate::model::{Model, PairPoint, TriplePoint};
@@ -47,6 +48,8 @@ pub(super) struct Nodes {
     pub(super) q2: Vec<NodeId>,
     pub(super) d0: Vec<NodeId>,
     pub(super) d1: Vec<NodeId>,
+    /// By how much each component changes from `q0` to `q1`, and from `q1` to `q2`: the increment, unless it is of a rotation.
+    pub(super) changes: [Vec<NodeId>; 2],
     pub(super) e: Vec<NodeId>,
     pub(super) t0: NodeId,
     pub(super) t1: NodeId,
@@ -82,6 +85,7 @@ impl Nodes {
             q2: Vec::new(),
             d0: Vec::new(),
             d1: Vec::new(),
+            changes: [Vec::new(), Vec::new()],
             e: Vec::new(),
         };
         for i in 0..n {
@@ -94,7 +98,27 @@ impl Nodes {
             nodes.d1.push(graph.add(d, e));
             nodes.e.push(e);
         }
+        nodes.changes = [nodes.d0.clone(), nodes.d1.clone()];
+        for first in graph.rotations().to_vec() {
+            nodes.turn(graph, first);
+        }
         nodes
+    }
+
+    /// Of a rotation: `q0 = q1 τ(-d0)` and `q2 = q1 τ(d1)`.
+    fn turn(&mut self, graph: &mut Graph, first: usize) {
+        let slots = first..first + SLOTS;
+        let q1 = [0, 1, 2, 3].map(|k| self.q1[first + k]);
+        let [back, on] = [(&self.d0, -1.0), (&self.d1, 1.0)].map(|(d, sign)| {
+            let x = [1, 2, 3].map(|k| graph.scale(sign, d[first + k]));
+            graph.quaternion_change(q1, x)
+        });
+        for (k, i) in slots.enumerate() {
+            self.q0[i] = graph.add(q1[k], back[k]);
+            self.q2[i] = graph.add(q1[k], on[k]);
+            self.changes[0][i] = graph.neg(back[k]);
+            self.changes[1][i] = on[k];
+        }
     }
 
     /// What stands in the place of the nodes of a map.
@@ -110,12 +134,12 @@ impl Nodes {
 
     /// What stands in the place of the nodes of a map of pairs, on the leg from `q0` to `q1`.
     pub(super) fn first_leg(&self) -> HashMap<Leaf, NodeId> {
-        leg([(&self.q0, self.t0), (&self.q1, self.t1)])
+        leg([(&self.q0, self.t0), (&self.q1, self.t1)], &self.d0)
     }
 
     /// The same on the leg from `q1` to `q2`.
     pub(super) fn second_leg(&self) -> HashMap<Leaf, NodeId> {
-        leg([(&self.q1, self.t1), (&self.q2, self.t2)])
+        leg([(&self.q1, self.t1), (&self.q2, self.t2)], &self.d1)
     }
 
     /// What stands in the place of a position and its time, at the middle node.
@@ -158,8 +182,8 @@ impl Nodes {
 }
 
 /// What stands in the place of the nodes of a map of pairs.
-fn leg([(q0, t0), (q1, t1)]: [(&[NodeId], NodeId); 2]) -> HashMap<Leaf, NodeId> {
-    let mut places = places([(Leaf::X0 as LeafOf, q0), (Leaf::X1, q1)]);
+fn leg([(q0, t0), (q1, t1)]: [(&[NodeId], NodeId); 2], d: &[NodeId]) -> HashMap<Leaf, NodeId> {
+    let mut places = places([(Leaf::X0 as LeafOf, q0), (Leaf::X1, q1), (Leaf::Chord, d)]);
     places.extend([(Leaf::T0, t0), (Leaf::T1, t1)]);
     places
 }

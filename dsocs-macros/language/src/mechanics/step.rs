@@ -92,7 +92,7 @@ fn holonomic(graph: &mut Graph, nodes: &Nodes, g: NodeId) -> Equation {
             let change = Change {
                 before: nodes.q1[i],
                 after: nodes.q2[i],
-                delta: nodes.d1[i],
+                delta: nodes.changes[1][i],
             };
             (Leaf::Q(i), change)
         })

@@ -1,4 +1,4 @@
-//! `coordinates(x, y, theta: [3]);`
+//! `coordinates(x, y, theta: [3], r: rotation);`
 
 use proc_macro2::Ident;
 use quote::{ToTokens, format_ident};
@@ -15,7 +15,7 @@ use crate::syntax::{bare, doc, plain_name};
 /// The most coordinates that a system may have: its code grows at least with their number's square.
 const MOST: usize = 1000;
 
-/// `x` or `theta: [3]`, with its documentation.
+/// `x`, `theta: [3]` or `r: rotation`, with its documentation.
 pub(super) struct Argument {
     attributes: Vec<Attribute>,
     name: Expr,
@@ -67,12 +67,14 @@ pub(super) fn read(
     for argument in arguments {
         only_documentation(&argument.attributes, errors);
         let name = name(&argument.name, errors);
-        let length = argument
-            .length
-            .map(|brackets| length(&brackets, errors))
-            .transpose();
+        let is_rotation = argument.length.as_ref().and_then(plain_name);
+        let is_rotation = is_rotation.is_some_and(|word| word == "rotation");
+        let brackets = argument.length.filter(|_| !is_rotation);
+        let length = brackets.map(|brackets| length(&brackets, errors)).transpose();
         match (name, length) {
-            (Ok(name), Ok(length)) => coordinates.add(name, length, doc(&argument.attributes)),
+            (Ok(name), Ok(length)) => {
+                coordinates.add(name, (length, is_rotation), doc(&argument.attributes));
+            }
             (Err(reported), _) | (_, Err(reported)) => wrong = Some(reported),
         }
         if coordinates.names.len() > MOST {
@@ -90,9 +92,14 @@ pub(super) fn read(
 }
 
 impl Coordinates {
-    fn add(&mut self, name: Ident, length: Option<usize>, doc: String) {
+    fn add(&mut self, name: Ident, (length, is_rotation): (Option<usize>, bool), doc: String) {
         let first = self.names.len();
         match length {
+            None if is_rotation => {
+                let names =
+                    ["w", "x", "y", "z"].map(|end| format_ident!("{}_{}", name, end, span = name.span()));
+                self.names.extend(names);
+            }
             None => self.names.push(name.clone()),
             Some(length) => {
                 let names = (0..length).map(|i| format_ident!("{}_{}", name, i, span = name.span()));
@@ -103,6 +110,7 @@ impl Coordinates {
             name,
             first,
             length,
+            is_rotation,
             doc,
         });
     }

@@ -9,6 +9,7 @@ mod meaning;
 mod mistakes;
 mod random;
 mod rates;
+mod rotations;
 mod slips;
 mod text;
 mod text_files;

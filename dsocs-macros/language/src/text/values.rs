@@ -290,7 +290,15 @@ fn run(
         let result = if let Some(length) = length {
             length.and_then(|length| Err(errors.at(length, format!("expected `{text} = …`, without `:`"))))
         } else if told.insert(text.clone()) {
-            value.and_then(|value| set(&mut run, (&text, &key), &value, n, evaluation))
+            value.and_then(|value| {
+                set(
+                    &mut run,
+                    (&text, &key),
+                    &value,
+                    (n, model.graph.rotations()),
+                    evaluation,
+                )
+            })
         } else {
             Err(errors.at(&key, format!("`{text}` is given a second time here")))
         };
@@ -329,13 +337,20 @@ fn set(
     run: &mut Run,
     (text, key): (&str, &Ident),
     value: &Expr,
-    n: usize,
+    (n, rotations): (usize, &[usize]),
     evaluation: &mut Evaluation<'_>,
 ) -> Result<(), Reported> {
     let errors = evaluation.errors;
-    let mut vector = |expr: &Expr| {
-        let numbers = evaluation.vector(expr)?;
+    let mut vector = |expr: &Expr, is_position: bool| {
+        let mut numbers = evaluation.vector(expr)?;
         if numbers.len() == n {
+            return Ok(numbers);
+        }
+        // of a rotation three numbers, in the frame of the body
+        if !is_position && numbers.len() + rotations.len() == n {
+            for &first in rotations {
+                numbers.insert(first, 0.0);
+            }
             return Ok(numbers);
         }
         let commas = if has_decimal_comma(expr) {
@@ -359,11 +374,11 @@ fn set(
                 let message = "expected position and velocity, `start = ([1.0, 0.0], [0.0, 0.5]);`";
                 return Err(errors.at(value, message));
             };
-            let (q0, v0) = (vector(q0), vector(v0));
+            let (q0, v0) = (vector(q0, true), vector(v0, false));
             run.start = Some([q0?, v0?]);
         }
-        "acceleration" => run.acceleration = Some(vector(value)?),
-        "near_acceleration" => run.near_acceleration = Some(vector(value)?),
+        "acceleration" => run.acceleration = Some(vector(value, false)?),
+        "near_acceleration" => run.near_acceleration = Some(vector(value, false)?),
         "step" => {
             let step = evaluation.number(value)?;
             if step == 0.0 {

@@ -333,7 +333,7 @@ fn leaf_bytes(leaf: Leaf) -> (u8, usize) {
         Leaf::Side(i) => (14, i),
         // the nodes of a map and their times are replaced before code is written; there is no such kind
         Leaf::T0 | Leaf::T1 | Leaf::T2 => (u8::MAX, 0),
-        Leaf::X0(i) | Leaf::X1(i) | Leaf::X2(i) => (u8::MAX, i),
+        Leaf::X0(i) | Leaf::X1(i) | Leaf::X2(i) | Leaf::Chord(i) => (u8::MAX, i),
     }
 }
 

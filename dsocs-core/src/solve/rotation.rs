@@ -1,0 +1,177 @@
+//! How coordinates that are rotations move: unit quaternions, by increments in the frame of the body.
+//!
+//! A rotation takes four slots among the coordinates. A position holds its quaternion `(w, x, y, z)`; an increment holds a zero and three numbers
+//! `x`, and leads from `q` to `q τ(x)` with the Padé map `τ(x) = ((a² - b) + a x/2)/(a² + b)`, `a = 1 - |x|²/48`, `b = |x|²/16`: it is `exp` up to `|x|⁵/720`
+//! in the angle.
+
+use crate::number::compensated::plus;
+use crate::number::scalar::Scalar;
+use crate::solve::sum::Sum;
+
+/// How many slots a rotation takes.
+pub(crate) const SLOTS: usize = 4;
+
+/// A start's quaternion may be so far from the norm one.
+const NEARLY_ONE: f64 = 1e-6;
+
+/// `p∘q`
+fn product<T: Scalar>(p: [T; 4], q: [T; 4]) -> [T; 4] {
+    let ([a, b, c, d], [w, x, y, z]) = (p, q);
+    [
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y + c * w + d * x - b * z,
+        a * z + d * w + b * y - c * x,
+    ]
+}
+
+/// `τ(x) - 1`
+fn less_one<T: Scalar>([x, y, z]: [T; 3]) -> [T; 4] {
+    let square = x * x + y * y + z * z;
+    let a = T::splat(1.0) - square * T::splat(1.0 / 48.0);
+    let b = square * T::splat(1.0 / 16.0);
+    let denominator = a * a + b;
+    let half = T::splat(0.5) * a / denominator;
+    [T::splat(-2.0) * b / denominator, half * x, half * y, half * z]
+}
+
+/// By how much a quaternion changes that moves by an increment.
+fn change<T: Scalar>(q: [T; 4], x: [T; 3]) -> [T; 4] {
+    product(q, less_one(x))
+}
+
+/// The slots of a rotation.
+fn slots<T: Copy>(numbers: &[T], first: usize) -> Option<[T; 4]> {
+    numbers.get(first..)?.first_chunk().copied()
+}
+
+/// The position that an increment leads to, in any numbers.
+pub(crate) fn moved<T: Scalar>(rotations: &[usize], q: &[T], d: &[T]) -> Vec<T> {
+    let mut moved: Vec<T> = q.iter().zip(d).map(|(&q, &d)| q + d).collect();
+    for &first in rotations {
+        let (Some(q), Some([_, x, y, z])) = (slots(q, first), slots(d, first)) else {
+            continue;
+        };
+        let changes = change(q, [x, y, z]);
+        for ((moved, q), change) in moved.iter_mut().skip(first).zip(q).zip(changes) {
+            *moved = q + change;
+        }
+    }
+    moved
+}
+
+/// The same of sums.
+pub(crate) fn moved_sum(rotations: &[usize], q: &Sum, d: &Sum) -> Sum {
+    let mut sum = q.plus(d);
+    turn(
+        rotations,
+        [&q.hi, &q.lo],
+        [&d.hi, &d.lo],
+        [&mut sum.hi, &mut sum.lo],
+    );
+    sum
+}
+
+/// Writes the rotations among the positions, as sums, that increments lead to.
+pub(crate) fn turn(
+    rotations: &[usize],
+    [q, q_low]: [&[f64]; 2],
+    [d, d_low]: [&[f64]; 2],
+    [to, to_low]: [&mut [f64]; 2],
+) {
+    for &first in rotations {
+        let of = |numbers| slots(numbers, first);
+        let (Some(hi), Some(lo), Some([_, x, y, z]), Some([_, x_low, y_low, z_low])) =
+            (of(q), of(q_low), of(d), of(d_low))
+        else {
+            continue;
+        };
+        let by = less_one([x, y, z]);
+        let (moves, low, of_low) = (
+            product(hi, by),
+            product(lo, by),
+            product(hi, [0.0, 0.5 * x_low, 0.5 * y_low, 0.5 * z_low]),
+        );
+        let mut next = [(0.0, 0.0); SLOTS];
+        for k in 0..SLOTS {
+            next[k] = plus((hi[k], lo[k]), (moves[k], low[k] + of_low[k]));
+        }
+        // what rounding does to the norm would add up: nothing else brings it back
+        let excess = next.iter().fold(-1.0, |sum, (hi, lo)| sum + hi * (hi + 2.0 * lo));
+        let places = to.iter_mut().zip(to_low.iter_mut()).skip(first);
+        for ((hi, lo), (to, to_low)) in next.into_iter().zip(places) {
+            (*to, *to_low) = plus((hi, lo), (-0.5 * excess * hi, 0.0));
+        }
+    }
+}
+
+/// Brings the quaternions of a start to the norm one. The place of the first whose norm is farther from it, if there is one, with its norm.
+pub(crate) fn normalize(rotations: &[usize], q: &mut [f64]) -> Result<(), (usize, f64)> {
+    for &first in rotations {
+        let Some(quaternion) = q.get_mut(first..first + SLOTS) else {
+            continue;
+        };
+        let norm = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
+        // false also where it is no number
+        if (norm - 1.0).abs() < NEARLY_ONE {
+            for q in quaternion {
+                *q /= norm;
+            }
+        } else {
+            return Err((first, norm));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solve::Vector;
+
+    #[test]
+    fn a_turn_is_that_of_the_exponential_up_to_the_fifth_power() {
+        for size in [0.02_f64, 0.1, 0.4] {
+            let angle = size;
+            let axis = [0.36, -0.48, 0.8];
+            let turned = moved(
+                &[0],
+                &[1.0, 0.0, 0.0, 0.0],
+                &[0.0, axis[0] * size, axis[1] * size, axis[2] * size],
+            );
+            let norm: f64 = turned.iter().map(|q| q * q).sum();
+            assert!((norm - 1.0).abs() < 4e-16);
+            let found = 2.0
+                * turned[1..]
+                    .iter()
+                    .zip(axis)
+                    .map(|(q, a)| q * a)
+                    .sum::<f64>()
+                    .atan2(turned[0]);
+            let error = (found - angle).abs();
+            assert!(
+                (error / (size.powi(5) / 720.0) - 1.0).abs() < 0.05,
+                "{size}: {error:e}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_increment_and_its_negative_lead_back_and_the_norm_stays() {
+        let x = [0.0, 0.3, -0.7, 0.2];
+        let start = Vector::of(&[0.5, 0.5, -0.5, 0.5]);
+        let mut q = Sum::exact(start.clone());
+        let d = Sum::exact(Vector::of(&x));
+        for _ in 0..10_000 {
+            q = moved_sum(&[0], &q, &d);
+        }
+        let norm: f64 = q.hi.iter().map(|q| q * q).sum::<f64>().sqrt();
+        assert!((norm - 1.0).abs() <= 4.0 * f64::EPSILON, "{norm}");
+        for _ in 0..10_000 {
+            q = moved_sum(&[0], &q, &d.negated());
+        }
+        for (q, start) in q.hi.iter().zip(start.iter()) {
+            assert!((q - start).abs() < 1e-13);
+        }
+    }
+}

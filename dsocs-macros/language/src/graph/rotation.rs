@@ -1,0 +1,265 @@
+//! Coordinates that are rotations.
+//!
+//! A rotation takes four slots among the coordinates. A position holds its unit quaternion `(w, x, y, z)`; a velocity, an acceleration, an increment and a
+//! covector hold a zero and the three components in the frame of the body. So vectors of all kinds have the same length, and the slot of the zero is a
+//! particle at rest.
+//!
+//! A leg goes from `g0` to `g1 = g0 τ(x)` by a local increment `x`, with the Padé map `τ`. In the direction of a body slot a position moves by
+//! `δq = ½ q∘(0, e)`, with time by `½ q∘(0, ω)`; the increment of a leg moves by `T(x)` with its second node and by `-T(-x)` with its first, where `T(x)` is
+//! the inverse of the left tangent of `τ`. All other derivatives follow by the chain rule.
+
+use super::derivative::Direction;
+use super::{Graph, Leaf, NodeId, Unary};
+
+/// The slots of a rotation.
+pub(crate) const SLOTS: usize = 4;
+
+/// A quaternion, the scalar first.
+pub(crate) type Quaternion = [NodeId; SLOTS];
+
+/// The leaf of a slot.
+type LeafOf = fn(usize) -> Leaf;
+
+impl Graph {
+    /// Says at which slots rotations begin.
+    pub(crate) fn set_rotations(&mut self, first: Vec<usize>) {
+        self.rotations = first;
+    }
+
+    /// The first slots of rotations.
+    pub(crate) fn rotations(&self) -> &[usize] {
+        &self.rotations
+    }
+
+    /// The first slot of the rotation to which a slot belongs.
+    pub(crate) fn rotation_at(&self, slot: usize) -> Option<usize> {
+        let mut rotations = self.rotations.iter();
+        rotations
+            .find(|&&first| (first..first + SLOTS).contains(&slot))
+            .copied()
+    }
+
+    /// Whether a leaf is a component of a rotation or of an increment of one, where it does not move as a number does.
+    pub(super) fn is_of_rotation(&self, leaf: Leaf) -> bool {
+        match leaf {
+            Leaf::Q(i) | Leaf::X0(i) | Leaf::X1(i) | Leaf::Chord(i) => self.rotation_at(i).is_some(),
+            _ => false,
+        }
+    }
+
+    /// The leaves that move with a leaf: itself or, of a rotation, all components of the node and of the increment.
+    pub(super) fn turning(&self, leaf: Leaf) -> [Option<Leaf>; 2 * SLOTS] {
+        let mut leaves = [None; 2 * SLOTS];
+        let node: LeafOf = match leaf {
+            Leaf::Q(_) => Leaf::Q,
+            Leaf::X0(_) => Leaf::X0,
+            Leaf::X1(_) => Leaf::X1,
+            _ => return [Some(leaf), None, None, None, None, None, None, None],
+        };
+        let Some(first) = leaf.place().and_then(|slot| self.rotation_at(slot)) else {
+            leaves[0] = Some(leaf);
+            return leaves;
+        };
+        let has_chord = !matches!(leaf, Leaf::Q(_));
+        for k in 0..SLOTS {
+            leaves[k] = Some(node(first + k));
+            leaves[SLOTS + k] = has_chord.then_some(Leaf::Chord(first + k));
+        }
+        leaves
+    }
+
+    /// How a component of a rotation, or of the increment of one, moves in a direction.
+    pub(super) fn turned_leaf(&mut self, leaf: Leaf, direction: Direction) -> NodeId {
+        let zero = self.constant(0.0);
+        let Some(slot) = leaf.place() else { return zero };
+        let Some(first) = self.rotation_at(slot) else {
+            return zero;
+        };
+        let k = slot - first;
+        let quaternion = |graph: &mut Self, node: LeafOf| -> Quaternion {
+            [0, 1, 2, 3].map(|k| graph.leaf(node(first + k)))
+        };
+        let body = |graph: &mut Self, node: LeafOf| [1, 2, 3].map(|k| graph.leaf(node(first + k)));
+        let along = match direction {
+            Direction::Time => None,
+            Direction::Of(along) => Some(along),
+        };
+        let place = along
+            .and_then(Leaf::place)
+            .filter(|place| (first..first + SLOTS).contains(place));
+        match (leaf, along, place) {
+            (Leaf::Q(_), None, _) => {
+                let q = quaternion(self, Leaf::Q);
+                let rate = body(self, Leaf::V);
+                self.half_product(q, rate)[k]
+            }
+            (Leaf::Q(_), Some(Leaf::Q(_)), Some(place)) => {
+                let q = quaternion(self, Leaf::Q);
+                self.along_slot(q, place - first)[k]
+            }
+            (Leaf::X0(_), Some(Leaf::X0(_)), Some(place)) => {
+                let q = quaternion(self, Leaf::X0);
+                self.along_slot(q, place - first)[k]
+            }
+            (Leaf::X1(_), Some(Leaf::X1(_)), Some(place)) => {
+                let q = quaternion(self, Leaf::X1);
+                self.along_slot(q, place - first)[k]
+            }
+            // the particle at rest
+            (Leaf::Chord(_), Some(Leaf::X0(_) | Leaf::X1(_)), Some(place)) if k == 0 || place == first => {
+                let sign = if matches!(along, Some(Leaf::X1(_))) {
+                    1.0
+                } else {
+                    -1.0
+                };
+                self.constant(if k == 0 && place == first { sign } else { 0.0 })
+            }
+            (Leaf::Chord(_), Some(Leaf::X1(_)), Some(place)) => {
+                let x = body(self, Leaf::Chord);
+                self.inverse_tangent(x, 1.0)[k - 1][place - first - 1]
+            }
+            (Leaf::Chord(_), Some(Leaf::X0(_)), Some(place)) => {
+                let x = body(self, Leaf::Chord);
+                let entry = self.inverse_tangent(x, -1.0)[k - 1][place - first - 1];
+                self.neg(entry)
+            }
+            (Leaf::Chord(i), Some(Leaf::Chord(j)), _) if i == j => self.constant(1.0),
+            _ => zero,
+        }
+    }
+
+    /// `½ q∘(0, e)` along a slot: nothing along the first.
+    fn along_slot(&mut self, q: Quaternion, slot: usize) -> Quaternion {
+        let (zero, one) = (self.constant(0.0), self.constant(1.0));
+        let axis = [1, 2, 3].map(|k| if k == slot { one } else { zero });
+        self.half_product(q, axis)
+    }
+
+    /// `½ q∘(0, v)`
+    fn half_product(&mut self, q: Quaternion, v: [NodeId; 3]) -> Quaternion {
+        let zero = self.constant(0.0);
+        let product = self.quaternion_product(q, [zero, v[0], v[1], v[2]]);
+        product.map(|component| self.scale(0.5, component))
+    }
+
+    /// `p∘q`
+    pub(crate) fn quaternion_product(&mut self, p: Quaternion, q: Quaternion) -> Quaternion {
+        /// For each component the factors, and the signs of their products.
+        const TERMS: [[(usize, usize, f64); 4]; 4] = [
+            [(0, 0, 1.0), (1, 1, -1.0), (2, 2, -1.0), (3, 3, -1.0)],
+            [(0, 1, 1.0), (1, 0, 1.0), (2, 3, 1.0), (3, 2, -1.0)],
+            [(0, 2, 1.0), (2, 0, 1.0), (3, 1, 1.0), (1, 3, -1.0)],
+            [(0, 3, 1.0), (3, 0, 1.0), (1, 2, 1.0), (2, 1, -1.0)],
+        ];
+        TERMS.map(|terms| {
+            let terms = terms.map(|(i, j, sign)| (self.mul(p[i], q[j]), sign));
+            self.linear(0.0, &terms)
+        })
+    }
+
+    /// `q∘(τ(x) - 1)`: by how much the quaternion changes that moves by an increment.
+    pub(crate) fn quaternion_change(&mut self, q: Quaternion, x: [NodeId; 3]) -> Quaternion {
+        let [a, b] = self.pade(x);
+        // the quaternion of `τ` is (a² - b, a x/2)/(a² + b)
+        let square = self.powi(a, 2);
+        let denominator = self.add(square, b);
+        let scalar = self.product(&[(b, 1), (denominator, -1)]);
+        let scalar = self.scale(-2.0, scalar);
+        let half = self.product(&[(a, 1), (denominator, -1)]);
+        let half = self.scale(0.5, half);
+        let [x, y, z] = x.map(|x| self.mul(half, x));
+        self.quaternion_product(q, [scalar, x, y, z])
+    }
+
+    /// The middle of a leg, `X0 (a + x/4)/√(a² + b)`: `τ(x)` is the square of what it is turned by, so it is the same from both ends.
+    pub(crate) fn middle(&mut self, first: usize) -> Quaternion {
+        let q = [0, 1, 2, 3].map(|k| self.leaf(Leaf::X0(first + k)));
+        let x = [1, 2, 3].map(|k| self.leaf(Leaf::Chord(first + k)));
+        let [a, b] = self.pade(x);
+        let square = self.powi(a, 2);
+        let norm = self.add(square, b);
+        let norm = self.unary(Unary::Sqrt, norm);
+        let [x, y, z] = x.map(|x| self.scale(0.25, x));
+        self.quaternion_product(q, [a, x, y, z])
+            .map(|component| self.div(component, norm))
+    }
+
+    /// How the body slot `k` of the middle of a leg moves with the slot `i` of its second node, or with `sign = -1` of its first:
+    /// `M(±y) = (I ± ŷ/2)/2` with `y = x/(2 a)`.
+    pub(crate) fn slope_of_middle(&mut self, first: usize, [k, i]: [usize; 2], sign: f64) -> NodeId {
+        if k == 0 || i == 0 {
+            return self.constant(0.0);
+        }
+        if k == i {
+            return self.constant(0.5);
+        }
+        let x = [1, 2, 3].map(|k| self.leaf(Leaf::Chord(first + k)));
+        let [a, _] = self.pade(x);
+        let other = 6 - k - i;
+        let odd = k % 3 + 1 == i;
+        let y = self.div(x[other - 1], a);
+        self.scale(if odd { -0.125 * sign } else { 0.125 * sign }, y)
+    }
+
+    /// `a = 1 - |x|²/48` and `b = |x|²/16`.
+    fn pade(&mut self, x: [NodeId; 3]) -> [NodeId; 2] {
+        let square = self.norm_squared(x);
+        [
+            self.linear(1.0, &[(square, -1.0 / 48.0)]),
+            self.scale(1.0 / 16.0, square),
+        ]
+    }
+
+    fn norm_squared(&mut self, x: [NodeId; 3]) -> NodeId {
+        let squares = x.map(|x| self.powi(x, 2));
+        self.sum(&squares)
+    }
+
+    /// `T(±x) = ±x̂/2 + c I + d x xᵀ`, with `c = (a² - b)/a` and `d = (1/8 - a²/24)/(a (1 + |x|²/48))`.
+    fn inverse_tangent(&mut self, x: [NodeId; 3], sign: f64) -> [[NodeId; 3]; 3] {
+        let [a, b] = self.pade(x);
+        let square = self.powi(a, 2);
+        let difference = self.sub(square, b);
+        let c = self.div(difference, a);
+        let norm = self.norm_squared(x);
+        let other = self.linear(1.0, &[(norm, 1.0 / 48.0)]);
+        let numerator = self.linear(0.125, &[(square, -1.0 / 24.0)]);
+        let d = self.product(&[(numerator, 1), (a, -1), (other, -1)]);
+        [0, 1, 2].map(|i| {
+            [0, 1, 2].map(|j: usize| {
+                let outer = self.product(&[(d, 1), (x[i], 1), (x[j], 1)]);
+                if i == j {
+                    return self.add(c, outer);
+                }
+                // x̂ᵢⱼ = -εᵢⱼₖ xₖ
+                let k = 3 - i - j;
+                let odd = (i + 1) % 3 == j;
+                let hat = if odd { -0.5 * sign } else { 0.5 * sign };
+                self.linear(0.0, &[(outer, 1.0), (x[k], hat)])
+            })
+        })
+    }
+
+    /// A vector turned from the frame of the body: `v + 2 w (u × v) + 2 u × (u × v)`.
+    pub(crate) fn turned(&mut self, [w, u @ ..]: Quaternion, v: [NodeId; 3]) -> [NodeId; 3] {
+        let once = self.cross(u, v);
+        let twice = self.cross(u, once);
+        [0, 1, 2].map(|i| {
+            let first = self.mul(w, once[i]);
+            self.linear(0.0, &[(v[i], 1.0), (first, 2.0), (twice[i], 2.0)])
+        })
+    }
+
+    /// `a × b`
+    pub(crate) fn cross(&mut self, a: [NodeId; 3], b: [NodeId; 3]) -> [NodeId; 3] {
+        [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
+            let (left, right) = (self.mul(a[i], b[j]), self.mul(a[j], b[i]));
+            self.sub(left, right)
+        })
+    }
+
+    /// The inverse of a rotation.
+    pub(crate) fn inverse(&mut self, [w, x, y, z]: Quaternion) -> Quaternion {
+        [w, self.neg(x), self.neg(y), self.neg(z)]
+    }
+}

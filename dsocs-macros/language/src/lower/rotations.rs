@@ -1,0 +1,156 @@
+//! Rotations: what they turn, and what a declaration cannot have beside them.
+
+use proc_macro2::Ident;
+use syn::BinOp;
+
+use super::lowering::Lowering;
+use super::value::{Value, Valued};
+use crate::ast::{Declaration, MapRule};
+use crate::errors::{Errors, Reported};
+use crate::graph::rotation::Quaternion;
+use crate::graph::{Leaf, NodeId};
+use crate::model::Row;
+
+impl Lowering<'_> {
+    /// A rotation by the place of its group.
+    pub(super) fn rotation(&mut self, group: usize) -> Value {
+        let first = self.groups.get(group).map_or(0, |group| group.first);
+        Value::Rotation([0, 1, 2, 3].map(|k| self.graph.leaf(Leaf::Q(first + k))))
+    }
+
+    /// A Lagrangian with the particles at rest in the first slots of rotations, which have mass.
+    pub(super) fn with_particles_at_rest(&mut self, lagrangian: NodeId) -> NodeId {
+        let mut terms = vec![(lagrangian, 1.0)];
+        for first in self.graph.rotations().to_vec() {
+            let velocity = self.graph.leaf(Leaf::V(first));
+            terms.push((self.graph.powi(velocity, 2), 0.5));
+        }
+        if terms.len() == 1 {
+            return lagrangian;
+        }
+        self.graph.linear(0.0, &terms)
+    }
+
+    /// `r * c` or `r * s`
+    pub(super) fn turned(&mut self, op: &BinOp, r: Quaternion, right: &Value) -> Valued {
+        match right {
+            Value::Vector(components) => match components.as_slice() {
+                &[x, y, z] => Ok(Value::Vector(self.graph.turned(r, [x, y, z]).to_vec())),
+                _ => {
+                    let message = format!("a rotation turns vectors of 3 components, found {}", right.kind());
+                    Err(self.errors.at(op, message))
+                }
+            },
+            Value::Rotation(s) => Ok(Value::Rotation(self.graph.quaternion_product(r, *s))),
+            _ => {
+                let message = format!(
+                    "a rotation turns a vector, `r * c`, or goes on with another, `r * s`; found {}",
+                    right.kind()
+                );
+                Err(self.errors.at(op, message))
+            }
+        }
+    }
+
+    /// `r.inverse()`, `r.angular_velocity()` or `r.matrix()`
+    pub(super) fn of_rotation(&mut self, name: &Ident, r: Quaternion) -> Valued {
+        match name.to_string().as_str() {
+            "inverse" => Ok(Value::Rotation(self.graph.inverse(r))),
+            "angular_velocity" => self.angular_velocity(r),
+            "matrix" => {
+                let (zero, one) = (self.graph.constant(0.0), self.graph.constant(1.0));
+                let axes = [0, 1, 2].map(|i| [0, 1, 2].map(|j| if i == j { one } else { zero }));
+                let columns = axes.map(|axis| self.graph.turned(r, axis));
+                Ok(Value::Matrix(
+                    (0..3)
+                        .map(|i| columns.iter().map(|column| column[i]).collect())
+                        .collect(),
+                ))
+            }
+            _ => {
+                let message = format!(
+                    "a rotation has no `{name}`; expected `r * c`, a vector turned, `r.inverse()`, `r.angular_velocity()` or `r.matrix()`"
+                );
+                Err(self.errors.at(name, message))
+            }
+        }
+    }
+
+    /// The angular velocity in the frame of the body: that of a coordinate, else `2 r̄∘dr/dt`.
+    fn angular_velocity(&mut self, r: Quaternion) -> Valued {
+        for first in self.graph.rotations().to_vec() {
+            if [0, 1, 2, 3].map(|k| self.graph.leaf(Leaf::Q(first + k))) == r {
+                let rate = (1..4).map(|k| self.graph.leaf(Leaf::V(first + k)));
+                let rate: Vec<_> = rate.collect();
+                self.origins_of(&rate);
+                return Ok(Value::Vector(rate));
+            }
+        }
+        let rate = r.map(|component| self.graph.total_derivative(component));
+        let inverse = self.graph.inverse(r);
+        let [_, x, y, z] = self.graph.quaternion_product(inverse, rate);
+        let rate: Vec<_> = [x, y, z]
+            .into_iter()
+            .map(|component| self.graph.scale(2.0, component))
+            .collect();
+        Ok(Value::Vector(rate))
+    }
+
+    fn origins_of(&mut self, nodes: &[NodeId]) {
+        for &node in nodes {
+            self.remember(quote::quote!(angular_velocity), node);
+        }
+    }
+}
+
+/// Refuses what cannot be had beside rotations.
+pub(super) fn check(
+    declaration: &Declaration,
+    kinematic: &[Row],
+    (have_compiler, errors): (bool, &Errors),
+) -> Result<(), Reported> {
+    let groups = declaration
+        .coordinates
+        .given()
+        .into_iter()
+        .flat_map(|part| &part.groups);
+    let Some(rotation) = groups.into_iter().find(|group| group.is_rotation) else {
+        return Ok(());
+    };
+    if have_compiler {
+        let message = "a rotation is a coordinate of a text file, so far: expected the declaration in a file, or angles or a quaternion under a \
+                       `holonomic` row here";
+        return Err(errors.at(&rotation.name, message));
+    }
+    if kinematic.iter().any(|row| row.order > 2) {
+        let message = "beside a rotation constraints are of second order at most, so far";
+        return Err(errors.at(&rotation.name, message));
+    }
+    for (map, of_pairs) in [
+        (&declaration.phi_lagrangian, true),
+        (&declaration.phi_kinematic, false),
+        (&declaration.phi_variational, false),
+    ] {
+        let Some(map) = map.given() else { continue };
+        let message = match map.rule {
+            MapRule::Paper | MapRule::Trapezoid => continue,
+            MapRule::Midpoint if of_pairs => continue,
+            MapRule::Midpoint => "a mean of three positions is no rotation; expected `paper` beside one",
+            MapRule::Closure(_) => {
+                "a formula of positions is no rotation; expected a map by its name beside one, such as `paper`"
+            }
+        };
+        return Err(errors.at(&map.keyword, message));
+    }
+    let discrete = declaration.discrete_kinematic.given();
+    if let Some(discrete) = discrete {
+        let message = "beside a rotation there are no discrete rows, so far: expected `kinematic` alone";
+        return Err(errors.at(&discrete.keyword, message));
+    }
+    if let Some(discrete) = declaration.discrete_lagrangian.given() {
+        let message =
+            "beside a rotation there is no discrete Lagrangian, so far: expected `lagrangian` alone";
+        return Err(errors.at(&discrete.value, message));
+    }
+    Ok(())
+}

@@ -1,0 +1,614 @@
+//! Rotations as coordinates: the errors and orders of the step against equations written by hand, integrated by another method.
+//!
+//! The errors expected here are those of an independent implementation of the step, in Python with derivatives by JAX.
+
+use dsocs_core::text::Text;
+use dsocs_core::{AnyFlow, AnyStart, OwnedNode, SetupError};
+
+use crate::dop853;
+
+type Vector = [f64; 3];
+type Matrix = [Vector; 3];
+
+fn cross(a: Vector, b: Vector) -> Vector {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn plus(a: Vector, b: Vector) -> Vector {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+fn times(s: f64, a: Vector) -> Vector {
+    a.map(|a| s * a)
+}
+
+fn product(m: &Matrix, v: Vector) -> Vector {
+    m.map(|row| dot(row, v))
+}
+
+fn transposed(m: &Matrix) -> Matrix {
+    [0, 1, 2].map(|i| m.map(|row| row[i]))
+}
+
+/// The solution of three equations, by Cramer's rule.
+fn solved(m: &Matrix, b: Vector) -> Vector {
+    let [x, y, z] = transposed(m);
+    let determinant = dot(x, cross(y, z));
+    [
+        dot(b, cross(y, z)) / determinant,
+        dot(x, cross(b, z)) / determinant,
+        dot(x, cross(y, b)) / determinant,
+    ]
+}
+
+/// The matrix of a quaternion.
+fn matrix([w, x, y, z]: [f64; 4]) -> Matrix {
+    [
+        [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y - w * z),
+            2.0 * (x * z + w * y),
+        ],
+        [
+            2.0 * (x * y + w * z),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z - w * x),
+        ],
+        [
+            2.0 * (x * z - w * y),
+            2.0 * (y * z + w * x),
+            1.0 - 2.0 * (x * x + y * y),
+        ],
+    ]
+}
+
+/// `½ q∘(0, w)`
+fn rate([s, u @ ..]: [f64; 4], w: Vector) -> [f64; 4] {
+    let [x, y, z] = plus(times(s, w), cross(u, w));
+    [-0.5 * dot(u, w), 0.5 * x, 0.5 * y, 0.5 * z]
+}
+
+fn unit(q: [f64; 4]) -> [f64; 4] {
+    let norm = q.iter().map(|q| q * q).sum::<f64>().sqrt();
+    q.map(|q| q / norm)
+}
+
+/// The first numbers of a state.
+fn part<const K: usize, const N: usize>(state: &[f64; N], from: usize) -> [f64; K] {
+    core::array::from_fn(|i| state[from + i])
+}
+
+/// Numbers one after the other.
+fn joined<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
+    let all = parts.concat();
+    core::array::from_fn(|i| all[i])
+}
+
+/// A position with its quaternion first, a velocity without its zero, and the motion to a time.
+struct Motion {
+    q0: Vec<f64>,
+    v0: Vec<f64>,
+    until: f64,
+    q: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl Motion {
+    /// The motion by the method of Dormand and Prince, of a state with `K` positions first.
+    fn by_hand<const N: usize>(
+        hand: impl Fn(&[f64; N]) -> [f64; N],
+        (q0, v0): (&[f64], &[f64]),
+        until: f64,
+    ) -> Self {
+        let end = dop853::integrate_from(|_, state| hand(&state), (0.0, joined(&[q0, v0])), until, 1e-13);
+        let (q, v) = end.split_at(q0.len());
+        Self {
+            q0: q0.to_vec(),
+            v0: v0.to_vec(),
+            until,
+            q: q.to_vec(),
+            v: v.to_vec(),
+        }
+    }
+
+    /// Holds the step of a declaration to errors of position and velocity, for a step and its halves.
+    #[track_caller]
+    fn holds(&self, text: &str, h: f64, positions: [f64; 4], velocities: [f64; 4]) {
+        let text = Text::parse("body", text).unwrap_or_else(|error| panic!("{error}"));
+        let v0 = [&[0.0], self.v0.as_slice()].concat();
+        let start = AnyStart::second_order(&self.q0, &v0);
+        let largest = |found: &[f64], known: &[f64]| {
+            let apart = found
+                .iter()
+                .zip(known)
+                .map(|(found, known)| (found - known).abs());
+            apart.fold(0.0, f64::max)
+        };
+        let errors = [1.0, 0.5, 0.25, 0.125].map(|part| {
+            let mut flow = AnyFlow::new(&text.system, part * h, &start).unwrap();
+            flow.run_mut().to(self.until).unwrap();
+            let mut node = OwnedNode::new(self.q0.len());
+            node.take(flow.run());
+            let node = node.any();
+            [largest(node.q, &self.q), largest(&node.v[1..], &self.v)]
+        });
+        println!("{errors:?}");
+        for (place, expected) in [positions, velocities].into_iter().enumerate() {
+            for (errors, expected) in errors.iter().zip(expected) {
+                assert!(
+                    (errors[place] / expected - 1.0).abs() < 0.05,
+                    "{errors:?} for {expected:e}"
+                );
+            }
+            let order = |i: usize, of: &dyn Fn(usize) -> f64| (of(i) / of(i + 1)).log2();
+            for i in 0..3 {
+                let (found, expected) = (order(i, &|i| errors[i][place]), order(i, &|i| expected[i]));
+                assert!((found - expected).abs() < 0.05, "{errors:?}");
+            }
+        }
+    }
+}
+
+/// The text of a matrix of parameters.
+fn written(m: &Matrix) -> String {
+    format!("{m:?}")
+}
+
+#[test]
+fn a_heavy_top() {
+    let (inertia, arm) = ([2.0, 1.5, 1.0], [0.2, 0.1, 1.0]);
+    let hand = |y: &[f64; 7]| {
+        let (q, w): ([f64; 4], Vector) = (part(y, 0), part(y, 4));
+        let momentum = [0, 1, 2].map(|i| inertia[i] * w[i]);
+        let torque = plus(cross(momentum, w), cross(matrix(q)[2], arm));
+        joined(&[&rate(q, w), &[0, 1, 2].map(|i| torque[i] / inertia[i])])
+    };
+    let motion = Motion::by_hand(hand, (&unit([1.0, 0.3, -0.4, 0.2]), &[0.6, -0.3, 3.0]), 5.0);
+    let text = |maps: &str| {
+        format!(
+            "parameters {{ inertia = [[2.0, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 1.0]], arm = [0.2, 0.1, 1.0] }}
+             coordinates(r: rotation);
+             let w = r.angular_velocity();
+             lagrangian = w.inner(inertia * w) / 2 - (r * arm)[2];
+             {maps}"
+        )
+    };
+    // what the paper's map differs in from the trapezoid telescopes
+    for maps in ["", "phi_lagrangian = paper;", "phi_lagrangian = trapezoid;"] {
+        motion.holds(
+            &text(maps),
+            0.1,
+            [2.38e-3, 5.90e-4, 1.47e-4, 3.66e-5],
+            [7.02e-3, 1.76e-3, 4.39e-4, 1.10e-4],
+        );
+    }
+    motion.holds(
+        &text("phi_lagrangian = midpoint;"),
+        0.1,
+        [2.21e-3, 5.40e-4, 1.34e-4, 3.33e-5],
+        [9.19e-3, 2.29e-3, 5.72e-4, 1.43e-4],
+    );
+}
+
+/// The body of Suslov's problem, in a field.
+const SUSLOV: Matrix = [[2.0, 0.1, 0.3], [0.1, 1.5, -0.2], [0.3, -0.2, 1.2]];
+
+#[test]
+fn suslovs_problem() {
+    let field = [0.7, 0.4, 0.2];
+    for (size, positions, velocities) in [
+        (
+            0.0,
+            [1.79e-4, 4.43e-5, 1.10e-5, 2.75e-6],
+            [2.97e-4, 7.40e-5, 1.85e-5, 4.61e-6],
+        ),
+        (
+            1.0,
+            [6.61e-4, 1.65e-4, 4.12e-5, 1.03e-5],
+            [1.23e-3, 3.07e-4, 7.67e-5, 1.92e-5],
+        ),
+    ] {
+        let axis = [0.0, 0.0, 1.0];
+        let hand = |y: &[f64; 7]| {
+            let (q, w): ([f64; 4], Vector) = (part(y, 0), part(y, 4));
+            let torque = plus(
+                cross(product(&SUSLOV, w), w),
+                times(size, cross(matrix(q)[2], field)),
+            );
+            let along = solved(&SUSLOV, axis);
+            let multiplier = -dot(along, torque) / dot(along, axis);
+            let acceleration = solved(&SUSLOV, plus(torque, times(multiplier, axis)));
+            joined(&[&rate(q, w), &acceleration])
+        };
+        let start = (unit([1.0, 0.3, -0.2, 0.4]), [1.2, -0.7, 0.0]);
+        let motion = Motion::by_hand(hand, (&start.0, &start.1), 5.0);
+        let text = format!(
+            "parameters {{ inertia = {}, field = {field:?}, size = {size:?} }}
+             coordinates(r: rotation);
+             let w = r.angular_velocity();
+             lagrangian = w.inner(inertia * w) / 2 - size * (r.inverse() * [0, 0, 1]).inner(field);
+             nonholonomic = w[2];
+             phi_lagrangian = trapezoid;",
+            written(&SUSLOV)
+        );
+        motion.holds(&text, 0.1, positions, velocities);
+    }
+}
+
+const SATELLITE: Matrix = [[3.0, 0.2, -0.1], [0.2, 2.5, 0.15], [-0.1, 0.15, 2.0]];
+const DAMPING: Vector = [0.8, 0.6, 0.7];
+const WHEEL: f64 = 0.1;
+
+/// A satellite whose wheels turn as a law asks: what the torque of the wheels is at `(e, w)`, with the total momentum `momentum`, and the error `e` of its
+/// attitude.
+fn satellite(torque: impl Fn(Vector, Vector, Vector) -> Vector, until: f64) -> Motion {
+    let hand = |y: &[f64; 13]| {
+        let (q, w, wheels): ([f64; 4], Vector, Vector) = (part(y, 0), part(y, 7), part(y, 10));
+        let r = matrix(q);
+        let error = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]];
+        let momentum = plus(product(&SATELLITE, w), times(WHEEL, plus(w, wheels)));
+        let torque = torque(error, w, momentum);
+        let acceleration = solved(&SATELLITE, times(-1.0, plus(torque, cross(w, momentum))));
+        let of_wheels = plus(times(1.0 / WHEEL, torque), times(-1.0, acceleration));
+        joined(&[&rate(q, w), &wheels, &acceleration, &of_wheels])
+    };
+    let q0: [f64; 7] = joined(&[&unit([1.0, 0.8, -0.5, 0.4]), &[0.0; 3]]);
+    Motion::by_hand(hand, (&q0, &[0.3, -0.5, 0.4, 2.0, -1.0, 0.5]), until)
+}
+
+/// What the two laws have in common.
+fn of_satellite(law: &str) -> String {
+    format!(
+        "parameters {{ inertia = {}, wheel = {WHEEL:?}, damping = [[0.8, 0.0, 0.0], [0.0, 0.6, 0.0], [0.0, 0.0, 0.7]] }}
+         coordinates(r: rotation, psi: [3]);
+         let w = r.angular_velocity();
+         lagrangian = w.inner(inertia * w) / 2 + wheel * (w + dot(psi)).norm_squared() / 2;
+         let m = r.matrix();
+         let e = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]];
+         {law}",
+        written(&SATELLITE)
+    )
+}
+
+#[test]
+fn a_satellite_under_a_lyapunov_row() {
+    const SHARE: f64 = 0.15;
+    let motion = satellite(
+        |error, w, momentum| {
+            let along = plus(w, times(SHARE, error));
+            let damped = [0, 1, 2].map(|i| DAMPING[i] * along[i]);
+            let wanted = plus(plus(error, damped), times(-1.0, cross(w, momentum)));
+            times(dot(along, wanted) / dot(along, along), along)
+        },
+        0.75,
+    );
+    let text = of_satellite(
+        "let s = w + 0.15 * e;
+         let lyapunov = w.inner(inertia * w) / 2 + 3 - m[0][0] - m[1][1] - m[2][2] + 0.15 * e.inner(inertia * w);
+         kinematic = dot(lyapunov) + s.inner(damping * s) + 0.15 * e.norm_squared() - 0.15 * dot(e).inner(inertia * w);
+         constraint_forces = [(0, s)];",
+    );
+    motion.holds(
+        &text,
+        0.025,
+        [8.33e-4, 2.08e-4, 5.21e-5, 1.30e-5],
+        [4.18e-4, 1.05e-4, 2.62e-5, 6.55e-6],
+    );
+}
+
+#[test]
+fn a_satellite_under_three_rows() {
+    let motion = satellite(
+        |error, w, momentum| {
+            let damped = [0, 1, 2].map(|i| DAMPING[i] * w[i]);
+            plus(plus(error, damped), times(-1.0, cross(w, momentum)))
+        },
+        4.0,
+    );
+    let text = of_satellite(
+        "kinematic = inertia * dot(w) + e + damping * w;
+         constraint_forces = each(0..3, |i| (0, |j| if i == j { 1 } else { 0 }));",
+    );
+    motion.holds(
+        &text,
+        0.1,
+        [3.20e-2, 8.05e-3, 2.02e-3, 5.06e-4],
+        [2.69e-2, 6.70e-3, 1.67e-3, 4.18e-4],
+    );
+}
+
+#[test]
+fn a_body_in_a_fluid() {
+    let inertia = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.0, 0.2, 1.0]];
+    let masses = [1.0, 2.0, 3.0];
+    let hand = |y: &[f64; 13]| {
+        let (q, w, v): ([f64; 4], Vector, Vector) = (part(y, 0), part(y, 7), part(y, 10));
+        let r = matrix(q);
+        let u = product(&transposed(&r), v);
+        let momentum = [0, 1, 2].map(|i| masses[i] * u[i]);
+        let turning = solved(&inertia, plus(cross(product(&inertia, w), w), cross(momentum, u)));
+        let pushed = cross(momentum, w);
+        let pushed = [0, 1, 2].map(|i| pushed[i] / masses[i]);
+        joined(&[&rate(q, w), &v, &turning, &product(&r, plus(pushed, cross(w, u)))])
+    };
+    let q0: [f64; 7] = joined(&[&unit([1.0, 0.2, -0.3, 0.4]), &[0.1, 0.2, 0.3]]);
+    let motion = Motion::by_hand(hand, (&q0, &[0.6, -0.3, 1.5, 0.5, -0.7, 0.4]), 4.0);
+    let text = |maps: &str| {
+        format!(
+            "parameters {{ inertia = {}, mass = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]] }}
+             coordinates(r: rotation, x: [3]);
+             let w = r.angular_velocity();
+             let u = r.inverse() * dot(x);
+             lagrangian = w.inner(inertia * w) / 2 + u.inner(mass * u) / 2;
+             {maps}",
+            written(&inertia)
+        )
+    };
+    // the mass varies with the rotation: the default is the midpoint, and the paper's map is of order 1
+    motion.holds(
+        &text(""),
+        0.1,
+        [1.43e-2, 3.65e-3, 9.20e-4, 2.31e-4],
+        [3.61e-2, 9.14e-3, 2.30e-3, 5.77e-4],
+    );
+    motion.holds(
+        &text("phi_lagrangian = trapezoid;"),
+        0.1,
+        [1.22e-2, 3.17e-3, 8.09e-4, 2.04e-4],
+        [3.56e-2, 9.08e-3, 2.30e-3, 5.77e-4],
+    );
+    motion.holds(
+        &text("phi_lagrangian = paper;"),
+        0.1,
+        [1.03e-1, 4.76e-2, 2.29e-2, 1.12e-2],
+        [3.03e-1, 1.40e-1, 6.74e-2, 3.30e-2],
+    );
+}
+
+#[test]
+fn a_ball_on_a_turntable() {
+    let (mass, radius, turn, spin): (f64, f64, f64, f64) = (1.3, 0.5, 2.0, 0.7);
+    let inertia = 0.4 * mass * radius * radius;
+    let k = inertia / (inertia + mass * radius * radius) * turn;
+    let (x0, v0) = ([0.3, -0.2], [0.5, 0.4]);
+    // the contact goes round a circle
+    let x = |t: f64| {
+        let (sin, cos) = (k * t).sin_cos();
+        [
+            x0[0] + (sin * v0[0] + (cos - 1.0) * v0[1]) / k,
+            x0[1] + ((1.0 - cos) * v0[0] + sin * v0[1]) / k,
+        ]
+    };
+    let v = |t: f64| {
+        let (sin, cos) = (k * t).sin_cos();
+        [cos * v0[0] - sin * v0[1], sin * v0[0] + cos * v0[1]]
+    };
+    let in_space = |t: f64| {
+        let (x, v) = (x(t), v(t));
+        [(turn * x[0] - v[1]) / radius, (v[0] + turn * x[1]) / radius, spin]
+    };
+    let start = unit([1.0, 0.2, -0.3, 0.4]);
+    let until = 5.0;
+    let end = dop853::integrate_from(
+        |t, q| {
+            let w = product(&transposed(&matrix(q)), in_space(t));
+            rate(q, w)
+        },
+        (0.0, start),
+        until,
+        1e-13,
+    );
+    let of_body = |q: [f64; 4], t: f64| product(&transposed(&matrix(q)), in_space(t));
+    let motion = Motion {
+        q0: [start.as_slice(), &x0].concat(),
+        v0: [of_body(start, 0.0).as_slice(), &v0].concat(),
+        until,
+        q: [end.as_slice(), &x(until)].concat(),
+        v: [of_body(end, until).as_slice(), &v(until)].concat(),
+    };
+    let text = format!(
+        "parameters {{ mass = {mass:?}, radius = {radius:?}, turn = {turn:?}, inertia = {inertia:?} }}
+         coordinates(r: rotation, x: [2]);
+         let o = r * r.angular_velocity();
+         lagrangian = inertia * o.norm_squared() / 2 + mass * dot(x).norm_squared() / 2;
+         nonholonomic = dot(x) + radius * [-o[1], o[0]] + turn * [x[1], -x[0]];"
+    );
+    motion.holds(
+        &text,
+        0.1,
+        [3.57e-3, 8.58e-4, 2.12e-4, 5.29e-5],
+        [1.25e-2, 3.10e-3, 7.74e-4, 1.93e-4],
+    );
+}
+
+#[test]
+fn a_disk_that_rolls() {
+    let (mass, radius, gravity) = (1.2, 0.6, 9.81);
+    let (across, along) = (mass * radius * radius / 4.0, mass * radius * radius / 2.0);
+    let inertia = [across, across, along];
+    let up = |r: &Matrix| {
+        let norm = r[2][0].hypot(r[2][1]);
+        ([r[2][0] / norm, r[2][1] / norm, 0.0], norm)
+    };
+    let hand = |y: &[f64; 13]| {
+        // the velocity of the centre follows from the rolling
+        let (q, w): ([f64; 4], Vector) = (part(y, 0), part(y, 7));
+        let r = matrix(q);
+        let rates = cross(r[2], w);
+        let (u, norm) = up(&r);
+        let stretch = (r[2][0] * rates[0] + r[2][1] * rates[1]) / norm;
+        let turned = plus(
+            times(1.0 / norm, [rates[0], rates[1], 0.0]),
+            times(-stretch / norm, u),
+        );
+        let v = times(radius, cross(w, u));
+        let lever = transposed(&[0, 1, 2].map(|i| {
+            let axis = [0, 1, 2].map(|j| if i == j { 1.0 } else { 0.0 });
+            cross(u, cross(axis, u))
+        }));
+        let whole: Matrix = [0, 1, 2].map(|i| {
+            [0, 1, 2].map(|j| if i == j { inertia[i] } else { 0.0 } + mass * radius * radius * lever[i][j])
+        });
+        let pushed = plus(
+            plus(times(radius, cross(w, turned)), cross(w, v)),
+            times(gravity, r[2]),
+        );
+        let momentum = [0, 1, 2].map(|i| inertia[i] * w[i]);
+        let torque = plus(
+            times(-1.0, cross(w, momentum)),
+            times(-radius * mass, cross(u, pushed)),
+        );
+        let acceleration = solved(&whole, torque);
+        let of_centre = times(
+            radius,
+            plus(
+                cross(acceleration, u),
+                plus(cross(w, turned), cross(w, cross(w, u))),
+            ),
+        );
+        joined(&[
+            &rate(q, w),
+            &product(&r, v),
+            &acceleration,
+            &product(&r, of_centre),
+        ])
+    };
+    let lean = core::f64::consts::FRAC_PI_2 - 0.25;
+    let q = [(lean / 2.0).cos(), (lean / 2.0).sin(), 0.0, 0.0];
+    let w = [0.3, 0.5, 5.0];
+    let (u, norm) = up(&matrix(q));
+    let q0: [f64; 7] = joined(&[&q, &[0.0, 0.0, radius * norm]]);
+    let v0: [f64; 6] = joined(&[&w, &product(&matrix(q), times(radius, cross(w, u)))]);
+    let motion = Motion::by_hand(hand, (&q0, &v0), 2.0);
+    let text = |rows: &str| {
+        format!(
+            "parameters {{ mass = {mass:?}, radius = {radius:?}, g = {gravity:?}, across = {across:?}, along = {along:?} }}
+             coordinates(r: rotation, x: [3]);
+             let w = r.angular_velocity();
+             let up = r.inverse() * [0, 0, 1];
+             let n = [up[0], up[1]].norm();
+             let slip = dot(x) - radius * (r * w.cross([up[0] / n, up[1] / n, 0]));
+             lagrangian = across / 2 * (w[0].powi(2) + w[1].powi(2)) + along / 2 * w[2].powi(2)
+                 + mass * dot(x).norm_squared() / 2 - mass * g * x[2];
+             {rows}"
+        )
+    };
+    motion.holds(
+        &text("nonholonomic = slip;"),
+        0.04,
+        [2.16e-3, 5.57e-4, 1.42e-4, 3.59e-5],
+        [1.75e-2, 4.32e-3, 1.08e-3, 2.69e-4],
+    );
+    motion.holds(
+        &text("nonholonomic = [slip[0], slip[1]]; holonomic = x[2] - radius * n;"),
+        0.04,
+        [2.84e-3, 7.28e-4, 1.85e-4, 4.65e-5],
+        [2.26e-2, 5.61e-3, 1.40e-3, 3.49e-4],
+    );
+}
+
+/// A body on which a torque acts that is given in the frame of its body, and in that of space.
+#[test]
+fn a_torque_from_outside_acts_at_both_ends_of_a_leg() {
+    let inertia = [2.0, 1.5, 1.0];
+    let hand = |y: &[f64; 7]| {
+        let (q, w): ([f64; 4], Vector) = (part(y, 0), part(y, 4));
+        let momentum = [0, 1, 2].map(|i| inertia[i] * w[i]);
+        let drag = times(-0.3, w);
+        let driven = times(0.5, matrix(q)[2]);
+        let torque = plus(cross(momentum, w), plus(drag, driven));
+        joined(&[&rate(q, w), &[0, 1, 2].map(|i| torque[i] / inertia[i])])
+    };
+    let motion = Motion::by_hand(hand, (&unit([1.0, 0.3, -0.4, 0.2]), &[0.6, -0.3, 2.0]), 4.0);
+    let mut last = None;
+    for maps in ["", "phi_lagrangian = trapezoid;", "phi_lagrangian = midpoint;"] {
+        let text = format!(
+            "coordinates(r: rotation);
+             let w = r.angular_velocity();
+             lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2;
+             external_forces = -0.3 * w + r.inverse() * [0, 0, 0.5];
+             {maps}"
+        );
+        let text = Text::parse("driven", &text).unwrap();
+        let v0 = [&[0.0], motion.v0.as_slice()].concat();
+        let error = |h: f64| {
+            let mut flow = AnyFlow::new(&text.system, h, &AnyStart::second_order(&motion.q0, &v0)).unwrap();
+            flow.run_mut().to(motion.until).unwrap();
+            let mut node = OwnedNode::new(4);
+            node.take(flow.run());
+            let q = node.any().q.to_vec();
+            let apart = q.iter().zip(&motion.q).map(|(q, known)| (q - known).abs());
+            apart.fold(0.0, f64::max)
+        };
+        let errors = [0.04, 0.02, 0.01].map(error);
+        for pair in errors.windows(2) {
+            assert!(
+                ((pair[0] / pair[1]).log2() - 2.0).abs() < 0.05,
+                "{maps}: {errors:?}"
+            );
+        }
+        // the paper's map takes the forces of the trapezoid
+        if maps.contains("trapezoid") {
+            assert_eq!(last, Some(errors));
+        }
+        last = Some(errors);
+    }
+}
+
+#[test]
+fn the_norm_stays_one_and_a_step_back_leads_back() {
+    let text = Text::parse(
+        "free",
+        "coordinates(r: rotation);
+         let w = r.angular_velocity();
+         lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2;",
+    )
+    .unwrap();
+    // not of norm one to the last digit: it is brought there
+    let start = AnyStart::second_order(&[1.0 + 1e-8, 0.0, 0.0, 0.0], &[0.0, 0.5, 2.0, -0.3]);
+    let mut flow = AnyFlow::new(&text.system, 1e-3, &start).unwrap();
+    let norm = |flow: &AnyFlow<'_>| flow.leg().q.iter().map(|q| q * q).sum::<f64>().sqrt();
+    flow.run_mut().to(200.0).unwrap();
+    assert!((norm(&flow) - 1.0).abs() <= 2.0 * f64::EPSILON, "{}", norm(&flow));
+    let mut node = OwnedNode::new(4);
+    node.take(flow.run());
+    let energy = node.any().energy;
+    assert!((energy - (0.25 + 0.75 * 4.0 + 0.045)).abs() < 1e-5, "{energy}");
+    flow.run_mut().reverse().unwrap();
+    flow.run_mut().to(0.0).unwrap();
+    node.take(flow.run());
+    for (q, first) in node.any().q.iter().zip([1.0, 0.0, 0.0, 0.0]) {
+        assert!((q - first).abs() < 1e-9, "{:?}", node.any().q);
+    }
+}
+
+#[test]
+fn a_start_far_from_the_norm_one_is_refused_and_so_is_what_cannot_be_had_yet() {
+    let text = Text::parse(
+        "free",
+        "coordinates(x, r: rotation); lagrangian = dot(x).powi(2) + r.angular_velocity().norm_squared();",
+    )
+    .unwrap();
+    let refused = |start: &AnyStart| AnyFlow::new(&text.system, 0.1, start).map(drop).unwrap_err();
+    let v0 = [0.0; 5];
+    let error = refused(&AnyStart::second_order(&[0.0, 1.0, 0.1, 0.0, 0.0], &v0));
+    assert!(
+        matches!(&error, SetupError::Quaternion { rotation, norm } if rotation == "r" && (norm - 1.005).abs() < 1e-3),
+        "{error}"
+    );
+    let one = [0.0, 1.0, 0.0, 0.0, 0.0];
+    let error = refused(&AnyStart::nodes(&one, &one));
+    assert!(matches!(error, SetupError::Rotation { .. }), "{error}");
+    let start = AnyStart::second_order(&one, &v0);
+    let composed =
+        dsocs_core::AnyComposedFlow::new(&text.system, 0.1, dsocs_core::Composition::SUZUKI_4, &start);
+    assert!(matches!(composed.map(drop), Err(SetupError::Rotation { .. })));
+}
