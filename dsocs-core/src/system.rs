@@ -200,7 +200,7 @@ impl Shape {
             kinematic: S::KINEMATIC,
             forms: S::FORMS,
             third_order: Cow::Borrowed(S::THIRD_ORDER),
-            rotations: Cow::Borrowed(&[]),
+            rotations: Cow::Borrowed(S::ROTATIONS),
             of_positions: Cow::Borrowed(S::OF_POSITIONS),
             of_rates: Cow::Borrowed(S::OF_RATES),
             depends_on_time: S::DEPENDS_ON_TIME,

@@ -51,6 +51,9 @@ pub trait Compiled<const N: usize>: Source + Sized {
     /// The places of the constraints of third order among all constraints.
     const THIRD_ORDER: &'static [usize] = &[];
 
+    /// The first of the four places of each coordinate that is a rotation.
+    const ROTATIONS: &'static [usize] = &[];
+
     /// The parameters that holonomic constraints depend on, by their places: they cannot change during a run.
     const OF_POSITIONS: &'static [usize] = &[];
 

@@ -2,7 +2,6 @@
 
 use super::{AnyPolynomial, Clock, End, InputError, Node, OneWay, OwnedNode, RunError};
 use super::{NearlySingular, Unresolved};
-use crate::error::SetupError;
 use crate::kernel::Kernel;
 use crate::kernel::report::{NodeMut, StepReport};
 use crate::regularity::Regularity;
@@ -167,16 +166,13 @@ pub trait Run {
     ///
     /// The errors of [`Run::step`] and of the visitor.
     fn trace(&mut self, end: f64, room: &mut Room, visit: &mut AnyVisitor<'_>) -> Result<Traced, RunError> {
-        SetupError::for_rotations(
-            self.kernel().shape(),
-            "the motion between nodes (samples, events)",
-        )?;
         let [before, after] = &mut room.nodes;
         before.take(self);
         self.step(end)?;
         after.take(self);
         let declaration = Declaration::of(self.kernel()).with(self.values());
-        let polynomial = AnyPolynomial::between(&before.any(), &after.any(), &mut room.series);
+        let rotations = &self.kernel().shape().rotations;
+        let polynomial = AnyPolynomial::through(rotations, [&before.any(), &after.any()], &mut room.series);
         Ok(match visit(&declaration, &polynomial)? {
             Some(_) => Traced::Beyond,
             None => Traced::Whole,

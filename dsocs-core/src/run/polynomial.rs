@@ -5,6 +5,7 @@ use crate::number::compensated::Compensated;
 use crate::number::point::OwnedPoint;
 use crate::number::point::Point;
 use crate::series::rows::Series;
+use crate::solve::rotation;
 
 /// The motion during one step, valid from [`Polynomial::start`] to [`Polynomial::end`]: the dense output of every method.
 ///
@@ -52,35 +53,33 @@ impl<'f> AnyPolynomial<'f> {
     /// The order of the series that [`AnyPolynomial::between`] fills: more than the polynomial's own, for functions of it.
     pub(crate) const ORDER: usize = 12;
 
-    /// The polynomial through two nodes; see [`Polynomial::between`]. Nothing is allocated if the series has as many coordinates.
+    /// The polynomial through two nodes; see [`Polynomial::between`]. Nothing is allocated if the series has as many coordinates, which are numbers.
     pub fn between(before: &AnyNode<'_>, after: &AnyNode<'_>, series: &'f mut Series) -> Self {
+        Self::through(&[], [before, after], series)
+    }
+
+    /// The same where some coordinates are rotations: the polynomial of a quaternion goes through the rates of its components, and that of the angular velocity,
+    /// of degree 3, through those at both nodes.
+    pub(crate) fn through(
+        rotations: &[usize],
+        [before, after]: [&AnyNode<'_>; 2],
+        series: &'f mut Series,
+    ) -> Self {
         let h = after.t - before.t;
         let known = before.a.iter().chain(after.a).all(|a| a.is_finite());
         series.resize(before.q.len());
         for i in 0..before.q.len() {
-            let [q, v, a] = [before.q[i], h * before.v[i], h * h * before.a[i]];
-            let [next_v, next_a] = [h * after.v[i], h * h * after.a[i]];
-            // what is left of the motion after a start of second order, in units of the step
-            let mut column = if known {
-                let (d, v_left, a_left) = ((after.q[i] - q) - (v + 0.5 * a), next_v - (v + a), next_a - a);
-                [
-                    q,
-                    v,
-                    0.5 * a,
-                    10.0 * d - 4.0 * v_left + 0.5 * a_left,
-                    -15.0 * d + 7.0 * v_left - a_left,
-                    6.0 * d - 3.0 * v_left + 0.5 * a_left,
-                ]
-            } else {
-                let (d, v_left) = ((after.q[i] - q) - v, next_v - v);
-                [q, v, 3.0 * d - v_left, v_left - 2.0 * d, 0.0, 0.0]
-            };
-            let mut power = 1.0;
-            for c in &mut column {
-                *c /= power;
-                power *= h;
+            let end = |node: &AnyNode<'_>| [node.q[i], node.v[i], node.a[i]];
+            series.fill(i, &column([end(before), end(after)], h, known));
+        }
+        for &first in rotations {
+            let ends = [before, after].map(|node| rotation::rates(first, [node.q, node.v, node.a]));
+            for k in 0..rotation::SLOTS {
+                let [start, end] = ends.map(|rates| rates.map(|component| component[k]));
+                series.fill(first + k, &column([start, end], h, known));
+                let turning = |node: &AnyNode<'_>| [node.v[first + k], node.a[first + k], f64::NAN];
+                series.fill_velocity(first + k, &column([turning(before), turning(after)], h, false));
             }
-            series.fill(i, &column);
         }
         Self {
             series,
@@ -140,13 +139,40 @@ impl<'f> AnyPolynomial<'f> {
     }
 }
 
+/// The coefficients of the polynomial of degree 5 through a value with two derivatives at both ends, a distance of `h` apart; of degree 3 through the
+/// first derivatives alone where the second ones are not known.
+fn column([[q, v, a], [next_q, next_v, next_a]]: [[f64; 3]; 2], h: f64, known: bool) -> [f64; 6] {
+    let [v, next_v, a, next_a] = [h * v, h * next_v, h * h * a, h * h * next_a];
+    // what is left of the motion after a start of second order, in units of the step
+    let mut column = if known {
+        let (d, v_left, a_left) = ((next_q - q) - (v + 0.5 * a), next_v - (v + a), next_a - a);
+        [
+            q,
+            v,
+            0.5 * a,
+            10.0 * d - 4.0 * v_left + 0.5 * a_left,
+            -15.0 * d + 7.0 * v_left - a_left,
+            6.0 * d - 3.0 * v_left + 0.5 * a_left,
+        ]
+    } else {
+        let (d, v_left) = ((next_q - q) - v, next_v - v);
+        [q, v, 3.0 * d - v_left, v_left - 2.0 * d, 0.0, 0.0]
+    };
+    let mut power = 1.0;
+    for c in &mut column {
+        *c /= power;
+        power *= h;
+    }
+    column
+}
+
 impl<'f, const N: usize> Polynomial<'f, N> {
     /// A polynomial with its number of coordinates.
     pub(crate) fn of(any: AnyPolynomial<'f>) -> Self {
         Self(any)
     }
 
-    /// The polynomial of degree 5 through position, velocity and acceleration at both nodes. If an acceleration is not known, it has
+    /// The polynomial of degree 5 through position, velocity and acceleration at both nodes, of coordinates that are numbers. If an acceleration is not known, it has
     /// degree 3 and goes through positions and velocities. Its coefficients are written to `series`.
     ///
     /// # How exact it is
@@ -157,6 +183,16 @@ impl<'f, const N: usize> Polynomial<'f, N> {
     /// positions, and so is everything between the nodes.
     pub fn between(before: &Node<N>, after: &Node<N>, series: &'f mut Series) -> Self {
         Self(AnyPolynomial::between(&before.any(), &after.any(), series))
+    }
+
+    /// The same where some coordinates are rotations.
+    pub(crate) fn through(
+        rotations: &[usize],
+        [before, after]: [&Node<N>; 2],
+        series: &'f mut Series,
+    ) -> Self {
+        let nodes = [&before.any(), &after.any()];
+        Self(AnyPolynomial::through(rotations, nodes, series))
     }
 
     /// The time where the polynomial begins.

@@ -177,7 +177,10 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     ///
     /// [`Failure`] with the nodes so far if a step fails, or if `t` lies behind, is infinite or is not a number.
     fn until(&mut self, t: f64) -> Result<Trajectory<N>, Failure<N>> {
-        let mut trajectory = Trajectory::default();
+        let mut trajectory = Trajectory {
+            nodes: Vec::new(),
+            rotations: self.run().kernel().shape().rotations.to_vec(),
+        };
         let ended = self.run_mut().walk_to(t, &mut |run| {
             trajectory.nodes.push(Node::of(run));
             Ok(ControlFlow::Continue(()))

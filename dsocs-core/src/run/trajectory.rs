@@ -12,6 +12,8 @@ use thiserror::Error;
 pub struct Trajectory<const N: usize> {
     /// The nodes, in the order of the run.
     pub nodes: Vec<Node<N>>,
+    /// The first of the four places of each coordinate that is a rotation.
+    pub(crate) rotations: Vec<usize>,
 }
 
 impl<const N: usize> Trajectory<N> {
@@ -39,7 +41,8 @@ impl<const N: usize> Trajectory<N> {
     }
 
     /// Position, velocity and acceleration at a time between the first and the last node, by the polynomial between the two
-    /// neighbouring nodes. `None` outside. [`Polynomial::between`] says how exact this is.
+    /// neighbouring nodes. `None` outside. [`Polynomial::between`] says how exact this is. Of a system with rotations the trajectory has to be one that
+    /// [`Stepper::until`](crate::Stepper::until) has made: nodes that were collected otherwise do not say which of their numbers are a quaternion's.
     #[must_use]
     pub fn at(&self, t: f64) -> Option<Point<f64, N>> {
         let (first, last) = (self.nodes.first()?, self.nodes.last()?);
@@ -53,7 +56,7 @@ impl<const N: usize> Trajectory<N> {
             _ => return None,
         };
         let mut series = Series::new(N, AnyPolynomial::ORDER);
-        Some(Polynomial::between(left, right, &mut series).at(t))
+        Some(Polynomial::through(&self.rotations, [left, right], &mut series).at(t))
     }
 }
 

@@ -368,6 +368,16 @@ impl Series {
         }
     }
 
+    /// Takes the first coefficients of one component of the velocity, where it is not the rate of the position.
+    pub(crate) fn fill_velocity(&mut self, component: usize, velocity: &[f64]) {
+        let (n, last) = (self.dimension, self.order() + 1);
+        let coefficients = velocity.iter().copied().chain(core::iter::repeat(0.0));
+        let column = self.v.iter_mut().skip(component).step_by(n.max(1));
+        for (k, (v, c)) in column.zip(coefficients).enumerate() {
+            *v = if k < last { c } else { 0.0 };
+        }
+    }
+
     /// Whether the highest coefficients are in the range of doubles.
     #[inline(always)]
     pub(crate) fn is_in_range(&self) -> bool {

@@ -105,6 +105,16 @@ pub(crate) fn turn(
     }
 }
 
+/// A quaternion and its first two rates, from position, velocity and acceleration: `q' = ½ q∘(0, ω)`.
+pub(crate) fn rates(first: usize, [q, v, a]: [&[f64]; 3]) -> [[f64; SLOTS]; 3] {
+    let nothing = [f64::NAN; SLOTS];
+    let [q, v, a] = [q, v, a].map(|numbers| slots(numbers, first).unwrap_or(nothing));
+    let rate = product(q, v).map(|component| 0.5 * component);
+    let [turned, changed] = [product(rate, v), product(q, a)];
+    let second = [0, 1, 2, 3].map(|k| 0.5 * (turned[k] + changed[k]));
+    [q, rate, second]
+}
+
 /// Brings the quaternions of a start to the norm one. The place of the first whose norm is farther from it, if there is one, with its norm.
 pub(crate) fn normalize(rotations: &[usize], q: &mut [f64]) -> Result<(), (usize, f64)> {
     for &first in rotations {

@@ -94,6 +94,11 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
     }
 
     #[inline(always)]
+    fn rotations(&self) -> &[usize] {
+        &self.kernel.shape().rotations
+    }
+
+    #[inline(always)]
     fn is_forced(&self) -> bool {
         self.kernel.shape().external_forces
     }
@@ -207,7 +212,7 @@ pub(super) fn smooth(
     count: u64,
 ) -> Option<Halt> {
     let shape = kernel.shape();
-    if !shape.rotations.is_empty() || shape.increments != shape.dimension() || kernel.sparse().is_some() {
+    if shape.increments != shape.dimension() || kernel.sparse().is_some() {
         return None;
     }
     macro_rules! of {

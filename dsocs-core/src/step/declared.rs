@@ -44,6 +44,9 @@ pub(crate) trait Smooth<const N: usize> {
     /// Whether external forces act.
     fn is_forced(&self) -> bool;
 
+    /// The first of the four places of each coordinate that is a rotation.
+    fn rotations(&self) -> &[usize];
+
     /// Takes in what a run knows since it began; `None` if that is of another system.
     fn constants_of<'c>(&self, run: &'c mut Numbers) -> Option<&'c mut Self::Constants>;
 
@@ -114,6 +117,11 @@ impl<S: System<N>, const N: usize> Smooth<N> for S {
     #[inline(always)]
     fn is_of_third_order(&self) -> bool {
         S::ORDER > 2
+    }
+
+    #[inline(always)]
+    fn rotations(&self) -> &[usize] {
+        S::ROTATIONS
     }
 
     #[inline(always)]

@@ -16,6 +16,7 @@ use crate::number::compensated::Compensated;
 use crate::number::point::Leg;
 use crate::solve::newton::{self, Evaluation, Quick, Root};
 use crate::solve::predictor::{self, Arrays, Continuation};
+use crate::solve::rotation;
 use crate::solve::sum::Sum;
 use crate::solve::unknown::Unknown;
 use crate::system::System;
@@ -274,6 +275,11 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, course: &mut Cours
             next.d.add(&found);
         }
         next.q = state.q.plus(&next.d);
+        let rotations = system.rotations();
+        if !rotations.is_empty() {
+            let (q, d) = ([&state.q.hi[..], &state.q.lo], [&next.d.hi[..], &next.d.lo]);
+            rotation::turn(rotations, q, d, [&mut next.q.hi, &mut next.q.lo]);
+        }
         if !next.q.hi.iter().all(|q| q.is_finite()) {
             break Halt::Asks(Question::NotFinite);
         }

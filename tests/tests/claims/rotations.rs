@@ -3,7 +3,7 @@
 //! The errors expected here are those of an independent implementation of the step, in Python with derivatives by JAX.
 
 use dsocs_core::text::Text;
-use dsocs_core::{AnyFlow, AnyStart, OwnedNode, SetupError};
+use dsocs_core::{AnyFlow, AnyStart, Flow, OwnedNode, SetupError, Start, Stepper, dsocs};
 
 use crate::dop853;
 
@@ -587,6 +587,53 @@ fn the_norm_stays_one_and_a_step_back_leads_back() {
     node.take(flow.run());
     for (q, first) in node.any().q.iter().zip([1.0, 0.0, 0.0, 0.0]) {
         assert!((q - first).abs() < 1e-9, "{:?}", node.any().q);
+    }
+}
+
+/// A top of two bodies that turn in one another, and a mass on a spring in the second.
+#[dsocs {
+    coordinates(s, r: rotation, q: rotation);
+    let w = r.angular_velocity();
+    let u = (r * q).angular_velocity();
+    let place = r * (q * [s, 0, 1]);
+    lagrangian = w.inner(inertia * w) / 2 + u.inner(inertia * u) / 2 + mass * dot(place).norm_squared() / 2 - mass * place[2] - s.powi(2);
+    external_forces = (-0.1 * dot(s), -0.1 * w, 0);
+    observe = [place];
+}]
+struct Gimbal {
+    mass: f64,
+    inertia: [[f64; 3]; 3],
+}
+
+#[test]
+fn a_compiled_system_has_the_bits_of_its_text() {
+    let system = Gimbal {
+        mass: 0.5,
+        inertia: [[2.0, 0.1, 0.0], [0.1, 1.5, 0.0], [0.0, 0.0, 1.0]],
+    };
+    let declaration = dsocs_core::System::kernel(&system).shape().declaration.clone();
+    let text = Text::parse(
+        "gimbal",
+        &format!("parameters {{ mass = 0.5, inertia = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.0], [0.0, 0.0, 1.0]] }} {declaration}"),
+    )
+    .unwrap();
+    let q0 = [0.1, 0.6, 0.8, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+    let v0 = [0.2, 0.0, 0.3, -0.2, 1.5, 0.0, 0.1, 0.4, -0.6];
+    let mut compiled = Flow::new(&system, 0.01, Start::second_order(q0, v0)).unwrap();
+    let last = compiled.to(5.0).unwrap();
+    let mut read = AnyFlow::new(&text.system, 0.01, &AnyStart::second_order(&q0, &v0)).unwrap();
+    read.run_mut().to(5.0).unwrap();
+    let mut node = OwnedNode::new(9);
+    node.take(read.run());
+    let node = node.any();
+    let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(&last.q), bits(node.q));
+    assert_eq!(bits(&last.force), bits(node.force));
+    assert_eq!(last.energy.to_bits(), node.energy.to_bits());
+    // and both rotations are of norm one
+    for quaternion in [&last.q[1..5], &last.q[5..]] {
+        let norm = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
+        assert!((norm - 1.0).abs() <= 2.0 * f64::EPSILON, "{norm}");
     }
 }
 

@@ -56,6 +56,7 @@ pub(super) fn compiled(model: &Model, facts: &Facts, stages: &Stages) -> TokenSt
     let iteration = iteration_methods(stages, n);
     let report = report_method(model, stages);
     let third_order = third_order(model, stages);
+    let rotations = rotations(model);
     let n = Literal::usize_unsuffixed(n);
     quote! {
         // straight-line code: the lints for people do not apply to it. What is part of a step has to be inlined, because lanes compile
@@ -65,6 +66,7 @@ pub(super) fn compiled(model: &Model, facts: &Facts, stages: &Stages) -> TokenSt
         impl #impl_generics ::dsocs_core::__private::Compiled<#n> for #name #type_generics #where_clause {
             #types
             #third_order
+            #rotations
             #early
             #iteration
             #report
@@ -128,6 +130,14 @@ fn past_count(model: &Model) -> usize {
     } else {
         0
     }
+}
+
+/// Where rotations begin, if there are some.
+fn rotations(model: &Model) -> Option<TokenStream> {
+    let first: Vec<_> = (model.graph.rotations().iter())
+        .map(|&first| Literal::usize_unsuffixed(first))
+        .collect();
+    (!first.is_empty()).then(|| quote!(const ROTATIONS: &'static [usize] = &[#(#first),*];))
 }
 
 /// What a step of third order knows of the past, beside the leg: it stands behind the constants.

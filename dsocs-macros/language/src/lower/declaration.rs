@@ -82,7 +82,7 @@ pub(crate) fn model(
     replace(&mut kinematic, discrete_kinematic?.unwrap_or_default(), errors)?;
     third_order(declaration, &kinematic, errors)?;
     let written: Vec<usize> = kinematic.iter().map(Vec::len).collect();
-    rotations::check(declaration, &kinematic.concat(), (fields.have_compiler(), errors))?;
+    rotations::check(declaration, &kinematic.concat(), errors)?;
     let constraints = [holonomic, nonholonomic, kinematic].concat().concat();
     multiples::check(&constraints, &lowering.graph, errors)?;
     let (phi_lagrangian, phi_kinematic) = (maps.0?, maps.1?);

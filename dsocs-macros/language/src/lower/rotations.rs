@@ -34,13 +34,13 @@ impl Lowering<'_> {
     /// `r * c` or `r * s`
     pub(super) fn turned(&mut self, op: &BinOp, r: Quaternion, right: &Value) -> Valued {
         match right {
-            Value::Vector(components) => match components.as_slice() {
-                &[x, y, z] => Ok(Value::Vector(self.graph.turned(r, [x, y, z]).to_vec())),
-                _ => {
-                    let message = format!("a rotation turns vectors of 3 components, found {}", right.kind());
-                    Err(self.errors.at(op, message))
+            Value::Vector(components) => {
+                if let &[x, y, z] = components.as_slice() {
+                    return Ok(Value::Vector(self.graph.turned(r, [x, y, z]).to_vec()));
                 }
-            },
+                let message = format!("a rotation turns vectors of 3 components, found {}", right.kind());
+                Err(self.errors.at(op, message))
+            }
             Value::Rotation(s) => Ok(Value::Rotation(self.graph.quaternion_product(r, *s))),
             _ => {
                 let message = format!(
@@ -56,7 +56,7 @@ impl Lowering<'_> {
     pub(super) fn of_rotation(&mut self, name: &Ident, r: Quaternion) -> Valued {
         match name.to_string().as_str() {
             "inverse" => Ok(Value::Rotation(self.graph.inverse(r))),
-            "angular_velocity" => self.angular_velocity(r),
+            "angular_velocity" => Ok(Value::Vector(self.angular_velocity(r))),
             "matrix" => {
                 let (zero, one) = (self.graph.constant(0.0), self.graph.constant(1.0));
                 let axes = [0, 1, 2].map(|i| [0, 1, 2].map(|j| if i == j { one } else { zero }));
@@ -77,23 +77,21 @@ impl Lowering<'_> {
     }
 
     /// The angular velocity in the frame of the body: that of a coordinate, else `2 r̄∘dr/dt`.
-    fn angular_velocity(&mut self, r: Quaternion) -> Valued {
+    fn angular_velocity(&mut self, r: Quaternion) -> Vec<NodeId> {
         for first in self.graph.rotations().to_vec() {
             if [0, 1, 2, 3].map(|k| self.graph.leaf(Leaf::Q(first + k))) == r {
                 let rate = (1..4).map(|k| self.graph.leaf(Leaf::V(first + k)));
                 let rate: Vec<_> = rate.collect();
                 self.origins_of(&rate);
-                return Ok(Value::Vector(rate));
+                return rate;
             }
         }
         let rate = r.map(|component| self.graph.total_derivative(component));
         let inverse = self.graph.inverse(r);
         let [_, x, y, z] = self.graph.quaternion_product(inverse, rate);
-        let rate: Vec<_> = [x, y, z]
-            .into_iter()
+        [x, y, z]
             .map(|component| self.graph.scale(2.0, component))
-            .collect();
-        Ok(Value::Vector(rate))
+            .to_vec()
     }
 
     fn origins_of(&mut self, nodes: &[NodeId]) {
@@ -104,11 +102,7 @@ impl Lowering<'_> {
 }
 
 /// Refuses what cannot be had beside rotations.
-pub(super) fn check(
-    declaration: &Declaration,
-    kinematic: &[Row],
-    (have_compiler, errors): (bool, &Errors),
-) -> Result<(), Reported> {
+pub(super) fn check(declaration: &Declaration, kinematic: &[Row], errors: &Errors) -> Result<(), Reported> {
     let groups = declaration
         .coordinates
         .given()
@@ -117,11 +111,6 @@ pub(super) fn check(
     let Some(rotation) = groups.into_iter().find(|group| group.is_rotation) else {
         return Ok(());
     };
-    if have_compiler {
-        let message = "a rotation is a coordinate of a text file, so far: expected the declaration in a file, or angles or a quaternion under a \
-                       `holonomic` row here";
-        return Err(errors.at(&rotation.name, message));
-    }
     if kinematic.iter().any(|row| row.order > 2) {
         let message = "beside a rotation constraints are of second order at most, so far";
         return Err(errors.at(&rotation.name, message));
