@@ -295,6 +295,18 @@ pub enum SetupError {
         /// The norm.
         norm: f64,
     },
+    /// A rotation turns too far in the first step.
+    #[error(
+        "in the first step, h = {h}, `{rotation}` turns by {turn:.2} rad, and half a turn is the most that is known which way round it goes: take a smaller h"
+    )]
+    Turn {
+        /// The coordinate.
+        rotation: String,
+        /// By how much, in radians.
+        turn: f64,
+        /// The step.
+        h: f64,
+    },
     /// The tolerance cannot be used.
     #[error(
         "the tolerance is {relative} (relative) and {absolute} (absolute); the first must lie between 0 and 1 (1.1e-16, the unit round-off, is the least \
@@ -496,6 +508,9 @@ impl StepError {
             StepFailure::NotFinite => {
                 "some expression of the declaration has no value here (a division by zero, a root or logarithm of a \
                  negative number, an overflow): check the start and the parameters, and try a smaller h"
+            }
+            StepFailure::TurnsTooFar => {
+                "try a smaller h: a step is to resolve how the body turns; or look for what makes it turn faster and faster"
             }
             StepFailure::Singular if step.may_divide => {
                 "the constraints and the variational equations are not independent here; if two roots meet at a factor \

@@ -15,7 +15,7 @@ use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::Regularity;
 use crate::regularity::sticking::Outlook;
 use crate::run::{AnyNode, NearlySingular, Run, RunError, Unresolved};
-use crate::solve::failure::NewtonFailure;
+use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::Stop;
 use crate::solve::predictor::Predictor;
 use crate::solve::rotation;
@@ -246,10 +246,11 @@ impl<'s> Discrete<'s> {
         rotation::moved_sum(&self.shape().rotations, q, d)
     }
 
-    /// Where a solution leads; `None` if the position is not finite.
+    /// Where a solution leads; `None` if the position is not finite, or a rotation turns too far on the way.
     pub(super) fn arriving(&self, e: &[f64]) -> Option<Next> {
         let next = self.leads_to(e);
-        next.q.hi.is_finite().then_some(next)
+        let turns_too_far = rotation::turns_too_far(&self.shape().rotations, &next.d.hi).is_some();
+        (next.q.hi.is_finite() && !turns_too_far).then_some(next)
     }
 
     /// Where a solution leads.
@@ -342,7 +343,14 @@ impl<'s> Discrete<'s> {
     /// The error of a step whose rows have a root that leads to no finite node.
     #[cold]
     pub(super) fn not_finite(&self, z: &[f64]) -> StepError {
-        self.failed(self.next_step().not_finite(z))
+        let step = self.next_step();
+        let next = self.leads_to(&step.second_difference(z));
+        let turns_too_far = rotation::turns_too_far(&self.shape().rotations, &next.d.hi).is_some();
+        self.failed(if next.d.hi.is_finite() && turns_too_far {
+            step.refused(StepFailure::TurnsTooFar, z)
+        } else {
+            step.not_finite(z)
+        })
     }
 
     /// Writes the middle node of the last step.

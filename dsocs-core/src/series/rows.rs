@@ -7,6 +7,7 @@ use super::orders::{MAX_ORDER, RECIPROCALS, ROWS};
 use crate::number::lanes::{Lanes, Mask, Register};
 use crate::number::scalar::Scalar as _;
 use crate::series::sums::add_product;
+use crate::solve::rotation;
 
 /// Products of smaller coefficients with others may be zero although none of them is.
 const TINY: f64 = 1e-250;
@@ -281,6 +282,38 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
                 beyond[i] = v[i] * T::splat(RECIPROCALS[next + 1]);
             }
             self.q[next + 1] = beyond;
+        }
+    }
+}
+
+impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
+    /// The same where some coordinates are rotations.
+    #[inline(always)]
+    pub fn push_turning(&mut self, k: usize, rotations: &[usize], q: &mut [T; N], v: &mut [T; N], a: [T; N]) {
+        let next = (k + 1).min(MAX_ORDER);
+        self.push(k, q, v, a);
+        for &first in rotations {
+            self.turn(next, first);
+            for k in first..first + rotation::SLOTS {
+                q[k] = self.q[next][k];
+            }
+            if next == self.order {
+                self.turn(next + 1, first);
+            }
+        }
+    }
+
+    /// Sets the coefficients of order `k` of a rotation, from those below.
+    #[inline(always)]
+    fn turn(&mut self, k: usize, first: usize) {
+        let row = |table: &[[T; N]; ROWS], j: usize| {
+            let slots = table[j].get(first..).and_then(|row| row.first_chunk().copied());
+            slots.unwrap_or([T::splat(f64::NAN); rotation::SLOTS])
+        };
+        let scale = T::splat(RECIPROCALS[k]);
+        let turned = rotation::coefficient(k - 1, scale, |j| row(self.q, j), |j| row(self.v, j));
+        for (to, x) in self.q[k].iter_mut().skip(first).zip(turned) {
+            *to = x;
         }
     }
 }

@@ -14,6 +14,9 @@ pub(crate) const SLOTS: usize = 4;
 /// A start's quaternion may be so far from the norm one.
 const NEARLY_ONE: f64 = 1e-6;
 
+/// An increment of half a turn has the length 3.165.
+const LONGEST: f64 = 3.0;
+
 /// `p∘q`
 fn product<T: Scalar>(p: [T; 4], q: [T; 4]) -> [T; 4] {
     let ([a, b, c, d], [w, x, y, z]) = (p, q);
@@ -92,17 +95,57 @@ pub(crate) fn turn(
             product(lo, by),
             product(hi, [0.0, 0.5 * x_low, 0.5 * y_low, 0.5 * z_low]),
         );
-        let mut next = [(0.0, 0.0); SLOTS];
         for k in 0..SLOTS {
-            next[k] = plus((hi[k], lo[k]), (moves[k], low[k] + of_low[k]));
+            if let (Some(to), Some(to_low)) = (to.get_mut(first + k), to_low.get_mut(first + k)) {
+                (*to, *to_low) = plus((hi[k], lo[k]), (moves[k], low[k] + of_low[k]));
+            }
         }
-        // what rounding does to the norm would add up: nothing else brings it back
-        let excess = next.iter().fold(-1.0, |sum, (hi, lo)| sum + hi * (hi + 2.0 * lo));
-        let places = to.iter_mut().zip(to_low.iter_mut()).skip(first);
-        for ((hi, lo), (to, to_low)) in next.into_iter().zip(places) {
+    }
+    keep_norm(rotations, [to, to_low]);
+}
+
+/// Takes away what rounding, or the truncation of a series, does to the norms of quaternions, which are sums: it would add up, and nothing else brings them
+/// back.
+pub(crate) fn keep_norm(rotations: &[usize], [q, q_low]: [&mut [f64]; 2]) {
+    for &first in rotations {
+        let (Some(hi), Some(lo)) = (slots(q, first), slots(q_low, first)) else {
+            continue;
+        };
+        let excess = (hi.iter().zip(lo)).fold(-1.0, |sum, (hi, lo)| sum + hi * (hi + 2.0 * lo));
+        let places = q.iter_mut().zip(q_low.iter_mut()).skip(first);
+        for ((hi, lo), (to, to_low)) in hi.into_iter().zip(lo).zip(places) {
             (*to, *to_low) = plus((hi, lo), (-0.5 * excess * hi, 0.0));
         }
     }
+}
+
+/// The Taylor coefficient of order `k + 1` of a quaternion, from its coefficients and those of its angular velocity, up to order `k`:
+/// `(k + 1) q_{k+1} = ½ Σ q_j∘(0, ω_{k-j})`.
+#[inline]
+pub(crate) fn coefficient<T: Scalar>(
+    k: usize,
+    scale: T,
+    q: impl Fn(usize) -> [T; SLOTS],
+    w: impl Fn(usize) -> [T; SLOTS],
+) -> [T; SLOTS] {
+    let mut sum = [T::splat(0.0); SLOTS];
+    for j in 0..=k {
+        for (sum, term) in sum.iter_mut().zip(product(q(j), w(k - j))) {
+            *sum = *sum + term;
+        }
+    }
+    sum.map(|component| T::splat(0.5) * scale * component)
+}
+
+/// The first rotation that an increment turns by half a turn or nearly so, or more, and by how much it does.
+pub(crate) fn turns_too_far(rotations: &[usize], d: &[f64]) -> Option<(usize, f64)> {
+    rotations.iter().find_map(|&first| {
+        let [_, x, y, z] = slots(d, first)?;
+        let size = (x * x + y * y + z * z).sqrt();
+        // false also where it is no number
+        let is_short = size < LONGEST;
+        (!is_short).then_some((first, size))
+    })
 }
 
 /// A quaternion and its first two rates, from position, velocity and acceleration: `q' = ½ q∘(0, ω)`.

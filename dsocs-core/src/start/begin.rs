@@ -162,6 +162,10 @@ impl Given {
                 (q0, v0, Some(a0), d)
             }
         };
+        if let Some((first, turn)) = rotation::turns_too_far(rotations, &d.hi) {
+            let rotation = rotation_name(declaration, first);
+            return Err(SetupError::Turn { rotation, turn, h });
+        }
         let q = rotation::moved_sum(rotations, &Sum::exact(q0.clone()), &d);
         check_vector(declaration, "q1", &q.hi)?;
         Ok(Beginning {
@@ -194,14 +198,8 @@ impl Given {
         match rotation::normalize(&shape.rotations, &mut q0) {
             Ok(()) => Ok(q0),
             Err((first, norm)) => {
-                let name = shape
-                    .coordinates
-                    .get(first)
-                    .map_or("", |coordinate| &coordinate.name);
-                Err(SetupError::Quaternion {
-                    rotation: name.trim_end_matches("_w").to_owned(),
-                    norm,
-                })
+                let rotation = rotation_name(declaration, first);
+                Err(SetupError::Quaternion { rotation, norm })
             }
         }
     }
@@ -235,6 +233,7 @@ impl Given {
             return Err(SetupError::StartTime { t0 });
         }
         check_vector(declaration, "q0", &q0)?;
+        let q0 = self.of_norm_one(declaration, q0)?;
         let v0 = match rule {
             Rule::Paper { v0 } | Rule::SecondOrder { v0 } | Rule::Exact { v0, .. } => v0,
             Rule::ThirdOrder { .. } | Rule::ThreeNodes { .. } => {
@@ -280,6 +279,13 @@ impl Given {
         consistency::check(declaration, self.t0, &q, &v)?;
         Ok((q, v))
     }
+}
+
+/// The name of a rotation, of whose quaternion the first component has a place.
+fn rotation_name(declaration: &Declaration<'_>, first: usize) -> String {
+    let name = declaration.coordinates().get(first);
+    let name = name.map_or("", |coordinate| &coordinate.name);
+    name.strip_suffix("_w").unwrap_or(name).to_owned()
 }
 
 /// Refuses two equal nodes where steps would go on with equal ones only because a constraint says nothing at rest.

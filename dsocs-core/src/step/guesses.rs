@@ -223,6 +223,7 @@ impl Step<'_> {
             | StepFailure::AmbiguousRoot
             | StepFailure::PassesSingularity
             | StepFailure::PassesRest
+            | StepFailure::TurnsTooFar
             | StepFailure::NoSolution => None,
         };
         let undefined = match cause.reason {

@@ -412,6 +412,9 @@ pub(crate) fn smooth<K: Walked, Z: Unknowns>(
             let (q, q_low) = (q, &sums[n..2 * n]);
             let to = [&mut *next_q, next_q_low];
             rotation::turn(&shape.rotations, [q, q_low], [next_d, next_d_low], to);
+            if rotation::turns_too_far(&shape.rotations, next_d).is_some() {
+                return Halt::Asks(Question::NotFinite);
+            }
         }
         if !is_finite(next_q) {
             return Halt::Asks(Question::NotFinite);

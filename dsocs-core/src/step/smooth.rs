@@ -279,6 +279,9 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, course: &mut Cours
         if !rotations.is_empty() {
             let (q, d) = ([&state.q.hi[..], &state.q.lo], [&next.d.hi[..], &next.d.lo]);
             rotation::turn(rotations, q, d, [&mut next.q.hi, &mut next.q.lo]);
+            if rotation::turns_too_far(rotations, &next.d.hi).is_some() {
+                break Halt::Asks(Question::NotFinite);
+            }
         }
         if !next.q.hi.iter().all(|q| q.is_finite()) {
             break Halt::Asks(Question::NotFinite);

@@ -96,7 +96,13 @@ impl<'s> AnyTaylorFlow<'s> {
                 method: "the Taylor series (TaylorFlow)",
             });
         }
-        SetupError::for_rotations(shape, "the Taylor series (TaylorFlow)")
+        if shape.holonomic > 0 {
+            SetupError::for_rotations(
+                shape,
+                "the Taylor series (TaylorFlow) under a holonomic constraint",
+            )?;
+        }
+        Ok(())
     }
 
     /// Puts the nodes on a grid of times, a distance of `h` apart; see [`TaylorFlow::every`].

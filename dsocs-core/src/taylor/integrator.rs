@@ -24,6 +24,7 @@ use crate::run::{AnyPolynomial, RunError, Search};
 use crate::series::rows::Series;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
+use crate::solve::rotation;
 use crate::start::Phase;
 use crate::start::place::Place;
 use crate::step::singular::{self, DEPENDENT};
@@ -320,6 +321,7 @@ impl Integrator {
         self.now.set_velocity(v);
         self.now.move_position(dq);
         self.now.move_velocity(dv);
+        rotation::keep_norm(&equations.declaration().shape().rotations, self.now.parts().q);
         if let Some(projection) = &mut self.projection {
             projection.apply(equations, self.t.hi[0], &mut self.now);
         }

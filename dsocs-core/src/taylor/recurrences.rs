@@ -12,6 +12,7 @@ use crate::kernel::jets::Jets;
 use crate::number::dispatch::{self, Work};
 use crate::series::rows::Series;
 use crate::series::switch::{Switch, Switches};
+use crate::solve::rotation;
 use crate::system::System;
 use crate::tape::declaration::Declaration;
 
@@ -186,7 +187,15 @@ impl<S: System<N>, const N: usize> SeriesKernel for Recurrences<'_, S, N> {
     }
 
     fn along(&self, series: &Series, h: f64, from: &State, to: &mut State) {
-        dispatch::run_as(self.rounded, Moves::<N> { series, h, from, to });
+        let rotations = S::ROTATIONS;
+        let moves = Moves::<N> {
+            rotations,
+            series,
+            h,
+            from,
+            to,
+        };
+        dispatch::run_as(self.rounded, moves);
     }
 
     fn judge(&self, series: &Series, a: &[f64], weights: &[f64], p: usize) -> Judged {
@@ -236,6 +245,7 @@ impl<S: System<N>, const N: usize> SeriesKernel for Recurrences<'_, S, N> {
 
 /// The way along a series.
 struct Moves<'a, const N: usize> {
+    rotations: &'static [usize],
     series: &'a Series,
     h: f64,
     from: &'a State,
@@ -246,13 +256,22 @@ impl<const N: usize> Moves<'_, N> {
     /// Writes the state at the end, and returns position, velocity and acceleration there.
     #[inline(always)]
     fn make<const FUSED: bool>(self) -> [[f64; N]; 3] {
-        let Self { series, h, from, to } = self;
+        let Self {
+            rotations,
+            series,
+            h,
+            from,
+            to,
+        } = self;
         let [dq, dv, a] = series.increments_of::<FUSED, N>(h);
         let Some([mut q, mut v]) = from.sized::<N>() else {
             return [[f64::NAN; N]; 3]; // it has as many coordinates as the system
         };
         q.add(&dq);
         v.add(&dv);
+        if !rotations.is_empty() {
+            rotation::keep_norm(rotations, [&mut q.hi, &mut q.lo]);
+        }
         to.take(&q, &v, &a);
         [q.hi, v.hi, a]
     }
@@ -299,7 +318,15 @@ impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, '_, S, N> {
             ..
         }) = self.step
         {
-            let [q, v, a] = Moves { series, h, from, to }.make::<FUSED>();
+            let rotations = S::ROTATIONS;
+            let moves = Moves {
+                rotations,
+                series,
+                h,
+                from,
+                to,
+            };
+            let [q, v, a] = moves.make::<FUSED>();
             next.begin(&q, &v, &a);
             judges = weights.first_chunk().map(|weights| (a, (weights, p)));
         }

@@ -7,6 +7,7 @@ use super::control::Tolerance;
 use super::flow::TaylorFlow;
 use super::moved::{DIRECTIONS, Moved};
 use crate::derivative::{DerivativeError, NodeTangent, Variable, parameter};
+use crate::error::SetupError;
 use crate::number::point::Point;
 use crate::number::scalar::Scalar as _;
 use crate::run::{RunError, Stepper as _};
@@ -155,6 +156,11 @@ impl<'s, const N: usize> TaylorTangents<'s, N> {
                 reason: "constraints on positions or velocities bind its start; `Path` differentiates runs from two nodes",
             });
         }
+        SetupError::for_rotations(
+            system.kernel().shape(),
+            "the derivative of a Taylor series (TaylorTangents)",
+        )
+        .map_err(RunError::from)?;
         let flow = TaylorFlow::new(system, start, tolerance).map_err(RunError::from)?;
         let found: Vec<Moving> = variables
             .iter()

@@ -224,6 +224,7 @@ pub fn code(failure: &RunFailure) -> &'static str {
         Some(StepFailure::AmbiguousRoot) => "ambiguous-root",
         Some(StepFailure::PassesSingularity) => "singularity",
         Some(StepFailure::PassesRest) => "rest",
+        Some(StepFailure::TurnsTooFar) => "turn",
         _ => other,
     };
     let setup = |error: &SetupError| match error {

@@ -2,8 +2,11 @@
 //!
 //! The errors expected here are those of an independent implementation of the step, in Python with derivatives by JAX.
 
+use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::Text;
-use dsocs_core::{AnyFlow, AnyStart, Flow, OwnedNode, SetupError, Start, Stepper, dsocs};
+use dsocs_core::{
+    AnyFlow, AnyStart, Flow, OwnedNode, Run, SetupError, Start, Stepper, TaylorFlow, Tolerance, dsocs,
+};
 
 use crate::dop853;
 
@@ -132,6 +135,17 @@ impl Motion {
                 .map(|(found, known)| (found - known).abs());
             apart.fold(0.0, f64::max)
         };
+        if !binds_positions(&text) {
+            let mut taylor =
+                AnyTaylorFlow::of_tape(&text.system, &start, Tolerance::relative(1e-15)).unwrap();
+            let run: &mut dyn Run = &mut taylor;
+            run.to(self.until).unwrap();
+            let mut node = OwnedNode::new(self.q0.len());
+            node.take(run);
+            let node = node.any();
+            let apart = largest(node.q, &self.q).max(largest(&node.v[1..], &self.v));
+            assert!(apart < 1e-11, "the Taylor series: {apart:e}");
+        }
         let errors = [1.0, 0.5, 0.25, 0.125].map(|part| {
             let mut flow = AnyFlow::new(&text.system, part * h, &start).unwrap();
             flow.run_mut().to(self.until).unwrap();
@@ -155,6 +169,12 @@ impl Motion {
             }
         }
     }
+}
+
+/// Whether a constraint binds positions: such systems have no series here.
+fn binds_positions(text: &Text) -> bool {
+    let kernel: &dyn dsocs_core::Kernel = &text.system;
+    kernel.shape().holonomic > 0
 }
 
 /// The text of a matrix of parameters.
@@ -630,6 +650,37 @@ fn a_compiled_system_has_the_bits_of_its_text() {
     assert_eq!(bits(&last.q), bits(node.q));
     assert_eq!(bits(&last.force), bits(node.force));
     assert_eq!(last.energy.to_bits(), node.energy.to_bits());
+    // the series, too, and what they lead to
+    let tolerance = Tolerance::relative(1e-13);
+    let mut taylor = TaylorFlow::new(&system, Start::second_order(q0, v0), tolerance).unwrap();
+    let exact = taylor.to(5.0).unwrap();
+    let mut read =
+        AnyTaylorFlow::of_tape(&text.system, &AnyStart::second_order(&q0, &v0), tolerance).unwrap();
+    let run: &mut dyn Run = &mut read;
+    run.to(5.0).unwrap();
+    let mut node = OwnedNode::new(9);
+    node.take(run);
+    assert_eq!(bits(&exact.q), bits(node.any().q));
+    assert_eq!(bits(&exact.v), bits(node.any().v));
+    for (q, exact) in last.q.iter().zip(exact.q) {
+        assert!((q - exact).abs() < 1e-3, "{:?}\n{exact:?}", last.q);
+    }
+    // between nodes as at nodes: the motion with half the step
+    let every = |h: f64| {
+        let mut flow = Flow::new(&system, h, Start::second_order(q0, v0)).unwrap();
+        flow.until(1.0).unwrap()
+    };
+    let (coarse, fine) = (every(0.01), every(0.005));
+    for node in fine.nodes.iter().skip(1).step_by(2) {
+        let between = coarse.at(node.t).unwrap();
+        let apart = |one: &[f64], other: &[f64]| {
+            let apart = one.iter().zip(other).map(|(one, other)| (one - other).abs());
+            apart.fold(0.0, f64::max)
+        };
+        // both are of order 2; a quaternion whose rate were taken to be the angular velocity would be off by 1e-3
+        assert!(apart(&between.q, &node.q) < 5e-5, "{between:?}\n{node:?}");
+        assert!(apart(&between.v, &node.v) < 2e-4, "{between:?}\n{node:?}");
+    }
     // and both rotations are of norm one
     for quaternion in [&last.q[1..5], &last.q[5..]] {
         let norm = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
@@ -658,4 +709,42 @@ fn a_start_far_from_the_norm_one_is_refused_and_so_is_what_cannot_be_had_yet() {
     let composed =
         dsocs_core::AnyComposedFlow::new(&text.system, 0.1, dsocs_core::Composition::SUZUKI_4, &start);
     assert!(matches!(composed.map(drop), Err(SetupError::Rotation { .. })));
+}
+
+#[test]
+fn a_step_that_turns_by_half_a_turn_is_refused() {
+    let text = Text::parse(
+        "driven",
+        "coordinates(r: rotation);
+         lagrangian = r.angular_velocity().norm_squared() / 2;
+         external_forces = [0, 0, 1];",
+    )
+    .unwrap();
+    let one = [1.0, 0.0, 0.0, 0.0];
+    let start = |spin: f64| AnyStart::second_order(&one, &[0.0, 0.0, 0.0, spin]);
+    let error = AnyFlow::new(&text.system, 0.1, &start(40.0))
+        .map(drop)
+        .unwrap_err();
+    assert!(
+        matches!(&error, SetupError::Turn { rotation, turn, .. } if rotation == "r" && (turn - 4.005).abs() < 1e-12),
+        "{error}"
+    );
+    // 0.1 (20 + t) comes to 3 at t = 10
+    let mut flow = AnyFlow::new(&text.system, 0.1, &start(20.0)).unwrap();
+    let error = flow.run_mut().to(20.0).unwrap_err();
+    assert!((flow.run().clock().time() - 10.0).abs() < 0.2, "{error}");
+    assert!(
+        error.to_string().contains("half a turn or more in this step"),
+        "{error}"
+    );
+    // with shorter steps it is as it should be: the angle is 20 t + t²/2
+    let mut flow = AnyFlow::new(&text.system, 0.01, &start(20.0)).unwrap();
+    flow.run_mut().to(10.0).unwrap();
+    let mut node = OwnedNode::new(4);
+    node.take(flow.run());
+    let q = node.any().q.to_vec();
+    let half: f64 = 0.5 * (200.0 + 50.0);
+    for (q, exact) in [(q[0], half.cos()), (q[3], half.sin())] {
+        assert!((q - exact).abs() < 5e-3, "{q} {exact}");
+    }
 }

@@ -83,7 +83,7 @@ impl<'s> Interpreted<'s> {
             lists: Lists::new(&series)?,
             values: values.collect(),
             factors: zeros(&0.0)?,
-            tables: Tables::new(&series)?,
+            tables: Tables::new(&series, &kernel.shape().rotations)?,
             room: Cell::default(),
             kernel,
             series,
@@ -158,6 +158,7 @@ impl SeriesKernel for Interpreted<'_> {
                 h,
                 from,
                 to,
+                rotations: &self.kernel.shape().rotations,
                 room,
             },
         );

@@ -13,6 +13,7 @@ use crate::series::orders::{LANES, RECIPROCALS, Row};
 use crate::series::rows;
 use crate::series::sums::{Products, Squares, add_product, all_sums};
 use crate::series::switch::Switch;
+use crate::solve::rotation::{self, SLOTS};
 use crate::taylor::control::{self, Judged, Sizes};
 use crate::taylor::recurrences::Along;
 use crate::taylor::solve::{AnyAccelerations, back_into};
@@ -71,11 +72,60 @@ pub(super) struct Tables {
     accelerations: AnyAccelerations,
     pub(super) switches: Vec<Switch>,
     pub(super) calls: Vec<Call>,
+    /// The coefficients of rotations.
+    pub(super) turning: Turning,
+}
+
+/// The coefficients of rotations and of their angular velocities, by order, all rotations of one order together.
+#[derive(Clone, Debug)]
+pub(super) struct Turning {
+    /// Where they begin.
+    pub(super) rotations: Vec<usize>,
+    q: Vec<[f64; SLOTS]>,
+    w: Vec<[f64; SLOTS]>,
+}
+
+impl Turning {
+    /// The coefficients of order 0.
+    fn begin(&mut self, (q, v): (&[f64], &[f64])) {
+        self.q.clear();
+        self.w.clear();
+        for &first in &self.rotations {
+            self.q.push(slots(q, first));
+            self.w.push(slots(v, first));
+        }
+    }
+
+    /// Sets the coefficients of order `k` in a row, from those below, and those of the angular velocity.
+    fn advance(&mut self, k: usize, q: &mut [f64], v: Option<&[f64]>) {
+        let count = self.rotations.len();
+        for (place, &first) in self.rotations.iter().enumerate() {
+            let of = |table: &[[f64; SLOTS]], j: usize| table[j * count + place];
+            let (known_q, known_w) = (&self.q, &self.w);
+            let scale = RECIPROCALS[k];
+            let turned = rotation::coefficient(k - 1, scale, |j| of(known_q, j), |j| of(known_w, j));
+            for (to, x) in q.iter_mut().skip(first).zip(turned) {
+                *to = x;
+            }
+        }
+        if let Some(v) = v {
+            for &first in &self.rotations {
+                self.q.push(slots(q, first));
+                self.w.push(slots(v, first));
+            }
+        }
+    }
+}
+
+/// The numbers of a rotation.
+fn slots(numbers: &[f64], first: usize) -> [f64; SLOTS] {
+    let slots = numbers.get(first..).and_then(|numbers| numbers.first_chunk());
+    slots.copied().unwrap_or([f64::NAN; SLOTS])
 }
 
 impl Tables {
     /// Tables before the first order.
-    pub(super) fn new(series: &Series) -> Option<Self> {
+    pub(super) fn new(series: &Series, rotations: &[usize]) -> Option<Self> {
         let zero = u32::try_from(series.operations.len()).ok()?;
         let rows = |operands: &mut dyn Iterator<Item = (u32, bool)>| {
             let operands: Vec<_> = operands.collect();
@@ -110,6 +160,11 @@ impl Tables {
             accelerations: AnyAccelerations::new(series.affine, m),
             switches: vec![Switch::default(); series.switches],
             calls: vec![Call::default(); series.functions()],
+            turning: Turning {
+                rotations: rotations.to_vec(),
+                q: Vec::new(),
+                w: Vec::new(),
+            },
         })
     }
 }
@@ -128,6 +183,8 @@ pub(super) struct Way<'a> {
     pub(super) h: f64,
     pub(super) from: &'a State,
     pub(super) to: &'a mut State,
+    /// Where rotations begin.
+    pub(super) rotations: &'a [usize],
     /// Room for the increments.
     pub(super) room: &'a Cell<Vec<f64>>,
 }
@@ -148,6 +205,7 @@ impl Work for Way<'_> {
         for ([hi, lo], by) in [(to.q, dq), (to.v, dv)] {
             compensated::add_all(hi, lo, by);
         }
+        rotation::keep_norm(self.rotations, self.to.parts().q);
         self.room.set(room);
     }
 }
@@ -187,6 +245,7 @@ impl Work for Expansion<'_, '_> {
             h,
             from,
             to: &mut *to,
+            rotations: &self.tables.turning.rotations,
             room: self.room,
         };
         way.run::<FUSED>();
@@ -223,6 +282,7 @@ impl Expansion<'_, '_> {
         let tables = &mut *self.tables;
         let n = series.coordinates;
         tables.velocity.copy_from_slice(next.start().1);
+        tables.turning.begin(next.start());
         let walk = Start {
             series,
             lists: self.lists,
@@ -279,8 +339,9 @@ impl Expansion<'_, '_> {
             &mut tables.sequences,
             &mut tables.velocity,
             1,
-            [&mut q[n..], v],
+            [&mut q[n..], &mut *v],
         );
+        turn::<1>(tables, &self.lists.coordinates, 1, [&mut q[n..], v]);
     }
 
     /// The orders beyond.
@@ -295,18 +356,45 @@ impl Expansion<'_, '_> {
         for (k, (q, v)) in (1..order).zip(rows) {
             // an order is long: no register is spent on what could be counted from one to the next
             let k = core::hint::black_box(k);
-            let row = [q, v];
+            let row = [&mut *q, &mut *v];
             // of two coefficients those of this order, by turns: a literal each, so that no place is computed
             if k % 2 == 0 {
                 order_of::<FUSED, EAGER, 0, 1>(self.series, self.lists, self.factors, self.tables, k, row);
+                turn::<1>(self.tables, &self.lists.coordinates, k + 1, [q, v]);
             } else {
                 order_of::<FUSED, EAGER, 1, 0>(self.series, self.lists, self.factors, self.tables, k, row);
+                turn::<0>(self.tables, &self.lists.coordinates, k + 1, [q, v]);
             }
         }
         // a position is ahead of its velocity
         let (velocities, q) = (&v[order * n..], &mut q[(order + 1) * n..]);
         for (q, v) in q.iter_mut().zip(velocities).take(n) {
             *q = v * RECIPROCALS[order + 1];
+        }
+        self.tables.turning.advance(order + 1, q, None);
+    }
+}
+
+/// The coefficients of order `k` of rotations, in the place of what the velocity would say; they stand at `TURN` of their sequences.
+#[inline(always)]
+fn turn<const TURN: usize>(
+    tables: &mut Tables,
+    coordinates: &[[Place; 3]],
+    k: usize,
+    [q, v]: [&mut [f64]; 2],
+) {
+    let Tables {
+        turning, sequences, ..
+    } = tables;
+    if turning.rotations.is_empty() {
+        return;
+    }
+    turning.advance(k, q, Some(v));
+    for &first in &turning.rotations {
+        for i in first..first + SLOTS {
+            if let (Some(&[place, ..]), Some(x)) = (coordinates.get(i), q.get(i)) {
+                sequences[place as usize][NOW + TURN] = *x;
+            }
         }
     }
 }

@@ -22,7 +22,7 @@ pub(crate) fn expand(model: &Model) -> TokenStream {
     let model = together.as_ref().unwrap_or(model);
     let item = &model.item;
     let system = system(model);
-    let jets = if model.order() > 2 || !model.graph.rotations().is_empty() {
+    let jets = if model.order() > 2 {
         jets::none(&model.item.ident, &model.item.generics, model.coordinates.len())
     } else {
         jets::jets(model)

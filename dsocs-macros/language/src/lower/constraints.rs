@@ -43,7 +43,13 @@ impl Lowering<'_> {
         let count = match value {
             Ok(value) => Some(value.numbers().len()),
             // nothing here is a vector
-            Err(_) if self.groups.iter().all(|group| group.length.is_none()) && self.rank(row) == 0 => {
+            Err(_)
+                if self
+                    .groups
+                    .iter()
+                    .all(|group| group.length.is_none() && !group.is_rotation)
+                    && self.rank(row) == 0 =>
+            {
                 Some(1)
             }
             Err(_) => None,

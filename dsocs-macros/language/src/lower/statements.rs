@@ -25,7 +25,10 @@ impl Lowering<'_> {
     /// The components of the external forces.
     pub(super) fn external_forces(&mut self, forces: &Scalar) -> Result<Vec<NodeId>, Reported> {
         if let Expr::Array(list) = bare(&forces.value)
-            && self.groups.iter().all(|group| group.length.is_none())
+            && self
+                .groups
+                .iter()
+                .all(|group| group.length.is_none() && !group.is_rotation)
         {
             let what = self.errors.words("one tuple", "parentheses");
             let message = format!(

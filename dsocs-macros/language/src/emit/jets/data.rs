@@ -29,7 +29,7 @@ pub struct Series {
 pub(crate) fn series(model: &Model) -> Option<Series> {
     let together = passes::together(model);
     let model = together.as_ref().unwrap_or(model);
-    if model.order() > 2 || !model.graph.rotations().is_empty() {
+    if model.order() > 2 {
         return None;
     }
     let mut graph = model.graph.clone();

@@ -164,6 +164,17 @@ impl Writer<'_> {
         })
     }
 
+    /// The method that takes an order, and where rotations begin if there are some.
+    fn push(&self) -> (TokenStream, TokenStream) {
+        let first = self.graph.rotations().iter();
+        let first: Vec<_> = first.map(|&first| Literal::usize_unsuffixed(first)).collect();
+        if first.is_empty() {
+            (quote!(push), TokenStream::new())
+        } else {
+            (quote!(push_turning), quote!(&[#(#first),*],))
+        }
+    }
+
     /// The body of `expand`.
     #[allow(clippy::too_many_lines)] // one quotation: the whole of what is generated
     fn body(&self) -> TokenStream {
@@ -259,6 +270,7 @@ impl Writer<'_> {
             )
         };
         let (store, watch, narrow) = (self.store(), self.watch(), self.narrow());
+        let (push, turning) = self.push();
         quote! {
             let (mut #q, mut #v) = #series.start();
             let mut #z = [__T::splat(0.0); #length];
@@ -266,7 +278,7 @@ impl Writer<'_> {
             #start
             #solve_start
             #narrow
-            #series.push(0, &mut #q, &mut #v, [#(#first),*]);
+            #series.#push(0, #turning &mut #q, &mut #v, [#(#first),*]);
             #declare
             for #k in 1..#series.order() {
                 let #products = #table.product_sums::<__FUSED, #eager, #sums_of_products>(#k);
@@ -280,7 +292,7 @@ impl Writer<'_> {
                 #watch
                 #store
                 #remember
-                #series.push(#k, &mut #q, &mut #v, [#(#later),*]);
+                #series.#push(#k, #turning &mut #q, &mut #v, [#(#later),*]);
             }
         }
     }
