@@ -5,7 +5,7 @@ use super::discrete::Discrete;
 use crate::error::StepError;
 use crate::kernel::report::StepReport;
 use crate::number::point::sized;
-use crate::solve::Vector;
+use crate::solve::{Vector, rotation};
 
 /// The solutions of a step, as values of its next node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,9 +69,9 @@ impl Discrete<'_> {
         let step = self.next_step();
         let size = step.size(&predictor);
         let leg = step.leg;
-        let e = Vector::from_fn(q2.len().min(leg.q.len()), |i| {
-            ((q2[i] - leg.q[i]) - leg.d[i]) - step.before[i]
-        });
+        let mut way = Vector::from_fn(q2.len().min(leg.q.len()), |i| q2[i] - leg.q[i]);
+        rotation::difference(&self.shape().rotations, [leg.q, q2], &mut way);
+        let e = Vector::from_fn(way.len(), |i| (way[i] - leg.d[i]) - step.before[i]);
         let start = step.unknowns(&e);
         let (z, report) = step
             .solve_near(&start, &mut predictor, &size, self.course.max_iterations)

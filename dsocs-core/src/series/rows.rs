@@ -294,8 +294,9 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
         self.push(k, q, v, a);
         for &first in rotations {
             self.turn(next, first);
-            for k in first..first + rotation::SLOTS {
-                q[k] = self.q[next][k];
+            let slots = first..first + rotation::SLOTS;
+            if let (Some(to), Some(from)) = (q.get_mut(slots.clone()), self.q[next].get(slots)) {
+                to.copy_from_slice(from);
             }
             if next == self.order {
                 self.turn(next + 1, first);

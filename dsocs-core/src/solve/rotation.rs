@@ -63,6 +63,38 @@ pub(crate) fn moved<T: Scalar>(rotations: &[usize], q: &[T], d: &[T]) -> Vec<T> 
     moved
 }
 
+/// Writes the increments of rotations that lead from one position to another, where it is no more than half a turn; `q` and `-q` are one.
+pub(crate) fn difference(rotations: &[usize], [from, to]: [&[f64]; 2], d: &mut [f64]) {
+    for &first in rotations {
+        let (Some([w, x, y, z]), Some(to)) = (slots(from, first), slots(to, first)) else {
+            continue;
+        };
+        let [scalar, vector @ ..] = product([w, -x, -y, -z], to);
+        // the half way is (a + x/4)/√(a² + b), and the square of it the whole: with t = |x|/(4 a), a = 1 - a² t²/3
+        let [scalar, sign] = if scalar < 0.0 {
+            [-scalar, -1.0]
+        } else {
+            [scalar, 1.0]
+        };
+        let ratio = vector.map(|component| sign * component / (1.0 + scalar));
+        let square: f64 = ratio.iter().map(|ratio| ratio * ratio).sum();
+        let a = 2.0 / (1.0 + (1.0 + 4.0 / 3.0 * square).sqrt());
+        let components = [0.0, 4.0 * a * ratio[0], 4.0 * a * ratio[1], 4.0 * a * ratio[2]];
+        for (d, component) in d.iter_mut().skip(first).zip(components) {
+            *d = component;
+        }
+    }
+}
+
+/// Takes away what rounding took from rotations.
+pub(crate) fn forget(rotations: &[usize], low: &mut [f64]) {
+    for &first in rotations {
+        for low in low.iter_mut().skip(first).take(SLOTS) {
+            *low = 0.0;
+        }
+    }
+}
+
 /// The same of sums.
 pub(crate) fn moved_sum(rotations: &[usize], q: &Sum, d: &Sum) -> Sum {
     let mut sum = q.plus(d);
@@ -206,6 +238,25 @@ mod tests {
                 (error / (size.powi(5) / 720.0) - 1.0).abs() < 0.05,
                 "{size}: {error:e}"
             );
+        }
+    }
+
+    #[test]
+    fn the_increment_between_two_positions_leads_from_one_to_the_other() {
+        let from = [0.5, 0.5, -0.5, 0.5];
+        for x in [
+            [0.0, 0.3, -0.7, 0.2],
+            [0.0, 1.5, 2.0, -1.2],
+            [0.0, 1e-9, 0.0, 0.0],
+        ] {
+            let to = moved(&[0], &from, &x);
+            for to in [to.clone(), to.iter().map(|q| -q).collect()] {
+                let mut d = [f64::NAN; 4];
+                difference(&[0], [&from, &to], &mut d);
+                for (d, x) in d.iter().zip(x) {
+                    assert!((d - x).abs() < 2e-15, "{d} {x}");
+                }
+            }
         }
     }
 

@@ -132,7 +132,7 @@ impl Given {
             Rule::ThreeNodes { q1, q2 } => {
                 check_vector(declaration, "q1", &q1)?;
                 check_vector(declaration, "q2", &q2)?;
-                let d = self.first_leg(declaration, h, &q1)?;
+                let d = self.first_leg(declaration, h, [&q0, &q1])?;
                 let second = Sum::difference(&q2, &q1).plus(&d.negated());
                 let second_difference = second.hi.map(|e| e / (h * h));
                 e = Some(second);
@@ -140,7 +140,8 @@ impl Given {
             }
             Rule::Nodes { q1 } => {
                 check_vector(declaration, "q1", &q1)?;
-                let d = self.first_leg(declaration, h, &q1)?;
+                let q1 = self.of_norm_one(declaration, q1)?;
+                let d = self.first_leg(declaration, h, [&q0, &q1])?;
                 check_rest(declaration, (t0, h), &q0, &d)?;
                 (q0, d.hi.map(|d| d / h), None, d)
             }
@@ -186,8 +187,11 @@ impl Given {
         if shape.rotations.is_empty() {
             return Ok(q0);
         }
-        if !matches!(self.rule, Rule::Paper { .. } | Rule::SecondOrder { .. }) {
-            SetupError::for_rotations(shape, "a start by other than a position and a velocity")?;
+        if !matches!(
+            self.rule,
+            Rule::Paper { .. } | Rule::SecondOrder { .. } | Rule::Nodes { .. }
+        ) {
+            SetupError::for_rotations(shape, "a start by another motion (Start::exact)")?;
         }
         if self.projected && shape.holonomic > 0 {
             SetupError::for_rotations(
@@ -215,9 +219,16 @@ impl Given {
     }
 
     /// The increment to a second node that is given, which has to obey the constraints or is moved onto them.
-    fn first_leg(&self, declaration: &Declaration<'_>, h: f64, q1: &Vector) -> Result<Sum, SetupError> {
-        let q0 = &self.q0;
-        let d = Sum::difference(q1, q0);
+    fn first_leg(
+        &self,
+        declaration: &Declaration<'_>,
+        h: f64,
+        [q0, q1]: [&Vector; 2],
+    ) -> Result<Sum, SetupError> {
+        let mut d = Sum::difference(q1, q0);
+        let rotations = &declaration.shape().rotations;
+        rotation::difference(rotations, [q0, q1], &mut d.hi);
+        rotation::forget(rotations, &mut d.lo);
         if self.projected {
             let v0 = d.hi.map(|d| d / h);
             return onto_pair(declaration, (self.t0, h), q0, &v0, &d);

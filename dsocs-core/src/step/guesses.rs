@@ -12,7 +12,7 @@ use crate::regularity::undefined;
 use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::{self, Fold, Root, Stop};
 use crate::solve::predictor::Predictor;
-use crate::solve::{Vector, is_finite};
+use crate::solve::{Vector, is_finite, rotation};
 use crate::start::place::Place;
 use crate::start::{self, Begins, third};
 use crate::step::singular::{self, NEARLY_DEPENDENT};
@@ -240,9 +240,8 @@ impl Step<'_> {
             Vec::new()
         };
         let next = |e: &[f64]| {
-            (0..e.len())
-                .map(|i| leg.q[i] + (leg.d[i] + (before[i] + e[i])))
-                .collect()
+            let d: Vec<f64> = (0..e.len()).map(|i| leg.d[i] + (before[i] + e[i])).collect();
+            rotation::moved(&self.shape().rotations, leg.q, &d)
         };
         let error = StepError::new(FailedStep {
             index: at.index,

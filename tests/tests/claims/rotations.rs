@@ -703,8 +703,15 @@ fn a_start_far_from_the_norm_one_is_refused_and_so_is_what_cannot_be_had_yet() {
         "{error}"
     );
     let one = [0.0, 1.0, 0.0, 0.0, 0.0];
-    let error = refused(&AnyStart::nodes(&one, &one));
-    assert!(matches!(error, SetupError::Rotation { .. }), "{error}");
+    // a start by two nodes is one by what leads from one to the other, and the sign of a quaternion says nothing
+    let turned = [0.0, -(0.05_f64.cos()), 0.0, 0.0, -(0.05_f64.sin())];
+    let flow = AnyFlow::new(&text.system, 0.1, &AnyStart::nodes(&one, &turned)).unwrap();
+    let d = flow.leg().d.to_vec();
+    assert!(
+        (d[4] - 0.1).abs() < 1e-7 && d[..4].iter().all(|d| d.abs() < 1e-16),
+        "{d:?}"
+    );
+    assert!(flow.leg().q[1] > 0.9);
     let start = AnyStart::second_order(&one, &v0);
     let composed =
         dsocs_core::AnyComposedFlow::new(&text.system, 0.1, dsocs_core::Composition::SUZUKI_4, &start);
@@ -729,10 +736,10 @@ fn a_step_that_turns_by_half_a_turn_is_refused() {
         matches!(&error, SetupError::Turn { rotation, turn, .. } if rotation == "r" && (turn - 4.005).abs() < 1e-12),
         "{error}"
     );
-    // 0.1 (20 + t) comes to 3 at t = 10
+    // 0.1 (20 + t) comes to 3 at t = 10, the increment, which is a little shorter than the angle, later
     let mut flow = AnyFlow::new(&text.system, 0.1, &start(20.0)).unwrap();
     let error = flow.run_mut().to(20.0).unwrap_err();
-    assert!((flow.run().clock().time() - 10.0).abs() < 0.2, "{error}");
+    assert!((flow.run().clock().time() - 10.0).abs() < 1.0, "{error}");
     assert!(
         error.to_string().contains("half a turn or more in this step"),
         "{error}"
