@@ -8,7 +8,7 @@ use super::discrete::Discrete;
 use crate::number::point::AnyLeg;
 use crate::regularity::sides::Piece;
 use crate::run::Unresolved;
-use crate::solve::Vector;
+use crate::solve::{Vector, rotation};
 use crate::start::Beginning;
 use crate::start::place::{Place, Way};
 use crate::step::crossing::OnWay;
@@ -125,7 +125,7 @@ impl Discrete<'_> {
         if self.shape().is_of_third_order() {
             return self.on_cubic(e, part - 1.0);
         }
-        between(self.course.h, leg, e, part)
+        between(&self.shape().rotations, (self.course.h, leg), e, part)
     }
 
     /// A place of the next step of third order, so many steps behind its middle node.
@@ -149,7 +149,12 @@ impl Discrete<'_> {
                 ..self.on_cubic(e, steps)
             };
         }
-        first_half(&self.beginning, self.course.h, leg, part)
+        first_half(
+            &self.shape().rotations,
+            &self.beginning,
+            (self.course.h, leg),
+            part,
+        )
     }
 
     /// Where arguments change their signs on a way, but for those of what rests on it, comes to rest or is let go, and of what keeps its side: just after a
@@ -167,18 +172,23 @@ impl Discrete<'_> {
 }
 
 /// The way from the start, at 0, to the middle of the first leg, at 1.
-pub(super) fn first_half(beginning: &Beginning, h: f64, leg: AnyLeg<'_, f64>, part: f64) -> Place {
-    let q = beginning.q0.zip(leg.d, |q, d| q + 0.5 * part * d);
+pub(super) fn first_half(
+    rotations: &[usize],
+    beginning: &Beginning,
+    (h, leg): (f64, AnyLeg<'_, f64>),
+    part: f64,
+) -> Place {
+    let way = Vector::of(leg.d).map(|d| 0.5 * part * d);
+    let q = rotation::moved_vector(rotations, &beginning.q0, &way);
     // what jumps at rest has its side in motion
     Place::of_phase(beginning.t0 + 0.5 * part * h, q, Vector::of(leg.d).map(|d| d / h))
 }
 
 /// The way of a step from the middle of its first leg, at 0, to that of the second, at 1, as the acceleration is the same all along.
-pub(super) fn between(h: f64, leg: AnyLeg<'_, f64>, e: &[f64], part: f64) -> Place {
+pub(super) fn between(rotations: &[usize], (h, leg): (f64, AnyLeg<'_, f64>), e: &[f64], part: f64) -> Place {
     let place = part - 0.5;
-    let q = Vector::from_fn(e.len(), |i| {
-        leg.q[i] + place * (leg.d[i] + 0.5 * e[i] + 0.5 * place * e[i])
-    });
+    let way = Vector::from_fn(e.len(), |i| place * (leg.d[i] + 0.5 * e[i] + 0.5 * place * e[i]));
+    let q = rotation::moved_vector(rotations, leg.q, &way);
     let v = Vector::of(leg.d).zip(e, |d, e| (d + part * e) / h);
     Place::of_phase(leg.t + place * h, q, v)
 }

@@ -6,8 +6,8 @@ use super::discrete::Discrete;
 use crate::error::StepError;
 use crate::kernel::report::Guess;
 use crate::run::NearlySingular;
-use crate::solve::Vector;
 use crate::solve::failure::StepFailure;
+use crate::solve::{Vector, rotation};
 use crate::start;
 use crate::start::place::Place;
 use crate::step::singular::{self, Change};
@@ -140,12 +140,13 @@ impl Discrete<'_> {
             let beginning = &self.beginning;
             Place::of_phase(beginning.t0, beginning.q0.clone(), beginning.v0.clone())
         } else {
-            let q = Vector::of(leg.q).zip(leg.d, |q, d| q - 0.5 * d);
+            let way = Vector::of(leg.d).map(|d| -0.5 * d);
+            let q = rotation::moved_vector(&self.shape().rotations, leg.q, &way);
             Place::of_phase(t - 0.5 * h, q, Vector::of(leg.d).map(|d| d / h))
         };
         let here = Place::of_phase(t, Vector::of(leg.q), velocity(leg.d, e));
         let next = Vector::of(leg.d).zip(e, |d, e| d + e);
-        let q = here.q.zip(&next, |q, d| q + 0.5 * d);
+        let q = rotation::moved_vector(&self.shape().rotations, &here.q, &next.map(|d| 0.5 * d));
         let after = Place::of_phase(t + 0.5 * h, q, next.map(|d| d / h));
         smallvec![before, here, after]
     }

@@ -10,9 +10,9 @@ use super::discrete::Discrete;
 use super::jumps::{between, first_half};
 use crate::number::point::AnyLeg;
 use crate::run::Unresolved;
-use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::solve::predictor;
+use crate::solve::{Vector, rotation};
 use crate::start::place::{Place, Way};
 use crate::step::jumps;
 use crate::step::smooth::FORESEEN;
@@ -77,13 +77,15 @@ impl Discrete<'_> {
     /// How far forces are from changing linearly within a step, relative to themselves.
     fn departure(&self, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
         let h = self.course.h;
-        departure(&self.declaration(), h, leg, e, &|part| between(h, leg, e, part))
+        departure(&self.declaration(), h, leg, e, &|part| {
+            between(&self.shape().rotations, (h, leg), e, part)
+        })
     }
 
     /// The same from the start to the middle of the first leg, with the second difference of the first step.
     fn departure_at_start(&self, e: &[f64]) -> f64 {
         let (leg, h) = (self.next_leg(), self.course.h);
-        let way = |part: f64| first_half(&self.beginning, h, leg, part);
+        let way = |part: f64| first_half(&self.shape().rotations, &self.beginning, (h, leg), part);
         departure(&self.declaration(), h, leg, e, &way)
     }
 }
@@ -104,7 +106,7 @@ fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f
         h,
         AnyLeg {
             t: leg.t + h,
-            q: &Vector::of(leg.q).zip(&next, |q, d| q + d),
+            q: &rotation::moved_vector(&declaration.shape().rotations, leg.q, &next),
             d: &next,
         },
     );

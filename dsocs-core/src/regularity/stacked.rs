@@ -1,13 +1,15 @@
 //! The rows of a step for all its coordinates, and those of the first pair of nodes.
 
 use crate::number::point::AnyLeg;
+use crate::solve::rotation;
 use crate::tape::Number;
 use crate::tape::declaration::Declaration;
 
 /// What holonomic constraints ask of the first node, and nonholonomic ones of the first pair.
 pub(crate) fn of_first_pair<T: Number>(declaration: &Declaration<'_>, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
     let holonomic = declaration.holonomic();
-    let q: Vec<T> = leg.q.iter().zip(leg.d).map(|(&q, &d)| q - d).collect();
+    let back: Vec<T> = leg.d.iter().map(|&d| -d).collect();
+    let q = rotation::moved(&declaration.shape().rotations, leg.q, &back);
     let first = AnyLeg {
         t: leg.t - h,
         q: &q,

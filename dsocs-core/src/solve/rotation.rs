@@ -6,6 +6,7 @@
 
 use crate::number::compensated::plus;
 use crate::number::scalar::Scalar;
+use crate::solve::Vector;
 use crate::solve::sum::Sum;
 
 /// How many slots a rotation takes.
@@ -61,6 +62,11 @@ pub(crate) fn moved<T: Scalar>(rotations: &[usize], q: &[T], d: &[T]) -> Vec<T> 
         }
     }
     moved
+}
+
+/// The same as a vector.
+pub(crate) fn moved_vector(rotations: &[usize], q: &[f64], d: &Vector) -> Vector {
+    Vector::of(&moved(rotations, q, d))
 }
 
 /// Writes the increments of rotations that lead from one position to another, where it is no more than half a turn; `q` and `-q` are one.
@@ -212,7 +218,6 @@ pub(crate) fn normalize(rotations: &[usize], q: &mut [f64]) -> Result<(), (usize
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solve::Vector;
 
     #[test]
     fn a_turn_is_that_of_the_exponential_up_to_the_fifth_power() {

@@ -294,7 +294,8 @@ impl Step<'_> {
                 let none = Vector::zero(leg.d.len());
                 return Place::on_cubic(h, leg, &self.before, &none, steps);
             }
-            let q = Vector::of(leg.q).zip(leg.d, |q, d| q + steps * d);
+            let way = Vector::of(leg.d).map(|d| steps * d);
+            let q = rotation::moved_vector(&self.shape().rotations, leg.q, &way);
             Place::of_phase(leg.t + steps * h, q, Vector::of(leg.d).map(|d| d / h))
         };
         singular::dependence(&declaration, &way, NEARLY_DEPENDENT)
@@ -317,7 +318,8 @@ impl Step<'_> {
         let (a, _) = start::acceleration(&declaration, (leg.t, &q, &v), None).ok()?;
         // as the acceleration in the middle of the leg leads on
         let at = |steps: f64| {
-            let q = q.zip(&v, |q, v| q + steps * h * v);
+            let way = v.map(|v| steps * h * v);
+            let q = rotation::moved_vector(&self.shape().rotations, &q, &way);
             Place::of_phase(leg.t + steps * h, q, v.zip(&a, |v, a| v + (steps + 0.5) * h * a))
         };
         singular::on_the_way(&declaration, &[at(-0.5), at(AHEAD)], &a)
