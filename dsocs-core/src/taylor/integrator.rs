@@ -710,7 +710,7 @@ impl Integrator {
             wanted = self.control.first_step(&self.series, self.order.current());
         }
         let mut is_rough = false;
-        if (self.is_new || (wanted < smallest && self.is_at_switch(equations, smallest)))
+        if (self.is_new || (wanted < smallest && Self::is_at_switch(equations, smallest)))
             && let Some(length) = self.begin_roughly(wanted, smallest)
         {
             (wanted, is_rough) = (length, true);

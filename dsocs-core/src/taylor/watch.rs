@@ -348,7 +348,7 @@ impl Integrator {
 
     /// Whether an argument is so near to zero that it takes less than the smallest step from there.
     #[cold]
-    pub(super) fn is_at_switch(&self, equations: &mut dyn SeriesKernel, smallest: f64) -> bool {
+    pub(super) fn is_at_switch(equations: &mut dyn SeriesKernel, smallest: f64) -> bool {
         let mut is_at = false;
         each(equations, |_, _, switch| is_at |= switch.takes() < smallest);
         is_at
