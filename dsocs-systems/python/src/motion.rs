@@ -207,3 +207,15 @@ impl Motion {
         })
     }
 }
+
+/// Whether a run whose nodes lie on a grid stands at the end.
+pub fn has_reached(run: &dyn Run, end: &End) -> bool {
+    let clock = run.clock();
+    let left = end.time() - clock.time();
+    let half = 0.5 * clock.step().unwrap_or(0.0).abs();
+    if clock.is_forward() {
+        left < half
+    } else {
+        -left < half
+    }
+}

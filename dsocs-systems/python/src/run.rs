@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, TryLockError};
 
-use dsocs_core::{AnyNode, AnyPoint, Declaration, End, OwnedNode, Run, RunError, Stop};
+use dsocs_core::{AnyNode, AnyPoint, Declaration, End, OwnedNode, RunError, Stop};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
@@ -10,7 +10,7 @@ use pyo3::types::{PyDict, PyString};
 
 use crate::begin::{Begins, method};
 use crate::error::{guarded, of_run, of_setup};
-use crate::motion::{Motion, Reached};
+use crate::motion::{Motion, Reached, has_reached};
 use crate::node::PyNode;
 use crate::record::{Column, Record};
 use crate::text::PyText;
@@ -346,11 +346,6 @@ impl PyRun {
         self.with(|state| Ok(state.changes.len()))
     }
 
-    /// The values of all parameters now.
-    fn values(&self) -> PyResult<Vec<f64>> {
-        self.with(|state| Ok(state.motion.look(|run| run.values().to_vec())))
-    }
-
     /// The current node.
     fn node(&self) -> PyResult<PyNode> {
         self.with(|state| Ok(PyNode::new(state.node(), &self.names)))
@@ -501,17 +496,5 @@ impl PyRun {
             }
         }
         Ok(Ok(Reached::OnTheWay))
-    }
-}
-
-/// Whether a run whose nodes lie on a grid stands at the end.
-fn has_reached(run: &dyn Run, end: &End) -> bool {
-    let clock = run.clock();
-    let left = end.time() - clock.time();
-    let half = 0.5 * clock.step().unwrap_or(0.0).abs();
-    if clock.is_forward() {
-        left < half
-    } else {
-        -left < half
     }
 }
