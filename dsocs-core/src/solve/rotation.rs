@@ -1,7 +1,7 @@
 //! How coordinates that are rotations move: unit quaternions, by increments in the frame of the body.
 //!
 //! A rotation takes four slots among the coordinates. A position holds its quaternion `(w, x, y, z)`; an increment holds a zero and three numbers
-//! `x`, and leads from `q` to `q τ(x)` with the Padé map `τ(x) = ((a² - b) + a x/2)/(a² + b)`, `a = 1 - |x|²/48`, `b = |x|²/16`: it is `exp` up to `|x|⁵/720`
+//! `x`, and leads from `q` to `q τ(x)` with the Padé map `τ(x) = ((a² - b) + a x/2)/(a² + b)`, `a = 1 - |x|²/48`, `b = |x|²/16`: it is `exp` up to `|x|⁵/11520`
 //! in the angle.
 
 use crate::number::compensated::plus;
@@ -240,7 +240,7 @@ mod tests {
                     .atan2(turned[0]);
             let error = (found - angle).abs();
             assert!(
-                (error / (size.powi(5) / 720.0) - 1.0).abs() < 0.05,
+                (error / (size.powi(5) / 11520.0) - 1.0).abs() < 0.05,
                 "{size}: {error:e}"
             );
         }
