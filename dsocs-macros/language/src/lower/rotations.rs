@@ -56,7 +56,7 @@ impl Lowering<'_> {
     pub(super) fn of_rotation(&mut self, name: &Ident, r: Quaternion) -> Valued {
         match name.to_string().as_str() {
             "inverse" => Ok(Value::Rotation(self.graph.inverse(r))),
-            "angular_velocity" => Ok(Value::Vector(self.angular_velocity(r))),
+            "angular_velocity" => Ok(Value::Vector(self.angular_velocity(name, r))),
             "matrix" => {
                 let (zero, one) = (self.graph.constant(0.0), self.graph.constant(1.0));
                 let axes = [0, 1, 2].map(|i| [0, 1, 2].map(|j| if i == j { one } else { zero }));
@@ -77,12 +77,14 @@ impl Lowering<'_> {
     }
 
     /// The angular velocity in the frame of the body: that of a coordinate, else `2 r̄∘dr/dt`.
-    fn angular_velocity(&mut self, r: Quaternion) -> Vec<NodeId> {
+    fn angular_velocity(&mut self, name: &Ident, r: Quaternion) -> Vec<NodeId> {
         for first in self.graph.rotations().to_vec() {
             if [0, 1, 2, 3].map(|k| self.graph.leaf(Leaf::Q(first + k))) == r {
                 let rate = (1..4).map(|k| self.graph.leaf(Leaf::V(first + k)));
                 let rate: Vec<_> = rate.collect();
-                self.origins_of(&rate);
+                for &node in &rate {
+                    self.remember(name, node);
+                }
                 return rate;
             }
         }
@@ -92,12 +94,6 @@ impl Lowering<'_> {
         [x, y, z]
             .map(|component| self.graph.scale(2.0, component))
             .to_vec()
-    }
-
-    fn origins_of(&mut self, nodes: &[NodeId]) {
-        for &node in nodes {
-            self.remember(quote::quote!(angular_velocity), node);
-        }
     }
 }
 

@@ -165,6 +165,10 @@ fn what_is_no_operation_of_rotations_is_refused_at_its_place() {
             "expected a number, found a rotation",
         ),
         (
+            "holonomic = w[0] - s;",
+            "with velocities it is written `nonholonomic = …;`",
+        ),
+        (
             "holonomic = r;",
             "a number or a vector that is zero, found a rotation",
         ),
