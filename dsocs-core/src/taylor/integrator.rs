@@ -783,7 +783,7 @@ impl Integrator {
                 };
                 if at_switch {
                     let tau = if wanted < 1e100 { wanted } else { size };
-                    self.go_over(equations, tau.copysign(left), size <= smallest);
+                    self.go_over(equations, tau.copysign(left), (size <= smallest, true));
                 } else if self.is_new || has_pieces {
                     self.go_on(equations);
                 }

@@ -22,7 +22,7 @@ const TOGETHER: usize = 4;
 pub(super) const AT_ONCE: u32 = 64;
 
 /// How often a motion goes on from several switches at one place, twice as far each time.
-const CLEARINGS: u32 = 32;
+const CLEARINGS: u32 = 12;
 
 /// Evaluations on the way to the place of a switch.
 const EVALUATIONS: u32 = 200;
@@ -280,8 +280,13 @@ impl Integrator {
         }
     }
 
-    /// Goes over to other pieces at a switch; `tau` is a time in which the motion changes, in its direction.
-    pub(super) fn go_over(&mut self, equations: &mut dyn SeriesKernel, tau: f64, is_short: bool) {
+    /// Goes over to other pieces at a switch, where a step has just ended or before one; `tau` is a time in which the motion changes, in its direction.
+    pub(super) fn go_over(
+        &mut self,
+        equations: &mut dyn SeriesKernel,
+        tau: f64,
+        (is_short, is_arrival): (bool, bool),
+    ) {
         let order = self.tells_to(tau);
         let Some(mut watch) = self.watch.take() else {
             return;
@@ -297,8 +302,8 @@ impl Integrator {
                     .push(Touched::new((group, place), switch, order, tau));
             }
         });
-        if watch.touched.len() > 1 {
-            self.clear(equations, &watch.touched, tau.signum());
+        if is_arrival && watch.touched.len() > 1 {
+            self.clear(equations, &watch.touched);
         }
         self.is_new = true;
         watch.short = if is_short { watch.short + 1 } else { 0 };
@@ -309,7 +314,10 @@ impl Integrator {
     /// Goes on until all arguments that are zero to rounding, and go over, have the signs of the pieces beyond: a root has no value on the side where the rounding of an
     /// argument may be that comes to zero at the same time as another one.
     #[cold]
-    fn clear(&mut self, equations: &mut dyn SeriesKernel, touched: &[Touched], direction: f64) {
+    fn clear(&mut self, equations: &mut dyn SeriesKernel, touched: &[Touched]) {
+        let Some((began, mut h)) = self.last else {
+            return;
+        };
         let mut least = 0.0_f64;
         for _ in 0..CLEARINGS {
             let mut missing = 0.0_f64;
@@ -322,10 +330,15 @@ impl Integrator {
                 return;
             }
             least = (2.0 * least).max(2.0 * missing);
-            let way: Vec<f64> = self.now.v().iter().map(|v| v * least * direction).collect();
-            self.t.add(&[least * direction]);
-            self.now.move_position(&way);
+            h += least.copysign(h);
+            (self.t, self.last) = (began, Some((began, h)));
+            self.t.add(&[h]);
+            // the state at the beginning of the step is where the next one is tried
+            equations.along(&self.series, h, &self.tried, &mut self.now);
             let t = self.side(self.t.hi[0], true);
+            if let Some(projection) = &mut self.projection {
+                projection.apply(equations, t, &mut self.now);
+            }
             equations.begin(&mut self.next, t, &self.now);
         }
     }
@@ -341,7 +354,7 @@ impl Integrator {
         let mut touches = false;
         each(equations, |_, _, switch| touches |= switch.touches());
         if touches {
-            self.go_over(equations, last, true);
+            self.go_over(equations, last, (true, false));
         }
         touches
     }
