@@ -115,7 +115,7 @@ def brake(node: dsocs.Node) -> dict[str, float]:
 
 
 def callbacks(rust: Rust, folder: Path, steps: int, rounds: int) -> None:
-    print("\n| a controller at each step | the step in Rust [µs] | in Python [µs] | the function itself [µs] | the callback [µs] |\n|---|---|---|---|---|")
+    print("\n| a controller at each step | the step in Rust (µs) | in Python (µs) | the function itself (µs) | the callback (µs) |\n|---|---|---|---|---|")
     file = folder / "pendulum.dsocs"
     system = dsocs.read(file)
     end = steps * 0.01
@@ -145,7 +145,7 @@ def main() -> None:
     asked.add_argument("--rounds", type=int, default=15)
     rounds = asked.parse_args().rounds
     rust = Rust()
-    print("| | Rust [s] | Python [s] | more |\n|---|---|---|---|")
+    print("| | Rust (s) | Python (s) | more |\n|---|---|---|---|")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         runs(rust, folder, 1_000_000, rounds)

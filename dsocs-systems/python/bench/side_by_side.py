@@ -117,7 +117,7 @@ def main() -> None:
             versions[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
             print(f"{package} is not installed (pip install {package}): it is left out", file=sys.stderr)
-    print("| problem | with | lines | first result [s] | run [s] | error |\n|---|---|---|---|---|---|")
+    print("| problem | with | lines | first result (s) | run (s) | error |\n|---|---|---|---|---|---|")
     apart = []
     for problem in given.problems or PROBLEMS:
         reference = exact(problem) if problem == "particle" else by_package(problem)
