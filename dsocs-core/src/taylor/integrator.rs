@@ -17,6 +17,7 @@ use crate::error::series::{FailedSeries, Jump, SeriesError, SeriesFailure};
 use crate::kernel::clock::Clock;
 use crate::kernel::report::{Guess, NodeMut, NodeScalars, StepReport};
 use crate::number::compensated::Compensated;
+use crate::number::larger;
 use crate::number::point::{AnyPoint, copy};
 use crate::regularity::deficiency::{self, DependentRow};
 use crate::regularity::undefined;
@@ -453,6 +454,25 @@ impl Integrator {
         }
     }
 
+    /// The length of a step that the quaternions of rotations allow: where a body spins evenly its angular velocity says nothing of it.
+    #[cold]
+    #[inline(never)]
+    fn turns(&self, rotations: &[usize]) -> f64 {
+        let (n, p) = (self.series.dimension(), self.order.current());
+        let tolerance = self.control.relative().max(f64::EPSILON);
+        let of_order = |k: usize| {
+            let row = self.series.positions().get(k * n..(k + 1) * n).unwrap_or(&[]);
+            let slots = rotations
+                .iter()
+                .filter_map(|&first| row.get(first..first + rotation::SLOTS));
+            let largest = slots
+                .flatten()
+                .fold(0.0_f64, |largest, c| larger(largest, c.abs()));
+            (tolerance / largest).powf(1.0 / k as f64)
+        };
+        of_order(p - 1).min(of_order(p))
+    }
+
     /// What the control of the step asks of the series of its beginning, which has just become the last one.
     #[inline]
     pub(super) fn sizes(&mut self) -> Sizes {
@@ -708,6 +728,10 @@ impl Integrator {
         if wanted.is_nan() {
             // also where nothing moves, and nothing makes it do so
             wanted = self.control.first_step(&self.series, self.order.current());
+        }
+        let rotations = &equations.kernel().shape().rotations;
+        if !rotations.is_empty() {
+            wanted = wanted.min(self.turns(rotations));
         }
         let mut is_rough = false;
         if (self.is_new || (wanted < smallest && Self::is_at_switch(equations, smallest)))

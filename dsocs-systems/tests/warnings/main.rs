@@ -3,6 +3,7 @@
 
 mod checks;
 mod energy;
+mod inputs;
 mod jumps;
 mod samples;
 mod third_order;

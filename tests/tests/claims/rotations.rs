@@ -626,6 +626,36 @@ struct Gimbal {
 }
 
 #[test]
+fn a_body_that_spins_evenly_is_followed_for_as_long_as_it_spins() {
+    // its angular velocity is constant, and says nothing of how long a step may be; alone, and beside a spring
+    let spins = "coordinates(r: rotation, x); let w = r.angular_velocity(); \
+        lagrangian = w.inner([[3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]] * w) / 2 + dot(x).powi(2) / 2 - x.powi(2) / 2;";
+    let text = Text::parse("spins", spins).unwrap();
+    for (axis, x) in [(1, 0.0), (2, 0.0), (3, 0.3)] {
+        let mut v0 = [0.0; 5];
+        v0[axis] = 1.0;
+        let start = AnyStart::second_order(&[1.0, 0.0, 0.0, 0.0, x], &v0);
+        for tolerance in [1e-4, 1e-8, 1e-12] {
+            let tolerance_of = Tolerance::relative(tolerance);
+            let mut taylor = AnyTaylorFlow::of_tape(&text.system, &start, tolerance_of).unwrap();
+            let run: &mut dyn Run = &mut taylor;
+            for until in [7.0, 100.0, 240.0_f64] {
+                run.to(until).unwrap();
+                let mut node = OwnedNode::new(5);
+                node.take(run);
+                let (sine, cosine) = (0.5 * until).sin_cos();
+                let q = node.any().q;
+                let apart = (q[0] - cosine).abs().max((q[axis] - sine).abs());
+                assert!(
+                    apart < 100.0 * tolerance.max(1e-13),
+                    "{axis} {tolerance:e} {until}: {q:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn a_compiled_system_has_the_bits_of_its_text() {
     let system = Gimbal {
         mass: 0.5,

@@ -1,0 +1,89 @@
+//! Inputs that are held: back in time, and beside laws that go on.
+
+use super::attempt_with;
+
+/// The numbers of the last line that a run with an input writes.
+fn end(plan: &str, text: &str, arguments: &[&str]) -> Vec<f64> {
+    let (succeeds, [table, warnings]) =
+        attempt_with(&[("plan.csv", plan.to_owned())], text, "run", arguments);
+    assert!(succeeds, "{arguments:?}: {warnings}");
+    let line = table.lines().last().unwrap_or_default();
+    line.split(',').map(|number| number.parse().unwrap()).collect()
+}
+
+#[test]
+fn a_run_goes_back_under_the_inputs_that_held() {
+    let text = "parameters { torque = 0.0 } coordinates(theta); lagrangian = dot(theta).powi(2) / 2 + 9.81 * theta.cos(); \
+        external_forces = torque; run { start = ([2.0], [0.5]); step = 0.01; until = 4; }";
+    // at nodes of all steps, and before the first time the parameter has its own value
+    let plan = "0.24,3\n1.0,-5\n2.48,0\n";
+    let input = ["--input", "torque=plan.csv", "--columns", "t,theta,v_theta"];
+    for (method, tolerance) in [
+        (["--order", "2"], 1e-10),
+        (["--order", "4"], 1e-10),
+        (["--tolerance", "1e-12"], 1e-8),
+    ] {
+        for step in ["0.01", "0.005", "0.0025"] {
+            let there = [&input[..], &method, &["--step", step]].concat();
+            let there = end(plan, text, &there);
+            let back = [
+                format!("--step=-{step}"),
+                format!("--q0={}", there[1]),
+                format!("--v0={}", there[2]),
+            ];
+            let back: Vec<&str> = back.iter().map(String::as_str).collect();
+            let all = [&input[..], &method, &back, &["--t0", "4", "--until", "0"]].concat();
+            let back = end(plan, text, &all);
+            // the step by positions begins with a velocity that is not its own
+            let tolerance = if method[1] == "2" {
+                40.0 * step.parse::<f64>().unwrap().powi(2)
+            } else {
+                tolerance
+            };
+            assert!(
+                (back[1] - 2.0).abs() < tolerance && (back[2] - 0.5).abs() < tolerance,
+                "{method:?} {step}: {back:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_law_goes_on_where_the_row_beside_it_changes() {
+    // a car that comes to its speed by a law, whatever the steering is
+    let text = "parameters { base = 1.2, steer = 0.2 } coordinates(x, y, theta); \
+        lagrangian = 40 * (dot(x).powi(2) + dot(y).powi(2)) + 5 * dot(theta).powi(2); \
+        let v = dot(x) * theta.cos() + dot(y) * theta.sin(); \
+        nonholonomic = [dot(x) * theta.sin() - dot(y) * theta.cos(), dot(theta) * base * steer.cos() - v * steer.sin()]; \
+        kinematic = ddot(x) * theta.cos() + ddot(y) * theta.sin() + 0.8 * (v - 3); \
+        constraint_forces = [(theta.cos(), theta.sin(), 0)]; observe = [v]; \
+        run { start = ([0, 0, 0], [1, 0, 0.168925]); project = true; step = 0.001; until = 5; }";
+    let right = 3.0 - 2.0 * f64::exp(-4.0);
+    for (method, tolerance) in [(["--tolerance", "1e-11"], 1e-9), (["--order", "2"], 1e-6)] {
+        let arguments = [&["--input", "steer=plan.csv", "--columns", "t,v"], &method[..]].concat();
+        let found = end("1,0.3\n2.5,-0.2\n", text, &arguments)[1];
+        assert!((found - right).abs() < tolerance, "{method:?}: {found} {right}");
+    }
+}
+
+#[test]
+fn a_law_goes_on_where_a_mass_changes() {
+    let text = "parameters { m = 1.0 } coordinates(x, th); \
+        lagrangian = m / 2 * dot(x).powi(2) + (dot(x + 0.5 * th.sin()).powi(2) + dot(0.5 * th.cos()).powi(2)) / 2 + 4.905 * th.cos(); \
+        kinematic = ddot(x) + 0.5 * dot(x) - 0.3 * th; constraint_forces = [(1, 0)]; \
+        run { start = ([0, 1], [1, 0]); step = 0.01; until = 3; }";
+    let run = |method: &[&str]| {
+        let arguments = [&["--input", "m=plan.csv", "--columns", "t,x,th,v_x,v_th"], method].concat();
+        end("1,3.0\n2,0.5\n", text, &arguments)
+    };
+    let right = run(&["--tolerance", "1e-12"]);
+    for (method, tolerance) in [
+        (["--order", "2", "--step", "0.001"], 2e-4),
+        (["--order", "4", "--step", "0.01"], 2e-6),
+        (["--order", "6", "--step", "0.02"], 2e-7),
+    ] {
+        for (found, right) in run(&method).iter().zip(&right).skip(1) {
+            assert!((found - right).abs() < tolerance, "{method:?}: {found} {right}");
+        }
+    }
+}
