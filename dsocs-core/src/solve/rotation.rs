@@ -52,21 +52,28 @@ fn slots<T: Copy>(numbers: &[T], first: usize) -> Option<[T; 4]> {
 /// The position that an increment leads to, in any numbers.
 pub(crate) fn moved<T: Scalar>(rotations: &[usize], q: &[T], d: &[T]) -> Vec<T> {
     let mut moved: Vec<T> = q.iter().zip(d).map(|(&q, &d)| q + d).collect();
+    place(rotations, q, d, &mut moved);
+    moved
+}
+
+/// The same without an allocation.
+pub(crate) fn moved_vector(rotations: &[usize], q: &[f64], d: &Vector) -> Vector {
+    let mut moved = Vector::of(q).zip(d, |q, d| q + d);
+    place(rotations, q, d, &mut moved);
+    moved
+}
+
+/// Writes the rotations to which increments lead.
+fn place<T: Scalar>(rotations: &[usize], q: &[T], d: &[T], to: &mut [T]) {
     for &first in rotations {
         let (Some(q), Some([_, x, y, z])) = (slots(q, first), slots(d, first)) else {
             continue;
         };
         let changes = change(q, [x, y, z]);
-        for ((moved, q), change) in moved.iter_mut().skip(first).zip(q).zip(changes) {
-            *moved = q + change;
+        for ((to, q), change) in to.iter_mut().skip(first).zip(q).zip(changes) {
+            *to = q + change;
         }
     }
-    moved
-}
-
-/// The same as a vector.
-pub(crate) fn moved_vector(rotations: &[usize], q: &[f64], d: &Vector) -> Vector {
-    Vector::of(&moved(rotations, q, d))
 }
 
 /// Writes the increments of rotations that lead from one position to another, where it is no more than half a turn; `q` and `-q` are one.
