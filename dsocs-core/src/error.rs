@@ -295,9 +295,19 @@ pub enum SetupError {
         /// The norm.
         norm: f64,
     },
+    /// The velocity of a rotation is no angular velocity.
+    #[error(
+        "the velocity of `{rotation}` in the start's v0 begins with {value}; expected 0, and then the three numbers of the angular velocity in the frame of the body"
+    )]
+    AngularVelocity {
+        /// The coordinate.
+        rotation: String,
+        /// The number in the place that is not used.
+        value: f64,
+    },
     /// A rotation turns too far in the first step.
     #[error(
-        "in the first step, h = {h}, `{rotation}` turns by {turn:.2} rad, and half a turn is the most that is known which way round it goes: take a smaller h"
+        "in the first step, h = {h}, `{rotation}` turns by {turn:.2} rad, and 3 rad is the most that a step knows: take a smaller h"
     )]
     Turn {
         /// The coordinate.

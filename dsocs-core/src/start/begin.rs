@@ -163,6 +163,10 @@ impl Given {
                 (q0, v0, Some(a0), d)
             }
         };
+        if let Some(&first) = rotations.iter().find(|&&first| v0[first] != 0.0) {
+            let (rotation, value) = (rotation_name(declaration, first), v0[first]);
+            return Err(SetupError::AngularVelocity { rotation, value });
+        }
         if let Some((first, turn)) = rotation::turns_too_far(rotations, &d.hi) {
             let rotation = rotation_name(declaration, first);
             return Err(SetupError::Turn { rotation, turn, h });

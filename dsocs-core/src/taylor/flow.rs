@@ -11,7 +11,7 @@ use crate::number::compensated::Compensated;
 use crate::run::{Node, Polynomial, Run, RunError, Stepper};
 use crate::start::{self, Given, Start};
 use crate::system::System;
-use crate::tape::Shape;
+use crate::tape::declaration::Declaration;
 
 /// A run of the continuous system, to a tolerance.
 ///
@@ -62,7 +62,7 @@ impl<'s> AnyTaylorFlow<'s> {
         tolerance: &Tolerance,
     ) -> Result<Self, SetupError> {
         let declaration = equations.declaration();
-        Self::check_order(declaration.shape())?;
+        Self::check_order(&declaration)?;
         tolerance.check()?;
         start::check_parameters(&declaration)?;
         let phase = start.phase(&declaration)?;
@@ -89,8 +89,9 @@ impl<'s> AnyTaylorFlow<'s> {
         }
     }
 
-    /// Refuses a system of third order.
-    pub(super) fn check_order(shape: &Shape) -> Result<(), SetupError> {
+    /// Refuses a system of third order, and what is not known of rotations.
+    pub(super) fn check_order(declaration: &Declaration<'_>) -> Result<(), SetupError> {
+        let shape = declaration.shape();
         if shape.is_of_third_order() {
             return Err(SetupError::ThirdOrder {
                 method: "the Taylor series (TaylorFlow)",
@@ -100,6 +101,12 @@ impl<'s> AnyTaylorFlow<'s> {
             SetupError::for_rotations(
                 shape,
                 "the Taylor series (TaylorFlow) under a holonomic constraint",
+            )?;
+        }
+        if declaration.sides() > 0 {
+            SetupError::for_rotations(
+                shape,
+                "the Taylor series (TaylorFlow) with dry friction, which may hold something,",
             )?;
         }
         Ok(())

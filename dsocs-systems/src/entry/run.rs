@@ -96,11 +96,18 @@ pub(super) fn begin(
     }
     let system = &*begun;
     // whatever the method: step, parameters and start are to be usable
-    let step = AnyFlow::new(system.kernel(), h, &beginning.start())?;
+    let step = || AnyFlow::new(system.kernel(), h, &beginning.start());
     let mut run = match method {
-        Method::Step => step.into_run(),
-        Method::Composed(composition) => system.composed(h, composition, beginning)?,
+        Method::Step => step()?.into_run(),
+        Method::Composed(composition) => {
+            step()?;
+            system.composed(h, composition, beginning)?
+        }
         Method::Tolerance(tolerance) => {
+            // but a body may turn as far as it likes between two times of the output
+            if shape.rotations.is_empty() {
+                step()?;
+            }
             system.continuous(beginning, Tolerance::relative(tolerance), Some(h))?
         }
     };

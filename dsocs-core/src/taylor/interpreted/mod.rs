@@ -27,6 +27,7 @@ use crate::series::rows;
 use crate::series::switch::Switch;
 use crate::start::AnyStart;
 use crate::step::TapeKernel;
+use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Number as _, Part, Segment, Shape, Source, Tape, TapeCall};
 
 /// The series of a system that was not compiled, with what they need from order to order.
@@ -220,7 +221,7 @@ impl<'s> AnyTaylorFlow<'s> {
         tolerance: Tolerance,
     ) -> Result<Self, SetupError> {
         start.fits(kernel.shape())?;
-        Self::check_order(kernel.shape())?;
+        Self::check_order(&Declaration::of(kernel))?;
         let Some(equations) = Interpreted::new(kernel) else {
             return Err(SetupError::NoSeries);
         };
