@@ -454,6 +454,22 @@ impl Integrator {
         }
     }
 
+    /// The length of the next step, as far as the tolerance and rotations allow it.
+    #[inline]
+    fn length(&mut self, equations: &dyn SeriesKernel, sizes: &Sizes) -> f64 {
+        let mut wanted = self.wanted(sizes);
+        if wanted.is_nan() {
+            // also where nothing moves, and nothing makes it do so
+            wanted = self.control.first_step(&self.series, self.order.current());
+        }
+        let rotations = &equations.kernel().shape().rotations;
+        if rotations.is_empty() {
+            return wanted;
+        }
+        let turns = self.turns(rotations);
+        if wanted > turns { turns } else { wanted }
+    }
+
     /// The length of a step that the quaternions of rotations allow: where a body spins evenly its angular velocity says nothing of it.
     #[cold]
     #[inline(never)]
@@ -724,15 +740,7 @@ impl Integrator {
             self.cut_to_range();
             sizes = self.sizes();
         }
-        let mut wanted = self.wanted(&sizes);
-        if wanted.is_nan() {
-            // also where nothing moves, and nothing makes it do so
-            wanted = self.control.first_step(&self.series, self.order.current());
-        }
-        let rotations = &equations.kernel().shape().rotations;
-        if !rotations.is_empty() {
-            wanted = wanted.min(self.turns(rotations));
-        }
+        let mut wanted = self.length(equations, &sizes);
         let mut is_rough = false;
         if (self.is_new || (wanted < smallest && Self::is_at_switch(equations, smallest)))
             && let Some(length) = self.begin_roughly(wanted, smallest)
