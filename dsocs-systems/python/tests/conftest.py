@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import warnings
 from pathlib import Path
@@ -10,6 +11,9 @@ from pathlib import Path
 import pytest
 
 import dsocs
+
+# a process that a shell has put into the background ignores Ctrl-C, and so would the tests that press it
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 SWING = """\
 //! A pendulum with friction and a motor.
