@@ -152,7 +152,7 @@ impl Composed<'_> {
         let way = |part: f64| hermite(from, to, part);
         if part.is_none_or(|part| part <= jumps::TOLD) {
             let on = on(&way, to.t - from.t, declaration);
-            let places = switches::narrow_places(&declaration, &way).into_iter();
+            let places = switches::narrow_places(&declaration, &way, |_, _| true).into_iter();
             let swings = places.map(|place| on.swings_at(place));
             part = swings.filter(|swing| *swing > 0.0).reduce(f64::max).or(part);
         }

@@ -13,7 +13,7 @@ use crate::start::Beginning;
 use crate::start::place::{Place, Way};
 use crate::step::crossing::OnWay;
 use crate::step::jumps;
-use crate::step::switches::{self, Crossing};
+use crate::step::switches;
 use crate::tape::declaration::Declaration;
 
 /// The arguments of a run's switches.
@@ -34,6 +34,19 @@ pub(super) struct Span<'a> {
     pub(super) after: &'a [Piece],
     /// The values of inputs that change at its middle node.
     pub(super) inputs: Option<&'a [f64]>,
+}
+
+impl Span<'_> {
+    /// Whether it is asked where an argument changes its sign, by its number and its value at the end of the step: not that of what rests, comes to rest or is
+    /// let go, and of what keeps its side: just after a release an argument is not yet clear of zero.
+    fn asks(&self, switch: usize, last: f64) -> bool {
+        let Some(before) = self.before.get(switch) else {
+            return true;
+        };
+        let after = self.after.get(switch).copied();
+        let after = after.unwrap_or_else(|| Piece::of(last));
+        *before != after && *before != Piece::Between && after != Piece::Between
+    }
 }
 
 impl Switches {
@@ -83,7 +96,9 @@ impl Discrete<'_> {
             .map_or(now, |inputs| Declaration::of(self.kernel).with(inputs));
         let ways: [(&Way<'_>, [Declaration<'_>; 2]); 2] = [(&first, [old; 2]), (&way, [old, now])];
         for (way, declarations) in &ways[usize::from(index != self.first_step())..] {
-            let found = self.crossings(way, &mut switches.came, span);
+            let found = switches::crossings(now, way, &mut switches.came, |switch, last| {
+                span.asks(switch, last)
+            });
             let on = OnWay {
                 way: *way,
                 h,
@@ -92,7 +107,7 @@ impl Discrete<'_> {
             };
             // where a sign changes there is a place to compare both sides; where a table bends it may be narrow beside
             if found.iter().all(|crossing| crossing.switch == switches::NONE) {
-                for place in switches::narrow_places(&now, way) {
+                for place in switches::narrow_places(&now, way, |switch, last| span.asks(switch, last)) {
                     part = part.max(on.swings_at(place));
                 }
             }
@@ -155,19 +170,6 @@ impl Discrete<'_> {
             (self.course.h, leg),
             part,
         )
-    }
-
-    /// Where arguments change their signs on a way, but for those of what rests on it, comes to rest or is let go, and of what keeps its side: just after a
-    /// release an argument is not yet clear of zero.
-    fn crossings(&self, way: &Way<'_>, came: &mut [f64], span: Span<'_>) -> Vec<Crossing> {
-        switches::crossings(self.declaration(), way, came, |switch, last| {
-            let Some(before) = span.before.get(switch) else {
-                return true;
-            };
-            let after = span.after.get(switch).copied();
-            let after = after.unwrap_or_else(|| Piece::of(last));
-            *before != after && *before != Piece::Between && after != Piece::Between
-        })
     }
 }
 

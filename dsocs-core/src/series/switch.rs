@@ -167,9 +167,14 @@ impl Switch {
         self.leading = leading;
     }
 
+    /// Whether its sign decides between pieces; that of a steep function's argument does not.
+    pub(crate) fn may_turn(&self) -> bool {
+        self.side != 0.0
+    }
+
     /// Whether the value is exactly zero.
     pub(crate) fn is_zero(&self) -> bool {
-        self.side != 0.0 && self.coefficients[0] == 0.0
+        self.may_turn() && self.coefficients[0] == 0.0
     }
 
     /// Whether the value is on the side of the piece a time `s` after the beginning of a step, in units of its size over the step; negative
@@ -184,7 +189,7 @@ impl Switch {
     /// The time, by the first two terms, between the value and zero, before or after.
     pub(crate) fn takes(&self) -> f64 {
         let [value, rate, ..] = self.coefficients;
-        if self.side != 0.0 && rate != 0.0 {
+        if self.may_turn() && rate != 0.0 {
             (value / rate).abs()
         } else {
             f64::INFINITY
@@ -194,7 +199,7 @@ impl Switch {
     /// Whether the value is zero, and stays so as far as the series is known.
     pub(crate) fn stays(&self) -> bool {
         let finite = self.coefficients.iter().take_while(|c| c.is_finite());
-        self.side != 0.0 && finite.fold(0.0_f64, |most, c| most.max(c.abs())) == 0.0
+        self.may_turn() && finite.fold(0.0_f64, |most, c| most.max(c.abs())) == 0.0
     }
 
     /// The time that is missing, by the first two terms, until the value is beyond the piece.
@@ -209,7 +214,7 @@ impl Switch {
 
     /// Whether the value is zero to rounding or beyond.
     pub(crate) fn touches(&self) -> bool {
-        (self.side * self.coefficients[0]) <= TOUCHES * self.scale && self.side != 0.0
+        (self.side * self.coefficients[0]) <= TOUCHES * self.scale && self.may_turn()
     }
 
     /// The first order whose term at a time `tau` is more than rounding, and the sign there; beyond the last order with sign 0, if there is
@@ -253,7 +258,7 @@ impl Switch {
         // the first root of `c + b t + a t²`, without cancellation
         let root = (b * b - 4.0 * a * c).sqrt();
         let time = 2.0 * c / (root - b);
-        if self.side != 0.0 && c > 0.0 && time > 0.0 {
+        if self.may_turn() && c > 0.0 && time > 0.0 {
             time
         } else {
             f64::INFINITY

@@ -202,10 +202,16 @@ fn extremum_at([first, middle, last]: [f64; 3]) -> Option<(f64, f64)> {
 }
 
 /// The parts of a way where something may be narrower than a step: an argument that keeps its sign comes much nearer to zero than at both ends, so that a motion
-/// nearly meets a pole, or samples lie between the ends.
-pub(crate) fn narrow_places(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f64> {
+/// nearly meets a pole, or samples lie between the ends. Whether an argument is asked for is told by its number and its value at the end of the way: what rests
+/// is zero to rounding.
+pub(crate) fn narrow_places(
+    declaration: &Declaration<'_>,
+    way: &Way<'_>,
+    is_asked: impl Fn(usize, f64) -> bool,
+) -> Vec<f64> {
     let [first, middle, last] = PLACES.map(|part| way(part).arguments(declaration));
-    let pits = (0..first.len()).filter_map(|g| {
+    let asked = (0..first.len()).filter(|&g| is_asked(g, last[g]));
+    let pits = asked.filter_map(|g| {
         let values = [first[g], middle[g], last[g]];
         let side = values[0].signum();
         let (place, value) = extremum_at(values)?;

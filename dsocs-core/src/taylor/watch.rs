@@ -385,7 +385,7 @@ impl Integrator {
         let step = if step > 0.0 && step < 1e100 { step } else { 1.0 };
         let tau = if self.clock.is_forward() { step } else { -step };
         each(equations, |group, place, switch| {
-            if switch.is_zero() || (watch.leaves && switch.leads(order, tau).0 > 0) {
+            if switch.is_zero() || (watch.leaves && switch.may_turn() && switch.leads(order, tau).0 > 0) {
                 watch
                     .touched
                     .push(Touched::new((group, place), switch, order, tau));
