@@ -471,11 +471,14 @@ impl Integrator {
     }
 
     /// Lets arguments have the signs of their values that have jumped across zero with those that changed, as a force that is limited does where what it follows
-    /// jumps; and others with these.
-    fn let_go(&mut self, equations: &mut dyn SeriesKernel) {
+    /// jumps; and others with these. Those that are at their places have the signs that they were given.
+    fn let_go(&mut self, equations: &mut dyn SeriesKernel, touched: &[Touched]) {
         for _ in 0..equations.switches() {
             let mut any = false;
-            each(equations, |_, _, switch| any |= switch.lets_go());
+            each(equations, |group, place, switch| {
+                let is_given = touched.iter().any(|at| (at.group, at.place) == (group, place));
+                any |= !is_given && switch.lets_go();
+            });
             if !any {
                 return;
             }
@@ -504,7 +507,7 @@ impl Integrator {
             }
         }
         equations.expand(&mut self.next);
-        self.let_go(equations);
+        self.let_go(equations, touched);
         let order = self.tells_to(tau);
         touched.iter().all(|touched| {
             let switch = equations.group(touched.group).get(touched.place);
