@@ -14,6 +14,9 @@ use crate::start;
 /// A root that is this many lengths of a leg away is not in question.
 const FAR: f64 = 10.0;
 
+/// Roots that are so many lengths of a leg apart differ by rounding: they are one.
+const ONE: f64 = 16.0 * f64::EPSILON;
+
 /// A root that is farther away than half a leg is in question only where the updates have not led straight to the one that was found.
 const NEAR: f64 = 0.5;
 
@@ -187,7 +190,7 @@ impl Step<'_> {
         };
         let apart = other.zip(&root.z, |other, root| other - root);
         let distance = relative(&apart, &root.z, &legs);
-        if distance > FAR {
+        if distance > FAR || distance <= ONE {
             return Ok(report(root, guess));
         }
         let past = predictor.past();

@@ -91,19 +91,40 @@ fn sizes(subject: &Subject<'_>) -> Vec<f64> {
     sizes
 }
 
-/// The derivative of `L_d(q0, q1) + L_d(q1, q2)` along variations of `q1`, with the work of external forces, relative to its terms.
+/// The derivative of `L_d(q0, q1) + L_d(q1, q2)` along variations of `q1`, with the work of external forces, relative to its terms; without what the rounding of
+/// the last node makes of it, from which the second leg is seen.
 fn derivative(subject: &Subject<'_>, triple: &Triple, along: &[Vec<f64>], sizes: &[f64]) -> f64 {
-    let arriving = legendre_plus(subject.kernel, subject.h, triple.first());
-    let leaving = legendre_minus(subject.kernel, subject.h, triple.last(subject.h).any());
-    let external = external_forces(subject.kernel, subject.h, triple);
+    let covector = |triple: &Triple| -> Vec<f64> {
+        let arriving = legendre_plus(subject.kernel, subject.h, triple.first());
+        let leaving = legendre_minus(subject.kernel, subject.h, triple.last(subject.h).any());
+        let external = external_forces(subject.kernel, subject.h, triple);
+        (0..external.len())
+            .map(|i| arriving[i] - leaving[i] + external[i])
+            .collect()
+    };
+    let here = covector(triple);
     let mut most = 0.0;
     for variation in along {
-        let (mut sum, mut terms) = (0.0, 0.0);
-        for (i, part) in variation.iter().enumerate() {
-            sum += part * (arriving[i] - leaving[i] + external[i]);
-            terms += part.abs() * sizes[i];
-        }
-        most = larger(most, if sum == 0.0 { 0.0 } else { sum.abs() / terms });
+        let product = |covector: &[f64]| -> f64 { variation.iter().zip(covector).map(|(v, c)| v * c).sum() };
+        let terms: f64 = variation.iter().zip(sizes).map(|(v, size)| v.abs() * size).sum();
+        let sum = product(&here);
+        let left = if sum.abs() > STATIONARY * terms {
+            (sum.abs() - rounding(subject.h, triple, |moved| product(&covector(moved)) - sum)).max(0.0)
+        } else {
+            sum.abs()
+        };
+        most = larger(most, if left == 0.0 { 0.0 } else { left / terms });
     }
     most
+}
+
+/// How much something changes at most with a triple that is moved by the rounding of its last node.
+fn rounding(h: f64, triple: &Triple, change: impl Fn(&Triple) -> f64) -> f64 {
+    let last = triple.last(h).q;
+    let moves = last.iter().enumerate().map(|(i, q)| {
+        let mut moved = triple.clone();
+        moved.leg.q[i] += f64::EPSILON * q.abs();
+        change(&moved).abs()
+    });
+    moves.sum()
 }
