@@ -259,6 +259,11 @@ impl Step<'_> {
             };
             evaluations += root.evaluations;
             if relative(&root.z, &Vector::zero(size.len()), legs) > FAR {
+                let apart = root.z.zip(&far.z, |root, far| root - far);
+                if guess == Guess::Continuous && relative(&apart, &far.z, size) <= SAME {
+                    predictor.take_determinant(self.determinant(&root.z));
+                    return Ok(report(Root { evaluations, ..root }, guess));
+                }
                 continue;
             }
             if predictor.take_determinant(self.determinant(&root.z)) == Continuation::Fits {
