@@ -11,15 +11,26 @@ use crate::tape::declaration::Declaration;
 /// The number of Newton steps for the multipliers.
 const MAX_ITERATIONS: u32 = 20;
 
-/// The derivatives of the second difference, by columns.
+/// The step at which inputs change.
 #[derive(Clone, Debug)]
 pub(super) struct Changed {
+    /// The derivatives of its second difference.
+    pub slopes: Slopes,
+    /// The second difference with the old values on both sides, which the velocity of the node belongs to.
+    pub arriving: Vec<f64>,
+    /// Its derivatives.
+    pub of_arriving: Slopes,
+}
+
+/// The derivatives of a second difference, by columns.
+#[derive(Clone, Debug)]
+pub(super) struct Slopes {
     /// By one coordinate of the node after another.
-    pub by_node: Vec<Vec<f64>>,
+    by_node: Vec<Vec<f64>>,
     /// By one component of the increment after another.
-    pub by_increment: Vec<Vec<f64>>,
+    by_increment: Vec<Vec<f64>>,
     /// By one parameter after another, as they are before the node, and from there on.
-    pub by_parameters: [Vec<Vec<f64>>; 2],
+    by_parameters: [Vec<Vec<f64>>; 2],
 }
 
 /// A step with two declarations: with the values before its middle node, and with those from there on.
@@ -80,8 +91,23 @@ impl Change<'_> {
         rows
     }
 
-    /// The derivatives of the second difference; `None` if they are not finite.
-    pub fn slopes(&self, parameters: usize) -> Option<Changed> {
+    /// The derivatives of the step, by so many parameters; `None` if they are not finite.
+    pub fn changed(&self, parameters: usize) -> Option<Changed> {
+        let (slopes, _) = self.slopes(parameters)?;
+        let old = Change {
+            sides: [self.sides[0]; 2],
+            ..*self
+        };
+        let (of_arriving, arriving) = old.slopes(parameters)?;
+        Some(Changed {
+            slopes,
+            arriving,
+            of_arriving,
+        })
+    }
+
+    /// The derivatives of the second difference that solves the rows, and this; `None` if they are not finite.
+    fn slopes(&self, parameters: usize) -> Option<(Slopes, Vec<f64>)> {
         let n = self.e.len();
         let still = Rates::default();
         let unit = |place: usize, count: usize| -> Vec<f64> {
@@ -107,7 +133,7 @@ impl Change<'_> {
         };
         // both sides share their multipliers
         let mut solved = by_unknowns(&x)?;
-        for _ in 0..if x.len() > n { MAX_ITERATIONS } else { 0 } {
+        for _ in 0..MAX_ITERATIONS {
             let rows: Vec<f64> = solved.1[0].iter().map(|row| row.value()).collect();
             let update = solved.0.solve(&rows, 0.0);
             let mut settled = true;
@@ -150,16 +176,57 @@ impl Change<'_> {
             };
             (0..parameters).map(column).collect()
         });
-        let changed = Changed {
+        let slopes = Slopes {
             by_node: (0..n).map(by_node).collect(),
             by_increment: (0..n).map(by_increment).collect(),
             by_parameters,
         };
-        changed.is_finite().then_some(changed)
+        x.truncate(n);
+        slopes.is_finite().then_some((slopes, x))
     }
 }
 
-impl Changed {
+impl Slopes {
+    /// The change of the second difference with the node, the increment and the parameters, of which a function tells the rates on both sides.
+    pub fn change(&self, q: &[f64], d: &[f64], rate: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+        let n = q.len();
+        let mut e: Vec<f64> = (0..n)
+            .map(|i| {
+                (0..n)
+                    .map(|j| self.by_node[j][i] * q[j] + self.by_increment[j][i] * d[j])
+                    .sum()
+            })
+            .collect();
+        for (side, slopes) in self.by_parameters.iter().enumerate() {
+            for (place, slope) in slopes.iter().enumerate() {
+                for (e, slope) in e.iter_mut().zip(slope) {
+                    *e += slope * rate(side, place);
+                }
+            }
+        }
+        e
+    }
+
+    /// Adds what derivatives by the second difference say of those by the node, the increment and the parameters on both sides.
+    pub fn back(&self, by_e: &[f64], [q, d]: [&mut [f64]; 2], mut parameter: impl FnMut(usize, usize, f64)) {
+        let product = |slope: &[f64]| {
+            by_e.iter()
+                .zip(slope)
+                .map(|(by_e, slope)| by_e * slope)
+                .sum::<f64>()
+        };
+        for (sums, columns) in [(q, &self.by_node), (d, &self.by_increment)] {
+            for (sum, column) in sums.iter_mut().zip(columns) {
+                *sum += product(column);
+            }
+        }
+        for (side, slopes) in self.by_parameters.iter().enumerate() {
+            for (place, slope) in slopes.iter().enumerate() {
+                parameter(side, place, product(slope));
+            }
+        }
+    }
+
     fn is_finite(&self) -> bool {
         let columns = self.by_node.iter().chain(&self.by_increment);
         let all = columns.chain(self.by_parameters.iter().flatten());

@@ -1,6 +1,6 @@
 //! Forward: the changes of the nodes, from the start to the end.
 
-use super::block::{Block, Role, Rooms};
+use super::block::{Block, Role, Rooms, Steps};
 use super::error::DerivativeError;
 use super::motion::{Motion, Piece, Recording};
 use super::path::{AnyPath, Path, parameter};
@@ -327,7 +327,8 @@ fn forward(
     let mut moved = vec![Eight::ZERO; width];
     let mut by_fixed = vec![Eight::ZERO; n];
     let mut e = vec![0.0; n];
-    let (mut points, mut changed_points) = (vec![Eight::ZERO; 3 * n], vec![Eight::ZERO; 3 * n]);
+    let mut arrived = moved.clone();
+    let (mut points, mut room) = (vec![Eight::ZERO; 3 * n], vec![Eight::ZERO; 3 * n]);
     let (mut shown, mut point) = (Vec::new(), vec![0.0; 3 * n]);
     let mut entered: Option<(usize, Vec<Option<Vec<f64>>>)> = None;
     for window in 0..motion.windows() {
@@ -343,6 +344,7 @@ fn forward(
             };
             let steps = motion.some(&window, piece);
             let is_shown = visit.is_some() || motion.is_last(piece);
+            let mut before = None;
             if let Piece::Plain { .. } = piece {
                 let linearized = motion.equations.linearize(&steps, &mut rooms, &mut block);
                 linearized.map_err(|lane| motion.singular(first + lane))?;
@@ -355,50 +357,57 @@ fn forward(
                 }
             } else {
                 let changed = motion.changed(&window, first, stretch)?;
-                for ((state, variable), moved) in
-                    states.iter_mut().zip(variables).zip(moved.chunks_mut(3 * n))
-                {
-                    for (i, e) in e.iter_mut().enumerate() {
-                        *e = (0..n)
-                            .map(|j| {
-                                changed.by_node[j][i] * state.q[j] + changed.by_increment[j][i] * state.d[j]
-                            })
-                            .sum();
-                        for (side, slopes) in changed.by_parameters.iter().enumerate() {
-                            for (place, slope) in slopes.iter().enumerate() {
-                                *e += slope[i] * variable.rate(stretch - 1 + side, place);
-                            }
+                let kept = motion.arriving(&window, first, &changed);
+                let both = moved.chunks_mut(3 * n).zip(arrived.chunks_mut(3 * n));
+                for ((state, variable), (moved, arriving)) in states.iter_mut().zip(variables).zip(both) {
+                    let rate = |side: usize, place: usize| variable.rate(stretch - 1 + side, place);
+                    let e = changed.slopes.change(&state.q, &state.d, rate);
+                    let old = changed.of_arriving.change(&state.q, &state.d, rate);
+                    for (moved, e) in [(moved, &e), (arriving, &old)] {
+                        let own = state.q.iter().chain(&state.d).chain(e);
+                        for (moved, own) in moved.iter_mut().zip(own) {
+                            *moved = Eight::splat(*own);
                         }
-                    }
-                    let own = state.q.iter().chain(&state.d).chain(&e);
-                    for (moved, own) in moved.iter_mut().zip(own) {
-                        *moved = Eight::splat(*own);
                     }
                     state.go_on(&e);
                 }
+                before = Some(kept);
             }
             if !is_shown {
                 continue;
             }
-            motion.equations.points(&steps, &mut rooms, &mut points);
             shown.resize(count * width, 0.0);
-            for (number, (moved, change)) in moved.chunks(3 * n).zip(changes).enumerate() {
-                let change = |role| match role {
-                    Role::Node(i) => moved[i],
-                    Role::Increment(i) => moved[n + i],
-                    Role::Difference(i) => moved[2 * n + i],
-                    Role::Fixed(k) => change
-                        .as_ref()
-                        .map_or(Eight::ZERO, |change| Eight::splat(change[k])),
-                    Role::Unknown(_) | Role::Still => Eight::ZERO,
-                };
-                motion
-                    .equations
-                    .change_points(&mut rooms, &change, &mut changed_points);
-                for lane in 0..count {
-                    let own = &mut shown[lane * width + 3 * n * number..];
-                    for (to, from) in own.iter_mut().zip(&changed_points) {
-                        *to = from.0[lane];
+            // where parameters change, position and velocity are those with which the motion arrives
+            let arriving = before.as_ref().map(|kept| Steps {
+                recorded: kept.steps(first..first + 1),
+                ..steps
+            });
+            let passes = match &arriving {
+                Some(arriving) => [
+                    Some((&steps, &moved, 2 * n..3 * n)),
+                    Some((arriving, &arrived, 0..2 * n)),
+                ],
+                None => [Some((&steps, &moved, 0..3 * n)), None],
+            };
+            for (steps, moved, range) in passes.into_iter().flatten() {
+                motion.equations.points(steps, &mut rooms, &mut room);
+                points[range.clone()].copy_from_slice(&room[range.clone()]);
+                for (number, (moved, change)) in moved.chunks(3 * n).zip(changes).enumerate() {
+                    let change = |role| match role {
+                        Role::Node(i) => moved[i],
+                        Role::Increment(i) => moved[n + i],
+                        Role::Difference(i) => moved[2 * n + i],
+                        Role::Fixed(k) => change
+                            .as_ref()
+                            .map_or(Eight::ZERO, |change| Eight::splat(change[k])),
+                        Role::Unknown(_) | Role::Still => Eight::ZERO,
+                    };
+                    motion.equations.change_points(&mut rooms, &change, &mut room);
+                    for lane in 0..count {
+                        let own = &mut shown[lane * width + 3 * n * number..];
+                        for i in range.clone() {
+                            own[i] = room[i].0[lane];
+                        }
                     }
                 }
             }

@@ -1,6 +1,6 @@
 //! Backward (the discrete adjoint): the derivatives of one cost by all variables, from the last step to the first.
 
-use super::block::{Block, Role, Rooms};
+use super::block::{Block, Role, Rooms, Steps};
 use super::error::DerivativeError;
 use super::forward::{first_point, point_of};
 use super::motion::{Motion, Piece, Recording};
@@ -268,7 +268,8 @@ fn backward(
     let (mut points, mut weights) = (vec![Eight::ZERO; 3 * n], vec![Eight::ZERO; 3 * n]);
     let mut point = vec![0.0; 3 * n];
     // the derivatives of the nodes' costs by node, increment and second difference
-    let mut of_nodes = vec![Eight::ZERO; 3 * n];
+    let mut of_both = [vec![Eight::ZERO; 3 * n], vec![Eight::ZERO; 3 * n]];
+    let mut room = vec![Eight::ZERO; 3 * n];
     let mut by_e = vec![Eight::ZERO; n];
     for window in (0..motion.windows()).rev() {
         let window = motion.window(window)?;
@@ -283,9 +284,28 @@ fn backward(
                 continue;
             };
             let steps = motion.some(&window, piece);
+            let changed = match piece {
+                Piece::Plain { .. } => None,
+                Piece::Changed { .. } => Some(motion.changed(&window, first, stretch)?),
+            };
+            let kept = changed
+                .as_ref()
+                .map(|changed| motion.arriving(&window, first, changed));
+            // where parameters change, position and velocity are those with which the motion arrives
+            let arriving = kept.as_ref().map(|kept| Steps {
+                recorded: kept.steps(first..first + 1),
+                ..steps
+            });
+            let passes = match &arriving {
+                Some(arriving) => [Some((&steps, 2 * n..3 * n)), Some((arriving, 0..2 * n))],
+                None => [Some((&steps, 0..3 * n)), None],
+            };
             let mut depends = false;
             if first + count > from {
-                motion.equations.points(&steps, &mut rooms, &mut points);
+                for (steps, range) in passes.iter().flatten() {
+                    motion.equations.points(steps, &mut rooms, &mut room);
+                    points[range.clone()].copy_from_slice(&room[range.clone()]);
+                }
                 depends = weigh(
                     motion,
                     &mut costs,
@@ -295,12 +315,20 @@ fn backward(
                     &mut weights,
                 );
             }
-            of_nodes.fill(Eight::ZERO);
-            if depends {
+            for (pass, of_nodes) in passes.iter().zip(&mut of_both) {
+                of_nodes.fill(Eight::ZERO);
+                let (Some((steps, range)), true) = (pass, depends) else {
+                    continue;
+                };
+                if changed.is_some() {
+                    motion.equations.points(steps, &mut rooms, &mut room);
+                }
+                room.fill(Eight::ZERO);
+                room[range.clone()].copy_from_slice(&weights[range.clone()]);
                 let lanes = Eight::from_fn(|lane| f64::from(u8::from(lane < count)));
                 motion
                     .equations
-                    .back_from_points(&mut rooms, &weights, &mut |role, slope| {
+                    .back_from_points(&mut rooms, &room, &mut |role, slope| {
                         let to = match role {
                             Role::Node(i) => &mut of_nodes[i],
                             Role::Increment(i) => &mut of_nodes[n + i],
@@ -314,30 +342,27 @@ fn backward(
                         *to = *to + slope;
                     });
             }
-            if let Piece::Plain { .. } = piece {
+            if let Some(changed) = &changed {
+                adjoint.by_e(&of_both[0][2 * n..], 0);
+                let Adjoint { q, d, e, parameters } = &mut adjoint;
+                for of_nodes in &of_both {
+                    for j in 0..n {
+                        q[j] += of_nodes[j].0[0];
+                        d[j] += of_nodes[n + j].0[0];
+                    }
+                }
+                let old: Vec<f64> = of_both[1][2 * n..].iter().map(|lanes| lanes.0[0]).collect();
+                changed.slopes.back(e, [q, d], |side, place, slope| {
+                    parameters[stretch - 1 + side][place] += slope
+                });
+                changed.of_arriving.back(&old, [q, d], |_, place, slope| {
+                    parameters[stretch - 1][place] += slope
+                });
+            } else {
                 let linearized = motion.equations.linearize(&steps, &mut rooms, &mut block);
                 linearized.map_err(|lane| motion.singular(first + lane))?;
-                back(&mut adjoint, &block, &of_nodes, count, &mut by_e);
+                back(&mut adjoint, &block, &of_both[0], count, &mut by_e);
                 block.add_by_fixed(&motion.equations, &by_e, by_fixed);
-            } else {
-                let changed = motion.changed(&window, first, stretch)?;
-                adjoint.by_e(&of_nodes[2 * n..], 0);
-                let Adjoint { q, d, e, parameters } = &mut adjoint;
-                for j in 0..n {
-                    q[j] += of_nodes[j].0[0];
-                    d[j] += of_nodes[n + j].0[0];
-                    let slopes = changed.by_node[j].iter().zip(&changed.by_increment[j]);
-                    for (by_e, (by_node, by_increment)) in e.iter().zip(slopes) {
-                        q[j] += by_e * by_node;
-                        d[j] += by_e * by_increment;
-                    }
-                }
-                for (side, slopes) in changed.by_parameters.iter().enumerate() {
-                    let sums = &mut parameters[stretch - 1 + side];
-                    for (sum, slope) in sums.iter_mut().zip(slopes) {
-                        *sum += e.iter().zip(slope).map(|(by_e, slope)| by_e * slope).sum::<f64>();
-                    }
-                }
             }
         }
     }

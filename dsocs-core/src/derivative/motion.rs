@@ -220,8 +220,17 @@ impl<'p> Motion<'p> {
             e,
         };
         change
-            .slopes(self.equations.parameters)
+            .changed(self.equations.parameters)
             .ok_or_else(|| self.singular(at))
+    }
+
+    /// The step at which parameters change, as it would be with the old values on both sides.
+    pub fn arriving(&self, window: &Kept, at: usize, changed: &Changed) -> Kept {
+        let (leg, _) = window.steps(at..at + 1).first();
+        let mut kept = Kept::from(at, 1, [self.dimension(), self.equations.rows]);
+        let step = [leg.q, leg.d, &changed.arriving[..]].concat();
+        kept.keep(leg.t, &step, &vec![0.0; self.equations.rows]);
+        kept
     }
 
     /// The time of a node.

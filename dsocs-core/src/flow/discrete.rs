@@ -367,23 +367,25 @@ impl<'s> Discrete<'s> {
         );
         (scalars.index, scalars.t) = (clock.index(), clock.time());
         (scalars.iterations, scalars.stop) = (report.iterations, report.stop);
-        if self.contacts.is_some() || self.changed.is_some() {
-            self.tell_force(vectors);
-        }
-    }
-
-    /// Writes the constraint force of a node where the step's equations were others.
-    #[cold]
-    fn tell_force(&self, vectors: &mut [f64]) {
-        let (_, force) = vectors.split_at_mut(vectors.len() / 4 * 3);
         if self.contacts.is_some() {
+            let (_, force) = vectors.split_at_mut(vectors.len() / 4 * 3);
             self.tell_sides(force);
         }
         if let Some(changed) = &self.changed
-            && changed.index == self.course.clock.index()
+            && changed.index == scalars.index
         {
-            copy(force, &changed.force);
+            self.tell_changed(changed, NodeMut { vectors, scalars });
         }
+    }
+
+    /// Writes the velocity, the constraint force and the energy of a node where inputs changed.
+    #[cold]
+    fn tell_changed(&self, changed: &Changed, mut node: NodeMut<'_>) {
+        let t = node.scalars.t;
+        let [q, v, _, force] = node.split();
+        copy(v, &changed.velocity);
+        copy(force, &changed.force);
+        node.scalars.energy = self.declaration().energy(t, &*q, &*v);
     }
 
     /// Writes the node of the start.

@@ -35,6 +35,9 @@ const LEAST: f64 = 1e-5;
 pub(super) struct Changed {
     /// The number of the node.
     pub(super) index: u64,
+    /// The velocity with which the motion arrives there, as a run finds it that goes on with the old values: the mean velocity of both legs is another by a
+    /// quarter of the step times what the acceleration jumps.
+    pub(super) velocity: Vector,
     /// The constraint force there.
     pub(super) force: Vector,
     /// The values of the parameters before.
@@ -74,10 +77,10 @@ impl Discrete<'_> {
             let mut old = Step::new((self.kernel, &before), &constants, leg, h);
             let next = self.next_step();
             (old.past_is_short, old.begins) = (next.past_is_short, next.begins);
-            let old = old.solve(&mut self.course.predictor.clone(), max_iterations);
+            let arriving = old.solve(&mut self.course.predictor.clone(), max_iterations);
             let mut new = self.step_from(leg);
             new.past_is_short = true;
-            let found = match (new.solve(&mut predictor, max_iterations), &old) {
+            let found = match (new.solve(&mut predictor, max_iterations), &arriving) {
                 (Err(_), Ok((z, _))) => {
                     predictor = Predictor::new(shape.unknowns);
                     let size = new.size(&predictor);
@@ -90,7 +93,7 @@ impl Discrete<'_> {
                 Err(cause) => return Err(self.failed(cause)),
             };
             let e = new.second_difference(&z);
-            let e_old = old.map_or_else(|_| e.clone(), |(z, _)| new.second_difference(&z));
+            let e_old = arriving.map_or_else(|_| e.clone(), |(z, _)| old.second_difference(&z));
             let change = Change::new(
                 [Declaration::of(self.kernel).with(&before), self.declaration()],
                 shape.kinematic,
@@ -98,11 +101,12 @@ impl Discrete<'_> {
                 h,
                 leg,
             );
+            let velocity = Vector::of(&change.sides[1].point(h, leg, &e_old[..]).any().v);
             change
                 .solve([&e_old, &e])
-                .map(|(e, force)| (z, report, Vector::of(&e), Vector::of(&force)))
+                .map(|(e, force)| (z, report, Vector::of(&e), velocity, Vector::of(&force)))
         };
-        let (z, report, e, force) = match solved {
+        let (z, report, e, velocity, force) = match solved {
             Ok(solved) => solved,
             Err(cause) => return Err(self.failed(cause)),
         };
@@ -127,7 +131,12 @@ impl Discrete<'_> {
         };
         self.look_for_jumps(span, &e);
         self.commit(next, &e, report);
-        self.changed = Some(Box::new(Changed { index, force, before }));
+        self.changed = Some(Box::new(Changed {
+            index,
+            velocity,
+            force,
+            before,
+        }));
         Ok(report)
     }
 }

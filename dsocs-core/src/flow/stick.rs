@@ -351,14 +351,20 @@ impl Discrete<'_> {
         guess: &[f64],
     ) -> Option<StepReport> {
         let index = self.course.index();
-        let (solution, force) = {
+        let (solution, velocity, force) = {
             let contact = Contact {
                 before: Some(Declaration::of(self.kernel).with(before)),
                 ..self.contact(self.declaration(), contacts)
             };
-            let solution = contact.solve(guess, &vec![0.0; self.shape().multipliers()])?;
+            let none = vec![0.0; self.shape().multipliers()];
+            let solution = contact.solve(guess, &none)?;
             let force = Vector::of(&contact.force(&solution));
-            (solution, force)
+            // as if the motion went on with the old values
+            let old = Declaration::of(self.kernel).with(before);
+            let arriving = self.contact(old, contacts).solve(guess, &none);
+            let e = arriving.as_ref().map_or(&solution.e, |arriving| &arriving.e);
+            let velocity = Vector::of(&self.declaration().point(contact.h, contact.leg, &e[..]).any().v);
+            (solution, velocity, force)
         };
         let report = StepReport {
             iterations: solution.evaluations,
@@ -388,6 +394,7 @@ impl Discrete<'_> {
         self.course.since = index.saturating_sub(1);
         self.changed = Some(Box::new(Changed {
             index,
+            velocity,
             force,
             before: before.to_vec(),
         }));

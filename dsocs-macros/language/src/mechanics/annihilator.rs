@@ -2,7 +2,7 @@
 
 use crate::graph::{Graph, NodeId};
 
-/// Constants below this fraction of the largest one in the row they came from are rounding errors.
+/// Constants below this fraction of the terms that they are the sums of are rounding errors.
 const NEGLIGIBLE: f64 = 1e-12;
 
 /// Why no annihilator was found, and the row that shows it.
@@ -23,11 +23,12 @@ pub(crate) fn annihilator(
     rows: &[Vec<NodeId>],
     n: usize,
 ) -> Result<Vec<Vec<NodeId>>, Defect> {
-    let scales: Vec<f64> = rows.iter().map(|row| scale(graph, row)).collect();
     let mut reduced: Vec<Vec<NodeId>> = rows.to_vec();
+    // units may differ from column to column
+    let mut terms: Vec<Vec<f64>> = rows.iter().map(|row| sizes(graph, row)).collect();
     let mut pivots: Vec<Option<usize>> = vec![None; rows.len()];
-    while let Some((row, column)) = best_pivot(graph, &reduced, &pivots, &scales) {
-        eliminate(graph, &mut reduced, row, column);
+    while let Some((row, column)) = best_pivot(graph, &reduced, &pivots, &terms) {
+        eliminate(graph, &mut reduced, &mut terms, row, column);
         pivots[row] = Some(column);
     }
     let mut free_rows = pivots
@@ -37,7 +38,7 @@ pub(crate) fn annihilator(
         .map(|(row, _)| row);
     if let Some(row) = free_rows
         .clone()
-        .find(|&row| is_negligible(graph, &reduced[row], scales[row]))
+        .find(|&row| is_negligible(graph, &reduced[row], &terms[row]))
     {
         return Err(Defect::Dependent(row));
     }
@@ -54,19 +55,18 @@ pub(crate) fn annihilator(
         .collect())
 }
 
-/// The largest constant of a row, at least the smallest normal number.
-fn scale(graph: &Graph, row: &[NodeId]) -> f64 {
+/// The sizes of a row's constants; zero for what is none.
+fn sizes(graph: &Graph, row: &[NodeId]) -> Vec<f64> {
     row.iter()
-        .filter_map(|&entry| graph.as_constant(entry))
-        .map(f64::abs)
-        .fold(f64::MIN_POSITIVE, f64::max)
+        .map(|&entry| graph.as_constant(entry).map_or(0.0, f64::abs))
+        .collect()
 }
 
-fn is_negligible(graph: &Graph, row: &[NodeId], scale: f64) -> bool {
-    row.iter().all(|&entry| {
+fn is_negligible(graph: &Graph, row: &[NodeId], terms: &[f64]) -> bool {
+    row.iter().zip(terms).all(|(&entry, terms)| {
         graph
             .as_constant(entry)
-            .is_some_and(|value| value.abs() <= NEGLIGIBLE * scale)
+            .is_some_and(|value| value.abs() <= NEGLIGIBLE * terms)
     })
 }
 
@@ -75,7 +75,7 @@ fn best_pivot(
     graph: &Graph,
     reduced: &[Vec<NodeId>],
     pivots: &[Option<usize>],
-    scales: &[f64],
+    terms: &[Vec<f64>],
 ) -> Option<(usize, usize)> {
     let mut best: Option<((usize, usize), f64)> = None;
     for (row, entries) in reduced
@@ -87,7 +87,7 @@ fn best_pivot(
             let Some(value) = graph.as_constant(entry).map(f64::abs) else {
                 continue;
             };
-            if value <= NEGLIGIBLE * scales[row] || !value.is_finite() {
+            if value <= NEGLIGIBLE * terms[row][column] || !value.is_finite() {
                 continue;
             }
             #[allow(clippy::float_cmp)] // exactly one
@@ -100,25 +100,41 @@ fn best_pivot(
     best.map(|(place, _)| place)
 }
 
-/// Makes the pivot 1 and the rest of its column 0.
-fn eliminate(graph: &mut Graph, reduced: &mut [Vec<NodeId>], row: usize, column: usize) {
+/// Makes the pivot 1 and the rest of its column 0. `terms` are the sums of the sizes of the terms that entries are the sums of.
+fn eliminate(
+    graph: &mut Graph,
+    reduced: &mut [Vec<NodeId>],
+    terms: &mut [Vec<f64>],
+    row: usize,
+    column: usize,
+) {
     let pivot = reduced[row][column];
     let normalized: Vec<_> = reduced[row]
         .iter()
         .map(|&entry| graph.div(entry, pivot))
         .collect();
-    for (other, entries) in reduced.iter_mut().enumerate() {
+    let size = graph.as_constant(pivot).map_or(1.0, f64::abs);
+    let own: Vec<f64> = terms[row].iter().map(|terms| terms / size).collect();
+    for (other, (entries, terms)) in reduced.iter_mut().zip(terms).enumerate() {
         if other == row {
             entries.clone_from(&normalized);
+            terms.clone_from(&own);
             continue;
         }
         let factor = entries[column];
-        for (entry, &pivot_entry) in entries.iter_mut().zip(&normalized) {
+        let size = graph.as_constant(factor).map_or(0.0, f64::abs);
+        for ((entry, &pivot_entry), (terms, own)) in entries
+            .iter_mut()
+            .zip(&normalized)
+            .zip(terms.iter_mut().zip(&own))
+        {
             let product = graph.mul(factor, pivot_entry);
             *entry = graph.sub(*entry, product);
+            *terms += size * own;
         }
         // exact, whatever rounding has left
         entries[column] = graph.constant(0.0);
+        terms[column] = 0.0;
     }
 }
 
