@@ -356,8 +356,9 @@ const MULTIPLE: &str = "every update of the iteration is the same part of the on
                         determine it as the theorem asks: write the root itself instead of a power of it, as `ddot(x) + x` for `(ddot(x) + x).powi(2)`";
 
 /// What is said where the equations become singular.
-const SINGULAR: &str = "the motion ends there, and what any step finds beyond is no continuation of it: end the run before, or look for what vanishes there (a \
-                        mass, the coefficient of an acceleration or a jerk in a constraint, the forces' hold on what it prescribes)";
+const SINGULAR: &str = "either the motion ends there, or it turns away within a time much shorter than the step: a run to a tolerance (`TaylorFlow`, `--tolerance`) \
+                        tells which. What this step finds beyond is no continuation. Where the motion ends, end the run before, or look for what vanishes there \
+                        (a mass, the coefficient of an acceleration or a jerk in a constraint, the forces' hold on what it prescribes)";
 
 /// What to try where the second-order start fails.
 fn acceleration_advice(

@@ -405,11 +405,11 @@ fn switched(
 ) -> String {
     // no method follows the continuous motion of third order
     let [ends, goes_on] = if third {
-        ["end the run before", ""]
+        ["end the run before", "a smaller `--step`"]
     } else {
         [
             "`--tolerance` ends where the motion does",
-            "; or `--tolerance`, which goes on from the place of the jump itself; `--estimate-error` measures what it costs",
+            "`--tolerance` goes on from the place of the jump itself; or a smaller `--step`; `--estimate-error` measures what it costs",
         ]
     };
     let plural = if steps == 1 { "" } else { "s" };
@@ -421,7 +421,7 @@ fn switched(
     }
     format!(
         "warning: a force or a constraint jumps, or nearly so, within {steps} step{plural}, first about t = {first:.3}: there the motion has an error of the first \
-         order in the step (a smaller `--step`{goes_on})"
+         order in the step ({goes_on})"
     )
 }
 
@@ -439,7 +439,7 @@ fn near(
     if of_step == steps {
         return format!(
             "warning: the equations of the step pass through a singularity in {steps} step{plural}, first about t = {first:.3}, where those of the continuous motion have none: \
-             a force changes too fast with the velocity for this step, or the velocity grows beyond all bounds, and what comes after is not the motion (a smaller \
+             a force changes too fast with the velocity for this step, or the velocity grows beyond all bounds, and what comes after may not be the motion (a smaller \
              `--step`{})",
             if third {
                 ""
