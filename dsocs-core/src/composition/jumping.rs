@@ -12,6 +12,7 @@ use crate::number::tangent::Tangent;
 use crate::regularity::sticking;
 use crate::run::{OwnedNode, Run as _, RunError, Unresolved};
 use crate::solve::Vector;
+use crate::solve::rotation;
 use crate::solve::sum::Sum;
 use crate::start::{self, Given, Rule};
 
@@ -31,7 +32,7 @@ impl Composed<'_> {
         };
         self.declaration().side_arguments(
             Tangent::new(self.course.clock.time(), 1.0),
-            &along(&q.hi, &v.hi),
+            &along(&q.hi, &rotation::rate(&self.kernel.shape().rotations, &q.hi, &v.hi)),
             &along(&v.hi, a),
         )
     }

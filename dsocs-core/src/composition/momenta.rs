@@ -10,6 +10,9 @@
 //! a kick, the discrete flow of `L_d` with the external forces, and another half kick. If `L_d` is symmetric, this map is symmetric in time
 //! and of order 2. Without constraints it is the discrete flow of `L_d` itself, which is symplectic.
 //!
+//! Of a rotation, `q` is the attitude and `p` the momentum in the frame of the body at this node: `q` moves by the increment of the leg, and
+//! `D₁L_d`, `D₂L_d` and `Q` are momenta in the frames of the bodies at their own nodes. So nothing else is different.
+//!
 //! All of it is evaluated on the tape.
 
 #![allow(clippy::needless_range_loop)] // matrices are filled by row and column
@@ -22,6 +25,7 @@ use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::predictor::Predictor;
+use crate::solve::rotation;
 use crate::solve::sum::Sum;
 use crate::solve::{Square, Vector, is_finite};
 use crate::start;
@@ -204,7 +208,11 @@ impl<'s> Momenta<'s> {
     ) -> Result<(Node, Vector, u32), Failure> {
         let leaving = from.p.zip(&from.force, |p, force| p + 0.5 * h * force);
         let (d, mut iterations) = self.increment(from, h, &leaving, guess)?;
-        let q = from.q.plus(&Sum::exact(d.clone()));
+        let rotations = &self.declaration.shape().rotations;
+        if rotation::turns_too_far(rotations, &d).is_some() {
+            return Err(not_solved(StepFailure::TurnsTooFar, &d, Vec::new(), Vec::new()));
+        }
+        let q = rotation::moved_sum(rotations, &from.q, &Sum::exact(d.clone()));
         let leg = AnyLeg { t, q: &q.hi, d: &d };
         let arriving = Vector::of(&self.declaration.arriving(h, leg)).map(|p| h * p);
         let mut node = Node {

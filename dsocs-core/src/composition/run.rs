@@ -112,7 +112,6 @@ impl<'s> Composed<'s> {
         method: Composition,
         start: &Given,
     ) -> Result<Self, SetupError> {
-        SetupError::for_rotations(kernel.shape(), "a composition (ComposedFlow)")?;
         let symmetry = kernel.shape().symmetry;
         if !matches!(symmetry, Symmetry::AnyLegs | Symmetry::Momenta) {
             return Err(SetupError::Composition {

@@ -9,6 +9,7 @@ use super::stages::State;
 use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::predictor::Predictor;
+use crate::solve::rotation;
 use crate::start::place::{Place, Way};
 use crate::step::crossing::OnWay;
 use crate::step::jumps;
@@ -33,15 +34,16 @@ struct Node {
 
 impl Node {
     /// The next node, a time `h` later, if the acceleration changes evenly to what is expected.
-    fn goes_on(&self, h: f64) -> Option<Self> {
+    fn goes_on(&self, rotations: &[usize], h: f64) -> Option<Self> {
         let next = self.next.as_ref()?;
         let along = |i: usize| (self.v[i], self.a[i], next[i]);
+        let way = Vector::from_fn(self.q.len(), |i| {
+            let (v, a, next) = along(i);
+            h * v + h * h * (a / 3.0 + next / 6.0)
+        });
         Some(Self {
             t: self.t + h,
-            q: Vector::from_fn(self.q.len(), |i| {
-                let (v, a, next) = along(i);
-                self.q[i] + h * v + h * h * (a / 3.0 + next / 6.0)
-            }),
+            q: rotation::moved_vector(rotations, &self.q, &way),
             v: Vector::from_fn(self.q.len(), |i| {
                 let (v, a, next) = along(i);
                 v + 0.5 * h * (a + next)
@@ -141,7 +143,7 @@ impl Composed<'_> {
     fn look_between(&mut self, [from, to]: [&Node; 2], came: &mut [f64], unforeseen: bool) -> u64 {
         let declaration = self.declaration();
         // a jump that a leg meets throws the motion back, before it or beyond it
-        let foreseen = from.goes_on(to.t - from.t);
+        let foreseen = from.goes_on(&self.kernel.shape().rotations, to.t - from.t);
         let mut start = came.to_vec();
         let mut part = self.jump_between([from, to], came);
         if part.is_none()
@@ -149,7 +151,8 @@ impl Composed<'_> {
         {
             part = self.jump_between([from, to], &mut start);
         }
-        let way = |part: f64| hermite(from, to, part);
+        let rotations = &self.kernel.shape().rotations;
+        let way = |part: f64| hermite(rotations, from, to, part);
         if part.is_none_or(|part| part <= jumps::TOLD) {
             let on = on(&way, to.t - from.t, declaration);
             let places = switches::narrow_places(&declaration, &way, |_, _| true).into_iter();
@@ -180,7 +183,8 @@ impl Composed<'_> {
         let (h, declaration) = (to.t - from.t, self.declaration());
         let mut largest: Option<f64> = None;
         for begin in [0.0, 0.5] {
-            let half = |part: f64| hermite(from, to, begin + 0.5 * part);
+            let rotations = &self.kernel.shape().rotations;
+            let half = |part: f64| hermite(rotations, from, to, begin + 0.5 * part);
             let found = switches::crossings(declaration, &half, came, |_, _| true);
             if found.is_empty() {
                 continue;
@@ -205,25 +209,35 @@ fn on<'a>(way: &'a Way<'a>, h: f64, declaration: Declaration<'a>) -> OnWay<'a> {
     }
 }
 
-/// A part of the way between two nodes: the cubic polynomial with the positions and the velocities of both.
-fn hermite(from: &Node, to: &Node, x: f64) -> Place {
+/// A part of the way between two nodes: the cubic polynomial with the positions and the velocities of both. That of a rotation is one of its quaternion,
+/// and its angular velocity has one with the accelerations.
+fn hermite(rotations: &[usize], from: &Node, to: &Node, x: f64) -> Place {
     let h = to.t - from.t;
-    let d = to.q.zip(&from.q, |to, from| to - from);
-    let rate = [
-        6.0 * x * (1.0 - x),
-        (1.0 - x) * (1.0 - 3.0 * x),
-        x * (3.0 * x - 2.0),
-    ];
-    let place = [
-        x * x * (3.0 - 2.0 * x),
-        x * (1.0 - x) * (1.0 - x),
-        x * x * (x - 1.0),
-    ];
-    let of = |[by_d, by_from, by_to]: [f64; 3]| {
-        Vector::from_fn(d.len(), |i| {
-            by_d * d[i] + h * (by_from * from.v[i] + by_to * to.v[i])
-        })
-    };
-    let q = from.q.zip(&of(place), |q, d| q + d);
-    Place::of_phase(from.t + x * h, q, of(rate).map(|d| d / h))
+    let along = |i: usize| cubic([from.q[i], to.q[i]], [from.v[i], to.v[i]].map(|v| h * v), x);
+    let n = from.q.len();
+    let (mut q, mut v) = (Vector::zero(n), Vector::zero(n));
+    for i in 0..n {
+        let [place, rate] = along(i);
+        (q[i], v[i]) = (place, rate / h);
+    }
+    for &first in rotations {
+        let ends = [from, to].map(|node| rotation::rates(first, [&node.q, &node.v, &node.a]));
+        let [[start, begins, _], [end, arrives, _]] = ends;
+        for k in 0..rotation::SLOTS {
+            let i = first + k;
+            q[i] = cubic([start[k], end[k]], [h * begins[k], h * arrives[k]], x)[0];
+            v[i] = cubic([from.v[i], to.v[i]], [h * from.a[i], h * to.a[i]], x)[0];
+        }
+    }
+    rotation::keep_norm(rotations, [&mut q, &mut Vector::zero(n)]);
+    Place::of_phase(from.t + x * h, q, v)
+}
+
+/// The cubic polynomial through two values with their slopes, at a part `x` of the way, and its slope there.
+fn cubic([from, to]: [f64; 2], [begins, arrives]: [f64; 2], x: f64) -> [f64; 2] {
+    let (d, y) = (to - from, 1.0 - x);
+    [
+        from + (x * x * (3.0 - 2.0 * x) * d + x * y * y * begins - x * x * y * arrives),
+        6.0 * x * y * d + y * (1.0 - 3.0 * x) * begins + x * (3.0 * x - 2.0) * arrives,
+    ]
 }

@@ -35,6 +35,7 @@ use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 use crate::regularity::sides::{self, Linear, Piece, Sided};
 use crate::solve::dense::Matrix;
+use crate::solve::rotation;
 use crate::step::switches;
 use crate::tape::declaration::Declaration;
 
@@ -114,14 +115,14 @@ fn in_the_middle(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) ->
 
 /// The arguments at a place of a leg, with the velocity of the leg; 0 is its end, 1 its beginning.
 fn at_part(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, part: f64) -> Vec<f64> {
-    let q: Vec<f64> = leg.q.iter().zip(leg.d).map(|(q, d)| q - part * d).collect();
+    let q = rotation::moved(&declaration.shape().rotations, leg.q, &map(leg.d, |d| -part * d));
     let v = map(leg.d, |d| d / h);
     declaration.side_arguments(leg.t - part * h, &q, &v)
 }
 
 /// The pieces of the arguments on a leg; between is what is zero to rounding.
 pub(crate) fn pieces_of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<Piece> {
-    let q: Vec<f64> = leg.q.iter().zip(leg.d).map(|(q, d)| q - 0.5 * d).collect();
+    let q = rotation::moved(&declaration.shape().rotations, leg.q, &map(leg.d, |d| -0.5 * d));
     let rests = zero(declaration, leg.t - 0.5 * h, &q, &map(leg.d, |d| d / h));
     let arguments = in_the_middle(declaration, h, leg).into_iter().zip(rests);
     arguments
@@ -221,7 +222,7 @@ impl Contact<'_> {
         let d: Vec<f64> = self.leg.d.iter().zip(e).map(|(d, e)| d + e).collect();
         OwnedLeg {
             t: self.leg.t + self.h,
-            q: self.leg.q.iter().zip(&d).map(|(q, d)| q + d).collect(),
+            q: rotation::moved(&self.declaration.shape().rotations, self.leg.q, &d),
             d,
         }
     }
@@ -404,7 +405,8 @@ impl Contact<'_> {
         let half = Tangent::splat(0.5);
         let arguments = |e: &[Tangent]| {
             let d: Vec<Tangent> = leg.d.iter().zip(e).map(|(d, e)| *d + *e).collect();
-            let q: Vec<Tangent> = leg.q.iter().zip(&d).map(|(q, d)| *q + half * *d).collect();
+            let way = map(&d, |d| half * d);
+            let q = rotation::moved(&self.declaration.shape().rotations, &leg.q, &way);
             let v = map(&d, |d| d / h);
             self.declaration.side_arguments(leg.t + half * h, &q, &v)
         };

@@ -203,6 +203,19 @@ pub(crate) fn rates(first: usize, [q, v, a]: [&[f64]; 3]) -> [[f64; SLOTS]; 3] {
     [q, rate, second]
 }
 
+/// The rate of a position, from its velocity: that of a quaternion is `½ q∘(0, ω)`.
+pub(crate) fn rate(rotations: &[usize], q: &[f64], v: &[f64]) -> Vector {
+    let mut rate = Vector::of(v);
+    for &first in rotations {
+        if let (Some(q), Some(v)) = (slots(q, first), slots(v, first)) {
+            for (rate, component) in rate.iter_mut().skip(first).zip(product(q, v)) {
+                *rate = 0.5 * component;
+            }
+        }
+    }
+    rate
+}
+
 /// Brings the quaternions of a start to the norm one. The place of the first whose norm is farther from it, if there is one, with its norm.
 pub(crate) fn normalize(rotations: &[usize], q: &mut [f64]) -> Result<(), (usize, f64)> {
     for &first in rotations {

@@ -3,12 +3,12 @@
 use super::{Guess, Step, StepReport};
 use crate::kernel::course::MAX_ITERATIONS;
 use crate::kernel::report::report;
-use crate::number::point::{AnyLeg, OwnedLeg};
+use crate::number::point::{AnyLeg, OwnedLeg, map};
 use crate::solve::elimination::Determinant;
 use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::{self, BENT, Equations as _, Linearized, Root, Stop, relative};
 use crate::solve::predictor::{Continuation, Predictor};
-use crate::solve::{Vector, is_finite};
+use crate::solve::{Vector, is_finite, rotation};
 use crate::start;
 
 /// A root that is this many lengths of a leg away is not in question.
@@ -393,7 +393,7 @@ impl Step<'_> {
         for _ in 0..FORMER {
             former = OwnedLeg {
                 t: leg.t - self.h,
-                q: leg.q.iter().zip(leg.d).map(|(q, d)| q - d).collect(),
+                q: rotation::moved(&self.shape().rotations, leg.q, &map(leg.d, |d| -d)),
                 d: leg.d.iter().zip(e.iter()).map(|(d, e)| d - e).collect(),
             };
             (e, rows) = self.on_leg(former.any(), z);

@@ -585,8 +585,8 @@ impl Integrator {
         let at = |s: f64| {
             let [q, v] = [self.now.q(), self.now.v()];
             let after: Vec<f64> = v.iter().zip(&a).map(|(v, a)| v + s * a).collect();
-            let q: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + s * v).collect();
-            (q, after)
+            let way: Vec<f64> = v.iter().map(|v| s * v).collect();
+            (rotation::moved(&declaration.shape().rotations, q, &way), after)
         };
         // the Lagrangian, and the power of the momentum
         let values = |t: f64, (q, v): &(Vec<f64>, Vec<f64>)| {

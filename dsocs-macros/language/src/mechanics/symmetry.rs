@@ -57,6 +57,10 @@ impl Symmetry {
             return Self::LowerOrder;
         }
         let mut declared = model.graph.clone();
+        if !declared.rotations().is_empty() {
+            // no parabola joins legs that turn: the velocities of two legs are seen from one body through `T`
+            return Self::by_momenta(model, &mut declared);
+        }
         if is_paper(model, &mut declared) && !momentum_is_linear(model, &mut declared) {
             return Self::by_momenta(model, &mut declared);
         }
@@ -143,7 +147,11 @@ fn is_symmetric_leg(model: &Model, graph: &mut Graph) -> bool {
     for i in 0..model.coordinates.len() {
         exchanged.insert(Leaf::X0(i), graph.leaf(Leaf::X1(i)));
         exchanged.insert(Leaf::X1(i), graph.leaf(Leaf::X0(i)));
+        let chord = graph.leaf(Leaf::Chord(i));
+        exchanged.insert(Leaf::Chord(i), graph.neg(chord));
     }
+    let rotations = graph.rotations().to_vec();
+    let middles: Vec<_> = (rotations.iter()).map(|&first| (first, graph.middle(first))).collect();
     let points = points_of_arriving(model, graph);
     let (mut exchange, mut merge) = (Substitution::new(&exchanged), Merge::default());
     let mut same = |left: &[NodeId], right: &[NodeId]| {
@@ -157,10 +165,26 @@ fn is_symmetric_leg(model: &Model, graph: &mut Graph) -> bool {
     if let Some(given) = model.discrete_lagrangian {
         return same(&[given], &[given]);
     }
+    // the middle of a leg that turns is the same from both ends, which its expression, from the first, does not show
+    let numbers = |point: &PairPoint| {
+        let mut q = point.q.clone();
+        for (first, middle) in middles.iter().rev() {
+            let slots = *first..first + middle.len();
+            if q[slots.clone()] == *middle {
+                q.drain(slots);
+            }
+        }
+        q
+    };
     let is_among = |point: &PairPoint| {
         let mut others = points.iter();
-        others
-            .any(|other| same(&[point.t], &[other.t]) && same(&point.q, &other.q) && same(&point.v, &other.v))
+        others.any(|other| {
+            let (q, other_q) = (numbers(point), numbers(other));
+            q.len() == other_q.len()
+                && same(&[point.t], &[other.t])
+                && same(&q, &other_q)
+                && same(&point.v, &other.v)
+        })
     };
     points.iter().all(is_among)
 }
