@@ -32,7 +32,10 @@ impl Composed<'_> {
         };
         self.declaration().side_arguments(
             Tangent::new(self.course.clock.time(), 1.0),
-            &along(&q.hi, &rotation::rate(&self.kernel.shape().rotations, &q.hi, &v.hi)),
+            &along(
+                &q.hi,
+                &rotation::rate(&self.kernel.shape().rotations, &q.hi, &v.hi),
+            ),
             &along(&v.hi, a),
         )
     }

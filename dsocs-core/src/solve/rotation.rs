@@ -4,7 +4,7 @@
 //! `x`, and leads from `q` to `q τ(x)` with the Padé map `τ(x) = ((a² - b) + a x/2)/(a² + b)`, `a = 1 - |x|²/48`, `b = |x|²/16`: it is `exp` up to `|x|⁵/11520`
 //! in the angle.
 
-use crate::number::compensated::plus;
+use crate::number::compensated::{add, plus};
 use crate::number::scalar::Scalar;
 use crate::solve::Vector;
 use crate::solve::sum::Sum;
@@ -82,20 +82,46 @@ pub(crate) fn difference(rotations: &[usize], [from, to]: [&[f64]; 2], d: &mut [
         let (Some([w, x, y, z]), Some(to)) = (slots(from, first), slots(to, first)) else {
             continue;
         };
-        let [scalar, vector @ ..] = product([w, -x, -y, -z], to);
-        // the half way is (a + x/4)/√(a² + b), and the square of it the whole: with t = |x|/(4 a), a = 1 - a² t²/3
-        let [scalar, sign] = if scalar < 0.0 {
-            [-scalar, -1.0]
+        let turned = product([w, -x, -y, -z], to);
+        let turned = if turned[0] < 0.0 {
+            turned.map(|component| -component)
         } else {
-            [scalar, 1.0]
+            turned
         };
-        let ratio = vector.map(|component| sign * component / (1.0 + scalar));
-        let square: f64 = ratio.iter().map(|ratio| ratio * ratio).sum();
-        let a = 2.0 / (1.0 + (1.0 + 4.0 / 3.0 * square).sqrt());
-        let components = [0.0, 4.0 * a * ratio[0], 4.0 * a * ratio[1], 4.0 * a * ratio[2]];
-        for (d, component) in d.iter_mut().skip(first).zip(components) {
-            *d = component;
-        }
+        put(increment(turned), first, d);
+    }
+}
+
+/// Writes the increments of rotations in the place of the changes of their quaternions, which are sums: to as many digits as these changes have. Beyond half
+/// a turn an increment is too long.
+pub(crate) fn from_changes(rotations: &[usize], from: &[f64], [d, d_low]: [&mut [f64]; 2]) {
+    for &first in rotations {
+        let (Some([w, x, y, z]), Some(change), Some(low)) =
+            (slots(from, first), slots(d, first), slots(d_low, first))
+        else {
+            continue;
+        };
+        let back = [w, -x, -y, -z];
+        let [change, low] = [change, low].map(|change| product(back, change));
+        let [scalar, x, y, z] = [0, 1, 2, 3].map(|k| change[k] + low[k]);
+        put(increment([1.0 + scalar, x, y, z]), first, d);
+    }
+    forget(rotations, d_low);
+}
+
+/// The increment of a quaternion.
+fn increment([scalar, vector @ ..]: [f64; 4]) -> [f64; 4] {
+    // the half way is (a + x/4)/√(a² + b), and the square of it the whole: with t = |x|/(4 a), a = 1 - a² t²/3
+    let ratio = vector.map(|component| component / (1.0 + scalar));
+    let square: f64 = ratio.iter().map(|ratio| ratio * ratio).sum();
+    let a = 2.0 / (1.0 + (1.0 + 4.0 / 3.0 * square).sqrt());
+    [0.0, 4.0 * a * ratio[0], 4.0 * a * ratio[1], 4.0 * a * ratio[2]]
+}
+
+/// Writes the numbers of a rotation.
+fn put(numbers: [f64; SLOTS], first: usize, to: &mut [f64]) {
+    for (to, number) in to.iter_mut().skip(first).zip(numbers) {
+        *to = number;
     }
 }
 
@@ -147,6 +173,30 @@ pub(crate) fn turn(
         }
     }
     keep_norm(rotations, [to, to_low]);
+}
+
+/// Moves positions, as sums, by increments. Nothing is allocated.
+pub(crate) fn move_sum(rotations: &[usize], [q, q_low]: [&mut [f64]; 2], d: &[f64]) {
+    let mut rotations_left = rotations;
+    let mut i = 0;
+    while i < d.len() {
+        if let Some((&first, others)) = rotations_left.split_first()
+            && first == i
+            && let (Some(hi), Some(lo), Some([_, x, y, z])) = (slots(q, i), slots(q_low, i), slots(d, i))
+        {
+            let by = less_one([x, y, z]);
+            let (moves, low) = (product(hi, by), product(lo, by));
+            for k in 0..SLOTS {
+                (q[i + k], q_low[i + k]) = plus((hi[k], lo[k]), (moves[k], low[k]));
+            }
+            rotations_left = others;
+            i += SLOTS;
+        } else {
+            (q[i], q_low[i]) = add((q[i], q_low[i]), d[i]);
+            i += 1;
+        }
+    }
+    keep_norm(rotations, [q, q_low]);
 }
 
 /// Takes away what rounding, or the truncation of a series, does to the norms of quaternions, which are sums: it would add up, and nothing else brings them
@@ -201,6 +251,18 @@ pub(crate) fn rates(first: usize, [q, v, a]: [&[f64]; 3]) -> [[f64; SLOTS]; 3] {
     let [turned, changed] = [product(rate, v), product(q, a)];
     let second = [0, 1, 2, 3].map(|k| 0.5 * (turned[k] + changed[k]));
     [q, rate, second]
+}
+
+/// Brings quaternions to the norm one.
+pub(crate) fn unit(rotations: &[usize], q: &mut [f64]) {
+    for &first in rotations {
+        if let Some(quaternion) = q.get_mut(first..first + SLOTS) {
+            let norm = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
+            for q in quaternion {
+                *q /= norm;
+            }
+        }
+    }
 }
 
 /// The rate of a position, from its velocity: that of a quaternion is `½ q∘(0, ω)`.

@@ -185,23 +185,11 @@ impl Given {
         })
     }
 
-    /// A position whose quaternions have the norm one; refuses what is not known of rotations.
+    /// A position whose quaternions have the norm one.
     fn of_norm_one(&self, declaration: &Declaration<'_>, mut q0: Vector) -> Result<Vector, SetupError> {
         let shape = declaration.shape();
         if shape.rotations.is_empty() {
             return Ok(q0);
-        }
-        if !matches!(
-            self.rule,
-            Rule::Paper { .. } | Rule::SecondOrder { .. } | Rule::Nodes { .. }
-        ) {
-            SetupError::for_rotations(shape, "a start by another motion (Start::exact)")?;
-        }
-        if self.projected && shape.holonomic > 0 {
-            SetupError::for_rotations(
-                shape,
-                "a start that is moved onto constraints of positions (Start::projected)",
-            )?;
         }
         match rotation::normalize(&shape.rotations, &mut q0) {
             Ok(()) => Ok(q0),

@@ -221,9 +221,22 @@ pub(super) fn project(
             rows.truncate(declaration.holonomic());
             rows
         };
-        solve(q.to_vec(), &inverse, q, &rows, &|q| {
-            rounding::phase_sizes(declaration, t, q, v)
-        })?
+        let rotations = &declaration.shape().rotations;
+        if rotations.is_empty() {
+            solve(q.to_vec(), &inverse, q, &rows, &|q| {
+                rounding::phase_sizes(declaration, t, q, v)
+            })?
+        } else {
+            // what is sought is the increment to the position on the constraints
+            let given = map(q, Tangent::splat);
+            let turned = |by: &[Tangent]| rows(&rotation::moved(rotations, &given, by));
+            let by = solve(vec![0.0; q.len()], &inverse, q, &turned, &|by| {
+                rounding::phase_sizes(declaration, t, &rotation::moved(rotations, q, by), v)
+            })?;
+            let mut q = rotation::moved(rotations, q, &by);
+            rotation::unit(rotations, &mut q);
+            q
+        }
     } else {
         q.to_vec()
     };

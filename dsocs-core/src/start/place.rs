@@ -3,7 +3,7 @@
 use super::{Determined, determined, third};
 use crate::number::point::{AnyLeg, AnyPoint};
 use crate::regularity::deficiency::{self, Deficiency};
-use crate::solve::Vector;
+use crate::solve::{Vector, rotation};
 use crate::tape::declaration::{Declaration, TableAt};
 
 /// A place on the way of a step.
@@ -56,12 +56,14 @@ impl Place {
         }
     }
 
-    /// A place between this one and another.
-    pub fn towards(&self, other: &Self, part: f64) -> Self {
+    /// A place between this one and another, or beyond it; quaternions of rotations are brought to the norm one.
+    pub fn towards(&self, rotations: &[usize], other: &Self, part: f64) -> Self {
         let between = |from: &Vector, to: &Vector| from.zip(to, |from, to| from + part * (to - from));
+        let mut q = between(&self.q, &other.q);
+        rotation::unit(rotations, &mut q);
         Self {
             t: self.t + part * (other.t - self.t),
-            q: between(&self.q, &other.q),
+            q,
             v: between(&self.v, &other.v),
             a: between(&self.a, &other.a),
         }

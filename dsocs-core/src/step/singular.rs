@@ -88,11 +88,12 @@ pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], near: &
     // a constraint that nearly depends on others is told from farther away: the motion is not straight there
     let least = if declaration.lower() > 0 { FALLS } else { VANISHES };
     // in steps from the first place
+    let rotations = &declaration.shape().rotations;
     let vanishes = |from: f64, to: f64, size: f64| {
         let count = f64::from(PLACES) * (to - from).abs();
         let mut parts = (1..=PLACES * 4).map(f64::from).take_while(|part| *part <= count);
         parts.any(|part| {
-            let place = places[0].towards(places[1], from + (to - from) * part / count);
+            let place = places[0].towards(rotations, places[1], from + (to - from) * part / count);
             let solved = place.solve(declaration, near);
             // a straight way may leave the declaration's domain, and then tells nothing
             solved.is_some_and(|solved| {
@@ -197,8 +198,9 @@ fn product(x: &[f64], y: &[f64]) -> f64 {
 /// The first singularity on a way through some places that no motion leads past, with accelerations looked for near one.
 #[cold]
 pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f64]) -> Option<Singularity> {
+    let rotations = &declaration.shape().rotations;
     let places = way.windows(2).flat_map(|ends| {
-        (0..PLACES).map(|place| ends[0].towards(&ends[1], f64::from(place) / f64::from(PLACES)))
+        (0..PLACES).map(|place| ends[0].towards(rotations, &ends[1], f64::from(place) / f64::from(PLACES)))
     });
     // a place without an acceleration is left out: it may be that of the singularity itself
     let solved: Vec<(Place, Determined)> = places
@@ -240,7 +242,7 @@ fn pole(
         // near that of either side, which it continues
         let near = from.1.motion.get(..from.0.q.len()).unwrap_or(&[]);
         let between = DIVISIONS.iter().find_map(|part| {
-            let place = from.0.towards(&to.0, *part);
+            let place = from.0.towards(&declaration.shape().rotations, &to.0, *part);
             let solved = place.solve(declaration, near)?;
             Some((place, solved))
         });

@@ -97,12 +97,6 @@ impl<'s> AnyTaylorFlow<'s> {
                 method: "the Taylor series (TaylorFlow)",
             });
         }
-        if shape.holonomic > 0 {
-            SetupError::for_rotations(
-                shape,
-                "the Taylor series (TaylorFlow) under a holonomic constraint",
-            )?;
-        }
         if declaration.sides() > 0 {
             SetupError::for_rotations(
                 shape,

@@ -109,8 +109,9 @@ impl Projection {
         self.is_affine = false;
     }
 
-    /// Brings a position and a velocity at a time back. Nothing is allocated.
+    /// Brings a position and a velocity at a time back; corrections of rotations are increments in the frames of their bodies. Nothing is allocated.
     pub fn apply(&mut self, equations: &dyn SeriesKernel, t: f64, state: &mut State) {
+        let rotations = &equations.kernel().shape().rotations;
         if self.counts[0] > 0 {
             self.shifted.0.copy_from_slice(state.q());
             for _ in 0..CORRECTIONS {
@@ -118,7 +119,11 @@ impl Projection {
                 let rows = &mut self.rows[..count * (1 + self.n)];
                 equations.phase_slopes(false, (t, state.q(), state.v()), rows);
                 let is_last = self.correct(count, state.q());
-                state.move_position(&self.shortest.by);
+                if rotations.is_empty() {
+                    state.move_position(&self.shortest.by);
+                } else {
+                    state.turn_position(rotations, &self.shortest.by);
+                }
                 if is_last {
                     break;
                 }

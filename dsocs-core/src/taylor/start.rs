@@ -4,6 +4,7 @@ use super::{TaylorFlow, Tolerance};
 use crate::number::compensated::Compensated;
 use crate::number::point::sized;
 use crate::run::{RunError, Stepper as _};
+use crate::solve::rotation;
 use crate::start::{Phase, Start};
 use crate::system::System;
 use crate::tape::declaration::Declaration;
@@ -39,7 +40,9 @@ impl<const N: usize> Start<N> {
             flow.reverse()?;
         }
         flow.to(begin + h)?;
-        let d = flow.exact_position().plus(&Compensated::exact(q0).negated());
+        let mut d = flow.exact_position().plus(&Compensated::exact(q0).negated());
+        let rotations = &system.kernel().shape().rotations;
+        rotation::from_changes(rotations, &q0, [&mut d.hi, &mut d.lo]);
         Ok(self.along(q0, [v0, a0], d, [t0, h]))
     }
 }

@@ -1,6 +1,7 @@
 //! Where a motion is: sums of positions and velocities, with any number of coordinates.
 
 use crate::number::compensated::{self, Compensated};
+use crate::solve::rotation;
 
 /// Position and velocity as sums whose rounding is carried along, and the acceleration by the series that leads there.
 #[derive(Clone, Debug)]
@@ -90,6 +91,12 @@ impl State {
     pub fn move_position(&mut self, by: &[f64]) {
         let [hi, lo] = self.parts().q;
         compensated::add_all(hi, lo, by);
+    }
+
+    /// Moves the position by an increment, which turns rotations. Nothing is allocated.
+    pub fn turn_position(&mut self, rotations: &[usize], by: &[f64]) {
+        let [hi, lo] = self.parts().q;
+        rotation::move_sum(rotations, [hi, lo], by);
     }
 
     /// Adds to the velocity.

@@ -44,6 +44,7 @@ mod regularity;
 mod reversal;
 mod roots;
 mod rotations;
+mod rotations_bound;
 mod rotations_composed;
 mod run;
 mod scenes;

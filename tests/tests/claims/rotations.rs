@@ -135,17 +135,14 @@ impl Motion {
                 .map(|(found, known)| (found - known).abs());
             apart.fold(0.0, f64::max)
         };
-        if !binds_positions(&text) {
-            let mut taylor =
-                AnyTaylorFlow::of_tape(&text.system, &start, Tolerance::relative(1e-15)).unwrap();
-            let run: &mut dyn Run = &mut taylor;
-            run.to(self.until).unwrap();
-            let mut node = OwnedNode::new(self.q0.len());
-            node.take(run);
-            let node = node.any();
-            let apart = largest(node.q, &self.q).max(largest(&node.v[1..], &self.v));
-            assert!(apart < 1e-11, "the Taylor series: {apart:e}");
-        }
+        let mut taylor = AnyTaylorFlow::of_tape(&text.system, &start, Tolerance::relative(1e-15)).unwrap();
+        let run: &mut dyn Run = &mut taylor;
+        run.to(self.until).unwrap();
+        let mut node = OwnedNode::new(self.q0.len());
+        node.take(run);
+        let node = node.any();
+        let apart = largest(node.q, &self.q).max(largest(&node.v[1..], &self.v));
+        assert!(apart < 1e-11, "the Taylor series: {apart:e}");
         let errors = [1.0, 0.5, 0.25, 0.125].map(|part| {
             let mut flow = AnyFlow::new(&text.system, part * h, &start).unwrap();
             flow.run_mut().to(self.until).unwrap();
@@ -169,12 +166,6 @@ impl Motion {
             }
         }
     }
-}
-
-/// Whether a constraint binds positions: such systems have no series here.
-fn binds_positions(text: &Text) -> bool {
-    let kernel: &dyn dsocs_core::Kernel = &text.system;
-    kernel.shape().holonomic > 0
 }
 
 /// The text of a matrix of parameters.
@@ -298,8 +289,8 @@ pub(crate) fn of_satellite(law: &str) -> String {
     )
 }
 
-#[test]
-fn a_satellite_under_a_lyapunov_row() {
+/// The satellite under one row, and its text.
+pub(crate) fn lyapunov(until: f64) -> (Motion, String) {
     const SHARE: f64 = 0.15;
     let motion = satellite(
         |error, w, momentum| {
@@ -308,7 +299,7 @@ fn a_satellite_under_a_lyapunov_row() {
             let wanted = plus(plus(error, damped), times(-1.0, cross(w, momentum)));
             times(dot(along, wanted) / dot(along, along), along)
         },
-        0.75,
+        until,
     );
     let text = of_satellite(
         "let s = w + 0.15 * e;
@@ -316,6 +307,12 @@ fn a_satellite_under_a_lyapunov_row() {
          kinematic = dot(lyapunov) + s.inner(damping * s) + 0.15 * e.norm_squared() - 0.15 * dot(e).inner(inertia * w);
          constraint_forces = [(0, s)];",
     );
+    (motion, text)
+}
+
+#[test]
+fn a_satellite_under_a_lyapunov_row() {
+    let (motion, text) = lyapunov(0.75);
     motion.holds(
         &text,
         0.025,
@@ -345,8 +342,8 @@ fn a_satellite_under_three_rows() {
     );
 }
 
-#[test]
-fn a_body_in_a_fluid() {
+/// A body in a fluid, and its text.
+pub(crate) fn fluid() -> (Motion, String) {
     let inertia = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.0, 0.2, 1.0]];
     let masses = [1.0, 2.0, 3.0];
     let hand = |y: &[f64; 13]| {
@@ -361,17 +358,21 @@ fn a_body_in_a_fluid() {
     };
     let q0: [f64; 7] = joined(&[&unit([1.0, 0.2, -0.3, 0.4]), &[0.1, 0.2, 0.3]]);
     let motion = Motion::by_hand(hand, (&q0, &[0.6, -0.3, 1.5, 0.5, -0.7, 0.4]), 4.0);
-    let text = |maps: &str| {
-        format!(
-            "parameters {{ inertia = {}, mass = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]] }}
-             coordinates(r: rotation, x: [3]);
-             let w = r.angular_velocity();
-             let u = r.inverse() * dot(x);
-             lagrangian = w.inner(inertia * w) / 2 + u.inner(mass * u) / 2;
-             {maps}",
-            written(&inertia)
-        )
-    };
+    let text = format!(
+        "parameters {{ inertia = {}, mass = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]] }}
+         coordinates(r: rotation, x: [3]);
+         let w = r.angular_velocity();
+         let u = r.inverse() * dot(x);
+         lagrangian = w.inner(inertia * w) / 2 + u.inner(mass * u) / 2;",
+        written(&inertia)
+    );
+    (motion, text)
+}
+
+#[test]
+fn a_body_in_a_fluid() {
+    let (motion, body) = fluid();
+    let text = |maps: &str| format!("{body} {maps}");
     // the mass varies with the rotation: the default is the midpoint, and the paper's map is of order 1
     motion.holds(
         &text(""),

@@ -151,7 +151,9 @@ fn is_symmetric_leg(model: &Model, graph: &mut Graph) -> bool {
         exchanged.insert(Leaf::Chord(i), graph.neg(chord));
     }
     let rotations = graph.rotations().to_vec();
-    let middles: Vec<_> = (rotations.iter()).map(|&first| (first, graph.middle(first))).collect();
+    let middles: Vec<_> = (rotations.iter())
+        .map(|&first| (first, graph.middle(first)))
+        .collect();
     let points = points_of_arriving(model, graph);
     let (mut exchange, mut merge) = (Substitution::new(&exchanged), Merge::default());
     let mut same = |left: &[NodeId], right: &[NodeId]| {
