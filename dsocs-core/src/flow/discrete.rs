@@ -556,7 +556,6 @@ impl Run for Discrete<'_> {
     }
 
     fn set_value(&mut self, place: usize, value: f64) -> Result<(), RunError> {
-        SetupError::for_rotations(self.shape(), "an input that changes (Inputs)")?;
         self.change(place, value)
     }
 }

@@ -46,6 +46,8 @@ mod roots;
 mod rotations;
 mod rotations_bound;
 mod rotations_composed;
+mod rotations_inputs;
+mod rotations_slip;
 mod run;
 mod scenes;
 mod scenes_table;

@@ -1,0 +1,172 @@
+//! Dry friction whose slip depends on the attitude of a body: where the slip turns round, and where it is held.
+
+use dsocs_core::text::Text;
+use dsocs_core::{AnyFlow, AnyStart, OwnedNode, Run, Unresolved};
+
+use crate::dop853;
+use crate::rotations::{Vector, cross, dot, joined, matrix, part, plus, rate, times, unit};
+
+const INERTIA: Vector = [2.0, 1.5, 1.0];
+const ARM: Vector = [0.2, 0.5, 1.0];
+
+/// A heavy top with friction: where it slips, and the torque of a unit force against that, in the frame of the body.
+struct Top {
+    slip: fn([f64; 4], Vector) -> f64,
+    lever: fn([f64; 4]) -> Vector,
+    friction: f64,
+}
+
+impl Top {
+    /// The rate of attitude and angular velocity, under a friction.
+    fn rate(&self, y: &[f64; 7], friction: f64) -> [f64; 7] {
+        let (q, w) = (part(y, 0), part(y, 4));
+        let a = self.acceleration(q, w, friction);
+        joined(&[&rate(q, w), &a])
+    }
+
+    fn acceleration(&self, q: [f64; 4], w: Vector, friction: f64) -> Vector {
+        let momentum = [0, 1, 2].map(|i| INERTIA[i] * w[i]);
+        let weight = cross(matrix(q)[2], ARM);
+        let torque = plus(plus(cross(momentum, w), weight), times(friction, (self.lever)(q)));
+        [0, 1, 2].map(|i| torque[i] / INERTIA[i])
+    }
+
+    fn slip(&self, y: &[f64; 7]) -> f64 {
+        (self.slip)(part(y, 0), part(y, 4))
+    }
+
+    /// The friction that holds, where the slip changes with the angular velocity as the lever says.
+    fn holding(&self, y: &[f64; 7]) -> f64 {
+        let by = |friction: f64| {
+            // the rate of the slip along the motion
+            let beside = |s: f64| {
+                let r = self.rate(y, friction);
+                let moved: [f64; 7] = core::array::from_fn(|i| y[i] + s * r[i]);
+                (self.slip)(unit(part(&moved, 0)), part(&moved, 4))
+            };
+            (beside(1e-5) - beside(-1e-5)) / 2e-5
+        };
+        let (none, one) = (by(0.0), by(1.0));
+        none / (none - one)
+    }
+
+    /// The motion in pieces: with a friction against the slip, and with one that holds it.
+    fn motion(&self, mut y: [f64; 7], until: f64) -> ([f64; 7], Vec<f64>) {
+        let (mut t, mut events) = (0.0, Vec::new());
+        // none where it is held
+        let mut side = Some(self.slip(&y).signum());
+        let go = |y: [f64; 7], dt: f64, side: Option<f64>| {
+            let friction = |y: &[f64; 7]| side.map_or_else(|| self.holding(y), |side| -side * self.friction);
+            dop853::integrate_from(|_, y| self.rate(&y, friction(&y)), (0.0, y), dt, 1e-12)
+        };
+        while t < until - 1e-12 {
+            let step = f64::min(0.01, until - t);
+            // what is left to the end of this piece
+            let left = |y: &[f64; 7]| match side {
+                Some(side) => side * self.slip(y),
+                None => self.friction - self.holding(y).abs(),
+            };
+            let next = go(y, step, side);
+            if left(&next) >= 0.0 {
+                (y, t) = (next, t + step);
+                continue;
+            }
+            let (mut before, mut beyond) = (0.0, step);
+            for _ in 0..45 {
+                let middle = 0.5 * (before + beyond);
+                if left(&go(y, middle, side)) < 0.0 {
+                    beyond = middle;
+                } else {
+                    before = middle;
+                }
+            }
+            y = go(y, beyond, side);
+            t += beyond;
+            events.push(t);
+            side = match side {
+                Some(_) if self.holding(&y).abs() < self.friction => None,
+                Some(side) => Some(-side),
+                None => Some(-self.holding(&y).signum()),
+            };
+        }
+        (y, events)
+    }
+
+    /// The errors of the step at the end of a motion are of second order, whatever part of a step an event is at.
+    #[track_caller]
+    fn holds(&self, force: &str, until: f64, (least, bound): (usize, f64)) -> Vec<Option<Unresolved>> {
+        let y0: [f64; 7] = joined(&[&unit([1.0, 0.3, -0.4, 0.2]), &[0.6, -0.3, 2.0]]);
+        let (end, events) = self.motion(y0, until);
+        println!("{events:?}");
+        assert!(events.len() >= least, "{events:?}");
+        let text = format!(
+            "parameters {{ arm = {ARM:?}, friction = {:?} }}
+             coordinates(r: rotation);
+             let w = r.angular_velocity();
+             lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 - (r * arm)[2];
+             {force}",
+            self.friction
+        );
+        let text = Text::parse("top", &text).unwrap_or_else(|error| panic!("{error}"));
+        let start = AnyStart::second_order(&y0[..4], &[0.0, y0[4], y0[5], y0[6]]);
+        let steps = (0..6).map(|halvings| 0.02 * 0.5_f64.powi(halvings));
+        let told = steps.map(|h| {
+            let mut flow = AnyFlow::new(&text.system, h, &start).unwrap();
+            flow.run_mut().to(until).unwrap();
+            let mut node = OwnedNode::new(4);
+            node.take(flow.run());
+            let found = node.any();
+            let apart = found
+                .q
+                .iter()
+                .zip(&end)
+                .map(|(found, known)| (found - known).abs());
+            let apart = apart.fold(0.0, f64::max);
+            println!(
+                "{h}: {apart:e}, {} h², {:?}",
+                apart / (h * h),
+                flow.run().unresolved()
+            );
+            assert!(apart < bound * h * h, "{h}: {apart:e}");
+            flow.run().unresolved()
+        });
+        told.collect()
+    }
+}
+
+#[test]
+fn a_slip_that_turns_round() {
+    for (friction, bound) in [(0.1, 0.04), (0.5, 0.3)] {
+        let top = Top {
+            slip: |q, w| dot(matrix(q)[0], cross(w, ARM)),
+            lever: |q| cross(ARM, matrix(q)[0]),
+            friction,
+        };
+        let told = top.holds(
+            "let slip = (r * w.cross(arm))[0];
+             external_forces = arm.cross(r.inverse() * [-friction * slip.signum(), 0, 0]);",
+            3.0,
+            (2, bound),
+        );
+        // and each run says where the force has jumped
+        assert!(
+            told.iter().all(|told| told.is_some_and(|told| told.steps >= 2)),
+            "{told:?}"
+        );
+    }
+}
+
+#[test]
+fn a_slip_about_a_vertical_axis_is_held_and_let_go() {
+    let top = Top {
+        slip: |q, w| dot(matrix(q)[2], w),
+        lever: |q| matrix(q)[2],
+        friction: 0.8,
+    };
+    top.holds(
+        "let turn = r.inverse() * [0, 0, 1];
+         external_forces = -friction * w.inner(turn).signum() * turn;",
+        6.0,
+        (1, 1.0),
+    );
+}
