@@ -179,6 +179,50 @@ pub(crate) fn check<'d>(declaration: &'d Declaration, fields: &'d Fields, errors
     for (name, kind) in lets(before).chain(coordinates).chain(lets(after)).chain(fields) {
         add(name, kind);
     }
+    if let Some(coordinates) = declaration.coordinates.given() {
+        for name in &coordinates.names {
+            // what is wrong is reported, and what is declared can be read all the same
+            let _ = check_column(name, name, &coordinates.names, errors);
+        }
+    }
+}
+
+/// Refuses the name of a coordinate or of what is observed, at the tokens that say it, if a run's table has another column of this name.
+pub(crate) fn check_column(
+    name: &Ident,
+    tokens: &Ident,
+    coordinates: &[Ident],
+    errors: &Errors,
+) -> Result<(), Reported> {
+    let text = name.to_string();
+    let of_coordinate = |(prefix, what): (&str, &str)| {
+        let coordinate = text.strip_prefix(prefix)?;
+        let is_known = coordinates.iter().any(|known| known == coordinate);
+        is_known.then(|| format!("{what} of `{coordinate}`"))
+    };
+    let is_multiplier = |text: &str| {
+        let number = text.strip_prefix("lambda_");
+        number.is_some_and(|number| !number.is_empty() && number.chars().all(|digit| digit.is_ascii_digit()))
+    };
+    let what = match text.as_str() {
+        "energy" => Some("the energy".to_owned()),
+        "regularity_forward" | "regularity_backward" => Some("the regularity".to_owned()),
+        text if is_multiplier(text) => Some("a multiplier".to_owned()),
+        _ => [
+            ("v_", "the velocity"),
+            ("force_", "the force"),
+            ("error_", "the error"),
+        ]
+        .into_iter()
+        .find_map(of_coordinate),
+    };
+    match what {
+        Some(what) => Err(errors.at(
+            tokens,
+            format!("in the table of a run `{text}` is the column of {what}; expected another name"),
+        )),
+        None => Ok(()),
+    }
 }
 
 fn check_reserved(name: &Ident, errors: &Errors) -> Result<(), Reported> {

@@ -12,6 +12,10 @@ use crate::graph::Leaf;
 use crate::names::Binding;
 use crate::syntax::{bare, plain_name};
 
+/// What is said of an index after a rotation.
+const OF_ROTATION: &str = "the components of a rotation have no names, since `q` and `-q` are the same one; expected those of its matrix, `r.matrix()[0][0]`, or of \
+                           what it turns, `(r * c)[0]`";
+
 impl Lowering<'_> {
     /// The value of an integer expression of literals and indices.
     pub(super) fn integer(&self, expr: &Expr) -> Option<i64> {
@@ -133,6 +137,9 @@ impl Lowering<'_> {
             if value.rank() > 0 {
                 return self.component(&value, base, &index.index);
             }
+            if matches!(value, Value::Rotation(_)) {
+                return Err(self.errors.at(&index.expr, OF_ROTATION));
+            }
             let message = "expected a vector before the index, found a number";
             return Err(self.errors.at(&index.expr, message));
         }
@@ -209,7 +216,9 @@ impl Lowering<'_> {
             Binding::Let(Ok(Value::Vector(_) | Value::Matrix(_)) | Err(_))
             | Binding::Array(_)
             | Binding::Field(_) => return Ok(()),
-            Binding::Rotation(_) => "its components have no names".to_owned(),
+            Binding::Rotation(_) | Binding::Let(Ok(Value::Rotation(_))) => {
+                return Err(self.errors.at(name, OF_ROTATION));
+            }
             Binding::Coordinate(_) | Binding::Let(_) | Binding::Index(_) | Binding::NodeTime(_) => {
                 "it stands without an index".to_owned()
             }

@@ -9,7 +9,7 @@ use super::value::Value;
 use crate::ast::{Branch, Observe, Scalar};
 use crate::errors::Reported;
 use crate::graph::NodeId;
-use crate::names::Binding;
+use crate::names::{Binding, check_column};
 use crate::nearest::did_you_mean;
 use crate::syntax::{bare, plain_name};
 
@@ -160,6 +160,7 @@ impl Lowering<'_> {
                 let message = format!("the components of this vector are observed by numbered names, and `{own}` has a meaning already; expected another name");
                 return Err(self.errors.at(name, message));
             }
+            check_column(&own, name, self.coordinates, self.errors)?;
             Ok(Observed {
                 name: own,
                 of: name.clone(),

@@ -70,7 +70,19 @@ pub(super) fn read(
         let is_rotation = argument.length.as_ref().and_then(plain_name);
         let is_rotation = is_rotation.is_some_and(|word| word == "rotation");
         let brackets = argument.length.filter(|_| !is_rotation);
-        let length = brackets.map(|brackets| length(&brackets, errors)).transpose();
+        let length = brackets.map(|brackets| match (&name, like_a_rotation(&brackets)) {
+            (Ok(name), Some(Meant::One)) => {
+                Err(errors.at(&brackets, format!("expected `{name}: rotation`, for a body that turns in space")))
+            }
+            (Ok(name), Some(Meant::Several)) => {
+                let message = format!(
+                    "rotations have no arrays, so far; expected each by its own name, `{name}0: rotation, {name}1: rotation`"
+                );
+                Err(errors.at(&brackets, message))
+            }
+            _ => length(&brackets, errors),
+        });
+        let length = length.transpose();
         match (name, length) {
             (Ok(name), Ok(length)) => {
                 coordinates.add(name, (length, is_rotation), doc(&argument.attributes));
@@ -130,6 +142,29 @@ fn name(expr: &Expr, errors: &Errors) -> Result<Ident, Reported> {
         ));
     }
     Err(errors.at(expr, "expected the name of a coordinate"))
+}
+
+/// What is meant by something that is no `rotation`, and looks like one.
+enum Meant {
+    One,
+    Several,
+}
+
+/// `Rotation`, `quaternion`, `[rotation; 2]`
+fn like_a_rotation(expr: &Expr) -> Option<Meant> {
+    let is_one = |expr: &Expr| {
+        plain_name(bare(expr)).is_some_and(|word| {
+            let word = word.to_string().to_lowercase();
+            word.contains("rotation")
+                || ["quaternion", "attitude", "orientation", "so3"].contains(&word.as_str())
+        })
+    };
+    match bare(expr) {
+        Expr::Repeat(repeat) if is_one(&repeat.expr) => Some(Meant::Several),
+        Expr::Array(array) if array.elems.first().is_some_and(is_one) => Some(Meant::Several),
+        expr if is_one(expr) => Some(Meant::One),
+        _ => None,
+    }
 }
 
 /// `[3]`

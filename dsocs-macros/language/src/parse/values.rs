@@ -130,7 +130,7 @@ pub(super) fn read_names(value: Expr, errors: &Errors) -> Result<Vec<Result<Iden
     let Expr::Array(array) = value else {
         return Err(errors.at(
             value,
-            "expected a list of names in brackets, `observe = [energy, momentum];`",
+            "expected a list of names in brackets, `observe = [height, momentum];`",
         ));
     };
     let names = array.elems.iter().map(|element| {

@@ -152,7 +152,18 @@ fn what_is_no_operation_of_rotations_is_refused_at_its_place() {
             "let e = r.sin(); observe = [e];",
             "expected a number before `.sin(…)`, found a rotation",
         ),
-        ("let e = r[0]; observe = [e];", "its components have no names"),
+        (
+            "let e = r[0]; observe = [e];",
+            "the components of a rotation have no names",
+        ),
+        (
+            "let e = (r * r)[0]; observe = [e];",
+            "the components of a rotation have no names",
+        ),
+        (
+            "let s2 = r * r; let e = s2[0]; observe = [e];",
+            "the components of a rotation have no names",
+        ),
         ("let e = r_w; observe = [e];", "no name `r_w` is known here"),
         ("let e = r.norm(); observe = [e];", "a rotation has no `norm`"),
         (
@@ -203,4 +214,89 @@ fn what_is_no_operation_of_rotations_is_refused_at_its_place() {
             "{statements}\n{mistakes:?}"
         );
     }
+}
+
+#[test]
+fn what_looks_like_a_rotation_is_told_at_its_place() {
+    for (coordinates, at, message) in [
+        ("r: Rotation", "Rotation", "expected `r: rotation`"),
+        ("r: Quaternion", "Quaternion", "expected `r: rotation`"),
+        ("x, r: [rotation; 2]", "[rotation; 2]", "rotations have no arrays"),
+        ("x, r: [rotation]", "[rotation]", "rotations have no arrays"),
+        ("x: f64", "f64", "expected the number of coordinates in brackets"),
+    ] {
+        let text = format!("coordinates({coordinates}); lagrangian = 0;");
+        let mistakes = read("body", &text, &[]).map(drop).unwrap_err();
+        let mistake = &mistakes[0];
+        assert!(mistake.message.contains(message), "{coordinates}: {mistakes:?}");
+        assert_eq!(
+            &text[mistake.column - 1..mistake.end_column - 1],
+            at,
+            "{coordinates}"
+        );
+    }
+}
+
+#[test]
+fn columns_of_one_name_are_refused() {
+    for (declaration, at, message) in [
+        (
+            "coordinates(x, v_x); lagrangian = dot(x).powi(2) + dot(v_x).powi(2);",
+            "v_x",
+            "the velocity of `x`",
+        ),
+        (
+            "coordinates(force_x, x); lagrangian = dot(x).powi(2) + dot(force_x).powi(2);",
+            "force_x",
+            "the force of `x`",
+        ),
+        (
+            "coordinates(w, v: rotation); lagrangian = dot(w).powi(2) + v.angular_velocity().norm_squared();",
+            "v",
+            "`v_w` is the column of the velocity of `w`",
+        ),
+        (
+            "coordinates(r: rotation, v_r_x); lagrangian = dot(v_r_x).powi(2) + r.angular_velocity().norm_squared();",
+            "v_r_x",
+            "the velocity of `r_x`",
+        ),
+        (
+            "coordinates(energy); lagrangian = dot(energy).powi(2);",
+            "energy",
+            "the column of the energy",
+        ),
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2); let energy = dot(x).powi(2); observe = [energy];",
+            "energy",
+            "the column of the energy",
+        ),
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2); let v_x = dot(x); observe = [v_x];",
+            "v_x",
+            "the velocity of `x`",
+        ),
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2); let lambda = [x, 2 * x]; observe = [lambda];",
+            "lambda",
+            "`lambda_0` is the column of a multiplier",
+        ),
+    ] {
+        let mistakes = read("body", declaration, &[]).map(drop).expect_err(declaration);
+        let mistake = &mistakes[0];
+        assert!(mistake.message.contains(message), "{declaration}: {mistakes:?}");
+        assert_eq!(
+            &declaration[mistake.column - 1..mistake.end_column - 1],
+            at,
+            "{declaration}"
+        );
+    }
+    // a `let` that is not observed has no column
+    assert!(
+        read(
+            "body",
+            "coordinates(x); let energy = dot(x).powi(2); lagrangian = energy;",
+            &[]
+        )
+        .is_ok()
+    );
 }

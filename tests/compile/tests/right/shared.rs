@@ -40,9 +40,9 @@ struct Free {
 #[dsocs {
     use self::oscillator;
     use nothing;
-    /// The energy [J].
-    let energy = kinetic + stiffness * x.powi(2) / 2;
-    observe = [energy];
+    /// The energy, written out [J].
+    let whole = kinetic + stiffness * x.powi(2) / 2;
+    observe = [whole];
     use damping;
 }]
 struct Damped<T> {
@@ -59,9 +59,9 @@ struct Damped<T> {
     let kinetic = mass * dot(x).powi(2) / 2;
     lagrangian = kinetic - stiffness * x.powi(2) / 2;
     external_forces = -friction * dot(x);
-    /// The energy [J].
-    let energy = kinetic + stiffness * x.powi(2) / 2;
-    observe = [energy];
+    /// The energy, written out [J].
+    let whole = kinetic + stiffness * x.powi(2) / 2;
+    observe = [whole];
 }]
 struct Written {
     mass: f64,
