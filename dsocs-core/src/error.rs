@@ -106,7 +106,10 @@ pub enum SetupError {
         t0: f64,
     },
     /// A vector of the start has not one component for each coordinate.
-    #[error("the start's {vector} has {found} components, but there are {coordinates} coordinates")]
+    #[error(
+        "the start's {vector} has {found} components, but {}",
+        expected_components(.vector, *.coordinates, *.rotations)
+    )]
     StartLength {
         /// Which vector.
         vector: &'static str,
@@ -114,6 +117,8 @@ pub enum SetupError {
         found: usize,
         /// How many coordinates there are.
         coordinates: usize,
+        /// How many of their numbers are the first of a rotation's quaternion.
+        rotations: usize,
     },
     /// A component of the start is infinite or not a number.
     #[error("component `{coordinate}` of the start's {vector} is {value}; it must be finite")]
@@ -277,12 +282,12 @@ pub enum SetupError {
         method: &'static str,
     },
     /// The method knows coordinates that are numbers.
-    #[error(
-        "{method} knows coordinates that are numbers, so far, and one here is a rotation: take the discrete flow (Flow), which has an error of h²"
-    )]
+    #[error("{method} knows coordinates that are numbers, so far, and one here is a rotation: {instead}")]
     Rotation {
         /// The method.
         method: &'static str,
+        /// What to take in its place.
+        instead: &'static str,
     },
     /// The start's quaternion is none of norm one.
     #[error(
@@ -340,14 +345,33 @@ pub enum SetupError {
 
 crate::debug_is_message!(SetupError);
 
+/// What to take in the place of a derivative along rotations.
+pub(crate) const DIFFERENCES: &str = "compare runs that begin a little apart, or whose parameters are a little different (differences of Flow or TaylorFlow)";
+
+/// What to take in the place of a linear model with rotations.
+pub(crate) const BY_ANGLES: &str =
+    "write the attitude by three angles there, away from where they are singular";
+
 impl SetupError {
-    /// Refuses a system with rotations.
-    pub(crate) fn for_rotations(shape: &Shape, method: &'static str) -> Result<(), Self> {
+    /// Refuses a system with rotations, and says what to take in the place of a method.
+    pub(crate) fn for_rotations(shape: &Shape, [method, instead]: [&'static str; 2]) -> Result<(), Self> {
         if shape.rotations.is_empty() {
             Ok(())
         } else {
-            Err(Self::Rotation { method })
+            Err(Self::Rotation { method, instead })
         }
+    }
+}
+
+/// How many components a vector of the start is to have.
+fn expected_components(vector: &str, coordinates: usize, rotations: usize) -> String {
+    if rotations == 0 {
+        format!("there are {coordinates} coordinates")
+    } else if vector.starts_with('q') {
+        format!("{coordinates} are expected: of a rotation the four of a unit quaternion (w, x, y, z)")
+    } else {
+        let count = coordinates - rotations;
+        format!("{count} are expected: of a rotation three, in the frame of its body")
     }
 }
 

@@ -56,8 +56,8 @@ impl<'s, const N: usize> Flow<'s, N> {
     /// As [`Flow::new`]; and [`SetupError::StartLength`] if the system has another number of coordinates than the start.
     pub fn of(system: &'s dyn Kernel, h: f64, start: Start<N>) -> Result<Self, SetupError> {
         let start = AnyStart::from(start);
-        start.fits(system.shape())?;
-        Ok(Self(Discrete::new(system, values_of(system), h, &start.0)?))
+        let start = start.fitted(system.shape())?;
+        Ok(Self(Discrete::new(system, values_of(system), h, &start)?))
     }
 
     /// The run without its number of coordinates.

@@ -571,10 +571,8 @@ impl Entry {
         parameters: &[Varied],
         sink: &mut dyn FnMut(usize, &Row<'_>),
     ) -> bool {
-        let coordinates = &self.description.coordinates;
-        let all_fit = beginnings
-            .iter()
-            .all(|beginning| beginning.fits(coordinates).is_ok());
+        let shape = self.kernel().shape();
+        let all_fit = beginnings.iter().all(|beginning| beginning.fits(shape).is_ok());
         all_fit && self.system.ends(plan, beginnings, parameters, sink)
     }
 
@@ -604,16 +602,16 @@ impl Entry {
     /// [`CheckFailure`] if the motion cannot be computed.
     pub fn check(&self, settings: &Settings<'_>) -> Result<Vec<Finding>, CheckFailure> {
         let own = self.until.abs() * settings.h.signum();
-        let coordinates = &self.description.coordinates;
-        beginning::fits("q0", settings.q0, coordinates)?;
-        beginning::fits("v0", settings.v0, coordinates)?;
+        let shape = self.kernel().shape();
+        beginning::fits("q0", settings.q0, shape)?;
+        beginning::fits("v0", settings.v0, shape)?;
         if self.system.kernel().shape().is_of_third_order() {
             let a0 = settings.a0.ok_or(SetupError::FreeAcceleration)?;
-            beginning::fits("a0", a0, coordinates)?;
+            beginning::fits("a0", a0, shape)?;
             return check::third::check_to(self.system.kernel(), self.expected(), settings, own);
         }
         if let Some(a0) = settings.a0 {
-            beginning::fits("a0", a0, coordinates)?;
+            beginning::fits("a0", a0, shape)?;
         }
         let motions: &dyn Motions = &*self.system;
         check::check_to(motions, &self.symmetries, self.expected(), settings, own)
@@ -621,9 +619,9 @@ impl Entry {
 
     /// The position and the velocity of settings, moved onto the constraints by the smallest change.
     pub(crate) fn moved(&self, settings: &Settings<'_>) -> Result<[Vec<f64>; 2], CheckFailure> {
-        let coordinates = &self.description.coordinates;
-        beginning::fits("q0", settings.q0, coordinates)?;
-        beginning::fits("v0", settings.v0, coordinates)?;
+        let shape = self.kernel().shape();
+        beginning::fits("q0", settings.q0, shape)?;
+        beginning::fits("v0", settings.v0, shape)?;
         check::projected(&*self.system, settings)
     }
 

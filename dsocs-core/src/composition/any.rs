@@ -33,8 +33,8 @@ impl<'s> AnyComposedFlow<'s> {
         method: Composition,
         start: &AnyStart,
     ) -> Result<Self, SetupError> {
-        start.fits(system.shape())?;
-        let run = Composed::new((system, values_of(system)), None, h, method, &start.0);
+        let start = start.fitted(system.shape())?;
+        let run = Composed::new((system, values_of(system)), None, h, method, &start);
         Ok(Self(run?))
     }
 

@@ -6,7 +6,7 @@ use super::error::DerivativeError;
 use super::kept::{Checkpoints, Kept, keep_last};
 use super::motion::{Recording, Stretch};
 use super::start::{Accelerated, First};
-use crate::error::SetupError;
+use crate::error::{DIFFERENCES, SetupError};
 use crate::flow::discrete::{Discrete, values_of};
 use crate::kernel::Kernel;
 use crate::run::{AnyNode, Node, OwnedNode, Run, RunError, inputs};
@@ -198,8 +198,8 @@ impl<'s> AnyPath<'s> {
         t: f64,
         memory: usize,
     ) -> Result<Self, DerivativeError> {
-        start.fits(system.shape()).map_err(RunError::from)?;
-        run(system, h, &start.0, t, memory)
+        let start = start.fitted(system.shape()).map_err(RunError::from)?;
+        run(system, h, &start, t, memory)
     }
 
     /// Runs with inputs that are held on each leg: `values[k]` are the values of the parameters `inputs` on the leg from node `k` to node
@@ -215,8 +215,8 @@ impl<'s> AnyPath<'s> {
         inputs: &[&str],
         values: &[&[f64]],
     ) -> Result<Self, DerivativeError> {
-        start.fits(system.shape()).map_err(RunError::from)?;
-        plan(system, h, &start.0, inputs, values)
+        let start = start.fitted(system.shape()).map_err(RunError::from)?;
+        plan(system, h, &start, inputs, values)
     }
 
     /// The last node.
@@ -256,7 +256,8 @@ fn run<'s>(
         let method = "the derivative of a run (Path)";
         return Err(RunError::from(SetupError::ThirdOrder { method }).into());
     }
-    SetupError::for_rotations(kernel.shape(), "the derivative of a run (Path)").map_err(RunError::from)?;
+    SetupError::for_rotations(kernel.shape(), ["the derivative of a run (Path)", DIFFERENCES])
+        .map_err(RunError::from)?;
     let mut flow = Discrete::new(kernel, values_of(kernel), h, start).map_err(RunError::from)?;
     let end = flow.clock().until(t)?;
     let count = end

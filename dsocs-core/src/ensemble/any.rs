@@ -120,7 +120,10 @@ impl<'a> AnyEnsemble<'a> {
                 method: "an ensemble (Ensemble)",
             });
         }
-        SetupError::for_rotations(kernel.shape(), "an ensemble (Ensemble)")?;
+        SetupError::for_rotations(
+            kernel.shape(),
+            ["an ensemble (Ensemble)", "take a run for each start (Flow)"],
+        )?;
         check(&Declaration::of(kernel), h)?;
         Ok(Self {
             kernel,

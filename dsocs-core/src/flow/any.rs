@@ -50,8 +50,8 @@ impl<'s> AnyFlow<'s> {
     ///
     /// As [`Flow::new`](crate::Flow::new); and [`SetupError::StartLength`] if the start has another number of coordinates.
     pub fn new(system: &'s dyn Kernel, h: f64, start: &AnyStart) -> Result<Self, SetupError> {
-        start.fits(system.shape())?;
-        Ok(Self(Discrete::new(system, values_of(system), h, &start.0)?))
+        let start = start.fitted(system.shape())?;
+        Ok(Self(Discrete::new(system, values_of(system), h, &start)?))
     }
 
     /// The number of the last position that is known: one more than that of the node where the run stands.

@@ -11,7 +11,7 @@ use super::error::LinearizationError;
 use super::model::LinearModel;
 use super::ports::Ports;
 use super::slopes::At;
-use crate::error::SetupError;
+use crate::error::{BY_ANGLES, SetupError};
 use crate::flow::discrete::values_of;
 use crate::kernel::Kernel;
 use crate::number::message::Numbers;
@@ -328,7 +328,13 @@ impl<'s> EquilibriumSearch<'s> {
     /// Checks that a guess and the parameters can be used.
     fn check(&self, guess: &[f64]) -> Result<(), EquilibriumError> {
         let shape = self.system.shape();
-        SetupError::for_rotations(shape, "a search for states of rest (linear::EquilibriumSearch)")?;
+        SetupError::for_rotations(
+            shape,
+            [
+                "a search for states of rest (linear::EquilibriumSearch)",
+                BY_ANGLES,
+            ],
+        )?;
         if guess.len() != shape.dimension() {
             return Err(EquilibriumError::Length {
                 found: guess.len(),
@@ -356,7 +362,7 @@ impl<'s> EquilibriumSearch<'s> {
                 method: "a linear model (linear::OperatingPoint)",
             }));
         }
-        SetupError::for_rotations(shape, "a linear model (linear::OperatingPoint)")
+        SetupError::for_rotations(shape, ["a linear model (linear::OperatingPoint)", BY_ANGLES])
             .map_err(LinearizationError::Setup)?;
         start::check_determined(declaration, (at.t, at.q, at.v), at.a)?;
         continuous::linearized(declaration, at, &Ports::of(shape, None, None)?)

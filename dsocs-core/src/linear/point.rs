@@ -6,7 +6,7 @@ use super::model::LinearModel;
 use super::ports::Ports;
 use super::slopes::At;
 use super::step;
-use crate::error::SetupError;
+use crate::error::{BY_ANGLES, SetupError};
 use crate::geometry::solvable;
 use crate::kernel::Kernel;
 use crate::start::{self, AnyStart, Phase};
@@ -107,11 +107,11 @@ impl<'s> OperatingPoint<'s> {
                 method: "a linear model (linear::OperatingPoint)",
             }));
         }
-        SetupError::for_rotations(shape, "a linear model (linear::OperatingPoint)")
+        SetupError::for_rotations(shape, ["a linear model (linear::OperatingPoint)", BY_ANGLES])
             .map_err(LinearizationError::Setup)?;
-        self.start.fits(shape)?;
+        let start = self.start.fitted(shape)?;
         start::check_parameters(&declaration)?;
-        let phase = self.start.0.phase(&declaration)?;
+        let phase = start.phase(&declaration)?;
         let state = (phase.t0, &phase.q0[..], &phase.v0[..]);
         let (a, multipliers) = start::state(&declaration, state, phase.near.as_deref())?;
         start::check_determined(&declaration, state, &a)?;

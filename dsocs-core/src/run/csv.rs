@@ -9,7 +9,8 @@ use crate::system::System;
 use crate::tape::declaration::Declaration;
 
 /// Writes the nodes of a run as comma-separated values, one in a line: the time, position, velocity, constraint force, energy, observed
-/// expressions and multipliers, under the names that they have in the tables of the command line (`t,x,v_x,force_x,energy,lambda_0`).
+/// expressions and multipliers, under the names that they have in the tables of the command line (`t,x,v_x,force_x,energy,lambda_0`). Of a rotation `r` these are the
+/// quaternion `r_w,r_x,r_y,r_z` and, in the frame of the body, `v_r_x,v_r_y,v_r_z` and `force_r_x,force_r_y,force_r_z`.
 ///
 /// Each number has the shortest form that reads back the same. The writer is an observer, so that a run of any length needs no memory:
 ///
@@ -56,7 +57,9 @@ impl<'s, W: Write> CsvWriter<'s, W> {
         let shape = declaration.shape();
         let mut names = vec!["t".to_owned()];
         for before in ["", "v_", "force_"] {
-            names.extend(shape.coordinates.iter().map(|q| format!("{before}{}", q.name)));
+            let coordinates = shape.coordinates.iter().enumerate();
+            let shown = coordinates.filter(|(i, _)| before.is_empty() || shape.moves(*i));
+            names.extend(shown.map(|(_, q)| format!("{before}{}", q.name)));
         }
         names.push("energy".to_owned());
         names.extend(shape.observables.iter().map(|known| known.name.to_string()));
@@ -81,15 +84,15 @@ impl<'s, W: Write> CsvWriter<'s, W> {
         let mut observed = vec![f64::NAN; declaration.shape().observables.len()];
         declaration.observe(node.point(), &mut observed);
         let multipliers = declaration.multipliers(node);
-        let vectors = [
-            node.q,
-            node.v,
-            node.force,
-            &[node.energy],
-            &observed,
-            &multipliers,
-        ];
-        let numbers = core::iter::once(&node.t).chain(vectors.into_iter().flatten());
+        let shape = declaration.shape();
+        let moving = |vector| shape.moving(vector);
+        let numbers = core::iter::once(&node.t)
+            .chain(node.q)
+            .chain(moving(node.v))
+            .chain(moving(node.force))
+            .chain([&node.energy])
+            .chain(&observed)
+            .chain(&multipliers);
         for (place, number) in numbers.enumerate() {
             let begin = self.line.len();
             let comma = if place > 0 { "," } else { "" };

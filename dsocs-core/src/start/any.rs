@@ -1,5 +1,7 @@
 //! A start with any number of coordinates.
 
+use std::borrow::Cow;
+
 use super::begin::{Given, Rule};
 use super::sized::Start;
 use super::third::Free;
@@ -7,7 +9,8 @@ use crate::error::SetupError;
 use crate::solve::Vector;
 use crate::tape::Shape;
 
-/// A [`Start`](crate::Start) with any number of coordinates: each vector is a slice with one component for each.
+/// A [`Start`](crate::Start) with any number of coordinates: each vector is a slice with one component for each. Of a rotation, a position has the four numbers of
+/// a unit quaternion, the scalar first; a velocity, an acceleration or a force has three numbers in the frame of the body, or a zero and these three.
 #[derive(Clone, Debug)]
 #[must_use]
 pub struct AnyStart(pub(crate) Given);
@@ -84,17 +87,46 @@ impl AnyStart {
         self
     }
 
-    /// Checks that each vector has one component for each coordinate.
+    /// The start, whose vectors have one component for each coordinate.
     ///
     /// # Errors
     ///
     /// [`SetupError::StartLength`] for the first that has not.
-    pub(crate) fn fits(&self, shape: &Shape) -> Result<(), SetupError> {
-        self.0.fits(shape)
+    pub(crate) fn fitted(&self, shape: &Shape) -> Result<Cow<'_, Given>, SetupError> {
+        let mut start = Cow::Borrowed(&self.0);
+        if !shape.rotations.is_empty() {
+            start.to_mut().widen(shape);
+        }
+        start.fits(shape)?;
+        Ok(start)
     }
 }
 
 impl Given {
+    /// Puts the zeros into velocities, accelerations and forces that have three numbers for each rotation.
+    fn widen(&mut self, shape: &Shape) {
+        let Self { rule, near, .. } = self;
+        let [first, second] = match rule {
+            Rule::Paper { v0 } | Rule::SecondOrder { v0 } => [Some(v0), None],
+            Rule::ThirdOrder { v0, free } => match free {
+                Free::Acceleration(a0) => [Some(v0), Some(a0)],
+                Free::Force(force) => [Some(v0), Some(force)],
+            },
+            Rule::Nodes { .. } | Rule::ThreeNodes { .. } | Rule::Exact { .. } => [None, None],
+        };
+        for vector in [first, second, near.as_mut()].into_iter().flatten() {
+            if vector.len() + shape.rotations.len() == shape.dimension() {
+                let mut numbers = vector.iter();
+                *vector = (0..shape.dimension())
+                    .map(|place| match shape.moves(place) {
+                        true => numbers.next().copied().unwrap_or(f64::NAN),
+                        false => 0.0,
+                    })
+                    .collect();
+            }
+        }
+    }
+
     /// Checks that each vector has one component for each coordinate.
     ///
     /// # Errors
@@ -121,6 +153,7 @@ impl Given {
                 vector,
                 found: found.len(),
                 coordinates,
+                rotations: shape.rotations.len(),
             }),
         }
     }

@@ -89,6 +89,20 @@ impl Shape {
         self.coordinates.len()
     }
 
+    /// Whether a coordinate has a velocity, an acceleration and a force: the first of the four places of a rotation has a position alone.
+    #[must_use]
+    pub fn moves(&self, coordinate: usize) -> bool {
+        !self.rotations.contains(&coordinate)
+    }
+
+    /// The components of a velocity, an acceleration or a force that coordinates have.
+    pub fn moving<'v>(&'v self, vector: &'v [f64]) -> impl Iterator<Item = &'v f64> {
+        let components = vector.iter().enumerate();
+        components
+            .filter(|(coordinate, _)| self.moves(*coordinate))
+            .map(|(_, component)| component)
+    }
+
     /// Whether a constraint is of third order: a step then finds the last of four nodes.
     #[must_use]
     pub fn is_of_third_order(&self) -> bool {

@@ -144,7 +144,10 @@ impl<'a, const N: usize> TaylorEnsemble<'a, N> {
         tolerance.check()?;
         SetupError::for_rotations(
             system.kernel().shape(),
-            "an ensemble of Taylor series (TaylorEnsemble)",
+            [
+                "an ensemble of Taylor series (TaylorEnsemble)",
+                "take a run for each start (TaylorFlow)",
+            ],
         )?;
         start::check_parameters(&Declaration::of(system))?;
         Ok(Self {

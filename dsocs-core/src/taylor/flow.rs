@@ -100,7 +100,10 @@ impl<'s> AnyTaylorFlow<'s> {
         if declaration.sides() > 0 {
             SetupError::for_rotations(
                 shape,
-                "the Taylor series (TaylorFlow) with dry friction, which may hold something,",
+                [
+                    "the Taylor series (TaylorFlow) with dry friction, which may hold something,",
+                    "take the step of order 2 (Flow), which knows what is held, or a steep smooth friction, such as `(v / 0.001).tanh()`",
+                ],
             )?;
         }
         Ok(())

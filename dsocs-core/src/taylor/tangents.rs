@@ -7,7 +7,7 @@ use super::control::Tolerance;
 use super::flow::TaylorFlow;
 use super::moved::{DIRECTIONS, Moved};
 use crate::derivative::{DerivativeError, NodeTangent, Variable, parameter};
-use crate::error::SetupError;
+use crate::error::{DIFFERENCES, SetupError};
 use crate::number::point::Point;
 use crate::number::scalar::Scalar as _;
 use crate::run::{RunError, Stepper as _};
@@ -158,7 +158,7 @@ impl<'s, const N: usize> TaylorTangents<'s, N> {
         }
         SetupError::for_rotations(
             system.kernel().shape(),
-            "the derivative of a Taylor series (TaylorTangents)",
+            ["the derivative of a Taylor series (TaylorTangents)", DIFFERENCES],
         )
         .map_err(RunError::from)?;
         let flow = TaylorFlow::new(system, start, tolerance).map_err(RunError::from)?;

@@ -112,6 +112,18 @@ fn options_of_others(failure: &RunFailure) -> &'static str {
         RunFailure::Run(RunError::Stage(_)) => {
             "\n(on the command line: a smaller `--step`, `--order 2`, or `--tolerance`)"
         }
+        RunFailure::Setup(SetupError::Quaternion { .. }) => {
+            "\n(on the command line: `--q0`, all four numbers of it)"
+        }
+        RunFailure::Setup(SetupError::AngularVelocity { .. }) => {
+            "\n(on the command line: `--v0`, three numbers of it)"
+        }
+        RunFailure::Setup(SetupError::Turn { .. }) => "\n(on the command line: `--step`, or `--tolerance`)",
+        RunFailure::Run(RunError::Step(error))
+            if error.details().cause.reason == StepFailure::TurnsTooFar =>
+        {
+            "\n(on the command line: `--step`, or `--tolerance`)"
+        }
         RunFailure::Setup(SetupError::Inconsistent { .. }) => "\n(on the command line: `--project`)",
         RunFailure::Run(RunError::Behind { .. }) => {
             "\n(on the command line: `--until` and `--step` of one sign)"
@@ -155,11 +167,18 @@ fn options_of_model(error: &LinearizationError) -> Cow<'static, str> {
 }
 
 /// Options with a place for each number, `--q0 …,… --v0 …,…`.
-fn numbered(options: &[&str], count: usize) -> String {
-    let numbers = vec!["…"; count].join(",");
+fn numbered(options: &[&str], count: usize, rotations: usize) -> String {
     let options: Vec<_> = options
         .iter()
-        .map(|option| format!("{option} {numbers}"))
+        .map(|option| {
+            // of a rotation four numbers of position, and three of velocity
+            let count = if *option == "--q0" {
+                count
+            } else {
+                count - rotations
+            };
+            format!("{option} {}", vec!["…"; count].join(","))
+        })
         .collect();
     format!("`{}`", options.join(" "))
 }
@@ -221,8 +240,10 @@ pub enum CliError {
     },
     /// There is no start to run from.
     #[error(
-        "`{system}` has no start of its own: give one with {}, a number for each coordinate: {}{}",
-        numbered(.options, .coordinates.len()), .coordinates.join(", "), .in_text
+        "`{system}` has no start of its own: give one with {}, a number for each coordinate: {}{}{}",
+        numbered(.options, .coordinates.len(), *.rotations), .coordinates.join(", "),
+        if *.rotations == 0 { "" } else { "; of a rotation the four numbers of a unit quaternion, (w, x, y, z), and three of velocity, in the frame of its body" },
+        .in_text
     )]
     NoStart {
         /// The system.
@@ -231,6 +252,8 @@ pub enum CliError {
         options: Vec<&'static str>,
         /// The coordinates.
         coordinates: Vec<String>,
+        /// How many rotations are among them.
+        rotations: usize,
         /// How a text says it, if the system was read from one.
         in_text: &'static str,
     },

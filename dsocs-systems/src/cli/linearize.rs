@@ -58,9 +58,7 @@ pub fn linearize(arguments: &LinearizeArguments, program: &mut Program) -> Resul
     let entry = program.one(arguments.system.as_deref())?;
     arguments.from.set(entry)?;
     let beginning = beginning(arguments, entry)?;
-    beginning
-        .fits(&entry.description().coordinates)
-        .map_err(CliError::from)?;
+    beginning.fits(entry.kernel().shape()).map_err(CliError::from)?;
     let mut point = OperatingPoint::new(entry.kernel(), beginning.start());
     if let Some(names) = &arguments.inputs {
         point = point.inputs(names);

@@ -65,6 +65,8 @@ mod plot;
 mod progress;
 #[cfg(all(feature = "dsocs", not(test)))]
 mod report;
+#[cfg(test)]
+mod rotations;
 mod run;
 mod stability;
 mod start;
@@ -73,6 +75,7 @@ mod sweep;
 mod table;
 mod terminal;
 mod text;
+mod turns;
 mod watch;
 
 use std::ffi::OsString;

@@ -20,6 +20,7 @@ use super::plot::Plot;
 use super::start::{BeginArguments, Component, StartArguments, StartOption, component, vector};
 use super::table::{TableFormat, TableWriter};
 use super::terminal::tell;
+use super::turns::Turns;
 use super::{CliError, Program, interrupt, page, progress};
 use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, UnknownName, columns};
 
@@ -135,12 +136,14 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
     let (mut lost, mut errors, mut energy) = (Lost::default(), Errors::default(), Energy::default());
     let (mut unresolved, mut nearly_singular) = (None, None);
+    let mut turns = Turns::default();
     let [mut may_divide, mut third] = [false; 2];
     let interrupted = interrupt::watch();
     let result = entry.run(&plan, &beginning, &mut |row| {
         lost.look(row);
         errors.look(row);
         energy.look(row);
+        turns.look(row);
         (unresolved, nearly_singular) = (row.unresolved, row.nearly_singular);
         let shape = row.declaration.shape();
         (may_divide, third) = (shape.may_divide(), shape.is_of_third_order());
@@ -175,6 +178,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         lost.note(),
         errors.note(entry.description().names(), result.is_err()),
         energy.note(plan.method, plan.h),
+        turns.note(entry.description().names(), plan.method, plan.h),
         unresolved.map(|found| switched(found, third)),
         nearly_singular.map(|found| near(found, may_divide, third)),
         arguments.accuracy.note(),

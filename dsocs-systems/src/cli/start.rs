@@ -10,10 +10,10 @@ use crate::entry::{Beginning, Entry, UnknownName};
 /// Where a motion begins, and the parameters.
 #[derive(Args, Clone, Debug)]
 pub struct StartArguments {
-    /// The first node, a number for each coordinate, or those by name that differ from the system's own start (`theta=30deg`); numbers may be written like `pi/2`, `sqrt(2)` or `30deg`, as in all options
+    /// The first node, a number for each coordinate (of a rotation four, a unit quaternion w,x,y,z), or those by name that differ from the system's own start (`theta=30deg`); numbers may be written like `pi/2`, `sqrt(2)` or `30deg`, as in all options
     #[arg(long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',', value_parser = component)]
     q0: Option<Vec<Component>>,
-    /// The initial velocity, a number for each coordinate
+    /// The initial velocity, a number for each coordinate (of a rotation three, in the frame of its body)
     #[arg(long, value_name = "C,D", allow_hyphen_values = true, value_delimiter = ',', value_parser = component)]
     v0: Option<Vec<Component>>,
     /// The initial acceleration, a number for each coordinate, if a constraint is of third order
@@ -86,8 +86,7 @@ pub fn vector(
         let mut numbers: Vec<f64> = given.iter().map(|component| component.value).collect();
         let shape = entry.kernel().shape();
         // of a rotation three numbers, in the frame of its body
-        let is_position = matches!(option, "--q0" | "--q1" | "--guess");
-        if !is_position && numbers.len() + shape.rotations.len() == shape.dimension() {
+        if !is_position(option) && numbers.len() + shape.rotations.len() == shape.dimension() {
             for &first in shape.rotations.iter() {
                 numbers.insert(first, 0.0);
             }
@@ -110,6 +109,24 @@ pub fn vector(
             return Err(refused(format!("the coordinate `{name}` is given twice")));
         }
     }
+    for &first in &entry.description().rotations {
+        let given = values.get(first..first + 4).unwrap_or(&[]);
+        if !is_position(option) {
+            values[first] = values[first].or(Some(0.0));
+        } else if given.iter().any(Option::is_some) && !given.iter().all(Option::is_some) {
+            let of = &names[first..first + 4];
+            return Err(refused(format!(
+                "{} are one unit quaternion, the scalar first, and {} alone would leave another norm than 1: give all four, such as `{option} \
+                 {}=0.8,{}=0,{}=0.6,{}=0`",
+                of.join(", "),
+                named_of(of, given),
+                of[0],
+                of[1],
+                of[2],
+                of[3],
+            )));
+        }
+    }
     let own = own.filter(|own| own.len() == names.len());
     let parts = values
         .iter()
@@ -123,6 +140,18 @@ pub fn vector(
             })
         });
     parts.collect::<Result<_, _>>().map(Some)
+}
+
+/// Whether an option gives a position: of a rotation four numbers, and three elsewhere.
+fn is_position(option: &str) -> bool {
+    matches!(option, "--q0" | "--q1" | "--guess")
+}
+
+/// The names of those that are given.
+fn named_of(names: &[&str], given: &[Option<f64>]) -> String {
+    let named = names.iter().zip(given).filter(|(_, given)| given.is_some());
+    let named: Vec<_> = named.map(|(name, _)| *name).collect();
+    named.join(" and ")
 }
 
 /// How a motion begins with its position and velocity.
@@ -275,6 +304,7 @@ impl StartArguments {
             system: entry.name().to_owned(),
             options: options.map(|(option, _)| option).collect(),
             coordinates: entry.description().names().map(str::to_owned).collect(),
+            rotations: entry.description().rotations.len(),
             in_text: match entry.source_text() {
                 Some(_) => "; or in the text, `run { start = ([…], […]); }`, position and velocity",
                 None => "",

@@ -1,6 +1,6 @@
 //! How a run begins.
 
-use dsocs_core::{AnyStart, Quantity};
+use dsocs_core::{AnyStart, Shape};
 
 use super::failure::RunFailure;
 
@@ -69,23 +69,23 @@ impl Beginning {
     /// # Errors
     ///
     /// [`RunFailure::Length`] for the first vector that has not.
-    pub(crate) fn fits(&self, coordinates: &[Quantity]) -> Result<(), RunFailure> {
+    pub(crate) fn fits(&self, shape: &Shape) -> Result<(), RunFailure> {
         let (first, others): (_, &[_]) = match self {
             Self::Paper { q0, v0 } | Self::SecondOrder { q0, v0 } => (q0, &[("v0", v0)]),
             Self::ThirdOrder { q0, v0, a0 } => (q0, &[("v0", v0), ("a0", a0)]),
             Self::ThirdOrderByForce { q0, v0, force } => (q0, &[("v0", v0), ("f0", force)]),
             Self::Nodes { q0, q1 } => (q0, &[("q1", q1)]),
             Self::ThreeNodes { q0, q1, q2 } => (q0, &[("q1", q1), ("q2", q2)]),
-            Self::Projected(beginning) | Self::At(_, beginning) => return beginning.fits(coordinates),
+            Self::Projected(beginning) | Self::At(_, beginning) => return beginning.fits(shape),
             Self::Near(a0, beginning) => {
-                beginning.fits(coordinates)?;
-                return fits("a0", a0, coordinates);
+                beginning.fits(shape)?;
+                return fits("a0", a0, shape);
             }
         };
-        fits("q0", first, coordinates)?;
+        fits("q0", first, shape)?;
         others
             .iter()
-            .try_for_each(|(vector, components)| fits(vector, components, coordinates))
+            .try_for_each(|(vector, components)| fits(vector, components, shape))
     }
 
     /// The start of a run.
@@ -118,20 +118,21 @@ impl Beginning {
 /// # Errors
 ///
 /// [`RunFailure::Length`] if it has not.
-pub(super) fn fits(
-    vector: &'static str,
-    components: &[f64],
-    coordinates: &[Quantity],
-) -> Result<(), RunFailure> {
-    if components.len() == coordinates.len() {
+pub(super) fn fits(vector: &'static str, components: &[f64], shape: &Shape) -> Result<(), RunFailure> {
+    if components.len() == shape.dimension() {
         return Ok(());
     }
+    let is_position = vector.starts_with('q');
+    let named = shape.coordinates.iter().enumerate();
+    let named = named.filter(|(place, _)| is_position || shape.moves(*place));
     Err(RunFailure::Length {
         vector,
         found: components.len(),
-        coordinates: coordinates
-            .iter()
-            .map(|coordinate| coordinate.name.clone())
-            .collect(),
+        coordinates: named.map(|(_, coordinate)| coordinate.name.clone()).collect(),
+        of_rotations: match (shape.rotations.is_empty(), is_position) {
+            (true, _) => "",
+            (false, true) => "; a rotation has the four of a unit quaternion, the scalar w first",
+            (false, false) => "; a rotation has three, in the frame of its body",
+        },
     })
 }

@@ -52,9 +52,10 @@ impl<'a> Row<'a> {
         } = self;
         values.clear();
         values.push(node.t);
-        for vector in [node.q, node.v, node.force] {
-            values.extend(vector);
-        }
+        let shape = declaration.shape();
+        values.extend(node.q);
+        values.extend(shape.moving(node.v));
+        values.extend(shape.moving(node.force));
         values.push(node.energy);
         let begin = values.len();
         values.resize(begin + declaration.shape().observables.len(), 0.0);
@@ -86,15 +87,20 @@ impl Column {
     }
 }
 
-/// The columns of a run: time, position, velocity, force, energy, observed expressions, multipliers; in a certified run the
-/// smallest singular values of `D₃` and `D₁`; where errors are estimated, one for each coordinate.
+/// The columns of a run: time, position, velocity, force, energy, observed expressions, multipliers; of a rotation the four numbers of its quaternion, and three of
+/// velocity and force in the frame of its body. In a certified run follow the smallest singular values of `D₃` and `D₁`; where errors are estimated, one for each coordinate.
 #[must_use]
 pub fn columns(description: &Description, plan: &Plan) -> Vec<Column> {
     let coordinates = || description.coordinates.iter();
     let mut columns = vec![Column::new("t", Some("s"))];
     columns.extend(coordinates().map(|q| Column::new(&*q.name, q.unit())));
-    columns.extend(coordinates().map(|q| Column::new(format!("v_{}", q.name), q.unit().map(rate))));
-    columns.extend(coordinates().map(|q| Column::new(format!("force_{}", q.name), q.unit().map(force))));
+    let moving = || {
+        let all = coordinates().enumerate();
+        all.filter(|(place, _)| !description.rotations.contains(place))
+            .map(|(_, q)| q)
+    };
+    columns.extend(moving().map(|q| Column::new(format!("v_{}", q.name), q.unit().map(rate))));
+    columns.extend(moving().map(|q| Column::new(format!("force_{}", q.name), q.unit().map(force))));
     columns.push(Column::new("energy", Some("J")));
     columns.extend(
         description

@@ -12,6 +12,8 @@ pub struct Description {
     pub itself: Quantity,
     /// The coordinates.
     pub coordinates: Vec<Quantity>,
+    /// The first of the four places of each coordinate that is a rotation: the scalar of its quaternion, which has no velocity and no force.
+    pub rotations: Vec<usize>,
     /// The parameters: those of the declaration, then those that an entry adds.
     pub parameters: Vec<Quantity>,
     /// The observed expressions.

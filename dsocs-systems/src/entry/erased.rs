@@ -189,6 +189,7 @@ impl dyn AnySystem + '_ {
                 doc: shape.doc.clone(),
             },
             coordinates: shape.coordinates.to_vec(),
+            rotations: shape.rotations.to_vec(),
             parameters: shape.parameters.iter().cloned().chain(self.extra()).collect(),
             observables: shape.observables.to_vec(),
             forms: shape.forms,

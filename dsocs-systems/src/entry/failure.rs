@@ -14,8 +14,9 @@ pub enum RunFailure {
     Setup(#[from] SetupError),
     /// The number of components of a vector is not the number of coordinates.
     #[error(
-        "{vector} has {found} component{}, but there are {} coordinates: {}",
-        if *.found == 1 { "" } else { "s" }, .coordinates.len(), .coordinates.join(", ")
+        "{vector} has {found} component{}, but there are {} {}: {}{of_rotations}",
+        if *.found == 1 { "" } else { "s" }, .coordinates.len(),
+        if .of_rotations.is_empty() { "coordinates" } else { "numbers" }, .coordinates.join(", ")
     )]
     Length {
         /// Which vector.
@@ -24,6 +25,8 @@ pub enum RunFailure {
         found: usize,
         /// The coordinates.
         coordinates: Vec<Cow<'static, str>>,
+        /// What is said of rotations, where there are some.
+        of_rotations: &'static str,
     },
     /// It ended early.
     #[error(transparent)]

@@ -78,7 +78,7 @@ pub(super) fn begin(
 ) -> Result<(), RunFailure> {
     let Plan { h, until, method, .. } = *plan;
     let shape = system.kernel().shape();
-    beginning.fits(&shape.coordinates)?;
+    beginning.fits(shape)?;
     if !until.is_finite() {
         return Err(RunError::Until { until }.into());
     }

@@ -448,10 +448,17 @@ fn base(plan: &Plan, entry: &Entry, targets: &[Target]) -> Result<[Vec<f64>; 2],
     for (place, (key, given, of)) in given.into_iter().enumerate() {
         let at = format!("start.{key}");
         let own = || own.map(|start| start[place].clone());
-        let numbers = given
+        let mut numbers = given
             .clone()
             .or_else(own)
             .unwrap_or_else(|| vec![f64::NAN; names.len()]);
+        // of a rotation three numbers of velocity, in the frame of its body
+        let rotations = &entry.description().rotations;
+        if key == "v0" && numbers.len() + rotations.len() == names.len() {
+            for &first in rotations {
+                numbers.insert(first, 0.0);
+            }
+        }
         if numbers.len() != names.len() {
             return Err(SweepError::plan(
                 &at,

@@ -220,12 +220,12 @@ impl<'s> AnyTaylorFlow<'s> {
         start: &AnyStart,
         tolerance: Tolerance,
     ) -> Result<Self, SetupError> {
-        start.fits(kernel.shape())?;
+        let start = start.fitted(kernel.shape())?;
         Self::check_order(&Declaration::of(kernel))?;
         let Some(equations) = Interpreted::new(kernel) else {
             return Err(SetupError::NoSeries);
         };
-        Self::new(Box::new(equations), &start.0, &tolerance)
+        Self::new(Box::new(equations), &start, &tolerance)
     }
 
     /// Hands out nodes on a grid of times; see [`crate::TaylorFlow::every`].

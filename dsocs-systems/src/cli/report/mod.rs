@@ -186,6 +186,7 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
                 system: entry.name().to_owned(),
                 options: Vec::new(),
                 coordinates: entry.description().names().map(str::to_owned).collect(),
+                rotations: entry.description().rotations.len(),
                 in_text: "",
             });
         };

@@ -1,0 +1,88 @@
+//! Systems with rotations on the command line: how many numbers there are of what, and what is said where they are others.
+
+use clap::Parser;
+use dsocs_core::text::Text;
+
+use super::{Arguments, CliError, Program};
+use crate::entry::Entry;
+
+/// A top beside a mass.
+const TOP: &str = "
+    coordinates(r: rotation, x);
+    let w = r.angular_velocity();
+    lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 - (r * [0.2, 0.1, 1])[2] + dot(x).powi(2) / 2;
+";
+
+/// The table that a run writes, with these options.
+fn table(options: &str) -> Result<String, CliError> {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("a.csv").display().to_string();
+    let words = format!("dsocs run top --until 0.2 {options} --out {out}");
+    let words: Vec<_> = words.split_whitespace().collect();
+    let Arguments { command, .. } = Arguments::try_parse_from(words).unwrap();
+    let entry = Entry::of_text("top", &Text::parse("top", TOP).unwrap(), None);
+    command.execute(&mut Program::new(vec![entry.step(0.1)], &[]).verified()?)?;
+    Ok(std::fs::read_to_string(out).unwrap())
+}
+
+#[test]
+fn a_table_has_four_numbers_of_position_and_three_of_velocity_and_force() {
+    let table = table("--q0 1,0,0,0,0.5 --v0 0.6,-0.3,3,2 --estimate-error").unwrap();
+    let mut lines = table.lines();
+    assert_eq!(
+        lines.next().unwrap(),
+        "t,r_w,r_x,r_y,r_z,x,v_r_x,v_r_y,v_r_z,v_x,force_r_x,force_r_y,force_r_z,force_x,energy,error_r_w,error_r_x,error_r_y,error_r_z,error_x"
+    );
+    let first = lines.next().unwrap();
+    assert!(first.starts_with("0,1,0,0,0,0.5,0.6,-0.3,3,2,"), "{first}");
+    assert!(lines.all(|line| line.split(',').count() == 20));
+}
+
+#[test]
+fn velocities_have_names_of_three() {
+    let by_place = table("--q0 1,0,0,0,0.5 --v0 0.6,-0.3,3,2").unwrap();
+    let by_name = table("--q0 1,0,0,0,0.5 --v0 r_y=-0.3,r_x=0.6,x=2,r_z=3").unwrap();
+    assert_eq!(by_place, by_name);
+    let with_zero = table("--q0 r_w=1,r_x=0,r_y=0,r_z=0,x=0.5 --v0 0,0.6,-0.3,3,2").unwrap();
+    assert_eq!(by_place, with_zero);
+}
+
+#[test]
+fn numbers_that_are_too_many_or_no_quaternion_are_told() {
+    for (options, messages) in [
+        (
+            "",
+            &[
+                "`--q0 …,…,…,…,… --v0 …,…,…,…`",
+                "four numbers of a unit quaternion",
+                "three of velocity",
+            ][..],
+        ),
+        (
+            "--q0 1,0,0,0 --v0 1,2,3,4",
+            &["q0 has 4 components", "5 numbers", "r_w, r_x, r_y, r_z, x;"],
+        ),
+        (
+            "--q0 1,0,0,0,0 --v0 1,2,3",
+            &["v0 has 3 components", "4 numbers: r_x, r_y, r_z, x;"],
+        ),
+        (
+            "--q0 r_x=0.5 --v0 1,2,3,4",
+            &["r_x alone", "--q0 r_w=0.8,r_x=0,r_y=0.6,r_z=0"],
+        ),
+        (
+            "--q0 1,0.5,0,0,0 --v0 1,2,3,4",
+            &["the norm 1.118", "`--q0`, all four numbers"],
+        ),
+        (
+            "--q0 1,0,0,0,0 --v0 1,1,2,3,4",
+            &["begins with 1", "`--v0`, three numbers"],
+        ),
+        ("--q0 1,0,0,0,0 --v0 1,2,60,0", &["turns by", "`--step`"]),
+    ] {
+        let error = table(options).unwrap_err().to_string();
+        for message in messages {
+            assert!(error.contains(message), "{options}: {error}");
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! How far bodies turn in the steps of a run.
+
+use crate::entry::{Method, Row};
+
+/// A step by which a body turns so far, in rad, is rough: its error is no longer that of the order.
+const ROUGH: f64 = 1.5;
+
+/// A step that turns so far is taken for a good one.
+const GOOD: f64 = 0.5;
+
+/// The fastest turn of a run.
+#[derive(Default)]
+pub struct Turns {
+    /// How fast, in rad/s.
+    rate: f64,
+    /// When.
+    time: f64,
+    /// The first of the places of the rotation.
+    rotation: usize,
+}
+
+impl Turns {
+    /// Looks at a node.
+    pub fn look(&mut self, row: &Row<'_>) {
+        for &first in row.declaration.shape().rotations.iter() {
+            let of_body = row.node.v.get(first + 1..first + 4).unwrap_or(&[]);
+            let rate = of_body.iter().map(|w| w * w).sum::<f64>().sqrt();
+            if rate > self.rate {
+                *self = Self {
+                    rate,
+                    time: row.node.t,
+                    rotation: first,
+                };
+            }
+        }
+    }
+
+    /// What is to be said of steps of the length `h`, with the names of the coordinates.
+    pub fn note<'n>(
+        &self,
+        mut names: impl Iterator<Item = &'n str>,
+        method: Method,
+        h: f64,
+    ) -> Option<String> {
+        let turn = self.rate * h.abs();
+        if matches!(method, Method::Tolerance(_)) || turn < ROUGH {
+            return None;
+        }
+        let name = names.nth(self.rotation).unwrap_or_default();
+        let name = name.strip_suffix("_w").unwrap_or(name);
+        Some(format!(
+            "`{name}` turns by {turn:.1} rad in a step at t = {}: such a step is rough, and one of 3 rad is refused; take `--step {}` or less, {GOOD} rad a step",
+            self.time,
+            rounded(GOOD / self.rate),
+        ))
+    }
+}
+
+/// A number with one digit, no larger.
+fn rounded(x: f64) -> f64 {
+    let unit = 10_f64.powf(x.log10().floor());
+    // as a decimal number is read
+    format!("{:e}", (x / unit).floor() * unit).parse().unwrap_or(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_that_turn_far_are_told_with_a_shorter_one() {
+        let turns = Turns {
+            rate: 20.0,
+            time: 0.5,
+            rotation: 1,
+        };
+        let note = |method, h| turns.note(["x", "r_w", "r_x", "r_y", "r_z"].into_iter(), method, h);
+        let told = note(Method::Step, -0.1).unwrap();
+        assert!(
+            told.contains("`r` turns by 2.0 rad in a step at t = 0.5") && told.contains("`--step 0.02`"),
+            "{told}"
+        );
+        assert_eq!(note(Method::Step, 0.07), None);
+        assert_eq!(note(Method::Tolerance(1e-9), 0.1), None);
+    }
+
+    #[test]
+    fn a_step_is_rounded_to_one_digit() {
+        assert!(
+            [(0.025, 0.02), (0.099, 0.09), (3.4, 3.0), (1e-7, 1e-7)]
+                .into_iter()
+                .all(|(x, rounded)| (super::rounded(x) / rounded - 1.0).abs() < 1e-15)
+        );
+    }
+}
