@@ -120,10 +120,6 @@ impl<'a> AnyEnsemble<'a> {
                 method: "an ensemble (Ensemble)",
             });
         }
-        SetupError::for_rotations(
-            kernel.shape(),
-            ["an ensemble (Ensemble)", "take a run for each start (Flow)"],
-        )?;
         check(&Declaration::of(kernel), h)?;
         Ok(Self {
             kernel,
@@ -141,7 +137,9 @@ impl<'a> AnyEnsemble<'a> {
 
     /// Adds trajectories, one for each start. A start with another number of coordinates is the error of its own trajectory.
     pub fn starts(mut self, starts: impl IntoIterator<Item = AnyStart>) -> Self {
-        self.starts.extend(starts.into_iter().map(|start| start.0));
+        let shape = self.kernel.shape();
+        self.starts
+            .extend(starts.into_iter().map(|start| start.widened(shape)));
         self
     }
 

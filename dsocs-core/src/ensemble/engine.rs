@@ -20,6 +20,7 @@ use crate::number::lanes::{LANES, Lanes, Mask, Register};
 use crate::number::point::{Leg, Point};
 use crate::number::scalar::Scalar;
 use crate::solve::newton::Stop;
+use crate::solve::rotation;
 use crate::solve::unknown::Unknown;
 use crate::step::smooth::FORESEEN;
 use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
@@ -358,8 +359,14 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
             let e = system.second_difference(constants, &known, &roots.z);
             let mut d = now.d;
             d.add(&e);
-            let q = now.q.plus(&d);
+            let mut q = now.q.plus(&d);
             let mut finite = Mask::<R>::splat(true);
+            if !S::ROTATIONS.is_empty() {
+                let (from, by) = ([&now.q.hi[..], &now.q.lo], [&d.hi[..], &d.lo]);
+                rotation::turn_in(S::ROTATIONS, from, by, [&mut q.hi, &mut q.lo]);
+                let longest = rotation::longest_square(S::ROTATIONS, &d.hi);
+                finite = longest.below(Lanes::splat(rotation::TOO_FAR));
+            }
             for q in &q.hi {
                 finite = finite & q.finite();
             }

@@ -24,6 +24,7 @@ use crate::number::lanes::{LANES, Lanes, Mask};
 use crate::number::scalar::Scalar;
 use crate::solve::elimination::slices;
 use crate::solve::predictor::{extrapolate_one, size_after};
+use crate::solve::rotation;
 use crate::solve::sparse::Sparse;
 use crate::solve::unknown::Unknown;
 use crate::step::interpreted::Hot;
@@ -588,7 +589,12 @@ impl<R: Chosen> InLanes for Making<'_, '_, R> {
             let z = roots.z.as_ref();
             numbers.take(&places.z, z.iter().copied());
             walk(token, &hot.second_difference, system, numbers);
-            let finite = arrive(numbers.results(&hot.second_difference), &now.sums, next);
+            let finite = arrive(
+                &shape.rotations,
+                numbers.results(&hot.second_difference),
+                &now.sums,
+                next,
+            );
             let mut alone = task.active & (roots.left | elsewhere | !finite.bits());
             if z.len() < now.past.len() {
                 // there was no room left: this is solved elsewhere
@@ -684,15 +690,35 @@ fn begin<'l, 'r, R: Chosen>(
     [guess, natural.raise(expected, lately)]
 }
 
-/// Adds a second difference to the sums; the lanes where all nodes are numbers.
+/// Adds a second difference to the sums; the lanes where all nodes are numbers, and no rotation turns too far.
 #[inline(always)]
-fn arrive<R: Chosen>(e: impl Iterator<Item = Lanes<R>>, sums: &[Sums<R>], next: &mut [Sums<R>]) -> Mask<R> {
+fn arrive<R: Chosen>(
+    rotations: &[usize],
+    e: impl Iterator<Item = Lanes<R>>,
+    sums: &[Sums<R>],
+    next: &mut [Sums<R>],
+) -> Mask<R> {
     let mut finite = Mask::<R>::splat(true);
-    for ((e, &[q, below_q, d, below_d]), next) in e.zip(sums).zip(next) {
+    for ((e, &[q, below_q, d, below_d]), next) in e.zip(sums).zip(&mut *next) {
         let d = compensated::add((d, below_d), e);
         let q = compensated::plus((q, below_q), d);
         finite = finite & q.0.finite();
         *next = [q.0, q.1, d.0, d.1];
+    }
+    for &first in rotations {
+        let slots = first..first + rotation::SLOTS;
+        let (Some(from), Some(to)) = (sums.get(slots.clone()), next.get_mut(slots)) else {
+            continue;
+        };
+        let [q, q_low] = [0, 1].map(|part| [0, 1, 2, 3].map(|k| from[k][part]));
+        let [d, d_low] = [2, 3].map(|part| [0, 1, 2, 3].map(|k| to[k][part]));
+        let [q, q_low] = rotation::turned([q, q_low], [d, d_low]);
+        let longest = rotation::longest_square(&[0], &d);
+        finite = finite & longest.below(Lanes::splat(rotation::TOO_FAR));
+        for (k, to) in to.iter_mut().enumerate() {
+            (to[0], to[1]) = (q[k], q_low[k]);
+            finite = finite & q[k].finite();
+        }
     }
     finite
 }

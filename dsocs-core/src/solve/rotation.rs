@@ -19,6 +19,7 @@ const NEARLY_ONE: f64 = 1e-6;
 const LONGEST: f64 = 3.0;
 
 /// `p∘q`
+#[inline(always)]
 fn product<T: Scalar>(p: [T; 4], q: [T; 4]) -> [T; 4] {
     let ([a, b, c, d], [w, x, y, z]) = (p, q);
     [
@@ -30,6 +31,7 @@ fn product<T: Scalar>(p: [T; 4], q: [T; 4]) -> [T; 4] {
 }
 
 /// `τ(x) - 1`
+#[inline(always)]
 fn less_one<T: Scalar>([x, y, z]: [T; 3]) -> [T; 4] {
     let square = x * x + y * y + z * z;
     let a = T::splat(1.0) - square * T::splat(1.0 / 48.0);
@@ -45,6 +47,7 @@ fn change<T: Scalar>(q: [T; 4], x: [T; 3]) -> [T; 4] {
 }
 
 /// The slots of a rotation.
+#[inline(always)]
 fn slots<T: Copy>(numbers: &[T], first: usize) -> Option<[T; 4]> {
     numbers.get(first..)?.first_chunk().copied()
 }
@@ -119,7 +122,8 @@ fn increment([scalar, vector @ ..]: [f64; 4]) -> [f64; 4] {
 }
 
 /// Writes the numbers of a rotation.
-fn put(numbers: [f64; SLOTS], first: usize, to: &mut [f64]) {
+#[inline(always)]
+fn put<T: Copy>(numbers: [T; SLOTS], first: usize, to: &mut [T]) {
     for (to, number) in to.iter_mut().skip(first).zip(numbers) {
         *to = number;
     }
@@ -153,27 +157,76 @@ pub(crate) fn turn(
     [d, d_low]: [&[f64]; 2],
     [to, to_low]: [&mut [f64]; 2],
 ) {
+    turn_in(rotations, [q, q_low], [d, d_low], [to, to_low]);
+}
+
+/// The same in any numbers.
+#[inline(always)]
+pub(crate) fn turn_in<T: Scalar>(
+    rotations: &[usize],
+    [q, q_low]: [&[T]; 2],
+    [d, d_low]: [&[T]; 2],
+    [to, to_low]: [&mut [T]; 2],
+) {
     for &first in rotations {
-        let of = |numbers| slots(numbers, first);
-        let (Some(hi), Some(lo), Some([_, x, y, z]), Some([_, x_low, y_low, z_low])) =
-            (of(q), of(q_low), of(d), of(d_low))
-        else {
+        let (Some(hi), Some(lo)) = (slots(q, first), slots(q_low, first)) else {
             continue;
         };
-        let by = less_one([x, y, z]);
-        let (moves, low, of_low) = (
-            product(hi, by),
-            product(lo, by),
-            product(hi, [0.0, 0.5 * x_low, 0.5 * y_low, 0.5 * z_low]),
-        );
-        for k in 0..SLOTS {
-            if let (Some(to), Some(to_low)) = (to.get_mut(first + k), to_low.get_mut(first + k)) {
-                (*to, *to_low) = plus((hi[k], lo[k]), (moves[k], low[k] + of_low[k]));
-            }
+        let (Some(d), Some(d_low)) = (slots(d, first), slots(d_low, first)) else {
+            continue;
+        };
+        let [next, next_low] = turned([hi, lo], [d, d_low]);
+        put(next, first, to);
+        put(next_low, first, to_low);
+    }
+}
+
+/// The quaternion, as a sum, that an increment leads to.
+#[inline(always)]
+pub(crate) fn turned<T: Scalar>(
+    [hi, lo]: [[T; SLOTS]; 2],
+    [[_, x, y, z], [_, x_low, y_low, z_low]]: [[T; SLOTS]; 2],
+) -> [[T; SLOTS]; 2] {
+    let half = |low: T| T::splat(0.5) * low;
+    let by = less_one([x, y, z]);
+    let (moves, low, of_low) = (
+        product(hi, by),
+        product(lo, by),
+        product(hi, [T::splat(0.0), half(x_low), half(y_low), half(z_low)]),
+    );
+    let mut sums = [hi, lo];
+    for k in 0..SLOTS {
+        (sums[0][k], sums[1][k]) = plus((hi[k], lo[k]), (moves[k], low[k] + of_low[k]));
+    }
+    of_norm_one(sums)
+}
+
+/// A quaternion, as a sum, without what rounding does to its norm.
+#[inline(always)]
+fn of_norm_one<T: Scalar>([hi, lo]: [[T; SLOTS]; 2]) -> [[T; SLOTS]; 2] {
+    let two = T::splat(2.0);
+    let excess = (hi.iter().zip(&lo)).fold(T::splat(-1.0), |sum, (&hi, &lo)| sum + hi * (hi + two * lo));
+    let mut sums = [hi, lo];
+    for k in 0..SLOTS {
+        (sums[0][k], sums[1][k]) = plus((hi[k], lo[k]), (T::splat(-0.5) * excess * hi[k], T::splat(0.0)));
+    }
+    sums
+}
+
+/// The square of the longest increment of a rotation; zero if there is none.
+#[inline(always)]
+pub(crate) fn longest_square<T: Scalar>(rotations: &[usize], d: &[T]) -> T {
+    let mut longest = T::splat(0.0);
+    for &first in rotations {
+        if let Some([_, x, y, z]) = slots(d, first) {
+            longest = longest.larger(x * x + y * y + z * z);
         }
     }
-    keep_norm(rotations, [to, to_low]);
+    longest
 }
+
+/// The square of an increment that turns too far.
+pub(crate) const TOO_FAR: f64 = LONGEST * LONGEST;
 
 /// Moves positions, as sums, by increments. Nothing is allocated.
 pub(crate) fn move_sum(rotations: &[usize], [q, q_low]: [&mut [f64]; 2], d: &[f64]) {
@@ -182,13 +235,11 @@ pub(crate) fn move_sum(rotations: &[usize], [q, q_low]: [&mut [f64]; 2], d: &[f6
     while i < d.len() {
         if let Some((&first, others)) = rotations_left.split_first()
             && first == i
-            && let (Some(hi), Some(lo), Some([_, x, y, z])) = (slots(q, i), slots(q_low, i), slots(d, i))
+            && let (Some(hi), Some(lo), Some(by)) = (slots(q, i), slots(q_low, i), slots(d, i))
         {
-            let by = less_one([x, y, z]);
-            let (moves, low) = (product(hi, by), product(lo, by));
-            for k in 0..SLOTS {
-                (q[i + k], q_low[i + k]) = plus((hi[k], lo[k]), (moves[k], low[k]));
-            }
+            let [hi, lo] = turned([hi, lo], [by, [0.0; SLOTS]]);
+            put(hi, i, q);
+            put(lo, i, q_low);
             rotations_left = others;
             i += SLOTS;
         } else {
@@ -196,7 +247,6 @@ pub(crate) fn move_sum(rotations: &[usize], [q, q_low]: [&mut [f64]; 2], d: &[f6
             i += 1;
         }
     }
-    keep_norm(rotations, [q, q_low]);
 }
 
 /// Takes away what rounding, or the truncation of a series, does to the norms of quaternions, which are sums: it would add up, and nothing else brings them
@@ -206,11 +256,9 @@ pub(crate) fn keep_norm(rotations: &[usize], [q, q_low]: [&mut [f64]; 2]) {
         let (Some(hi), Some(lo)) = (slots(q, first), slots(q_low, first)) else {
             continue;
         };
-        let excess = (hi.iter().zip(lo)).fold(-1.0, |sum, (hi, lo)| sum + hi * (hi + 2.0 * lo));
-        let places = q.iter_mut().zip(q_low.iter_mut()).skip(first);
-        for ((hi, lo), (to, to_low)) in hi.into_iter().zip(lo).zip(places) {
-            (*to, *to_low) = plus((hi, lo), (-0.5 * excess * hi, 0.0));
-        }
+        let [hi, lo] = of_norm_one([hi, lo]);
+        put(hi, first, q);
+        put(lo, first, q_low);
     }
 }
 

@@ -100,6 +100,12 @@ impl AnyStart {
         start.fits(shape)?;
         Ok(start)
     }
+
+    /// The start, with the zeros that velocities have in the place of a rotation's scalar.
+    pub(crate) fn widened(mut self, shape: &Shape) -> Given {
+        self.0.widen(shape);
+        self.0
+    }
 }
 
 impl Given {

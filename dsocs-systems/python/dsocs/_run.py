@@ -136,7 +136,7 @@ class Setup:
             raise _missing(system, "q")
 
         def velocity() -> tuple[float, ...]:
-            vector = _vector("v", v, names, own_v)
+            vector = _vector("v", v, names, own_v, system._moving)
             if vector is None:
                 raise _missing(system, "v")
             return vector
@@ -161,16 +161,16 @@ class Setup:
                 raise SetupError(f"start is {start!r}; expected 'second-order' or 'paper'")
             rule, vectors = start, (first, velocity())
         elif force is not None:
-            rule, vectors = "force", (first, velocity(), _vector("force", force, names, None) or ())
+            rule, vectors = "force", (first, velocity(), _vector("force", force, names, None, system._moving) or ())
         else:
             own_a = text.acceleration if text is not None else None
-            acceleration = _vector("a", a, names, own_a)
+            acceleration = _vector("a", a, names, own_a, system._moving)
             if acceleration is not None:
                 rule, vectors = "acceleration", (first, velocity(), acceleration)
             else:
                 rule, vectors = "second-order", (first, velocity())
         own_near = text.near if text is not None else None
-        nearby = _vector("near", near, names, own_near)
+        nearby = _vector("near", near, names, own_near, system._moving)
         if project is not None and not isinstance(project, (bool, np.bool_)):
             raise InputTypeError(f"project is {project!r}; expected True or False")
         projected = bool(project) or (project is None and text is not None and text.project)
@@ -204,10 +204,17 @@ class Setup:
         )
 
 
-def _vector(name: str, given: Any, names: list[str], own: list[float] | None) -> tuple[float, ...] | None:
+def _vector(
+    name: str, given: Any, names: list[str], own: list[float] | None, moving: list[str] | None = None
+) -> tuple[float, ...] | None:
+    """A number for each coordinate. Of a velocity, with those that are `moving`, a rotation has three, in the frame of its body, or a zero before them."""
     if given is None:
         return None if own is None else tuple(own)
-    return tuple(_inputs.vector(name, given, names, own))
+    if moving is None or len(moving) == len(names) or np.shape(given) == (len(names),):
+        return tuple(_inputs.vector(name, given, names, own))
+    among = None if own is None else [number for place, number in zip(names, own) if place in moving]
+    numbers = dict(zip(moving, _inputs.vector(name, given, moving, among)))
+    return tuple(numbers.get(place, 0.0) for place in names)
 
 
 def _missing(system: System, name: str) -> SetupError:
@@ -385,7 +392,8 @@ class Run:
         names = self.system._names
         observed = [of.name for of in self.system.observables]
         multipliers = [f"lambda_{form}" for form in range(self.system.forms)]
-        return ["t", *names, *(f"v_{x}" for x in names), *(f"force_{x}" for x in names), "energy", *observed, *multipliers]
+        moving = self.system._moving
+        return ["t", *names, *(f"v_{x}" for x in moving), *(f"force_{x}" for x in moving), "energy", *observed, *multipliers]
 
     @property
     def units(self) -> dict[str, str | None]:

@@ -178,6 +178,9 @@ class System:
         self._tables = {parameter: file for parameter, file, _ in told["samples"]}
         self._values: list[float] = self._raw.values()
         self._names = [of.name for of in self.coordinates]
+        #: Those that have a velocity and a force: the first of the four numbers of a rotation has none.
+        rotations = set(told["rotations"])
+        self._moving = [name for place, name in enumerate(self._names) if place not in rotations]
         runs = [RunText(**run) for run in self._raw.runs()]
         #: The runs of the text, by name; one may have none (None).
         self.runs: dict[str | None, RunText] = {of.name: of for of in runs}

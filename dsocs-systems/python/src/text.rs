@@ -116,6 +116,7 @@ impl PyText {
             (shape.holonomic, shape.nonholonomic, shape.kinematic),
         )?;
         told.set_item("coordinates", quantities(&shape.coordinates))?;
+        told.set_item("rotations", shape.rotations.to_vec())?;
         told.set_item("parameters", quantities(&shape.parameters))?;
         told.set_item("observables", quantities(&shape.observables))?;
         let tables = self.text.tables.iter();

@@ -46,6 +46,7 @@ mod roots;
 mod rotations;
 mod rotations_bound;
 mod rotations_composed;
+mod rotations_ensemble;
 mod rotations_inputs;
 mod rotations_slip;
 mod run;

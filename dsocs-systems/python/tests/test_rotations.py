@@ -1,0 +1,30 @@
+"""Rotations: how many numbers there are of what."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import dsocs
+
+TOP = """
+coordinates(r: rotation, x);
+let w = r.angular_velocity();
+lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 - (r * [0.2, 0.1, 1])[2] + dot(x).powi(2) / 2;
+"""
+
+
+def test_a_rotation_has_four_numbers_of_position_and_three_of_velocity() -> None:
+    top = dsocs.System(TOP)
+    q = [1.0, 0.0, 0.0, 0.0, 0.5]
+    runs = [
+        top.flow(h=0.1, q=q, v=v).until(1.0)
+        for v in ([0.6, -0.3, 3.0, 2.0], [0.0, 0.6, -0.3, 3.0, 2.0], {"r_x": 0.6, "r_y": -0.3, "r_z": 3.0, "x": 2.0})
+    ]
+    names = ["r_x", "r_y", "r_z", "x"]
+    assert runs[0].columns == ["t", "r_w", *names, *(f"v_{x}" for x in names), *(f"force_{x}" for x in names), "energy"]
+    for run in runs[1:]:
+        np.testing.assert_array_equal(run.q, runs[0].q)
+    assert runs[0].v.shape == (11, 5) and not runs[0].v[:, 0].any()
+    with pytest.raises(dsocs.SetupError, match="v has 3 components, but there are 4 coordinates: r_x, r_y, r_z, x"):
+        top.flow(h=0.1, q=q, v=[1.0, 2.0, 3.0])
