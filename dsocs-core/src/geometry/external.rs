@@ -5,6 +5,7 @@ use super::map::Triple;
 use crate::kernel::Kernel;
 use crate::number::point::{AnyLeg, AnyPoint};
 use crate::number::tangent::Tangent;
+use crate::solve::rotation;
 use crate::tape::Number;
 use crate::tape::declaration::Declaration;
 
@@ -24,7 +25,7 @@ pub(super) fn discrete<T: Number>(
     e: &[T],
 ) -> Vec<T> {
     let d: Vec<T> = leg.d.iter().zip(e).map(|(&d, &e)| d + e).collect();
-    let q: Vec<T> = leg.q.iter().zip(&d).map(|(&q, &d)| q + d).collect();
+    let q = rotation::moved(&declaration.shape().rotations, leg.q, &d);
     let last = AnyLeg {
         t: leg.t + h,
         q: &q,

@@ -10,6 +10,7 @@ use crate::number::tangent::Tangent;
 use crate::regularity::sides::{self, Linear, Piece, Sided};
 use crate::regularity::sticking::{derivatives, values, zero};
 use crate::solve::dense::Matrix;
+use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
 /// How often Newton's iteration goes on where it is known what rests.
@@ -63,7 +64,9 @@ impl Held {
 impl<'a> AtPoint<'a> {
     /// A point.
     pub(crate) fn new(declaration: Declaration<'a>, (t, q, v): (f64, &'a [f64], &'a [f64])) -> Self {
-        let moving: Vec<Tangent> = q.iter().zip(v).map(|(q, v)| Tangent::new(*q, *v)).collect();
+        let rates = rotation::rate(&declaration.shape().rotations, q, v);
+        let moving = q.iter().zip(&rates);
+        let moving: Vec<Tangent> = moving.map(|(q, rate)| Tangent::new(*q, *rate)).collect();
         let drift = declaration.side_arguments(Tangent::new(t, 1.0), &moving, &map(v, Tangent::splat));
         let still = map(q, Tangent::splat);
         let slopes = (0..q.len())

@@ -14,6 +14,7 @@ mod order;
 mod power;
 mod probe;
 mod roots;
+mod rotations;
 mod symplectic;
 pub(crate) mod third;
 
@@ -337,6 +338,9 @@ pub(crate) fn check_to(
     let start = State::of(settings);
     let (h, asked) = (settings.h, settings.until.unwrap_or(settings.t0 + own));
     let kernel = system.kernel();
+    if !kernel.shape().rotations.is_empty() {
+        return rotations::check_to(system, expected, settings, own);
+    }
     let flow = DiscreteFlow::new(kernel, h)?;
     let start = if settings.begin.projected {
         probe::projected(kernel, h, &start)?

@@ -62,7 +62,7 @@ impl State {
     }
 
     /// The beginning of a run, with another rule for the second node if that is the first.
-    fn beginning(&self, first: First) -> Beginning {
+    pub fn beginning(&self, first: First) -> Beginning {
         let (q0, v0) = (self.q.clone(), self.v.clone());
         let start = match first {
             First::SecondOrder => Beginning::SecondOrder { q0, v0 },
@@ -81,7 +81,7 @@ impl State {
     }
 
     /// The start of a run of third order, with the acceleration that is said.
-    fn third_order(&self) -> Result<AnyStart, SetupError> {
+    pub fn third_order(&self) -> Result<AnyStart, SetupError> {
         let a0 = self.near.as_ref().ok_or(SetupError::FreeAcceleration)?;
         Ok(AnyStart::third_order(&self.q, &self.v, a0).at(self.t))
     }
@@ -152,11 +152,16 @@ pub fn series(system: &dyn Motions, start: &State) -> Measured<(Vec<Vec<f64>>, f
     Ok(found.ok_or("the motion has no series")?)
 }
 
-/// The nodes of the motion of third order from a state, which says the acceleration, up to a time, with the regularity of each step,
+/// The nodes of a motion from a start up to a time, with the regularity of each step,
 /// and the steps in which something jumps.
-pub fn certified(system: &dyn Kernel, h: f64, start: &State, until: f64) -> Result<Certified, CheckFailure> {
+pub fn certified(
+    system: &dyn Kernel,
+    h: f64,
+    start: &AnyStart,
+    until: f64,
+) -> Result<Certified, CheckFailure> {
     let (mut nodes, mut regularity) = (Vec::new(), Vec::new());
-    let mut flow = AnyFlow::new(system, h, &start.third_order()?)?;
+    let mut flow = AnyFlow::new(system, h, start)?;
     flow.run_mut().walk(until, &mut |run| {
         nodes.push(passed(run));
         regularity.extend(run.regularity());
@@ -165,20 +170,20 @@ pub fn certified(system: &dyn Kernel, h: f64, start: &State, until: f64) -> Resu
     Ok((nodes, regularity, Hard::of(flow.run())))
 }
 
-/// The nodes of the motion of third order with a step; or those of the way back from the end.
+/// The nodes of a motion with a step, between two times; or those of the way back from the end.
 pub fn passed_nodes(
     system: &dyn Kernel,
     h: f64,
-    start: &State,
-    until: f64,
+    start: &AnyStart,
+    (begin, until): (f64, f64),
     back: bool,
 ) -> Measured<Vec<Passed>> {
-    let mut flow = AnyFlow::new(system, h, &start.third_order()?)?;
+    let mut flow = AnyFlow::new(system, h, start)?;
     let run = flow.run_mut();
     let until = if back {
         run.walk_to(until, &mut |_| Ok(ControlFlow::Continue(())))?;
         run.reverse()?;
-        start.t
+        begin
     } else {
         until
     };
@@ -191,7 +196,7 @@ pub fn passed_nodes(
 }
 
 /// What the checks look at of the node where a run stands.
-fn passed(run: &dyn Run) -> Passed {
+pub fn passed(run: &dyn Run) -> Passed {
     let mut node = OwnedNode::new(run.kernel().shape().dimension());
     node.take(run);
     let AnyNode { t, q, v, .. } = node.any();

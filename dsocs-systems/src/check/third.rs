@@ -52,7 +52,8 @@ pub fn check_to(
         start,
         expected,
     };
-    let (nodes, regularity, hard) = certified(system, subject.h, &subject.start, subject.until)?;
+    let (nodes, regularity, hard) =
+        certified(system, subject.h, &subject.start.third_order()?, subject.until)?;
     let excuse = excuse(hard, 0, nodes.len().saturating_sub(1));
     let mut findings = Vec::new();
     let mut of = |check: &'static str, measure: &dyn Fn(&mut Report)| {
@@ -69,7 +70,9 @@ pub fn check_to(
         findings.extend(report.findings);
     };
     of("window", &|report| window(&subject, &nodes, report));
-    of("regularity", &|report| certificates(&regularity, report));
+    of("regularity", &|report| {
+        certificates(["D₄", "D₁"], &regularity, report)
+    });
     of("equations", &|report| equations(&subject, &nodes, report));
     of("power balance", &|report| balance(&subject, report));
     of("reversibility", &|report| reversibility(&subject, &nodes, report));
@@ -92,27 +95,30 @@ fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
     );
 }
 
-/// The conditions of the flow along the motion.
-fn certificates(regularity: &[Regularity], report: &mut Report) {
+/// The conditions of the flow along the motion, with the names of the derivatives by the last and by the first node.
+pub(super) fn certificates([last, first]: [&str; 2], regularity: &[Regularity], report: &mut Report) {
     let count = |lost: fn(&Regularity) -> bool| Ok(regularity.iter().filter(|at| lost(at)).count() as f64);
     let smallest = |value: fn(&Regularity) -> f64| smallest(regularity.iter().map(value));
     report.push(
-        format!("of {} steps, those where D₄ is not injective", regularity.len()),
+        format!(
+            "of {} steps, those where {last} is not injective",
+            regularity.len()
+        ),
         Bar::AtMost(0.0),
         count(|at| !at.grants_forward()),
     );
     report.push(
-        "steps where D₁ is not injective",
+        format!("steps where {first} is not injective"),
         Bar::AtMost(0.0),
         count(|at| !at.grants_backward()),
     );
     report.push(
-        "smallest singular value of D₄",
+        format!("smallest singular value of {last}"),
         Bar::Reported,
         smallest(|at| at.forward),
     );
     report.push(
-        "smallest singular value of D₁",
+        format!("smallest singular value of {first}"),
         Bar::Reported,
         smallest(|at| at.backward),
     );
@@ -203,7 +209,9 @@ fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
 /// The way back from the last node.
 fn reversibility(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
     let measured = || -> Measured {
-        let back = passed_nodes(subject.system, subject.h, &subject.start, subject.until, true)?;
+        let start = subject.start.third_order()?;
+        let times = (subject.start.t, subject.until);
+        let back = passed_nodes(subject.system, subject.h, &start, times, true)?;
         let mut worst = 0.0;
         for (found, known) in back.iter().zip(nodes.iter().rev().skip(1)) {
             let leg = known.v.iter().fold(0.0_f64, |sum, v| sum.hypot(v * subject.h));
@@ -264,11 +272,12 @@ fn order(subject: &Subject<'_>, report: &mut Report) {
 
 /// The nodes of the motion with a step.
 fn walked(subject: &Subject<'_>, h: f64) -> Measured<Vec<Passed>> {
-    passed_nodes(subject.system, h, &subject.start, subject.until, false)
+    let times = (subject.start.t, subject.until);
+    passed_nodes(subject.system, h, &subject.start.third_order()?, times, false)
 }
 
 /// Fits a slope to what is above rounding.
-fn push_slope(what: &str, measured: Measured<Vec<[f64; 2]>>, bar: Bar, report: &mut Report) {
+pub(super) fn push_slope(what: &str, measured: Measured<Vec<[f64; 2]>>, bar: Bar, report: &mut Report) {
     let points = match measured {
         Ok(points) => points,
         Err(error) => {

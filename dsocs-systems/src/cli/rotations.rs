@@ -13,16 +13,21 @@ const TOP: &str = "
     lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 - (r * [0.2, 0.1, 1])[2] + dot(x).powi(2) / 2;
 ";
 
-/// The table that a run writes, with these options.
-fn table(options: &str) -> Result<String, CliError> {
+/// What a command writes to a file, with these words, for a system.
+fn written(text: &str, words: &str, ending: &str) -> Result<String, CliError> {
     let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("a.csv").display().to_string();
-    let words = format!("dsocs run top --until 0.2 {options} --out {out}");
+    let out = folder.path().join(ending).display().to_string();
+    let words = format!("dsocs {words} --out {out}");
     let words: Vec<_> = words.split_whitespace().collect();
     let Arguments { command, .. } = Arguments::try_parse_from(words).unwrap();
-    let entry = Entry::of_text("top", &Text::parse("top", TOP).unwrap(), None);
-    command.execute(&mut Program::new(vec![entry.step(0.1)], &[]).verified()?)?;
-    Ok(std::fs::read_to_string(out).unwrap())
+    let entry = Entry::of_text("top", &Text::parse("top", text).unwrap(), None);
+    let done = command.execute(&mut Program::new(vec![entry.step(0.1)], &[]).verified()?);
+    done.map(|()| std::fs::read_to_string(out).unwrap())
+}
+
+/// The table that a run writes, with these options.
+fn table(options: &str) -> Result<String, CliError> {
+    written(TOP, &format!("run top --until 0.2 {options}"), "a.csv")
 }
 
 #[test]
@@ -85,4 +90,41 @@ fn numbers_that_are_too_many_or_no_quaternion_are_told() {
             assert!(error.contains(message), "{options}: {error}");
         }
     }
+}
+
+#[test]
+fn checks_measure_the_order_the_power_and_the_way_back() {
+    let bound = format!("{TOP} nonholonomic = w[2]; phi_lagrangian = trapezoid;");
+    let damped = format!("{TOP} external_forces = (-0.2 * w, -0.1 * dot(x));");
+    for (text, start) in [
+        (TOP, "--q0 1,0,0,0,0 --v0 0.6,-0.3,3,1"),
+        (&*bound, "--q0 0.6,0.8,0,0,0 --v0 0.6,-0.3,0,1"),
+        (&*damped, "--q0 0.6,0,0.8,0,0 --v0 0.6,-0.3,2,1"),
+    ] {
+        let told = written(
+            text,
+            &format!("check top --step 0.05 --until 4 {start}"),
+            "a.json",
+        );
+        let told = told.unwrap_or_else(|error| panic!("{error}"));
+        for figure in [
+            "errors of position",
+            "on the way back",
+            "norms from 1",
+            "between nodes",
+        ] {
+            assert!(told.contains(figure), "{told}");
+        }
+    }
+    // where something is held, the motion has no way back, and says why that is not required
+    let held = format!(
+        "{TOP} let turn = r.inverse() * [0, 0, 1]; external_forces = (-0.8 * w.inner(turn).signum() * turn, 0);"
+    );
+    let told = written(
+        &held,
+        "check top --step 0.05 --until 4 --q0 1,0,0,0,0 --v0 0.6,-0.3,2,1",
+        "a.json",
+    );
+    let told = told.unwrap_or_else(|error| panic!("{error}"));
+    assert!(told.contains("not required here"), "{told}");
 }

@@ -743,7 +743,6 @@ fn a_start_far_from_the_norm_one_is_refused_and_so_is_what_cannot_be_had_yet() {
         "{d:?}"
     );
     assert!(flow.leg().q[1] > 0.9);
-    let start = AnyStart::second_order(&one, &v0);
     // the first number of a velocity is none of an angular velocity
     let mut wrong = v0;
     wrong[1] = 0.5;

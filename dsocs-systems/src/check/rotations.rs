@@ -1,0 +1,249 @@
+//! The checks of a system with rotations: what needs no forms on pairs of nodes.
+
+use dsocs_core::geometry::{Triple, discrete_power};
+use dsocs_core::{AnyPoint, AnyStart, Declaration, Kernel, Tolerance};
+
+use super::probe::{First, Passed, State, certified, less, passed_nodes};
+use super::third::{certificates, push_slope};
+use super::{Expected, Finding, Measured, OF_THE_MOTION, Report, Settings, excuse, larger, probe};
+use crate::entry::{CheckFailure, Motions};
+use crate::stability::Bar;
+
+/// A norm may be so many roundings from one.
+const ROUNDINGS: f64 = 4.0;
+
+/// On the way back the start may be missed by this part of a leg.
+const REVERSED: f64 = 1e-9;
+
+/// Each of so many steps is half of the one before.
+const HALVINGS: usize = 5;
+
+/// How far the fitted order may be from the declared one.
+const APART: f64 = 0.1;
+
+/// The tolerance of the continuous motion.
+const TOLERANCE: f64 = 1e-14;
+
+/// A motion, with what is expected of it.
+struct Subject<'a> {
+    system: &'a dyn Motions,
+    kernel: &'a dyn Kernel,
+    h: f64,
+    until: f64,
+    start: State,
+    first: First,
+    expected: Expected,
+}
+
+impl Subject<'_> {
+    /// The start of a run.
+    fn begins(&self) -> AnyStart {
+        self.start.beginning(self.first).start()
+    }
+}
+
+/// Checks a system on the motion from a position and a velocity, to the end `own` unless the settings say another.
+///
+/// # Errors
+///
+/// [`CheckFailure`] if the motion cannot be computed.
+pub fn check_to(
+    system: &dyn Motions,
+    expected: Expected,
+    settings: &Settings<'_>,
+    own: f64,
+) -> Result<Vec<Finding>, CheckFailure> {
+    let (kernel, start) = (system.kernel(), State::of(settings));
+    let subject = Subject {
+        system,
+        kernel,
+        h: settings.h,
+        until: settings.until.unwrap_or(start.t + own),
+        start: if settings.begin.projected {
+            probe::projected(kernel, settings.h, &start)?
+        } else {
+            start
+        },
+        first: if settings.begin.paper {
+            First::Paper
+        } else {
+            First::SecondOrder
+        },
+        expected,
+    };
+    let (nodes, regularity, hard) = certified(kernel, subject.h, &subject.begins(), subject.until)?;
+    let walked = probe::legs(kernel, subject.h, (&subject.start, subject.first), subject.until)?;
+    let held = walked.held.iter().filter(|held| **held).count();
+    let excuse = excuse(hard, held, nodes.len().saturating_sub(1));
+    let mut findings = Vec::new();
+    let mut of = |check: &'static str, measure: &dyn Fn(&mut Report)| {
+        let mut report = Report {
+            check,
+            findings: Vec::new(),
+        };
+        measure(&mut report);
+        if OF_THE_MOTION.contains(&check) {
+            for finding in report.findings.iter_mut().filter(|finding| !finding.holds()) {
+                finding.excuse.clone_from(&excuse);
+            }
+        }
+        findings.extend(report.findings);
+    };
+    of("window", &|report| window(&subject, &nodes, report));
+    of("regularity", &|report| {
+        certificates(["D₃", "D₁"], &regularity, report)
+    });
+    of("rotations", &|report| norms(&subject, &nodes, report));
+    of("power balance", &|report| balance(&subject, report));
+    of("reversibility", &|report| reversibility(&subject, &nodes, report));
+    of("order", &|report| order(&subject, report));
+    Ok(findings)
+}
+
+/// How far the motion goes.
+fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
+    let asked = (subject.until - subject.start.t).abs();
+    let reached = nodes.last().map_or(0.0, |node| (node.t - subject.start.t).abs());
+    report.push(
+        format!("time that the motion reaches, of {asked} s"),
+        Bar::AtLeast(asked * (1.0 - 1e-9) - subject.h.abs()),
+        Ok(reached),
+    );
+    report.note(
+        "beside a rotation what needs forms on pairs of nodes (the identities, the symplectic and the momentum law, contact) is not looked at, so far",
+    );
+}
+
+/// The norms of the quaternions.
+fn norms(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
+    let rotations = &subject.kernel.shape().rotations;
+    let of_node = |node: &Passed| {
+        let quaternions = rotations.iter().filter_map(|&first| node.q.get(first..first + 4));
+        let norms = quaternions.map(|q| q.iter().map(|q| q * q).sum::<f64>().sqrt());
+        norms.fold(0.0, |most, norm| larger(most, (norm - 1.0).abs() / f64::EPSILON))
+    };
+    report.push(
+        "distance of the quaternions' norms from 1, in roundings",
+        Bar::AtMost(ROUNDINGS),
+        Ok(nodes.iter().map(of_node).fold(0.0, larger)),
+    );
+}
+
+/// The energy at nodes against the sum of the power of the forces: the order of what is missed.
+fn balance(subject: &Subject<'_>, report: &mut Report) {
+    let measured: Measured<Vec<[f64; 2]>> = (0..HALVINGS)
+        .map(|halving| {
+            let h = subject.h / f64::from(1_u32 << halving);
+            Ok([h.abs(), missed_power(subject, h)?])
+        })
+        .collect();
+    push_slope(
+        "slope of E − Σh(⟨Q + f, v⟩ − ∂L/∂t) between nodes",
+        measured,
+        Bar::AtLeast(subject.expected.order - APART),
+        report,
+    );
+}
+
+/// By how much the energy misses what it is at the first node and what the power has changed since, relative to its terms.
+fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
+    let kernel = subject.kernel;
+    let declaration = Declaration::of(kernel);
+    let walked = probe::legs(kernel, h, (&subject.start, subject.first), subject.until)?;
+    let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
+    let mut last: Option<(f64, f64)> = None;
+    for pair in walked.legs.windows(2) {
+        let (leg, e) = (pair[0].clone(), less(&pair[1].d, &pair[0].d));
+        let point = declaration.point(h, leg.any(), &e);
+        let AnyPoint { t, q, v, .. } = point.any();
+        let energy = declaration.energy(t, q, v);
+        terms = larger(terms, energy.abs() + 2.0 * declaration.lagrangian(t, q, v).abs());
+        let power = discrete_power(kernel, h, &Triple { leg, e });
+        last = Some(match last {
+            Some((first, before)) => {
+                change += h * (before + power) / 2.0;
+                missed = larger(missed, (energy - first - change).abs());
+                (first, power)
+            }
+            None => (energy, power),
+        });
+    }
+    Ok(if missed == 0.0 { 0.0 } else { missed / terms })
+}
+
+/// The way back from the last node.
+fn reversibility(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
+    let measured = || -> Measured {
+        let times = (subject.start.t, subject.until);
+        let back = passed_nodes(subject.kernel, subject.h, &subject.begins(), times, true)?;
+        let leg = nodes.windows(2).fold(0.0_f64, |longest, pair| {
+            less(&pair[1].q, &pair[0].q)
+                .into_iter()
+                .fold(longest, |longest, d| longest.max(d.abs()))
+        });
+        let pairs = back.iter().zip(nodes.iter().rev().skip(1));
+        let apart = pairs.flat_map(|(found, known)| less(&found.q, &known.q));
+        let apart = apart.fold(0.0, |most, apart| larger(most, apart.abs()));
+        Ok(apart / leg.max(f64::MIN_POSITIVE))
+    };
+    let bar = if subject.expected.reversible {
+        Bar::AtMost(REVERSED)
+    } else {
+        Bar::Reported
+    };
+    report.push("distance of the nodes on the way back, in legs", bar, measured());
+}
+
+/// The order: by the errors against the continuous motion or, where there is no series, by the changes from one step to the half of it.
+fn order(subject: &Subject<'_>, report: &mut Report) {
+    let bar = Bar::AtLeast(subject.expected.order - APART);
+    let runs: Measured<Vec<Vec<Passed>>> = (0..=HALVINGS)
+        .map(|halving| {
+            let h = subject.h / f64::from(1_u32 << halving);
+            let times = (subject.start.t, subject.until);
+            passed_nodes(subject.kernel, h, &subject.begins(), times, false)
+        })
+        .collect();
+    let known = continuous(subject);
+    let what = match known {
+        Ok(_) => "slope of the errors of position",
+        Err(_) => "slope of the changes of position from step to step",
+    };
+    let measured = runs.map(|runs| {
+        let pairs = runs.windows(2).enumerate();
+        let pairs = pairs.map(|(halving, pair)| {
+            let parts = 1_usize << halving;
+            let apart = match &known {
+                Ok(known) => distance((&pair[0], parts), (known, 1)),
+                Err(_) => distance((&pair[0], parts), (&pair[1], 2 * parts)),
+            };
+            [(subject.h / parts as f64).abs(), apart]
+        });
+        pairs.collect()
+    });
+    push_slope(what, measured, bar, report);
+    if let Err(error) = known {
+        report.note(&error.to_string());
+    }
+}
+
+/// The largest distance of two motions, of each of which every so many nodes are at the same times.
+fn distance((one, by): (&[Passed], usize), (other, by_other): (&[Passed], usize)) -> f64 {
+    let pairs = one.iter().step_by(by).zip(other.iter().step_by(by_other));
+    let apart = pairs.flat_map(|(one, other)| less(&one.q, &other.q));
+    apart.fold(0.0, |most, apart| larger(most, apart.abs()))
+}
+
+/// The continuous motion at the nodes of the largest step.
+fn continuous(subject: &Subject<'_>) -> Measured<Vec<Passed>> {
+    let beginning = subject.start.beginning(subject.first);
+    let mut run = subject
+        .system
+        .continuous(&beginning, Tolerance::relative(TOLERANCE), Some(subject.h))?;
+    let mut nodes = Vec::new();
+    run.walk_to(subject.until, &mut |run| {
+        nodes.push(probe::passed(run));
+        Ok(core::ops::ControlFlow::Continue(()))
+    })?;
+    Ok(nodes)
+}
