@@ -38,9 +38,11 @@
 
 mod admissible;
 mod array;
+mod contact;
 mod continuous;
 mod error;
 mod evolution;
+mod expansion;
 mod external;
 mod form;
 mod inverse;
@@ -49,6 +51,7 @@ mod map;
 mod momentum;
 mod pairs;
 mod pieces;
+mod quadrature;
 pub(crate) mod solvable;
 mod split;
 mod theorem;
@@ -58,9 +61,11 @@ mod written;
 use crate::{number::point::Leg, number::tangent::Tangent, system::System};
 
 pub use admissible::admissible_variations;
+pub use contact::{Contact, Gap};
 pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, motion_near, variation};
 pub use error::GeometryError;
 pub use evolution::Evolution;
+pub use expansion::Expansion;
 pub use external::{discrete_power, external_forces, power, power_with};
 pub use form::{Displacement, TwoForm};
 pub use legendre::{
@@ -71,6 +76,7 @@ pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
 pub use pairs::{constraint_forms, pair_displacements, state_displacements};
 pub use pieces::piece_arguments;
+pub use quadrature::mean_over;
 #[doc(hidden)] // until steps are solved on slices
 pub use split::{constraint_multipliers, continuous_multipliers};
 pub use theorem::FlowTheorem;

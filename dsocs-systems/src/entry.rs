@@ -59,6 +59,7 @@ use dsocs_core::Declaration;
 use dsocs_core::text::{Run as TextRun, Table, Text};
 use dsocs_core::{Kernel, Quantity, Samples, SetupError, System};
 
+use crate::check::orders::{MAPS, Orders, Variant};
 use crate::check::{self, Expected, Finding, Settings};
 
 pub use beginning::Beginning;
@@ -615,6 +616,55 @@ impl Entry {
         }
         let motions: &dyn Motions = &*self.system;
         check::check_to(motions, &self.symmetries, self.expected(), settings, own)
+    }
+
+    /// Measures the orders of the parts of the discrete system on a motion of it: chapter *The orders of the parts*. The motion ends after 200 steps, or at
+    /// the default end where that comes first, unless the settings have another end.
+    ///
+    /// # Errors
+    ///
+    /// [`CheckFailure`] if the motion cannot be computed, and for systems with rotations or with constraints of third order.
+    pub fn orders(&self, settings: &Settings<'_>) -> Result<Orders, CheckFailure> {
+        let coordinates = &self.description.coordinates;
+        beginning::fits("q0", settings.q0, coordinates)?;
+        beginning::fits("v0", settings.v0, coordinates)?;
+        if let Some(a0) = settings.a0 {
+            beginning::fits("a0", a0, coordinates)?;
+        }
+        check::orders::orders_to(&*self.system, settings, self.until)
+    }
+
+    /// The same with each of the [`MAPS`] that its declaration leaves a choice of. A system that no text can say has its own maps alone.
+    ///
+    /// # Errors
+    ///
+    /// As [`Entry::orders`] for the maps as declared.
+    pub fn orders_by_map(&self, settings: &Settings<'_>) -> Result<Vec<Variant>, CheckFailure> {
+        let [_, others @ ..] = MAPS;
+        let mut variants = vec![Variant::declared(self.orders(settings)?)];
+        let Ok(text) = self.text() else { return Ok(variants) };
+        let samples = self.tables.iter().map(|(table, samples)| {
+            let places = samples.places().iter();
+            (
+                table.file.clone(),
+                places.map(|&place| (place, samples.at(place))).collect(),
+            )
+        });
+        let samples: Vec<(String, Vec<(f64, f64)>)> = samples.collect();
+        let shape = self.system.kernel().shape();
+        for map in others
+            .into_iter()
+            .filter(|map| map.is_for(&shape.declaration, shape.kinematic))
+        {
+            let measured = || {
+                let text = map.read(&self.name, &text, &samples)?;
+                let entry = Self::of_text(self.name.clone(), &text, text.runs.first());
+                entry.orders(settings).map_err(|failure| failure.to_string())
+            };
+            let orders = measured();
+            variants.push(Variant { map, orders });
+        }
+        Ok(variants)
     }
 
     /// The position and the velocity of settings, moved onto the constraints by the smallest change.

@@ -7,6 +7,7 @@ use super::sized::Start;
 use super::third::Free;
 use crate::error::SetupError;
 use crate::solve::Vector;
+use crate::solve::sum::Sum;
 use crate::tape::Shape;
 
 /// A [`Start`](crate::Start) with any number of coordinates: each vector is a slice with one component for each. Of a rotation, a position has the four numbers of
@@ -67,6 +68,15 @@ impl AnyStart {
     pub fn three_nodes(q0: &[f64], q1: &[f64], q2: &[f64]) -> Self {
         let [q1, q2] = [q1, q2].map(Vector::of);
         Self::by(q0, Rule::ThreeNodes { q1, q2 })
+    }
+
+    /// The second node on the continuous motion, as [`Start::exact`](crate::Start::exact) finds it: from a position, the first velocity and acceleration, and
+    /// the increment `d = q(t0 + h) − q0` of the motion over a step `h` from the time `t0`. The step of the run has to be `h`.
+    pub fn exact(q0: &[f64], [v0, a0]: [&[f64]; 2], d: &[f64], [t0, h]: [f64; 2]) -> Self {
+        let [v0, a0] = [v0, a0].map(Vector::of);
+        let d = Sum::exact(Vector::of(d));
+        let rule = Rule::Exact { v0, a0, d, h, t0 };
+        Self::by(q0, rule).at(t0)
     }
 
     /// The same at another time than 0.

@@ -11,6 +11,7 @@ mod extrapolation;
 mod flow;
 mod momentum;
 mod order;
+pub mod orders;
 mod power;
 mod probe;
 mod roots;
@@ -209,7 +210,67 @@ struct Subject<'a> {
     states: Vec<State>,
 }
 
-impl Subject<'_> {
+impl<'a> Subject<'a> {
+    /// A system with its motion from the start of the settings, to the end `own` unless they say another.
+    fn new(
+        system: &'a dyn Motions,
+        symmetries: &'a [Symmetry],
+        expected: Expected,
+        settings: &Settings<'_>,
+        own: f64,
+    ) -> Result<Self, CheckFailure> {
+        let start = State::of(settings);
+        let (h, asked) = (settings.h, settings.until.unwrap_or(settings.t0 + own));
+        let kernel = system.kernel();
+        let flow = DiscreteFlow::new(kernel, h)?;
+        let start = if settings.begin.projected {
+            probe::projected(kernel, h, &start)?
+        } else {
+            start
+        };
+        let first = if settings.begin.paper {
+            First::Paper
+        } else {
+            First::SecondOrder
+        };
+        let walked = probe::legs(kernel, h, (&start, first), asked)?;
+        let (places, spread) = places(&walked);
+        let early = (0..walked.legs.len().min(EARLY) - 1).step_by(2);
+        let early: Vec<usize> = early.filter(|&place| !walked.held[place]).collect();
+        let of = |places: &[usize]| triples(&flow, &walked.legs, places);
+        let [at_places, at_spread, at_early] = [of(&places)?, of(&spread)?, of(&early)?];
+        Ok(Self {
+            system,
+            kernel,
+            triples: at_places,
+            spread: at_spread,
+            early: at_early,
+            expected,
+            symmetries,
+            h,
+            asked,
+            until: walked.until,
+            ended: walked.ended,
+            own_end: settings.until.is_none(),
+            hard: walked.hard,
+            held: walked.held.iter().filter(|held| **held).count(),
+            states: states(system, h, &start, walked.until, STATES),
+            start,
+            first,
+            places,
+            legs: walked.legs,
+            flow,
+        })
+    }
+
+    /// Lets runs begin with two nodes of the continuous motion, if it is known at the start.
+    fn start_on_the_motion(&mut self) {
+        if let Ok(motion) = probe::expansion(self.system, &self.start) {
+            self.start.ahead = Some(motion);
+            self.first = First::Exact;
+        }
+    }
+
     /// How many constraints there are: on positions, on velocities, on accelerations.
     fn constraints(&self) -> [usize; 3] {
         let shape = self.kernel.shape();
@@ -335,51 +396,10 @@ pub(crate) fn check_to(
     settings: &Settings<'_>,
     own: f64,
 ) -> Result<Vec<Finding>, CheckFailure> {
-    let start = State::of(settings);
-    let (h, asked) = (settings.h, settings.until.unwrap_or(settings.t0 + own));
-    let kernel = system.kernel();
-    if !kernel.shape().rotations.is_empty() {
+    if !system.kernel().shape().rotations.is_empty() {
         return rotations::check_to(system, expected, settings, own);
     }
-    let flow = DiscreteFlow::new(kernel, h)?;
-    let start = if settings.begin.projected {
-        probe::projected(kernel, h, &start)?
-    } else {
-        start
-    };
-    let first = if settings.begin.paper {
-        First::Paper
-    } else {
-        First::SecondOrder
-    };
-    let walked = probe::legs(kernel, h, (&start, first), asked)?;
-    let (places, spread) = places(&walked);
-    let early = (0..walked.legs.len().min(EARLY) - 1).step_by(2);
-    let early: Vec<usize> = early.filter(|&place| !walked.held[place]).collect();
-    let of = |places: &[usize]| triples(&flow, &walked.legs, places);
-    let [at_places, at_spread, at_early] = [of(&places)?, of(&spread)?, of(&early)?];
-    let subject = Subject {
-        system,
-        kernel,
-        triples: at_places,
-        spread: at_spread,
-        early: at_early,
-        expected,
-        symmetries,
-        h,
-        asked,
-        until: walked.until,
-        ended: walked.ended,
-        own_end: settings.until.is_none(),
-        hard: walked.hard,
-        held: walked.held.iter().filter(|held| **held).count(),
-        states: states(system, h, &start, walked.until),
-        start,
-        first,
-        places,
-        legs: walked.legs,
-        flow,
-    };
+    let subject = Subject::new(system, symmetries, expected, settings, own)?;
     let checks: [(&'static str, Check); 11] = [
         ("window", window),
         ("regularity", flow::regularity),
@@ -506,16 +526,16 @@ fn triples(
     Ok(found)
 }
 
-/// States of the continuous motion: the start, and others if the motion is known so far.
-fn states(system: &dyn Motions, h: f64, start: &State, until: f64) -> Vec<State> {
+/// So many states of the continuous motion: the start, and others if the motion is known so far.
+fn states(system: &dyn Motions, h: f64, start: &State, until: f64, count: usize) -> Vec<State> {
     // a function of pieces may have a corner at the start, on whose other side the motion has never been
     let (mut states, aside) = if system.kernel().shape().piecewise {
         (Vec::new(), 0.5)
     } else {
         (vec![start.clone()], 0.0)
     };
-    let times: Vec<f64> = (states.len()..STATES)
-        .map(|k| start.t + (until - start.t) * (k as f64 + aside) / STATES as f64)
+    let times: Vec<f64> = (states.len()..count)
+        .map(|k| start.t + (until - start.t) * (k as f64 + aside) / count as f64)
         .collect();
     if let Ok(motion) = probe::exact(system, h, start, &times, STATES_TOLERANCE) {
         states.extend(motion.iter().map(|point| {
@@ -525,6 +545,7 @@ fn states(system: &dyn Motions, h: f64, start: &State, until: f64) -> Vec<State>
                 q: q.to_vec(),
                 v: v.to_vec(),
                 near: start.near.as_ref().map(|_| a.to_vec()),
+                ahead: None,
             }
         }));
     }

@@ -66,13 +66,13 @@ const CHANGED: f64 = 1e-9;
 const CHAOS: [f64; 3] = [1e3, 30.0, 1e7];
 
 /// The motion is followed by the step that is halved so often: the largest one that counts, if all errors are above rounding.
-const FOLLOWER: usize = 2;
+pub const FOLLOWER: usize = 2;
 
 /// What is compared.
 const NAMES: [&str; 4] = ["position", "velocity", "force", "multipliers"];
 
 /// Errors by quantity, step and node, each relative to the component's largest value.
-type Errors = [Vec<Vec<f64>>; 4];
+pub type Errors = [Vec<Vec<f64>>; 4];
 
 /// The order on the system's own motion.
 pub fn order(subject: &Subject<'_>, report: &mut Report) {
@@ -280,6 +280,7 @@ fn growth(subject: &Subject<'_>) -> Measured<[f64; 2]> {
         q: q0,
         v: v0,
         near,
+        ..
     } = &subject.start;
     let t = *t;
     let times = |k: u32| t + (subject.until - t) * f64::from(k) / 200.0;
@@ -303,6 +304,7 @@ fn growth(subject: &Subject<'_>) -> Measured<[f64; 2]> {
             q: moved(q0, &displacement.first),
             v: moved(v0, &displacement.second),
             near: near.clone(),
+            ahead: None,
         };
         let Ok(other) = probe::exact(subject.system, subject.h, &start, &times, TOLERANCE) else {
             continue;
@@ -318,7 +320,7 @@ fn growth(subject: &Subject<'_>) -> Measured<[f64; 2]> {
 }
 
 /// How many nodes the largest step follows the motion, at least two.
-fn followed(errors: &[f64]) -> usize {
+pub fn followed(errors: &[f64]) -> usize {
     let lost = errors
         .iter()
         .position(|error| error.is_nan() || *error > FOLLOWED);
@@ -326,7 +328,7 @@ fn followed(errors: &[f64]) -> usize {
 }
 
 /// Times, and the errors there of every quantity with every step, the first of which is a part of the subject's.
-fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors, Option<RunError>)> {
+pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors, Option<RunError>)> {
     let h = subject.h;
     let coarse = subject.legs.len().saturating_sub(1).clamp(2, STEPS);
     let part = u32::try_from(coarse.div_ceil(NODES))?;

@@ -4,11 +4,11 @@
 //! discrete one the energy at the nodes and the sum of `h` times the power differ by an error of the step, whose order is
 //! fitted.
 
-use dsocs_core::geometry::{Triple, discrete_power, power};
-use dsocs_core::{AnyPoint, Declaration, OwnedLeg, OwnedPoint};
+use dsocs_core::geometry::{Triple, discrete_power, mean_over, power};
+use dsocs_core::{AnyPoint, Declaration, OwnedLeg};
 
 use super::order::{above, fitted, with_finer_steps};
-use super::probe::{State, less, series, walk};
+use super::probe::{State, expansion, less, walk};
 use super::{Measured, Report, Subject, larger, largest};
 use crate::entry::Motions;
 use crate::stability::Bar;
@@ -30,14 +30,6 @@ const SAME: f64 = 0.1;
 
 /// How far the order may be below the declared one.
 const BELOW: f64 = 0.1;
-
-/// Nodes and weights of Gauss's quadrature with eight points on the interval from −1 to 1, for one sign.
-const GAUSS: [[f64; 2]; 4] = [
-    [0.183_434_642_495_649_8, 0.362_683_783_378_362],
-    [0.525_532_409_916_329, 0.313_706_645_877_887_3],
-    [0.796_666_477_413_626_7, 0.222_381_034_453_374_48],
-    [0.960_289_856_497_536_3, 0.101_228_536_290_376_26],
-];
 
 /// Both balances.
 pub fn balance(subject: &Subject<'_>, report: &mut Report) {
@@ -102,19 +94,13 @@ fn jump(defects: &[[f64; 2]]) -> Option<f64> {
 /// By how much a power misses the change of the energy along a piece of the continuous motion from a state, relative to the
 /// terms: about a step, or as far as the series reaches.
 fn defect(system: &dyn Motions, state: &State, h: f64, power: &dyn Fn(AnyPoint<'_, f64>) -> f64) -> Measured {
-    let (series, reach) = series(system, state)?;
+    let motion = expansion(system, state)?;
     // a series knows its second derivative to fewer digits at its end
-    let span = h.signum() * (0.5 * reach).min(h.abs());
-    let middle = span / 2.0;
-    let mut sum = 0.0;
-    for [node, weight] in GAUSS {
-        for side in [-1.0, 1.0] {
-            sum += weight * middle * power(point(state.t, &series, middle * (1.0 + side * node)).any());
-        }
-    }
+    let span = h.signum() * (0.5 * motion.reach).min(h.abs());
+    let sum = span * mean_over([0.0, span], &mut |s| power(motion.point(s).any()));
     let declaration = Declaration::of(system.kernel());
     let [from, to] = [0.0, span].map(|s| {
-        let point = point(state.t, &series, s);
+        let point = motion.point(s);
         let AnyPoint { t, q, v, .. } = point.any();
         let energy = declaration.energy(t, q, v);
         // E + L is the other term
@@ -123,26 +109,6 @@ fn defect(system: &dyn Motions, state: &State, h: f64, power: &dyn Fn(AnyPoint<'
     let terms = from[1] + to[1] + sum.abs();
     let missed = (to[0] - from[0] - sum).abs();
     Ok(if missed == 0.0 { 0.0 } else { missed / terms })
-}
-
-/// The point of a series at a time after that of its centre.
-fn point(t: f64, series: &[Vec<f64>], s: f64) -> OwnedPoint<f64> {
-    let zero = || vec![0.0; series.first().map_or(0, Vec::len)];
-    let [mut q, mut v, mut a] = [zero(), zero(), zero()];
-    for (k, coefficient) in series.iter().enumerate().rev() {
-        let k = k as f64;
-        for (i, c) in coefficient.iter().enumerate() {
-            q[i] = q[i] * s + c;
-            if k > 0.0 {
-                v[i] = v[i] * s + k * c;
-            }
-            if k > 1.0 {
-                a[i] = a[i] * s + k * (k - 1.0) * c;
-            }
-        }
-    }
-    let (q, v, a) = (&q, &v, &a);
-    AnyPoint { t: t + s, q, v, a }.to_owned()
 }
 
 /// The largest difference of the energy at a node of the discrete motion with the step `h` from that at the first one and what
@@ -217,6 +183,7 @@ mod tests {
             q: vec![x, x * t.sin() / 2.0],
             v: vec![u, u * t.sin() / 2.0 + x * t.cos() / 2.0],
             near: None,
+            ahead: None,
         };
         let of = Typed::new(&system);
         let motions: &dyn Motions = &of;

@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::geometry::Triple;
+use dsocs_core::geometry::{Expansion, Triple};
 use dsocs_core::{
-    AnyFlow, AnyLeg, AnyNode, AnyStart, Kernel, NearlySingular, OwnedLeg, OwnedNode, OwnedPoint, Regularity,
+    AnyFlow, AnyLeg, AnyNode, AnyPoint, AnyStart, Kernel, NearlySingular, OwnedLeg, OwnedNode, OwnedPoint, Regularity,
     Room, Run, RunError, SetupError, Stop, Tolerance, Unresolved,
 };
 
@@ -22,6 +22,8 @@ pub struct State {
     pub v: Vec<f64>,
     /// Near which the acceleration is, where there may be several.
     pub near: Option<Vec<f64>>,
+    /// The motion about it, where runs begin with two nodes of the motion.
+    pub ahead: Option<Expansion>,
 }
 
 /// How the second node follows from a state.
@@ -31,6 +33,8 @@ pub enum First {
     SecondOrder,
     /// `q1 = q0 + h v0`.
     Paper,
+    /// `q1 = q(t0 + h)` by the expansion of the motion about the state, as far as it reaches; beyond, as of second order.
+    Exact,
 }
 
 /// Is shown the number, the time and the leg of a position, and whether a function jumps or holds something in the step that led there, and says whether the motion goes on.
@@ -58,6 +62,19 @@ impl State {
             q: settings.q0.to_vec(),
             v: settings.v0.to_vec(),
             near: settings.a0.map(<[f64]>::to_vec),
+            ahead: None,
+        }
+    }
+
+    /// The start of a run with a step.
+    fn start(&self, first: First, h: f64) -> AnyStart {
+        match &self.ahead {
+            Some(motion) if first == First::Exact && h.abs() <= motion.reach => {
+                let point = motion.point(0.0);
+                let AnyPoint { q, v, a, .. } = point.any();
+                AnyStart::exact(q, [v, a], &motion.increment(h), [self.t, h])
+            }
+            _ => self.beginning(first).start(),
         }
     }
 
@@ -65,7 +82,7 @@ impl State {
     pub fn beginning(&self, first: First) -> Beginning {
         let (q0, v0) = (self.q.clone(), self.v.clone());
         let start = match first {
-            First::SecondOrder => Beginning::SecondOrder { q0, v0 },
+            First::SecondOrder | First::Exact => Beginning::SecondOrder { q0, v0 },
             First::Paper => Beginning::Paper { q0, v0 },
         };
         let start = Beginning::At(self.t, Box::new(start));
@@ -113,7 +130,7 @@ pub fn walk(
     (state, first): (&State, First),
     walker: Walker<'_>,
 ) -> (Hard, Result<(), CheckFailure>) {
-    let mut flow = match AnyFlow::new(system, h, &state.beginning(first).start()) {
+    let mut flow = match AnyFlow::new(system, h, &state.start(first, h)) {
         Ok(flow) => flow,
         Err(error) => return (Hard::default(), Err(error.into())),
     };
@@ -136,17 +153,22 @@ pub fn projected(system: &dyn Kernel, h: f64, state: &State) -> Result<State, Ch
         q,
         v,
         near: state.near.clone(),
+        ahead: None,
     })
 }
 
-/// The Taylor coefficients of the continuous position at a state, by order, and how far they reach.
-pub fn series(system: &dyn Motions, start: &State) -> Measured<(Vec<Vec<f64>>, f64)> {
+/// The continuous motion about a state.
+pub fn expansion(system: &dyn Motions, start: &State) -> Measured<Expansion> {
     let n = system.kernel().shape().dimension().max(1);
     let mut motion = system.continuous(&start.moved(), Tolerance::relative(1e-15), None)?;
     let mut found = None;
     motion.trace(f64::INFINITY, &mut Room::new(), &mut |_, polynomial| {
         let orders = polynomial.series().positions().chunks(n);
-        found = Some((orders.map(<[f64]>::to_vec).collect(), polynomial.length().abs()));
+        found = Some(Expansion {
+            t: start.t,
+            coefficients: orders.map(<[f64]>::to_vec).collect(),
+            reach: polynomial.length().abs(),
+        });
         Ok(None)
     })?;
     Ok(found.ok_or("the motion has no series")?)

@@ -2,8 +2,8 @@
 
 use dsocs_core::geometry::{DiscreteFlow, Triple, pair_displacements};
 
-use super::probe::series;
-use super::{Measured, Report, Subject, contact::about, larger};
+use super::probe::expansion;
+use super::{Measured, Report, Subject, larger};
 use crate::stability::Bar;
 
 /// Two solutions nearer than this part of a leg cannot be told from one another.
@@ -102,12 +102,12 @@ fn other(flow: &DiscreteFlow<'_>, triple: &Triple) -> Option<f64> {
 fn parasitic(subject: &Subject<'_>) -> Measured {
     let mut most = 0.0;
     for state in &subject.states {
-        let (series, reach) = series(subject.system, state)?;
+        let motion = expansion(subject.system, state)?;
         let mut found = f64::NAN;
         for quarter in 0..=QUARTERS {
-            let h = subject.h.signum() * subject.h.abs().min(reach) * 0.25_f64.powi(quarter);
+            let h = subject.h.signum() * subject.h.abs().min(motion.reach) * 0.25_f64.powi(quarter);
             let flow = subject.flow.with_step(h)?;
-            let near = about(state.t, &series, h);
+            let near = motion.triple(h);
             let triple = flow.forward_near(near.leg.any(), &near.e)?;
             found = returned(subject, &flow, &triple)?;
             if found <= MODE {

@@ -1,7 +1,8 @@
 //! `check`: the paper's theorems on a system, as figures.
 
+use std::ffi::OsStr;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use comfy_table::{Cell, CellAlignment, Color, Table, presets};
@@ -10,8 +11,9 @@ use serde_json::{Value, json};
 use super::output::OutputFile;
 use super::stability::number;
 use super::start::{BeginArguments, StartArguments};
-use super::{CliError, Program, expression, output, terminal};
-use crate::check::{Finding, Settings};
+use super::{CliError, Program, expression, orders, output, terminal};
+use crate::check::{Begin, Finding, Settings};
+use crate::entry::Entry;
 use crate::stability::Bar;
 
 /// What `check` takes.
@@ -32,9 +34,76 @@ pub struct CheckArguments {
     /// How it begins with position and velocity
     #[command(flatten)]
     begin: BeginArguments,
-    /// A .json file for the measured values
+    /// Measure the orders of the parts in place of the checks: how closely L_d, D_K and D_V touch the exact ones, which order follows for the flow, and
+    /// which is seen
+    #[arg(long)]
+    orders: bool,
+    /// The same with other maps in the place of the declared ones, too, as far as a text can say the system
+    #[arg(long, requires = "orders")]
+    every_map: bool,
+    /// A .json file for the measured values; with `--orders` a .md file for the table
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+}
+
+/// The motion that is looked at.
+pub(super) struct Motion {
+    h: f64,
+    until: Option<f64>,
+    t0: f64,
+    q0: Vec<f64>,
+    v0: Vec<f64>,
+    a0: Option<Vec<f64>>,
+    begin: Begin,
+}
+
+impl Motion {
+    /// As a check takes it.
+    pub(super) fn settings(&self) -> Settings<'_> {
+        Settings {
+            h: self.h,
+            until: self.until,
+            t0: self.t0,
+            q0: &self.q0,
+            v0: &self.v0,
+            a0: self.a0.as_deref(),
+            begin: self.begin,
+        }
+    }
+}
+
+impl CheckArguments {
+    /// Gives a system its parameters, and finds its motion.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError`] if an option does not fit the system.
+    pub(super) fn motion(&self, entry: &mut Entry) -> Result<Motion, CliError> {
+        self.from.set(entry)?;
+        let a0 = match self.from.a0(entry)? {
+            None => self.from.near(entry)?,
+            a0 => a0,
+        };
+        Ok(Motion {
+            h: self.step.unwrap_or(entry.default_step()),
+            until: self.until,
+            t0: self.from.t0(),
+            q0: self.from.q0(entry)?,
+            v0: self.from.v0(entry)?,
+            a0,
+            begin: self.begin.begin(entry),
+        })
+    }
+
+    /// The file for the values.
+    pub(super) fn out(&self) -> Option<&Path> {
+        self.out.as_deref()
+    }
+
+    /// Whether other maps are to be measured, too.
+    pub(super) fn with_every_map(&self) -> bool {
+        self.every_map
+    }
 }
 
 /// Checks systems.
@@ -47,29 +116,23 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
     arguments.from.for_systems(entries.len())?;
     let is_one = entries.len() == 1;
     if let Some(path) = &arguments.out {
-        if path.extension().is_none_or(|extension| extension != "json") {
-            return Err(CliError::NotJson(path.display().to_string()));
+        let ending = path.extension().and_then(OsStr::to_str);
+        match ending {
+            Some("json") => {}
+            Some("md") if arguments.orders => {}
+            _ => return Err(CliError::NotJson(path.display().to_string())),
         }
         drop(OutputFile::create(path)?);
+    }
+    if arguments.orders {
+        return orders::orders(arguments, entries);
     }
     let mut missed = 0;
     let mut encoded = Vec::new();
     let mut text = String::new();
     for entry in entries {
-        arguments.from.set(entry)?;
-        let a0 = match arguments.from.a0(entry)? {
-            None => arguments.from.near(entry)?,
-            a0 => a0,
-        };
-        let settings = Settings {
-            h: arguments.step.unwrap_or(entry.default_step()),
-            until: arguments.until,
-            t0: arguments.from.t0(),
-            q0: &arguments.from.q0(entry)?,
-            v0: &arguments.from.v0(entry)?,
-            a0: a0.as_deref(),
-            begin: arguments.begin.begin(entry),
-        };
+        let motion = arguments.motion(entry)?;
+        let settings = motion.settings();
         let findings = match entry.check(&settings) {
             Ok(findings) => findings,
             Err(failure) if is_one => return Err(failure.into()),

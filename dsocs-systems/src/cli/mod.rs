@@ -57,6 +57,7 @@ mod motion;
 #[cfg(all(feature = "dsocs", not(test)))]
 mod new;
 mod number;
+mod orders;
 mod output;
 mod page;
 #[cfg(all(feature = "dsocs", not(test)))]

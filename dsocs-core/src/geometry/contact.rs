@@ -1,0 +1,342 @@
+//! How closely the parts of the discrete system touch the exact ones, at nodes of the continuous motion.
+
+use super::array::{along, moving, moving_leg};
+use super::continuous::legendre;
+use super::expansion::Expansion;
+use super::external::discrete;
+use super::legendre::{legendre_minus, legendre_plus, product};
+use super::map::Triple;
+use super::quadrature::mean_over;
+use crate::error::{BY_ANGLES, SetupError};
+use crate::kernel::Kernel;
+use crate::number::bounded::Bounded;
+use crate::number::point::AnyPoint;
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::regularity::multipliers::multipliers;
+use crate::tape::declaration::Declaration;
+
+/// A bound of the rounding of operations is taken so many times: numbers that are handed in were rounded, too.
+const INPUTS: f64 = 4.0;
+
+/// Rounding of a momentum by the derivative of `L_d`, relative to its terms.
+const DERIVATIVE: f64 = 64.0 * f64::EPSILON;
+
+/// A quantity of the discrete system beside the exact one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// The discrete value less the exact one.
+    pub apart: f64,
+    /// The size of the terms that make up the quantity, in the same units.
+    pub size: f64,
+    /// How much of the difference rounding explains, in the same units.
+    pub rounding: f64,
+}
+
+/// How far the parts of the discrete system are from the exact ones at three nodes `q(t − h)`, `q(t)`, `q(t + h)` of the continuous motion.
+///
+/// The exact discrete system has the nodes of the continuous motion for its trajectories: its `L_d` of two of them is the mean of `L` along the
+/// motion between them, its derivatives are the momenta there, its `D_K` holds at them, and its `D_V` is `C_V` at the point `(q, v, a)` of the
+/// motion at the middle node (Marsden and West 2001, part 2, for systems without constraints).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// `L_d` less the mean of `L`, on the leg behind the middle node. One number, in units of `L`.
+    pub lagrangian: Vec<Gap>,
+    /// The discrete momenta at the middle node less `∂L/∂v`: those of the leg that arrives there, then those of the leg that departs, with one number for each coordinate.
+    /// Half of the impulse of the constraint force belongs to each leg. In units of `∂L/∂v`.
+    pub momenta: Vec<Gap>,
+    /// `−(D₁L_d + D₂L_d)` at the middle node less `d/dt ∂L/∂v − ∂L/∂q`, one number for each coordinate, in units of `L` per unit of the coordinate. What telescopes
+    /// in `L_d` is not seen here, as it is not seen by any motion.
+    pub forces: Vec<Gap>,
+    /// The discrete external forces less `f`; empty where there are none.
+    pub external_forces: Vec<Gap>,
+    /// The rows of `D_K` that are constraints on positions, as declared.
+    pub positions: Vec<Gap>,
+    /// The rows of `D_K` that are constraints on velocities, on the leg behind the middle node.
+    pub velocities: Vec<Gap>,
+    /// The rows of `D_K` that are constraints on accelerations.
+    pub accelerations: Vec<Gap>,
+    /// The works of the true constraint force along the fields that span `D_V`; where no fields are known, what the forms of the constraint
+    /// forces leave of it, one number for each coordinate. Empty without constraints.
+    pub displacements: Vec<Gap>,
+    /// The equations that `L_d`, the external forces and `D_V` make together: the works of the discrete constraint force along `D_V`, or what the
+    /// forms leave of it. Without constraints the force itself, one number for each coordinate.
+    pub equations: Vec<Gap>,
+}
+
+impl Contact {
+    /// The contact at three nodes about the centre of an expansion, `h` apart.
+    ///
+    /// # Errors
+    ///
+    /// [`SetupError::ThirdOrder`] if a constraint is of third order, where the exact motion has no series in this library; [`SetupError::Rotation`]
+    /// if a coordinate is a rotation.
+    pub fn of(system: &dyn Kernel, motion: &Expansion, h: f64) -> Result<Self, SetupError> {
+        let method = "the orders of the parts of the discrete system (geometry::Contact)";
+        if system.shape().is_of_third_order() {
+            return Err(SetupError::ThirdOrder { method });
+        }
+        SetupError::for_rotations(system.shape(), [method, BY_ANGLES])?;
+        let place = Place::new(system, motion, h);
+        let [forces, external_forces] = place.forces();
+        let [positions, velocities, accelerations] = place.rows();
+        let [displacements, equations] = place.works();
+        Ok(Self {
+            lagrangian: vec![place.lagrangian(motion)],
+            momenta: place.momenta(),
+            forces,
+            external_forces,
+            positions,
+            velocities,
+            accelerations,
+            displacements,
+            equations,
+        })
+    }
+}
+
+/// Three nodes of the motion, and what is known there.
+struct Place<'s> {
+    system: &'s dyn Kernel,
+    declaration: Declaration<'s>,
+    h: f64,
+    triple: Triple,
+    /// `∂L/∂v` there.
+    momentum: Vec<f64>,
+    /// The true constraint force there.
+    force: Vec<Bounded>,
+    /// The true external force.
+    external: Vec<Bounded>,
+    /// The discrete constraint force.
+    discrete: Vec<Bounded>,
+    /// How large forces are: their terms, and the momentum over the time in which the motion changes.
+    sizes: Vec<f64>,
+}
+
+/// Numbers with bounds of their rounding.
+fn bounded(x: &[f64]) -> Vec<Bounded> {
+    x.iter().copied().map(Bounded::splat).collect()
+}
+
+/// What is left of a force, with its bound.
+struct Rest {
+    value: f64,
+    error: f64,
+}
+
+impl<'s> Place<'s> {
+    fn new(system: &'s dyn Kernel, motion: &Expansion, h: f64) -> Self {
+        let declaration = Declaration::of(system);
+        let (triple, point) = (motion.triple(h), motion.point(0.0));
+        let AnyPoint { t, q, v, a } = point.any();
+        let momentum = legendre(system, t, q, v);
+        let [t_bounded, h_bounded] = [t, h].map(Bounded::splat);
+        let [q_bounded, v_bounded, a_bounded] = [q, v, a].map(bounded);
+        let force = declaration.continuous_force(AnyPoint {
+            t: t_bounded,
+            q: &q_bounded,
+            v: &v_bounded,
+            a: &a_bounded,
+        });
+        let mut external = bounded(&vec![0.0; q.len()]);
+        declaration.external_forces(t_bounded, &q_bounded, &v_bounded, &mut external);
+        let leg = triple.first().map(Bounded::splat);
+        let discrete = declaration.force(h_bounded, leg.any(), &bounded(&triple.e));
+        let n = q.len();
+        let slope = |i: usize| {
+            let q = moving(q, &along(n, i, 1.0));
+            declaration
+                .lagrangian(Tangent::splat(t), &q, &super::array::fixed(v))
+                .derivative()
+        };
+        let size = |i: usize| {
+            let turning = momentum[i].abs() / motion.reach;
+            slope(i).abs() + force[i].lane(0).abs() + external[i].lane(0).abs() + turning
+        };
+        let sizes = (0..n).map(size).collect();
+        Self {
+            system,
+            declaration,
+            h,
+            triple,
+            momentum,
+            force,
+            external,
+            discrete,
+            sizes,
+        }
+    }
+
+    /// `L_d` on the second leg, and the mean of `L` along the motion there.
+    fn lagrangian(&self, motion: &Expansion) -> Gap {
+        let leg = self.triple.last(self.h);
+        let found = self
+            .declaration
+            .discrete_lagrangian(Bounded::splat(self.h), leg.any().map(Bounded::splat).any());
+        let (mut error, mut size) = (0.0, 0.0_f64);
+        let exact = mean_over([0.0, self.h], &mut |s| {
+            let point = motion.point(s);
+            let AnyPoint { t, q, v, .. } = point.any();
+            let value = self
+                .declaration
+                .lagrangian(Bounded::splat(t), &bounded(q), &bounded(v));
+            let kinetic = product(&self.momentum, v) / 2.0;
+            error = value.error().max(error);
+            size = (kinetic.abs() + (kinetic - value.lane(0)).abs()).max(size);
+            value.lane(0)
+        });
+        Gap {
+            apart: found.lane(0) - exact,
+            size,
+            rounding: INPUTS * (found.error() + error),
+        }
+    }
+
+    /// The momenta of both legs at the middle node.
+    fn momenta(&self) -> Vec<Gap> {
+        let (system, h, first, last) = (self.system, self.h, self.triple.first(), self.triple.last(self.h));
+        let arriving = legendre_plus(system, h, first);
+        let departing = legendre_minus(system, h, last.any());
+        let [_, plus] = self.declaration.discrete_external_forces(h, first);
+        let [minus, _] = self.declaration.discrete_external_forces(h, last.any());
+        let gap = |i: usize, found: f64| {
+            let size = self.momentum[i].abs() + (h * self.sizes[i]).abs();
+            Gap {
+                apart: found - self.momentum[i],
+                size,
+                rounding: DERIVATIVE * size,
+            }
+        };
+        let half = |i: usize| self.force[i].lane(0) / 2.0;
+        let n = self.momentum.len();
+        let arriving = (0..n).map(|i| gap(i, h * (arriving[i] + plus[i] + half(i))));
+        let departing = (0..n).map(|i| gap(i, h * (departing[i] - minus[i] - half(i))));
+        arriving.chain(departing).collect()
+    }
+
+    /// The forces of `L_d`, and the external ones.
+    fn forces(&self) -> [Vec<Gap>; 2] {
+        let leg = self.triple.first().map(Bounded::splat);
+        let found = discrete(
+            &self.declaration,
+            Bounded::splat(self.h),
+            leg.any(),
+            &bounded(&self.triple.e),
+        );
+        let gap = |i: usize, x: Bounded, y: Bounded| Gap {
+            apart: x.lane(0) - y.lane(0),
+            size: self.sizes[i],
+            rounding: INPUTS * (x.error() + y.error()),
+        };
+        let all = 0..self.sizes.len();
+        let of_lagrangian =
+            |i: usize| gap(i, self.discrete[i] + found[i], self.force[i] + self.external[i]);
+        let of_external = |i: usize| gap(i, found[i], self.external[i]);
+        let external = if self.declaration.has_external_forces() {
+            all.clone().map(of_external).collect()
+        } else {
+            Vec::new()
+        };
+        [all.map(of_lagrangian).collect(), external]
+    }
+
+    /// The constraints on positions, velocities and accelerations.
+    fn rows(&self) -> [Vec<Gap>; 3] {
+        let [holonomic, nonholonomic, kinematic] = self.declaration.constraints();
+        let count = holonomic + nonholonomic + kinematic;
+        if count == 0 {
+            return [Vec::new(), Vec::new(), Vec::new()];
+        }
+        let (first, e) = (self.triple.first(), &self.triple.e);
+        let leg = first.map(Bounded::splat);
+        let rows = self
+            .declaration
+            .declared(Bounded::splat(self.h), leg.any(), &bounded(e), &[]);
+        // by how much they change with each component of the increments
+        let n = e.len();
+        let mut sizes = vec![0.0; rows.len()];
+        for i in 0..n {
+            for [by_d, by_e] in [[first.d[i], 0.0], [0.0, e[i]]] {
+                let leg = moving_leg(first, &along(n, i, 0.0), &along(n, i, by_d));
+                let e = moving(e, &along(n, i, by_e));
+                let h = Tangent::splat(self.h);
+                let rows = self.declaration.declared(h, leg.any(), &e, &[]);
+                for (size, row) in sizes.iter_mut().zip(rows) {
+                    *size += row.derivative().abs();
+                }
+            }
+        }
+        let gaps = rows.iter().zip(sizes).take(count);
+        let mut positions: Vec<Gap> = gaps
+            .map(|(row, size)| Gap {
+                apart: row.lane(0),
+                size,
+                rounding: INPUTS * row.error(),
+            })
+            .collect();
+        let mut velocities = positions.split_off(holonomic.min(positions.len()));
+        let accelerations = velocities.split_off(nonholonomic.min(velocities.len()));
+        [positions, velocities, accelerations]
+    }
+
+    /// What the true constraint force does along `D_V`, and what the discrete one does.
+    fn works(&self) -> [Vec<Gap>; 2] {
+        let force = &self.force;
+        let constraints: usize = self.declaration.constraints().iter().sum();
+        if constraints == 0 {
+            let alone = self.discrete.iter().zip(&self.sizes);
+            let alone = alone.map(|(force, &size)| Gap {
+                apart: force.lane(0),
+                size,
+                rounding: INPUTS * force.error(),
+            });
+            return [Vec::new(), alone.collect()];
+        }
+        let (leg, e) = (self.triple.first().map(Bounded::splat), bounded(&self.triple.e));
+        let h = Bounded::splat(self.h);
+        if self.declaration.has_multipliers() {
+            let forms = self.declaration.forms(h, leg.any(), &e);
+            return [force, &self.discrete].map(|force| {
+                let rest = left(force, &forms).into_iter().zip(&self.sizes);
+                let gap = |(rest, &size): (Rest, &f64)| Gap {
+                    apart: rest.value,
+                    size,
+                    rounding: INPUTS * rest.error,
+                };
+                rest.map(gap).collect()
+            });
+        }
+        let fields = self.declaration.fields(h, leg.any(), &e);
+        [force, &self.discrete].map(|force| {
+            let work = |field: &Vec<Bounded>| {
+                let terms = field.iter().zip(force);
+                let work = terms.fold(Bounded::splat(0.0), |sum, (&u, &force)| sum + u * force);
+                let terms = field.iter().zip(&self.sizes);
+                Gap {
+                    apart: work.lane(0),
+                    size: terms.map(|(u, size)| u.lane(0).abs() * size).sum(),
+                    rounding: INPUTS * work.error(),
+                }
+            };
+            fields.iter().map(work).collect()
+        })
+    }
+}
+
+/// What forms leave of a force: `Q − Σ λ_j α_j` with the multipliers that come nearest.
+fn left(force: &[Bounded], forms: &[Vec<Bounded>]) -> Vec<Rest> {
+    let value = |x: &[Bounded]| -> Vec<f64> { x.iter().map(|x| x.lane(0)).collect() };
+    let values: Vec<Vec<f64>> = forms.iter().map(|form| value(form)).collect();
+    let multipliers = multipliers(&value(force), &values);
+    let rest = |(i, force): (usize, &Bounded)| {
+        let mut rest = *force;
+        for (form, &multiplier) in forms.iter().zip(&multipliers) {
+            rest = rest - form[i] * Bounded::splat(multiplier);
+        }
+        Rest {
+            value: rest.lane(0),
+            error: rest.error(),
+        }
+    };
+    force.iter().enumerate().map(rest).collect()
+}

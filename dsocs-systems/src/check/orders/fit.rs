@@ -1,0 +1,198 @@
+//! The power of the step with which something falls.
+
+use super::super::order::fitted;
+
+/// A figure below so many times what rounding explains of it is not looked at.
+const ABOVE: f64 = 10.0;
+
+/// A figure that no longer falls is rounding below this part of the terms: the exact motion is known no better, as where masses differ much.
+const PLATEAU: f64 = 1e-6;
+
+/// It no longer falls where half the step leaves more than this part of it.
+const FALLS: f64 = core::f64::consts::FRAC_1_SQRT_2;
+
+/// A figure that never falls is rounding below this part of the terms.
+const EXACT: f64 = 1e-9;
+
+/// What is below this part of the terms with every step is exact.
+const NOTHING: f64 = 1e-13;
+
+/// The power is fitted to so many steps.
+const WINDOW: usize = 4;
+
+/// So many tell a power at all.
+const LEAST: usize = 3;
+
+/// From one step to the half of it the power may change by this much.
+const STEADY: f64 = 0.1;
+
+/// If it changes by more than this everywhere there is no power.
+const NO_POWER: f64 = 0.5;
+
+/// A figure that was measured with a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// The step, in s.
+    pub h: f64,
+    /// The figure, relative to its terms.
+    pub value: f64,
+    /// How much of it rounding explains.
+    pub rounding: f64,
+}
+
+/// The order at which something of the discrete system comes to the exact one as the step goes to zero.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Order {
+    /// It is the exact one, to rounding, with every step.
+    Exact,
+    /// It falls with this power of the step.
+    Power {
+        /// The power, as fitted.
+        power: f64,
+        /// The largest and the smallest step of the fit, in s.
+        steps: [f64; 2],
+    },
+    /// There is no order, for a reason.
+    Unknown(String),
+}
+
+impl Order {
+    /// The order as a number: infinite where it is exact, `None` where it is not known. A fit that is near to a whole number is this number.
+    #[must_use]
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Exact => Some(f64::INFINITY),
+            Self::Power { power, .. } if (power - power.round()).abs() < 2.0 * STEADY => Some(power.round()),
+            Self::Power { power, .. } => Some(*power),
+            Self::Unknown(_) => None,
+        }
+    }
+
+    /// The lower of two orders; not known if one of them is not.
+    pub(super) fn least(self, other: &Self) -> Self {
+        match (self.value(), other.value()) {
+            (None, _) => self,
+            (_, None) => other.clone(),
+            (Some(x), Some(y)) if y < x => other.clone(),
+            _ => self,
+        }
+    }
+
+    /// The order as fitted.
+    fn value(&self) -> Option<f64> {
+        match self {
+            Self::Exact => Some(f64::INFINITY),
+            Self::Power { power, .. } => Some(*power),
+            Self::Unknown(_) => None,
+        }
+    }
+}
+
+/// The order of figures with smaller and smaller steps.
+pub fn order(samples: &[Sample]) -> Order {
+    let known = samples
+        .iter()
+        .take_while(|of| of.value > ABOVE * of.rounding && of.value.is_finite());
+    let mut points: Vec<[f64; 2]> = known.map(|of| [of.h, of.value]).collect();
+    if let Some(bad) = samples.get(points.len()).filter(|of| !of.value.is_finite()) {
+        return Order::Unknown(format!("it has no value with the step {:.1e} s", bad.h));
+    }
+    let stops = |pair: &[[f64; 2]]| pair[1][1] > FALLS * pair[0][1];
+    if let Some(stop) = points.windows(2).position(|pair| pair[0][1] < PLATEAU && stops(pair)) {
+        points.truncate(stop);
+    }
+    let largest = samples.iter().fold(0.0_f64, |most, of| most.max(of.value));
+    let falls = points.len() >= LEAST;
+    if points.is_empty() || largest < NOTHING || (!falls && largest < EXACT) {
+        return Order::Exact;
+    }
+    if !falls {
+        return Order::Unknown(format!(
+            "with {} of {} steps alone it is above rounding, too few for a power",
+            points.len(),
+            samples.len()
+        ));
+    }
+    // from the smallest steps on: larger ones may be too large for a power law
+    let count = WINDOW.min(points.len());
+    let windows = points.windows(count).rev().map(|window| (window, unsteadiness(window)));
+    let mut best: Option<(&[[f64; 2]], f64)> = None;
+    for (window, unsteadiness) in windows {
+        if best.is_none_or(|(_, least)| unsteadiness < least) {
+            best = Some((window, unsteadiness));
+        }
+        if unsteadiness < STEADY {
+            break;
+        }
+    }
+    match best {
+        Some((window @ [[first, _], .., [last, _]], unsteadiness)) if unsteadiness < NO_POWER => Order::Power {
+            power: fitted(window),
+            steps: [*first, *last],
+        },
+        _ => Order::Unknown("it does not fall as a power of the step".to_owned()),
+    }
+}
+
+/// By how much the power changes from step to step.
+fn unsteadiness(points: &[[f64; 2]]) -> f64 {
+    let powers = points
+        .windows(2)
+        .map(|pair| (pair[0][1] / pair[1][1]).ln() / (pair[0][0] / pair[1][0]).ln());
+    let (least, most) = powers.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), power| {
+        (least.min(power), most.max(power))
+    });
+    most - least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Figures with the steps 1, ½, ¼ and so on.
+    fn samples(value: impl Fn(f64) -> f64, rounding: impl Fn(f64) -> f64) -> Vec<Sample> {
+        let steps = (0..14).map(|k| 0.5_f64.powi(k));
+        steps
+            .map(|h| Sample {
+                h,
+                value: value(h),
+                rounding: rounding(h),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn powers_are_found() {
+        for power in 1..5 {
+            // beside a larger power of higher order, above a plateau, in noise
+            let of = |h: f64| h.powi(power) * (1.0 + 8.0 * h * h) + 1e-13;
+            let noise = |h: f64| 1e-16 / h;
+            let found = order(&samples(of, noise));
+            let Order::Power { power: fit, .. } = found else {
+                panic!("{found:?}");
+            };
+            assert!((fit - f64::from(power)).abs() < 0.02, "{fit}, not {power}");
+            assert_eq!(found.number(), Some(f64::from(power)));
+        }
+    }
+
+    #[test]
+    fn what_does_not_fall_is_of_order_0_unless_it_is_rounding() {
+        let flat = |size: f64| order(&samples(|_| size, |_| 1e-16)).number();
+        assert_eq!(flat(1e-3), Some(0.0));
+        assert_eq!(flat(1e-12), Some(f64::INFINITY));
+        assert_eq!(order(&samples(|_| 1e-15, |_| 1e-15)), Order::Exact);
+    }
+
+    #[test]
+    fn no_power_is_told() {
+        // from step to step now more and now less
+        let found = order(&samples(|h| h * (2.0 + (1.0 / h).log2().sin() * 1.5), |_| 1e-16));
+        assert!(matches!(found, Order::Unknown(_)), "{found:?}");
+        let found = order(&samples(|h| if h < 0.1 { f64::NAN } else { h }, |_| 1e-16));
+        assert!(matches!(found, Order::Unknown(_)), "{found:?}");
+        // above rounding with two steps alone
+        let found = order(&samples(|h| h * h, |_| 0.02));
+        assert!(matches!(found, Order::Unknown(_)), "{found:?}");
+    }
+}

@@ -1,0 +1,77 @@
+//! The order of the flow as its errors show it.
+
+use super::super::order::{FOLLOWER, errors, followed};
+use super::super::probe::expansion;
+use super::super::{Subject, larger};
+use super::fit::{Order, Sample, order};
+use super::parts::{Part, PartOrder};
+
+/// The errors are looked at with these parts of the step, the first of which tells an order: with larger steps they may not fall as a power yet.
+const PARTS: [u32; 3] = [1, 4, 16];
+
+/// Each of so many steps of the start is half of the one before.
+const HALVINGS: i32 = 8;
+
+/// What is not known of an error of position, relative to the motion's extent: a tenth of the smallest one that counts.
+const ROUNDING: f64 = 1e-12;
+
+/// The order of the errors of position, and the time up to which they were compared.
+pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
+    let mut last = (Order::Unknown("no errors could be compared".to_owned()), f64::NAN);
+    for parts in PARTS {
+        let (times, errors, ended) = match errors(subject, parts) {
+            Ok(found) => found,
+            Err(error) => return (Order::Unknown(error.to_string()), f64::NAN),
+        };
+        let [positions, ..] = &errors;
+        let count = followed(&positions[FOLLOWER]);
+        let samples: Vec<Sample> = positions
+            .iter()
+            .enumerate()
+            .map(|(halving, errors)| Sample {
+                h: subject.h.abs() / f64::from(parts << halving),
+                value: errors[..count].iter().fold(0.0, |most, &error| larger(most, error)),
+                rounding: ROUNDING,
+            })
+            .collect();
+        last = (order(&samples), times[count - 1]);
+        if !matches!(last.0, Order::Unknown(_)) {
+            if let Some(ended) = ended {
+                remarks.push(format!(
+                    "errors are compared up to t = {:.4}, since the continuous motion ends: {ended}",
+                    last.1
+                ));
+            }
+            break;
+        }
+    }
+    last
+}
+
+/// The second node by the paper's rule, `q1 = q0 + h v0`, against the motion: the order of the velocity that it begins with.
+pub fn start(subject: &Subject<'_>) -> PartOrder {
+    let gap = |h: f64| -> Sample {
+        let motion = subject.start.ahead.as_ref();
+        let increment = motion.map_or_else(Vec::new, |motion| motion.increment(h));
+        let parts = increment.iter().zip(&subject.start.v);
+        let [apart, size] = parts.fold([0.0_f64; 2], |[apart, size], (d, v)| {
+            [apart.hypot(h * v - d), size.hypot(h * v).hypot(*d)]
+        });
+        Sample {
+            h: h.abs(),
+            value: if apart == 0.0 { 0.0 } else { apart / size },
+            rounding: f64::EPSILON,
+        }
+    };
+    let steps = (0..HALVINGS).map(|halving| subject.h * 0.5_f64.powi(halving));
+    let samples: Vec<Sample> = steps.map(gap).collect();
+    let order = match expansion(subject.system, &subject.start) {
+        Ok(_) => order(&samples),
+        Err(error) => Order::Unknown(error.to_string()),
+    };
+    PartOrder {
+        part: Part::Start,
+        order,
+        distance: gap(subject.h).value,
+    }
+}

@@ -1,0 +1,249 @@
+//! The orders of the parts of a discrete system: how closely `L_d`, `D_K` and `D_V` touch the exact ones, and what follows for the flow.
+//!
+//! The error analysis in one sentence: at nodes of the continuous motion the discrete equations are missed by a power of the step, which is the least
+//! of the powers of their parts; and as the step determines an acceleration from smooth equations, the flow is of this order, too. `dsocs check
+//! --orders` measures both sides.
+
+mod fit;
+mod flow;
+mod maps;
+mod parts;
+
+pub use fit::Order;
+pub use maps::{MAPS, Map, Variant};
+pub(crate) use maps::statement_of;
+pub use parts::{Part, PartOrder};
+pub(super) use parts::{contacts, expansions};
+
+use dsocs_core::SetupError;
+use dsocs_core::System;
+
+use super::probe::First;
+use super::{Expected, Settings, Subject, states};
+use crate::entry::{CheckFailure, Kind, Motions, Typed};
+
+/// At so many states of the motion contact is measured.
+const STATES: usize = 8;
+
+/// Errors of the flow are looked at over so many steps unless an end is given.
+const STEPS: f64 = 200.0;
+
+/// By how much the order that is seen may be below the one that follows.
+const BELOW: f64 = 0.1;
+
+/// The order of maps that lower nothing.
+const USUAL: f64 = 2.0;
+
+/// The orders of the parts of a discrete system on one of its motions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Orders {
+    /// The parts, those of `L_d` first. Only those that the system has.
+    pub parts: Vec<PartOrder>,
+    /// The order that follows for the flow: the least of those of its equations.
+    pub follows: Order,
+    /// The order of the errors of the flow's positions against the Taylor series, as fitted.
+    pub seen: Order,
+    /// The time up to which errors were compared, in s.
+    pub until: f64,
+    /// At how many states of the motion contact was measured.
+    pub states: usize,
+    /// The parts whose maps lower the order of the flow below 2.
+    pub lowering: Vec<Part>,
+    /// What is to be said of the figures.
+    pub remarks: Vec<String>,
+    /// Why the order that is seen need not be the one that follows, if an assumption does not hold on this motion.
+    pub excuse: Option<String>,
+}
+
+impl Orders {
+    /// The order of a part; `None` if the system has no such part.
+    #[must_use]
+    pub fn of(&self, part: Part) -> Option<&Order> {
+        let found = self.parts.iter().find(|of| of.part == part);
+        found.map(|of| &of.order)
+    }
+
+    /// Whether the flow is seen to be of the order that follows for it, or of a higher one.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        match (self.follows.number(), self.seen.number()) {
+            (Some(follows), Some(seen)) => seen >= follows - BELOW,
+            _ => false,
+        }
+    }
+
+    /// Whether it is, or need not be.
+    #[must_use]
+    pub fn ok(&self) -> bool {
+        self.holds() || self.excuse.is_some()
+    }
+}
+
+/// Measures the orders of the parts of a system, from a position and a velocity. The motion ends with the settings; unless they say when, after 200
+/// steps.
+///
+/// ```
+/// use dsocs_core::dsocs;
+/// use dsocs_systems::check::orders::{Part, orders};
+/// use dsocs_systems::check::{Begin, Settings};
+///
+/// /// A bead on a parabola.
+/// #[dsocs {
+///     coordinates(x);
+///     lagrangian = (1 + x.powi(2)) / 2 * dot(x).powi(2) - x.powi(2) / 2;
+///     phi_lagrangian = paper;
+/// }]
+/// struct Bead;
+///
+/// let settings = Settings { h: 0.05, until: None, t0: 0.0, q0: &[], v0: &[], a0: None, begin: Begin::default() };
+/// let found = orders(&Bead, &settings, ([1.0], [0.0]))?;
+/// // the mass varies: the paper's map lowers the order
+/// assert_eq!(found.follows.number(), Some(1.0));
+/// assert_eq!(found.seen.number(), Some(1.0));
+/// assert_eq!(found.lowering, [Part::Forces]);
+/// # Ok::<(), dsocs_systems::entry::CheckFailure>(())
+/// ```
+///
+/// # Errors
+///
+/// [`CheckFailure`] if the motion cannot be computed, and for systems with rotations or with constraints of third order.
+pub fn orders<S: System<N>, const N: usize>(
+    system: &S,
+    settings: &Settings<'_>,
+    (q, v): ([f64; N], [f64; N]),
+) -> Result<Orders, CheckFailure> {
+    let settings = Settings {
+        q0: &q,
+        v0: &v,
+        ..*settings
+    };
+    orders_to(&Typed::new(system), &settings, f64::INFINITY)
+}
+
+/// The same for a system that was not compiled, from the start of the settings.
+///
+/// # Errors
+///
+/// As [`orders`].
+#[doc(hidden)]
+pub fn orders_of_tape(
+    kernel: &dsocs_core::__private::TapeKernel,
+    settings: &Settings<'_>,
+) -> Result<Orders, CheckFailure> {
+    orders_to(kernel, settings, f64::INFINITY)
+}
+
+/// The same for any system, over at most the time `own` unless the settings say another end.
+pub(crate) fn orders_to(
+    system: &dyn Motions,
+    settings: &Settings<'_>,
+    own: f64,
+) -> Result<Orders, CheckFailure> {
+    let shape = system.kernel().shape();
+    let method = "the orders of the parts (check --orders)";
+    if shape.is_of_third_order() {
+        return Err(SetupError::ThirdOrder { method }.into());
+    }
+    if !shape.rotations.is_empty() {
+        return Err(SetupError::Rotation { method }.into());
+    }
+    let expected = Expected {
+        // of the motion only positions are compared
+        kind: Kind::Unconstrained,
+        order: USUAL,
+        reversible: true,
+    };
+    let own = own.abs().min(STEPS * settings.h.abs()).copysign(settings.h);
+    let mut subject = Subject::new(system, &[], expected, settings, own)?;
+    if !settings.begin.paper {
+        subject.start_on_the_motion();
+    }
+    let states = states(system, subject.h, &subject.start, subject.until, STATES);
+    let mut remarks: Vec<String> = subject.ended.iter().cloned().collect();
+    let (mut parts, count) = match expansions(&subject, &states) {
+        Ok(motions) => (contacts(subject.kernel, &motions, subject.h)?, motions.len()),
+        Err(error) => {
+            remarks.push(format!("contact cannot be measured: {error}"));
+            (Vec::new(), 0)
+        }
+    };
+    if count > 0 && count < states.len() {
+        remarks.push(format!(
+            "contact is measured at {count} of {} states: at the others the motion has no Taylor series, or a function changes its piece",
+            states.len()
+        ));
+    }
+    if subject.first == First::Paper {
+        parts.push(flow::start(&subject));
+    }
+    let follows = follows(&parts);
+    let (seen, until) = flow::seen(&subject, &mut remarks);
+    let lowering = lowering(&parts, &follows);
+    remarks.extend(remarked(&parts, &follows, &seen));
+    Ok(Orders {
+        excuse: subject.excuse(),
+        parts,
+        follows,
+        seen,
+        until,
+        states: count,
+        lowering,
+        remarks,
+    })
+}
+
+/// The order that follows for the flow from those of its equations.
+fn follows(parts: &[PartOrder]) -> Order {
+    let decisive = parts.iter().filter(|of| of.part.is_decisive());
+    let orders = decisive.map(|of| of.order.clone());
+    orders
+        .reduce(|least, order| least.least(&order))
+        .unwrap_or_else(|| Order::Unknown("no part could be measured".to_owned()))
+}
+
+/// The parts that lower the order of the flow below that of the usual maps.
+fn lowering(parts: &[PartOrder], follows: &Order) -> Vec<Part> {
+    let Some(follows) = follows.number().filter(|follows| *follows < USUAL) else {
+        return Vec::new();
+    };
+    let is_low = |of: &&PartOrder| {
+        let made_of_others = matches!(of.part, Part::Equations | Part::Lagrangian | Part::Momenta);
+        !made_of_others && of.order.number().is_some_and(|order| order <= follows)
+    };
+    parts.iter().filter(is_low).map(|of| of.part).collect()
+}
+
+/// What the orders say together.
+fn remarked(parts: &[PartOrder], follows: &Order, seen: &Order) -> Vec<String> {
+    let mut remarks = Vec::new();
+    let number = |part: Part| {
+        let found = parts.iter().find(|of| of.part == part);
+        found.and_then(|of| of.order.number())
+    };
+    if let (Some(alone), Some(forces)) = (number(Part::Lagrangian), number(Part::Forces))
+        && alone < forces
+    {
+        remarks.push(
+            "L_d by itself is of a lower order than D₁L_d + D₂L_d: what it lacks telescopes along the motion, so that no trajectory sees it".to_owned(),
+        );
+    }
+    let of_equations = [Part::Forces, Part::ExternalForces, Part::Displacements];
+    let least = of_equations.into_iter().filter_map(number).reduce(f64::min);
+    if let (Some(least), Some(equations)) = (least, number(Part::Equations))
+        && least < equations
+    {
+        remarks.push(
+            "a part is of a lower order than the equations that it makes: what it lacks does no work along D_V, so that the constraint force takes it up and \
+             the motion does not see it"
+                .to_owned(),
+        );
+    }
+    if let (Some(follows), Some(seen)) = (follows.number(), seen.number())
+        && seen > follows + BELOW
+    {
+        remarks.push(
+            "the flow is of a higher order than follows from its parts: along this motion what they lack cancels".to_owned(),
+        );
+    }
+    remarks
+}

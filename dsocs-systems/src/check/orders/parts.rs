@@ -1,0 +1,271 @@
+//! The contact of each part with the exact one, at states of the continuous motion.
+
+use dsocs_core::Kernel;
+use dsocs_core::geometry::{Contact, Expansion, Gap, piece_arguments};
+use dsocs_core::{AnyPoint, SetupError};
+
+use super::super::probe::{State, expansion};
+use super::super::{Measured, Subject, larger};
+use super::fit::{Order, Sample, order};
+
+/// Each of so many steps is half of the one before.
+const HALVINGS: i32 = 14;
+
+/// The largest step is this part of how far the expansion of the motion reaches.
+const LARGEST: f64 = 0.25;
+
+/// The reach of an expansion is halved so often, where a function changes its piece within.
+const SHORTENED: u32 = 12;
+
+/// At so many places of each half of the reach the pieces are looked at.
+const LOOKS: u32 = 8;
+
+/// A part of the discrete system, or what several make together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Part {
+    /// The discrete Lagrangian `L_d` on a leg, against the mean of `L`.
+    Lagrangian,
+    /// `D₁L_d` and `D₂L_d`, against the momenta at the ends of a leg.
+    Momenta,
+    /// Their sum at a node, `D₁L_d + D₂L_d`, against the force: what the equations see of `L_d`.
+    Forces,
+    /// The discrete external forces.
+    ExternalForces,
+    /// `D_K`: constraints on positions.
+    Positions,
+    /// `D_K`: constraints on velocities.
+    Velocities,
+    /// `D_K`: constraints on accelerations.
+    Accelerations,
+    /// `D_V`: the work of the true constraint force along the virtual displacements.
+    Displacements,
+    /// The variational equations that `L_d`, the external forces and `D_V` make together.
+    Equations,
+    /// The second node, where the rule of the start does not lie on the motion.
+    Start,
+}
+
+/// All parts, in the order in which they are told.
+pub(super) const PARTS: [Part; 9] = [
+    Part::Lagrangian,
+    Part::Momenta,
+    Part::Forces,
+    Part::ExternalForces,
+    Part::Positions,
+    Part::Velocities,
+    Part::Accelerations,
+    Part::Displacements,
+    Part::Equations,
+];
+
+impl Part {
+    /// Its symbols.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Lagrangian => "L_d",
+            Self::Momenta => "D₁L_d, D₂L_d",
+            Self::Forces => "D₁L_d + D₂L_d",
+            Self::ExternalForces => "f_d",
+            Self::Positions | Self::Velocities | Self::Accelerations => "D_K",
+            Self::Displacements => "D_V",
+            Self::Equations => "⟨D_V, D₁L_d + D₂L_d + f_d⟩",
+            Self::Start => "q1",
+        }
+    }
+
+    /// What is measured, in words.
+    #[must_use]
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Lagrangian => "the mean of L on a leg",
+            Self::Momenta => "the momenta at its ends",
+            Self::Forces => "the force at a node",
+            Self::ExternalForces => "the external force at a node",
+            Self::Positions => "constraints on positions",
+            Self::Velocities => "constraints on velocities",
+            Self::Accelerations => "constraints on accelerations",
+            Self::Displacements => "the work of the constraint force",
+            Self::Equations => "the equations that they make",
+            Self::Start => "the second node of the start",
+        }
+    }
+
+    /// Whether the order of the flow depends on it, and not only that of what it is made of.
+    pub(super) fn is_decisive(self) -> bool {
+        matches!(
+            self,
+            Self::Positions | Self::Velocities | Self::Accelerations | Self::Equations | Self::Start
+        )
+    }
+
+    /// The statement of a declaration that chooses its map.
+    #[must_use]
+    pub fn statement(self) -> Option<&'static str> {
+        match self {
+            Self::Lagrangian | Self::Momenta | Self::Forces | Self::ExternalForces | Self::Velocities => {
+                Some("phi_lagrangian")
+            }
+            Self::Accelerations => Some("phi_kinematic"),
+            Self::Displacements => Some("phi_variational"),
+            Self::Positions | Self::Equations | Self::Start => None,
+        }
+    }
+
+    /// Its gaps.
+    fn of(self, contact: &Contact) -> &[Gap] {
+        match self {
+            Self::Lagrangian => &contact.lagrangian,
+            Self::Momenta => &contact.momenta,
+            Self::Forces => &contact.forces,
+            Self::ExternalForces => &contact.external_forces,
+            Self::Positions => &contact.positions,
+            Self::Velocities => &contact.velocities,
+            Self::Accelerations => &contact.accelerations,
+            Self::Displacements => &contact.displacements,
+            Self::Equations => &contact.equations,
+            Self::Start => &[],
+        }
+    }
+}
+
+/// A part with its order of contact.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartOrder {
+    /// The part.
+    pub part: Part,
+    /// Its order of contact: that of its worst component.
+    pub order: Order,
+    /// How far it is from the exact one with the step that was asked for, relative to its terms; NaN if the expansions of the motion do not reach so
+    /// far.
+    pub distance: f64,
+}
+
+/// The motion about some states, each as far as nothing changes its piece.
+pub fn expansions(subject: &Subject<'_>, states: &[State]) -> Measured<Vec<Expansion>> {
+    let mut failure = None;
+    let mut found = Vec::new();
+    for state in states {
+        match expansion(subject.system, state) {
+            Ok(motion) => found.extend(smooth(subject.kernel, motion)),
+            Err(error) => failure = Some(error),
+        }
+    }
+    match (found.is_empty(), failure) {
+        (false, _) => Ok(found),
+        (true, Some(error)) => Err(error),
+        (true, None) => Err("a function changes its piece at every state that was looked at".into()),
+    }
+}
+
+/// An expansion as far as it belongs to one piece of every function; none at a place where the piece changes.
+fn smooth(kernel: &dyn Kernel, mut motion: Expansion) -> Option<Expansion> {
+    let arguments = |s: f64| {
+        let point = motion.point(s);
+        let AnyPoint { t, q, v, a } = point.any();
+        piece_arguments(kernel, (t, q, v, a))
+    };
+    let here = arguments(0.0);
+    if here.contains(&0.0) {
+        return None;
+    }
+    let same = |s: f64| {
+        let there = arguments(s);
+        here.iter().zip(&there).all(|(here, there)| here * there > 0.0)
+    };
+    let reach = (0..SHORTENED)
+        .map(|halving| motion.reach * 0.5_f64.powi(halving.cast_signed()))
+        .find(|reach| {
+            (1..=LOOKS).all(|k| {
+                let s = reach * f64::from(k) / f64::from(LOOKS);
+                same(s) && same(-s)
+            })
+        });
+    motion.reach = reach?;
+    Some(motion)
+}
+
+/// Sums over states of one component: of the squares of the gap, of its size, and of its rounding.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    apart: f64,
+    size: f64,
+    rounding: f64,
+}
+
+impl Sums {
+    /// Takes in a gap at one more state.
+    fn add(&mut self, gap: &Gap) {
+        self.apart += gap.apart * gap.apart;
+        self.size += gap.size * gap.size;
+        self.rounding += gap.rounding * gap.rounding;
+    }
+
+    /// The figure, relative to the terms.
+    fn sample(&self, h: f64) -> Sample {
+        let relative = |x: f64| if x == 0.0 { 0.0 } else { (x / self.size).sqrt() };
+        Sample {
+            h: h.abs(),
+            value: relative(self.apart),
+            rounding: relative(self.rounding),
+        }
+    }
+}
+
+/// The components of every part with a step, over all states.
+fn components(kernel: &dyn Kernel, motions: &[Expansion], h: f64) -> Result<[Vec<Sample>; 9], SetupError> {
+    let mut all: [Vec<Sums>; 9] = Default::default();
+    for motion in motions {
+        let contact = Contact::of(kernel, motion, h)?;
+        for (part, sums) in PARTS.into_iter().zip(&mut all) {
+            let gaps = part.of(&contact);
+            sums.resize(gaps.len(), Sums::default());
+            for (sums, gap) in sums.iter_mut().zip(gaps) {
+                sums.add(gap);
+            }
+        }
+    }
+    Ok(all.map(|sums| sums.iter().map(|sums| sums.sample(h)).collect()))
+}
+
+/// The orders of contact of all parts that there are, and their distances with the step `h`.
+pub fn contacts(
+    kernel: &dyn Kernel,
+    motions: &[Expansion],
+    h: f64,
+) -> Result<Vec<PartOrder>, SetupError> {
+    let reach = motions
+        .iter()
+        .fold(f64::INFINITY, |least, motion| least.min(motion.reach));
+    let steps = (0..HALVINGS).map(|halving| (LARGEST * reach * 0.5_f64.powi(halving)).copysign(h));
+    let measured: Vec<[Vec<Sample>; 9]> = steps
+        .map(|h| components(kernel, motions, h))
+        .collect::<Result<_, _>>()?;
+    let own = if h.abs() <= reach {
+        Some(components(kernel, motions, h)?)
+    } else {
+        None
+    };
+    let mut found = Vec::new();
+    for (place, part) in PARTS.into_iter().enumerate() {
+        let count = measured.first().map_or(0, |first| first[place].len());
+        let orders = (0..count).map(|component| {
+            let samples: Vec<Sample> = measured.iter().map(|parts| parts[place][component]).collect();
+            order(&samples)
+        });
+        let Some(order) = orders.reduce(|least, order| least.least(&order)) else {
+            continue;
+        };
+        let distance = own.as_ref().map_or(f64::NAN, |own| {
+            let values = own[place].iter().map(|sample| sample.value);
+            values.fold(0.0, larger)
+        });
+        found.push(PartOrder {
+            part,
+            order,
+            distance,
+        });
+    }
+    Ok(found)
+}

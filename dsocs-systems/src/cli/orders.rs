@@ -1,0 +1,359 @@
+//! `check --orders`: the orders of the parts, as tables.
+
+use std::io::Write;
+use std::path::Path;
+
+use comfy_table::{Cell, CellAlignment, Color, presets};
+use serde_json::{Value, json};
+
+use super::check::CheckArguments;
+use super::stability::number;
+use super::{CliError, output, terminal};
+use crate::check::orders::{Order, Orders, Part, Variant, statement_of};
+use crate::entry::Entry;
+
+/// The columns of the table over systems and maps.
+const COLUMNS: [&str; 8] = [
+    "system",
+    "map",
+    "`L_d`",
+    "`D₁L_d + D₂L_d`",
+    "`D_K`",
+    "`D_V`",
+    "follows",
+    "seen",
+];
+
+/// A system with its orders by one map or several.
+struct Measured {
+    /// Its name.
+    name: String,
+    /// What is measured of it, in a line.
+    title: String,
+    /// The step.
+    h: f64,
+    /// Its declaration.
+    declaration: String,
+    /// The orders.
+    variants: Vec<Variant>,
+}
+
+/// Measures the orders of systems.
+///
+/// # Errors
+///
+/// [`CliError`] if an option does not fit, the motion of the only system cannot be computed, the file cannot be written, or an order is not seen.
+pub fn orders(arguments: &CheckArguments, entries: Vec<&mut Entry>) -> Result<(), CliError> {
+    let is_one = entries.len() == 1;
+    let mut failed = Vec::new();
+    let mut all = Vec::new();
+    for entry in entries {
+        let motion = arguments.motion(entry)?;
+        let settings = motion.settings();
+        let measured = if arguments.with_every_map() {
+            entry.orders_by_map(&settings)
+        } else {
+            entry.orders(&settings).map(|orders| vec![Variant::declared(orders)])
+        };
+        match measured {
+            Ok(variants) => all.push(Measured {
+                name: entry.name().to_owned(),
+                title: format!("{} ({}), h = {}", entry.name(), entry.kind(), settings.h),
+                h: settings.h,
+                declaration: entry.kernel().shape().declaration.to_string(),
+                variants,
+            }),
+            Err(failure) if is_one => return Err(failure.into()),
+            Err(failure) => failed.push((entry.name().to_owned(), CliError::from(failure).to_string())),
+        }
+    }
+    let missed = |of: &Measured| of.variants.iter().filter(|variant| !variant.ok()).count();
+    let missed: usize = all.iter().map(missed).sum();
+    if let Some(path) = arguments.out() {
+        write(path, &all, &failed)?;
+    }
+    let mut text = if arguments.with_every_map() {
+        overview(&all)
+    } else {
+        all.iter().map(single).collect()
+    };
+    for (name, failure) in &failed {
+        text.extend([name, ": not measured: ", failure, "\n"]);
+    }
+    std::io::stdout()
+        .write_all(text.as_bytes())
+        .map_err(CliError::stdout)?;
+    if missed > 0 {
+        return Err(CliError::Bars { missed });
+    }
+    Ok(())
+}
+
+/// Writes the values, or the table.
+fn write(path: &Path, all: &[Measured], failed: &[(String, String)]) -> Result<(), CliError> {
+    if path.extension().is_some_and(|ending| ending == "md") {
+        return output::write(path, markdown(all).as_bytes());
+    }
+    let systems = all.iter().map(|of| {
+        let maps = of.variants.iter().map(value).collect::<Vec<_>>();
+        json!({"system": of.name, "step": of.h, "maps": maps})
+    });
+    let failed = failed
+        .iter()
+        .map(|(name, failure)| json!({"system": name, "failure": failure}));
+    let all = json!({ "systems": systems.chain(failed).collect::<Vec<_>>() });
+    output::write(path, format!("{all:#}\n").as_bytes())
+}
+
+/// An order in a table.
+fn shown(order: &Order) -> String {
+    match order {
+        Order::Exact => "exact".to_owned(),
+        // no minus before a zero
+        Order::Power { power, .. } => format!("{:.2}", if power.abs() < 0.005 { 0.0 } else { *power }),
+        Order::Unknown(_) => "–".to_owned(),
+    }
+}
+
+/// The lowest of the orders of some parts; nothing if the system has none of them.
+fn lowest(orders: &Orders, parts: &[Part]) -> String {
+    let found = parts.iter().filter_map(|part| orders.of(*part));
+    let least = found.reduce(|least, order| match (least.number(), order.number()) {
+        (Some(x), Some(y)) if y < x => order,
+        (Some(_), None) => order,
+        _ => least,
+    });
+    least.map_or_else(String::new, shown)
+}
+
+/// The cells of a row of the table over systems and maps, from the map on.
+fn cells(variant: &Variant) -> [String; 7] {
+    let map = variant.map.name.to_owned();
+    let Ok(orders) = &variant.orders else {
+        let nothing = || "–".to_owned();
+        return [map, nothing(), nothing(), nothing(), nothing(), nothing(), nothing()];
+    };
+    let constraints = [Part::Positions, Part::Velocities, Part::Accelerations];
+    [
+        map,
+        lowest(orders, &[Part::Lagrangian]),
+        lowest(orders, &[Part::Forces, Part::ExternalForces]),
+        lowest(orders, &constraints),
+        lowest(orders, &[Part::Displacements]),
+        match orders.follows.number() {
+            Some(number) if number.is_finite() => format!("{number}"),
+            _ => shown(&orders.follows),
+        },
+        shown(&orders.seen),
+    ]
+}
+
+/// The table over systems and maps as Markdown.
+fn markdown(all: &[Measured]) -> String {
+    let mut text = format!("| {} |\n|{}\n", COLUMNS.join(" | "), "---|".repeat(COLUMNS.len()));
+    for of in all {
+        for variant in &of.variants {
+            let [map, rest @ ..] = cells(variant);
+            text.push_str(&format!("| {} | {map} | {} |\n", of.name, rest.join(" | ")));
+        }
+    }
+    text
+}
+
+/// The table over systems and maps, and what is said of it.
+fn overview(all: &[Measured]) -> String {
+    let mut table = terminal::table(presets::UTF8_FULL_CONDENSED);
+    table.set_header(COLUMNS.map(|column| column.replace('`', "")));
+    let mut remarks = String::new();
+    for of in all {
+        for variant in &of.variants {
+            let [map, numbers @ .., seen] = cells(variant);
+            let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
+            let mut row = vec![Cell::new(&of.name), Cell::new(map)];
+            row.extend(numbers.map(right));
+            row.push(right(seen).fg(colour(variant)));
+            table.add_row(row);
+            if let Err(reason) = &variant.orders {
+                let reason = reason.lines().next().unwrap_or_default();
+                remarks.push_str(&format!("{}, {}: {reason}\n", of.name, variant.map.name));
+            }
+            if let Ok(orders) = &variant.orders
+                && let (false, Some(excuse)) = (orders.holds(), &orders.excuse)
+            {
+                remarks.push_str(&format!("{}, {}: {excuse}\n", of.name, variant.map.name));
+            }
+        }
+    }
+    format!("{table}\n{remarks}")
+}
+
+/// The colour of an order that is seen.
+fn colour(variant: &Variant) -> Color {
+    match &variant.orders {
+        Ok(orders) if orders.holds() => Color::Green,
+        Ok(orders) if orders.ok() => Color::Yellow,
+        Ok(_) => Color::Red,
+        Err(_) => Color::Reset,
+    }
+}
+
+/// The orders of one system, part by part.
+fn single(of: &Measured) -> String {
+    let Some(Variant { orders: Ok(orders), .. }) = of.variants.first() else {
+        return String::new();
+    };
+    let mut table = terminal::table(presets::UTF8_FULL_CONDENSED);
+    table.set_header([
+        "part".to_owned(),
+        "against the exact".to_owned(),
+        "map".to_owned(),
+        "order".to_owned(),
+        format!("distance at h = {}", of.h),
+    ]);
+    let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
+    for part in &orders.parts {
+        let is_low = orders.lowering.contains(&part.part);
+        table.add_row([
+            Cell::new(part.part.symbol()),
+            Cell::new(part.part.meaning()),
+            Cell::new(map_of(part.part, &of.declaration)),
+            right(shown(&part.order)).fg(if is_low { Color::Yellow } else { Color::Reset }),
+            right(match part.order {
+                Order::Exact => String::new(),
+                _ => number(part.distance),
+            }),
+        ]);
+    }
+    let word = match (orders.holds(), orders.ok()) {
+        (true, _) => ("ok", Color::Green),
+        (false, true) => ("open", Color::Yellow),
+        (false, false) => ("FAILED", Color::Red),
+    };
+    let follows = orders.follows.number().filter(|x| x.is_finite());
+    table.add_row([
+        Cell::new("the flow"),
+        Cell::new("the order that follows"),
+        Cell::new(""),
+        right(follows.map_or_else(|| shown(&orders.follows), |x| format!("{x}"))),
+        Cell::new(""),
+    ]);
+    let steps = match &orders.seen {
+        Order::Power { steps: [first, last], .. } => {
+            format!(", h = {} to {}", number(*first), number(*last))
+        }
+        _ => String::new(),
+    };
+    table.add_row([
+        Cell::new(""),
+        Cell::new(format!("the order seen{steps}")),
+        Cell::new(""),
+        right(shown(&orders.seen)),
+        Cell::new(word.0).fg(word.1),
+    ]);
+    let mut text = format!(
+        "{}: contact at {} states, errors to t = {}\n{table}\n",
+        of.title,
+        orders.states,
+        number(orders.until)
+    );
+    for part in &orders.lowering {
+        text.push_str(&lowered(*part, orders, &of.declaration));
+    }
+    for part in &orders.parts {
+        if let Order::Unknown(reason) = &part.order {
+            text.push_str(&format!("{}, {}: {reason}\n", part.part.symbol(), part.part.meaning()));
+        }
+    }
+    if let Order::Unknown(reason) = &orders.seen {
+        text.push_str(&format!("the order seen: {reason}\n"));
+    }
+    for remark in &orders.remarks {
+        text.push_str(&format!("{remark}\n"));
+    }
+    if let (false, Some(excuse)) = (orders.holds(), &orders.excuse) {
+        text.push_str(&format!("{excuse}\n"));
+    }
+    text
+}
+
+/// The map of a part, as it is declared.
+fn map_of(part: Part, declaration: &str) -> String {
+    let direct = match part {
+        Part::Lagrangian | Part::Momenta | Part::Forces => "discrete_lagrangian",
+        Part::Accelerations => "discrete_kinematic",
+        _ => "",
+    };
+    if !direct.is_empty() && statement_of(declaration, direct).is_some() {
+        return direct.to_owned();
+    }
+    let Some(statement) = part.statement() else {
+        return String::new();
+    };
+    let given = |statement| statement_of(declaration, statement).map(str::to_owned);
+    match given(statement) {
+        // the map of C_V is that of C_K unless it is said
+        None if part == Part::Displacements => given("phi_kinematic").unwrap_or_else(|| "default".to_owned()),
+        None => "default".to_owned(),
+        Some(map) => map.split_whitespace().collect::<Vec<_>>().join(" "),
+    }
+}
+
+/// What is said of a part that lowers the order.
+fn lowered(part: Part, orders: &Orders, declaration: &str) -> String {
+    let order = orders.of(part).map_or_else(String::new, shown);
+    let map = map_of(part, declaration);
+    let advice = match part {
+        Part::Start => {
+            return format!(
+                "the start q1 = q0 + h v0 lowers the order of the flow: its velocity is of order {order}; `--start second-order` does not\n"
+            );
+        }
+        Part::Forces | Part::Velocities => "`midpoint` and `trapezoid` are of order 2",
+        Part::ExternalForces => "where `L_d` and the forces are taken at one end of a leg, half of each force belongs to either end: `midpoint`, `trapezoid`",
+        _ => "the central differences of `paper` are of order 2",
+    };
+    let statement = part.statement().unwrap_or_default();
+    format!(
+        "{statement} = {map} lowers the order of the flow: {} ({}) is of order {order}; {advice}\n",
+        part.symbol(),
+        part.meaning()
+    )
+}
+
+/// A map's orders as JSON.
+fn value(variant: &Variant) -> Value {
+    let orders = match &variant.orders {
+        Ok(orders) => orders,
+        Err(reason) => return json!({"map": variant.map.name, "failure": reason}),
+    };
+    let parts = orders.parts.iter().map(|part| {
+        json!({
+            "part": part.part.symbol(),
+            "what": part.part.meaning(),
+            "order": encoded(&part.order),
+            "distance": part.distance,
+        })
+    });
+    json!({
+        "map": variant.map.name,
+        "statements": variant.map.statements.iter().map(|(statement, value)| format!("{statement} = {value};")).collect::<Vec<_>>(),
+        "parts": parts.collect::<Vec<_>>(),
+        "follows": encoded(&orders.follows),
+        "seen": encoded(&orders.seen),
+        "until": orders.until,
+        "states": orders.states,
+        "lowering": orders.lowering.iter().map(|part| part.symbol()).collect::<Vec<_>>(),
+        "holds": orders.holds(),
+        "excuse": orders.excuse,
+        "remarks": orders.remarks,
+    })
+}
+
+/// An order as JSON: a number, `"exact"`, or why there is none.
+fn encoded(order: &Order) -> Value {
+    match order {
+        Order::Exact => Value::from("exact"),
+        Order::Power { power, .. } => Value::from(*power),
+        Order::Unknown(reason) => json!({ "failure": reason }),
+    }
+}
