@@ -72,7 +72,7 @@ impl Contact {
     /// [`SetupError::ThirdOrder`] if a constraint is of third order, where the exact motion has no series in this library; [`SetupError::Rotation`]
     /// if a coordinate is a rotation.
     pub fn of(system: &dyn Kernel, motion: &Expansion, h: f64) -> Result<Self, SetupError> {
-        let method = "the orders of the parts of the discrete system (geometry::Contact)";
+        let method = "the contact of the parts (geometry::Contact)";
         if system.shape().is_of_third_order() {
             return Err(SetupError::ThirdOrder { method });
         }
@@ -111,6 +111,8 @@ struct Place<'s> {
     discrete: Vec<Bounded>,
     /// How large forces are: their terms, and the momentum over the time in which the motion changes.
     sizes: Vec<f64>,
+    /// How long the motion is known about the middle node.
+    reach: f64,
 }
 
 /// Numbers with bounds of their rounding.
@@ -164,6 +166,7 @@ impl<'s> Place<'s> {
             external,
             discrete,
             sizes,
+            reach: motion.reach,
         }
     }
 
@@ -200,7 +203,8 @@ impl<'s> Place<'s> {
         let [_, plus] = self.declaration.discrete_external_forces(h, first);
         let [minus, _] = self.declaration.discrete_external_forces(h, last.any());
         let gap = |i: usize, found: f64| {
-            let size = self.momentum[i].abs() + (h * self.sizes[i]).abs();
+            // at rest a momentum is zero, and what it becomes in the time of the series is not
+            let size = self.reach * self.sizes[i];
             Gap {
                 apart: found - self.momentum[i],
                 size,

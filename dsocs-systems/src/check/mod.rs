@@ -537,7 +537,7 @@ fn states(system: &dyn Motions, h: f64, start: &State, until: f64, count: usize)
     let times: Vec<f64> = (states.len()..count)
         .map(|k| start.t + (until - start.t) * (k as f64 + aside) / count as f64)
         .collect();
-    if let Ok(motion) = probe::exact(system, h, start, &times, STATES_TOLERANCE) {
+    if let Ok((motion, _)) = probe::exact_as_far(system, h, start, &times, STATES_TOLERANCE) {
         states.extend(motion.iter().map(|point| {
             let AnyPoint { t, q, v, a } = point.any();
             State {

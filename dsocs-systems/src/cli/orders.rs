@@ -105,29 +105,34 @@ fn write(path: &Path, all: &[Measured], failed: &[(String, String)]) -> Result<(
     output::write(path, format!("{all:#}\n").as_bytes())
 }
 
-/// An order in a table.
-fn shown(order: &Order) -> String {
+/// An order in a table, to so many decimals.
+fn rounded(order: &Order, decimals: usize) -> String {
     match order {
         Order::Exact => "exact".to_owned(),
         // no minus before a zero
-        Order::Power { power, .. } => format!("{:.2}", if power.abs() < 0.005 { 0.0 } else { *power }),
+        Order::Power { power, .. } => format!("{:.decimals$}", if power.abs() < 0.005 { 0.0 } else { *power }),
         Order::Unknown(_) => "–".to_owned(),
     }
 }
 
+/// The same to two decimals.
+fn shown(order: &Order) -> String {
+    rounded(order, 2)
+}
+
 /// The lowest of the orders of some parts; nothing if the system has none of them.
-fn lowest(orders: &Orders, parts: &[Part]) -> String {
+fn lowest(orders: &Orders, parts: &[Part], decimals: usize) -> String {
     let found = parts.iter().filter_map(|part| orders.of(*part));
     let least = found.reduce(|least, order| match (least.number(), order.number()) {
         (Some(x), Some(y)) if y < x => order,
         (Some(_), None) => order,
         _ => least,
     });
-    least.map_or_else(String::new, shown)
+    least.map_or_else(String::new, |order| rounded(order, decimals))
 }
 
 /// The cells of a row of the table over systems and maps, from the map on.
-fn cells(variant: &Variant) -> [String; 7] {
+fn cells(variant: &Variant, decimals: usize) -> [String; 7] {
     let map = variant.map.name.to_owned();
     let Ok(orders) = &variant.orders else {
         let nothing = || "–".to_owned();
@@ -136,25 +141,32 @@ fn cells(variant: &Variant) -> [String; 7] {
     let constraints = [Part::Positions, Part::Velocities, Part::Accelerations];
     [
         map,
-        lowest(orders, &[Part::Lagrangian]),
-        lowest(orders, &[Part::Forces, Part::ExternalForces]),
-        lowest(orders, &constraints),
-        lowest(orders, &[Part::Displacements]),
+        lowest(orders, &[Part::Lagrangian], decimals),
+        lowest(orders, &[Part::Forces, Part::ExternalForces], decimals),
+        lowest(orders, &constraints, decimals),
+        lowest(orders, &[Part::Displacements], decimals),
         match orders.follows.number() {
             Some(number) if number.is_finite() => format!("{number}"),
             _ => shown(&orders.follows),
         },
-        shown(&orders.seen),
+        rounded(&orders.seen, decimals),
     ]
 }
 
-/// The table over systems and maps as Markdown.
+/// The table over systems and maps as Markdown, with one row for the maps of a system that have the same orders, to one decimal.
 fn markdown(all: &[Measured]) -> String {
     let mut text = format!("| {} |\n|{}\n", COLUMNS.join(" | "), "---|".repeat(COLUMNS.len()));
     for of in all {
+        let mut rows: Vec<(Vec<String>, [String; 6])> = Vec::new();
         for variant in &of.variants {
-            let [map, rest @ ..] = cells(variant);
-            text.push_str(&format!("| {} | {map} | {} |\n", of.name, rest.join(" | ")));
+            let [map, rest @ ..] = cells(variant, 1);
+            match rows.iter_mut().find(|(_, others)| *others == rest) {
+                Some((maps, _)) => maps.push(map),
+                None => rows.push((vec![map], rest)),
+            }
+        }
+        for (maps, rest) in rows {
+            text.push_str(&format!("| {} | {} | {} |\n", of.name, maps.join(", "), rest.join(" | ")));
         }
     }
     text
@@ -164,27 +176,34 @@ fn markdown(all: &[Measured]) -> String {
 fn overview(all: &[Measured]) -> String {
     let mut table = terminal::table(presets::UTF8_FULL_CONDENSED);
     table.set_header(COLUMNS.map(|column| column.replace('`', "")));
-    let mut remarks = String::new();
+    let mut remarks: Vec<(&str, Vec<String>)> = Vec::new();
+    let mut say = |remark, of: String| match remarks.iter_mut().find(|(said, _)| *said == remark) {
+        Some((_, others)) => others.push(of),
+        None => remarks.push((remark, vec![of])),
+    };
     for of in all {
         for variant in &of.variants {
-            let [map, numbers @ .., seen] = cells(variant);
+            let whose = format!("{}, {}", of.name, variant.map.name);
+            let [map, numbers @ .., seen] = cells(variant, 2);
             let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
             let mut row = vec![Cell::new(&of.name), Cell::new(map)];
             row.extend(numbers.map(right));
             row.push(right(seen).fg(colour(variant)));
             table.add_row(row);
-            if let Err(reason) = &variant.orders {
-                let reason = reason.lines().next().unwrap_or_default();
-                remarks.push_str(&format!("{}, {}: {reason}\n", of.name, variant.map.name));
-            }
-            if let Ok(orders) = &variant.orders
-                && let (false, Some(excuse)) = (orders.holds(), &orders.excuse)
-            {
-                remarks.push_str(&format!("{}, {}: {excuse}\n", of.name, variant.map.name));
+            match &variant.orders {
+                Err(reason) => say(reason.lines().next().unwrap_or_default(), whose),
+                Ok(orders) => {
+                    if let (false, Some(excuse)) = (orders.holds(), &orders.excuse) {
+                        say(excuse, whose);
+                    }
+                }
             }
         }
     }
-    format!("{table}\n{remarks}")
+    let remarks = remarks
+        .into_iter()
+        .map(|(remark, of)| format!("{}: {remark}\n", of.join("; ")));
+    format!("{table}\n{}", remarks.collect::<String>())
 }
 
 /// The colour of an order that is seen.
@@ -349,11 +368,11 @@ fn value(variant: &Variant) -> Value {
     })
 }
 
-/// An order as JSON: a number, `"exact"`, or why there is none.
+/// An order as JSON: its power with the steps of the fit, `"exact"`, or why there is none.
 fn encoded(order: &Order) -> Value {
     match order {
         Order::Exact => Value::from("exact"),
-        Order::Power { power, .. } => Value::from(*power),
+        Order::Power { power, steps } => json!({ "power": power, "steps": steps }),
         Order::Unknown(reason) => json!({ "failure": reason }),
     }
 }

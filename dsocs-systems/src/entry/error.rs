@@ -66,6 +66,12 @@ pub enum CheckFailure {
     /// A step of it has no solution by itself.
     #[error("the motion to check: {0}")]
     Geometry(#[from] GeometryError),
+    /// The orders of the parts are not measured for systems of a kind.
+    #[error("the orders of the parts are not measured here: {reason}")]
+    Orders {
+        /// What the system has that is not served.
+        reason: &'static str,
+    },
 }
 
 dsocs_core::debug_is_message!(CheckFailure);

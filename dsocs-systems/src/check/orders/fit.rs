@@ -23,8 +23,11 @@ const WINDOW: usize = 4;
 /// So many tell a power at all.
 const LEAST: usize = 3;
 
-/// From one step to the half of it the power may change by this much.
-const STEADY: f64 = 0.1;
+/// From one step to the half of it the power may change by this much: the second, where it changes by more than the first everywhere.
+const STEADY: [f64; 2] = [0.02, 0.1];
+
+/// A fit that is so near to a whole number is this number.
+const WHOLE: f64 = 0.2;
 
 /// If it changes by more than this everywhere there is no power.
 const NO_POWER: f64 = 0.5;
@@ -62,7 +65,7 @@ impl Order {
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Exact => Some(f64::INFINITY),
-            Self::Power { power, .. } if (power - power.round()).abs() < 2.0 * STEADY => Some(power.round()),
+            Self::Power { power, .. } if (power - power.round()).abs() < WHOLE => Some(power.round()),
             Self::Power { power, .. } => Some(*power),
             Self::Unknown(_) => None,
         }
@@ -114,19 +117,13 @@ pub fn order(samples: &[Sample]) -> Order {
         ));
     }
     // from the smallest steps on: larger ones may be too large for a power law
-    let count = WINDOW.min(points.len());
-    let windows = points.windows(count).rev().map(|window| (window, unsteadiness(window)));
-    let mut best: Option<(&[[f64; 2]], f64)> = None;
-    for (window, unsteadiness) in windows {
-        if best.is_none_or(|(_, least)| unsteadiness < least) {
-            best = Some((window, unsteadiness));
-        }
-        if unsteadiness < STEADY {
-            break;
-        }
-    }
+    let windows = points.windows(WINDOW.min(points.len())).rev();
+    let windows: Vec<(&[[f64; 2]], f64)> = windows.map(|window| (window, unsteadiness(window))).collect();
+    let steady = |most: f64| windows.iter().find(|(_, unsteadiness)| *unsteadiness < most);
+    let steadiest = || windows.iter().min_by(|x, y| x.1.total_cmp(&y.1));
+    let best = STEADY.into_iter().find_map(steady).or_else(steadiest);
     match best {
-        Some((window @ [[first, _], .., [last, _]], unsteadiness)) if unsteadiness < NO_POWER => Order::Power {
+        Some((window @ [[first, _], .., [last, _]], unsteadiness)) if *unsteadiness < NO_POWER => Order::Power {
             power: fitted(window),
             steps: [*first, *last],
         },

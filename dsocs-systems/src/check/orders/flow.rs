@@ -4,13 +4,11 @@ use super::super::order::{FOLLOWER, errors, followed};
 use super::super::probe::expansion;
 use super::super::{Subject, larger};
 use super::fit::{Order, Sample, order};
-use super::parts::{Part, PartOrder};
+use super::parts::{HALVINGS, LARGEST, Part, PartOrder};
 
 /// The errors are looked at with these parts of the step, the first of which tells an order: with larger steps they may not fall as a power yet.
 const PARTS: [u32; 3] = [1, 4, 16];
 
-/// Each of so many steps of the start is half of the one before.
-const HALVINGS: i32 = 8;
 
 /// What is not known of an error of position, relative to the motion's extent: a tenth of the smallest one that counts.
 const ROUNDING: f64 = 1e-12;
@@ -50,9 +48,18 @@ pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
 
 /// The second node by the paper's rule, `q1 = q0 + h v0`, against the motion: the order of the velocity that it begins with.
 pub fn start(subject: &Subject<'_>) -> PartOrder {
-    let gap = |h: f64| -> Sample {
-        let motion = subject.start.ahead.as_ref();
-        let increment = motion.map_or_else(Vec::new, |motion| motion.increment(h));
+    let motion = match expansion(subject.system, &subject.start) {
+        Ok(motion) => motion,
+        Err(error) => {
+            return PartOrder {
+                part: Part::Start,
+                order: Order::Unknown(error.to_string()),
+                distance: f64::NAN,
+            };
+        }
+    };
+    let sample = |h: f64| {
+        let increment = motion.increment(h);
         let parts = increment.iter().zip(&subject.start.v);
         let [apart, size] = parts.fold([0.0_f64; 2], |[apart, size], (d, v)| {
             [apart.hypot(h * v - d), size.hypot(h * v).hypot(*d)]
@@ -63,15 +70,15 @@ pub fn start(subject: &Subject<'_>) -> PartOrder {
             rounding: f64::EPSILON,
         }
     };
-    let steps = (0..HALVINGS).map(|halving| subject.h * 0.5_f64.powi(halving));
-    let samples: Vec<Sample> = steps.map(gap).collect();
-    let order = match expansion(subject.system, &subject.start) {
-        Ok(_) => order(&samples),
-        Err(error) => Order::Unknown(error.to_string()),
-    };
+    let steps = (0..HALVINGS).map(|halving| LARGEST * motion.reach * 0.5_f64.powi(halving));
+    let samples: Vec<Sample> = steps.map(|h| sample(h.copysign(subject.h))).collect();
     PartOrder {
         part: Part::Start,
-        order,
-        distance: gap(subject.h).value,
+        order: order(&samples),
+        distance: if subject.h.abs() <= motion.reach {
+            sample(subject.h).value
+        } else {
+            f64::NAN
+        },
     }
 }

@@ -15,8 +15,7 @@ pub(crate) use maps::statement_of;
 pub use parts::{Part, PartOrder};
 pub(super) use parts::{contacts, expansions};
 
-use dsocs_core::SetupError;
-use dsocs_core::System;
+use dsocs_core::{Shape, System};
 
 use super::probe::First;
 use super::{Expected, Settings, Subject, states};
@@ -140,12 +139,8 @@ pub(crate) fn orders_to(
     own: f64,
 ) -> Result<Orders, CheckFailure> {
     let shape = system.kernel().shape();
-    let method = "the orders of the parts (check --orders)";
-    if shape.is_of_third_order() {
-        return Err(SetupError::ThirdOrder { method }.into());
-    }
-    if !shape.rotations.is_empty() {
-        return Err(SetupError::Rotation { method }.into());
+    if let Some(reason) = refusal(shape) {
+        return Err(CheckFailure::Orders { reason });
     }
     let expected = Expected {
         // of the motion only positions are compared
@@ -190,6 +185,23 @@ pub(crate) fn orders_to(
         lowering,
         remarks,
     })
+}
+
+/// Why the orders of a system are not measured, if they are not.
+fn refusal(shape: &Shape) -> Option<&'static str> {
+    if shape.is_of_third_order() {
+        Some(
+            "a constraint is of third order, and the exact motion with which the parts are compared has no Taylor series in this library; `check` without \
+             `--orders` fits the order of its nodes from step to step",
+        )
+    } else if !shape.rotations.is_empty() {
+        Some(
+            "a coordinate is a rotation, and the legs of rotations are not compared with exact ones yet; `run --estimate-error` measures the error of a \
+             motion",
+        )
+    } else {
+        None
+    }
 }
 
 /// The order that follows for the flow from those of its equations.

@@ -9,10 +9,13 @@ use super::super::{Measured, Subject, larger};
 use super::fit::{Order, Sample, order};
 
 /// Each of so many steps is half of the one before.
-const HALVINGS: i32 = 14;
+pub const HALVINGS: i32 = 20;
 
 /// The largest step is this part of how far the expansion of the motion reaches.
-const LARGEST: f64 = 0.25;
+pub const LARGEST: f64 = 0.25;
+
+/// States about which the motion is known for less than this part of the longest time are left out: the step of all of them has to be as short.
+const SHORT: f64 = 1.0 / 32.0;
 
 /// The reach of an expansion is halved so often, where a function changes its piece within.
 const SHORTENED: u32 = 12;
@@ -40,7 +43,7 @@ pub enum Part {
     Accelerations,
     /// `D_V`: the work of the true constraint force along the virtual displacements.
     Displacements,
-    /// The variational equations that `L_d`, the external forces and `D_V` make together.
+    /// The variational equations that `L_d`, the external forces and `D_V` make together: the paper's `β`.
     Equations,
     /// The second node, where the rule of the start does not lie on the motion.
     Start,
@@ -70,7 +73,7 @@ impl Part {
             Self::ExternalForces => "f_d",
             Self::Positions | Self::Velocities | Self::Accelerations => "D_K",
             Self::Displacements => "D_V",
-            Self::Equations => "⟨D_V, D₁L_d + D₂L_d + f_d⟩",
+            Self::Equations => "β",
             Self::Start => "q1",
         }
     }
@@ -87,7 +90,7 @@ impl Part {
             Self::Velocities => "constraints on velocities",
             Self::Accelerations => "constraints on accelerations",
             Self::Displacements => "the work of the constraint force",
-            Self::Equations => "the equations that they make",
+            Self::Equations => "the variational equations",
             Self::Start => "the second node of the start",
         }
     }
@@ -137,8 +140,8 @@ pub struct PartOrder {
     pub part: Part,
     /// Its order of contact: that of its worst component.
     pub order: Order,
-    /// How far it is from the exact one with the step that was asked for, relative to its terms; NaN if the expansions of the motion do not reach so
-    /// far.
+    /// How far it is from the exact one with the step that was asked for, relative to its terms, about the states where the expansion of the motion reaches so
+    /// far; NaN if there are none.
     pub distance: f64,
 }
 
@@ -152,6 +155,10 @@ pub fn expansions(subject: &Subject<'_>, states: &[State]) -> Measured<Vec<Expan
             Err(error) => failure = Some(error),
         }
     }
+    let longest = found
+        .iter()
+        .fold(0.0_f64, |most, motion: &Expansion| most.max(motion.reach));
+    found.retain(|motion| motion.reach >= SHORT * longest);
     match (found.is_empty(), failure) {
         (false, _) => Ok(found),
         (true, Some(error)) => Err(error),
@@ -242,10 +249,15 @@ pub fn contacts(
     let measured: Vec<[Vec<Sample>; 9]> = steps
         .map(|h| components(kernel, motions, h))
         .collect::<Result<_, _>>()?;
-    let own = if h.abs() <= reach {
-        Some(components(kernel, motions, h)?)
-    } else {
+    let near: Vec<Expansion> = motions
+        .iter()
+        .filter(|motion| h.abs() <= motion.reach)
+        .cloned()
+        .collect();
+    let own = if near.is_empty() {
         None
+    } else {
+        Some(components(kernel, &near, h)?)
     };
     let mut found = Vec::new();
     for (place, part) in PARTS.into_iter().enumerate() {

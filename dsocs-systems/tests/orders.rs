@@ -1,0 +1,338 @@
+//! The orders of the parts: systems whose answers are known, and the table of the book.
+
+use dsocs_core::dsocs;
+use dsocs_core::text::Text;
+use dsocs_systems::check::orders::{Order, Orders, Part, orders};
+use dsocs_systems::check::{Begin, Settings};
+use dsocs_systems::entry::CheckFailure;
+use dsocs_systems::{Entry, systems};
+
+/// A motion with a step, over its own time.
+fn settings(h: f64) -> Settings<'static> {
+    Settings {
+        h,
+        until: None,
+        t0: 0.0,
+        q0: &[],
+        v0: &[],
+        a0: None,
+        begin: Begin::default(),
+    }
+}
+
+/// The orders of a text with some statements put in.
+fn of_text(text: &str, statements: &str, (q0, v0): (&[f64], &[f64]), h: f64) -> Orders {
+    let text = Text::parse("system", &format!("{text}\n{statements}")).unwrap();
+    let entry = Entry::of_text("system", &text, None);
+    let settings = Settings { q0, v0, ..settings(h) };
+    entry.orders(&settings).unwrap()
+}
+
+/// Asserts an order that is fitted.
+fn assert_order(orders: &Orders, part: Part, expected: f64) {
+    match orders.of(part) {
+        Some(Order::Power { power, .. }) => {
+            assert!((power - expected).abs() < 0.05, "{part:?}: {power}, not {expected}");
+        }
+        other => panic!("{part:?}: {other:?}, not {expected}"),
+    }
+}
+
+/// Asserts what follows for the flow, and that it is seen.
+fn assert_flow(orders: &Orders, expected: f64) {
+    assert_eq!(orders.follows.number(), Some(expected), "{orders:?}");
+    assert_eq!(orders.seen.number(), Some(expected), "{orders:?}");
+    assert!(orders.holds());
+}
+
+/// A bead on a wire: its inertia depends on where it is.
+const BEAD: &str = "coordinates(x);
+lagrangian = (1 + x.powi(2)) / 2 * dot(x).powi(2) - x.powi(4) / 4;";
+
+#[test]
+fn the_papers_map_touches_at_order_1_where_the_mass_varies() {
+    for (map, order) in [("paper", 1.0), ("midpoint", 2.0), ("trapezoid", 2.0)] {
+        let found = of_text(BEAD, &format!("phi_lagrangian = {map};"), (&[1.0], &[0.3]), 0.05);
+        for part in [Part::Lagrangian, Part::Momenta, Part::Forces, Part::Equations] {
+            assert_order(&found, part, order);
+        }
+        assert_flow(&found, order);
+        let lowering: &[Part] = if map == "paper" { &[Part::Forces] } else { &[] };
+        assert_eq!(found.lowering, lowering);
+    }
+}
+
+#[test]
+fn what_telescopes_lowers_nothing() {
+    // the same wire, straight: L = T(v) − V(q)
+    let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(4) / 4;";
+    let found = of_text(text, "phi_lagrangian = paper;", (&[1.0], &[0.3]), 0.05);
+    assert_order(&found, Part::Lagrangian, 1.0);
+    assert_order(&found, Part::Momenta, 1.0);
+    assert_order(&found, Part::Forces, 2.0);
+    assert_flow(&found, 2.0);
+    assert!(found.lowering.is_empty());
+    assert!(found.remarks.iter().any(|remark| remark.contains("telescopes")), "{found:?}");
+}
+
+#[test]
+fn the_gap_is_what_it_is_by_hand() {
+    // on cos t with the paper's map, −(D₁L_d + D₂L_d) = q̈_d + q: from the second difference 2 (cos h − 1)/h² + 1 = h²/12 times q
+    let text = "coordinates(x); lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;";
+    let h = 0.01;
+    let found = of_text(text, "", (&[1.0], &[0.0]), h);
+    let of = |part| found.parts.iter().find(|of| of.part == part).unwrap().distance;
+    let forces = of(Part::Forces);
+    // relative to |∂L/∂q| and the momentum over the reach of the series: less than all of |q|
+    assert!(forces < h * h / 12.0 && forces > h * h / 12.0 / 30.0, "{forces}");
+}
+
+/// A harmonic oscillator with the exact discrete Lagrangian.
+#[dsocs {
+    coordinates(x);
+    lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
+    discrete_lagrangian = ((x[0].powi(2) + x[1].powi(2)) * h.cos() - 2 * x[0] * x[1]) / (2 * h * h.sin());
+}]
+struct Exact;
+
+/// The same with the expansion of the exact one to the fourth order.
+#[dsocs {
+    coordinates(x);
+    lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
+    discrete_lagrangian = (x[0].powi(2) + x[1].powi(2)) / 2 * (1 / h.powi(2) - 1 / 3 - h.powi(2) / 45)
+        - x[0] * x[1] * (1 / h.powi(2) + 1 / 6 + 7 * h.powi(2) / 360);
+}]
+struct Fourth;
+
+/// With a potential that is twice too large.
+#[dsocs {
+    coordinates(x);
+    lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
+    discrete_lagrangian = ((x[1] - x[0]) / h).powi(2) / 2 - (x[0].powi(2) + x[1].powi(2)) / 2;
+}]
+struct Inconsistent;
+
+#[test]
+fn the_exact_discrete_lagrangian_is_exact() {
+    let found = orders(&Exact, &settings(0.2), ([1.0], [0.3])).unwrap();
+    for of in &found.parts {
+        assert_eq!(of.order, Order::Exact, "{of:?}");
+    }
+    assert_flow(&found, f64::INFINITY);
+}
+
+#[test]
+fn a_flow_of_order_4_begins_on_the_motion() {
+    let found = orders(&Fourth, &settings(0.2), ([1.0], [0.3])).unwrap();
+    assert_order(&found, Part::Lagrangian, 4.0);
+    assert_order(&found, Part::Forces, 4.0);
+    assert_flow(&found, 4.0);
+    // the paper's start has an error of order 1, and is named
+    let begin = Begin {
+        paper: true,
+        projected: false,
+    };
+    let settings = Settings { begin, ..settings(0.2) };
+    let found = orders(&Fourth, &settings, ([1.0], [0.3])).unwrap();
+    assert_order(&found, Part::Start, 1.0);
+    assert_flow(&found, 1.0);
+    assert_eq!(found.lowering, [Part::Start]);
+}
+
+#[test]
+fn what_is_not_consistent_is_of_order_0() {
+    let found = orders(&Inconsistent, &settings(0.1), ([1.0], [0.3])).unwrap();
+    assert_order(&found, Part::Lagrangian, 0.0);
+    assert_order(&found, Part::Forces, 0.0);
+    assert_eq!(found.follows.number(), Some(0.0));
+    assert_eq!(found.seen.number(), Some(0.0));
+    assert_eq!(found.lowering, [Part::Forces]);
+}
+
+/// A sleigh whose blade is behind its centre of mass.
+const SLEIGH: &str = "coordinates(x, y, theta);
+let along = dot(x) * theta.cos() + dot(y) * theta.sin();
+let across = dot(y) * theta.cos() - dot(x) * theta.sin();
+lagrangian = (along.powi(2) + (across + dot(theta) / 2).powi(2) + dot(theta).powi(2) / 4) / 2;
+nonholonomic = across;";
+
+#[test]
+fn a_row_of_velocities_at_one_end_of_a_leg_is_of_order_1() {
+    for (map, order) in [("paper", 1.0), ("midpoint", 2.0)] {
+        let map = format!("phi_lagrangian = {map};");
+        let found = of_text(SLEIGH, &map, (&[0.0; 3], &[-1.0, 0.0, 0.3]), 0.05);
+        assert_order(&found, Part::Velocities, order);
+        assert_eq!(found.of(Part::Displacements), Some(&Order::Exact));
+        assert_flow(&found, order);
+    }
+}
+
+/// A pendulum on a cart with a law by the decrease of a Lyapunov function: the cart's motor.
+const LYAPUNOV: &str = "coordinates(x, theta);
+lagrangian = dot(x).powi(2) + dot(theta).powi(2) / 2 + dot(x) * dot(theta) * theta.cos() + theta.cos();
+let energy = dot(theta).powi(2) / 2 - theta.cos() + x.powi(2) / 2 + x * dot(theta);
+kinematic = dot(energy) + dot(theta).powi(2) / 5;
+constraint_forces = [(1, 0)];";
+
+/// A particle whose curvature depends on its speed, under a force: all three maps enter.
+const CURVED: &str = "coordinates(x, y);
+lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y - x * y / 2;
+let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - 1 - x / 2 - dot(y) / 4;
+variational = [(dot(x), dot(y))];";
+
+#[test]
+fn the_map_that_lowers_the_order_is_named() {
+    let central = "|q0, q1, q2| (q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / (h * h))";
+    let ahead = "|q0, q1, q2| (q1, (q2 - q1) / h, (q2 - 2 * q1 + q0) / (h * h))";
+    let behind = "|q0, q1, q2| (q0, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / (h * h))";
+    let start: (&[f64], &[f64]) = (&[0.1, 0.2], &[1.0, 0.5]);
+    for (kinematic, variational, lowering) in [
+        (central, central, &[][..]),
+        ("midpoint", central, &[]),
+        ("midpoint", "midpoint", &[]),
+        (ahead, central, &[Part::Accelerations]),
+        (central, ahead, &[Part::Displacements]),
+        (behind, "midpoint", &[Part::Accelerations]),
+        (ahead, ahead, &[Part::Accelerations, Part::Displacements]),
+    ] {
+        let maps = format!("phi_kinematic = {kinematic}; phi_variational = {variational};");
+        let found = of_text(CURVED, &maps, start, 0.02);
+        assert_eq!(found.lowering, lowering, "{maps}: {found:?}");
+        let order = |part| if lowering.contains(&part) { 1.0 } else { 2.0 };
+        assert_order(&found, Part::Accelerations, order(Part::Accelerations));
+        assert_order(&found, Part::Displacements, order(Part::Displacements));
+        assert_flow(&found, if lowering.is_empty() { 2.0 } else { 1.0 });
+    }
+}
+
+#[test]
+fn a_law_by_a_lyapunov_function_has_an_exact_c_v() {
+    let ahead = "|q0, q1, q2| (q1, (q2 - q1) / h, (q2 - 2 * q1 + q0) / (h * h))";
+    let start: (&[f64], &[f64]) = (&[0.2, 0.3], &[0.1, 1.0]);
+    for (maps, forces, rows) in [
+        ("".to_owned(), 2.0, 2.0),
+        (format!("phi_kinematic = {ahead};"), 2.0, 1.0),
+        ("phi_lagrangian = paper;".to_owned(), 1.0, 2.0),
+    ] {
+        let found = of_text(LYAPUNOV, &maps, start, 0.01);
+        assert_order(&found, Part::Forces, forces);
+        assert_order(&found, Part::Accelerations, rows);
+        // the motor acts on the cart wherever nodes are
+        assert_eq!(found.of(Part::Displacements), Some(&Order::Exact));
+        assert_flow(&found, f64::min(forces, rows));
+    }
+}
+
+#[test]
+fn what_the_constraint_force_takes_up_lowers_nothing() {
+    // as many constraints as coordinates: the force alone depends on L_d
+    let text = "coordinates(x, y);
+    lagrangian = (1 + x.powi(2)) / 2 * (dot(x).powi(2) + dot(y).powi(2)) - y;
+    holonomic = [x - 2 - t.cos(), y - t.sin()];
+    phi_lagrangian = paper;";
+    let found = of_text(text, "", (&[3.0, 0.0], &[0.0, 1.0]), 0.05);
+    assert_order(&found, Part::Forces, 1.0);
+    assert_eq!(found.of(Part::Positions), Some(&Order::Exact));
+    assert_flow(&found, f64::INFINITY);
+    assert!(found.lowering.is_empty());
+}
+
+#[test]
+fn external_forces_have_an_order_of_their_own() {
+    let text = format!("{BEAD} external_forces = (-dot(x) * (1 + x.powi(2)) / 5 + t.cos());");
+    for (map, order) in [("paper", 1.0), ("midpoint", 2.0), ("trapezoid", 2.0)] {
+        let found = of_text(&text, &format!("phi_lagrangian = {map};"), (&[1.0], &[0.3]), 0.05);
+        assert_order(&found, Part::ExternalForces, 2.0);
+        assert_order(&found, Part::Forces, order);
+        assert_flow(&found, order);
+    }
+}
+
+#[test]
+fn what_cannot_be_had_says_so() {
+    let crane = systems::crane::entry();
+    let [q0, v0] = crane.default_start().unwrap();
+    let settings = Settings { q0, v0, ..settings(0.01) };
+    let failure = crane.orders(&settings).unwrap_err();
+    assert!(matches!(failure, CheckFailure::Orders { .. }) && failure.to_string().contains("third order"));
+
+    let body = Text::parse(
+        "body",
+        "coordinates(r: rotation);
+         let w = r.angular_velocity();
+         lagrangian = w.norm_squared() / 2 - (r * [0, 0, 1])[2];",
+    );
+    let body = Entry::of_text("body", &body.unwrap(), None);
+    let settings = Settings {
+        q0: &[1.0, 0.0, 0.0, 0.0],
+        v0: &[0.0, 0.1, 0.2, 0.3],
+        ..settings
+    };
+    let failure = body.orders(&settings).unwrap_err();
+    assert!(matches!(failure, CheckFailure::Orders { .. }) && failure.to_string().contains("rotation"));
+}
+
+#[test]
+fn a_motion_that_jumps_or_ends_is_open_or_shorter() {
+    // dry friction holds the block
+    let text = "coordinates(x);
+    lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
+    external_forces = (-3 * dot(x).signum() / 10);";
+    let found = of_text(text, "", (&[2.0], &[0.1]), 0.05);
+    assert_order(&found, Part::Equations, 2.0);
+    assert!(!found.holds() && found.ok(), "{found:?}");
+    assert!(found.excuse.unwrap().contains("smooth"));
+    // a fall into a centre
+    let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2 + 1 / x;";
+    let found = of_text(text, "", (&[1.0], &[0.0]), 0.01);
+    assert!(found.until < 1.12, "{found:?}");
+    assert!(found.states > 1, "{found:?}");
+    assert!(found.remarks.iter().any(|remark| remark.contains("ends")), "{found:?}");
+    assert_flow(&found, 2.0);
+}
+
+/// The table of the chapter is what its command writes.
+#[test]
+fn the_table_of_the_book_is_true() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("orders.md");
+    let run = std::process::Command::new(env!("CARGO_BIN_EXE_dsocs"))
+        .args(["check", "--orders", "--every-map", "--out"])
+        .arg(&file)
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let found = std::fs::read_to_string(&file).unwrap();
+    let book = include_str!("../src/guide/orders.md");
+    assert!(book.contains(&found), "the table is now\n{found}");
+}
+
+/// The listings of the chapter are systems, and what is said below each of them is what it shows.
+#[test]
+fn the_listings_of_the_chapter_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let book = include_str!("../src/guide/orders.md");
+    let blocks: Vec<&str> = book
+        .split("```text\n")
+        .skip(1)
+        .filter_map(|block| block.split("```").next())
+        .collect();
+    let [listing, shown] = blocks[..] else {
+        panic!("{blocks:?}")
+    };
+    let file = folder.path().join("turn.dsocs");
+    std::fs::write(&file, listing).unwrap();
+    let run = std::process::Command::new(env!("CARGO_BIN_EXE_dsocs"))
+        .args(["check", "turn.dsocs", "--orders"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let found = String::from_utf8(run.stdout).unwrap();
+    // distances may differ in their last digits on another machine
+    let words = |text: &str| -> Vec<String> {
+        let words = text.split_whitespace();
+        words.filter(|word| !word.contains("e-")).map(str::to_owned).collect()
+    };
+    assert_eq!(words(&found), words(shown), "{found}");
+}
