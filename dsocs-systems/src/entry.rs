@@ -642,7 +642,9 @@ impl Entry {
     pub fn orders_by_map(&self, settings: &Settings<'_>) -> Result<Vec<Variant>, CheckFailure> {
         let [_, others @ ..] = MAPS;
         let mut variants = vec![Variant::declared(self.orders(settings)?)];
-        let Ok(text) = self.text() else { return Ok(variants) };
+        let Ok(text) = self.text() else {
+            return Ok(variants);
+        };
         let samples = self.tables.iter().map(|(table, samples)| {
             let places = samples.places().iter();
             (

@@ -1,11 +1,12 @@
 //! The orders of the parts: systems whose answers are known, and the table of the book.
 
 use dsocs_core::dsocs;
+use dsocs_core::geometry::{Contact, Expansion};
 use dsocs_core::text::Text;
 use dsocs_systems::check::orders::{Order, Orders, Part, orders};
 use dsocs_systems::check::{Begin, Settings};
 use dsocs_systems::entry::CheckFailure;
-use dsocs_systems::{Entry, systems};
+use dsocs_systems::{CurvedParticle, Entry, systems};
 
 /// A motion with a step, over its own time.
 fn settings(h: f64) -> Settings<'static> {
@@ -24,7 +25,11 @@ fn settings(h: f64) -> Settings<'static> {
 fn of_text(text: &str, statements: &str, (q0, v0): (&[f64], &[f64]), h: f64) -> Orders {
     let text = Text::parse("system", &format!("{text}\n{statements}")).unwrap();
     let entry = Entry::of_text("system", &text, None);
-    let settings = Settings { q0, v0, ..settings(h) };
+    let settings = Settings {
+        q0,
+        v0,
+        ..settings(h)
+    };
     entry.orders(&settings).unwrap()
 }
 
@@ -32,7 +37,10 @@ fn of_text(text: &str, statements: &str, (q0, v0): (&[f64], &[f64]), h: f64) -> 
 fn assert_order(orders: &Orders, part: Part, expected: f64) {
     match orders.of(part) {
         Some(Order::Power { power, .. }) => {
-            assert!((power - expected).abs() < 0.05, "{part:?}: {power}, not {expected}");
+            assert!(
+                (power - expected).abs() < 0.05,
+                "{part:?}: {power}, not {expected}"
+            );
         }
         other => panic!("{part:?}: {other:?}, not {expected}"),
     }
@@ -72,19 +80,57 @@ fn what_telescopes_lowers_nothing() {
     assert_order(&found, Part::Forces, 2.0);
     assert_flow(&found, 2.0);
     assert!(found.lowering.is_empty());
-    assert!(found.remarks.iter().any(|remark| remark.contains("telescopes")), "{found:?}");
+    assert!(
+        found.remarks.iter().any(|remark| remark.contains("telescopes")),
+        "{found:?}"
+    );
 }
 
 #[test]
-fn the_gap_is_what_it_is_by_hand() {
-    // on cos t with the paper's map, −(D₁L_d + D₂L_d) = q̈_d + q: from the second difference 2 (cos h − 1)/h² + 1 = h²/12 times q
-    let text = "coordinates(x); lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;";
-    let h = 0.01;
-    let found = of_text(text, "", (&[1.0], &[0.0]), h);
-    let of = |part| found.parts.iter().find(|of| of.part == part).unwrap().distance;
-    let forces = of(Part::Forces);
-    // relative to |∂L/∂q| and the momentum over the reach of the series: less than all of |q|
-    assert!(forces < h * h / 12.0 && forces > h * h / 12.0 / 30.0, "{forces}");
+fn gaps_are_those_by_hand() {
+    // a particle on the unit circle, with curvature 1 and speed 1, about the point (1, 0)
+    let powers: Vec<f64> = (0..16)
+        .scan(1.0, |power, k| {
+            let this = *power;
+            *power /= f64::from(k + 1);
+            Some(this)
+        })
+        .collect();
+    let signs = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
+    let coefficients = powers.iter().enumerate();
+    let coefficients = coefficients.map(|(k, power)| signs[k % 4].map(|sign| sign * power).to_vec());
+    let motion = Expansion {
+        t: 0.0,
+        coefficients: coefficients.collect(),
+        reach: 0.5,
+    };
+    for h in [0.2_f64, 0.1, 0.01] {
+        let contact = Contact::of(&CurvedParticle::default(), &motion, h).unwrap();
+        // v_d = (0, sin h/h) and a_d = (2 (cos h − 1)/h², 0)
+        let curvature = 2.0 * (1.0 - h.cos()) / h.sin().powi(2);
+        let [row] = contact.accelerations[..] else {
+            panic!("{contact:?}")
+        };
+        assert!((row.apart - (curvature - 1.0)).abs() < 1e-12, "{row:?}");
+        // the chord of the outer nodes is the tangent at the middle one
+        let [work] = contact.displacements[..] else {
+            panic!("{contact:?}")
+        };
+        assert!(work.apart.abs() <= work.rounding, "{work:?}");
+        // the kinetic energy of the chord, and that of the motion
+        let chord = 2.0 * (h / 2.0).sin() / h;
+        let [gap] = contact.lagrangian[..] else {
+            panic!("{contact:?}")
+        };
+        assert!((gap.apart - (chord.powi(2) - 1.0) / 2.0).abs() < 1e-13, "{gap:?}");
+        // m a_d against m a
+        let forces: Vec<f64> = contact.forces.iter().map(|gap| gap.apart).collect();
+        let by_hand = 2.0 * (h.cos() - 1.0) / h.powi(2) + 1.0;
+        assert!(
+            (forces[0] - by_hand).abs() < 1e-12 && forces[1].abs() < 1e-12,
+            "{forces:?}"
+        );
+    }
 }
 
 /// A harmonic oscillator with the exact discrete Lagrangian.
@@ -132,7 +178,10 @@ fn a_flow_of_order_4_begins_on_the_motion() {
         paper: true,
         projected: false,
     };
-    let settings = Settings { begin, ..settings(0.2) };
+    let settings = Settings {
+        begin,
+        ..settings(0.2)
+    };
     let found = orders(&Fourth, &settings, ([1.0], [0.3])).unwrap();
     assert_order(&found, Part::Start, 1.0);
     assert_flow(&found, 1.0);
@@ -253,7 +302,11 @@ fn external_forces_have_an_order_of_their_own() {
 fn what_cannot_be_had_says_so() {
     let crane = systems::crane::entry();
     let [q0, v0] = crane.default_start().unwrap();
-    let settings = Settings { q0, v0, ..settings(0.01) };
+    let settings = Settings {
+        q0,
+        v0,
+        ..settings(0.01)
+    };
     let failure = crane.orders(&settings).unwrap_err();
     assert!(matches!(failure, CheckFailure::Orders { .. }) && failure.to_string().contains("third order"));
 
@@ -288,7 +341,10 @@ fn a_motion_that_jumps_or_ends_is_open_or_shorter() {
     let found = of_text(text, "", (&[1.0], &[0.0]), 0.01);
     assert!(found.until < 1.12, "{found:?}");
     assert!(found.states > 1, "{found:?}");
-    assert!(found.remarks.iter().any(|remark| remark.contains("ends")), "{found:?}");
+    assert!(
+        found.remarks.iter().any(|remark| remark.contains("ends")),
+        "{found:?}"
+    );
     assert_flow(&found, 2.0);
 }
 
@@ -332,7 +388,10 @@ fn the_listings_of_the_chapter_run() {
     // distances may differ in their last digits on another machine
     let words = |text: &str| -> Vec<String> {
         let words = text.split_whitespace();
-        words.filter(|word| !word.contains("e-")).map(str::to_owned).collect()
+        words
+            .filter(|word| !word.contains("e-"))
+            .map(str::to_owned)
+            .collect()
     };
     assert_eq!(words(&found), words(shown), "{found}");
 }

@@ -38,6 +38,28 @@ pub struct Gap {
 /// The exact discrete system has the nodes of the continuous motion for its trajectories: its `L_d` of two of them is the mean of `L` along the
 /// motion between them, its derivatives are the momenta there, its `D_K` holds at them, and its `D_V` is `C_V` at the point `(q, v, a)` of the
 /// motion at the middle node (Marsden and West 2001, part 2, for systems without constraints).
+///
+/// ```
+/// use dsocs_core::dsocs;
+/// use dsocs_core::geometry::{Contact, Expansion};
+///
+/// /// An oscillator, with the paper's map.
+/// #[dsocs { coordinates(x); lagrangian = (dot(x).powi(2) - x.powi(2)) / 2; }]
+/// struct Oscillator;
+///
+/// // the motion cos t about t = 0
+/// let cosine = [1.0, 0.0, -1.0 / 2.0, 0.0, 1.0 / 24.0, 0.0, -1.0 / 720.0, 0.0, 1.0 / 40320.0];
+/// let motion = Expansion { t: 0.0, coefficients: cosine.map(|c| vec![c]).to_vec(), reach: 0.5 };
+/// let h = 0.1_f64;
+/// let contact = Contact::of(&Oscillator, &motion, h)?;
+/// // the force at the node is missed by about h²/12
+/// let by_hand = 2.0 * (h.cos() - 1.0) / h.powi(2) + 1.0;
+/// assert!((contact.forces[0].apart - by_hand).abs() < 1e-12);
+/// // L_d by about h times a half, since V is taken at the first node; the action is half of the change of q q̇
+/// let by_hand = ((h.cos() - 1.0) / h).powi(2) / 2.0 - 0.5 - (-h.sin() * h.cos() / 2.0 / h);
+/// assert!((contact.lagrangian[0].apart - by_hand).abs() < 1e-12);
+/// # Ok::<(), dsocs_core::SetupError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
     /// `L_d` less the mean of `L`, on the leg behind the middle node. One number, in units of `L`.
@@ -233,8 +255,7 @@ impl<'s> Place<'s> {
             rounding: INPUTS * (x.error() + y.error()),
         };
         let all = 0..self.sizes.len();
-        let of_lagrangian =
-            |i: usize| gap(i, self.discrete[i] + found[i], self.force[i] + self.external[i]);
+        let of_lagrangian = |i: usize| gap(i, self.discrete[i] + found[i], self.force[i] + self.external[i]);
         let of_external = |i: usize| gap(i, found[i], self.external[i]);
         let external = if self.declaration.has_external_forces() {
             all.clone().map(of_external).collect()

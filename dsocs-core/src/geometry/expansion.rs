@@ -97,7 +97,10 @@ mod tests {
         let at = |s: f64| 1.0 + s * (2.0 + s * (-3.0 + s * 0.5));
         let point = motion.point(0.25);
         let AnyPoint { t, q, v, a } = point.any();
-        assert_eq!([t, q[0], v[0], a[0]], [5.25, at(0.25), 2.0 - 1.5 + 0.09375, -6.0 + 0.75]);
+        assert_eq!(
+            [t, q[0], v[0], a[0]],
+            [5.25, at(0.25), 2.0 - 1.5 + 0.09375, -6.0 + 0.75]
+        );
         let [q0, q1, q2] = motion.triple(0.25).nodes();
         assert_eq!([q0[0], q1[0], q2[0]], [at(-0.25), 1.0, at(0.25)]);
         assert_eq!(motion.increment(0.25), [at(0.25) - 1.0]);

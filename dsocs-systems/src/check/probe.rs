@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 
 use dsocs_core::geometry::{Expansion, Triple};
 use dsocs_core::{
-    AnyFlow, AnyLeg, AnyNode, AnyPoint, AnyStart, Kernel, NearlySingular, OwnedLeg, OwnedNode, OwnedPoint, Regularity,
-    Room, Run, RunError, SetupError, Stop, Tolerance, Unresolved,
+    AnyFlow, AnyLeg, AnyNode, AnyPoint, AnyStart, Kernel, NearlySingular, OwnedLeg, OwnedNode, OwnedPoint,
+    Regularity, Room, Run, RunError, SetupError, Stop, Tolerance, Unresolved,
 };
 
 use super::{Measured, Settings};

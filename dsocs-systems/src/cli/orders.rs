@@ -53,7 +53,9 @@ pub fn orders(arguments: &CheckArguments, entries: Vec<&mut Entry>) -> Result<()
         let measured = if arguments.with_every_map() {
             entry.orders_by_map(&settings)
         } else {
-            entry.orders(&settings).map(|orders| vec![Variant::declared(orders)])
+            entry
+                .orders(&settings)
+                .map(|orders| vec![Variant::declared(orders)])
         };
         match measured {
             Ok(variants) => all.push(Measured {
@@ -110,7 +112,9 @@ fn rounded(order: &Order, decimals: usize) -> String {
     match order {
         Order::Exact => "exact".to_owned(),
         // no minus before a zero
-        Order::Power { power, .. } => format!("{:.decimals$}", if power.abs() < 0.005 { 0.0 } else { *power }),
+        Order::Power { power, .. } => {
+            format!("{:.decimals$}", if power.abs() < 0.005 { 0.0 } else { *power })
+        }
         Order::Unknown(_) => "–".to_owned(),
     }
 }
@@ -136,7 +140,15 @@ fn cells(variant: &Variant, decimals: usize) -> [String; 7] {
     let map = variant.map.name.to_owned();
     let Ok(orders) = &variant.orders else {
         let nothing = || "–".to_owned();
-        return [map, nothing(), nothing(), nothing(), nothing(), nothing(), nothing()];
+        return [
+            map,
+            nothing(),
+            nothing(),
+            nothing(),
+            nothing(),
+            nothing(),
+            nothing(),
+        ];
     };
     let constraints = [Part::Positions, Part::Velocities, Part::Accelerations];
     [
@@ -166,7 +178,12 @@ fn markdown(all: &[Measured]) -> String {
             }
         }
         for (maps, rest) in rows {
-            text.push_str(&format!("| {} | {} | {} |\n", of.name, maps.join(", "), rest.join(" | ")));
+            text.push_str(&format!(
+                "| {} | {} | {} |\n",
+                of.name,
+                maps.join(", "),
+                rest.join(" | ")
+            ));
         }
     }
     text
@@ -218,7 +235,10 @@ fn colour(variant: &Variant) -> Color {
 
 /// The orders of one system, part by part.
 fn single(of: &Measured) -> String {
-    let Some(Variant { orders: Ok(orders), .. }) = of.variants.first() else {
+    let Some(Variant {
+        orders: Ok(orders), ..
+    }) = of.variants.first()
+    else {
         return String::new();
     };
     let mut table = terminal::table(presets::UTF8_FULL_CONDENSED);
@@ -232,10 +252,11 @@ fn single(of: &Measured) -> String {
     let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
     for part in &orders.parts {
         let is_low = orders.lowering.contains(&part.part);
+        let map = map_of(part.part, &of.declaration);
         table.add_row([
             Cell::new(part.part.symbol()),
             Cell::new(part.part.meaning()),
-            Cell::new(map_of(part.part, &of.declaration)),
+            Cell::new(if map.starts_with('|') { "formula" } else { &map }),
             right(shown(&part.order)).fg(if is_low { Color::Yellow } else { Color::Reset }),
             right(match part.order {
                 Order::Exact => String::new(),
@@ -257,7 +278,9 @@ fn single(of: &Measured) -> String {
         Cell::new(""),
     ]);
     let steps = match &orders.seen {
-        Order::Power { steps: [first, last], .. } => {
+        Order::Power {
+            steps: [first, last], ..
+        } => {
             format!(", h = {} to {}", number(*first), number(*last))
         }
         _ => String::new(),
@@ -280,7 +303,11 @@ fn single(of: &Measured) -> String {
     }
     for part in &orders.parts {
         if let Order::Unknown(reason) = &part.order {
-            text.push_str(&format!("{}, {}: {reason}\n", part.part.symbol(), part.part.meaning()));
+            text.push_str(&format!(
+                "{}, {}: {reason}\n",
+                part.part.symbol(),
+                part.part.meaning()
+            ));
         }
     }
     if let Order::Unknown(reason) = &orders.seen {
@@ -328,7 +355,9 @@ fn lowered(part: Part, orders: &Orders, declaration: &str) -> String {
             );
         }
         Part::Forces | Part::Velocities => "`midpoint` and `trapezoid` are of order 2",
-        Part::ExternalForces => "where `L_d` and the forces are taken at one end of a leg, half of each force belongs to either end: `midpoint`, `trapezoid`",
+        Part::ExternalForces => {
+            "half of each force belongs to either end of a leg, as with `midpoint` and `trapezoid`"
+        }
         _ => "the central differences of `paper` are of order 2",
     };
     let statement = part.statement().unwrap_or_default();

@@ -17,6 +17,7 @@
 //! | [Derivatives and optimisation](derivatives) | How do I fit parameters, or plan torques? |
 //! | [Two roots](two_roots) | What if a step has two solutions? |
 //! | [When it fails](errors) | What does this error mean, and what helps? |
+//! | [The orders of the parts](orders) | How closely do `L_d`, `D_K`, `D_V` touch the exact ones, and which order follows? |
 //! | [Checks and hard cases](checks) | How do I know that a run is right? |
 //! | [Performance](performance) | How fast does it run, and how long does it build? |
 //! | [How it works](how_it_works) | What happens between the declaration and a step? |
@@ -62,6 +63,8 @@ pub mod many_runs {}
 pub mod maps {}
 #[doc = include_str!("methods.md")]
 pub mod methods {}
+#[doc = include_str!("orders.md")]
+pub mod orders {}
 #[doc = include_str!("performance.md")]
 pub mod performance {}
 #[doc = include_str!("python.md")]

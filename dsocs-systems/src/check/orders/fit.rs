@@ -101,7 +101,10 @@ pub fn order(samples: &[Sample]) -> Order {
         return Order::Unknown(format!("it has no value with the step {:.1e} s", bad.h));
     }
     let stops = |pair: &[[f64; 2]]| pair[1][1] > FALLS * pair[0][1];
-    if let Some(stop) = points.windows(2).position(|pair| pair[0][1] < PLATEAU && stops(pair)) {
+    if let Some(stop) = points
+        .windows(2)
+        .position(|pair| pair[0][1] < PLATEAU && stops(pair))
+    {
         points.truncate(stop);
     }
     let largest = samples.iter().fold(0.0_f64, |most, of| most.max(of.value));
@@ -123,10 +126,12 @@ pub fn order(samples: &[Sample]) -> Order {
     let steadiest = || windows.iter().min_by(|x, y| x.1.total_cmp(&y.1));
     let best = STEADY.into_iter().find_map(steady).or_else(steadiest);
     match best {
-        Some((window @ [[first, _], .., [last, _]], unsteadiness)) if *unsteadiness < NO_POWER => Order::Power {
-            power: fitted(window),
-            steps: [*first, *last],
-        },
+        Some((window @ [[first, _], .., [last, _]], unsteadiness)) if *unsteadiness < NO_POWER => {
+            Order::Power {
+                power: fitted(window),
+                steps: [*first, *last],
+            }
+        }
         _ => Order::Unknown("it does not fall as a power of the step".to_owned()),
     }
 }

@@ -1,14 +1,14 @@
 //! The order of the flow as its errors show it.
 
+use core::slice;
+
 use super::super::order::{FOLLOWER, errors, followed};
-use super::super::probe::expansion;
 use super::super::{Subject, larger};
 use super::fit::{Order, Sample, order};
-use super::parts::{HALVINGS, LARGEST, Part, PartOrder};
+use super::parts::{HALVINGS, LARGEST, Part, PartOrder, expansions};
 
 /// The errors are looked at with these parts of the step, the first of which tells an order: with larger steps they may not fall as a power yet.
 const PARTS: [u32; 3] = [1, 4, 16];
-
 
 /// What is not known of an error of position, relative to the motion's extent: a tenth of the smallest one that counts.
 const ROUNDING: f64 = 1e-12;
@@ -28,7 +28,9 @@ pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
             .enumerate()
             .map(|(halving, errors)| Sample {
                 h: subject.h.abs() / f64::from(parts << halving),
-                value: errors[..count].iter().fold(0.0, |most, &error| larger(most, error)),
+                value: errors[..count]
+                    .iter()
+                    .fold(0.0, |most, &error| larger(most, error)),
                 rounding: ROUNDING,
             })
             .collect();
@@ -48,12 +50,14 @@ pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
 
 /// The second node by the paper's rule, `q1 = q0 + h v0`, against the motion: the order of the velocity that it begins with.
 pub fn start(subject: &Subject<'_>) -> PartOrder {
-    let motion = match expansion(subject.system, &subject.start) {
-        Ok(motion) => motion,
-        Err(error) => {
+    let found = expansions(subject, slice::from_ref(&subject.start));
+    let motion = match found.as_deref() {
+        Ok([motion, ..]) => motion,
+        other => {
+            let reason = other.err().map_or_else(String::new, ToString::to_string);
             return PartOrder {
                 part: Part::Start,
-                order: Order::Unknown(error.to_string()),
+                order: Order::Unknown(reason),
                 distance: f64::NAN,
             };
         }

@@ -10,8 +10,8 @@ mod maps;
 mod parts;
 
 pub use fit::Order;
-pub use maps::{MAPS, Map, Variant};
 pub(crate) use maps::statement_of;
+pub use maps::{MAPS, Map, Variant};
 pub use parts::{Part, PartOrder};
 pub(super) use parts::{contacts, expansions};
 

@@ -14,6 +14,9 @@ pub const HALVINGS: i32 = 20;
 /// The largest step is this part of how far the expansion of the motion reaches.
 pub const LARGEST: f64 = 0.25;
 
+/// A motion that is a polynomial is known forever. No more than so many steps of the system are looked at.
+const AHEAD: f64 = 64.0;
+
 /// States about which the motion is known for less than this part of the longest time are left out: the step of all of them has to be as short.
 const SHORT: f64 = 1.0 / 32.0;
 
@@ -151,7 +154,10 @@ pub fn expansions(subject: &Subject<'_>, states: &[State]) -> Measured<Vec<Expan
     let mut found = Vec::new();
     for state in states {
         match expansion(subject.system, state) {
-            Ok(motion) => found.extend(smooth(subject.kernel, motion)),
+            Ok(mut motion) => {
+                motion.reach = motion.reach.min(AHEAD * subject.h.abs());
+                found.extend(smooth(subject.kernel, motion));
+            }
             Err(error) => failure = Some(error),
         }
     }
@@ -237,11 +243,7 @@ fn components(kernel: &dyn Kernel, motions: &[Expansion], h: f64) -> Result<[Vec
 }
 
 /// The orders of contact of all parts that there are, and their distances with the step `h`.
-pub fn contacts(
-    kernel: &dyn Kernel,
-    motions: &[Expansion],
-    h: f64,
-) -> Result<Vec<PartOrder>, SetupError> {
+pub fn contacts(kernel: &dyn Kernel, motions: &[Expansion], h: f64) -> Result<Vec<PartOrder>, SetupError> {
     let reach = motions
         .iter()
         .fold(f64::INFINITY, |least, motion| least.min(motion.reach));
