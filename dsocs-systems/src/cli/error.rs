@@ -308,8 +308,10 @@ pub enum CliError {
         "the name `{0}` does not say the format of the table: a name ends in .csv or .json, or `--format csv` and `--format json` say it"
     )]
     TableFormat(String),
-    /// Measured values are written as JSON alone.
-    #[error("`{0}` is no name for the measured values, which are written as JSON: it has to end in .json")]
+    /// Measured values are written as JSON, and the table of orders as Markdown, too.
+    #[error(
+        "`{0}` is no name for the measured values, which are written as JSON: it has to end in .json (the table of `check --orders` may end in .md)"
+    )]
     NotJson(String),
     /// A path has two columns.
     #[error("`--path` takes two columns, as in `--path x,y`; {found} given")]

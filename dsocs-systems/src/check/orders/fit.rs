@@ -93,12 +93,18 @@ impl Order {
 
 /// The order of figures with smaller and smaller steps.
 pub fn order(samples: &[Sample]) -> Order {
+    order_by(samples).0
+}
+
+/// The same, and by how much the power changes within the steps of the fit; infinite where nothing was fitted and something is to be.
+pub fn order_by(samples: &[Sample]) -> (Order, f64) {
+    let unknown = |reason: String| (Order::Unknown(reason), f64::INFINITY);
     let known = samples
         .iter()
         .take_while(|of| of.value > ABOVE * of.rounding && of.value.is_finite());
     let mut points: Vec<[f64; 2]> = known.map(|of| [of.h, of.value]).collect();
     if let Some(bad) = samples.get(points.len()).filter(|of| !of.value.is_finite()) {
-        return Order::Unknown(format!("it has no value with the step {:.1e} s", bad.h));
+        return unknown(format!("it has no value with the step {:.1e} s", bad.h));
     }
     let stops = |pair: &[[f64; 2]]| pair[1][1] > FALLS * pair[0][1];
     if let Some(stop) = points
@@ -110,10 +116,10 @@ pub fn order(samples: &[Sample]) -> Order {
     let largest = samples.iter().fold(0.0_f64, |most, of| most.max(of.value));
     let falls = points.len() >= LEAST;
     if points.is_empty() || largest < NOTHING || (!falls && largest < EXACT) {
-        return Order::Exact;
+        return (Order::Exact, 0.0);
     }
     if !falls {
-        return Order::Unknown(format!(
+        return unknown(format!(
             "with {} of {} steps alone it is above rounding, too few for a power",
             points.len(),
             samples.len()
@@ -127,12 +133,10 @@ pub fn order(samples: &[Sample]) -> Order {
     let best = STEADY.into_iter().find_map(steady).or_else(steadiest);
     match best {
         Some((window @ [[first, _], .., [last, _]], unsteadiness)) if *unsteadiness < NO_POWER => {
-            Order::Power {
-                power: fitted(window),
-                steps: [*first, *last],
-            }
+            let (power, steps) = (fitted(window), [*first, *last]);
+            (Order::Power { power, steps }, *unsteadiness)
         }
-        _ => Order::Unknown("it does not fall as a power of the step".to_owned()),
+        _ => unknown("it does not fall as a power of the step".to_owned()),
     }
 }
 

@@ -4,7 +4,7 @@ use core::slice;
 
 use super::super::order::{FOLLOWER, errors, followed};
 use super::super::{Subject, larger};
-use super::fit::{Order, Sample, order};
+use super::fit::{Order, Sample, order, order_by};
 use super::parts::{HALVINGS, LARGEST, Part, PartOrder, expansions};
 
 /// The errors are looked at with these parts of the step, the first of which tells an order: with larger steps they may not fall as a power yet.
@@ -13,13 +13,23 @@ const PARTS: [u32; 3] = [1, 4, 16];
 /// What is not known of an error of position, relative to the motion's extent: a tenth of the smallest one that counts.
 const ROUNDING: f64 = 1e-12;
 
+/// A power that changes by less than this from step to step is not looked for with finer steps.
+const STEADY: f64 = 0.05;
+
 /// The order of the errors of position, and the time up to which they were compared.
 pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
-    let mut last = (Order::Unknown("no errors could be compared".to_owned()), f64::NAN);
+    let mut best = (Order::Unknown("no errors could be compared".to_owned()), f64::NAN);
+    let mut steadiest = f64::INFINITY;
+    let mut why = None;
     for parts in PARTS {
         let (times, errors, ended) = match errors(subject, parts) {
             Ok(found) => found,
-            Err(error) => return (Order::Unknown(error.to_string()), f64::NAN),
+            Err(error) => {
+                if steadiest.is_infinite() {
+                    best.0 = Order::Unknown(error.to_string());
+                }
+                break;
+            }
         };
         let [positions, ..] = &errors;
         let count = followed(&positions[FOLLOWER]);
@@ -34,18 +44,23 @@ pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
                 rounding: ROUNDING,
             })
             .collect();
-        last = (order(&samples), times[count - 1]);
-        if !matches!(last.0, Order::Unknown(_)) {
-            if let Some(ended) = ended {
-                remarks.push(format!(
-                    "errors are compared up to t = {:.4}, since the continuous motion ends: {ended}",
-                    last.1
-                ));
-            }
+        let (order, unsteadiness) = order_by(&samples);
+        if unsteadiness < steadiest || best.1.is_nan() {
+            best = (order, times[count - 1]);
+            steadiest = unsteadiness;
+            why = ended;
+        }
+        if steadiest < STEADY {
             break;
         }
     }
-    last
+    if let Some(why) = why {
+        remarks.push(format!(
+            "errors are compared up to t = {:.4}, since the continuous motion ends: {why}",
+            best.1
+        ));
+    }
+    best
 }
 
 /// The second node by the paper's rule, `q1 = q0 + h v0`, against the motion: the order of the velocity that it begins with.
