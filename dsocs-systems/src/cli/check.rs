@@ -34,8 +34,8 @@ pub struct CheckArguments {
     /// How it begins with position and velocity
     #[command(flatten)]
     begin: BeginArguments,
-    /// Measure the orders of the parts in place of the checks: how closely L_d, D_K and D_V touch the exact ones, which order follows for the flow, and
-    /// which is seen
+    /// Measure the orders of the parts in place of the checks: how closely `L_d`, `D_K` and `D_V` touch the exact ones, which order follows for the
+    /// flow, and which is seen
     #[arg(long)]
     orders: bool,
     /// The same with other maps in the place of the declared ones, too, as far as a text can say the system

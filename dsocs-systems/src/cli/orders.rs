@@ -178,12 +178,8 @@ fn markdown(all: &[Measured]) -> String {
             }
         }
         for (maps, rest) in rows {
-            text.push_str(&format!(
-                "| {} | {} | {} |\n",
-                of.name,
-                maps.join(", "),
-                rest.join(" | ")
-            ));
+            let cells = [of.name.clone(), maps.join(", "), rest.join(" | ")];
+            text.extend(["| ", &cells.join(" | "), " |\n"]);
         }
     }
     text
@@ -292,34 +288,41 @@ fn single(of: &Measured) -> String {
         right(shown(&orders.seen)),
         Cell::new(word.0).fg(word.1),
     ]);
-    let mut text = format!(
-        "{}: contact at {} states, errors to t = {}\n{table}\n",
+    let states = match orders.states {
+        1 => "1 state".to_owned(),
+        states => format!("{states} states"),
+    };
+    // a sum of steps
+    let until = number((orders.until * 1e4).round() / 1e4);
+    let lines = notes(orders, &of.declaration).into_iter();
+    let lines = lines.map(|line| line + "\n");
+    format!(
+        "{}: contact at {states}, errors to t = {until}\n{table}\n{}",
         of.title,
-        orders.states,
-        number(orders.until)
-    );
-    for part in &orders.lowering {
-        text.push_str(&lowered(*part, orders, &of.declaration));
-    }
-    for part in &orders.parts {
-        if let Order::Unknown(reason) = &part.order {
-            text.push_str(&format!(
-                "{}, {}: {reason}\n",
-                part.part.symbol(),
-                part.part.meaning()
-            ));
-        }
-    }
+        lines.collect::<String>(),
+    )
+}
+
+/// What is said below the table of a system.
+fn notes(orders: &Orders, declaration: &str) -> Vec<String> {
+    let lowering = orders.lowering.iter();
+    let mut notes: Vec<String> = lowering.map(|part| lowered(*part, orders, declaration)).collect();
+    notes.extend(orders.parts.iter().filter_map(|part| match &part.order {
+        Order::Unknown(reason) => Some(format!(
+            "{}, {}: {reason}",
+            part.part.symbol(),
+            part.part.meaning()
+        )),
+        _ => None,
+    }));
     if let Order::Unknown(reason) = &orders.seen {
-        text.push_str(&format!("the order seen: {reason}\n"));
+        notes.push(format!("the order seen: {reason}"));
     }
-    for remark in &orders.remarks {
-        text.push_str(&format!("{remark}\n"));
+    notes.extend(orders.remarks.iter().cloned());
+    if !orders.holds() {
+        notes.extend(orders.excuse.clone());
     }
-    if let (false, Some(excuse)) = (orders.holds(), &orders.excuse) {
-        text.push_str(&format!("{excuse}\n"));
-    }
-    text
+    notes
 }
 
 /// The map of a part, as it is declared.
@@ -351,7 +354,7 @@ fn lowered(part: Part, orders: &Orders, declaration: &str) -> String {
     let advice = match part {
         Part::Start => {
             return format!(
-                "the start q1 = q0 + h v0 lowers the order of the flow: its velocity is of order {order}; `--start second-order` does not\n"
+                "the start q1 = q0 + h v0 lowers the order of the flow: its velocity is of order {order}; `--start second-order` does not"
             );
         }
         Part::Forces | Part::Velocities => "`midpoint` and `trapezoid` are of order 2",
@@ -362,7 +365,7 @@ fn lowered(part: Part, orders: &Orders, declaration: &str) -> String {
     };
     let statement = part.statement().unwrap_or_default();
     format!(
-        "{statement} = {map} lowers the order of the flow: {} ({}) is of order {order}; {advice}\n",
+        "{statement} = {map} lowers the order of the flow: {} ({}) is of order {order}; {advice}",
         part.symbol(),
         part.meaning()
     )

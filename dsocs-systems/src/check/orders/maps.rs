@@ -92,7 +92,7 @@ impl Map {
             "phi_lagrangian" => gives("discrete_lagrangian"),
             _ => gives("discrete_kinematic"),
         };
-        !(self.of_accelerations && accelerations == 0) && !self.statements.iter().any(replaced)
+        (accelerations > 0 || !self.of_accelerations) && !self.statements.iter().any(replaced)
     }
 
     /// The text of a system with these maps in the place of its own.
