@@ -352,6 +352,48 @@ fn a_motion_that_jumps_or_ends_is_open_or_shorter() {
     assert_flow(&found, 2.0);
 }
 
+#[test]
+fn corners_and_tables_are_looked_at_within_their_pieces() {
+    // a soft stop
+    let text = "coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 - 50 * (x - 0.5).max(0).powi(2);";
+    let found = of_text(text, "", (&[0.0], &[1.0]), 0.02);
+    assert_order(&found, Part::Equations, 2.0);
+    assert!(
+        found.ok() && found.excuse.as_ref().unwrap().contains("corner"),
+        "{found:?}"
+    );
+
+    // before the first sample its value is held: a corner, at which the motion begins
+    let text = "parameters { push = samples(\"push.csv\") }
+    coordinates(x);
+    lagrangian = (1 + x.powi(2) / 3) / 2 * dot(x).powi(2) - x.powi(2) / 2;
+    external_forces = (push.at(t));
+    run { start = ([1.0], [0.3]); step = 0.02; until = 4.0; }";
+    let samples = (0..101)
+        .map(|k| f64::from(k) / 10.0)
+        .map(|t| (t, (0.7 * t).sin()));
+    let samples = [("push.csv".to_owned(), samples.collect())];
+    let text = Text::parse_with("push", text, &[], &samples).unwrap();
+    let entry = Entry::of_text("push", &text, text.runs.first());
+    let settings = Settings {
+        q0: &[1.0],
+        v0: &[0.3],
+        ..settings(0.02)
+    };
+    let by_map = entry.orders_by_map(&settings).unwrap();
+    assert_eq!(by_map.len(), 4);
+    for variant in by_map {
+        let found = variant.orders.unwrap();
+        // the paper's map has the push at the nodes themselves
+        match variant.map.name {
+            "L: midpoint" => assert_order(&found, Part::ExternalForces, 2.0),
+            _ => assert!(found.of(Part::ExternalForces).unwrap().number() >= Some(2.0)),
+        }
+        assert_flow(&found, if variant.map.name == "L: paper" { 1.0 } else { 2.0 });
+    }
+}
+
 /// Numbers by a linear congruence.
 struct Draws(u64);
 

@@ -14,3 +14,28 @@ pub fn piece_arguments(system: &dyn Kernel, (t, q, v, a): (f64, &[f64], &[f64], 
     }
     declaration.switch_arguments(t, q, v, a)
 }
+
+/// The pieces at a place of a motion, of the same arguments: on which side of zero each of the [`piece_arguments`] is, and between which samples the argument
+/// of each table lies. Two places with the same pieces that are near to each other have the same smooth functions between them. `None` where two pieces meet.
+#[must_use]
+pub fn pieces(system: &dyn Kernel, (t, q, v, a): (f64, &[f64], &[f64], &[f64])) -> Option<Vec<usize>> {
+    let declaration = Declaration::of(system);
+    let mut pieces = Vec::new();
+    for argument in piece_arguments(system, (t, q, v, a)) {
+        if argument == 0.0 || argument.is_nan() {
+            return None;
+        }
+        pieces.push(usize::from(argument > 0.0));
+    }
+    if declaration.has_tables() {
+        for table in declaration.tables(t, q, v, a) {
+            let places = table.samples.places();
+            let before = places.partition_point(|place| *place < table.argument);
+            if table.argument.is_nan() || places.get(before) == Some(&table.argument) {
+                return None;
+            }
+            pieces.push(before);
+        }
+    }
+    Some(pieces)
+}

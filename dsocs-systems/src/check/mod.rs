@@ -20,6 +20,7 @@ mod symplectic;
 pub(crate) mod third;
 
 use std::error::Error;
+use std::ops::Range;
 
 use dsocs_core::__private::TapeKernel;
 use dsocs_core::geometry::{DiscreteFlow, Triple, piece_arguments};
@@ -254,7 +255,7 @@ impl<'a> Subject<'a> {
             own_end: settings.until.is_none(),
             hard: walked.hard,
             held: walked.held.iter().filter(|held| **held).count(),
-            states: states(system, h, &start, walked.until, STATES),
+            states: states(system, h, &start, walked.until),
             start,
             first,
             places,
@@ -526,33 +527,48 @@ fn triples(
     Ok(found)
 }
 
-/// So many states of the continuous motion: the start, and others if the motion is known so far.
-fn states(system: &dyn Motions, h: f64, start: &State, until: f64, count: usize) -> Vec<State> {
+/// States of the continuous motion: the start, and others if the motion is known so far.
+fn states(system: &dyn Motions, h: f64, start: &State, until: f64) -> Vec<State> {
     // a function of pieces may have a corner at the start, on whose other side the motion has never been
-    let (mut states, aside) = if system.kernel().shape().piecewise {
-        (Vec::new(), 0.5)
+    let (first, aside) = if system.kernel().shape().piecewise {
+        (None, 0.5)
     } else {
-        (vec![start.clone()], 0.0)
+        (Some(start.clone()), 0.0)
     };
-    let times: Vec<f64> = (states.len()..count)
-        .map(|k| start.t + (until - start.t) * (k as f64 + aside) / count as f64)
-        .collect();
-    if let Ok((motion, _)) = probe::exact_as_far(system, h, start, &times, STATES_TOLERANCE) {
-        states.extend(motion.iter().map(|point| {
-            let AnyPoint { t, q, v, a } = point.any();
-            State {
-                t,
-                q: q.to_vec(),
-                v: v.to_vec(),
-                near: start.near.as_ref().map(|_| a.to_vec()),
-                ahead: None,
-            }
-        }));
-    }
+    let times = first.iter().len()..STATES;
+    let others = states_at(system, h, start, until, (times, STATES, aside));
+    let mut states: Vec<State> = first.into_iter().chain(others).collect();
     if states.is_empty() {
         states.push(start.clone());
     }
     states
+}
+
+/// States of the continuous motion, as far as it is known: those of some numbers out of `count` that divide the time evenly, each later by the part `aside` of
+/// what lies between two.
+fn states_at(
+    system: &dyn Motions,
+    h: f64,
+    start: &State,
+    until: f64,
+    (numbers, count, aside): (Range<usize>, usize, f64),
+) -> Vec<State> {
+    let time = |k: usize| start.t + (until - start.t) * (k as f64 + aside) / count as f64;
+    let times: Vec<f64> = numbers.map(time).collect();
+    let Ok((motion, _)) = probe::exact_as_far(system, h, start, &times, STATES_TOLERANCE) else {
+        return Vec::new();
+    };
+    let states = motion.iter().map(|point| {
+        let AnyPoint { t, q, v, a } = point.any();
+        State {
+            t,
+            q: q.to_vec(),
+            v: v.to_vec(),
+            near: start.near.as_ref().map(|_| a.to_vec()),
+            ahead: None,
+        }
+    });
+    states.collect()
 }
 
 /// The larger of two numbers; NaN if either is.

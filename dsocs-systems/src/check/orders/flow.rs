@@ -25,10 +25,11 @@ pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
         let (times, errors, ended) = match errors(subject, parts) {
             Ok(found) => found,
             Err(error) => {
-                if steadiest.is_infinite() {
+                // with a shorter step there may be a motion
+                if best.1.is_nan() {
                     best.0 = Order::Unknown(error.to_string());
                 }
-                break;
+                continue;
             }
         };
         let [positions, ..] = &errors;

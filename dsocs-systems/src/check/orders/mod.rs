@@ -18,11 +18,14 @@ pub(super) use parts::{contacts, expansions};
 use dsocs_core::{Shape, System};
 
 use super::probe::First;
-use super::{Expected, Settings, Subject, states};
+use super::{Expected, Settings, Subject, states_at};
 use crate::entry::{CheckFailure, Kind, Motions, Typed};
 
 /// At so many states of the motion contact is measured.
 const STATES: usize = 8;
+
+/// They lie aside of even parts of the time by this part of one, the golden section: at these a motion may rest, or begin, or a table have a sample.
+const ASIDE: f64 = 0.381_966;
 
 /// Errors of the flow are looked at over so many steps unless an end is given.
 const STEPS: f64 = 200.0;
@@ -153,7 +156,8 @@ pub(crate) fn orders_to(
     if !settings.begin.paper {
         subject.start_on_the_motion();
     }
-    let states = states(system, subject.h, &subject.start, subject.until, STATES);
+    let places = (0..STATES, STATES, ASIDE);
+    let states = states_at(system, subject.h, &subject.start, subject.until, places);
     let mut remarks: Vec<String> = subject.ended.iter().cloned().collect();
     let (mut parts, count) = match expansions(&subject, &states) {
         Ok(motions) => (contacts(subject.kernel, &motions, subject.h)?, motions.len()),
@@ -164,7 +168,7 @@ pub(crate) fn orders_to(
     };
     if count > 0 && count < states.len() {
         remarks.push(format!(
-            "contact is measured at {count} of {} states: at the others the motion has no Taylor series, or a function changes its piece",
+            "contact is measured at {count} of {} states: at the others the motion has no Taylor series, or one for a short time alone, or a function changes its piece",
             states.len()
         ));
     }
@@ -176,7 +180,7 @@ pub(crate) fn orders_to(
     let lowering = lowering(&parts, &follows);
     remarks.extend(remarked(&parts, &follows, &seen));
     Ok(Orders {
-        excuse: subject.excuse(),
+        excuse: subject.excuse().or_else(|| at_corners(subject.corners())),
         parts,
         follows,
         seen,
@@ -184,6 +188,17 @@ pub(crate) fn orders_to(
         states: count,
         lowering,
         remarks,
+    })
+}
+
+/// Why the order of a motion that passes so many corners need not be seen; nothing without corners.
+fn at_corners(corners: usize) -> Option<String> {
+    (corners > 0).then(|| {
+        format!(
+            "not required here: the order follows for functions that are smooth along the motion, and it passes a corner {corners} times, as of `abs`, `max` or a \
+             comparison, where the error of a step depends on where its nodes lie; to see it required, end before (`--until`), or declare a smooth \
+             function in the place of the corner"
+        )
     })
 }
 

@@ -1,7 +1,7 @@
 //! The contact of each part with the exact one, at states of the continuous motion.
 
 use dsocs_core::Kernel;
-use dsocs_core::geometry::{Contact, Expansion, Gap, piece_arguments};
+use dsocs_core::geometry::{Contact, Expansion, Gap, pieces};
 use dsocs_core::{AnyPoint, SetupError};
 
 use super::super::probe::{State, expansion};
@@ -174,19 +174,13 @@ pub fn expansions(subject: &Subject<'_>, states: &[State]) -> Measured<Vec<Expan
 
 /// An expansion as far as it belongs to one piece of every function; none at a place where the piece changes.
 fn smooth(kernel: &dyn Kernel, mut motion: Expansion) -> Option<Expansion> {
-    let arguments = |s: f64| {
+    let at = |s: f64| {
         let point = motion.point(s);
         let AnyPoint { t, q, v, a } = point.any();
-        piece_arguments(kernel, (t, q, v, a))
+        pieces(kernel, (t, q, v, a))
     };
-    let here = arguments(0.0);
-    if here.contains(&0.0) {
-        return None;
-    }
-    let same = |s: f64| {
-        let there = arguments(s);
-        here.iter().zip(&there).all(|(here, there)| here * there > 0.0)
-    };
+    let here = at(0.0)?;
+    let same = |s: f64| at(s).is_some_and(|there| there == here);
     let reach = (0..SHORTENED)
         .map(|halving| motion.reach * 0.5_f64.powi(halving.cast_signed()))
         .find(|reach| {
