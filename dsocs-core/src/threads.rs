@@ -10,7 +10,17 @@ pub(crate) struct Threads {
     here: bool,
     /// A pool of its own.
     #[cfg(feature = "rayon")]
-    pool: Option<std::sync::Arc<rayon::ThreadPool>>,
+    pool: Option<std::sync::Arc<Pool>>,
+}
+
+/// A pool, and the process that has its threads: a process that is forked has a copy of the pool, and none of the threads.
+#[cfg(feature = "rayon")]
+#[derive(Debug)]
+struct Pool {
+    /// The pool.
+    pool: rayon::ThreadPool,
+    /// The number of the process.
+    process: u32,
 }
 
 impl Threads {
@@ -28,9 +38,10 @@ impl Threads {
     #[cfg(feature = "rayon")]
     pub fn new(count: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build()?;
+        let process = std::process::id();
         Ok(Self {
             here: false,
-            pool: Some(std::sync::Arc::new(pool)),
+            pool: Some(std::sync::Arc::new(Pool { pool, process })),
         })
     }
 
@@ -39,7 +50,7 @@ impl Threads {
     pub fn count(&self) -> usize {
         match &self.pool {
             _ if self.here => 1,
-            Some(pool) => pool.current_num_threads(),
+            Some(own) => own.pool.current_num_threads(),
             None => rayon::current_num_threads(),
         }
     }
@@ -79,8 +90,13 @@ impl Threads {
         let all = || (0..count).into_par_iter().for_each(work);
         match &self.pool {
             _ if self.here => (0..count).for_each(work),
-            Some(pool) => pool.install(all),
-            None => all(),
+            Some(own) if own.process == std::process::id() => own.pool.install(all),
+            None if has_threads() => all(),
+            // a process that was forked waits for ever for the threads that it has not: it gets others
+            _ => match rayon::ThreadPoolBuilder::new().num_threads(self.count()).build() {
+                Ok(pool) => pool.install(all),
+                Err(_) => (0..count).for_each(work),
+            },
         }
     }
 
@@ -90,4 +106,18 @@ impl Threads {
     fn each(&self, count: usize, work: &(dyn Fn(usize) + Sync)) {
         (0..count).for_each(work);
     }
+}
+
+/// Whether this process has the threads of the pool that all share: it has not where they worked for the process that it was forked from.
+#[cfg(feature = "rayon")]
+fn has_threads() -> bool {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    /// The process in which the pool was first asked.
+    static OWNER: AtomicU32 = AtomicU32::new(0);
+
+    let process = std::process::id();
+    let first = OWNER.compare_exchange(0, process, Ordering::Relaxed, Ordering::Relaxed);
+    // a thread that works for a pool is there
+    first.map_or_else(|owner| owner == process, |_| true) || rayon::current_thread_index().is_some()
 }

@@ -528,8 +528,17 @@ fn begin(motion: &Motion<'_>, variable: &Moving) -> (State, Vec<f64>) {
     } else {
         (begun.increment.change(q0, second, &parameters), second.clone())
     };
+    let (q0, v) = match &begun.projection {
+        Some(projection) => {
+            let [q, v] = projection
+                .each_ref()
+                .map(|slopes| slopes.change(q0, second, &parameters));
+            (q, v)
+        }
+        None => (q0.clone(), v),
+    };
     let a = match &begun.acceleration {
-        Some((_, slopes)) => slopes.change(q0, &v, &parameters),
+        Some((_, slopes)) => slopes.change(&q0, &v, &parameters),
         None => vec![f64::NAN; n],
     };
     let q = q0.iter().zip(&d).map(|(q0, d)| q0 + d).collect();

@@ -493,10 +493,14 @@ fn begin(motion: &Motion<'_>, mut costs: Costs<'_, '_>, adjoint: Adjoint) -> Any
         }
         (q1, v0) = (by_d, vec![0.0; n]);
     } else {
-        motion
-            .begun
-            .increment
-            .add(&by_d, &mut q0, &mut v0, &mut by_stretch[0]);
+        if let Some([position, velocity]) = &motion.begun.projection {
+            let (by_q, by_v) = (q0, v0);
+            (q0, v0) = (vec![0.0; n], vec![0.0; n]);
+            position.add(&by_q, &mut q0, &mut v0, &mut by_stretch[0]);
+            velocity.add(&by_v, &mut q0, &mut v0, &mut by_stretch[0]);
+        }
+        let increment = &motion.begun.increment;
+        increment.add(&by_d, &mut q0, &mut v0, &mut by_stretch[0]);
     }
     let mut parameters = vec![0.0; motion.equations.parameters];
     for own in &by_stretch {

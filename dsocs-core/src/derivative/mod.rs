@@ -11,8 +11,8 @@
 //!
 //! Only paths of the discrete flow have derivatives; compositions and Taylor series have none. The constraints are of second order at most.
 //! The start is [`Start::paper`](crate::Start::paper), [`Start::second_order`](crate::Start::second_order) or
-//! [`Start::nodes`](crate::Start::nodes). With holonomic or nonholonomic constraints it has to be `nodes`, because these constraints bind
-//! the second node to the first. Inputs can be held in systems without kinematic and nonholonomic constraints. Everything else is refused
+//! [`Start::nodes`](crate::Start::nodes), and it may be [projected](crate::Start::projected) onto constraints of positions and velocities: what moves it
+//! and its second node there is differentiated, too. Inputs can be held in systems without kinematic and nonholonomic constraints. Everything else is refused
 //! with a [`DerivativeError`].
 
 // sums go over components of several arrays, derivatives are *by* something, and closures are written in full for who writes them
@@ -23,6 +23,7 @@
 )]
 
 mod block;
+mod bound;
 mod changed;
 mod error;
 mod forward;

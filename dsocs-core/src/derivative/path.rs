@@ -11,7 +11,7 @@ use crate::flow::discrete::{Discrete, values_of};
 use crate::kernel::Kernel;
 use crate::run::{AnyNode, Node, OwnedNode, Run, RunError, inputs};
 use crate::solve::newton::Stop;
-use crate::start::{self, AnyStart, Beginning, Given, Start, StartOrder};
+use crate::start::{self, AnyStart, Beginning, Given, Start};
 use crate::system::System;
 use crate::tape::quantity::Quantity;
 
@@ -270,7 +270,7 @@ fn run<'s>(
         flow.step(end.time())?;
         recorder.keep(&flow)?;
     }
-    recorder.ended(&flow, start.order())
+    recorder.ended(&flow, start)
 }
 
 /// Runs with inputs that are held on each leg, and keeps the steps.
@@ -318,7 +318,7 @@ fn plan<'s>(
         flow.step(f64::INFINITY * h)?;
         recorder.keep(&flow)?;
     }
-    let mut path = recorder.ended(&flow, start.order())?;
+    let mut path = recorder.ended(&flow, start)?;
     path.recording.inputs = places;
     Ok(path)
 }
@@ -393,7 +393,7 @@ impl<'s> Recorder<'s> {
     }
 
     /// The path up to the last node of the flow.
-    fn ended(self, flow: &Discrete<'s>, order: StartOrder) -> Result<AnyPath<'s>, DerivativeError> {
+    fn ended(self, flow: &Discrete<'s>, start: &Given) -> Result<AnyPath<'s>, DerivativeError> {
         let h = flow.course.h;
         if self.length == 0 {
             return Err(DerivativeError::NoSteps { h });
@@ -406,11 +406,12 @@ impl<'s> Recorder<'s> {
                 source: flow.kernel,
                 h,
                 first: First {
-                    order,
+                    order: start.order(),
                     t0,
                     q0: q0.to_vec(),
                     v0: v0.to_vec(),
                     a0: a0.map(|a0| a0.to_vec()),
+                    given: start.moved_from(),
                 },
                 accelerated: self.accelerated,
                 stretches: self.stretches,

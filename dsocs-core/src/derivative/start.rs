@@ -1,5 +1,6 @@
 //! Derivatives of the first leg, and of the acceleration at the start, by the start and the parameters.
 
+use super::bound::{self, Changing};
 use super::error::DerivativeError;
 use crate::solve::dense::Matrix;
 use crate::start::StartOrder;
@@ -35,14 +36,18 @@ pub(super) struct First {
     pub v0: Vec<f64>,
     /// The acceleration, where the rule knows it.
     pub a0: Option<Vec<f64>>,
+    /// Position and velocity before they were moved onto the constraints, where they were.
+    pub given: Option<[Vec<f64>; 2]>,
 }
 
 /// The derivatives at the start.
 #[derive(Clone, Debug)]
 pub(super) struct Begun {
-    /// Those of the first increment; zero if two nodes are given.
+    /// Those of position and velocity by what was given, where this was moved onto the constraints.
+    pub projection: Option<[Slopes; 2]>,
+    /// Those of the first increment, by what was given; zero if two nodes are given.
     pub increment: Slopes,
-    /// The acceleration at the start, with its derivatives; `None` if it cannot be computed.
+    /// The acceleration at the start, with its derivatives by the position and the velocity there; `None` if it cannot be computed.
     pub acceleration: Option<(Vec<f64>, Slopes)>,
 }
 
@@ -54,6 +59,19 @@ impl Slopes {
             by_v: vec![0.0; coordinates * coordinates],
             by_parameters: vec![vec![0.0; coordinates]; parameters],
         }
+    }
+
+    /// Those along one direction after another: the coordinates of the position, the components of the velocity, the parameters.
+    fn from_directions(coordinates: usize, changes: &[Vec<f64>]) -> Self {
+        let (n, mut slopes) = (coordinates, Self::none(coordinates, 0));
+        for (place, change) in changes.iter().enumerate() {
+            match (place / n.max(1), place % n.max(1)) {
+                (0, j) => (0..n).for_each(|i| slopes.by_q[i * n + j] = change[i]),
+                (1, j) => (0..n).for_each(|i| slopes.by_v[i * n + j] = change[i]),
+                _ => slopes.by_parameters.push(change.clone()),
+            }
+        }
+        slopes
     }
 
     /// For each component, the derivatives by position and by velocity.
@@ -105,13 +123,13 @@ impl Begun {
                 reason: "an exact start has no derivatives",
             });
         }
-        if declaration.lower() > 0 && order != StartOrder::Nodes {
-            return Err(DerivativeError::Start {
-                reason: "constraints bind the second node to the first",
-            });
-        }
         let (n, parameters) = (declaration.dimension(), declaration.parameters().len());
         let acceleration = accelerated.and_then(|found| acceleration(declaration, first, found));
+        if declaration.lower() > 0 && order != StartOrder::Nodes {
+            return Self::bound(declaration, h, first, acceleration).ok_or(DerivativeError::Start {
+                reason: "the start on the constraints has no derivative: its equations are singular, or not finite",
+            });
+        }
         let mut increment = Slopes::none(n, parameters);
         if order != StartOrder::Nodes {
             for i in 0..n {
@@ -136,7 +154,68 @@ impl Begun {
             }
         }
         Ok(Self {
+            projection: None,
             increment,
+            acceleration,
+        })
+    }
+
+    /// The same where constraints bind the second node to the first, and perhaps the velocity and the position.
+    fn bound(
+        declaration: &Declaration<'_>,
+        h: f64,
+        first: &First,
+        acceleration: Option<(Vec<f64>, Slopes)>,
+    ) -> Option<Self> {
+        let (n, parameters) = (declaration.dimension(), declaration.parameters().len());
+        let has_acceleration = first.order == StartOrder::Second;
+        let [mut positions, mut velocities, mut increments]: [Vec<Vec<f64>>; 3] = Default::default();
+        for direction in 0..2 * n + parameters {
+            let along = |begin: usize, count: usize| -> Vec<f64> {
+                let places = begin..begin + count;
+                places
+                    .map(|place| f64::from(u8::from(place == direction)))
+                    .collect()
+            };
+            let rates = along(2 * n, parameters);
+            let moving = declaration.moving(&rates);
+            let [own_q, own_v] = match &first.given {
+                Some([q, v]) => [q, v],
+                None => [&first.q0, &first.v0],
+            };
+            let changing = |value: &Vec<f64>, begin| Changing {
+                value: value.clone(),
+                change: along(begin, n),
+            };
+            let (mut q, mut v) = (changing(own_q, 0), changing(own_v, n));
+            if first.given.is_some() {
+                (q, v) = bound::projected(&moving, first.t0, &q, &v)?;
+            }
+            let mut foreseen = Changing {
+                value: v.value.iter().map(|v| h * v).collect(),
+                change: v.change.iter().map(|v| h * v).collect(),
+            };
+            if has_acceleration {
+                let (a, slopes) = acceleration.as_ref()?;
+                let half = |a: &[f64]| a.iter().map(|a| h * h / 2.0 * a).collect();
+                foreseen = foreseen.plus(&Changing {
+                    value: half(a),
+                    change: half(&slopes.change(&q.change, &v.change, &rates)),
+                });
+            }
+            let d = bound::onto_pair(&moving, (first.t0, h), (&q, &v), &foreseen)?;
+            positions.push(q.change);
+            velocities.push(v.change);
+            increments.push(d.change);
+        }
+        let is_finite = increments.iter().flatten().all(|change| change.is_finite());
+        let slopes = |changes: &[Vec<f64>]| Slopes::from_directions(n, changes);
+        is_finite.then(|| Self {
+            projection: first
+                .given
+                .as_ref()
+                .map(|_| [slopes(&positions), slopes(&velocities)]),
+            increment: slopes(&increments),
             acceleration,
         })
     }

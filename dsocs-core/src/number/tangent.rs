@@ -57,6 +57,12 @@ impl Tangent2 {
         Self(Dual::new(Dual::new(value, first), Dual::new(other, 0.0)))
     }
 
+    /// The derivatives in the two directions.
+    #[must_use]
+    pub fn derivatives(self) -> [f64; 2] {
+        [self.0.re.eps, self.0.eps.re]
+    }
+
     /// The derivative by both directions.
     #[must_use]
     pub fn mixed(self) -> f64 {

@@ -77,6 +77,11 @@ impl Matrix {
         Self::from_fn(self.columns.len(), self.rows, |i, j| self[(j, i)])
     }
 
+    /// The sum with another matrix of the same size.
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        Self::from_fn(self.rows, self.columns.len(), |i, j| self[(i, j)] + other[(i, j)])
+    }
+
     /// The product with another matrix.
     pub(crate) fn times(&self, other: &Self) -> Self {
         let columns = other.columns.iter().map(|column| self.times_vector(column));

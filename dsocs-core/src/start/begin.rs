@@ -260,6 +260,16 @@ impl Given {
         }
     }
 
+    /// Position and velocity as they were given, where they are moved onto the constraints.
+    pub fn moved_from(&self) -> Option<[Vec<f64>; 2]> {
+        match &self.rule {
+            Rule::Paper { v0 } | Rule::SecondOrder { v0 } if self.projected => {
+                Some([self.q0.to_vec(), v0.to_vec()])
+            }
+            _ => None,
+        }
+    }
+
     /// The acceleration that is meant, where it was said.
     fn meant(&self) -> Option<Vector> {
         match &self.rule {
