@@ -625,11 +625,11 @@ impl Entry {
     ///
     /// [`CheckFailure`] if the motion cannot be computed, and for systems with rotations or with constraints of third order.
     pub fn orders(&self, settings: &Settings<'_>) -> Result<Orders, CheckFailure> {
-        let coordinates = &self.description.coordinates;
-        beginning::fits("q0", settings.q0, coordinates)?;
-        beginning::fits("v0", settings.v0, coordinates)?;
+        let shape = self.kernel().shape();
+        beginning::fits("q0", settings.q0, shape)?;
+        beginning::fits("v0", settings.v0, shape)?;
         if let Some(a0) = settings.a0 {
-            beginning::fits("a0", a0, coordinates)?;
+            beginning::fits("a0", a0, shape)?;
         }
         check::orders::orders_to(&*self.system, settings, self.until)
     }
