@@ -4,6 +4,8 @@
 //! `x`, and leads from `q` to `q τ(x)` with the Padé map `τ(x) = ((a² - b) + a x/2)/(a² + b)`, `a = 1 - |x|²/48`, `b = |x|²/16`: it is `exp` up to `|x|⁵/11520`
 //! in the angle.
 
+#![allow(clippy::inline_always)] // parts of steps in lanes, which are compiled for each kind of register
+
 use crate::number::compensated::{add, plus};
 use crate::number::scalar::Scalar;
 use crate::solve::Vector;

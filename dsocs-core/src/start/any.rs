@@ -134,9 +134,12 @@ impl Given {
             if vector.len() + shape.rotations.len() == shape.dimension() {
                 let mut numbers = vector.iter();
                 *vector = (0..shape.dimension())
-                    .map(|place| match shape.moves(place) {
-                        true => numbers.next().copied().unwrap_or(f64::NAN),
-                        false => 0.0,
+                    .map(|place| {
+                        if shape.moves(place) {
+                            numbers.next().copied().unwrap_or(f64::NAN)
+                        } else {
+                            0.0
+                        }
                     })
                     .collect();
             }

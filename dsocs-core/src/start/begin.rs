@@ -101,7 +101,7 @@ impl Given {
         }
         check_vector(declaration, "q0", &q0)?;
         self.check_order(declaration)?;
-        let q0 = self.of_norm_one(declaration, q0)?;
+        let q0 = of_norm_one(declaration, q0)?;
         let rotations = &declaration.shape().rotations;
         let mut e = None;
         let (q0, v0, a0, d) = match rule {
@@ -140,7 +140,7 @@ impl Given {
             }
             Rule::Nodes { q1 } => {
                 check_vector(declaration, "q1", &q1)?;
-                let q1 = self.of_norm_one(declaration, q1)?;
+                let q1 = of_norm_one(declaration, q1)?;
                 let d = self.first_leg(declaration, h, [&q0, &q1])?;
                 check_rest(declaration, (t0, h), &q0, &d)?;
                 (q0, d.hi.map(|d| d / h), None, d)
@@ -185,21 +185,6 @@ impl Given {
         })
     }
 
-    /// A position whose quaternions have the norm one.
-    fn of_norm_one(&self, declaration: &Declaration<'_>, mut q0: Vector) -> Result<Vector, SetupError> {
-        let shape = declaration.shape();
-        if shape.rotations.is_empty() {
-            return Ok(q0);
-        }
-        match rotation::normalize(&shape.rotations, &mut q0) {
-            Ok(()) => Ok(q0),
-            Err((first, norm)) => {
-                let rotation = rotation_name(declaration, first);
-                Err(SetupError::Quaternion { rotation, norm })
-            }
-        }
-    }
-
     /// Checks that the start says an acceleration where constraints of third order leave it free, and there alone.
     fn check_order(&self, declaration: &Declaration<'_>) -> Result<(), SetupError> {
         let says = matches!(self.rule, Rule::ThirdOrder { .. } | Rule::ThreeNodes { .. });
@@ -236,7 +221,7 @@ impl Given {
             return Err(SetupError::StartTime { t0 });
         }
         check_vector(declaration, "q0", &q0)?;
-        let q0 = self.of_norm_one(declaration, q0)?;
+        let q0 = of_norm_one(declaration, q0)?;
         let v0 = match rule {
             Rule::Paper { v0 } | Rule::SecondOrder { v0 } | Rule::Exact { v0, .. } => v0,
             Rule::ThirdOrder { .. } | Rule::ThreeNodes { .. } => {
@@ -291,6 +276,17 @@ impl Given {
         }
         consistency::check(declaration, self.t0, &q, &v)?;
         Ok((q, v))
+    }
+}
+
+/// A position whose quaternions have the norm one.
+fn of_norm_one(declaration: &Declaration<'_>, mut q: Vector) -> Result<Vector, SetupError> {
+    match rotation::normalize(&declaration.shape().rotations, &mut q) {
+        Ok(()) => Ok(q),
+        Err((first, norm)) => {
+            let rotation = rotation_name(declaration, first);
+            Err(SetupError::Quaternion { rotation, norm })
+        }
     }
 }
 

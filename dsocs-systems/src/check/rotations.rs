@@ -91,7 +91,7 @@ pub fn check_to(
     };
     of("window", &|report| window(&subject, &nodes, report));
     of("regularity", &|report| {
-        certificates(["D₃", "D₁"], &regularity, report)
+        certificates(["D₃", "D₁"], &regularity, report);
     });
     of("rotations", &|report| norms(&subject, &nodes, report));
     of("power balance", &|report| balance(&subject, report));

@@ -71,7 +71,7 @@ pub fn check_to(
     };
     of("window", &|report| window(&subject, &nodes, report));
     of("regularity", &|report| {
-        certificates(["D₄", "D₁"], &regularity, report)
+        certificates(["D₄", "D₁"], &regularity, report);
     });
     of("equations", &|report| equations(&subject, &nodes, report));
     of("power balance", &|report| balance(&subject, report));

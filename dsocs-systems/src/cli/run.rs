@@ -135,8 +135,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
     let (mut lost, mut errors, mut energy) = (Lost::default(), Errors::default(), Energy::default());
-    let (mut unresolved, mut nearly_singular) = (None, None);
-    let mut turns = Turns::default();
+    let (mut turns, mut unresolved, mut nearly_singular) = (Turns::default(), None, None);
     let [mut may_divide, mut third] = [false; 2];
     let interrupted = interrupt::watch();
     let result = entry.run(&plan, &beginning, &mut |row| {
