@@ -16,38 +16,23 @@ mod power;
 mod probe;
 mod roots;
 mod rotations;
+mod subject;
 mod symplectic;
 pub(crate) mod third;
 
 use std::error::Error;
-use std::ops::Range;
 
 use dsocs_core::__private::TapeKernel;
-use dsocs_core::geometry::{DiscreteFlow, Triple, piece_arguments};
-use dsocs_core::{AnyPoint, Kernel, NearlySingular, OwnedLeg, System, Unresolved};
+use dsocs_core::{NearlySingular, System, Unresolved};
 
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, Typed};
 use crate::stability::{Bar, told};
 
-use probe::{First, Hard, State, Walked, less};
+use probe::{Hard, State};
+use subject::{Subject, states_at};
 
 /// So many steps are made unless an end is given.
 const STEPS: f64 = 40.0;
-
-/// So many triples of the motion are looked at, evenly spread, at most.
-const TRIPLES: usize = 24;
-
-/// And so many where the second difference changes most: at switches and impacts.
-const HARDEST: usize = 8;
-
-/// The tangent map is held against differences of so many first steps.
-const EARLY: usize = 40;
-
-/// At so many states of the continuous motion the discrete system is held against the continuous one.
-const STATES: usize = 4;
-
-/// The tolerance of the motion that leads there.
-const STATES_TOLERANCE: f64 = 1e-13;
 
 /// What is expected of a system.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -164,145 +149,6 @@ impl Report {
             };
             self.push(what, bar, figure);
         }
-    }
-}
-
-/// A system with the motion that it is checked on.
-struct Subject<'a> {
-    /// The system with its motions.
-    system: &'a dyn Motions,
-    /// The system.
-    kernel: &'a dyn Kernel,
-    /// Its step as a map.
-    flow: DiscreteFlow<'a>,
-    /// What is expected.
-    expected: Expected,
-    /// Symmetries of its Lagrangian.
-    symmetries: &'a [Symmetry],
-    /// The step.
-    h: f64,
-    /// The end that was asked for.
-    asked: f64,
-    /// The time that was reached.
-    until: f64,
-    /// Why that is not the end.
-    ended: Option<String>,
-    /// Whether the end was the system's own.
-    own_end: bool,
-    /// The steps in which what the theorems assume does not hold.
-    hard: Hard,
-    /// In how many steps a function jumps, or something rests where one does.
-    held: usize,
-    /// The start.
-    start: State,
-    /// How the second node follows from it.
-    first: First,
-    /// The legs of the motion.
-    legs: Vec<OwnedLeg<f64>>,
-    /// Where in the motion the triples are, by the number of their first leg.
-    places: Vec<usize>,
-    /// Triples along it, evenly spread, and the hardest ones.
-    triples: Vec<Triple>,
-    /// Those that are evenly spread.
-    spread: Vec<Triple>,
-    /// Triples of the first steps.
-    early: Vec<Triple>,
-    /// States of the continuous motion, evenly spread.
-    states: Vec<State>,
-}
-
-impl<'a> Subject<'a> {
-    /// A system with its motion from the start of the settings, to the end `own` unless they say another.
-    fn new(
-        system: &'a dyn Motions,
-        symmetries: &'a [Symmetry],
-        expected: Expected,
-        settings: &Settings<'_>,
-        own: f64,
-    ) -> Result<Self, CheckFailure> {
-        let start = State::of(settings);
-        let (h, asked) = (settings.h, settings.until.unwrap_or(settings.t0 + own));
-        let kernel = system.kernel();
-        let flow = DiscreteFlow::new(kernel, h)?;
-        let start = if settings.begin.projected {
-            probe::projected(kernel, h, &start)?
-        } else {
-            start
-        };
-        let first = if settings.begin.paper {
-            First::Paper
-        } else {
-            First::SecondOrder
-        };
-        let walked = probe::legs(kernel, h, (&start, first), asked)?;
-        let (places, spread) = places(&walked);
-        let early = (0..walked.legs.len().min(EARLY) - 1).step_by(2);
-        let early: Vec<usize> = early.filter(|&place| !walked.held[place]).collect();
-        let of = |places: &[usize]| triples(&flow, &walked.legs, places);
-        let [at_places, at_spread, at_early] = [of(&places)?, of(&spread)?, of(&early)?];
-        Ok(Self {
-            system,
-            kernel,
-            triples: at_places,
-            spread: at_spread,
-            early: at_early,
-            expected,
-            symmetries,
-            h,
-            asked,
-            until: walked.until,
-            ended: walked.ended,
-            own_end: settings.until.is_none(),
-            hard: walked.hard,
-            held: walked.held.iter().filter(|held| **held).count(),
-            states: states(system, h, &start, walked.until),
-            start,
-            first,
-            places,
-            legs: walked.legs,
-            flow,
-        })
-    }
-
-    /// Lets runs begin with two nodes of the continuous motion, if it is known at the start.
-    fn start_on_the_motion(&mut self) {
-        if let Ok(motion) = probe::expansion(self.system, &self.start) {
-            self.start.ahead = Some(motion);
-            self.first = First::Exact;
-        }
-    }
-
-    /// How many constraints there are: on positions, on velocities, on accelerations.
-    fn constraints(&self) -> [usize; 3] {
-        let shape = self.kernel.shape();
-        [shape.holonomic, shape.nonholonomic, shape.kinematic]
-    }
-
-    /// How often something that is given by pieces changes its piece along the motion.
-    fn corners(&self) -> usize {
-        // of second order nothing depends on it
-        let a = vec![0.0; self.kernel.shape().dimension()];
-        let arguments = self.legs.iter().map(|leg| {
-            let q: Vec<f64> = leg.q.iter().zip(&leg.d).map(|(q, d)| q - d / 2.0).collect();
-            let v: Vec<f64> = leg.d.iter().map(|d| d / self.h).collect();
-            piece_arguments(self.kernel, (leg.t - self.h / 2.0, &q, &v, &a))
-        });
-        let mut before: Vec<f64> = Vec::new();
-        let mut corners = 0;
-        for now in arguments {
-            let passed = before
-                .iter()
-                .zip(&now)
-                .filter(|(before, now)| *before * *now < 0.0);
-            corners += passed.count();
-            before = now;
-        }
-        corners
-    }
-
-    /// Which assumption of the theorems on the motion as a whole does not hold on it, if one does not.
-    fn excuse(&self) -> Option<String> {
-        excuse(self.hard, self.held, self.legs.len() - 1)
     }
 }
 
@@ -480,95 +326,6 @@ fn window(subject: &Subject<'_>, report: &mut Report) {
 fn identities(subject: &Subject<'_>, report: &mut Report) {
     symplectic::identity(subject, report);
     momentum::identity(subject, report);
-}
-
-/// The numbers of legs at which triples begin: evenly spread and where the second difference changes most, and the first of these alone. Those in which
-/// a function jumps or holds something are left out.
-fn places(walked: &Walked) -> (Vec<usize>, Vec<usize>) {
-    let legs = &walked.legs;
-    let last = legs.len() - 1;
-    let smooth: Vec<usize> = (0..last).filter(|&place| !walked.held[place]).collect();
-    let every = smooth.len().div_ceil(TRIPLES).max(1);
-    let spread: Vec<usize> = smooth.iter().copied().step_by(every).collect();
-    let change = |k: usize| -> f64 {
-        let parts = (0..legs[k].d.len()).map(|i| {
-            let [a, b, c] = [legs[k - 1].d[i], legs[k].d[i], legs[k + 1].d[i]];
-            let size = a.abs().max(b.abs()).max(c.abs());
-            if size > 0.0 {
-                ((c - b) - (b - a)).abs() / size
-            } else {
-                0.0
-            }
-        });
-        parts.fold(0.0, larger)
-    };
-    let inner = smooth.iter().filter(|&&place| place > 0);
-    let mut hardest: Vec<(usize, f64)> = inner.map(|&k| (k, change(k))).collect();
-    hardest.sort_by(|x, y| y.1.total_cmp(&x.1));
-    let mut places = spread.clone();
-    places.extend(hardest.iter().take(HARDEST).map(|(place, _)| place));
-    places.sort_unstable();
-    places.dedup();
-    (places, spread)
-}
-
-/// Triples at some places of a motion.
-fn triples(
-    flow: &DiscreteFlow<'_>,
-    legs: &[OwnedLeg<f64>],
-    places: &[usize],
-) -> Result<Vec<Triple>, CheckFailure> {
-    let mut found = Vec::new();
-    for &place in places {
-        let [first, last] = [&legs[place], &legs[place + 1]];
-        let e = less(&last.d, &first.d);
-        found.push(flow.forward_near(first.any(), &e)?);
-    }
-    Ok(found)
-}
-
-/// States of the continuous motion: the start, and others if the motion is known so far.
-fn states(system: &dyn Motions, h: f64, start: &State, until: f64) -> Vec<State> {
-    // a function of pieces may have a corner at the start, on whose other side the motion has never been
-    let (first, aside) = if system.kernel().shape().piecewise {
-        (None, 0.5)
-    } else {
-        (Some(start.clone()), 0.0)
-    };
-    let times = first.iter().len()..STATES;
-    let others = states_at(system, h, start, until, (times, STATES, aside));
-    let mut states: Vec<State> = first.into_iter().chain(others).collect();
-    if states.is_empty() {
-        states.push(start.clone());
-    }
-    states
-}
-
-/// States of the continuous motion, as far as it is known: those of some numbers out of `count` that divide the time evenly, each later by the part `aside` of
-/// what lies between two.
-fn states_at(
-    system: &dyn Motions,
-    h: f64,
-    start: &State,
-    until: f64,
-    (numbers, count, aside): (Range<usize>, usize, f64),
-) -> Vec<State> {
-    let time = |k: usize| start.t + (until - start.t) * (k as f64 + aside) / count as f64;
-    let times: Vec<f64> = numbers.map(time).collect();
-    let Ok((motion, _)) = probe::exact_as_far(system, h, start, &times, STATES_TOLERANCE) else {
-        return Vec::new();
-    };
-    let states = motion.iter().map(|point| {
-        let AnyPoint { t, q, v, a } = point.any();
-        State {
-            t,
-            q: q.to_vec(),
-            v: v.to_vec(),
-            near: start.near.as_ref().map(|_| a.to_vec()),
-            ahead: None,
-        }
-    });
-    states.collect()
 }
 
 /// The larger of two numbers; NaN if either is.
