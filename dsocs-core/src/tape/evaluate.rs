@@ -4,7 +4,7 @@ use core::cell::Cell;
 
 use super::link::{Kind, Program, Register};
 use super::read::{Binary, Comparison, Function};
-use super::table::polynomial;
+use super::table::{piece, polynomial};
 use super::{Leaf, Source};
 use crate::number::bounded::Bounded;
 use crate::number::double::Double;
@@ -107,8 +107,14 @@ numbers!(
     Lanes: |value, _| Self::splat(value);
     Bounded: |value, _| Self::splat(value);
     Double: |value, _| Self::splat(value);
-    Tangent: Self::new;
-    Tangent2: |value, rate| Self::second(value, [rate, 0.0]);
+    Tangent: Self::new,
+        fn polynomial(self, samples: &Samples) -> [Self; 5] {
+            piece(self.value(), samples).map(Self::splat)
+        };
+    Tangent2: |value, rate| Self::second(value, [rate, 0.0]),
+        fn polynomial(self, samples: &Samples) -> [Self; 5] {
+            piece(self.value(), samples).map(Self::splat)
+        };
     Jet: |value, _| Self::splat(value),
         fn polynomial(self, samples: &Samples) -> [Self; 5] {
             // the series has to know where the next piece begins

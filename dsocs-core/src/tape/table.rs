@@ -49,8 +49,10 @@ impl TapeCall {
 
 /// The polynomial of samples at a number, of each of its lanes.
 pub(super) fn polynomial<T: Scalar>(x: T, samples: &Samples) -> [T; 5] {
-    T::from_lanes(|lane| {
-        let x = x.lane(lane);
-        samples.polynomial(samples.places().partition_point(|&place| place <= x))
-    })
+    T::from_lanes(|lane| piece(x.lane(lane), samples))
+}
+
+/// The polynomial of samples at a place; its coefficients do not change with it.
+pub(super) fn piece(x: f64, samples: &Samples) -> [f64; 5] {
+    samples.polynomial(samples.places().partition_point(|&place| place <= x))
 }
