@@ -385,7 +385,8 @@ impl<'s> Discrete<'s> {
         let [q, v, _, force] = node.split();
         copy(v, &changed.velocity);
         copy(force, &changed.force);
-        node.scalars.energy = self.declaration().energy(t, &*q, &*v);
+        let arriving = Declaration::of(self.kernel).with(&changed.before);
+        node.scalars.energy = arriving.energy(t, &*q, &*v);
     }
 
     /// Writes the node of the start.
@@ -504,6 +505,12 @@ impl Run for Discrete<'_> {
 
     fn values(&self) -> &[f64] {
         &self.values
+    }
+
+    fn arriving_values(&self) -> &[f64] {
+        let index = self.course.clock.index();
+        let changed = self.changed.as_ref().filter(|changed| changed.index == index);
+        changed.map_or(&self.values, |changed| &changed.before)
     }
 
     #[inline]

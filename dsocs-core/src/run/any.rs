@@ -69,6 +69,12 @@ pub trait Run {
     /// The values of the parameters as the run has them now, in the order of the declaration.
     fn values(&self) -> &[f64];
 
+    /// The values with which the motion arrives at the current node. They differ from [`Run::values`] at a node of a [`crate::Flow`] where inputs change: it
+    /// has gone on to the next position with the new ones.
+    fn arriving_values(&self) -> &[f64] {
+        self.values()
+    }
+
     /// Makes one step and advances the clock. No node is computed, and nothing is allocated. `end` is the time towards which the
     /// run goes: a method that chooses its steps does not go beyond it, other methods ignore it.
     ///

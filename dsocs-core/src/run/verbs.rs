@@ -17,6 +17,12 @@ impl dyn Run + '_ {
         Declaration::of(self.kernel()).with(self.values())
     }
 
+    /// The declaration, with the values with which the motion arrives at the current node.
+    #[must_use]
+    pub fn declaration_at_node(&self) -> Declaration<'_> {
+        Declaration::of(self.kernel()).with(self.arriving_values())
+    }
+
     /// Makes exactly one step; see [`crate::Stepper::advance`].
     ///
     /// # Errors
@@ -173,13 +179,13 @@ impl dyn Run + '_ {
 
     /// Writes the observed expressions of the declaration at a point, as many as `out` has room for.
     pub fn observe(&self, point: AnyPoint<'_, f64>, out: &mut [f64]) {
-        self.declaration().observe(point, out);
+        self.declaration_at_node().observe(point, out);
     }
 
     /// The multipliers of a node's constraint force, by the forms of its constraints.
     #[must_use]
     pub fn multipliers(&self, node: &AnyNode<'_>) -> Vec<f64> {
-        self.declaration().multipliers(node)
+        self.declaration_at_node().multipliers(node)
     }
 }
 

@@ -158,8 +158,8 @@ fn hand_on(
     let mut failed = None;
     let mut take = |run: &dyn Run| {
         node.take(run);
-        // with the values that inputs have by now
-        let (declaration, node) = (run.declaration(), node.any());
+        // with the values of inputs with which the motion arrives
+        let (declaration, node) = (run.declaration_at_node(), node.any());
         let regularity = || run.regularity().or(Some(Regularity::UNKNOWN));
         let mut row = Row {
             regularity: (plan.certify && !is_driven).then(regularity).flatten(),

@@ -216,6 +216,27 @@ fn a_change_keeps_the_order() {
 
 /// The continuous motion under held inputs is that of a solver that knows nothing of them but a function of time.
 #[test]
+fn the_energy_at_a_change_is_that_with_which_the_motion_arrives() {
+    let start = Start::second_order([1.0], [0.3]);
+    let system = Loaded { u: 0.0 };
+    let mut flow = Flow::new(&system, 0.01, start).unwrap();
+    let mut exact = TaylorFlow::new(&system, start, Tolerance::relative(1e-13))
+        .unwrap()
+        .every(0.01)
+        .unwrap();
+    for k in 0..50 {
+        // a value that is set on a flow holds from its next node on
+        let value = u(k / 5);
+        flow.set_input("u", value).unwrap();
+        for run in [&mut flow as &mut dyn Stepper<1>, &mut exact] {
+            run.advance().unwrap();
+        }
+        assert!((flow.node().energy - exact.node().energy).abs() < 1e-4, "{k}");
+        exact.set_input("u", value).unwrap();
+    }
+}
+
+#[test]
 fn the_series_go_on_from_the_new_value() {
     let system = Pushed { u: 0.0 };
     let mut flow = TaylorFlow::new(
