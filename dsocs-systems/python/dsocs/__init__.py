@@ -39,9 +39,10 @@ from ._events import Event, Occurrence, Occurrences, Points
 from ._expressions import Expression, coordinates, dddot, ddot, dot, parameter, time, to_sympy, where
 from ._linear import Equilibria, Equilibrium, LinearModel
 from ._path import Gradient, Path
-from ._run import Certificate, ErrorEstimate, NearlySingular, Roots, Run, Unresolved
+from ._run import Run
 from ._system import Quantity, RunText, System, read
 from ._table import read_sweep
+from ._told import Certificate, ErrorEstimate, NearlySingular, Roots, Unresolved
 
 __all__ = [
     "Certificate",

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from . import _dsocs, _inputs
 from ._errors import Interrupted, SetupError
-from ._run import Setup
+from ._setup import Setup
 from ._system import System
 
 

@@ -109,7 +109,7 @@ class RawPath:
     ) -> dict[str, Any]: ...
     def tangents(self, variables: list[tuple[str, int]]) -> list[list[list[float]]]: ...
 
-def sample(run: RawRun, times: list[float]) -> list[_Array]: ...
+def sample(run: RawRun, times: _Array) -> list[_Array]: ...
 def watch(
     run: RawRun, t: float, watched: list[tuple[str, int, float, int, bool]]
 ) -> tuple[list[tuple[int, bool, float, list[float], list[float], list[float]]], bool]: ...
@@ -122,7 +122,7 @@ def ensemble(
     begins: _Begins,
     q: _Array,
     v: _Array,
-    varied: list[tuple[str, list[float]]],
+    varied: list[tuple[str, _Array]],
     t: float,
     order: int,
     tolerance: float | None,

@@ -11,7 +11,8 @@ import numpy.typing as npt
 from . import _dsocs, _inputs
 from ._errors import Error, InputTypeError, Interrupted, SetupError
 from ._progress import shown
-from ._run import Progress, Setup
+from ._run import Progress
+from ._setup import Setup
 from ._table import frame
 from ._system import System
 
@@ -37,6 +38,8 @@ class Ends:
         self.force: Array = told["force"]
         #: The energies: an array of the shape (runs,).
         self.energy: Array = told["energy"]
+        #: The observed expressions: an array of the shape (runs, expressions).
+        self.observed: Array = told["observed"]
         #: The errors of the runs that failed, by their numbers.
         self.failures: dict[int, Error] = dict(told["failures"])
 
@@ -44,7 +47,7 @@ class Ends:
         return len(self.t)
 
     def __getitem__(self, name: str) -> Array:
-        """A column by its name: a coordinate, `v_theta`, `a_theta`, `force_theta`, `t` or `energy`."""
+        """A column by its name: a coordinate, an observed expression, `v_theta`, `a_theta`, `force_theta`, `t` or `energy`."""
         if name in ("t", "energy"):
             column: Array = getattr(self, name)
             return column
@@ -52,12 +55,18 @@ class Ends:
         for prefix, array in (("", self.q), ("v_", self.v), ("a_", self.a), ("force_", self.force)):
             if isinstance(name, str) and name.startswith(prefix) and name[len(prefix) :] in names:
                 return array[:, names.index(name[len(prefix) :])]
-        raise KeyError(str(_inputs.unknown("column", name, ["t", *names, *(f"v_{x}" for x in names), "energy"])))
+        for place, of in enumerate(self._system.observables):
+            if of.name == name:
+                return self.observed[:, place]
+        raise KeyError(str(_inputs.unknown("column", name, self._columns())))
+
+    def _columns(self) -> list[str]:
+        names = self._system._names
+        return ["t", *names, *(f"v_{x}" for x in names), "energy", *(of.name for of in self._system.observables)]
 
     def table(self) -> dict[str, Any]:
-        """What varies, then times, positions, velocities and energies of the ends by name; and, where a run failed, `error`: why, or None."""
-        names = self._system._names
-        ends = {name: self[name] for name in ["t", *names, *(f"v_{x}" for x in names), "energy"]}
+        """What varies, then times, positions, velocities, energies and observed expressions of the ends by name; and, where a run failed, `error`: why, or None."""
+        ends = {name: self[name] for name in self._columns()}
         table: dict[str, Any] = {**self.varied, **ends}
         if self.failures:
             table["error"] = [str(self.failures[place]) if place in self.failures else None for place in range(len(self))]
@@ -86,7 +95,10 @@ class Ensemble:
         system._with(single)
         text = system._run_text(run)
         own_q, own_v = text.start if text is not None and text.start is not None else (None, None)
-        rows_q, rows_v = _rows("q", q, names, own_q), _rows("v", v, names, own_v)
+        rotations = system._rotations
+        rows_q, rows_v = (
+            _rows(name, _inputs.of_rotations(name, given, names, rotations), names, own) for name, given, own in (("q", q, own_q), ("v", v, own_v))
+        )
         counts = {
             **({"q": len(rows_q)} if rows_q is not None and rows_q.ndim == 2 else {}),
             **({"v": len(rows_v)} if rows_v is not None and rows_v.ndim == 2 else {}),
@@ -128,7 +140,7 @@ class Ensemble:
         setup = self._setup
         if (end - setup.t) * math.copysign(1, setup.h) < 0:
             raise SetupError(f"t = {end} lies the other way than the step h = {setup.h} goes, from t = {setup.t}")
-        varied = [(name, values.tolist()) for name, values in self._varied.items()]
+        varied = list(self._varied.items())
         q, v = np.ascontiguousarray(self._q), np.ascontiguousarray(self._v)
         with shown(progress, self.system.name, 0.0, 1.0) as tell:
             told = _dsocs.ensemble(
@@ -186,12 +198,13 @@ def _rows(name: str, given: Any, names: list[str], own: list[float] | None) -> A
                 column = _inputs.array(f"{name}[{coordinate!r}]", given[coordinate])
                 if column.ndim > 1:
                     raise SetupError(f"{name}[{coordinate!r}] has {column.ndim} dimensions; expected a number, or one for each run")
-                columns.append(column)
+                # one number is for all runs
+                columns.append(column if np.ndim(given[coordinate]) else column.reshape(()))
             elif own is not None:
                 columns.append(np.asarray(own[place]))
             else:
                 raise SetupError(f"{name} has no value for the coordinate `{coordinate}`, and the system has none of its own for it")
-        lengths = {len(column) for column in columns if column.ndim == 1}
+        lengths = {len(column) for column in columns if column.ndim == 1 and len(column) != 1}
         if len(lengths) > 1:
             raise SetupError(f"{name} has columns of different lengths: {', '.join(str(length) for length in sorted(lengths))}")
         return np.stack(np.broadcast_arrays(*columns), axis=-1)

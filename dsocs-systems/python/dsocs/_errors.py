@@ -2,7 +2,7 @@
 
 | exception | when |
 |---|---|
-| `Error` | all of them |
+| `Error` | all of these but the last |
 | `DeclarationError` | a text is no system; it has the line and the column of each mistake |
 | `SetupError` | a start, a step, a parameter or another input cannot be used |
 | `InputTypeError` | the same where an input is of a wrong type; it is a `TypeError`, too |
@@ -10,6 +10,9 @@
 | `DerivativeError` | a run, or the equations at a state, have no derivative |
 | `EquilibriumError` | no state of rest is found |
 | `Interrupted` | Ctrl-C ended a run; it is a `KeyboardInterrupt` and no `Error`, and has the run up to there |
+
+What Python has an exception for raises that one: `KeyError` for a column that there is not, `IndexError` for a node, `FileNotFoundError` and its like for files, `MemoryError` for a run
+that is too long, `ImportError` for a package that is not installed where it is asked for by name.
 """
 
 from __future__ import annotations

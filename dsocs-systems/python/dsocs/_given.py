@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Iterator, Mapping
 
+import numpy as np
+
 from . import _dsocs, _inputs
 from ._errors import DeclarationError, InputTypeError, SetupError
 
@@ -73,3 +75,14 @@ def joined(parameters: Mapping[str, Any] | None, values: dict[str, Any]) -> dict
         if name in values:
             raise SetupError(f"the parameter `{name}` is given twice")
     return {**parameters, **values}
+
+
+def may_be_parameter(value: Any, dimensions: int) -> bool:
+    """Whether what was given may be meant for a parameter, which is a number or an array of at most so many dimensions."""
+    if value is None or isinstance(value, (bool, np.bool_, str, bytes, Mapping)):
+        return False
+    try:
+        return np.ndim(value) <= dimensions
+    except ValueError:
+        # rows of different lengths are refused where they are used
+        return False

@@ -17,8 +17,11 @@ def run(run: Run) -> str:
     """The page of a run, in a frame of its own: it asks for nothing from outside."""
     if len(run) < 2:
         return f"<p>{escape(repr(run))}</p>"
-    page = escape(run.report(), quote=True)
+    page = escape(run.page(), quote=True)
+    # a notebook that is not trusted shows no frame, and its page takes away styles, too: then the line is seen
+    hint = f"{repr(run)}: the page of this run is shown when the notebook is trusted."
     return (
+        f'<style>.dsocs-untrusted {{ display: none }}</style><p class="dsocs-untrusted">{escape(hint)}</p>'
         f'<iframe srcdoc="{page}" title="{escape(repr(run), quote=True)}" sandbox="allow-scripts" '
         'style="width:100%;box-sizing:border-box;height:640px;border:1px solid #8888;border-radius:4px" loading="lazy"></iframe>'
     )
@@ -50,12 +53,13 @@ def system(system: System) -> str:
         for of in quantities:
             value = f"<td>{values[of.name]:g}</td>" if has_values else ""
             rows.append(
-                f"<tr><td style='text-align:left'><math>{_mathml.name(of.name)}</math> <code>{escape(of.name)}</code></td>{value}"
+                f"<tr><td style='text-align:left'>{_mathml.word(of.name)} <code>{escape(of.name)}</code></td>{value}"
                 f"<td>{escape(of.unit or '')}</td><td style='text-align:left'>{_told(of.meaning)}</td></tr>"
             )
         tables.append(f"<table>{head}{''.join(rows)}</table>")
     parts.append(f"<div style='overflow-x:auto'>{''.join(tables)}</div>")
     parts.append(f"<details><summary>text</summary><pre style='overflow-x:auto'>{escape(system.text)}</pre></details>")
+    parts.append(_mathml.SCRIPT)
     return "".join(parts)
 
 

@@ -109,6 +109,39 @@ def vector(
     return result
 
 
+def of_rotations(name: str, given: Any, coordinates: Sequence[str], rotations: Sequence[int]) -> Any:
+    """What was given, with four numbers for each rotation, of which there may be others: `r` for `r_w`, `r_x`, `r_y`, `r_z`, and an angular velocity (or acceleration) of three
+    numbers, as that of `v` is. `rotations` are the places where they begin."""
+    if not rotations:
+        return given
+    has_rates = not name.startswith("q")
+    if isinstance(given, Mapping):
+        parts = dict(given)
+        for first in rotations:
+            stem, own = coordinates[first].removesuffix("_w"), coordinates[first : first + 4]
+            if stem in parts:
+                numbers = array(f"{name}[{stem!r}]", parts.pop(stem))
+                counts = (3, 4) if has_rates else (4,)
+                if numbers.ndim == 0 or numbers.shape[-1] not in counts:
+                    expected = " or ".join(str(count) for count in counts)
+                    raise SetupError(f"{name}[{stem!r}] has the shape {numbers.shape}; expected {expected} numbers: {', '.join(own)}")
+                columns = [numbers[..., place] for place in range(numbers.shape[-1])]
+                parts.update(zip(own[-len(columns) :], columns))
+            if has_rates and any(of in parts for of in own):
+                parts.setdefault(own[0], 0.0)
+        return parts
+    try:
+        count = np.shape(given)[-1] if np.ndim(given) else 0
+    except ValueError:
+        return given
+    if has_rates and count == len(coordinates) - len(rotations):
+        numbers = array(name, given)
+        for first in sorted(rotations):
+            numbers = np.insert(numbers, first, 0.0, axis=-1)
+        return numbers
+    return given
+
+
 def _shown(given: object) -> str:
     """What was given, on a line of some length."""
     shown = repr(given)

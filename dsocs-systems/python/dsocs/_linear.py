@@ -10,7 +10,7 @@ import numpy.typing as npt
 from . import _dsocs, _inputs
 from ._dsocs import Node
 from ._errors import InputTypeError, SetupError
-from ._run import Setup
+from ._setup import Setup
 
 if TYPE_CHECKING:
     from ._inputs import VectorLike
@@ -286,7 +286,7 @@ def equilibria(system: System, q: Any, *, t: Any, free: Any, hold: Any, values: 
 
 
 def _search(system: System, guesses: list[list[float]], t: Any, free: Any, hold: Any, values: Mapping[str, Any]) -> Equilibria:
-    time = _inputs.number("t", t)
+    time = 0.0 if t is None else _inputs.number("t", t)
     numbers = system._with(values)
     found, of_guess = _dsocs.equilibria(system._raw, numbers, time, guesses, _names("free", free) or [], _names("hold", hold) or [])
     return Equilibria([Equilibrium(system, told, time) for told in found], of_guess)

@@ -6,6 +6,7 @@ import re
 from html import escape
 
 from ._formulas import Node, Statement
+from ._latex import of_mathml
 
 _GREEK = dict(
     alpha="α", beta="β", gamma="γ", delta="δ", epsilon="ε", zeta="ζ", eta="η", theta="θ", iota="ι", kappa="κ", mu="μ", nu="ν", xi="ξ", pi="π", rho="ρ",
@@ -193,8 +194,31 @@ def _cases(node: Node) -> str:
 
 
 def shown(inner: str) -> str:
-    """A formula on a line of its own, which scrolls where it is too long."""
-    return f'<div style="overflow-x:auto;overflow-y:hidden;padding:.2em 0 .5em 1.5em"><math displaystyle="true" style="font-size:115%">{_row(inner)}</math></div>'
+    """A formula on a line of its own, which scrolls where it is too long.
+
+    It is written in LaTeX, which every notebook sets, and beside it in MathML, which `SCRIPT` puts in its place: a browser sets it without anything from outside. Where a
+    notebook is not trusted, scripts are left out with what is in them, and LaTeX stays.
+    """
+    math = f'<math displaystyle="true" style="font-size:115%">{_row(inner)}</math>'
+    style = "overflow-x:auto;overflow-y:hidden;padding:.2em 0 .5em 1.5em"
+    return f'<div class="dsocs-formula" style="{style}">$${escape(of_mathml(math))}$$</div><script type="application/mathml+xml">{math}</script>'
+
+
+#: Puts MathML in the place of LaTeX.
+SCRIPT = (
+    "<script>document.querySelectorAll('script[type=\"application/mathml+xml\"]').forEach(function (math) {"
+    " var place = math.previousElementSibling;"
+    " if (place && place.className === 'dsocs-formula') { place.innerHTML = math.textContent; } });</script>"
+)
+
+
+def word(of: str) -> str:
+    """A name as a page writes it in a table."""
+    stem, _, index = of.partition("_")
+    if not index and (match := re.fullmatch(r"([^\W\d_]+?)(\d+)", of)):
+        stem, index = match.groups()
+    parts = [_GREEK.get(part, part) for part in index.split("_") if part]
+    return f"<i>{escape(_GREEK.get(stem, stem))}</i>" + (f"<sub>{escape(','.join(parts))}</sub>" if parts else "")
 
 
 def equation(left: str, right: str) -> str:

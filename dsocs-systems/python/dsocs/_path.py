@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Mapping, NamedTuple
+from typing import Any, Callable, Mapping, NamedTuple, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ from . import _dsocs, _inputs
 from ._dsocs import Node
 from ._dual import Dual, DualNode
 from ._errors import InputTypeError, SetupError
-from ._run import Setup
+from ._setup import Setup
 from ._system import System
 
 Array = npt.NDArray[np.float64]
@@ -22,13 +22,13 @@ class Gradient(NamedTuple):
 
     #: The cost.
     cost: float
-    #: By the position at the start. The velocity there stays fixed, or the second node if the run began with nodes.
+    #: By the position at the start. The velocity there stays fixed, or the second node if the run began with nodes (`q1=`).
     q: Array
     #: By the velocity at the start; zero if the run began with nodes.
     v: Array
     #: By the second node; zero unless the run began with nodes.
     q1: Array
-    #: By the parameters, by name.
+    #: By the parameters, by name. The start is held: position and velocity, or both nodes. What follows from them moves, the second node and what `project=True` moves.
     parameters: dict[str, float]
 
 
@@ -36,11 +36,11 @@ class Path:
     """A run by the paper's step whose steps are kept, so that it can be differentiated."""
 
     def __init__(
-        self, system: System, until: Any, *, h: Any, q: Any, v: Any, q1: Any, t: Any, start: Any, run: Any, values: Mapping[str, Any]
+        self, system: System, until: Any, *, h: Any, q: Any, v: Any, q1: Any, t: Any, start: Any, project: Any, run: Any, values: Mapping[str, Any]
     ) -> None:
         #: The system.
         self.system = system
-        self._setup = Setup.of(system, h=h, q=q, v=v, q1=q1, t=t, start=start, run=run, values=values)
+        self._setup = Setup.of(system, h=h, q=q, v=v, q1=q1, t=t, start=start, project=project, run=run, values=values)
         #: The time [s] that was asked for.
         self.until = self._setup.until if until is None else _inputs.number("until", until)
         setup = self._setup
@@ -58,12 +58,15 @@ class Path:
         steps: int = self._raw.steps
         return steps
 
-    def gradient(self, cost: Callable[[DualNode], Any], *, of: str = "end") -> Gradient:
+    def gradient(self, cost: Callable[[DualNode], Any], *, of: str = "end", at: Sequence[int] | None = None) -> Gradient:
         """The derivatives of a cost by the start and all parameters, backward through the run: it takes as long as two to four runs.
 
         `cost` gets a node and returns a number: `lambda last: last["theta"]**2 + np.sin(last["v_theta"])`. The node has `t`, `index`, and the arrays
         `q`, `v` and `a`, whose numbers know their derivatives: operators and numpy's functions work on them. `of` says which nodes have a cost:
-        `"end"` the last alone, `"nodes"` all of them, whose costs are summed.
+        `"end"` the last alone, `"nodes"` all of them, whose costs are summed; with `at`, those of these numbers alone (0 is the start, -1 the last), as for measurements.
+
+        A start that is given by position and velocity is differentiated with the run, also where constraints bind it. Two nodes (`q=`, `q1=`) are held as they are: where they were taken from
+        another run, their own change with the parameters is not in the gradient.
 
         Raises `DerivativeError` if a step or the start has no derivative.
         """
@@ -72,8 +75,20 @@ class Path:
         if of not in ("end", "nodes"):
             raise SetupError(f"of is {of!r}; expected 'end' or 'nodes'")
         names = self.system._names
+        places: set[int] | None = None
+        if at is not None:
+            if of != "nodes":
+                raise SetupError("at is given, which says at which nodes there is a cost: of='nodes'")
+            numbers = [_inputs.whole(f"at[{place}]", index, -self.steps - 1) for place, index in enumerate(at)]
+            beyond = next((index for index in numbers if index > self.steps), None)
+            if beyond is not None:
+                raise SetupError(f"at has the node {beyond}; the last one has the number {self.steps}")
+            places = {index + self.steps + 1 if index < 0 else index for index in numbers}
+        none = (0.0, [0.0] * (3 * len(names)))
 
         def asked(index: int, t: float, q: Array, v: Array, a: Array) -> tuple[float, list[float]]:
+            if places is not None and index not in places:
+                return none
             found = cost(DualNode(index, t, q, v, a, names))
             return Dual.parts(found, 3 * len(names))
 

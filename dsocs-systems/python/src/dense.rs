@@ -6,10 +6,10 @@ use std::time::Instant;
 use dsocs_core::taylor::Jet;
 use dsocs_core::text::TapeKernel;
 use dsocs_core::{AnyEvent, AnyEvents, AnyObserver, AnyOccurrence, AnyPoint, Declaration, Run, RunError};
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use crate::error::{guarded, of_run, plain};
+use crate::error::{guarded, of_run, plain, with_room};
 use crate::motion::PATIENCE;
 use crate::run::{PyRun, State};
 
@@ -32,37 +32,48 @@ type Happened = (usize, bool, f64, Vec<f64>, Vec<f64>, Vec<f64>);
 /// The motion at some times, to the last of which a run goes: positions, velocities, accelerations and observed expressions. No node is kept on the
 /// way.
 #[pyfunction]
-pub fn sample<'py>(py: Python<'py>, run: PyRef<'py, PyRun>, times: Vec<f64>) -> PyResult<[Rows<'py>; 4]> {
+pub fn sample<'py>(
+    py: Python<'py>,
+    run: PyRef<'py, PyRun>,
+    times: PyReadonlyArray1<'py, f64>,
+) -> PyResult<[Rows<'py>; 4]> {
+    let times = times.as_slice()?;
     run.with(|state| {
         let n = state.motion.dimension();
         let observables = state.motion.system().shape().observables.len();
-        let mut vectors: [Vec<f64>; 3] = Default::default();
-        let (now, step) = state.motion.look(|run| (run.clock().time(), run.clock().step()));
-        let asked = with_stops(now, step, &times);
-        let mut rest = &asked[..];
-        while let Some(&(begin, _)) = rest.first() {
-            let longest = NODES * step.unwrap_or(f64::INFINITY).abs();
-            let near = rest
-                .iter()
-                .take(TIMES)
-                .take_while(|(t, _)| (t - begin).abs() <= longest);
-            let (some, others) = rest.split_at(near.count().max(1));
-            rest = others;
-            let at: Vec<f64> = some.iter().map(|(t, _)| *t).collect();
-            let mut place = 0;
-            let mut take = |_, AnyPoint { q, v, a, .. }: AnyPoint<'_, f64>| {
-                if some.get(place).is_some_and(|(_, wanted)| *wanted) {
-                    for (vector, row) in vectors.iter_mut().zip([q, v, a]) {
-                        vector.extend_from_slice(row);
+        let room = |width: usize| with_room(times.len().checked_mul(width), "times");
+        let mut vectors = [room(n)?, room(n)?, room(n)?];
+        let mut observed = room(observables)?;
+        let (mut now, step) = state.motion.look(|run| (run.clock().time(), run.clock().step()));
+        for part in times.chunks(TIMES) {
+            let asked = with_stops(now, step, part);
+            now = part.last().copied().unwrap_or(now);
+            let mut rest = &asked[..];
+            while let Some(&(begin, _)) = rest.first() {
+                let longest = NODES * step.unwrap_or(f64::INFINITY).abs();
+                let near = rest
+                    .iter()
+                    .take(TIMES)
+                    .take_while(|(t, _)| (t - begin).abs() <= longest);
+                let (some, others) = rest.split_at(near.count().max(1));
+                rest = others;
+                let at: Vec<f64> = some.iter().map(|(t, _)| *t).collect();
+                let mut place = 0;
+                let mut take = |_, AnyPoint { q, v, a, .. }: AnyPoint<'_, f64>| {
+                    if some.get(place).is_some_and(|(_, wanted)| *wanted) {
+                        for (vector, row) in vectors.iter_mut().zip([q, v, a]) {
+                            vector.extend_from_slice(row);
+                        }
                     }
-                }
-                place += 1;
-            };
-            let sampled = py.detach(|| guarded(|| state.motion.with(|run| run.sample(&at, &mut take))))?;
-            sampled.map_err(|error| of_run(py, &error))?;
-            py.check_signals()?;
+                    place += 1;
+                };
+                let sampled =
+                    py.detach(|| guarded(|| state.motion.with(|run| run.sample(&at, &mut take))))?;
+                sampled.map_err(|error| of_run(py, &error))?;
+                py.check_signals()?;
+            }
         }
-        let mut observed = vec![0.0; times.len() * observables];
+        observed.resize(times.len() * observables, 0.0);
         state.motion.look(|run| {
             let declaration = run.declaration();
             for ((row, &t), values) in times

@@ -7,14 +7,14 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
 
 use dsocs_core::text::TapeKernel;
-use dsocs_core::{AnyEnsemble, AnyNode, AnyStart, RunError};
+use dsocs_core::{AnyEnsemble, AnyNode, AnyPoint, AnyStart, Declaration, Kernel};
 use dsocs_systems::entry::Method;
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::begin::{Begins, method};
-use crate::error::{guarded, of_run, of_setup, plain};
+use crate::error::{guarded, of_run, of_setup, plain, with_room};
 use crate::many::{End, Many};
 use crate::text::PyText;
 
@@ -23,6 +23,12 @@ const LOOK: NonZeroU64 = NonZeroU64::new(256).unwrap();
 
 /// Between two looks at signals pass so many milliseconds.
 const PAUSE: Duration = Duration::from_millis(20);
+
+/// So many runs are made at a time, so that no more starts and nodes than theirs need memory; a multiple of all lanes.
+const AT_A_TIME: usize = 1 << 17;
+
+/// A parameter that varies, by its name: a value for each run.
+type Varied<'py> = (String, PyReadonlyArray1<'py, f64>);
 
 /// The ends of many runs as a dict of arrays, and what failed: the number of the run and its error. The positions and velocities at the start have a row
 /// for each run, and so have the parameters that vary.
@@ -36,7 +42,7 @@ pub fn ensemble<'py>(
     begins: Begins,
     q: PyReadonlyArray2<'py, f64>,
     v: PyReadonlyArray2<'py, f64>,
-    varied: Vec<(String, Vec<f64>)>,
+    varied: Vec<Varied<'py>>,
     t: f64,
     order: u32,
     tolerance: Option<f64>,
@@ -45,64 +51,94 @@ pub fn ensemble<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (kernel, n) = (text.kernel(&values), text.dimension());
     let method = method(order, tolerance)?;
-    let rows = q.as_slice()?.chunks(n.max(1)).zip(v.as_slice()?.chunks(n.max(1)));
-    let starts: Vec<AnyStart> = rows.map(|(q, v)| begins.from(q, v)).collect::<PyResult<_>>()?;
-    let count = starts.len();
+    let (q, v) = (q.as_slice()?, v.as_slice()?);
+    let varied: Vec<(&str, &[f64])> = varied
+        .iter()
+        .map(|(name, values)| Ok((name.as_str(), values.as_slice()?)))
+        .collect::<PyResult<_>>()?;
+    let count = q.len() / n.max(1);
+    let observables = (&kernel as &dyn Kernel).shape().observables.len();
+    let mut arrays = Arrays::of([n, observables], count)?;
     let (stop, finished) = (AtomicBool::new(false), AtomicUsize::new(0));
-    let tell = |total| finished.store(total, Ordering::Relaxed);
-    let lanes = match method {
-        Method::Step => Some(in_lanes(py, &kernel, h, (&starts, &varied), threads)?.progress(&tell)),
-        _ => None,
-    };
-    let other = Many {
-        kernel: &kernel,
-        h,
-        method,
-        starts: &starts,
-        varied: &varied,
-        t,
-        stop: &stop,
-        finished: &finished,
-    };
-    // the runs in a thread of their own; this one looks at signals
-    let ends = std::thread::scope(|scope| -> PyResult<_> {
+    let mut interrupted = None;
+    for first in (0..count).step_by(AT_A_TIME) {
+        let some = first..count.min(first + AT_A_TIME);
+        let rows = some.start * n..some.end * n;
+        let rows = q[rows.clone()].chunks(n.max(1)).zip(v[rows].chunks(n.max(1)));
+        let starts: Vec<AnyStart> = rows.map(|(q, v)| begins.from(q, v)).collect::<PyResult<_>>()?;
+        let varied: Vec<(&str, &[f64])> = varied
+            .iter()
+            .map(|(name, values)| (*name, values.get(some.clone()).unwrap_or_default()))
+            .collect();
+        let tell = |total: usize| finished.store(first + total, Ordering::Relaxed);
+        let lanes = match method {
+            Method::Step => Some(in_lanes(py, &kernel, h, (&starts, &varied), threads)?.progress(&tell)),
+            _ => None,
+        };
+        let other = Many {
+            kernel: &kernel,
+            h,
+            method,
+            starts: &starts,
+            varied: &varied,
+            t,
+            stop: &stop,
+            finished: &finished,
+        };
+        let ends = watched(
+            py,
+            || match &lanes {
+                Some(lanes) => to_the_end(lanes, t, &stop),
+                None => other.ends(threads),
+            },
+            || {
+                if interrupted.is_some() {
+                    return;
+                }
+                let done = finished.load(Ordering::Relaxed);
+                let told = progress.as_ref().map_or(Ok(()), |progress| {
+                    #[allow(clippy::cast_precision_loss)]
+                    let part = done as f64 / count.max(1) as f64;
+                    progress.call1((part,)).map(drop)
+                });
+                if let Err(error) = py.check_signals().and(told) {
+                    stop.store(true, Ordering::Relaxed);
+                    interrupted = Some(error);
+                }
+            },
+        )?;
+        arrays.take(py, &ends, &kernel, &varied);
+    }
+    let told = arrays.told(py)?;
+    told.set_item("interrupted", interrupted)?;
+    Ok(told)
+}
+
+/// Runs in a thread of their own; this one looks at signals.
+fn watched(
+    py: Python<'_>,
+    runs: impl FnOnce() -> Vec<End> + Send,
+    mut look: impl FnMut(),
+) -> PyResult<Vec<End>> {
+    std::thread::scope(|scope| {
         let (done, mut wait) = mpsc::channel::<()>();
         let runs = scope.spawn(|| {
             // when it ends, nobody waits any more
             let _done = done;
-            guarded(|| match &lanes {
-                Some(lanes) => to_the_end(lanes, t, &stop),
-                None => other.ends(threads),
-            })
+            guarded(runs)
         });
-        let mut interrupted = None;
         loop {
             let wait = &mut wait;
             let waited = py.detach(move || wait.recv_timeout(PAUSE));
             if waited == Err(RecvTimeoutError::Disconnected) {
                 break;
             }
-            let done = finished.load(Ordering::Relaxed);
-            let told = progress.as_ref().map_or(Ok(()), |progress| {
-                #[allow(clippy::cast_precision_loss)]
-                let part = done as f64 / count.max(1) as f64;
-                progress.call1((part,)).map(drop)
-            });
-            if let Err(error) = py.check_signals().and(told) {
-                stop.store(true, Ordering::Relaxed);
-                interrupted = Some(error);
-                break;
-            }
+            look();
         }
         let ends = py.detach(|| runs.join());
-        let ends =
-            ends.map_err(|_| plain(py, "Error", "a mistake of this library: a thread has ended"))??;
-        Ok((ends, interrupted))
-    });
-    let (ends, interrupted) = ends?;
-    let told = arrays(py, &ends, n)?;
-    told.set_item("interrupted", interrupted)?;
-    Ok(told)
+        let ends = ends.map_err(|_| plain(py, "Error", "a mistake of this library: a thread has ended"))?;
+        Ok(ends?)
+    })
 }
 
 /// The runs by the paper's step, in lanes.
@@ -110,7 +146,7 @@ fn in_lanes<'k>(
     py: Python<'_>,
     kernel: &'k TapeKernel,
     h: f64,
-    (starts, varied): (&[AnyStart], &[(String, Vec<f64>)]),
+    (starts, varied): (&[AnyStart], &[(&str, &[f64])]),
     threads: Option<usize>,
 ) -> PyResult<AnyEnsemble<'k>> {
     let mut ensemble = AnyEnsemble::of_tape(kernel, h)
@@ -143,38 +179,93 @@ fn to_the_end(lanes: &AnyEnsemble<'_>, t: f64, stop: &AtomicBool) -> Vec<End> {
 }
 
 /// The last nodes as arrays; a run that failed has NaN.
-fn arrays<'py>(py: Python<'py>, ends: &[End], n: usize) -> PyResult<Bound<'py, PyDict>> {
-    let nan = vec![f64::NAN; n];
-    let mut vectors: [Vec<f64>; 4] = Default::default();
-    let (mut t, mut energy, mut failures) = (Vec::new(), Vec::new(), Vec::<(usize, &RunError)>::new());
-    for (place, end) in ends.iter().enumerate() {
-        let node = match end {
-            Ok(node) => Some(node.any()),
-            Err(error) => {
-                failures.push((place, error));
-                None
+struct Arrays {
+    /// How many coordinates and observed expressions there are.
+    widths: [usize; 2],
+    /// Times.
+    t: Vec<f64>,
+    /// Energies.
+    energy: Vec<f64>,
+    /// Positions, velocities, accelerations and constraint forces.
+    vectors: [Vec<f64>; 4],
+    /// The observed expressions.
+    observed: Vec<f64>,
+    /// What failed.
+    failures: Vec<(usize, PyErr)>,
+}
+
+impl Arrays {
+    /// Room for so many.
+    fn of([n, observables]: [usize; 2], count: usize) -> PyResult<Self> {
+        let room = |width: usize| with_room(count.checked_mul(width), "runs");
+        Ok(Self {
+            widths: [n, observables],
+            t: room(1)?,
+            energy: room(1)?,
+            vectors: [room(n)?, room(n)?, room(n)?, room(n)?],
+            observed: room(observables)?,
+            failures: Vec::new(),
+        })
+    }
+
+    /// Takes some that come next, of a system whose parameters vary.
+    fn take(&mut self, py: Python<'_>, ends: &[End], kernel: &TapeKernel, varied: &[(&str, &[f64])]) {
+        let [n, observables] = self.widths;
+        let nan = vec![f64::NAN; n];
+        let known: &dyn Kernel = kernel;
+        let parameters = &known.shape().parameters;
+        let place = |name: &str| parameters.iter().position(|parameter| parameter.name == name);
+        let places: Vec<(usize, &[f64])> = varied
+            .iter()
+            .filter_map(|(name, values)| Some((place(name)?, *values)))
+            .collect();
+        let mut values: Vec<f64> = (0..parameters.len()).map(|place| known.value(place)).collect();
+        let mut observed = vec![f64::NAN; observables];
+        for (number, end) in ends.iter().enumerate() {
+            let node = match end {
+                Ok(node) => Some(node.any()),
+                Err(error) => {
+                    self.failures.push((self.t.len(), of_run(py, error)));
+                    None
+                }
+            };
+            self.t.push(node.map_or(f64::NAN, |node| node.t));
+            self.energy.push(node.map_or(f64::NAN, |node| node.energy));
+            let rows = match &node {
+                Some(node) => [node.q, node.v, node.a, node.force],
+                None => [&nan[..]; 4],
+            };
+            for (vector, row) in self.vectors.iter_mut().zip(rows) {
+                vector.extend_from_slice(row);
             }
-        };
-        t.push(node.map_or(f64::NAN, |node| node.t));
-        energy.push(node.map_or(f64::NAN, |node| node.energy));
-        let rows = match &node {
-            Some(node) => [node.q, node.v, node.a, node.force],
-            None => [&nan[..]; 4],
-        };
-        for (vector, row) in vectors.iter_mut().zip(rows) {
-            vector.extend_from_slice(row);
+            if observables == 0 {
+                continue;
+            }
+            observed.fill(f64::NAN);
+            if let Some(AnyNode { t, q, v, a, .. }) = node {
+                for (place, varied) in &places {
+                    values[*place] = varied.get(number).copied().unwrap_or(f64::NAN);
+                }
+                let declaration = Declaration::of(kernel).with(&values);
+                declaration.observe(AnyPoint { t, q, v, a }, &mut observed);
+            }
+            self.observed.extend_from_slice(&observed);
         }
     }
-    let told = PyDict::new(py);
-    told.set_item("t", PyArray1::from_vec(py, t))?;
-    told.set_item("energy", PyArray1::from_vec(py, energy))?;
-    for (name, vector) in ["q", "v", "a", "force"].into_iter().zip(vectors) {
-        let array: Bound<'py, PyArray2<f64>> = PyArray1::from_vec(py, vector).reshape([ends.len(), n])?;
-        told.set_item(name, array)?;
+
+    /// All of them.
+    fn told(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let (count, [n, observables]) = (self.t.len(), self.widths);
+        let told = PyDict::new(py);
+        told.set_item("t", PyArray1::from_vec(py, self.t))?;
+        told.set_item("energy", PyArray1::from_vec(py, self.energy))?;
+        for (name, vector) in ["q", "v", "a", "force"].into_iter().zip(self.vectors) {
+            let array: Bound<'_, PyArray2<f64>> = PyArray1::from_vec(py, vector).reshape([count, n])?;
+            told.set_item(name, array)?;
+        }
+        let observed = PyArray1::from_vec(py, self.observed).reshape([count, observables])?;
+        told.set_item("observed", observed)?;
+        told.set_item("failures", self.failures)?;
+        Ok(told)
     }
-    let failures = failures
-        .into_iter()
-        .map(|(place, error)| (place, of_run(py, error)));
-    told.set_item("failures", failures.collect::<Vec<_>>())?;
-    Ok(told)
 }

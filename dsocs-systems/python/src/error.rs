@@ -9,12 +9,62 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+/// What the library advises in Rust, and how it is said in Python. What is longer comes first.
+const IN_RUST: [(&str, &str); 22] = [
+    (
+        "give the first two nodes, `Start::nodes(q0, q1)`: those of a flow are `flow.node().q` and `flow.position()`",
+        "give the first two nodes, `q=` and `q1=`: those of a run are `run.q[0]` and `run.q[1]`",
+    ),
+    (
+        "`Start::second_order(q0, v0)`, and `near_acceleration`",
+        "`q=` and `v=`, and `near=`",
+    ),
+    (
+        "the start was computed by `Start::exact`",
+        "the start was computed",
+    ),
+    (" (`Start::second_order`)", " (`q=`, `v=`)"),
+    (" (`Start::third_order(q0, v0, a0)`)", " (`a=`)"),
+    (" (`Start::third_order_by_force(q0, v0, force)`)", " (`force=`)"),
+    ("`Start::third_order`", "`q=`, `v=`, `a=`"),
+    ("`Start::projected`", "`project=True`"),
+    ("(Start::projected)", "(`project=True`)"),
+    ("`Start::near_acceleration`", "`near=`"),
+    ("`Start::nodes`", "`q=`, `q1=`"),
+    ("`Start::paper`", "`start=\"paper\"`"),
+    (", as by Start::second_order", ": `q=`, `v=`"),
+    (" (Start::exact)", ""),
+    (" (geometry::DiscreteFlow)", ""),
+    (" (linear::OperatingPoint)", ""),
+    (" (Path)", " (`path`)"),
+    (" (Flow)", ""),
+    ("`Flow::advance_to`", "`run.advance_to`"),
+    (
+        "(a negative step, or `reverse`, runs back in time)",
+        "(a negative `h` runs back in time)",
+    ),
+    (
+        "allow more, or a larger tolerance; if",
+        "take a larger `tolerance=`; if",
+    ),
+    (
+        "`Samples::monotone` or `Samples::cubic` for `Samples::linear`",
+        "`monotone` or `cubic` for `linear`",
+    ),
+];
+
+/// A message as it is said in Python.
+pub fn in_python(message: &str) -> String {
+    let said = |message: String, (rust, python): &(&str, &str)| message.replace(rust, python);
+    IN_RUST.iter().fold(message.to_owned(), said)
+}
+
 /// An exception of the package with a message and what it carries.
 pub fn exception(py: Python<'_>, class: &str, message: &str, carried: &Bound<'_, PyDict>) -> PyErr {
     let made = py
         .import("dsocs._errors")
         .and_then(|errors| errors.getattr(class))
-        .and_then(|class| class.call((message,), Some(carried)));
+        .and_then(|class| class.call((in_python(message),), Some(carried)));
     match made {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,
@@ -117,6 +167,19 @@ pub fn of_derivative(py: Python<'_>, error: &DerivativeError) -> PyErr {
 /// That of a run that is too long for the memory.
 pub fn no_memory() -> PyErr {
     PyMemoryError::new_err("there is no memory for so many nodes; `every=` keeps fewer of them")
+}
+
+/// Numbers for which there is room, or an error: an allocation that fails would end the process.
+pub fn with_room(count: Option<usize>, what: &str) -> PyResult<Vec<f64>> {
+    let mut numbers = Vec::new();
+    let room = count.map(|count| numbers.try_reserve_exact(count));
+    if matches!(room, Some(Ok(()))) {
+        Ok(numbers)
+    } else {
+        Err(PyMemoryError::new_err(format!(
+            "there is no memory for so many {what}; ask for some of them after others"
+        )))
+    }
 }
 
 /// Does something, and makes an error of a panic, which is a mistake of the library.

@@ -27,7 +27,7 @@ pub struct Many<'m> {
     /// The starts.
     pub starts: &'m [AnyStart],
     /// The parameters that vary.
-    pub varied: &'m [(String, Vec<f64>)],
+    pub varied: &'m [(&'m str, &'m [f64])],
     /// The end.
     pub t: f64,
     /// Whether to end early.
@@ -69,7 +69,7 @@ impl Many<'_> {
         for (name, values) in self.varied {
             let known: &dyn Kernel = kernel;
             let parameters = &known.shape().parameters;
-            let parameter = parameters.iter().position(|known| known.name == *name);
+            let parameter = parameters.iter().position(|known| known.name == **name);
             if let (Some(parameter), Some(value)) = (parameter, values.get(place))
                 && let Some(parameter) = kernel.parameter_mut(parameter)
             {

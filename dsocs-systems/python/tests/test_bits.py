@@ -153,7 +153,7 @@ def test_the_page_is_that_of_the_program(program: Path, tmp_path: Path) -> None:
     (tmp_path / "swing.dsocs").write_text(SWING, encoding="utf-8")
     run_program(program, "run", "swing.dsocs", "--until", "2", "--report", "page.html", cwd=tmp_path)
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
-    own = dsocs.read(tmp_path / "swing.dsocs").flow().until(2.0).report()
+    own = dsocs.read(tmp_path / "swing.dsocs").flow().until(2.0).page()
     data = [text[text.index('id="data">') : text.rindex("</script>\n<script>")] for text in (page, own)]
     assert data[0] == data[1]
 

@@ -26,6 +26,7 @@ window.addEventListener("load", () => setTimeout(() => {
     flat: formulas.filter((box) => box.height < 5 || box.width < 3).length,
     stacked: [...document.querySelectorAll("mfrac")].filter((one) => one.getBoundingClientRect().height > 20).length,
     fractions: document.querySelectorAll("mfrac").length,
+    latex: document.body.innerText.split("$$").length - 1,
     frames: frames.length,
     frame_width: Math.max(0, ...frames.map((box) => box.width)),
     page_width: document.documentElement.clientWidth,
@@ -89,6 +90,29 @@ def test_what_is_not_understood_is_left_as_text() -> None:
     assert found[0].of is None and found[0].text == "lagrangian = x ? y;" and found[1].of is not None
 
 
+def sanitized(html: str) -> str:
+    """What a notebook's page leaves of an output that is not trusted: no frame, and nothing of scripts and styles; of tags that it does not know, what is in them."""
+    html = re.sub(r"<(script|style)\b.*?</\1>", "", html, flags=re.DOTALL)
+    return re.sub(r"</?(?!(?:p|div|h4|small|table|tr|th|td|i|b|sub|sup|code|pre|details|summary)\b)[a-z]+[^>]*>", "", html)
+
+
+def test_formulas_and_pages_are_told_where_a_notebook_is_not_trusted() -> None:
+    swing = dsocs.System(SWING, name="swing")
+    left = sanitized(swing._repr_html_())
+    formulas = re.findall(r"\$\$(.*?)\$\$", left)
+    assert formulas[0] == r"L=\frac{{(\mathit{length}\,\dot{\theta })}^{2}}{2}+\mathit{gravity}\,\mathit{length}\,\mathrm{cos}\,\theta"
+    assert len(formulas) == len(math_of(swing)) and "<math" not in left
+    assert all(formula.count("{") == formula.count("}") for formula in formulas)
+    run = swing.flow().until(1.0)
+    assert "the page of this run is shown when the notebook is trusted" in sanitized(run._repr_html_())
+    assert "iframe" not in sanitized(run._repr_html_())
+
+
+def test_cases_are_written_in_latex() -> None:
+    system = dsocs.System("coordinates(x); lagrangian = dot(x).powi(2) / 2 - (if x < 0 { 0 } else { x.powi(2) });")
+    assert r"\begin{cases}0 &amp; \text{if }x\lt 0 \\ {x}^{2} &amp; \text{otherwise}\end{cases}" in system._repr_html_()
+
+
 NOTEBOOK = [
     ("markdown", "# A pendulum"),
     ("code", "import dsocs\nswing = dsocs.read('swing.dsocs')\nswing"),
@@ -143,7 +167,8 @@ def test_the_page_of_a_notebook_fits_and_its_formulas_are_set(page: Path, width:
     title = re.search(r"<title>(.*?)</title>", look(page, width, "--dump-dom"), re.DOTALL)
     assert title is not None
     found = json.loads(title.group(1))
-    assert found["formulas"] > 12 and found["flat"] == 0
+    # each stands in the place of its LaTeX
+    assert found["formulas"] == 10 and found["flat"] == 0 and found["latex"] == 0
     assert found["fractions"] > 4 and found["stacked"] == found["fractions"]
     assert found["frames"] == 1 and 300 < found["frame_width"] <= found["page_width"]
     assert found["scroll_width"] <= found["page_width"]

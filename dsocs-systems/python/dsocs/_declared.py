@@ -1,0 +1,252 @@
+"""What is read of a system."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from typing import Any, Mapping, NamedTuple, TypeVar
+
+from . import _dsocs, _given, _inputs
+from ._errors import DeclarationWarning, InputTypeError, SetupError
+
+#: A class of systems.
+Kind = TypeVar("Kind", bound="Declared")
+
+
+class Quantity(NamedTuple):
+    """A coordinate, a parameter or an observed expression of a declaration."""
+
+    #: The name in the declaration; `masses_2` for an element of an array.
+    name: str
+    #: What it is.
+    meaning: str
+    #: Its unit, if the declaration says it.
+    unit: str | None
+
+
+class RunText(NamedTuple):
+    """What a text says of a run: `run far { … }`."""
+
+    name: str | None
+    start: tuple[list[float], list[float]] | None
+    acceleration: list[float] | None
+    near: list[float] | None
+    project: bool
+    step: float | None
+    until: float | None
+
+class Declared:
+    """What a text says of a system: what `System` has."""
+
+    def __init__(
+        self,
+        text: str,
+        *,
+        name: str = "system",
+        constants: Mapping[str, float] | None = None,
+        samples: Mapping[str, Any] | None = None,
+    ) -> None:
+        if not isinstance(text, str):
+            hint = "; a file is read by dsocs.read(path)" if isinstance(text, os.PathLike) else ""
+            raise InputTypeError(f"text is {type(text).__name__}; expected the text of a system{hint}")
+        if not isinstance(name, str):
+            raise InputTypeError(f"name is {type(name).__name__}; expected a text")
+        if text.strip().endswith(".dsocs") and "\n" not in text.strip():
+            raise SetupError(f"`{text.strip()}` is the name of a file: dsocs.read({text.strip()!r}) reads it")
+        given = _given.samples(samples or {})
+        numbers = [(str(key), _inputs.number(f"constants[{key!r}]", value)) for key, value in dict(constants or {}).items()]
+        self._set(text, name, numbers, given, None, name, None)
+        self._warn(3)
+
+    @classmethod
+    def of(
+        cls: type[Kind],
+        *,
+        coordinates: Any,
+        lagrangian: Any,
+        holonomic: Any = None,
+        nonholonomic: Any = None,
+        kinematic: Any = None,
+        variational: Any = None,
+        constraint_forces: Any = None,
+        external_forces: Any = None,
+        branch: Any = None,
+        observe: Mapping[str, Any] | None = None,
+        parameters: Mapping[str, float] | None = None,
+        doc: str = "",
+        name: str = "system",
+    ) -> Kind:
+        """A system from expressions, of this package or of sympy.
+
+        ```python
+        x, y = dsocs.coordinates("x", "y")
+        length = dsocs.parameter("length", 1.0, "The length of the rod [m]")
+        pendulum = dsocs.System.of(
+            coordinates=(x, y),
+            lagrangian=(dsocs.dot(x)**2 + dsocs.dot(y)**2) / 2 - 9.81 * y,
+            holonomic=x**2 + y**2 - length**2,
+        )
+        ```
+
+        `coordinates`: all coordinates, in their order; of sympy, functions of the time (`dynamicsymbols`).
+        `holonomic`, `nonholonomic`, `kinematic`: a row or a list of rows, which are zero: constraints on positions, velocities, accelerations.
+        `variational`: vectors that span the virtual displacements, each with a component for each coordinate, or `"chetaev"`.
+        `constraint_forces`: instead, one-forms that span the constraint forces.
+        `external_forces`: a component for each coordinate, or a dict by name.
+        `branch`: a factor that is divided out of a kinematic constraint.
+        `observe`: expressions that are reported at every node, by name.
+        `parameters`: the values of sympy's symbols.
+
+        The text of the system (`System.text`) says the same in the language of the text files. Raises `DeclarationError` with the statement that is
+        wrong.
+        """
+        from ._expressions import written
+
+        text = written(
+            coordinates, lagrangian=lagrangian, holonomic=holonomic, nonholonomic=nonholonomic, kinematic=kinematic, variational=variational,
+            constraint_forces=constraint_forces, external_forces=external_forces, branch=branch, observe=observe, parameters=parameters, doc=doc,
+        )  # fmt: skip
+        return cls(text, name=name)
+
+    def _set(
+        self,
+        text: str,
+        name: str,
+        constants: list[tuple[str, float]],
+        samples: dict[str, list[tuple[float, float]]],
+        run: str | None,
+        shown_as: str,
+        path: str | None,
+    ) -> None:
+        files = dict(samples)
+        # a table is given by its parameter's name as well as by its file's
+        for parameter, file in _given.named_files(text):
+            if parameter in files and file not in files:
+                files[file] = files.pop(parameter)
+        self._samples = files
+        self._constants = constants
+        self._path = path
+        self._raw = _read(name, shown_as, text, constants, list(files.items()))
+        self._shown_as = shown_as
+        told = self._raw.description()
+        #: What the system is called.
+        self.name = name
+        #: What the text says of it.
+        self.doc: str = told["doc"]
+        #: Of which kind its constraints are: `unconstrained`, `holonomic`, `nonholonomic`, `second-order`, `third-order`, `mixed`.
+        self.kind: str = told["kind"]
+        #: The coordinates, in the order of all arrays.
+        self.coordinates = tuple(Quantity(*of) for of in told["coordinates"])
+        #: The observed expressions.
+        self.observables = tuple(Quantity(*of) for of in told["observables"])
+        #: The highest order of a derivative in a constraint, and at least 2.
+        self.order: int = told["order"]
+        #: How many multipliers of constraint forces there are.
+        self.forms: int = told["forms"]
+        #: How many constraints there are on positions, on velocities, and on accelerations (or third derivatives).
+        self.constraints: tuple[int, int, int] = tuple(told["constraints"])
+        self._declaration: str = told["declaration"]
+        self._may_divide: bool = told["may_divide"]
+        self._parameters = tuple(Quantity(*of) for of in told["parameters"])
+        self._tables = {parameter: file for parameter, file, _ in told["samples"]}
+        self._values: list[float] = self._raw.values()
+        self._names = [of.name for of in self.coordinates]
+        # where quaternions begin among the coordinates
+        self._rotations: list[int] = told["rotations"]
+        # those that have a velocity and a force: the first of the four numbers of a rotation has none
+        self._moving = [name for place, name in enumerate(self._names) if place not in self._rotations]
+        runs = [RunText(**run) for run in self._raw.runs()]
+        #: The runs of the text, by name; one may have none (None).
+        self.runs: dict[str | None, RunText] = {of.name: of for of in runs}
+        if run is not None and run not in self.runs:
+            raise _inputs.unknown("run", run, [str(known) for known in self.runs if known is not None])
+        self._run = run
+
+    def _warn(self, stacklevel: int) -> None:
+        for warning in self._raw.warnings(self._shown_as):
+            warnings.warn(warning.removeprefix("warning: "), DeclarationWarning, stacklevel=stacklevel)
+
+    @property
+    def text(self) -> str:
+        """The text, word for word."""
+        text: str = self._raw.text
+        return text
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The parameters with their values; of an array each element, `masses_0`."""
+        return {of.name: value for of, value in zip(self._parameters, self._values)}
+
+    def quantity(self, name: str) -> Quantity:
+        """Name, meaning and unit of a coordinate, a parameter or an observed expression."""
+        for of in (*self.coordinates, *self._parameters, *self.observables):
+            if of.name == name:
+                return of
+        raise _inputs.unknown("coordinate, parameter or observed expression", name, self._all_names())
+
+    def _all_names(self) -> list[str]:
+        return [of.name for of in (*self.coordinates, *self._parameters, *self.observables)]
+
+    def _run_text(self, run: str | None) -> RunText | None:
+        """The run of a name; without one, the run that has no name, or else the first."""
+        name = run if run is not None else self._run
+        if name is not None:
+            if name not in self.runs:
+                raise _inputs.unknown("run", name, [str(known) for known in self.runs if known is not None])
+            return self.runs[name]
+        if None in self.runs:
+            return self.runs[None]
+        return next(iter(self.runs.values()), None)
+
+    def _with(self, given: Mapping[str, Any]) -> list[float]:
+        """The values of the parameters, some of them given; an array by its own name or by that of an element."""
+        values = list(self._values)
+        places = {of.name: place for place, of in enumerate(self._parameters)}
+        for name, value in given.items():
+            if name in places:
+                values[places[name]] = _inputs.number(name, value)
+                continue
+            elements = list(_given.elements(name, places))
+            if not elements:
+                if name in self._tables:
+                    raise SetupError(
+                        f"`{name}` is a table of samples; give another one when the system is read, samples={{{name!r}: …}}"
+                    )
+                raise _inputs.unknown("parameter", name, places)
+            numbers = _inputs.array(name, value)
+            if numbers.shape != (len(elements),):
+                raise SetupError(f"{name} has the shape {numbers.shape}, but it is an array of {len(elements)} numbers")
+            for place, number in zip(elements, numbers.tolist()):
+                values[place] = number
+        return values
+    def _values_of(
+        self, call: str, asked: Mapping[str, Any], parameters: Mapping[str, Any] | None, values: dict[str, Any]
+    ) -> dict[str, Any]:
+        """Parameters from a dict and by keywords, of a call that was asked for some things by keywords, too."""
+        given = _given.joined(parameters, values)
+        places = {of.name: place for place, of in enumerate(self._parameters)}
+        for name, value in asked.items():
+            is_array = any(True for _ in _given.elements(name, places))
+            dimensions = 1 if is_array or call == "ensemble" else 0
+            if (is_array or name in places) and name not in given and _given.may_be_parameter(value, dimensions):
+                raise SetupError(
+                    f"`{name}` is an argument of {call} and also a parameter of {self.name}: say parameters={{{name!r}: …}} for the parameter; beside it, "
+                    f"{name}=… is the argument"
+                )
+        return given
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Declared):
+            return NotImplemented
+        return self._state() == other._state()
+
+    def __hash__(self) -> int:
+        return hash((self.text, self.name))
+
+    def _state(self) -> tuple[Any, ...]:
+        return (self.text, self.name, self._constants, self._samples, self._run, self._shown_as, self._path)
+
+
+def _read(name: str, shown_as: str, text: str, constants: Any, samples: Any) -> Any:
+    """Reads a text. Messages show it under the name of its file."""
+    return _dsocs.Text.parse(name, shown_as, text, constants, samples)

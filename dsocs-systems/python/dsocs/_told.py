@@ -1,0 +1,101 @@
+"""What is told of a run besides its nodes."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+class Unresolved(NamedTuple):
+    """Steps that were too long for what jumps in them, such as dry friction. Each reduces the order of the run to 1."""
+
+    #: How many steps.
+    steps: int
+    #: The time of the first of them.
+    first: float
+    #: The largest departure from what a smooth force would do, relative to the change of the momentum over the step.
+    largest: float
+
+
+class NearlySingular(NamedTuple):
+    """Steps in which the equations were nearly singular: they hardly determine the acceleration there."""
+
+    #: How many steps.
+    steps: int
+    #: The time of the first of them.
+    first: float
+    #: In how many of them the equations of the step alone were, and those of the continuous motion were not.
+    of_step: int
+
+
+class ErrorEstimate(NamedTuple):
+    """How far a run is from the continuous motion."""
+
+    #: The error of each coordinate at each node: an array of the shape (nodes, coordinates).
+    errors: Array
+    #: The largest error of each coordinate, by name.
+    largest: dict[str, float]
+    #: How well the continuous motion itself is known.
+    uncertainty: float
+
+
+class Certificate(NamedTuple):
+    """How regular the equations of each step are: the paper's theorem on the discrete flow asks that neither singular value is zero."""
+
+    #: The smallest singular value of the derivative by the last node, an array of the shape (nodes,); NaN at the start.
+    forward: Array
+    #: The smallest singular value of the derivative by the first node, an array of the shape (nodes,); NaN at the start.
+    backward: Array
+    #: Whether the theorem grants a flow at each node, forward and back: an array of the shape (nodes, 2). At the start, where no step was solved, it is true.
+    granted: npt.NDArray[np.bool_]
+
+
+class Roots(NamedTuple):
+    """The positions that solve a step."""
+
+    #: The one that the iteration finds: an array of the shape (coordinates,).
+    found: Array
+    #: Another one; None if none is found.
+    other: Array | None
+
+
+def jumps(found: Unresolved, steps: int, order: int) -> str:
+    """What is said of steps within which something jumps."""
+    plural = "s" if steps > 1 else ""
+    # no method follows the continuous motion of third order
+    third = order > 2
+    if math.isinf(found.largest):
+        ends = "end the run before" if third else "`tolerance` ends where the motion does"
+        return (
+            f"a force is infinite, or the velocity has to jump, within {steps} step{plural} that the run has passed, first about "
+            f"t = {found.first:.3f}: what comes after depends on where the nodes lie ({ends})"
+        )
+    goes_on = "; or `tolerance`, which goes on from the place of the jump itself; estimate_error() measures what it costs"
+    return (
+        f"a force or a constraint jumps, or nearly so, within {steps} step{plural}, first about t = {found.first:.3f}: there the "
+        f"motion has an error of the first order in the step (a smaller `h`{'' if third else goes_on})"
+    )
+
+
+def singular(found: NearlySingular, steps: int, order: int, may_divide: bool) -> str:
+    """What is said of steps in which the equations were nearly singular."""
+    plural = "s" if steps > 1 else ""
+    third = order > 2
+    if found.of_step == found.steps:
+        ends = "" if third else "; `tolerance=1e-9` ends where the motion does"
+        return (
+            f"the equations of the step pass through a singularity in {steps} step{plural}, first about t = {found.first:.3f}, where those of the continuous "
+            "motion have none: a force changes too fast with the velocity for this step, or the velocity grows beyond all bounds, and what comes after is not "
+            f"the motion (a smaller `h`{ends})"
+        )
+    factor = "; a factor of a constraint that vanishes may be divided out, `branch = divide(factor)`" if may_divide else ""
+    return (
+        f"the equations are nearly singular in {steps} step{plural}, first about t = {found.first:.3f}: they hardly determine the "
+        f"{'jerk' if third else 'acceleration'} there, and the error of the motion may be much larger than elsewhere, with that of multipliers (a "
+        f"smaller `h` shows it{factor})"
+    )
