@@ -179,7 +179,7 @@ def test_ctrl_c_ends_an_ensemble_of_another_order(swing: dsocs.System) -> None:
 
 def test_the_table_of_ends_says_what_varies(swing: dsocs.System, rod: dsocs.System) -> None:
     ends = swing.ensemble(q=[[0.5], [1.0]], length=[1.0, 2.0]).until(1.0)
-    assert list(ends.table()) == ["length", "start_q_theta", "t", "theta", "v_theta", "energy"]
+    assert list(ends.table()) == ["length", "start_q_theta", "t", "theta", "v_theta", "energy", "height"]
     table = rod.ensemble(q=[[0, -1], [0, -2]], v=[0.0, 0.0]).until(1.0).table()
     assert table["error"][0] is None and "violates" in table["error"][1] and math.isnan(table["x"][1])
 
@@ -190,7 +190,7 @@ def test_tables_are_data_frames(swing: dsocs.System) -> None:
     frame = run.frame()
     assert isinstance(frame, pandas.DataFrame) and list(frame.columns) == run.columns and len(frame) == 11
     frame["more"] = frame["theta"] * 2
-    assert swing.ensemble(q=[[0.5], [1.0]]).until(1.0).frame().shape == (2, 5)
+    assert swing.ensemble(q=[[0.5], [1.0]]).until(1.0).frame().shape == (2, 6)
 
 
 def test_the_table_of_a_sweep_is_read(tmp_path: Path) -> None:

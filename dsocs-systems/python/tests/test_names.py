@@ -78,10 +78,3 @@ def test_arrays_are_set_by_their_name() -> None:
     assert one.q[-1, 1] > one.q[-1, 0] > 0
     with pytest.raises(dsocs.SetupError, match="push has the shape"):
         one.set(push=[1.0])
-
-
-def test_an_estimate_warns_of_a_controller() -> None:
-    system = dsocs.System("parameters { u = 0.0 } coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = u;")
-    run = system.flow(h=0.01, q=[1.0], v=[0.0]).until(1.0, control=lambda node: {"u": -node["v_x"]})
-    with pytest.warns(dsocs.StepWarning, match="came from `control`"):
-        run.estimate_error()

@@ -357,7 +357,8 @@ def test_a_check_of_a_run(curved: dsocs.System) -> None:
 
 def test_an_error_estimate_under_held_inputs(swing: dsocs.System) -> None:
     run = swing.flow(h=0.001).until(1.0, control=lambda node: {"torque": -node["v_theta"]}, control_every=100)
-    found = run.estimate_error()
+    with pytest.warns(dsocs.StepWarning, match="came from `control`"):
+        found = run.estimate_error()
     assert found.errors.shape == (1001, 1) and 0 < found.largest["theta"] < 1e-5
 
 

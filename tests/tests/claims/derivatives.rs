@@ -227,6 +227,11 @@ fn of_constrained_systems_by_parameters() {
     let flow = Flow::new(&bead, h, Start::second_order([0.6, -0.8], [0.8, 0.6])).unwrap();
     let start = Start::nodes([0.6, -0.8], *flow.position());
     parameters::<_, 2, 4>(&bead, h, start, 1.0);
+    // the second node moves with the parameters, and is moved onto the constraints
+    for start in [Start::second_order, Start::paper] {
+        parameters::<_, 2, 4>(&bead, h, start([0.6, -0.8], [0.8, 0.6]), 1.0);
+        parameters::<_, 2, 4>(&bead, h, start([0.7, -0.9], [0.5, 0.6]).projected(), 1.0);
+    }
     let sleigh = Sleigh::default();
     let flow = Flow::new(&sleigh, h, Start::second_order([0.0, 0.0, 0.0], [-1.0, 0.0, 0.3])).unwrap();
     let start = Start::nodes([0.0, 0.0, 0.0], *flow.position());
@@ -588,16 +593,6 @@ fn what_has_no_derivative_says_so() {
         .tangents(&[])
         .unwrap_err();
     assert!(matches!(error, DerivativeError::Start { .. }));
-    let bead = Bead {
-        mass: 1.2,
-        gravity: 9.0,
-        push: 0.0,
-    };
-    let path = Path::new(&bead, 0.1, Start::second_order([0.6, -0.8], [0.8, 0.6]), 1.0).unwrap();
-    assert!(matches!(
-        path.tangents(&[]).unwrap_err(),
-        DerivativeError::Start { .. }
-    ));
     let plan = |values: &[[f64; 1]]| Path::plan(&pushed, 0.1, start, ["push"], values).unwrap_err();
     assert_eq!(plan(&[]), DerivativeError::NoLegs);
     assert!(matches!(
