@@ -201,7 +201,19 @@ class Nodes:
                 return self.observed[:, place]
         if name.startswith("lambda_") and name[7:].isdecimal() and int(name[7:]) < self.system.forms:
             return self.multipliers[:, int(name[7:])]
+        if name in self.parameters:
+            return self._input(name)
         raise KeyError(str(_inputs.unknown("column", name, self.columns)))
+
+    def _input(self, name: str) -> Array:
+        """The values of a parameter: at each node the last one that was set there or before."""
+        values = np.full(len(self), self.parameters[name])
+        numbers = np.arange(len(self)) * self.every
+        for index, _, place, value in self._raw.changes():
+            if self.system._parameters[place].name == name:
+                values[numbers >= index] = value
+        values.setflags(write=False)
+        return values
 
     def __iter__(self) -> Iterator[Node]:
         """The nodes that are kept."""

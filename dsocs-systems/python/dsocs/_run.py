@@ -34,7 +34,7 @@ class Run(Nodes):
 
     `System.flow` begins one, which stands at its start. `until` and `advance` go on. All arrays have a row for each node that is kept; they
     are not copied, and cannot be written to. `run["theta"]` is a column by its name: a coordinate, an observed expression, `v_theta`, `a_theta`,
-    `force_theta`, `lambda_0` (a multiplier), `t` or `energy`. `run[-1]` is a node.
+    `force_theta`, `lambda_0` (a multiplier), `t` or `energy`; or a parameter: at each node the value that was set last, there or before. `run[-1]` is a node.
     """
 
     def __init__(self, system: System, setup: Setup) -> None:
@@ -66,8 +66,8 @@ class Run(Nodes):
 
         `progress`: True shows how far the run is; a function is told the part that is done, from 0 to 1.
         `control`: a function between steps. It gets the node, and returns the values of inputs by name, `{"torque": -2 * node["v_theta"]}`, or
-        None. They hold from the last position that is known on: with order 2 this is the next node's, so that what the node `k` asks for acts from the node `k + 1` on, in part on its
-        velocity, and in full from there (the guide's section 3 says what a linear model makes of it). `control_every`: it is asked at every so many nodes.
+        None. They hold from the last position that is known on: with order 2 this is the next node's, so that what the node `k` asks for acts on the leg from the
+        node `k + 1` on: a delay of one step (the guide's section 3 says what a linear model makes of it). `control_every`: it is asked at every so many nodes.
 
         Raises `StepError` if a step has no solution, with the run up to there, and `Interrupted` where Ctrl-C ends it.
         """

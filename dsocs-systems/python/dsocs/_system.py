@@ -37,6 +37,24 @@ class System(Declared):
     (`const n = 3;`). `samples` gives tables in place of the files that a text names, `samples("wind.csv")`: by the name of the parameter or of the
     file, each a pair of arrays, places and values.
 
+    The language, each statement ended by `;`:
+
+    | statement | what it says |
+    |---|---|
+    | `parameters { length = 1.0, masses: [3] = [0.1; 3] }` | numbers that a run may set |
+    | `coordinates(x, theta)` | the coordinates in their order; `x: [3]` is an array, `r: rotation` the attitude of a body |
+    | `lagrangian = …` | `L = T − V` |
+    | `holonomic = …`, `nonholonomic = …`, `kinematic = …` | rows that are zero, `[one, other]` some: constraints on positions, velocities, accelerations |
+    | `variational = [(…)]` | vectors that span the virtual displacements; or `constraint_forces = [(…)]`, one-forms that span the forces |
+    | `external_forces = (…)` | a component for each coordinate |
+    | `branch = divide(factor)` | a factor that is divided out of a kinematic constraint |
+    | `let name = …`, `observe = [name]` | names for expressions, and those that are reported |
+    | `run { start = ([1.0], [0.0]); step = 0.01; until = 20.0; }` | what is run where a call does not say otherwise |
+
+    In expressions: `+ - * /`, `dot(x)`, `ddot(x)`, the time `t`, `x.powi(2)`, `x.powf(1.5)`, `x.sin()`, `x.sqrt()` and the like, `if x < 0 { a } else { b }`,
+    `sum(0..3, |i| x[i].powi(2))`. `///` before a quantity says what it is, with its unit in brackets at the end. The book has all of it: the chapters `text_files.md` and
+    `declaration.md` in the folder `dsocs-systems/src/guide` of the source, and `python.md` for this package.
+
     A system never changes. It can be pickled and copied, by its text.
     """
 
@@ -222,8 +240,8 @@ class System(Declared):
         ```
 
         `q`, `v`: the state, a number for each coordinate, or a dict by name. With `q` alone, it is at rest; without both, the text's start.
-        `h`: None is the continuous motion, a number the paper's step of that length [s], under inputs that do not change. What `Run.until` holds from `control` comes later, by a step and a
-        half (the guide's section 3).
+        `h`: None is the continuous motion, a number the paper's step of that length [s], under inputs that do not change. What `Run.until` holds from `control` acts a step later (the guide's
+        section 3).
         `inputs`: parameters, by name; without it, all of them.
         `outputs`: coordinates (`"theta"`), `"v_theta"`, `"a_theta"`, `"force_theta"`, `"energy"`, observed expressions; without it, all coordinates and
         velocities.

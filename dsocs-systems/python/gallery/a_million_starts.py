@@ -82,6 +82,6 @@ for k in moving[[len(moving) // 5, len(moving) // 2]]:
     single = pendulum.flow(h=0.1, q=q[k], v=v[k]).until(400.0)
     assert abs(single["lyapunov"][-1] - left[k]) < 1e-6 * left[k]
 figure, axes = plt.subplots(figsize=(6, 4))
-shown = axes.pcolormesh(theta, wheel, np.log10(left.reshape(side, side)), shading="nearest")
+shown = axes.pcolormesh(theta, wheel, np.log10(np.maximum(left, 1e-30).reshape(side, side)), shading="nearest")
 figure.colorbar(shown, label="log₁₀ of V after 400 s [J]")
 axes.set(xlabel="θ at the start [rad]", ylabel="velocity of the wheel at the start [rad/s]");

@@ -200,3 +200,41 @@ def test_the_command_line_has_the_same_bits(program: Path, tmp_path: Path, text:
     for one, other in zip(told["equilibria"], found):
         np.testing.assert_array_equal(one["q"], other.q)
         np.testing.assert_array_equal([complex(*pair) for pair in one["eigenvalues"]], other.eigenvalues)
+
+
+def test_what_a_controller_asks_for_comes_a_step_later() -> None:
+    system = dsocs.System(
+        "parameters { u = 0.0, k = 3.0, c = 0.4 } coordinates(x, y);"
+        "lagrangian = (dot(x).powi(2) + 2 * dot(y).powi(2)) / 2 - k * (x - y).powi(2) / 2 - x.powi(2) / 2; external_forces = (u - c * dot(x), 0);"
+    )
+    model = system.linearize(q=[0, 0], inputs="u", h=0.1)
+    asked = np.random.default_rng(0).normal(size=31)
+    run = system.flow(h=0.1, q=[0.3, -0.1], v=[0.2, 0.1]).until(3.0, control=lambda node: {"u": asked[node.index]})
+    z = np.hstack([run.q, run.v])
+    # the guide's section 3: z[k+1] = A z[k] + B0 u[k-2] + B1 u[k-1], and nothing of u[k]
+    rest = np.array([z[k + 1] - model.A @ z[k] for k in range(2, 30)])
+    before = np.array([asked[k - 2 : k + 1] for k in range(2, 30)])
+    by, *_ = np.linalg.lstsq(before, rest, rcond=None)
+    np.testing.assert_allclose(before @ by, rest, atol=1e-14)
+    np.testing.assert_allclose(by[0] + by[1], model.B[:, 0], atol=1e-14)
+    np.testing.assert_allclose(by[2], 0.0, atol=1e-14)
+    assert 0 < by[0][2] < 0.02 * by[1][2]
+
+
+def test_a_gain_is_designed_with_the_input_that_is_held() -> None:
+    linalg = pytest.importorskip("scipy.linalg")
+    cart = dsocs.System(CART, name="cart")
+    model = cart.linearize(q=[0.0, 0.0], inputs="force", h=0.1)
+    n = len(model.states)
+    A = np.block([[model.A, model.B], [np.zeros((1, n + 1))]])
+    B = np.vstack([np.zeros((n, 1)), np.eye(1)])
+    P = linalg.solve_discrete_are(A, B, np.diag([1.0, 10.0, 1.0, 1.0, 0.01]), np.eye(1))
+    K = np.linalg.solve(np.eye(1) + B.T @ P @ B, B.T @ P @ A)
+    held = [0.0]
+
+    def control(node: dsocs.Node) -> dict[str, float]:
+        held[0] = -(K @ np.append(model.state(node), held[0])).item()
+        return {"force": held[0]}
+
+    run = cart.flow(h=0.1, q=[0.0, 0.05], v=[0.0, 0.0]).until(20.0, control=control)
+    assert abs(run["theta"][-1]) < 1e-3

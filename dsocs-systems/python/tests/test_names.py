@@ -78,3 +78,14 @@ def test_arrays_are_set_by_their_name() -> None:
     assert one.q[-1, 1] > one.q[-1, 0] > 0
     with pytest.raises(dsocs.SetupError, match="push has the shape"):
         one.set(push=[1.0])
+
+
+def test_inputs_are_columns() -> None:
+    system = dsocs.System("parameters { u = 0.0, k = 1.0 } coordinates(x); lagrangian = dot(x).powi(2) / 2 - k * x.powi(2) / 2; external_forces = u;")
+    run = system.flow(h=0.01, q=[1.0], v=[0.0]).until(1.0, control=lambda node: {"u": -node["v_x"]})
+    np.testing.assert_array_equal(run["u"][:-1], -run["v_x"][:-1])
+    np.testing.assert_array_equal(run["k"], np.ones(101))
+    some = system.flow(h=0.01, every=10, q=[1.0], v=[0.0]).until(0.5).set(u=2.0).until(1.0)
+    np.testing.assert_array_equal(some["u"], [0.0] * 5 + [2.0] * 6)
+    with pytest.raises(KeyError, match="there is no column `w`"):
+        run["w"]
