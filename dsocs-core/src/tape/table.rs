@@ -56,3 +56,23 @@ pub(super) fn polynomial<T: Scalar>(x: T, samples: &Samples) -> [T; 5] {
 pub(super) fn piece(x: f64, samples: &Samples) -> [f64; 5] {
     samples.polynomial(samples.places().partition_point(|&place| place <= x))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::number::tangent::Tangent;
+
+    /// Beside a sample differences would see the next piece.
+    #[test]
+    fn a_table_is_differentiated_on_its_own_piece() {
+        let samples = Samples::linear([(0.0, 0.0), (1.0, 2.0), (2.0, -1.0)]).unwrap();
+        let table = TapeCall::Samples {
+            samples: Arc::new(samples),
+            derivative: 0,
+        };
+        for (x, slope) in [(0.999, 2.0), (1.0, -3.0), (1.001, -3.0)] {
+            let found = table.value(Some(Tangent::new(x, 1.0))).derivative();
+            assert!((found - slope).abs() < 1e-14, "{x}: {found}");
+        }
+    }
+}
