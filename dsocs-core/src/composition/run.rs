@@ -18,7 +18,7 @@ use crate::kernel::course::past_is_short;
 use crate::kernel::report::{Guess, NodeMut, StepReport};
 use crate::number::composition::Composition;
 use crate::number::point::{AnyPoint, OwnedLeg, copy};
-use crate::regularity::Regularity;
+use crate::regularity::{Regularity, resting};
 use crate::run::{AnyNode, NearlySingular, Run, RunError, Unresolved};
 use crate::solve::Vector;
 use crate::solve::failure::{NewtonFailure, StepFailure};
@@ -83,6 +83,16 @@ impl State {
         }
     }
 
+    /// The same at a time.
+    fn point(&self, t: f64) -> AnyPoint<'_, f64> {
+        AnyPoint {
+            t,
+            q: &self.q.hi,
+            v: &self.v.hi,
+            a: &self.a,
+        }
+    }
+
     /// The velocity after a kick by the acceleration.
     fn kicked(&self, h: f64) -> Vector {
         self.v.hi.zip(&self.a, |v, a| v + h * a)
@@ -141,6 +151,11 @@ impl<'s> Composed<'s> {
             };
             joined = None;
         }
+        let may_rest = kernel.shape().jumps && declaration.sides() > 0;
+        let force = may_rest
+            .then(|| resting::force(&declaration, now.point(t0)))
+            .flatten()
+            .map(|force| (0, Vector::of(&force)));
         let mut run = Self {
             kernel,
             values,
@@ -158,11 +173,11 @@ impl<'s> Composed<'s> {
             },
             nearly_singular: None,
             joined,
-            may_rest: kernel.shape().jumps && Declaration::of(kernel).sides() > 0,
+            may_rest,
             resting: Vec::new(),
             unresolved: None,
             watch: None,
-            force: None,
+            force,
         };
         run.prepare();
         Ok(run)
@@ -646,12 +661,7 @@ impl Run for Composed<'_> {
         let State { q, v, a } = &self.course.now;
         let t = self.course.clock.time();
         let declaration = self.declaration();
-        let point = AnyPoint {
-            t,
-            q: &q.hi,
-            v: &v.hi,
-            a,
-        };
+        let point = self.course.now.point(t);
         let mut force = Vector::nan(a.len());
         match &self.force {
             Some((index, sided)) if *index == self.course.clock.index() => force.clone_from(sided),

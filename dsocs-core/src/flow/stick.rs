@@ -435,14 +435,9 @@ impl Discrete<'_> {
         let shape = self.shape();
         if shape.jumps
             && declaration.sides() > 0
-            && let Some(found) = resting::of_motion(
-                &declaration,
-                (point.t, point.q, point.v),
-                shape.multipliers(),
-                None,
-            )
+            && let Some(sided) = resting::force(&declaration, point)
         {
-            copy(force, &declaration.sided_continuous_force(point, &found.sides));
+            copy(force, &sided);
             return;
         }
         if shape.is_of_third_order()

@@ -226,6 +226,14 @@ fn shortest(own: Matrix, mut right: Vec<f64>) -> Option<Vec<f64>> {
     )
 }
 
+/// The constraint force at a point of a motion where something rests; `None` elsewhere.
+#[cold]
+pub(crate) fn force(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Vec<f64>> {
+    let multipliers = declaration.shape().multipliers();
+    let found = of_motion(declaration, (point.t, point.q, point.v), multipliers, None)?;
+    Some(declaration.sided_continuous_force(point, &found.sides))
+}
+
 /// The acceleration, the multipliers and the sides of the continuous system at a point where an argument is zero to rounding; `None` elsewhere, and
 /// where there is none.
 #[cold]

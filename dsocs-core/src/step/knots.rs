@@ -56,7 +56,8 @@ pub(super) fn clear(declaration: &Declaration<'_>, way: &Way<'_>) -> f64 {
     clears.fold(MOST, f64::min)
 }
 
-/// The places on a way where a table of which a derivative is taken bends most: the force of a potential jumps there, and the velocity of what a constraint leads.
+/// The places on a way where a table of which a derivative is taken bends most: the force of a potential jumps there, the velocity of what a constraint leads, and
+/// the acceleration of what rests on a surface.
 pub(super) fn bends(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<Crossing> {
     let bends = arguments(declaration, way).into_iter().enumerate();
     bends
@@ -107,7 +108,7 @@ fn arguments<'d>(declaration: &Declaration<'d>, way: &Way<'_>) -> Vec<Table<'d>>
     pairs
         .map(|(from, to)| Table {
             samples: from.samples,
-            is_differentiated: from.is_differentiated,
+            is_differentiated: from.is_differentiated || declaration.sides() > 0,
             ends: [from.argument, to.argument],
         })
         .collect()

@@ -706,6 +706,21 @@ impl Integrator {
         Some(SeriesFailure::Dependent { time, row })
     }
 
+    /// When constraints depend on each other in the step of a length that has been tried, and which: on its way, if a direction has turned, or at its end, as far as
+    /// rounding tells.
+    #[inline(always)]
+    fn lost(&self, equations: &dyn SeriesKernel, h: f64, has_turned: bool) -> Option<(f64, DependentRow)> {
+        if has_turned {
+            return self.dependence(equations, h);
+        }
+        if !self.projection.as_ref().is_some_and(Projection::is_lost) {
+            return None;
+        }
+        let time = self.t.hi[0] + h;
+        let place = Place::of_phase(time, Vector::of(self.tried.q()), Vector::of(self.tried.v()));
+        singular::dependent_at(&equations.declaration(), &place).map(|row| (time, row))
+    }
+
     /// When constraints depend on each other on the way of the step of a length, and which.
     #[cold]
     fn dependence(&self, equations: &dyn SeriesKernel, h: f64) -> Option<(f64, DependentRow)> {
@@ -794,9 +809,8 @@ impl Integrator {
                     }
                     None => h,
                 };
-                if self.projection.as_mut().is_some_and(Projection::has_turned)
-                    && let Some((time, row)) = self.dependence(equations, h)
-                {
+                let has_turned = self.projection.as_mut().is_some_and(Projection::has_turned);
+                if let Some((time, row)) = self.lost(equations, h, has_turned) {
                     core::mem::swap(&mut self.series, &mut self.next);
                     return Outcome::Dependent(time, row);
                 }

@@ -21,6 +21,10 @@ const OTHERS: [[f64; 2]; 2] = [[-1.7, 0.9], [0.6, -2.3]];
 /// A row whose part that is independent of the others is below this part of itself follows from them.
 const DEPENDENT: f64 = 1e-8;
 
+/// A row is lost whose independent part is below this part of what it was: the motion is so near to a place where constraints depend on each other that
+/// rounding decides how it goes on.
+const LOST: f64 = 1e-7;
+
 /// The constraints of a motion, with room for what is computed of them.
 #[derive(Clone, Debug)]
 pub(super) struct Projection {
@@ -55,6 +59,9 @@ struct Shortest {
     raised: Vec<f64>,
     /// Directions of correction, orthonormal by the mass matrix, each followed by the same as a form.
     directions: Vec<f64>,
+    /// The largest square of the independent part of each row so far, and whether one has lost nearly all of it.
+    largest: Vec<f64>,
+    lost: bool,
 }
 
 impl Projection {
@@ -94,6 +101,8 @@ impl Projection {
                 direction: zero.clone(),
                 raised: zero,
                 directions: Vec::with_capacity(2 * n * lower),
+                largest: vec![0.0; lower],
+                lost: false,
             },
             corrected: (v.to_vec(), 0.0),
             shifted: (q.to_vec(), 0.0),
@@ -111,6 +120,7 @@ impl Projection {
 
     /// Brings a position and a velocity at a time back; corrections of rotations are increments in the frames of their bodies. Nothing is allocated.
     pub fn apply(&mut self, equations: &dyn SeriesKernel, t: f64, state: &mut State) {
+        self.shortest.lost = false;
         let rotations = &equations.kernel().shape().rotations;
         if self.counts[0] > 0 {
             self.shifted.0.copy_from_slice(state.q());
@@ -155,6 +165,11 @@ impl Projection {
         turned
     }
 
+    /// Whether a row has hardly any independent part left where the last step has arrived.
+    pub fn is_lost(&self) -> bool {
+        self.shortest.lost
+    }
+
     /// The last velocity as it was before its correction, if that was by more than a part of its size or of another one: a motion may turn
     /// round where it is corrected.
     pub fn moved(&self, part: f64, other: f64) -> Option<&[f64]> {
@@ -186,21 +201,32 @@ impl Projection {
             direction,
             raised: room,
             directions,
+            largest,
+            lost,
         } = shortest;
+        let mut keep = |k: usize, square: f64| {
+            if let Some(largest) = largest.get_mut(k) {
+                *largest = largest.max(square);
+                *lost |= square <= LOST * LOST * *largest;
+            }
+        };
         let (values, slopes) = rows.split_at(count);
         by.fill(0.0);
         directions.clear();
-        for (value, slope) in values.iter().zip(slopes.chunks_exact(n.max(1))) {
+        for (k, (value, slope)) in values.iter().zip(slopes.chunks_exact(n.max(1))).enumerate() {
             form.copy_from_slice(slope);
             if let [value] = values {
                 // one row alone has nothing to be made orthogonal to
                 raise(inverse, form, direction);
                 let square = product(form, direction);
                 if square > 0.0 {
-                    let left = value / square;
+                    keep(k, square);
+                    let (left, length) = (value / square, square.sqrt());
                     for (by, x) in by.iter_mut().zip(&*direction) {
                         *by = -left * x;
                     }
+                    directions.extend(direction.iter().map(|x| x / length));
+                    directions.extend(form.iter().map(|x| x / length));
                 }
                 break;
             }
@@ -219,6 +245,7 @@ impl Projection {
             if square.is_nan() || square <= DEPENDENT * DEPENDENT * whole {
                 continue;
             }
+            keep(k, square);
             left /= square;
             let length = square.sqrt();
             for (by, direction) in by.iter_mut().zip(&*direction) {

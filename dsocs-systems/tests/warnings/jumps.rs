@@ -108,6 +108,19 @@ fn a_start_beside_a_singularity_is_told() {
     }
 }
 
+/// A crank and a connecting rod of the same length: where the slider meets the crank's axis, one row says nothing.
+#[test]
+fn a_change_point_of_one_row_ends_a_motion_to_every_tolerance() {
+    let text = "parameters { r = 1.0, l = 1.0 } coordinates(a, s); lagrangian = dot(a).powi(2) / 2 + 0.5 * dot(s).powi(2) / 2; \
+        holonomic = (s - r * a.cos()).powi(2) + (r * a.sin()).powi(2) - l.powi(2); \
+        run { start = ([0.5, 1.7551651237807455], [1.0, -0.958851077208406]); step = 0.01; until = 4.0; }";
+    for digits in 4..=14 {
+        let (succeeds, [_, words]) = attempt(text, "run", &["--tolerance", &format!("1e-{digits}")]);
+        let told = "the rank of the constraints is lost at t = 1.3633";
+        assert!(!succeeds && words.contains(told), "{digits}: {words}");
+    }
+}
+
 #[test]
 fn a_change_point_is_told_and_no_factor_is_named_where_there_is_none() {
     let text = "parameters { l = 1.0 } coordinates(x, y, s); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + 0.3 * dot(s).powi(2); \

@@ -80,3 +80,76 @@ fn close_samples_on_a_smooth_curve_are_no_reason_for_a_warning() {
         }
     }
 }
+
+/// A belt whose speed is sampled carries a block that rests on it; where it slows down too fast, it lets it go.
+#[test]
+fn what_rests_on_a_sampled_belt_has_its_velocity() {
+    let table = |name: &str, lines: &[(f64, f64)]| {
+        let lines = lines.iter().map(|(t, speed)| format!("{t},{speed}\n"));
+        vec![(name.to_owned(), lines.collect::<String>())]
+    };
+    let text = |curve: &str, dry: f64, start: f64| {
+        format!(
+            "parameters {{ s = samples(\"belt.csv\", {curve}) }} coordinates(x); lagrangian = dot(x).powi(2) / 2; \
+             external_forces = -{dry} * (dot(x) - s.at(t)).signum(); observe = [s.at(t)]; \
+             run {{ start = ([0.0], [{start}]); step = 0.01; until = 3.5; }}"
+        )
+    };
+    let attempt = |files: &[(String, String)], text: &str, arguments: &[&str]| {
+        let files: Vec<(&str, String)> = files.iter().map(|(name, all)| (&**name, all.clone())).collect();
+        let (succeeds, [table, words]) = attempt_with(&files, text, "run", arguments);
+        assert!(succeeds, "{text} {arguments:?}: {words}");
+        let rows = table
+            .lines()
+            .skip(1)
+            .map(|line| line.split(',').map(|x| x.parse().unwrap()).collect());
+        (rows.collect::<Vec<Vec<f64>>>(), words)
+    };
+    let belt: Vec<(f64, f64)> = (0..9)
+        .map(|k| (0.5 * f64::from(k), 0.4 + 0.05 * (0.25 * f64::from(k)).sin()))
+        .collect();
+    let files = table("belt.csv", &belt);
+    for curve in ["cubic", "monotone", "linear"] {
+        for tolerance in ["1e-6", "1e-10", "1e-12"] {
+            let (rows, words) = attempt(&files, &text(curve, 3.0, 0.4), &["--tolerance", tolerance]);
+            assert_eq!(words, "", "{curve} {tolerance}");
+            for row in rows {
+                let [_, _, v, force, _, speed] = row[..] else {
+                    panic!("{row:?}")
+                };
+                assert!(
+                    (v - speed).abs() < 1e-8 && force.abs() < 1e-6,
+                    "{curve} {tolerance}: {row:?}"
+                );
+            }
+        }
+    }
+    // let go by a corner: told by steps of a fixed length, since it costs them their order
+    let files = table("belt.csv", &[(0.0, 0.6), (2.0, 0.6), (3.0, -0.4), (6.0, -0.4)]);
+    let text = text("linear", 0.75, 0.6);
+    for arguments in [&["--step", "0.01"][..], &["--step", "0.01", "--order", "4"]] {
+        let (_, words) = attempt(&files, &text, arguments);
+        assert!(words.contains("jumps"), "{arguments:?}: {words}");
+    }
+    let (rows, words) = attempt(&files, &text, &["--tolerance", "1e-10", "--until", "3"]);
+    let end = rows.last().unwrap();
+    assert!(
+        words.is_empty() && (end[1] - 1.425).abs() < 1e-9,
+        "{words}{end:?}"
+    );
+}
+
+/// Every method has no constraint force where there is no constraint.
+#[test]
+fn the_first_row_of_what_rests_has_no_constraint_force() {
+    let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = -3.0 * (dot(x) - 0.4).signum(); \
+        run { start = ([0.0], [0.4]); step = 0.01; until = 0.1; }";
+    for arguments in [&[][..], &["--order", "4"], &["--tolerance", "1e-9"]] {
+        let (succeeds, [table, words]) = attempt_with(&[], text, "run", arguments);
+        assert!(succeeds, "{words}");
+        for line in table.lines().skip(1) {
+            let force: f64 = line.split(',').nth(3).unwrap().parse().unwrap();
+            assert!(force.abs() < 1e-12, "{arguments:?}: {line}");
+        }
+    }
+}
