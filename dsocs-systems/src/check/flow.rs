@@ -50,6 +50,10 @@ pub fn regularity(subject: &Subject<'_>, report: &mut Report) {
         Bar::AtMost(0.0),
         count(|theorem| !theorem.regularity.grants_backward()),
     );
+    if theorems.is_empty() {
+        report.note("no triple is left to be looked at: in every step something rests or jumps");
+        return;
+    }
     report.push(
         "smallest singular value of D₃",
         Bar::Reported,

@@ -191,3 +191,13 @@ fn an_energy_that_jumps_without_a_force_is_open() {
         );
     }
 }
+
+/// Where something rests in all of the window there is no triple to be looked at, and nothing has failed.
+#[test]
+fn a_motion_that_rests_all_the_time_passes() {
+    let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = -3.0 * (dot(x) - 0.4).signum(); \
+        run { start = ([0.0], [0.4]); step = 0.01; until = 2.0; }";
+    let (succeeds, [table, words]) = attempt(text, "check", &[]);
+    assert!(succeeds && !table.contains("FAILED"), "{table}{words}");
+    assert!((table + &words).contains("no triple is left"), "{words}");
+}
