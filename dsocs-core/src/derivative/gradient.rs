@@ -243,6 +243,7 @@ impl Adjoint {
 }
 
 /// Carries the derivatives of the cost from the end to the start. Nodes before `from` have no cost.
+#[expect(clippy::too_many_lines, reason = "one pass over the steps")]
 fn backward(
     recording: &Recording<'_>,
     cost: &mut Cost<'_>,
@@ -353,10 +354,10 @@ fn backward(
                 }
                 let old: Vec<f64> = of_both[1][2 * n..].iter().map(|lanes| lanes.0[0]).collect();
                 changed.slopes.back(e, [q, d], |side, place, slope| {
-                    parameters[stretch - 1 + side][place] += slope
+                    parameters[stretch - 1 + side][place] += slope;
                 });
                 changed.of_arriving.back(&old, [q, d], |_, place, slope| {
-                    parameters[stretch - 1][place] += slope
+                    parameters[stretch - 1][place] += slope;
                 });
             } else {
                 let linearized = motion.equations.linearize(&steps, &mut rooms, &mut block);

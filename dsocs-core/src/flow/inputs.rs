@@ -101,7 +101,7 @@ impl Discrete<'_> {
                 h,
                 leg,
             );
-            let velocity = Vector::of(&change.sides[1].point(h, leg, &e_old[..]).any().v);
+            let velocity = Vector::of(change.sides[1].point(h, leg, &e_old[..]).any().v);
             change
                 .solve([&e_old, &e])
                 .map(|(e, force)| (z, report, Vector::of(&e), velocity, Vector::of(&force)))

@@ -363,7 +363,7 @@ impl Discrete<'_> {
             let old = Declaration::of(self.kernel).with(before);
             let arriving = self.contact(old, contacts).solve(guess, &none);
             let e = arriving.as_ref().map_or(&solution.e, |arriving| &arriving.e);
-            let velocity = Vector::of(&self.declaration().point(contact.h, contact.leg, &e[..]).any().v);
+            let velocity = Vector::of(self.declaration().point(contact.h, contact.leg, &e[..]).any().v);
             (solution, velocity, force)
         };
         let report = StepReport {

@@ -56,6 +56,9 @@ const JUMPS_NEAR: f64 = 0.5;
 /// A time that is never reached. Terms of a series stay finite there, so that changes of sign are found on the way.
 const FAR: f64 = 1e100;
 
+/// A step that would lead past a place where constraints depend on each other goes half the way there, unless that is less than this part of it.
+const PAST: f64 = 0.01;
+
 /// Where velocities have weights, they are looked at again if one becomes so many times the largest.
 const GROWS: f64 = 2.0;
 
@@ -811,6 +814,13 @@ impl Integrator {
                 };
                 let has_turned = self.projection.as_mut().is_some_and(Projection::has_turned);
                 if let Some((time, row)) = self.lost(equations, h, has_turned) {
+                    let ahead = (time - self.t.hi[0]).abs();
+                    if ahead > PAST * size && ahead < size {
+                        // the motion is good up to there
+                        self.rejected += 1;
+                        trial = Trial::of(0.5 * ahead, trial.is_rough);
+                        continue;
+                    }
                     core::mem::swap(&mut self.series, &mut self.next);
                     return Outcome::Dependent(time, row);
                 }

@@ -91,7 +91,7 @@ fn what_rests_on_a_sampled_belt_has_its_velocity() {
     let text = |curve: &str, dry: f64, start: f64| {
         format!(
             "parameters {{ s = samples(\"belt.csv\", {curve}) }} coordinates(x); lagrangian = dot(x).powi(2) / 2; \
-             external_forces = -{dry} * (dot(x) - s.at(t)).signum(); observe = [s.at(t)]; \
+             external_forces = -{dry} * (dot(x) - s.at(t)).signum(); let speed = s.at(t); observe = [speed]; \
              run {{ start = ([0.0], [{start}]); step = 0.01; until = 3.5; }}"
         )
     };
@@ -110,17 +110,15 @@ fn what_rests_on_a_sampled_belt_has_its_velocity() {
         .collect();
     let files = table("belt.csv", &belt);
     for curve in ["cubic", "monotone", "linear"] {
-        for tolerance in ["1e-6", "1e-10", "1e-12"] {
+        for (tolerance, bound) in [("1e-6", 1e-6_f64), ("1e-10", 1e-10), ("1e-12", 1e-11)] {
             let (rows, words) = attempt(&files, &text(curve, 3.0, 0.4), &["--tolerance", tolerance]);
             assert_eq!(words, "", "{curve} {tolerance}");
             for row in rows {
                 let [_, _, v, force, _, speed] = row[..] else {
                     panic!("{row:?}")
                 };
-                assert!(
-                    (v - speed).abs() < 1e-8 && force.abs() < 1e-6,
-                    "{curve} {tolerance}: {row:?}"
-                );
+                let holds = (v - speed).abs() < bound && force.abs() < 100.0 * bound;
+                assert!(holds, "{curve} {tolerance}: {row:?}");
             }
         }
     }

@@ -12,8 +12,8 @@ mod parts;
 pub use fit::Order;
 pub(crate) use maps::statement_of;
 pub use maps::{MAPS, Map, Variant};
+pub(super) use parts::{CHANGES, contacts, expansions};
 pub use parts::{Part, PartOrder};
-pub(super) use parts::{contacts, expansions};
 
 use dsocs_core::{Shape, System};
 

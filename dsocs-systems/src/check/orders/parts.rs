@@ -23,6 +23,9 @@ const SHORT: f64 = 1.0 / 32.0;
 /// The reach of an expansion is halved so often, where a function changes its piece within.
 const SHORTENED: u32 = 12;
 
+/// Why nothing is looked at where a motion rests at the corner of a function.
+pub const CHANGES: &str = "a function changes its piece at every state that was looked at";
+
 /// At so many places of each half of the reach the pieces are looked at.
 const LOOKS: u32 = 8;
 
@@ -168,7 +171,7 @@ pub fn expansions(subject: &Subject<'_>, states: &[State]) -> Measured<Vec<Expan
     match (found.is_empty(), failure) {
         (false, _) => Ok(found),
         (true, Some(error)) => Err(error),
-        (true, None) => Err("a function changes its piece at every state that was looked at".into()),
+        (true, None) => Err(CHANGES.into()),
     }
 }
 
