@@ -114,10 +114,13 @@ fn what_rests_on_a_sampled_belt_has_its_velocity() {
             let (rows, words) = attempt(&files, &text(curve, 3.0, 0.4), &["--tolerance", tolerance]);
             assert_eq!(words, "", "{curve} {tolerance}");
             for row in rows {
-                let [_, _, v, force, _, speed] = row[..] else {
+                let [t, _, v, force, _, speed] = row[..] else {
                     panic!("{row:?}")
                 };
-                let holds = (v - speed).abs() < bound && force.abs() < 100.0 * bound;
+                // at a sample the acceleration is that of either side
+                let is_between = ((2.0 * t).round() - 2.0 * t).abs() > 1e-9;
+                let is_free = force.abs() < f64::max(1e-6, 100.0 * bound);
+                let holds = (v - speed).abs() < bound && (is_free || !is_between);
                 assert!(holds, "{curve} {tolerance}: {row:?}");
             }
         }
