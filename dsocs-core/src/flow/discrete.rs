@@ -367,6 +367,15 @@ impl<'s> Discrete<'s> {
         );
         (scalars.index, scalars.t) = (clock.index(), clock.time());
         (scalars.iterations, scalars.stop) = (report.iterations, report.stop);
+        if self.contacts.is_some() || self.changed.is_some() {
+            self.tell_others(NodeMut { vectors, scalars });
+        }
+    }
+
+    /// Writes what is another at a node where the step's equations were others.
+    #[cold]
+    fn tell_others(&self, node: NodeMut<'_>) {
+        let NodeMut { vectors, scalars } = node;
         if self.contacts.is_some() {
             let (_, force) = vectors.split_at_mut(vectors.len() / 4 * 3);
             self.tell_sides(force);
@@ -379,7 +388,6 @@ impl<'s> Discrete<'s> {
     }
 
     /// Writes the velocity, the constraint force and the energy of a node where inputs changed.
-    #[cold]
     fn tell_changed(&self, changed: &Changed, mut node: NodeMut<'_>) {
         let t = node.scalars.t;
         let [q, v, _, force] = node.split();

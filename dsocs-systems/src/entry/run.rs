@@ -158,8 +158,13 @@ fn hand_on(
     let mut failed = None;
     let mut take = |run: &dyn Run| {
         node.take(run);
-        // with the values of inputs with which the motion arrives
-        let (declaration, node) = (run.declaration_at_node(), node.any());
+        let node = node.any();
+        let declaration = if is_driven {
+            // with the values of inputs with which the motion arrives
+            run.declaration_at_node()
+        } else {
+            run.declaration()
+        };
         let regularity = || run.regularity().or(Some(Regularity::UNKNOWN));
         let mut row = Row {
             regularity: (plan.certify && !is_driven).then(regularity).flatten(),
