@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tempfile
 
 import pytest
 
@@ -49,7 +50,10 @@ CALLS = {
 
 
 def in_a_process(program: str) -> str:
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=180, check=False)
+    # elsewhere, so that it imports the package that is installed
+    folder = tempfile.gettempdir()
+    python = [sys.executable, "-c", program]
+    done = subprocess.run(python, cwd=folder, capture_output=True, text=True, timeout=180, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
