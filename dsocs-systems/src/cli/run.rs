@@ -135,17 +135,14 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
     let (mut lost, mut errors, mut energy) = (Lost::default(), Errors::default(), Energy::default());
-    let (mut turns, mut unresolved, mut nearly_singular) = (Turns::default(), None, None);
+    let (mut turns, mut unresolved, mut nearly_singular) = (Turns::of(entry.description()), None, None);
     let [mut may_divide, mut third] = [false; 2];
     let interrupted = interrupt::watch();
-    let rotates = !entry.description().rotations.is_empty();
     let result = entry.run(&plan, &beginning, &mut |row| {
         lost.look(row);
         errors.look(row);
         energy.look(row);
-        if rotates {
-            turns.look(row);
-        }
+        turns.look(row);
         (unresolved, nearly_singular) = (row.unresolved, row.nearly_singular);
         let shape = row.declaration.shape();
         (may_divide, third) = (shape.may_divide(), shape.is_of_third_order());

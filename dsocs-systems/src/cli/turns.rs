@@ -1,6 +1,6 @@
 //! How far bodies turn in the steps of a run.
 
-use crate::entry::{Method, Row};
+use crate::entry::{Description, Method, Row};
 
 /// A step by which a body turns so far, in rad, is rough: its error is no longer that of the order.
 const ROUGH: f64 = 1.5;
@@ -11,6 +11,8 @@ const GOOD: f64 = 0.5;
 /// The fastest turn of a run.
 #[derive(Default)]
 pub struct Turns {
+    /// Whether anything turns.
+    rotates: bool,
     /// How fast, in rad/s.
     rate: f64,
     /// When.
@@ -20,13 +22,29 @@ pub struct Turns {
 }
 
 impl Turns {
+    /// For a system.
+    pub fn of(description: &Description) -> Self {
+        Self {
+            rotates: !description.rotations.is_empty(),
+            ..Self::default()
+        }
+    }
+
     /// Looks at a node.
+    #[inline]
     pub fn look(&mut self, row: &Row<'_>) {
+        if self.rotates {
+            self.look_at_rotations(row);
+        }
+    }
+
+    fn look_at_rotations(&mut self, row: &Row<'_>) {
         for &first in row.declaration.shape().rotations.iter() {
             let of_body = row.node.v.get(first + 1..first + 4).unwrap_or(&[]);
             let rate = of_body.iter().map(|w| w * w).sum::<f64>().sqrt();
             if rate > self.rate {
                 *self = Self {
+                    rotates: true,
                     rate,
                     time: row.node.t,
                     rotation: first,
