@@ -88,6 +88,7 @@ mod tests {
     #[test]
     fn steps_that_turn_far_are_told_with_a_shorter_one() {
         let turns = Turns {
+            rotates: true,
             rate: 20.0,
             time: 0.5,
             rotation: 1,
