@@ -362,7 +362,10 @@ fn forward(
                 for ((state, variable), (moved, arriving)) in states.iter_mut().zip(variables).zip(both) {
                     let rate = |side: usize, place: usize| variable.rate(stretch - 1 + side, place);
                     let e = changed.slopes.change(&state.q, &state.d, rate);
-                    let old = changed.of_arriving.change(&state.q, &state.d, rate);
+                    // with the old values on both sides
+                    let old = changed
+                        .of_arriving
+                        .change(&state.q, &state.d, |_, place| rate(0, place));
                     for (moved, e) in [(moved, &e), (arriving, &old)] {
                         let own = state.q.iter().chain(&state.d).chain(e);
                         for (moved, own) in moved.iter_mut().zip(own) {

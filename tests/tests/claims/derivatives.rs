@@ -477,6 +477,63 @@ fn by_inputs_leg_by_leg() {
     }
 }
 
+/// The velocities of all nodes of a plan, and their derivatives by the value of a leg.
+fn velocities(system: &Pushed, values: &[[f64; 1]], leg: usize) -> (Vec<f64>, Vec<f64>) {
+    let start = Start::second_order([0.5], [0.3]);
+    let path = Path::plan(system, 0.1, start, ["push"], values).unwrap();
+    let (mut all, mut slopes) = (Vec::new(), Vec::new());
+    let variable = Variable::Input { name: "push", leg };
+    path.tangents_along(&[variable], &mut |_, point, tangents| {
+        all.push(point.v[0]);
+        slopes.push(tangents[0].v[0]);
+    })
+    .unwrap();
+    (all, slopes)
+}
+
+/// The velocity of a node at which an input changes is that with which the motion arrives: the new value does not move it.
+#[test]
+fn velocities_at_changes_do_not_see_the_new_value() {
+    let system = Pushed {
+        mass: 1.3,
+        stiffness: 2.0,
+        friction: 0.2,
+        push: 7.0,
+    };
+    let values: Vec<[f64; 1]> = (0..6).map(|k| [0.3 - 0.1 * f64::from(k)]).collect();
+    let start = Start::second_order([0.5], [0.3]);
+    let path = Path::plan(&system, 0.1, start, ["push"], &values).unwrap();
+    for leg in 0..values.len() {
+        let (all, slopes) = velocities(&system, &values, leg);
+        let moved = |by: f64| {
+            let mut moved = values.clone();
+            moved[leg][0] += by;
+            velocities(&system, &moved, leg).0
+        };
+        let [less, more] = [moved(-1e-4), moved(1e-4)];
+        for node in 0..all.len() {
+            let expected = (more[node] - less[node]) / 2e-4;
+            assert!(
+                (slopes[node] - expected).abs() < 1e-8,
+                "leg {leg}, node {node}: {} {expected}",
+                slopes[node]
+            );
+            // legs from this node on come later
+            assert!(node > leg || slopes[node] == 0.0, "leg {leg}, node {node}");
+            let gradient = path
+                .gradient(&mut |index, point| {
+                    if index == node {
+                        point.v[0]
+                    } else {
+                        point.v[0] * 0.0
+                    }
+                })
+                .unwrap();
+            assert!((gradient.inputs[leg][0] - slopes[node]).abs() < 1e-12);
+        }
+    }
+}
+
 #[test]
 fn a_plan_is_the_run_with_the_same_inputs() {
     let pushed = Pushed {
