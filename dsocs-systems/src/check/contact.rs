@@ -4,7 +4,7 @@
 //! power of `h`: the order of contact. Of `L_d` it is that of the force at a node, which does not see total derivatives (the literal
 //! difference of `h L_d` from the action does: [orders](super::orders) measures it, too).
 
-use super::orders::{CHANGES, Order, Part, contacts, expansions};
+use super::orders::{Changes, Order, Part, contacts, expansions};
 use super::{Measured, Report, Subject};
 use crate::stability::Bar;
 
@@ -20,8 +20,8 @@ pub fn contact(subject: &Subject<'_>, report: &mut Report) {
     };
     let found = match measured() {
         Ok(found) => found,
-        Err(error) if error.to_string() == CHANGES => {
-            report.note(CHANGES);
+        Err(error) if error.is::<Changes>() => {
+            report.note(&error.to_string());
             return;
         }
         Err(error) => {

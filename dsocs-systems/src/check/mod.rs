@@ -28,7 +28,7 @@ use dsocs_core::{NearlySingular, System, Unresolved};
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, Typed};
 use crate::stability::{Bar, told};
 
-use probe::{Hard, State};
+use probe::{Hard, Passed, State};
 use subject::{Subject, states_at};
 
 /// So many steps are made unless an end is given.
@@ -260,22 +260,53 @@ pub(crate) fn check_to(
         ("contact", contact::contact),
         ("order", order::order),
     ];
-    let excuse = subject.excuse();
-    let mut findings = Vec::new();
+    let mut found = Found::new(subject.excuse());
     for (check, measure) in checks {
+        found.of(check, |report| measure(&subject, report));
+    }
+    Ok(found.findings)
+}
+
+/// What the checks of a motion find.
+struct Found {
+    findings: Vec<Finding>,
+    /// Why what is said of the motion as a whole is not required.
+    excuse: Option<String>,
+}
+
+impl Found {
+    fn new(excuse: Option<String>) -> Self {
+        Self {
+            findings: Vec::new(),
+            excuse,
+        }
+    }
+
+    /// Makes a check.
+    fn of(&mut self, check: &'static str, measure: impl FnOnce(&mut Report)) {
         let mut report = Report {
             check,
             findings: Vec::new(),
         };
-        measure(&subject, &mut report);
+        measure(&mut report);
         if OF_THE_MOTION.contains(&check) {
             for finding in report.findings.iter_mut().filter(|finding| !finding.ok()) {
-                finding.excuse.clone_from(&excuse);
+                finding.excuse.clone_from(&self.excuse);
             }
         }
-        findings.extend(report.findings);
+        self.findings.extend(report.findings);
     }
-    Ok(findings)
+}
+
+/// How far a motion goes whose checks are fewer, and what they leave out.
+fn reached([from, until, h]: [f64; 3], nodes: &[Passed], left_out: &str, report: &mut Report) {
+    let asked = (until - from).abs();
+    report.push(
+        format!("time that the motion reaches, of {asked} s"),
+        Bar::AtLeast(asked * (1.0 - 1e-9) - h.abs()),
+        Ok(nodes.last().map_or(0.0, |node| (node.t - from).abs())),
+    );
+    report.note(left_out);
 }
 
 /// How far the motion goes.

@@ -5,7 +5,7 @@ use dsocs_core::{AnyPoint, AnyStart, Declaration, Kernel, Tolerance};
 
 use super::probe::{First, Passed, State, certified, less, passed_nodes};
 use super::third::{certificates, push_slope};
-use super::{Expected, Finding, Measured, OF_THE_MOTION, Report, Settings, excuse, larger, probe};
+use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, larger, probe, reached};
 use crate::entry::{CheckFailure, Motions};
 use crate::stability::Bar;
 
@@ -74,43 +74,26 @@ pub fn check_to(
     let (nodes, regularity, hard) = certified(kernel, subject.h, &subject.begins(), subject.until)?;
     let walked = probe::legs(kernel, subject.h, (&subject.start, subject.first), subject.until)?;
     let held = walked.held.iter().filter(|held| **held).count();
-    let excuse = excuse(hard, held, nodes.len().saturating_sub(1));
-    let mut findings = Vec::new();
-    let mut of = |check: &'static str, measure: &dyn Fn(&mut Report)| {
-        let mut report = Report {
-            check,
-            findings: Vec::new(),
-        };
-        measure(&mut report);
-        if OF_THE_MOTION.contains(&check) {
-            for finding in report.findings.iter_mut().filter(|finding| !finding.holds()) {
-                finding.excuse.clone_from(&excuse);
-            }
-        }
-        findings.extend(report.findings);
-    };
-    of("window", &|report| window(&subject, &nodes, report));
-    of("regularity", &|report| {
+    let mut found = Found::new(excuse(hard, held, nodes.len().saturating_sub(1)));
+    found.of("window", |report| window(&subject, &nodes, report));
+    found.of("regularity", |report| {
         certificates(["D₃", "D₁"], &regularity, report);
     });
-    of("rotations", &|report| norms(&subject, &nodes, report));
-    of("power balance", &|report| balance(&subject, report));
-    of("reversibility", &|report| reversibility(&subject, &nodes, report));
-    of("order", &|report| order(&subject, report));
-    Ok(findings)
+    found.of("rotations", |report| norms(&subject, &nodes, report));
+    found.of("power balance", |report| balance(&subject, report));
+    found.of("reversibility", |report| reversibility(&subject, &nodes, report));
+    found.of("order", |report| order(&subject, report));
+    Ok(found.findings)
 }
 
 /// How far the motion goes.
 fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
-    let asked = (subject.until - subject.start.t).abs();
-    let reached = nodes.last().map_or(0.0, |node| (node.t - subject.start.t).abs());
-    report.push(
-        format!("time that the motion reaches, of {asked} s"),
-        Bar::AtLeast(asked * (1.0 - 1e-9) - subject.h.abs()),
-        Ok(reached),
-    );
-    report.note(
-        "beside a rotation what needs forms on pairs of nodes (the identities, the symplectic and the momentum law, contact) is not looked at, so far",
+    let left_out = "beside a rotation what needs forms on pairs of nodes (the identities, the symplectic and the momentum law, contact) is not looked at, so far";
+    reached(
+        [subject.start.t, subject.until, subject.h],
+        nodes,
+        left_out,
+        report,
     );
 }
 

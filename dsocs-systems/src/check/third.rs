@@ -5,7 +5,7 @@ use dsocs_core::{AnyPoint, Declaration, Kernel, OwnedLeg, Regularity};
 
 use super::order::{above, fitted};
 use super::probe::{Passed, State, certified, less, passed_nodes};
-use super::{Expected, Finding, Measured, OF_THE_MOTION, Report, Settings, excuse, larger, smallest};
+use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, larger, reached, smallest};
 use crate::entry::CheckFailure;
 use crate::stability::Bar;
 
@@ -54,44 +54,27 @@ pub fn check_to(
     };
     let (nodes, regularity, hard) =
         certified(system, subject.h, &subject.start.third_order()?, subject.until)?;
-    let excuse = excuse(hard, 0, nodes.len().saturating_sub(1));
-    let mut findings = Vec::new();
-    let mut of = |check: &'static str, measure: &dyn Fn(&mut Report)| {
-        let mut report = Report {
-            check,
-            findings: Vec::new(),
-        };
-        measure(&mut report);
-        if OF_THE_MOTION.contains(&check) {
-            for finding in report.findings.iter_mut().filter(|finding| !finding.holds()) {
-                finding.excuse.clone_from(&excuse);
-            }
-        }
-        findings.extend(report.findings);
-    };
-    of("window", &|report| window(&subject, &nodes, report));
-    of("regularity", &|report| {
+    let mut found = Found::new(excuse(hard, 0, nodes.len().saturating_sub(1)));
+    found.of("window", |report| window(&subject, &nodes, report));
+    found.of("regularity", |report| {
         certificates(["D₄", "D₁"], &regularity, report);
     });
-    of("equations", &|report| equations(&subject, &nodes, report));
-    of("power balance", &|report| balance(&subject, report));
-    of("reversibility", &|report| reversibility(&subject, &nodes, report));
-    of("order", &|report| order(&subject, report));
-    Ok(findings)
+    found.of("equations", |report| equations(&subject, &nodes, report));
+    found.of("power balance", |report| balance(&subject, report));
+    found.of("reversibility", |report| reversibility(&subject, &nodes, report));
+    found.of("order", |report| order(&subject, report));
+    Ok(found.findings)
 }
 
 /// How far the motion goes.
 fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
-    let asked = (subject.until - subject.start.t).abs();
-    let reached = nodes.last().map_or(0.0, |node| (node.t - subject.start.t).abs());
-    report.push(
-        format!("time that the motion reaches, of {asked} s"),
-        Bar::AtLeast(asked * (1.0 - 1e-9) - subject.h.abs()),
-        Ok(reached),
-    );
-    report.note(
-        "with a constraint of third order the flow is one of triples of nodes: what needs a map of pairs (the symplectic and the momentum law) \
-         or a Taylor series (contact) is not looked at, and the order is fitted to the changes from one step to the half",
+    let left_out = "with a constraint of third order the flow is one of triples of nodes: what needs a map of pairs (the symplectic and the momentum law) \
+         or a Taylor series (contact) is not looked at, and the order is fitted to the changes from one step to the half";
+    reached(
+        [subject.start.t, subject.until, subject.h],
+        nodes,
+        left_out,
+        report,
     );
 }
 

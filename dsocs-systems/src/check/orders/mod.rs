@@ -12,7 +12,7 @@ mod parts;
 pub use fit::Order;
 pub(crate) use maps::statement_of;
 pub use maps::{MAPS, Map, Variant};
-pub(super) use parts::{CHANGES, contacts, expansions};
+pub(super) use parts::{Changes, contacts, expansions};
 pub use parts::{Part, PartOrder};
 
 use dsocs_core::{Shape, System};

@@ -1,5 +1,8 @@
 //! The contact of each part with the exact one, at states of the continuous motion.
 
+use core::fmt;
+use std::error::Error;
+
 use dsocs_core::Kernel;
 use dsocs_core::geometry::{Contact, Expansion, Gap, pieces};
 use dsocs_core::{AnyPoint, SetupError};
@@ -22,9 +25,6 @@ const SHORT: f64 = 1.0 / 32.0;
 
 /// The reach of an expansion is halved so often, where a function changes its piece within.
 const SHORTENED: u32 = 12;
-
-/// Why nothing is looked at where a motion rests at the corner of a function.
-pub const CHANGES: &str = "a function changes its piece at every state that was looked at";
 
 /// At so many places of each half of the reach the pieces are looked at.
 const LOOKS: u32 = 8;
@@ -151,7 +151,19 @@ pub struct PartOrder {
     pub distance: f64,
 }
 
-/// The motion about some states, each as far as nothing changes its piece.
+/// No state can be looked at, as where a motion rests at the corner of a function.
+#[derive(Debug)]
+pub struct Changes;
+
+impl fmt::Display for Changes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a function changes its piece at every state that was looked at")
+    }
+}
+
+impl Error for Changes {}
+
+/// The motion about some states, each as far as nothing changes its piece; [`Changes`] if that leaves none.
 pub fn expansions(subject: &Subject<'_>, states: &[State]) -> Measured<Vec<Expansion>> {
     let mut failure = None;
     let mut found = Vec::new();
@@ -171,7 +183,7 @@ pub fn expansions(subject: &Subject<'_>, states: &[State]) -> Measured<Vec<Expan
     match (found.is_empty(), failure) {
         (false, _) => Ok(found),
         (true, Some(error)) => Err(error),
-        (true, None) => Err(CHANGES.into()),
+        (true, None) => Err(Changes.into()),
     }
 }
 
