@@ -1,11 +1,9 @@
 //! The contact of each part with the exact one, at states of the continuous motion.
 
-use core::fmt;
-use std::error::Error;
-
 use dsocs_core::Kernel;
 use dsocs_core::geometry::{Contact, Expansion, Gap, pieces};
 use dsocs_core::{AnyPoint, SetupError};
+use thiserror::Error;
 
 use super::super::probe::{State, expansion};
 use super::super::{Measured, Subject, larger};
@@ -152,16 +150,11 @@ pub struct PartOrder {
 }
 
 /// No state can be looked at, as where a motion rests at the corner of a function.
-#[derive(Debug)]
+#[derive(Error)]
+#[error("a function changes its piece at every state that was looked at")]
 pub struct Changes;
 
-impl fmt::Display for Changes {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a function changes its piece at every state that was looked at")
-    }
-}
-
-impl Error for Changes {}
+dsocs_core::debug_is_message!(Changes);
 
 /// The motion about some states, each as far as nothing changes its piece; [`Changes`] if that leaves none.
 pub fn expansions(subject: &Subject<'_>, states: &[State]) -> Measured<Vec<Expansion>> {
