@@ -6,8 +6,8 @@ use dsocs_core::text::Text;
 use dsocs_core::{AnyComposedFlow, AnyStart, Composition, OwnedNode, Symmetry};
 
 use crate::rotations::{
-    DAMPING, Motion, cross, fluid, joined, lyapunov, matrix, of_satellite, part, plus, rate, satellite,
-    times, unit,
+    DAMPING, Motion, cross, fluid, heavy_top, joined, lyapunov, matrix, of_heavy_top, of_satellite, part,
+    plus, rate, satellite, times, unit,
 };
 
 /// Systems with their methods: the errors of a step and its halves.
@@ -59,27 +59,11 @@ fn holds(text: &str, motion: &Motion, h: f64, all: Errors<'_>) {
 
 #[test]
 fn a_heavy_top() {
-    let (inertia, arm) = ([2.0, 1.5, 1.0], [0.2, 0.1, 1.0]);
-    let hand = |y: &[f64; 7]| {
-        let (q, w) = (part(y, 0), part(y, 4));
-        let momentum = [0, 1, 2].map(|i| inertia[i] * w[i]);
-        let torque = plus(cross(momentum, w), cross(matrix(q)[2], arm));
-        joined(&[&rate(q, w), &[0, 1, 2].map(|i| torque[i] / inertia[i])])
-    };
-    let motion = Motion::by_hand(hand, (&unit([1.0, 0.3, -0.4, 0.2]), &[0.6, -0.3, 3.0]), 2.0);
-    let text = |maps: &str| {
-        format!(
-            "parameters {{ inertia = [[2.0, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 1.0]], arm = [0.2, 0.1, 1.0] }}
-             coordinates(r: rotation);
-             let w = r.angular_velocity();
-             lagrangian = w.inner(inertia * w) / 2 - (r * arm)[2];
-             {maps}"
-        )
-    };
+    let motion = heavy_top(2.0);
     // of the paper's map the trapezoid's legs are taken
     for maps in ["", "phi_lagrangian = trapezoid;"] {
         holds(
-            &text(maps),
+            &of_heavy_top(maps),
             &motion,
             0.2,
             &[
