@@ -426,7 +426,7 @@ impl<'s> Composed<'s> {
         let [from, to] = [place(clock.time(), &self.course.now), place(end, next)];
         let begins = clock.index() == self.course.since;
         let declaration = self.declaration();
-        match singular::change(&declaration, [&from, &to], &next.a) {
+        match singular::change(&declaration, [&from, &to], 1.0, &next.a) {
             Change::Falls if singular::on_the_way(&declaration, &[from, to], &next.a).is_some() => {
                 Err(self.unjoined(self.method.stages() - 1, momenta::Failure::Singularity))
             }
@@ -510,7 +510,9 @@ impl<'s> Composed<'s> {
         let stage = &self.course.stages[place];
         let to = Place::of_phase(stage.leg.t, state.q.hi.clone(), state.kicked(0.5 * stage.h));
         let declaration = self.declaration();
-        let change = || singular::change(&declaration, [&from, &to], &state.a);
+        let places = if stage.backward { [&to, &from] } else { [&from, &to] };
+        let steps = (stage.h / self.h).abs();
+        let change = || singular::change(&declaration, places, steps, &state.a);
         if begins {
             if change() != Change::Little {
                 NearlySingular::count(&mut self.nearly_singular, stage.leg.t, false);
@@ -521,9 +523,16 @@ impl<'s> Composed<'s> {
             let cause = self.step_of(stage).refused(StepFailure::PassesSingularity, z);
             return Err(self.failed_at(place, state, |error| error.at(singularity), cause));
         }
-        if part < 0.0 {
-            let of_step = change() == Change::Little;
+        let change = change();
+        if part < 0.0 || change == Change::Falls {
+            let of_step = change == Change::Little;
             NearlySingular::count(&mut self.nearly_singular, stage.leg.t, of_step);
+        }
+        if change == Change::Falls {
+            // any stage may lead past
+            for stage in &mut self.course.stages {
+                stage.predictor.determinants.look_again();
+            }
         }
         Ok(())
     }

@@ -46,7 +46,7 @@ impl Discrete<'_> {
         let [.., before, here, _] = &way[..] else {
             return Ok(());
         };
-        let change = singular::change(&declaration, [before, here], &near);
+        let change = singular::change(&declaration, [before, here], 1.0, &near);
         // without a past it is the start that the determinant comes from
         let begins = part.is_nan();
         if begins && change == Change::Little && !turns {
@@ -75,6 +75,9 @@ impl Discrete<'_> {
         if let Some(singularity) = found {
             let cause = self.next_step().refused(StepFailure::PassesSingularity, z);
             return Err(self.failed(cause).at(singularity));
+        }
+        if change == Change::Falls {
+            self.course.predictor.determinants.look_again();
         }
         if part < 0.0 || change == Change::Falls || (begins && change == Change::Rises) {
             let of_step = change == Change::Little;

@@ -163,6 +163,11 @@ impl Determinants {
         part < FALLEN
     }
 
+    /// The determinant of the next step is looked at, whatever it is.
+    pub fn look_again(&mut self) {
+        self.inverse = f64::MIN_POSITIVE.copysign(self.inverse);
+    }
+
     /// Compares a determinant with the continuations of those of the past, of the first and of the second degree.
     #[inline(never)] // seldom needed: most determinants hardly change from step to step
     pub fn compare(&self, now: f64) -> Continuation {

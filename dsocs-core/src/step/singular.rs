@@ -4,10 +4,12 @@
 //! motion goes on as if nothing were there. Else it grows without bound, and no motion leads past. The discrete equations have
 //! roots on both sides, so a step jumps over the place.
 
+use core::cell::Cell;
+
 use crate::regularity::deficiency::{self, DependentRow, Singularity};
 use crate::solve::Vector;
-use crate::start::Determined;
 use crate::start::place::{Place, Way};
+use crate::start::{self, Determined};
 use crate::tape::declaration::Declaration;
 
 /// In so many equal parts the way between two places is divided.
@@ -47,6 +49,9 @@ pub(crate) const DEPENDENT: f64 = 1e-6;
 /// The same on a way that is straight, and so not quite that of the motion.
 pub(crate) const NEARLY_DEPENDENT: f64 = 1e-2;
 
+/// A determinant that falls to this part of itself between two places touches zero there.
+const TOUCHES: f64 = 1e-6;
+
 /// A jump of the acceleration by less than this part of itself is none.
 const JUMPS: f64 = 0.1;
 
@@ -71,12 +76,17 @@ pub(crate) enum Change {
     Rises,
 }
 
-/// How the determinant changes from one place to another.
+/// How the determinant changes from one place to another, which is so many steps later.
 ///
 /// A determinant that falls need not fall to zero: that of a rocket falls as it burns its mass, and that of a fast particle as it slows down. So it is
 /// looked at on the way that goes straight on, or straight back.
 #[cold]
-pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], near: &[f64]) -> Change {
+pub(crate) fn change(
+    declaration: &Declaration<'_>,
+    places: [&Place; 2],
+    steps: f64,
+    near: &[f64],
+) -> Change {
     let [Some(first), Some(second)] = places.map(|place| place.solve(declaration, near)) else {
         return Change::Falls;
     };
@@ -87,10 +97,10 @@ pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], near: &
     }
     // a constraint that nearly depends on others is told from farther away: the motion is not straight there
     let least = if declaration.lower() > 0 { FALLS } else { VANISHES };
-    // in steps from the first place
+    // in such ways from the first place
     let rotations = &declaration.shape().rotations;
     let vanishes = |from: f64, to: f64, size: f64| {
-        let count = f64::from(PLACES) * (to - from).abs();
+        let count = f64::from(PLACES) * ((to - from) * steps).abs();
         let mut parts = (1..=PLACES * 4).map(f64::from).take_while(|part| *part <= count);
         parts.any(|part| {
             let place = places[0].towards(rotations, places[1], from + (to - from) * part / count);
@@ -101,9 +111,9 @@ pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], near: &
             })
         })
     };
-    if before.abs() > (1.0 + FALLS) * now.abs() && vanishes(1.0, 1.0 + AHEAD, now) {
+    if before.abs() > (1.0 + FALLS * steps) * now.abs() && vanishes(1.0, 1.0 + AHEAD / steps, now) {
         Change::Falls
-    } else if now.abs() > (1.0 + RISES) * before.abs() && vanishes(0.0, -BACK, before) {
+    } else if now.abs() > (1.0 + RISES * steps) * before.abs() && vanishes(0.0, -BACK / steps, before) {
         Change::Rises
     } else {
         Change::Little
@@ -129,17 +139,21 @@ pub(crate) fn dependence(
     let places = (0..=2 * PLACES).map(|place| f64::from(place) / f64::from(2 * PLACES));
     let least = places.min_by(|one, other| size(*one).total_cmp(&size(*other)))?;
     let apart = 1.0 / f64::from(2 * PLACES);
-    let (mut from, mut to) = ((least - apart).max(0.0), (least + apart).min(1.0));
+    let place = way(minimum(&size, [least - apart, least + apart].map(|end| end.clamp(0.0, 1.0))));
+    dependent_row(declaration, &place, &way(0.0), dependent).map(|row| (place.t, row))
+}
+
+/// Where a function that falls and then rises between two places is least.
+fn minimum(function: &dyn Fn(f64) -> f64, [mut from, mut to]: [f64; 2]) -> f64 {
     for _ in 0..3 * HALVINGS {
         let thirds = [from + (to - from) / 3.0, to - (to - from) / 3.0];
-        if size(thirds[0]) < size(thirds[1]) {
+        if function(thirds[0]) < function(thirds[1]) {
             to = thirds[1];
         } else {
             from = thirds[0];
         }
     }
-    let place = way(0.5 * (from + to));
-    dependent_row(declaration, &place, &way(0.0), dependent).map(|row| (place.t, row))
+    0.5 * (from + to)
 }
 
 /// The first constraint of positions or velocities whose part that is independent of those before it is, at a place, below a part of what it says at
@@ -218,13 +232,19 @@ pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f
         let jump = apart(before, after, i);
         jump >= 0.5 * (most - least) && jump > JUMPS * most.abs().max(least.abs())
     };
-    solved.windows(2).find_map(|pair| {
+    let passed = solved.windows(2).find_map(|pair| {
         let [from, to] = pair else { return None };
         let jumping = (0..near.len()).find(|&i| jumps(&from.1, &to.1, i))?;
         if !are_opposite(&from.1, &to.1) {
             return None;
         }
         pole(declaration, [from, to], jumping)
+    });
+    passed.or_else(|| {
+        solved.windows(3).find_map(|places| {
+            let [from, least, to] = places else { return None };
+            touched(declaration, [from, least, to])
+        })
     })
 }
 
@@ -263,5 +283,55 @@ fn pole(
     Some(Singularity {
         time: place.t,
         deficiency: place.deficiency(declaration, solved),
+    })
+}
+
+/// The place between three where the determinant touches zero without a change of sign, as a square does, if the acceleration has no bound there. Where
+/// constraints of positions or velocities depend on each other the determinant does the same, and [`dependence`] tells of it.
+fn touched(declaration: &Declaration<'_>, places: [&(Place, Determined); 3]) -> Option<Singularity> {
+    let unit = places[1].1.determinant.exponent;
+    let [from, least, to] = places.map(|(_, solved)| solved.determinant.in_units_of(unit).abs());
+    let dips = least <= from.min(to) && least < from.max(to) && !places.iter().any(|place| are_opposite(&place.1, &places[1].1));
+    if declaration.lower() > 0 || !dips {
+        return None;
+    }
+    let n = places[1].0.q.len();
+    // as the masses measure them
+    let mass = start::mass_matrix(declaration, (places[1].0.t, &places[1].0.q, &places[1].0.v));
+    let size = |solved: &Determined| {
+        let terms = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        let square: f64 = terms.map(|(i, j)| solved.motion[i] * mass[(i, j)] * solved.motion[j]).sum();
+        square.sqrt()
+    };
+    let [before, here, after] = places.map(|(_, solved)| size(solved));
+    if !(here >= before.max(after)) {
+        return None;
+    }
+    // the way bends in the middle
+    let at = |part: f64| {
+        let end = if part < 0.0 { places[0] } else { places[2] };
+        places[1].0.towards(&declaration.shape().rotations, &end.0, part.abs())
+    };
+    let near = places[1].1.motion.get(..n).unwrap_or(&[]);
+    let solve = |part: f64| at(part).solve(declaration, near);
+    // the first that is small enough: nearer to zero rounding is all that is left
+    let small = Cell::new(None);
+    let determinant = |part: f64| {
+        let found = solve(part).map_or(least, |solved| solved.determinant.in_units_of(unit).abs());
+        if found < TOUCHES * least && small.get().is_none() {
+            small.set(Some(part));
+        }
+        found
+    };
+    let _ = minimum(&determinant, [-1.0, 1.0]);
+    let part = small.get()?;
+    let solved = solve(part)?;
+    if !(size(&solved) > GROWS * here) {
+        return None;
+    }
+    let place = at(part);
+    Some(Singularity {
+        time: place.t,
+        deficiency: place.deficiency(declaration, &solved),
     })
 }
