@@ -510,7 +510,11 @@ impl<'s> Composed<'s> {
         let stage = &self.course.stages[place];
         let to = Place::of_phase(stage.leg.t, state.q.hi.clone(), state.kicked(0.5 * stage.h));
         let declaration = self.declaration();
-        let places = if stage.backward { [&to, &from] } else { [&from, &to] };
+        let places = if stage.backward {
+            [&to, &from]
+        } else {
+            [&from, &to]
+        };
         let steps = (stage.h / self.h).abs();
         let change = || singular::change(&declaration, places, steps, &state.a);
         if begins {

@@ -81,12 +81,7 @@ pub(crate) enum Change {
 /// A determinant that falls need not fall to zero: that of a rocket falls as it burns its mass, and that of a fast particle as it slows down. So it is
 /// looked at on the way that goes straight on, or straight back.
 #[cold]
-pub(crate) fn change(
-    declaration: &Declaration<'_>,
-    places: [&Place; 2],
-    steps: f64,
-    near: &[f64],
-) -> Change {
+pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], steps: f64, near: &[f64]) -> Change {
     let [Some(first), Some(second)] = places.map(|place| place.solve(declaration, near)) else {
         return Change::Falls;
     };
@@ -139,7 +134,10 @@ pub(crate) fn dependence(
     let places = (0..=2 * PLACES).map(|place| f64::from(place) / f64::from(2 * PLACES));
     let least = places.min_by(|one, other| size(*one).total_cmp(&size(*other)))?;
     let apart = 1.0 / f64::from(2 * PLACES);
-    let place = way(minimum(&size, [least - apart, least + apart].map(|end| end.clamp(0.0, 1.0))));
+    let place = way(minimum(
+        &size,
+        [least - apart, least + apart].map(|end| end.clamp(0.0, 1.0)),
+    ));
     dependent_row(declaration, &place, &way(0.0), dependent).map(|row| (place.t, row))
 }
 
@@ -241,6 +239,11 @@ pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f
         pole(declaration, [from, to], jumping)
     });
     passed.or_else(|| {
+        // a little back, too: the first place may be just behind the last one that was looked at
+        let [first, second, ..] = way else { return None };
+        let back = first.towards(rotations, second, -1.0 / f64::from(PLACES));
+        let back = back.solve(declaration, near).map(|solved| (back, solved));
+        let solved: Vec<(Place, Determined)> = back.into_iter().chain(solved).collect();
         solved.windows(3).find_map(|places| {
             let [from, least, to] = places else { return None };
             touched(declaration, [from, least, to])
@@ -291,7 +294,9 @@ fn pole(
 fn touched(declaration: &Declaration<'_>, places: [&(Place, Determined); 3]) -> Option<Singularity> {
     let unit = places[1].1.determinant.exponent;
     let [from, least, to] = places.map(|(_, solved)| solved.determinant.in_units_of(unit).abs());
-    let dips = least <= from.min(to) && least < from.max(to) && !places.iter().any(|place| are_opposite(&place.1, &places[1].1));
+    let dips = least <= from.min(to)
+        && least < from.max(to)
+        && !places.iter().any(|place| are_opposite(&place.1, &places[1].1));
     if declaration.lower() > 0 || !dips {
         return None;
     }
@@ -300,7 +305,9 @@ fn touched(declaration: &Declaration<'_>, places: [&(Place, Determined); 3]) -> 
     let mass = start::mass_matrix(declaration, (places[1].0.t, &places[1].0.q, &places[1].0.v));
     let size = |solved: &Determined| {
         let terms = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
-        let square: f64 = terms.map(|(i, j)| solved.motion[i] * mass[(i, j)] * solved.motion[j]).sum();
+        let square: f64 = terms
+            .map(|(i, j)| solved.motion[i] * mass[(i, j)] * solved.motion[j])
+            .sum();
         square.sqrt()
     };
     let [before, here, after] = places.map(|(_, solved)| size(solved));
@@ -310,7 +317,9 @@ fn touched(declaration: &Declaration<'_>, places: [&(Place, Determined); 3]) -> 
     // the way bends in the middle
     let at = |part: f64| {
         let end = if part < 0.0 { places[0] } else { places[2] };
-        places[1].0.towards(&declaration.shape().rotations, &end.0, part.abs())
+        places[1]
+            .0
+            .towards(&declaration.shape().rotations, &end.0, part.abs())
     };
     let near = places[1].1.motion.get(..n).unwrap_or(&[]);
     let solve = |part: f64| at(part).solve(declaration, near);

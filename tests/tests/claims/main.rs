@@ -72,6 +72,7 @@ mod taylor_recurrences;
 mod taylor_tangents;
 mod third_order;
 mod time;
+mod touched_singularities;
 mod units;
 mod unresolved;
 mod vectors;
