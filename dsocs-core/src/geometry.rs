@@ -75,7 +75,7 @@ pub use legendre::{
 pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
 pub use pairs::{constraint_forms, pair_displacements, state_displacements};
-pub use pieces::{piece_arguments, pieces};
+pub use pieces::{corners, pieces};
 pub use quadrature::mean_over;
 #[doc(hidden)] // until steps are solved on slices
 pub use split::{constraint_multipliers, continuous_multipliers};

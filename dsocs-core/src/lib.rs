@@ -202,7 +202,7 @@ pub mod __private {
     pub use crate::step::{TapeError, TapeKernel};
     pub use crate::tape::Shape;
     pub use crate::tape::declaration::Declaration;
-    pub use crate::tape::{Number, Source, Tape};
+    pub use crate::tape::{CallData, Number, Source, Tape, table};
     pub use crate::taylor::solve::{Accelerations, back};
 
     /// What the recurrences of Taylor series are made of.

@@ -48,6 +48,9 @@ pub struct Samples {
     pieces: Vec<[f64; 4]>,
 }
 
+/// A slope or a curvature that jumps by more than this part of itself is no rounding.
+pub(crate) const BENDS: f64 = 1e-6;
+
 /// Samples that do not define a function.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -270,6 +273,27 @@ impl Samples {
         } else {
             0.0
         }
+    }
+
+    /// Whether the slope or the curvature jumps at the sample of a number, by more than rounding.
+    pub(crate) fn is_bent(&self, index: usize) -> bool {
+        // at both ends of a piece
+        let curvatures = |piece: Option<usize>| {
+            let Some(piece) = piece.filter(|piece| piece + 1 < self.places.len()) else {
+                return [0.0; 2];
+            };
+            let [_, _, c, d] = self.pieces[piece];
+            [
+                2.0 * c,
+                2.0 * c + 6.0 * d * (self.places[piece + 1] - self.places[piece]),
+            ]
+        };
+        let [before, after] = [index.checked_sub(1), Some(index)].map(curvatures);
+        let largest = before
+            .into_iter()
+            .chain(after)
+            .fold(0.0, |most, x| x.abs().max(most));
+        self.bend(index) > BENDS || (after[0] - before[1]).abs() > BENDS * largest
     }
 
     /// Where the polynomial begins beyond some places, and its coefficients from order 0 on.

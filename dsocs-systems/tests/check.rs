@@ -579,6 +579,18 @@ struct Cart {
     motor: Samples,
 }
 
+/// A mass on a spring in a frame that is moved: the acceleration jumps where the curvature of the samples does, and once more where that of the comparison.
+#[dsocs {
+    coordinates(x);
+    let moved = frame.at(t) + if t > push { (t - push).powi(2) / 2 } else { 0.0 };
+    lagrangian = dot(x + moved).powi(2) / 2 - stiffness * x.powi(2) / 2;
+}]
+struct Moved {
+    stiffness: f64,
+    frame: Samples,
+    push: f64,
+}
+
 /// A pendulum with friction in its pivot.
 #[dsocs {
     coordinates(theta);
@@ -654,6 +666,39 @@ fn what_is_right_does_not_fail_where_samples_have_corners() {
     for (h, until) in [(0.02, 0.9), (0.05, 0.9), (0.03, 2.5)] {
         let findings = check(&cart, &[], FREE, &motion(h, until), ([0.3], [0.0])).unwrap();
         assert_eq!(missed(&findings), [], "h {h} to {until}");
+    }
+}
+
+#[test]
+fn what_is_right_does_not_fail_where_the_acceleration_jumps_with_a_curvature() {
+    let frames = [
+        (
+            Samples::monotone([
+                (-1.0, 0.0),
+                (0.0, 0.0),
+                (1.0, 0.3),
+                (2.0, 0.5),
+                (3.0, 0.4),
+                (4.0, 0.4),
+            ])
+            .unwrap(),
+            9.0,
+        ),
+        (Samples::cubic([(-1.0, 0.0), (5.0, 0.0)]).unwrap(), 1.0),
+    ];
+    for (frame, push) in frames {
+        let moved = Moved {
+            stiffness: 4.0,
+            frame,
+            push,
+        };
+        let settings = motion(0.013, 2.5);
+        let findings = check(&moved, &[], FREE, &settings, ([0.1], [0.0])).unwrap();
+        assert_eq!(missed(&findings), [], "{findings:#?}");
+        // an order that is wrong by more is told all the same
+        let fourth = Expected { order: 4.0, ..FREE };
+        let findings = check(&moved, &[], fourth, &settings, ([0.1], [0.0])).unwrap();
+        assert!(missing(&findings).contains(&"order"), "{findings:#?}");
     }
 }
 

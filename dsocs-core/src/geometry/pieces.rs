@@ -3,25 +3,49 @@
 use crate::kernel::Kernel;
 use crate::tape::declaration::Declaration;
 
-/// The arguments of whatever a declaration gives by pieces, such as `x - 0.2` of `(x - 0.2).max(0)`, and what it divides by and may be zero, at a time,
-/// a position, a velocity and an acceleration, which is asked of third order alone. Where one changes its sign the motion passes a jump or a corner. Empty
-/// where a declaration has none.
+/// How often what a declaration gives by pieces changes its piece from one place of a motion to the next, so that the acceleration or its slope may jump: each
+/// argument of an `if`, `abs`, `max` … that changes its sign, and each sample that the argument of a table passes where the slope of the table jumps, or its
+/// curvature. Places are a time, a position, a velocity and an acceleration, which is asked of third order alone.
 #[must_use]
-pub fn piece_arguments(system: &dyn Kernel, (t, q, v, a): (f64, &[f64], &[f64], &[f64])) -> Vec<f64> {
+pub fn corners(system: &dyn Kernel, places: [(f64, &[f64], &[f64], &[f64]); 2]) -> usize {
     let declaration = Declaration::of(system);
+    let [before, now] = places.map(|(t, q, v, a)| switch_arguments(&declaration, (t, q, v, a)));
+    let pairs = before.iter().zip(&now);
+    let signs = pairs.filter(|(before, now)| *before * *now < 0.0).count();
+    if !declaration.has_tables() {
+        return signs;
+    }
+    let [before, now] = places.map(|(t, q, v, a)| declaration.tables(t, q, v, a));
+    let tables = before.iter().zip(&now).map(|(before, now)| {
+        let samples = now.samples;
+        let [least, most] = [
+            before.argument.min(now.argument),
+            before.argument.max(now.argument),
+        ];
+        let passed = samples.places().iter().enumerate();
+        let passed = passed.filter(|(_, place)| least < **place && **place <= most);
+        passed.filter(|(k, _)| samples.is_bent(*k)).count()
+    });
+    signs + tables.sum::<usize>()
+}
+
+/// The arguments of whatever a declaration gives by pieces, such as `x - 0.2` of `(x - 0.2).max(0)`, and what it divides by and may be zero. Empty where it has
+/// none.
+fn switch_arguments(declaration: &Declaration<'_>, (t, q, v, a): (f64, &[f64], &[f64], &[f64])) -> Vec<f64> {
     if declaration.switches() == 0 {
         return Vec::new();
     }
     declaration.switch_arguments(t, q, v, a)
 }
 
-/// The pieces at a place of a motion, of the same arguments: on which side of zero each of the [`piece_arguments`] is, and between which samples the argument
+/// The pieces at a place of a motion, a time, a position, a velocity and an acceleration, which is asked of third order alone: on which side of zero each
+/// argument of an `if`, `abs`, `max` … is, and between which samples the argument
 /// of each table lies. Two places with the same pieces that are near to each other have the same smooth functions between them. `None` where two pieces meet.
 #[must_use]
 pub fn pieces(system: &dyn Kernel, (t, q, v, a): (f64, &[f64], &[f64], &[f64])) -> Option<Vec<usize>> {
     let declaration = Declaration::of(system);
     let mut pieces = Vec::new();
-    for argument in piece_arguments(system, (t, q, v, a)) {
+    for argument in switch_arguments(&declaration, (t, q, v, a)) {
         if argument == 0.0 || argument.is_nan() {
             return None;
         }

@@ -22,7 +22,7 @@ use crate::number::tangent::Tangent;
 use crate::solve::sparse::Sparse;
 #[cfg(feature = "jit")]
 use crate::tape::Tier;
-use crate::tape::{Leaf, Part, Program, Segment, Shape, Source, Straight, Stretch, Tape, TapeCall};
+use crate::tape::{CallData, Leaf, Part, Program, Segment, Shape, Source, Straight, Stretch, Tape, TapeCall};
 
 /// A declared system as its tape and its shape alone: what a declaration becomes that is read at run time.
 ///
@@ -645,8 +645,8 @@ impl Source for TapeKernel {
         })
     }
 
-    fn data(&self, which: usize) -> Option<&TapeCall> {
-        self.calls.get(which)
+    fn data(&self, which: usize) -> Option<CallData<'_>> {
+        self.calls.get(which).map(TapeCall::data)
     }
 }
 

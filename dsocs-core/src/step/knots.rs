@@ -4,7 +4,7 @@
 //! so the place is known, too, at which the table departs most from the straight line that the step sees.
 
 use super::switches::{Crossing, MOST, NONE};
-use crate::samples::Samples;
+use crate::samples::{BENDS, Samples};
 use crate::start::place::Way;
 use crate::tape::declaration::Declaration;
 
@@ -14,9 +14,6 @@ const ASIDE: f64 = 0.2;
 
 /// One sample between two nodes makes a corner; a pulse that no node sees has two, at least.
 const FEWEST: usize = 2;
-
-/// A slope bends that jumps by more than this part of itself.
-const BENDS: f64 = 1e-6;
 
 /// So many samples ahead are looked at, at most.
 const AHEAD: usize = 256;

@@ -7,7 +7,7 @@ use crate::samples::Samples;
 use crate::tape::Shape;
 use crate::tape::origin::{Origin, origin};
 use crate::tape::quantity::Quantity;
-use crate::tape::{Leaf, Number, Part, Segment, Source, TapeCall};
+use crate::tape::{CallData, Leaf, Number, Part, Segment, Source};
 
 /// A table of samples at a place of a motion.
 #[derive(Clone, Copy, Debug)]
@@ -701,12 +701,12 @@ impl<'s> Declaration<'s> {
             )]
             let which = table[0] as usize;
             match self.source.data(which)? {
-                TapeCall::Samples { samples, .. } => Some(TableAt {
+                CallData::Samples { samples, .. } => Some(TableAt {
                     samples,
                     is_differentiated: table[1] != 0.0,
                     argument: table[2],
                 }),
-                TapeCall::Number(_) => None,
+                CallData::Number(_) => None,
             }
         });
         tables.collect()

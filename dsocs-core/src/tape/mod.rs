@@ -66,7 +66,7 @@ pub use link::Program;
 pub use shape::Shape;
 pub(crate) use straight::{FIXED, Numbers, Straight, Stretch, Stretched};
 pub use symmetry::Symmetry;
-pub use table::TapeCall;
+pub use table::{CallData, TapeCall, table};
 
 use crate::number::dual::Dual;
 use read::Body;
@@ -93,7 +93,7 @@ pub trait Source: Send + Sync {
     }
 
     /// What a call is, where it is data: then it is evaluated with numbers of all types, and [`Source::call`] is not asked.
-    fn data(&self, which: usize) -> Option<&TapeCall> {
+    fn data(&self, which: usize) -> Option<CallData<'_>> {
         let _ = which;
         None
     }

@@ -1,5 +1,6 @@
 //! Calls that are data: numbers, and tables of samples.
 
+use core::any::Any;
 use std::sync::Arc;
 
 use super::evaluate::Number;
@@ -21,11 +22,50 @@ pub enum TapeCall {
 }
 
 impl TapeCall {
-    /// The value at an argument. The operations are those of [`Samples::at`] with dual numbers, in their order.
+    /// What it is.
+    pub(crate) fn data(&self) -> CallData<'_> {
+        match self {
+            Self::Number(value) => CallData::Number(*value),
+            Self::Samples { samples, derivative } => CallData::Samples {
+                samples,
+                derivative: *derivative,
+            },
+        }
+    }
+
+    /// The value at an argument.
     pub(crate) fn value<T: Number>(&self, argument: Option<T>) -> T {
+        self.data().value(argument)
+    }
+}
+
+/// A call that is data, of a tape or of a field of a struct.
+#[derive(Clone, Copy, Debug)]
+pub enum CallData<'d> {
+    /// A number, without arguments.
+    Number(f64),
+    /// The derivative of some order of a table of samples, at its one argument.
+    Samples {
+        /// The table.
+        samples: &'d Samples,
+        /// The order; 0 is the value.
+        derivative: usize,
+    },
+}
+
+/// The derivative of some order of a field, if it is a table of samples; else `None`, as a type of the user's own with the same name.
+#[must_use]
+pub fn table<T: Any>(field: &T, derivative: usize) -> Option<CallData<'_>> {
+    let samples = (field as &dyn Any).downcast_ref()?;
+    Some(CallData::Samples { samples, derivative })
+}
+
+impl CallData<'_> {
+    /// The value at an argument. The operations are those of [`Samples::at`] with dual numbers, in their order.
+    pub(crate) fn value<T: Number>(self, argument: Option<T>) -> T {
         let (samples, derivative, x) = match (self, argument) {
-            (Self::Number(value), _) => return T::splat(*value),
-            (Self::Samples { samples, derivative }, Some(x)) => (samples, *derivative, x),
+            (Self::Number(value), _) => return T::splat(value),
+            (Self::Samples { samples, derivative }, Some(x)) => (samples, derivative, x),
             (Self::Samples { .. }, None) => return T::splat(f64::NAN),
         };
         let [from, a, b, c, d] = x.polynomial(samples);

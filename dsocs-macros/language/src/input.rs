@@ -175,7 +175,7 @@ impl Field {
 
     /// Whether it is a table of samples.
     pub(crate) fn is_table(&self) -> bool {
-        self.kind == Kind::Unknown && self.ty.rsplit("::").next() == Some("Samples")
+        self.kind == Kind::Unknown && is_of_samples(&self.ty)
     }
 
     /// Whether its type may be a reference to a number.
@@ -312,4 +312,9 @@ pub(crate) fn not_a_struct(item: &Item, errors: &Errors) -> Reported {
         Item::Type(item) => errors.at(item.type_token, EXPECTED),
         other => errors.at(other, EXPECTED),
     }
+}
+
+/// Whether a type, as it is written, is that of a table of samples.
+pub(crate) fn is_of_samples(ty: &str) -> bool {
+    ty.rsplit("::").next().map(str::trim) == Some("Samples")
 }

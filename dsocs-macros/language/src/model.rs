@@ -8,6 +8,7 @@ use quote::quote;
 use syn::{ItemStruct, Path};
 
 use crate::graph::{Graph, Leaf, NodeId, Param};
+use crate::input::is_of_samples;
 use crate::mistake::Mistake;
 
 /// A declaration that has passed every check, its expressions in one graph.
@@ -58,6 +59,15 @@ pub struct Model {
 }
 
 impl Model {
+    /// The table of samples whose value, or a derivative of it, a function is: a field of the type `Samples`.
+    pub(crate) fn table(&self, callee: usize) -> Option<String> {
+        let name = self.graph.callee(callee).of_samples()?;
+        let mut fields = self.others.iter();
+        fields
+            .any(|(field, ty)| *field == name && is_of_samples(ty))
+            .then_some(name)
+    }
+
     /// The name of the struct.
     #[must_use]
     pub fn name(&self) -> String {

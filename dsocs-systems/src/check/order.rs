@@ -38,10 +38,10 @@ const APART: f64 = 0.1;
 /// How far it may be where the motion passes corners: the error of a step across one is of the order of the others, with a factor that depends on where the
 /// nodes lie, from zero to its largest value. So errors stay below a multiple of the power and do not follow it, and their fit scatters; an order that is
 /// lower by one is still told.
-const SCATTER: f64 = 0.9;
+pub const SCATTER: f64 = 0.9;
 
 /// By how much the order of a quantity is lower at the node beside a corner, where the acceleration may jump and, with the corner of a constraint, the force.
-const AT_CORNER: [f64; 4] = [0.0, 1.0, 2.0, 2.0];
+pub const AT_CORNER: [f64; 4] = [0.0, 1.0, 2.0, 2.0];
 
 /// The tolerance of the continuous motion.
 const TOLERANCE: f64 = 1e-15;
@@ -219,7 +219,7 @@ fn fit(subject: &Subject<'_>, parts: u32, report: &mut Report) {
 }
 
 /// Why the last figure, an order that misses its bar by a distance, need not meet it, if the motion passes corners.
-fn excuse(subject: &Subject<'_>, distance: f64, allowed: f64, report: &mut Report) {
+pub fn excuse(subject: &Subject<'_>, distance: f64, allowed: f64, report: &mut Report) {
     let Some(last) = report.findings.last_mut().filter(|last| !last.holds()) else {
         return;
     };
@@ -233,9 +233,13 @@ fn excuse(subject: &Subject<'_>, distance: f64, allowed: f64, report: &mut Repor
                 subject.expected.order
             )
         };
+        let passed = match corners {
+            1 => "a corner".to_owned(),
+            _ => format!("{corners} corners"),
+        };
         last.excuse = Some(format!(
-            "not required here: the theorem is about functions that are smooth along the motion, and it passes a corner {corners} times, as of `abs`, `max` or a \
-             comparison: {what}; to see it required, end before (`--until`), or declare a smooth function in the place of the corner"
+            "not required here: the theorem is about functions that are smooth along the motion, and it passes {passed}, as of `abs`, `max`, a \
+             comparison or samples: {what}; to see it required, end before (`--until`), or declare a smooth function in the place of the corner"
         ));
     }
 }

@@ -7,7 +7,7 @@
 use dsocs_core::geometry::{Triple, discrete_power, mean_over, power};
 use dsocs_core::{AnyPoint, Declaration, OwnedLeg};
 
-use super::order::{above, fitted, with_finer_steps};
+use super::order::{AT_CORNER, SCATTER, above, excuse, fitted, with_finer_steps};
 use super::probe::{State, expansion, less, walk};
 use super::{Measured, Report, Subject, larger, largest};
 use crate::entry::Motions;
@@ -67,10 +67,18 @@ fn discrete(subject: &Subject<'_>, parts: u32, report: &mut Report) {
         report.note("the discrete balance is met to rounding: no order is fitted");
         return;
     };
+    let slope = fitted(points);
     report.push(
         format!("slope of E − Σh(⟨Q + f, v⟩ − ∂L/∂t) between nodes, h = {first:.1e} to {least:.1e}"),
         Bar::AtLeast(subject.expected.order - BELOW),
-        Ok(fitted(points)),
+        Ok(slope),
+    );
+    // an energy is as that of the velocity
+    excuse(
+        subject,
+        subject.expected.order - slope,
+        SCATTER + AT_CORNER[1],
+        report,
     );
     if let Some(last) = report.findings.last_mut().filter(|last| !last.holds())
         && let Some(jump) = jump(&defects)

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use dsocs_core::geometry::{DiscreteFlow, Triple, piece_arguments};
+use dsocs_core::geometry::{DiscreteFlow, Triple, corners};
 use dsocs_core::{AnyPoint, Kernel, OwnedLeg};
 
 use super::probe::{self, First, Hard, State, Walked, less};
@@ -139,22 +139,21 @@ impl<'a> Subject<'a> {
     pub fn corners(&self) -> usize {
         // of second order nothing depends on it
         let a = vec![0.0; self.kernel.shape().dimension()];
-        let arguments = self.legs.iter().map(|leg| {
+        let middles = self.legs.iter().map(|leg| {
             let q: Vec<f64> = leg.q.iter().zip(&leg.d).map(|(q, d)| q - d / 2.0).collect();
             let v: Vec<f64> = leg.d.iter().map(|d| d / self.h).collect();
-            piece_arguments(self.kernel, (leg.t - self.h / 2.0, &q, &v, &a))
+            (leg.t - self.h / 2.0, q, v)
         });
-        let mut before: Vec<f64> = Vec::new();
-        let mut corners = 0;
-        for now in arguments {
-            let passed = before
-                .iter()
-                .zip(&now)
-                .filter(|(before, now)| *before * *now < 0.0);
-            corners += passed.count();
-            before = now;
-        }
-        corners
+        let middles: Vec<(f64, Vec<f64>, Vec<f64>)> = middles.collect();
+        let pairs = middles.iter().zip(middles.iter().skip(1));
+        pairs
+            .map(|(before, now)| {
+                corners(
+                    self.kernel,
+                    [before, now].map(|(t, q, v)| (*t, &q[..], &v[..], &a[..])),
+                )
+            })
+            .sum()
     }
 
     /// Which assumption of the theorems on the motion as a whole does not hold on it, if one does not.

@@ -1,6 +1,6 @@
 //! A force that is switched between two nodes leaves no trace in the rows: the step says so, and only then.
 
-use dsocs_core::{Flow, Real, Start, Stepper, TaylorFlow, Tolerance, dsocs};
+use dsocs_core::{Flow, Real, Samples, Start, Stepper, TaylorFlow, Tolerance, dsocs};
 
 /// A pendulum with dry friction in its joint, a switch of the width `1/k` in the velocity.
 #[dsocs {
@@ -29,7 +29,35 @@ struct Wall {
     push: f64,
 }
 
+/// A mass on a spring that a table of samples pushes.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
+    external_forces = (blow.at(t),);
+}]
+struct Blown {
+    blow: Samples,
+}
+
 const UNTIL: f64 = 8.0;
+
+#[test]
+fn a_blow_between_two_nodes_is_told() {
+    for (h, is_told) in [(0.01, true), (1e-4, false)] {
+        let peak = [(0.0, 0.0), (1.3, 0.0), (1.3012, 300.0), (1.3024, 0.0), (9.0, 0.0)];
+        let blown = Blown {
+            blow: Samples::monotone(peak).unwrap(),
+        };
+        let mut flow = Flow::new(&blown, h, Start::second_order([0.1], [1.0])).unwrap();
+        flow.to(2.0).unwrap();
+        assert_eq!(
+            flow.unresolved().is_some(),
+            is_told,
+            "{h}: {:?}",
+            flow.unresolved()
+        );
+    }
+}
 
 /// How many steps are said to be too long, and the error at the end.
 fn run(joint: &Joint, h: f64) -> (u64, f64) {

@@ -28,7 +28,7 @@ use crate::series::switch::Switch;
 use crate::start::AnyStart;
 use crate::step::TapeKernel;
 use crate::tape::declaration::Declaration;
-use crate::tape::{Leaf, Number as _, Part, Segment, Shape, Source, Tape, TapeCall};
+use crate::tape::{CallData, Leaf, Number as _, Part, Segment, Shape, Source, Tape, TapeCall};
 
 /// The series of a system that was not compiled, with what they need from order to order.
 pub(super) struct Interpreted<'s> {
@@ -70,8 +70,8 @@ impl Source for Called<'_> {
         Dual::new(self.call(which, &plain), f64::NAN)
     }
 
-    fn data(&self, which: usize) -> Option<&TapeCall> {
-        self.1.calls.get(which)
+    fn data(&self, which: usize) -> Option<CallData<'_>> {
+        self.1.calls.get(which).map(TapeCall::data)
     }
 }
 

@@ -175,6 +175,17 @@ pub(super) fn source(model: &Model, Cold { bytes, calls }: &Cold, functions: &Fu
             }
         }
     });
+    let data_arms = calls.data_arms(model);
+    let data = (!data_arms.is_empty()).then(|| {
+        quote! {
+            fn data(&self, which: usize) -> ::core::option::Option<::dsocs_core::__private::CallData<'_>> {
+                match which {
+                    #(#data_arms,)*
+                    _ => ::core::option::Option::None,
+                }
+            }
+        }
+    });
     let n = Literal::usize_unsuffixed(model.coordinates.len());
     quote! {
         #[allow(unused_variables, clippy::all, clippy::pedantic, clippy::nursery)]
@@ -201,6 +212,8 @@ pub(super) fn source(model: &Model, Cold { bytes, calls }: &Cold, functions: &Fu
             }
 
             #call_dual
+
+            #data
         }
     }
 }

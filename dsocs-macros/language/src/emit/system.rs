@@ -88,7 +88,7 @@ fn assembled<R>(model: &Model, make: impl FnOnce(Assembled<'_>) -> R) -> R {
             &graph,
             &stages,
             &unknowns,
-            (symmetry, expressions.have_switches()),
+            (symmetry, expressions.have_switches() || expressions.have_tables()),
         ),
         stages,
         graph: &graph,
@@ -103,10 +103,7 @@ pub(crate) fn data(model: &Model) -> Data {
     let model = together.as_ref().unwrap_or(model);
     assembled(model, |all| {
         let cold = cold::tape(model, &all.stages, (all.graph, &all.declared), all.expressions);
-        let mut facts = all.facts;
-        // of the tables of samples in fields of a struct only the struct knows
-        facts.switches |= all.expressions.have_tables();
-        Data::new(model, facts, cold, all.stages.sparse)
+        Data::new(model, all.facts, cold, all.stages.sparse)
     })
 }
 

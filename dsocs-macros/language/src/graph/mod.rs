@@ -193,7 +193,7 @@ impl Callee {
         let Self::Function(tokens) = self else { return None };
         let trees: Vec<String> = tokens.clone().into_iter().map(|tree| tree.to_string()).collect();
         match trees.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
-            ["self", ".", name, ".", "at"] => Some((*name).to_owned()),
+            ["self", ".", name, ".", "at"] => Some(name.trim_start_matches("r#").to_owned()),
             _ => None,
         }
     }

@@ -54,7 +54,7 @@ pub(crate) fn switches(model: &Model) -> Switches {
         open.extend(graph.parts(id));
         if let Node::Call { callee, args, .. } = graph.node(id)
             && let &[argument] = &args[..]
-            && graph.callee(*callee).of_samples().is_some()
+            && model.table(*callee).is_some()
             && is_of_motion(&graph, argument, model.order())
         {
             let table = Table {

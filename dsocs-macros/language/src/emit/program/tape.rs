@@ -7,9 +7,10 @@ use super::schedule::Product;
 use super::{Given, Op, Program, Stored, Value};
 use crate::emit::data::Call;
 use crate::emit::functions::Functions;
-use crate::graph::{Comparison, Graph, Leaf, Param, Unary};
+use crate::graph::{Callee, Comparison, Graph, Leaf, Param, Unary};
 use crate::hash::HashMap;
 use crate::lower::circle;
+use crate::model::Model;
 
 /// The byte of the first function.
 const FIRST_FUNCTION: u8 = 32;
@@ -124,6 +125,26 @@ impl Calls {
                 let result = functions.on_duals(graph, *callee, &arguments, wrt)?;
                 let place = Literal::usize_unsuffixed(place);
                 Some(quote!((#place, &[#(#names),*]) => #result))
+            })
+            .collect()
+    }
+
+    /// The arms that give the calls that are data: tables of samples, with the order of the derivative.
+    pub(crate) fn data_arms(&self, model: &Model) -> Vec<TokenStream> {
+        let calls = self.0.iter().enumerate();
+        calls
+            .filter_map(|(place, called)| {
+                let Called::Function { callee, wrt, .. } = called else {
+                    return None;
+                };
+                model.table(*callee)?;
+                let Callee::Function(written) = model.graph.callee(*callee) else {
+                    return None;
+                };
+                // `self.wind` of `self.wind.at`
+                let field: TokenStream = written.clone().into_iter().take(3).collect();
+                let [place, order] = [place, wrt.len()].map(Literal::usize_unsuffixed);
+                Some(quote!(#place => ::dsocs_core::__private::table(&#field, #order)))
             })
             .collect()
     }
