@@ -4,6 +4,7 @@
 //! [`crate::regularity::sides`] for the rates of what is zero. As long as the same arguments stay at zero, accelerations, multipliers and sides solve
 //! equations that are as smooth as what was declared.
 
+use crate::number::larger;
 use crate::number::point::{AnyPoint, map, moved};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
@@ -141,6 +142,25 @@ impl<'a> AtPoint<'a> {
                 if zero[g] && j < n { self.slope(g, j) } else { 0.0 }
             }),
         }
+    }
+
+    /// How fast each argument changes with an acceleration, at most, if the sides may be any: two that are multiples of each other are zero together, and then
+    /// what is known of the motion may have the one beyond zero and the other not yet, so that they rest on each other.
+    pub(crate) fn fastest(&self, a: &[f64], multipliers: usize) -> Vec<f64> {
+        let sides = self.drift.len();
+        let mut x = a.to_vec();
+        x.resize(a.len() + multipliers, 0.0);
+        let at = self.linearize(&x, &vec![0.0; sides], &vec![true; sides]);
+        let by_sides =
+            sides::inverse(at.by_unknowns).map(|inverse| at.slopes.times(&inverse.times(&at.by_sides)));
+        let reach = |g: usize| {
+            by_sides
+                .as_ref()
+                .map_or(0.0, |by_sides| by_sides.row(g).map(f64::abs).sum::<f64>())
+        };
+        (0..sides)
+            .map(|g| larger(self.rate(g, a).abs(), reach(g)))
+            .collect()
     }
 
     /// Solves the inclusion where some arguments are zero, with unknowns near some.

@@ -181,12 +181,12 @@ impl Integrator {
         let point = AtPoint::new(declaration, (t, self.now.q(), self.now.v()));
         let arguments = point.arguments();
         let tau = self.time_scale();
-        let arrives =
-            |g: usize| arguments[g].abs() <= ARRIVES * tau * point.rate(g, &a).abs() || arguments[g] == 0.0;
+        let multipliers = declaration.shape().multipliers();
+        let fastest = point.fastest(&a, multipliers);
+        let arrives = |g: usize| arguments[g].abs() <= ARRIVES * tau * fastest[g] || arguments[g] == 0.0;
         let zero: Vec<bool> = (0..arguments.len())
             .map(|g| zero.is_some_and(|zero| zero[g]) || arrives(g))
             .collect();
-        let multipliers = declaration.shape().multipliers();
         let Some(found) = point.solve(&zero, multipliers, Some(&a)) else {
             return false;
         };
@@ -377,7 +377,8 @@ impl Integrator {
         let Some(mut sticking) = self.watch.as_mut().and_then(|watch| watch.sticking.take()) else {
             return Outcome::NotFinite;
         };
-        let mut size = sticking.step.min(left);
+        // where all but nothing moves at first, the series' own steps may be as good as none
+        let mut size = sticking.step.max(smallest).min(left);
         let way = loop {
             match self.way(equations, &sticking, size) {
                 Some(way) if way.error <= 1.0 || size <= smallest => break way,

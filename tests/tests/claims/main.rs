@@ -23,6 +23,7 @@ mod error_text;
 mod external_forces;
 mod factors_at_rest;
 mod flow;
+mod frictions_together;
 mod garbage;
 mod geometry;
 mod global_error;
