@@ -104,6 +104,9 @@ fn options_of_others(failure: &RunFailure) -> &'static str {
                 ..
             },
         ) => "\n(on the command line: leave out `--tolerance`, `--order` and `--estimate-error`)",
+        RunFailure::Estimate(RunError::Setup(cause)) if matches!(**cause, SetupError::ThirdOrder { .. }) => {
+            "\n(run again with half the `--step`: the two runs differ by three quarters of the first one's error)"
+        }
         RunFailure::Run(RunError::Step(error))
             if error.details().index == 1 && error.details().cause.reason == StepFailure::AmbiguousRoot =>
         {
