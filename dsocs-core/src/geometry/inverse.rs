@@ -134,6 +134,9 @@ impl DiscreteFlow<'_> {
         let (n, count) = (leg.d.len(), z.len());
         let (all, bound) = (count + n, declaration.lower());
         let (units, h) = (units(last), Tangent::splat(self.h));
+        // what rounding has left of a constraint of positions is taken away over many steps, so that all three nodes have it
+        let mut left = declaration.pair(self.h, leg);
+        left.truncate(declaration.holonomic());
         let mut matrix = Matrix::zeros(all + bound, all);
         let mut right = vec![0.0; all + bound];
         for column in 0..all {
@@ -157,7 +160,7 @@ impl DiscreteFlow<'_> {
                 .enumerate()
             {
                 matrix[(all + i, column)] = row.derivative();
-                right[all + i] = -row.value();
+                right[all + i] = left.get(i).copied().unwrap_or(0.0) - row.value();
             }
         }
         let change = solved(matrix, right)?;

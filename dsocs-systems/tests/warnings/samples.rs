@@ -154,3 +154,18 @@ fn the_first_row_of_what_rests_has_no_constraint_force() {
         }
     }
 }
+
+/// What rounding leaves of a constraint is taken away over many steps. Samples leave more of it than a formula, and all nodes have it.
+#[test]
+fn a_constraint_with_samples_passes_the_checks() {
+    let table = [[-1.0, -1.0], [0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [5.0, 5.0]];
+    let lines: String = table
+        .iter()
+        .map(|[place, value]| format!("{place},{value}\n"))
+        .collect();
+    let text = "parameters { s = samples(\"table.csv\", cubic) } coordinates(x, y); \
+                lagrangian = dot(x).powi(2) / 2 + dot(y).powi(2) / 2 - 2 * x.powi(2); holonomic = y - x - s.at(t); \
+                run { start = ([0.1, 0.1], [0.0, 1.0]); step = 0.01; until = 3.9; }";
+    let (succeeds, [table, _]) = attempt_with(&[("table.csv", lines)], text, "check", &[]);
+    assert!(succeeds, "{table}");
+}
