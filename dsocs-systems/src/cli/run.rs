@@ -178,7 +178,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         errors.note(entry.description().names(), result.is_err()),
         energy.note(plan.method, plan.h),
         turns.note(entry.description().names(), plan.method, plan.h),
-        unresolved.map(|found| switched(found, third)),
+        unresolved.map(|found| switched(found, third, plan.method)),
         nearly_singular.map(|found| near(found, may_divide, third)),
         arguments.accuracy.note(),
     ];
@@ -405,6 +405,7 @@ fn switched(
         largest,
     }: Unresolved,
     third: bool,
+    method: Method,
 ) -> String {
     // no method follows the continuous motion of third order
     let [ends, goes_on] = if third {
@@ -422,9 +423,15 @@ fn switched(
              comes after depends on where the nodes lie ({ends})"
         );
     }
+    // a jump in a derivative of the Lagrangian costs the step of order 2 nothing
+    let at_best = if matches!(method, Method::Composed(_)) {
+        ", or of the second at best,"
+    } else {
+        ""
+    };
     format!(
         "warning: a force or a constraint jumps, or nearly so, within {steps} step{plural}, first about t = {first:.3}: there the motion has an error of the first \
-         order in the step ({goes_on})"
+         order in the step{at_best} ({goes_on})"
     )
 }
 
