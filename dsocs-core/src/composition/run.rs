@@ -62,6 +62,21 @@ pub(crate) struct Composed<'s> {
     pub(super) watch: Option<Box<Watch>>,
     /// The constraint force of the last step that was made with sides, and the node where it ended.
     pub(super) force: Option<(u64, Vector)>,
+    /// How the run arrived where inputs changed last.
+    arrived: Option<Box<Arrived>>,
+}
+
+/// How a run arrives at a node where inputs change. Several changes at one node are one: a velocity jumps from the values before all of them.
+#[derive(Clone)]
+struct Arrived {
+    /// The number of the node.
+    index: u64,
+    /// The values of the parameters before.
+    values: Vec<f64>,
+    /// The motion there.
+    now: State,
+    /// The same with its momentum, where momenta join the legs.
+    joined: Option<momenta::Node>,
 }
 
 /// What is known beside where momenta join the legs.
@@ -178,6 +193,7 @@ impl<'s> Composed<'s> {
             unresolved: None,
             watch: None,
             force,
+            arrived: None,
         };
         run.prepare();
         Ok(run)
@@ -611,37 +627,56 @@ impl<'s> Composed<'s> {
             .min_by(|left, right| order(left).total_cmp(&order(right)))
     }
 
+    /// The motion from a node on with other values, and the same with its momentum where momenta join the legs.
+    fn changed(&self, arrived: &Arrived, values: &[f64]) -> Result<(State, Option<momenta::Node>), RunError> {
+        let State { q, v, a } = &arrived.now;
+        let t = self.course.clock.time();
+        let [old, new] =
+            [&arrived.values[..], values].map(|values| Declaration::of(self.kernel).with(values));
+        let after = start::velocity_after(&[old, new], (t, &q.hi, &v.hi))?;
+        let after = Vector::of(&after);
+        if let Some(joined) = &arrived.joined {
+            // the momentum stays, but for the impulses of kinematic constraints
+            let momentum = if self.kernel.shape().kinematic > 0 {
+                Vector::of(&start::momentum(&new, (t, &q.hi, &after)))
+            } else {
+                joined.p.clone()
+            };
+            let now = (joined.q.clone(), momentum, after);
+            let node = Momenta::of(new).node(t, now, Some(a))?;
+            return Ok((State::of(&node), Some(node)));
+        }
+        let a = start::state_acceleration(&new, (t, &q.hi, &after), Some(a))?;
+        let v = if after == v.hi {
+            v.clone()
+        } else {
+            Sum::exact(after)
+        };
+        Ok((State { q: q.clone(), v, a }, None))
+    }
+
     /// Sets a parameter from the current node on: the run begins anew there, with the position and the momentum that it has.
     fn change(&mut self, place: usize, value: f64) -> Result<(), RunError> {
         let mut values = self.values.clone();
         if let Some(parameter) = values.get_mut(place) {
             *parameter = value;
         }
-        let State { q, v, a } = &self.course.now;
-        let t = self.course.clock.time();
-        let new = Declaration::of(self.kernel).with(&values);
-        let after = start::velocity_after(&[self.declaration(), new], (t, &q.hi, &v.hi))?;
-        let after = Vector::of(&after);
-        if let Some(joined) = &self.joined {
-            // the momentum stays, but for the impulses of kinematic constraints
-            let momentum = if self.kernel.shape().kinematic > 0 {
-                Vector::of(&start::momentum(&new, (t, &q.hi, &after)))
-            } else {
-                joined.now.p.clone()
-            };
-            let now = (joined.now.q.clone(), momentum, after);
-            let node = Momenta::of(new).node(t, now, Some(a))?;
-            self.course.now = State::of(&node);
-            if let Some(joined) = &mut self.joined {
-                joined.now = node;
-            }
-        } else {
-            let a = start::state_acceleration(&new, (t, &q.hi, &after), Some(a))?;
-            let moved = after != v.hi;
-            self.course.now.a = a;
-            if moved {
-                self.course.now.v = Sum::exact(after);
-            }
+        let index = self.course.clock.index();
+        let known = self.arrived.take().filter(|known| known.index == index);
+        let arrived = known.unwrap_or_else(|| {
+            Box::new(Arrived {
+                index,
+                values: self.values.clone(),
+                now: self.course.now.clone(),
+                joined: self.joined.as_ref().map(|joined| joined.now.clone()),
+            })
+        });
+        let changed = self.changed(&arrived, &values);
+        self.arrived = Some(arrived);
+        let (now, node) = changed?;
+        self.course.now = now;
+        if let (Some(joined), Some(node)) = (&mut self.joined, node) {
+            joined.now = node;
         }
         self.values = values;
         self.course.since = self.course.clock.index();

@@ -38,7 +38,7 @@ pub(super) struct Changed {
     /// The velocity with which the motion arrives there, as a run finds it that goes on with the old values: the mean velocity of both legs is another by a
     /// quarter of the step times what the acceleration jumps.
     pub(super) velocity: Vector,
-    /// The constraint force there.
+    /// The constraint force with which it does: that of a change itself is an impulse, and shows in the momentum.
     pub(super) force: Vector,
     /// The values of the parameters before.
     pub(super) before: Vec<f64>,
@@ -102,9 +102,10 @@ impl Discrete<'_> {
                 leg,
             );
             let velocity = Vector::of(change.sides[1].point(h, leg, &e_old[..]).any().v);
+            let force = Vector::of(&change.sides[0].force(h, leg, &e_old[..]));
             change
                 .solve([&e_old, &e])
-                .map(|(e, force)| (z, report, Vector::of(&e), velocity, Vector::of(&force)))
+                .map(|e| (z, report, Vector::of(&e), velocity, force))
         };
         let (z, report, e, velocity, force) = match solved {
             Ok(solved) => solved,
@@ -187,8 +188,8 @@ impl<'s> Change<'s> {
         }
     }
 
-    /// The second difference and the constraint force, from the second differences with each of the values on both sides.
-    fn solve(&self, guesses: [&[f64]; 2]) -> Result<(Vec<f64>, Vec<f64>), NewtonFailure> {
+    /// The second difference, from the second differences with each of the values on both sides.
+    fn solve(&self, guesses: [&[f64]; 2]) -> Result<Vec<f64>, NewtonFailure> {
         let n = guesses[1].len();
         let sides = [0, 1].map(|side| self.multipliers(side, guesses[side]));
         let mut x: Vec<f64> = guesses[1].to_vec();
@@ -210,11 +211,7 @@ impl<'s> Change<'s> {
         }
         let mut e = self.newton(x, &Kinematic::Mean(&slopes, &mean))?;
         e.truncate(n);
-        let mut force = self.sides[1].force(self.h, self.leg, &e);
-        for (force, jump) in force.iter_mut().zip(&self.jump) {
-            *force += jump;
-        }
-        Ok((e, force))
+        Ok(e)
     }
 
     /// The multipliers that are unknown, with the values of one side.

@@ -1,6 +1,7 @@
 //! Inputs of a continuous motion: it begins anew at the node, with the position and the momentum that it has there.
 
 use super::flow::{AnyTaylorFlow, TaylorFlow};
+use super::integrator::Arrived;
 use crate::error::SetupError;
 use crate::error::series::SeriesFailure;
 use crate::run::{Inputs, RunError};
@@ -22,20 +23,35 @@ impl AnyTaylorFlow<'_> {
             motion.stop_at(equations, since);
         }
         let before = motion.now.clone();
-        let (t, q, v) = (motion.time(), before.q(), before.v());
-        let sides = [
-            equations.declaration(),
-            Declaration::of(equations.kernel()).with(values),
-        ];
-        let after = start::velocity_after(&sides, (t, q, v))?;
         let old = equations.values().to_vec();
+        let (t, place) = (motion.time(), (motion.steps, motion.time()));
+        let known = motion.arrived.take().filter(|known| known.place == place);
+        let arrived = known.unwrap_or_else(|| {
+            Box::new(Arrived {
+                place,
+                values: old.clone(),
+                now: before.clone(),
+            })
+        });
+        let sides =
+            [&arrived.values[..], values].map(|values| Declaration::of(equations.kernel()).with(values));
+        let after = start::velocity_after(&sides, (t, arrived.now.q(), arrived.now.v()));
+        let after = match after {
+            Ok(after) => after,
+            Err(error) => {
+                motion.arrived = Some(arrived);
+                return Err(error.into());
+            }
+        };
         equations.set_values(values);
         if let Some(projection) = &mut motion.projection {
             projection.forget();
         }
-        if after != v {
+        motion.now = arrived.now.clone();
+        if after != arrived.now.v() {
             motion.now.set_velocity(&after);
         }
+        motion.arrived = Some(arrived);
         motion.begin(equations);
         if !motion.acceleration().iter().all(|a| a.is_finite()) {
             let error = motion.failed(equations, SeriesFailure::NotFinite);

@@ -114,6 +114,19 @@ pub(crate) struct Integrator {
     pub(super) on_grid: Option<State>,
     /// The time up to which the motion has been shown; see [`crate::Stepper::trace`].
     pub(super) shown: f64,
+    /// How it arrived where inputs changed last.
+    pub(super) arrived: Option<Box<Arrived>>,
+}
+
+/// How a motion arrives where inputs change. Several changes at one place are one: a velocity jumps from the values before all of them.
+#[derive(Clone)]
+pub(super) struct Arrived {
+    /// The number of steps to there, and the time.
+    pub(super) place: (u64, f64),
+    /// The values of the parameters before.
+    pub(super) values: Vec<f64>,
+    /// Position and velocity.
+    pub(super) now: State,
 }
 
 impl fmt::Debug for Integrator {
@@ -162,6 +175,7 @@ impl Integrator {
             projection: Projection::new(&equations.declaration(), (t0, q0, v0)),
             watch: Watch::new(equations, t0),
             jump: None,
+            arrived: None,
             is_new: true,
             began: t0,
             looked: (0, t0),

@@ -5,6 +5,7 @@ use dsocs_core::{Composition, InputError};
 use dsocs_systems::InertiaWheelPendulum;
 use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
+use dsocs_tests::scenes::random::Random;
 use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 
 use crate::dop853;
@@ -214,7 +215,6 @@ fn a_change_keeps_the_order() {
     }
 }
 
-/// The continuous motion under held inputs is that of a solver that knows nothing of them but a function of time.
 #[test]
 fn the_energy_at_a_change_is_that_with_which_the_motion_arrives() {
     let start = Start::second_order([1.0], [0.3]);
@@ -236,6 +236,106 @@ fn the_energy_at_a_change_is_that_with_which_the_motion_arrives() {
     }
 }
 
+declared! {
+    /// A mass that is drawn along a blade; its mass, and the slope and the speed of the blade, are held.
+    #[derive(Clone)]
+    struct Blade {
+        m: f64,
+        slope: f64,
+        speed: f64,
+        pull: f64,
+    }
+    coordinates(x, y);
+    lagrangian = m * dot(x).powi(2) / 2 + dot(y).powi(2) / 2;
+    external_forces = (pull, 0);
+    nonholonomic = dot(y) - slope * dot(x) - speed;
+}
+
+/// Momentum is kept but along the constraint's force, from the values before all changes at a node: whatever their order is.
+#[test]
+fn several_inputs_at_a_node_are_one_change() {
+    let mut random = Random::new(31);
+    for draw in 0..20 {
+        let mut drawn = || {
+            [
+                random.between(0.5, 2.0),
+                random.between(-1.0, 1.0),
+                random.between(-1.0, 1.0),
+            ]
+        };
+        let [before, after] = [drawn(), drawn()];
+        let [m, slope, speed] = before;
+        let blade = Blade {
+            m,
+            slope,
+            speed,
+            pull: 0.0,
+        };
+        let v = [0.7, slope * 0.7 + speed];
+        let [new, slope, speed] = after;
+        // (new vx, vy) = (m vx, vy) + λ (-slope, 1), on the new constraint
+        let impulse = (speed - v[1] + slope * m * v[0] / new) / (1.0 + slope * slope / new);
+        let expected = [(m * v[0] - slope * impulse) / new, v[1] + impulse];
+        let start = Start::second_order([0.0, 0.0], v);
+        for places in [[0, 1, 2], [2, 1, 0], [1, 2, 0]] {
+            let run = |inputs: &mut dyn Inputs<2>| {
+                for _ in 0..3 {
+                    inputs.advance().unwrap();
+                }
+                for place in places {
+                    inputs
+                        .set_input(["m", "slope", "speed"][place], after[place])
+                        .unwrap();
+                }
+                for _ in 0..3 {
+                    inputs.advance().unwrap();
+                }
+                inputs.node().v
+            };
+            let ends = [
+                run(&mut Flow::new(&blade, 0.1, start).unwrap()),
+                run(&mut TaylorFlow::new(&blade, start, Tolerance::relative(1e-12))
+                    .unwrap()
+                    .every(0.1)
+                    .unwrap()),
+            ];
+            for found in ends {
+                let apart = (found[0] - expected[0]).abs().max((found[1] - expected[1]).abs());
+                assert!(apart < 1e-11, "{draw} {places:?}: {found:?} {expected:?}");
+            }
+        }
+    }
+}
+
+/// At the node where the blade turns the force is that of the old slope: `m ẍ = pull − λ slope`, `ÿ = λ = slope ẍ`.
+#[test]
+fn forces_and_multipliers_at_a_change_are_those_with_which_the_motion_arrives() {
+    let blade = Blade {
+        m: 2.0,
+        slope: 0.4,
+        speed: 0.1,
+        pull: 1.3,
+    };
+    let slopes = [0.4, -1.7, 0.9, 0.2];
+    let mut flow = Flow::new(&blade, 0.05, Start::second_order([0.0, 0.0], [1.0, 0.5])).unwrap();
+    for (before, after) in slopes.iter().zip(&slopes[1..]) {
+        // holds from the next node on
+        flow.set_input("slope", *after).unwrap();
+        flow.advance().unwrap();
+        let node = flow.node();
+        let expected = before * 1.3 / (2.0 + before * before);
+        let found = flow.multipliers(&node)[0];
+        assert!((found - expected).abs() < 1e-10, "{before}: {found} {expected}");
+        assert!(
+            (node.force[0] + before * expected).abs() < 1e-10 && (node.force[1] - expected).abs() < 1e-10
+        );
+        for _ in 0..3 {
+            flow.advance().unwrap();
+        }
+    }
+}
+
+/// The continuous motion under held inputs is that of a solver that knows nothing of them but a function of time.
 #[test]
 fn the_series_go_on_from_the_new_value() {
     let system = Pushed { u: 0.0 };
