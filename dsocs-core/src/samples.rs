@@ -275,25 +275,22 @@ impl Samples {
         }
     }
 
-    /// Whether the slope or the curvature jumps at the sample of a number, by more than rounding.
+    /// Whether a derivative of up to the third order jumps at the sample of a number, by more than rounding.
     pub(crate) fn is_bent(&self, index: usize) -> bool {
-        // at both ends of a piece
-        let curvatures = |piece: Option<usize>| {
+        // the second derivative at both ends of a piece, and the third times its length
+        let derivatives = |piece: Option<usize>| {
             let Some(piece) = piece.filter(|piece| piece + 1 < self.places.len()) else {
-                return [0.0; 2];
+                return [0.0; 3];
             };
             let [_, _, c, d] = self.pieces[piece];
-            [
-                2.0 * c,
-                2.0 * c + 6.0 * d * (self.places[piece + 1] - self.places[piece]),
-            ]
+            let length = self.places[piece + 1] - self.places[piece];
+            [2.0 * c, 2.0 * c + 6.0 * d * length, 6.0 * d * length]
         };
-        let [before, after] = [index.checked_sub(1), Some(index)].map(curvatures);
-        let largest = before
-            .into_iter()
-            .chain(after)
-            .fold(0.0, |most, x| x.abs().max(most));
-        self.bend(index) > BENDS || (after[0] - before[1]).abs() > BENDS * largest
+        let [before, after] = [index.checked_sub(1), Some(index)].map(derivatives);
+        let all = before.into_iter().chain(after);
+        let largest = all.fold(0.0, |most: f64, x| x.abs().max(most));
+        let jumps = |jump: f64| jump.abs() > BENDS * largest;
+        self.bend(index) > BENDS || jumps(after[0] - before[1]) || jumps(after[2] - before[2])
     }
 
     /// Where the polynomial begins beyond some places, and its coefficients from order 0 on.

@@ -4,6 +4,7 @@ mod any;
 mod begin;
 mod consistency;
 mod determined;
+mod elsewhere;
 mod impulse;
 pub(crate) mod place;
 mod rest;

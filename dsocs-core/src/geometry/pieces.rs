@@ -4,8 +4,8 @@ use crate::kernel::Kernel;
 use crate::tape::declaration::Declaration;
 
 /// How often what a declaration gives by pieces changes its piece from one place of a motion to the next, so that the acceleration or its slope may jump: each
-/// argument of an `if`, `abs`, `max` … that changes its sign, and each sample that the argument of a table passes where the slope of the table jumps, or its
-/// curvature. Places are a time, a position, a velocity and an acceleration, which is asked of third order alone.
+/// argument of an `if`, `abs`, `max` … that changes its sign, and each sample that the argument of a table passes where a derivative of the table jumps, the third
+/// one of a cubic spline. Places are a time, a position, a velocity and an acceleration, which is asked of third order alone.
 #[must_use]
 pub fn corners(system: &dyn Kernel, places: [(f64, &[f64], &[f64], &[f64]); 2]) -> usize {
     let declaration = Declaration::of(system);

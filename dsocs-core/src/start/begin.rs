@@ -2,6 +2,7 @@
 
 use super::consistency;
 use super::determined;
+use super::elsewhere;
 use super::rest;
 use super::third::{self, Free};
 use crate::error::SetupError;
@@ -475,9 +476,17 @@ pub(crate) fn acceleration(
     let equations = Continuous { declaration, t, q, v };
     let zero = Vector::zero(shape.motion);
     let guess = Vector::resized(near.unwrap_or(&[]), shape.motion);
-    match newton::solve(&equations, &guess, &zero, MAX_ITERATIONS, &mut ()) {
-        Ok(root) => Ok(split(&root.z)),
-        Err(_) => Err(newton::explain(&equations, &guess, &zero, MAX_ITERATIONS)),
+    let solve = |guess: &Vector| newton::solve(&equations, guess, &zero, MAX_ITERATIONS, &mut ());
+    let found = solve(&guess).map(|root| root.z);
+    let found = found.ok().or_else(|| {
+        let elsewhere = near
+            .is_none()
+            .then(|| elsewhere::only(q.len(), shape.motion, &solve));
+        elsewhere.flatten()
+    });
+    match found {
+        Some(z) => Ok(split(&z)),
+        None => Err(newton::explain(&equations, &guess, &zero, MAX_ITERATIONS)),
     }
 }
 

@@ -26,7 +26,7 @@ use dsocs_core::__private::TapeKernel;
 use dsocs_core::{NearlySingular, System, Unresolved};
 
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, Typed};
-use crate::stability::{Bar, told};
+use crate::stability::{Bar, number, told};
 
 use probe::{Hard, Passed, State};
 use subject::{Subject, states_at};
@@ -158,7 +158,8 @@ fn excuse(hard: Hard, held: usize, steps: usize) -> Option<String> {
     if let Some(NearlySingular { first, .. }) = hard.nearly_singular {
         return Some(format!(
             "not required here: the theorem is about motions along which the equations are regular, and here they come near to a singularity, first about \
-             t = {first:.3}, beside which errors do not fall as a power of the step; to see it required, end before (`--until`)"
+             t = {}, beside which errors do not fall as a power of the step; to see it required, end before (`--until`)",
+            number(first)
         ));
     }
     let jumps = hard.unresolved.map_or(0, |unresolved| unresolved.steps);
@@ -336,7 +337,8 @@ fn window(subject: &Subject<'_>, report: &mut Report) {
         );
         if let Some(Unresolved { first, .. }) = subject.hard.unresolved {
             report.note(&format!(
-                "a force or a constraint jumps, or nearly so, within a step, first about t = {first:.3}: such steps lower the order to 1; take a smaller step, or a smoother function"
+                "a force or a constraint jumps, or nearly so, within a step, first about t = {}: such steps lower the order to 1; take a smaller step, or a smoother function",
+                number(first)
             ));
         }
     }

@@ -11,7 +11,7 @@ use dsocs_core::{Declaration, RunError};
 use super::probe::{First, State, less};
 use super::{Finding, Measured, Report, Subject, larger, probe};
 use crate::entry::Kind;
-use crate::stability::Bar;
+use crate::stability::{Bar, number};
 
 /// Each of so many steps is half of the one before.
 const HALVINGS: u32 = 6;
@@ -213,7 +213,8 @@ fn fit(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     }
     if let (Some(ended), Some(reached)) = (ended, times.last()) {
         report.note(&format!(
-            "compared up to t = {reached:.4}, since the continuous motion ends: {ended}"
+            "compared up to t = {}, since the continuous motion ends: {ended}",
+            number(*reached)
         ));
     }
 }
@@ -261,17 +262,18 @@ fn worst(errors: &[Vec<f64>]) -> f64 {
 /// Why errors are not compared beyond a time.
 fn beyond(subject: &Subject<'_>, parts: u32, until: f64) -> String {
     let said = format!(
-        "errors are compared up to t = {until:.2}: beyond, that of h = {} is more than {FOLLOWED} of the motion's extent",
+        "errors are compared up to t = {}: beyond, that of h = {} is more than {FOLLOWED} of the motion's extent",
+        number(until),
         subject.h / f64::from(parts << FOLLOWER)
     );
     match growth(subject) {
         Ok([growth, late]) if growth > CHAOS[2] || (growth > CHAOS[0] && late > CHAOS[1]) => format!(
-            "{said}; by t = {:.2} a small change of the start has grown {growth:.0e} times: that is chaos, and no failure of the scheme",
-            subject.until
+            "{said}; by t = {} a small change of the start has grown {growth:.0e} times: that is chaos, and no failure of the scheme",
+            number(subject.until)
         ),
         Ok([growth, _]) => format!(
-            "{said}; by t = {:.2} a small change of the start has grown {growth:.0e} times",
-            subject.until
+            "{said}; by t = {} a small change of the start has grown {growth:.0e} times",
+            number(subject.until)
         ),
         Err(_) => said,
     }

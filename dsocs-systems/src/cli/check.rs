@@ -9,12 +9,11 @@ use comfy_table::{Cell, CellAlignment, Color, Table, presets};
 use serde_json::{Value, json};
 
 use super::output::OutputFile;
-use super::stability::number;
 use super::start::{BeginArguments, StartArguments};
 use super::{CliError, Program, expression, orders, output, terminal};
 use crate::check::{Begin, Finding, Settings};
 use crate::entry::Entry;
-use crate::stability::Bar;
+use crate::stability::{Bar, number};
 
 /// What `check` takes.
 #[derive(Args, Debug)]

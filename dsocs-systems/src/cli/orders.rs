@@ -7,10 +7,10 @@ use comfy_table::{Cell, CellAlignment, Color, presets};
 use serde_json::{Value, json};
 
 use super::check::CheckArguments;
-use super::stability::number;
 use super::{CliError, output, terminal};
 use crate::check::orders::{Order, Orders, Part, Variant, statement_of};
 use crate::entry::Entry;
+use crate::stability::number;
 
 /// The columns of the table over systems and maps.
 const COLUMNS: [&str; 8] = [

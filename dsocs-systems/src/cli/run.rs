@@ -23,6 +23,7 @@ use super::terminal::tell;
 use super::turns::Turns;
 use super::{CliError, Program, interrupt, page, progress};
 use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, UnknownName, columns};
+use crate::stability::number;
 
 /// How many nodes there are between two signs of progress.
 const PROGRESS: u64 = 1024;
@@ -416,10 +417,10 @@ fn switched(
             "`--tolerance` goes on from the place of the jump itself; or a smaller `--step`; `--estimate-error` measures what it costs",
         ]
     };
-    let plural = if steps == 1 { "" } else { "s" };
+    let (plural, first) = (if steps == 1 { "" } else { "s" }, number(first));
     if largest.is_infinite() {
         return format!(
-            "warning: a force is infinite, or the velocity has to jump, within {steps} step{plural} that the run has passed, first about t = {first:.3}: what \
+            "warning: a force is infinite, or the velocity has to jump, within {steps} step{plural} that the run has passed, first about t = {first}: what \
              comes after depends on where the nodes lie ({ends})"
         );
     }
@@ -430,7 +431,7 @@ fn switched(
         ""
     };
     format!(
-        "warning: a force or a constraint jumps, or nearly so, within {steps} step{plural}, first about t = {first:.3}: there the motion has an error of the first \
+        "warning: a force or a constraint jumps, or nearly so, within {steps} step{plural}, first about t = {first}: there the motion has an error of the first \
          order in the step{at_best} ({goes_on})"
     )
 }
@@ -445,10 +446,10 @@ fn near(
     may_divide: bool,
     third: bool,
 ) -> String {
-    let plural = if steps == 1 { "" } else { "s" };
+    let (plural, first) = (if steps == 1 { "" } else { "s" }, number(first));
     if of_step == steps {
         return format!(
-            "warning: the equations of the step pass through a singularity in {steps} step{plural}, first about t = {first:.3}, where those of the continuous motion have none: \
+            "warning: the equations of the step pass through a singularity in {steps} step{plural}, first about t = {first}, where those of the continuous motion have none: \
              a force changes too fast with the velocity for this step, or the velocity grows beyond all bounds, and what comes after may not be the motion (a smaller \
              `--step`{})",
             if third {
@@ -464,7 +465,7 @@ fn near(
         ""
     };
     format!(
-        "warning: the equations are nearly singular in {steps} step{plural}, first about t = {first:.3}: they hardly determine the {} there, and the error of \
+        "warning: the equations are nearly singular in {steps} step{plural}, first about t = {first}: they hardly determine the {} there, and the error of \
          the motion may be much larger than elsewhere, with that of multipliers (a smaller `--step` shows it{factor})",
         if third { "jerk" } else { "acceleration" }
     )

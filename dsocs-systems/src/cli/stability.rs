@@ -12,7 +12,7 @@ use super::{CliError, Program, expression, output, progress, terminal};
 use crate::check::{Begin, Settings};
 #[cfg(all(feature = "dsocs", not(test)))]
 use crate::stability::CASES;
-use crate::stability::{Bar, Row, any};
+use crate::stability::{Bar, Row, any, number};
 
 /// The case whose rival is not built unless the feature `peers` is on.
 #[cfg(all(feature = "dsocs", not(test)))]
@@ -238,17 +238,4 @@ pub(super) fn table(rows: &[Row]) -> Table {
         ]);
     }
     table
-}
-
-/// A number in two or three digits; a dash for none.
-pub fn number(x: f64) -> String {
-    if x.is_nan() {
-        "–".to_owned()
-    } else if x == 0.0 || ((0.01..1e5).contains(&x.abs()) && (x * 100.0).fract() == 0.0) {
-        format!("{x}")
-    } else if (0.01..1e5).contains(&x.abs()) {
-        format!("{x:.3}")
-    } else {
-        format!("{x:.1e}")
-    }
 }

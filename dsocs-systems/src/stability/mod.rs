@@ -72,6 +72,19 @@ type Measured = Result<f64, Box<dyn Error>>;
 /// What is said of a measurement that ends with a value that is none.
 const UNDEFINED: &str = "it has no value here: some expression of the declaration, or a derivative of it, has none at a state that is looked at";
 
+/// A number in two or three digits; a dash for none.
+pub(crate) fn number(x: f64) -> String {
+    if x.is_nan() {
+        "–".to_owned()
+    } else if x == 0.0 || ((0.01..1e5).contains(&x.abs()) && (x * 100.0).fract() == 0.0) {
+        format!("{x}")
+    } else if (0.01..1e5).contains(&x.abs()) {
+        format!("{x:.3}")
+    } else {
+        format!("{x:.1e}")
+    }
+}
+
 /// A figure, or why there is none.
 pub(crate) fn told(measured: Measured) -> (f64, Option<String>) {
     match measured {

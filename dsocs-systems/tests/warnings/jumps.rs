@@ -92,7 +92,7 @@ fn a_start_beside_a_singularity_is_told() {
         let (silent, exact) = run(&text(speed), &["--tolerance", "1e-10"]);
         let apart = (position(&end) - position(&exact)).abs();
         assert!(
-            warnings.contains("nearly singular in 1 step, first about t = 0.010"),
+            warnings.contains("nearly singular in 1 step, first about t = 0.01"),
             "{speed}: {apart:e} {warnings}"
         );
         assert_eq!(silent, "");

@@ -6,6 +6,7 @@ use super::super::order::{FOLLOWER, errors, followed};
 use super::super::{Subject, larger};
 use super::fit::{Order, Sample, order, order_by};
 use super::parts::{HALVINGS, LARGEST, Part, PartOrder, expansions};
+use crate::stability::number;
 
 /// The errors are looked at with these parts of the step, the first of which tells an order: with larger steps they may not fall as a power yet.
 const PARTS: [u32; 3] = [1, 4, 16];
@@ -57,8 +58,8 @@ pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
     }
     if let Some(why) = why {
         remarks.push(format!(
-            "errors are compared up to t = {:.4}, since the continuous motion ends: {why}",
-            best.1
+            "errors are compared up to t = {}, since the continuous motion ends: {why}",
+            number(best.1)
         ));
     }
     best

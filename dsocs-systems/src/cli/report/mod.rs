@@ -10,10 +10,10 @@ use clap::Args;
 
 use super::output::OutputFile;
 use super::page::{self, Cell, Page};
-use super::stability::number;
 use super::{CliError, Program, paper, progress};
 use crate::check::{Begin, Settings};
 use crate::experiment::{ErrorRow, StartRule, slope};
+use crate::stability::number;
 use crate::stability::{Bar, CASES};
 
 /// The systems whose theorems are shown unless others are named.

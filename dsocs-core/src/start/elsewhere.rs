@@ -1,0 +1,37 @@
+//! An acceleration at the start that Newton's iteration does not find from zero.
+
+use crate::solve::Vector;
+use crate::solve::newton::Root;
+
+/// The sizes of the accelerations from which one is looked for, of both signs.
+const GUESSES: [f64; 13] = [
+    1.0, 1e-1, 1e1, 1e-2, 1e2, 1e-3, 1e3, 1e-4, 1e4, 1e-5, 1e5, 1e-6, 1e6,
+];
+
+/// Solutions that differ by less than this part of themselves are one.
+const SAME: f64 = 1e-9;
+
+/// The only solution for the acceleration that is found from guesses of all sizes, where there is none from zero: a law such as `a³ = 8` is flat there. `None` if
+/// there are several, one of which has to be chosen.
+#[cold]
+pub(super) fn only<E>(
+    n: usize,
+    unknowns: usize,
+    solve: &dyn Fn(&Vector) -> Result<Root<Vector>, E>,
+) -> Option<Vector> {
+    let mut only: Option<Vector> = None;
+    for size in GUESSES.into_iter().flat_map(|size| [size, -size]) {
+        let guess = Vector::from_fn(unknowns, |i| if i < n { size } else { 0.0 });
+        let Ok(root) = solve(&guess) else { continue };
+        let Some(known) = &only else {
+            only = Some(root.z);
+            continue;
+        };
+        let length = known.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let mut pairs = known.iter().zip(root.z.iter());
+        if !pairs.all(|(one, other)| (one - other).abs() <= SAME * length) {
+            return None;
+        }
+    }
+    only
+}
