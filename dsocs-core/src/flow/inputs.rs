@@ -156,6 +156,8 @@ struct Change<'s> {
     leg: AnyLeg<'s, f64>,
     /// By how much the momentum that arrives is another than with the new values: `(D₂L_d + f⁺_d)` new less old.
     jump: Vec<f64>,
+    /// The size of that momentum: of multipliers, what is small beside it is rounding.
+    momentum: Vec<f64>,
 }
 
 /// Which rows stand for the kinematic ones.
@@ -180,6 +182,11 @@ impl<'s> Change<'s> {
         }
         Self {
             jump: new.iter().zip(&old).map(|(new, old)| new - old).collect(),
+            momentum: new
+                .iter()
+                .zip(&old)
+                .map(|(new, old)| new.abs().max(old.abs()))
+                .collect(),
             sides,
             kinematic,
             lower: holonomic + nonholonomic,
@@ -280,7 +287,20 @@ impl<'s> Change<'s> {
 
     /// Newton's iteration, with rows and unknowns in their own sizes.
     fn newton(&self, mut x: Vec<f64>, kinematic: &Kinematic<'_>) -> Result<Vec<f64>, NewtonFailure> {
+        let n = self.leg.q.len();
         let longest = self.leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
+        let forms = self.sides[1].forms(self.h, self.leg, x.get(..n).unwrap_or(&[]));
+        let least: Vec<f64> = (0..x.len())
+            .map(|i| match i.checked_sub(n).and_then(|j| forms.get(j)) {
+                None => LEAST * longest,
+                Some(form) => {
+                    let parts = self.momentum.iter().zip(form).filter(|(_, form)| **form != 0.0);
+                    parts.fold(0.0, |most, (momentum, form)| {
+                        f64::max(most, momentum / form.abs())
+                    })
+                }
+            })
+            .collect();
         let (mut updates, mut residual) = (Vec::new(), Vec::new());
         let mut reason = StepFailure::NotConverged;
         for _ in 0..MAX_ITERATIONS {
@@ -296,12 +316,7 @@ impl<'s> Change<'s> {
             let mut largest = 0.0_f64;
             for (i, (x, update)) in x.iter_mut().zip(&update).enumerate() {
                 *x -= update;
-                let least = if i < self.leg.q.len() {
-                    LEAST * longest
-                } else {
-                    0.0
-                };
-                let size = x.abs().max(least);
+                let size = x.abs().max(least[i]);
                 largest = largest.max(if *update == 0.0 { 0.0 } else { update.abs() / size });
             }
             let last = updates.last().copied().unwrap_or(f64::INFINITY);

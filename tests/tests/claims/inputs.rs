@@ -335,6 +335,43 @@ fn forces_and_multipliers_at_a_change_are_those_with_which_the_motion_arrives() 
     }
 }
 
+declared! {
+    /// A car that holds its speed by a law; its curvature is held.
+    #[derive(Clone)]
+    struct Driven {
+        k: f64,
+    }
+    coordinates(x, y, heading);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + 0.2 * dot(heading).powi(2) / 2;
+    let speed = dot(x) * heading.cos() + dot(y) * heading.sin();
+    nonholonomic = [dot(x) * heading.sin() - dot(y) * heading.cos(), dot(heading) - k * speed];
+    kinematic = dot(speed);
+    constraint_forces = [(heading.cos(), heading.sin(), 0)];
+}
+
+/// Straight on nothing has to act: multipliers are rounding, and rounding decides nothing.
+#[test]
+fn a_wheel_may_be_set_straight() {
+    for k in [0.0, 1e-12, 1e-6] {
+        for h in [0.1, 0.05, 0.01] {
+            let car = Driven { k: 0.2 };
+            let mut flow = Flow::new(&car, h, Start::second_order([0.0; 3], [1.0, 0.0, 0.2])).unwrap();
+            flow.to(1.0 - 0.9 * h).unwrap();
+            flow.set_input("k", k).unwrap();
+            let end = flow.to(2.0).unwrap();
+            // an arc, and what is nearly a line
+            let expected = [
+                5.0 * 0.2_f64.sin() + 0.2_f64.cos(),
+                5.0 * (1.0 - 0.2_f64.cos()) + 0.2_f64.sin(),
+                0.2,
+            ];
+            for (found, expected) in end.q.iter().zip(expected) {
+                assert!((found - expected).abs() < 0.02 * h * h + 2e-6, "{k} {h}: {end:?}");
+            }
+        }
+    }
+}
+
 /// The continuous motion under held inputs is that of a solver that knows nothing of them but a function of time.
 #[test]
 fn the_series_go_on_from_the_new_value() {
