@@ -162,7 +162,7 @@ struct Span<'a> {
     free: &'a [bool],
 }
 
-impl Contact<'_> {
+impl<'a> Contact<'a> {
     /// What may happen in the step, if its second difference is about `e`, and changes by about `bend` from step to step.
     #[cold]
     pub(crate) fn outlook(&self, e: &[f64], bend: &[f64]) -> Outlook {
@@ -254,7 +254,7 @@ impl Contact<'_> {
             .map(|i| if i < n { LEAST * self.leg.d[i].abs() } else { 0.0 })
             .collect();
         let mut pieces = self.pieces.to_vec();
-        let mut arguments = in_the_middle(&self.declaration, self.h, self.leg);
+        let mut arguments = in_the_middle(self.declaration_after(0.0), self.h, self.leg);
         let mut free: Vec<bool> = (0..count)
             .map(|g| pieces[g].side() * arguments[g] <= 0.0)
             .collect();
@@ -283,7 +283,8 @@ impl Contact<'_> {
                 now
             };
             evaluations += found.evaluations;
-            let next = in_the_middle(&self.declaration, self.h, self.next(&found.x[..n]).any());
+            let leg = self.next(&found.x[..n]);
+            let next = in_the_middle(self.declaration_after(done), self.h, leg.any());
             // what was zero and is not goes on to one side
             for g in (0..count).filter(|&g| free[g]) {
                 pieces[g] = if found.still[g] {
@@ -338,9 +339,28 @@ impl Contact<'_> {
                 arguments[g] += first * (next[g] - arguments[g]);
                 free[g] = arrived[g] || pieces[g] == Piece::Between;
             }
+            if self.is_before(done) && !self.is_before(place) {
+                // an input may move a surface at once
+                let ends = [self.leg, leg.any()].map(|leg| in_the_middle(&self.declaration, self.h, leg));
+                let before =
+                    [self.leg, leg.any()].map(|leg| in_the_middle(self.declaration_after(done), self.h, leg));
+                for g in (0..count).filter(|&g| ends[0][g] != before[0][g] || ends[1][g] != before[1][g]) {
+                    arguments[g] = 0.5 * (ends[0][g] + ends[1][g]);
+                    pieces[g] = Piece::of(arguments[g]);
+                    free[g] = arguments[g] == 0.0;
+                }
+            }
             (done, x) = (place, found.x);
         }
         None
+    }
+
+    /// The declaration after a part of the step.
+    fn declaration_after(&self, done: f64) -> &Declaration<'a> {
+        match &self.before {
+            Some(before) if done < MIDDLE => before,
+            _ => &self.declaration,
+        }
     }
 
     /// Whether inputs still change after a part of the step.
@@ -408,7 +428,8 @@ impl Contact<'_> {
             let way = map(&d, |d| half * d);
             let q = rotation::moved(&self.declaration.shape().rotations, &leg.q, &way);
             let v = map(&d, |d| d / h);
-            self.declaration.side_arguments(leg.t + half * h, &q, &v)
+            self.declaration_after(span.done)
+                .side_arguments(leg.t + half * h, &q, &v)
         };
         let fixed = map(sides, Tangent::splat);
         let by_unknowns: Vec<_> = (0..x.len()).map(|j| rows(&moved(x, j), &fixed)).collect();

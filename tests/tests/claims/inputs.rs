@@ -372,6 +372,50 @@ fn a_wheel_may_be_set_straight() {
     }
 }
 
+declared! {
+    /// A mass on a belt whose speed is held.
+    #[derive(Clone)]
+    struct Conveyed {
+        belt: f64,
+        dry: f64,
+    }
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    external_forces = -dry * (dot(x) - belt).signum();
+}
+
+/// What rests slips at once where its surface moves at once, and what slips may do so to the other side.
+#[test]
+fn a_belt_that_an_input_moves_keeps_the_order() {
+    let belts = [0.0, 0.5, -0.3, 0.4, 0.45];
+    let dry = 0.8;
+    // the velocity goes to the belt's at a constant rate, in parts of one second and of half of one
+    let (mut x, mut v) = (0.0_f64, 0.0_f64);
+    let lengths = [1.0, 1.0, 0.5, 0.5, 1.0];
+    for (belt, length) in belts.iter().zip(lengths) {
+        let slips = (belt - v).abs() / dry;
+        let slips = slips.min(length);
+        let end = v + dry * slips * (belt - v).signum();
+        x += 0.5 * (v + end) * slips + end * (length - slips);
+        v = end;
+    }
+    for parts in [10, 14, 20, 50] {
+        let h = 1.0 / f64::from(parts);
+        let mass = Conveyed { belt: 0.0, dry };
+        let mut flow = Flow::new(&mass, h, Start::second_order([0.0], [0.0])).unwrap();
+        let mut t = 0.0;
+        for (belt, length) in belts.iter().skip(1).zip(lengths) {
+            t += length;
+            flow.to(t - 0.9 * h).unwrap();
+            flow.set_input("belt", *belt).unwrap();
+        }
+        let end = flow.to(4.0).unwrap();
+        let apart = [(end.q[0] - x).abs(), (end.v[0] - v).abs()];
+        assert!(apart.iter().all(|apart| *apart < 0.3 * h * h), "{h}: {apart:?}");
+        assert_eq!(flow.unresolved(), None);
+    }
+}
+
 /// The continuous motion under held inputs is that of a solver that knows nothing of them but a function of time.
 #[test]
 fn the_series_go_on_from_the_new_value() {
