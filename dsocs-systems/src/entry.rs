@@ -47,6 +47,8 @@ mod plan;
 mod point;
 mod reference;
 mod run;
+mod shipped;
+mod solid;
 mod symmetry;
 mod text;
 
@@ -76,6 +78,9 @@ pub use name::UnknownName;
 pub use plan::{HeldInput, Method, Plan};
 #[cfg(feature = "sweep")]
 pub use point::{Shown, Watchable, Watched, code};
+pub use shipped::Shipped;
+pub(crate) use solid::Face;
+pub use solid::{Solid, about, along, turned};
 pub use symmetry::Symmetry;
 pub use text::NoText;
 

@@ -52,9 +52,9 @@ pub use entry::Entry;
 #[cfg(all(feature = "systems", not(test)))]
 pub use systems::{
     Arm, CartPole, Clothoid, Constant, ContactOscillator, Crane, Curvature, CurvedParticle, ExactDecrease,
-    FrictionPendulum, GravityTurn, HeavyTop, InertiaWheelPendulum, Kapitza, KnifeEdge, MagneticParticle,
-    NonholonomicParticle, PlanarChain2, PlanarChain8, PlanarPendulum, RodAndWheel, RollingDisk, Sleigh,
-    Snakeboard, Sphere, SphericalPendulum, StalledPendulum, Train, Vehicle, Wavy,
+    FrictionPendulum, GravityTurn, InertiaWheelPendulum, Kapitza, KnifeEdge, MagneticParticle,
+    NonholonomicParticle, PlanarChain2, PlanarChain8, PlanarPendulum, QuaternionTop, RodAndWheel,
+    RollingDisk, Sleigh, Snakeboard, Sphere, SphericalPendulum, StalledPendulum, Train, Vehicle, Wavy,
 };
 #[cfg(all(feature = "systems", not(test)))]
 pub use systems::{chain, particle, pendulum};

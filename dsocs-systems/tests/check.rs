@@ -32,6 +32,36 @@ fn every_system_passes() {
     });
 }
 
+#[test]
+fn every_system_that_is_a_text_passes() {
+    for shipped in systems::texts::TEXTS {
+        let entry = shipped.entry(&[]).unwrap();
+        let until = entry.default_until().min(200.0 * entry.default_step());
+        let settings = Settings {
+            until: Some(until),
+            begin: Begin {
+                projected: entry.projects(),
+                ..Begin::default()
+            },
+            ..settings(&entry)
+        };
+        let findings = entry.check(&settings).unwrap();
+        assert_eq!(
+            findings.iter().filter(|finding| !finding.ok()).count(),
+            0,
+            "{}: {findings:?}",
+            shipped.name
+        );
+        for check in ["rotations", "power balance", "order"] {
+            assert!(
+                findings.iter().any(|finding| finding.check == check),
+                "{}: {check}",
+                shipped.name
+            );
+        }
+    }
+}
+
 /// Asserts that systems pass.
 fn pass(entries: impl Iterator<Item = Entry>) {
     for entry in entries {

@@ -592,6 +592,11 @@ fn list_names_systems_coordinates_and_parameters() {
     );
     let text = stdout(&["list"]);
     assert!(systems::all().iter().all(|entry| text.contains(entry.name())));
+    assert!(
+        systems::texts::TEXTS
+            .iter()
+            .all(|shipped| text.contains(shipped.name))
+    );
     assert!(text.contains("\nnonholonomic\n"), "kind by kind: {text}");
     let text = stdout(&["list", "pendulum"]);
     assert!(text.contains("pendulum (second-order)") && text.contains("rho"));
@@ -599,7 +604,10 @@ fn list_names_systems_coordinates_and_parameters() {
 
 #[test]
 fn every_system_runs() {
-    for entry in systems::all() {
+    let shipped = systems::texts::TEXTS
+        .iter()
+        .map(|shipped| shipped.entry(&[]).unwrap());
+    for entry in systems::all().into_iter().chain(shipped) {
         let until = (20.0 * entry.default_step()).to_string();
         let csv = stdout(&["run", entry.name(), "--until", &until]);
         assert_eq!(csv.lines().count(), 22, "{}", entry.name());
@@ -610,6 +618,52 @@ fn every_system_runs() {
             entry.name()
         );
     }
+}
+
+#[test]
+fn a_picture_shows_bodies_in_space() {
+    let folder = tempfile::tempdir().unwrap();
+    let drawn = |arguments: &[&str]| {
+        let done = dsocs(folder.path(), &[&["run"], arguments].concat())
+            .output()
+            .unwrap();
+        let told = String::from_utf8(done.stderr).unwrap();
+        (
+            fs::read_to_string(folder.path().join("a.svg")).unwrap_or_default(),
+            told,
+        )
+    };
+    // four moments, each of a disc of 24 sides and 4 quarters on each of which one sees some, and lines of the ground
+    let (svg, told) = drawn(&["coin", "--until", "1", "--picture", "a.svg"]);
+    assert!(told.is_empty() && svg.starts_with("<svg xmlns="), "{told}");
+    let moments: Vec<&str> = svg.split("<g opacity=").skip(1).collect();
+    assert_eq!(moments.len(), 4);
+    for moment in &moments {
+        let faces = moment.matches("class=\"face\"").count();
+        assert!((14..=20).contains(&faces), "{faces}");
+        assert_eq!(moment.matches("class=\"edge ground\"").count(), 22);
+    }
+    assert_ne!(moments[0], moments[3]);
+    assert_eq!(svg.matches("class=\"trail\"").count(), 1);
+    // what turns is drawn without being told how, and a page has what its script needs
+    let text = "coordinates(r: rotation, x: [3]); lagrangian = r.angular_velocity().norm_squared() + dot(x).norm_squared();
+        run { start = ([1, 0, 0, 0, 0, 0, 0], [0, 0, 1, 1, 0, 0]); until = 1.0; }";
+    fs::write(folder.path().join("free.dsocs"), text).unwrap();
+    let (svg, told) = drawn(&["free.dsocs", "--picture", "a.svg", "--report", "a.html"]);
+    assert!(told.is_empty(), "{told}");
+    assert_eq!(svg.matches("class=\"face\"").count(), 4 * 3);
+    let page = fs::read_to_string(folder.path().join("a.html")).unwrap();
+    assert!(page.contains("\"space\":{\"centre\":") && page.contains("The mechanism"));
+    // v_r_x and force_r_x follow one another without a scalar
+    assert!(page.contains("<h2>Velocities</h2>"));
+    let velocities = page.split("<h2>Velocities</h2>").nth(1).unwrap();
+    let velocities = velocities.split("<h2>").next().unwrap();
+    assert_eq!(velocities.matches("data-column=\"v_").count(), 6, "{velocities}");
+    let (_, told) = drawn(&["train", "--picture", "b.svg"]);
+    assert!(
+        told.contains("nothing says how `train` is drawn") && told.contains("--plot"),
+        "{told}"
+    );
 }
 
 #[test]

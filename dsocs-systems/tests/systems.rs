@@ -125,3 +125,238 @@ mod experiment {
         assert!((slope - 1.5).abs() < 1e-12 && (intercept - 3f64.ln()).abs() < 1e-12);
     }
 }
+
+mod texts {
+    use std::ops::ControlFlow;
+
+    use dsocs_core::Quantity;
+    use dsocs_systems::Entry;
+    use dsocs_systems::entry::{Beginning, Method, Plan, Shape, turned};
+    use dsocs_systems::systems::{quaternion_top, texts::TEXTS};
+
+    /// The entry of a name.
+    fn entry(name: &str) -> Entry {
+        let mut all = TEXTS.iter();
+        all.find(|shipped| shipped.name == name)
+            .unwrap()
+            .entry(&[])
+            .unwrap()
+    }
+
+    /// A node of a run.
+    struct Node {
+        t: f64,
+        q: Vec<f64>,
+        v: Vec<f64>,
+        force: Vec<f64>,
+        energy: f64,
+        observed: Vec<f64>,
+    }
+
+    /// The nodes of a run from the entry's start to its end.
+    fn nodes(entry: &Entry, h: f64, until: f64, method: Method) -> Vec<Node> {
+        let [q0, v0] = entry.default_start().unwrap().clone();
+        let beginning = Beginning::SecondOrder { q0, v0 };
+        let beginning = if entry.projects() {
+            Beginning::Projected(Box::new(beginning))
+        } else {
+            beginning
+        };
+        let plan = Plan {
+            h,
+            until,
+            method,
+            certify: false,
+            estimate: false,
+            inputs: Vec::new(),
+        };
+        let mut nodes = Vec::new();
+        let count = entry.kernel().shape().observables.len();
+        let mut take = |row: &dsocs_systems::entry::Row<'_>| {
+            let mut observed = vec![0.0; count];
+            row.declaration.observe(row.node.point(), &mut observed);
+            let node = row.node;
+            nodes.push(Node {
+                t: node.t,
+                q: node.q.to_vec(),
+                v: node.v.to_vec(),
+                force: node.force.to_vec(),
+                energy: node.energy,
+                observed,
+            });
+            ControlFlow::Continue(())
+        };
+        entry.run(&plan, &beginning, &mut take).unwrap();
+        nodes
+    }
+
+    #[test]
+    fn what_they_say_is_complete_and_they_are_drawn() {
+        for shipped in TEXTS {
+            let mut entry = shipped.entry(&[]).unwrap();
+            entry.verify().unwrap();
+            let name = shipped.name;
+            assert!(entry.origin().is_some(), "{name}");
+            let description = entry.description().clone();
+            let said = [
+                &description.coordinates,
+                &description.parameters,
+                &description.observables,
+            ];
+            for quantity in said.into_iter().flatten() {
+                let Quantity { name: of, .. } = quantity;
+                assert!(
+                    !quantity.meaning().is_empty() && quantity.unit().is_some(),
+                    "{name}: {of}"
+                );
+            }
+            let [q0, _] = entry.default_start().unwrap().clone();
+            let drawing = entry.drawing().unwrap()(&q0);
+            assert!(
+                drawing
+                    .shapes()
+                    .iter()
+                    .any(|shape| matches!(shape, Shape::Solid(_))),
+                "{name}"
+            );
+            // what is declared is short: comments, parameters, the run and the names of coordinates aside
+            let lines = shipped.text.lines().map(str::trim);
+            let declared = lines
+                .skip_while(|line| !line.starts_with(')'))
+                .take_while(|line| !line.starts_with("run {"));
+            let count = declared.filter(|line| !line.starts_with("//")).count();
+            assert!(count <= 20, "{name}: {count}");
+        }
+    }
+
+    #[test]
+    fn the_top_is_that_of_a_quaternion_under_a_constraint() {
+        let series = Method::Tolerance(1e-14);
+        let ends = [entry("heavy-top"), quaternion_top::entry()].map(|entry| {
+            let nodes = nodes(&entry, 0.5, 3.0, series);
+            nodes.last().unwrap().q.clone()
+        });
+        let sign = (ends[0][0] * ends[1][0]).signum();
+        for (one, other) in ends[0].iter().zip(&ends[1]) {
+            assert!((one - sign * other).abs() < 1e-9, "{ends:?}");
+        }
+        // the momenta about the vertical and the axis, and the energy: those of nodes are off by the square of the step, and do not drift
+        let top = entry("heavy-top");
+        let worst = |h: f64| {
+            let nodes = nodes(&top, h, 5.0, Method::Step);
+            let kept = |node: &Node| [node.observed[3], 0.02 * node.v[3], node.energy];
+            let first = kept(&nodes[0]);
+            let apart = |node: &Node| [0, 1, 2].map(|i| (kept(node)[i] - first[i]).abs());
+            let all = nodes.iter().map(apart);
+            all.fold([0.0_f64; 3], |most, apart| {
+                [0, 1, 2].map(|i| most[i].max(apart[i]))
+            })
+        };
+        let [coarse, fine] = [0.002, 0.001].map(worst);
+        for i in 0..3 {
+            assert!(
+                coarse[i] < 1e-2 && (coarse[i] / fine[i]).log2() > 1.9,
+                "{coarse:?} {fine:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_ball_goes_round_a_circle_at_two_sevenths_of_the_tables_rate() {
+        let entry = entry("turntable");
+        let nodes = nodes(&entry, 0.5, 40.0, Method::Tolerance(1e-13));
+        let ([x, y], [u, v]) = ([4, 5].map(|i| nodes[0].q[i]), [4, 5].map(|i| nodes[0].v[i]));
+        let k = 2.0 / 7.0 * 2.0;
+        for node in &nodes {
+            let (sin, cos) = (k * node.t).sin_cos();
+            let known = [
+                x + (sin * u + (cos - 1.0) * v) / k,
+                y + ((1.0 - cos) * u + sin * v) / k,
+            ];
+            for (found, known) in node.q[4..].iter().zip(known) {
+                assert!((found - known).abs() < 1e-10, "{}: {found} {known}", node.t);
+            }
+            assert!((node.observed[0] - nodes[0].observed[0]).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_satellite_comes_to_its_target_by_torques_inside_it() {
+        let entry = entry("satellite");
+        let nodes = nodes(&entry, 0.02, 20.0, Method::Step);
+        for pair in nodes.windows(2) {
+            assert!(pair[1].observed[0] < pair[0].observed[0], "{}", pair[1].t);
+        }
+        let last = nodes.last().unwrap();
+        assert!((last.q[0].abs() - 1.0).abs() < 1e-6 && last.observed[0] < 1e-6);
+        // by a series, since the momentum of a node is that of the motion to second order
+        let nodes = self::nodes(&entry, 1.0, 20.0, Method::Tolerance(1e-13));
+        for node in &nodes {
+            for i in 1..4 {
+                assert!(
+                    (node.observed[i] - nodes[0].observed[i]).abs() < 1e-11,
+                    "{:?}",
+                    node.observed
+                );
+            }
+            // no torque from outside acts on the body
+            assert!(
+                node.force[..4].iter().all(|torque| torque.abs() < 1e-12),
+                "{:?}",
+                node.force
+            );
+        }
+        assert!(nodes[1].force[4..].iter().all(|torque| torque.abs() > 1e-3));
+    }
+
+    #[test]
+    fn the_quadrotor_flies_to_its_point() {
+        let nodes = nodes(&entry("quadrotor"), 0.005, 6.0, Method::Step);
+        let last = nodes.last().unwrap();
+        for (place, target) in last.q[4..].iter().zip([2.0, 1.0, 1.5]) {
+            assert!((place - target).abs() < 0.01, "{:?}", last.q);
+        }
+        assert!(last.v.iter().all(|v| v.abs() < 0.02), "{:?}", last.v);
+        assert!((last.observed[0] - 0.8 * 9.81).abs() < 0.02);
+    }
+
+    #[test]
+    fn the_coin_stays_on_the_table_and_bodies_at_their_joints() {
+        let coin = entry("coin");
+        let height = |h: f64| {
+            let nodes = nodes(&coin, h, 2.0, Method::Step);
+            let off = nodes.iter().map(|node| {
+                let [w, x, y, z] = [0, 1, 2, 3].map(|i| node.q[i]);
+                let third = [0.0, 1.0].map(|axis| turned([w, x, y, z], [1.0 - axis, axis, 0.0])[2]);
+                node.q[6] - 0.6 * third[0].hypot(third[1])
+            });
+            off.fold(0.0_f64, |most, off| most.max(off.abs()))
+        };
+        let heights = [0.01, 0.005].map(height);
+        assert!(
+            heights[0] < 1e-3 && (heights[0] / heights[1]).log2() > 1.9,
+            "{heights:?}"
+        );
+        let nodes = nodes(&entry("bodies"), 0.005, 1.0, Method::Step);
+        for node in &nodes {
+            let mut joint = [0.0; 3];
+            let (bodies, _) = node.q.as_chunks::<7>();
+            for &[w, x, y, z, at @ ..] in bodies {
+                let half = turned([w, x, y, z], [0.0, 0.0, -0.225]);
+                for i in 0..3 {
+                    assert!((at[i] - half[i] - joint[i]).abs() < 1e-13, "{}", node.t);
+                }
+                joint = [0, 1, 2].map(|i| at[i] + half[i]);
+            }
+            assert!((node.energy - nodes[0].energy).abs() < 2e-2, "{}", node.energy);
+        }
+    }
+
+    #[test]
+    fn suslovs_body_does_not_turn_about_its_axis() {
+        for node in nodes(&entry("suslov"), 0.02, 30.0, Method::Step) {
+            assert!(node.v[3].abs() < 1e-12, "{}", node.t);
+            assert!(node.force[1..3].iter().all(|torque| torque.abs() < 1e-12));
+        }
+    }
+}

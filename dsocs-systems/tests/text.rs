@@ -63,6 +63,20 @@ fn systems_run_from_their_printed_files_with_the_same_bits() {
 }
 
 #[test]
+fn systems_that_are_texts_run_from_their_files_too() {
+    let folder = tempfile::tempdir().unwrap();
+    for shipped in dsocs_systems::systems::texts::TEXTS {
+        let (name, file) = (shipped.name, format!("{}.dsocs", shipped.name));
+        assert_eq!(dsocs(&folder, &["text", name]).0, shipped.text, "{name}");
+        fs::write(folder.path().join(&file), shipped.text).unwrap();
+        let run = |of: &str| dsocs(&folder, &["run", of, "--until", "0.1", "--estimate-error"]);
+        let (table, told, good) = run(name);
+        assert!(good, "{name}: {told}");
+        assert_eq!((table, told, good), run(&file), "{name}");
+    }
+}
+
+#[test]
 fn a_table_beside_the_file_is_read_and_its_derivatives_are_those_of_rust() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("pull.csv"), "t,pull\n0,0\n1,1\n2,0.5\n4,2\n").unwrap();
@@ -481,9 +495,14 @@ fn listings(page: &str) -> Vec<&str> {
 fn the_listings_of_the_book_run() {
     let book = include_str!("../src/guide/text_files.md");
     let readme = include_str!("../../README.md");
+    let others = [
+        include_str!("../src/guide/rotations.md"),
+        include_str!("../src/guide/symmetry.md"),
+    ];
+    let others = others.into_iter().flat_map(listings);
     let folder = tempfile::tempdir().unwrap();
     let mut count = 0;
-    for listing in listings(book).into_iter().chain(listings(readme)) {
+    for listing in listings(book).into_iter().chain(listings(readme)).chain(others) {
         if !listing.starts_with("//!") {
             continue;
         }
@@ -497,7 +516,7 @@ fn the_listings_of_the_book_run() {
         // the library reads it, too
         assert!(Text::parse("swing", listing).is_ok());
     }
-    assert_eq!(count, 4);
+    assert_eq!(count, 10);
     // the run of a name, and the mistake as it is shown
     let all = listings(book);
     fs::write(folder.path().join("swing.dsocs"), all[0]).unwrap();

@@ -46,7 +46,7 @@ macro_rules! with_all {
             FrictionPendulum,
             StalledPendulum,
             GravityTurn,
-            HeavyTop,
+            QuaternionTop,
             Kapitza,
             KnifeEdge,
             MagneticParticle,
@@ -400,7 +400,7 @@ fn a_text_passes_the_checks_as_the_compiled_system_does() {
     compare!(
         CartPole,
         PlanarChain2,
-        HeavyTop,
+        QuaternionTop,
         KnifeEdge,
         InertiaWheelPendulum,
         RollingDisk,

@@ -15,9 +15,10 @@ from conftest import PROGRAM, SWING, run_program, text_of_library
 import dsocs
 
 NAMES = [
-    "chain", "double-pendulum", "spherical-pendulum", "magnetic", "kapitza", "train", "planar-pendulum", "sphere", "heavy-top", "arm",
+    "chain", "double-pendulum", "spherical-pendulum", "magnetic", "kapitza", "train", "planar-pendulum", "sphere", "quaternion-top", "arm",
     "nonholonomic-particle", "knife-edge", "rolling-disk", "sleigh", "snakeboard", "vehicle", "contact-oscillator", "particle", "pendulum",
     "gravity-turn", "cart-pole", "exact-decrease", "rod-and-wheel", "motor-friction", "pivot-friction", "clothoid", "crane", "stalled-friction",
+    "heavy-top", "bodies", "quadrotor", "suslov", "turntable", "coin", "satellite",
 ]  # fmt: skip
 
 

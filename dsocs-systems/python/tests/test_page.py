@@ -64,7 +64,7 @@ def test_formulas_are_well_formed_and_nothing_is_left_as_text(text: str) -> None
     assert all(statement.of is not None for statement in _formulas.statements(text))
 
 
-LIBRARY = ["pendulum", "chain", "arm", "rolling-disk", "heavy-top", "crane", "clothoid", "snakeboard", "vehicle", "rod-and-wheel", "contact-oscillator", "kapitza"]
+LIBRARY = ["pendulum", "chain", "arm", "rolling-disk", "quaternion-top", "crane", "clothoid", "snakeboard", "vehicle", "rod-and-wheel", "contact-oscillator", "kapitza"]
 
 
 @pytest.mark.parametrize("name", LIBRARY)

@@ -7,6 +7,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use super::{Program, finish, new, paper, report};
 use crate::entry::Entry;
+use crate::systems::texts::TEXTS;
 
 /// Discrete second order constrained Lagrangian systems: the paper's figures, single runs, the list of systems.
 ///
@@ -55,6 +56,7 @@ pub fn called_by(called: &[OsString], entries: impl IntoIterator<Item = Entry>) 
     let arguments: Arguments = super::arguments(called);
     let program = Program {
         is_dsocs: true,
+        shipped: &TEXTS,
         syntax: Arguments::command,
         constants: arguments.file.constants.clone(),
         ..Program::new(entries, called)

@@ -325,6 +325,11 @@ pub enum CliError {
     /// The name of a page's file does not say that it is one.
     #[error("`{0}` is no page: a report's file name ends in .html")]
     PageFormat(String),
+    /// A picture is asked of a system that is not drawn.
+    #[error(
+        "nothing says how `{0}` is drawn: `--plot` draws its columns; in Rust, `Entry::drawn` says it, and what turns in space (`r: rotation`) is drawn by itself"
+    )]
+    NoPicture(String),
     /// A file that is to be read cannot be.
     #[error("cannot read {}: {cause}", .path.display())]
     Read {
@@ -449,6 +454,7 @@ impl CliError {
             | Self::TableFormat(_)
             | Self::NotJson(_)
             | Self::PageFormat(_)
+            | Self::NoPicture(_)
             | Self::Path { .. }
             | Self::Components { .. }
             | Self::Conflict { .. }

@@ -177,8 +177,12 @@ pub fn list(arguments: &ListArguments, program: &mut Program) -> Result<(), CliE
             format!("{:#}\n", serde_json::json!(system))
         }
         (None, Format::Text) if program.entries.len() == 1 => text(program.one(None)?, None),
-        (None, Format::Text) => by_kind(program),
+        (None, Format::Text) => {
+            program.read_shipped()?;
+            by_kind(program)
+        }
         (None, Format::Json) => {
+            program.read_shipped()?;
             let systems: Vec<Listed> = program.entries.iter_mut().map(Listed::new).collect();
             format!("{:#}\n", serde_json::json!(systems))
         }

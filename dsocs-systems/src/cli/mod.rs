@@ -33,6 +33,7 @@
 //! its numerics; `--help` says more. If there is only one system, its name can be left out.
 
 mod accuracy;
+mod bodies;
 mod check;
 mod destination;
 #[cfg(all(feature = "dsocs", not(test)))]
@@ -62,6 +63,7 @@ mod output;
 mod page;
 #[cfg(all(feature = "dsocs", not(test)))]
 mod paper;
+mod picture;
 mod plot;
 mod progress;
 #[cfg(all(feature = "dsocs", not(test)))]
@@ -86,7 +88,7 @@ use std::process::ExitCode;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::entry::{Entry, EntryError, Mistake, UnknownName};
+use crate::entry::{Entry, EntryError, Mistake, Shipped, UnknownName};
 
 pub use error::CliError;
 pub use run::run_page;
@@ -171,6 +173,8 @@ struct Program {
     entries: Vec<Entry>,
     /// What is wrong with each of them.
     mistakes: Vec<Option<EntryError>>,
+    /// The systems that it has as texts, which are read when they are asked for.
+    shipped: &'static [Shipped],
     /// The places of the systems that were read from text files, by the names that they were asked by.
     read: Vec<(String, usize)>,
     /// The syntax of its arguments.
@@ -290,6 +294,7 @@ impl Program {
             name: stem.map_or_else(|| "dsocs".to_owned(), |stem| stem.to_string_lossy().into_owned()),
             entries: entries.into_iter().collect(),
             mistakes: Vec::new(),
+            shipped: &[],
             read: Vec::new(),
             syntax: Arguments::command,
             constants: Vec::new(),
@@ -345,9 +350,13 @@ impl Program {
         if let Some((_, place)) = self.read.iter().find(|(read, _)| read == name) {
             return Ok(*place);
         }
-        let Some(entry) = file::entry(name, &self.constants)? else {
-            let known = self.entries.iter().map(Entry::name);
-            let unknown = UnknownName::new("system", name, known);
+        let shipped = self.shipped.iter().find(|shipped| shipped.name == name);
+        let entry = match shipped {
+            Some(shipped) => Some(shipped.entry(&self.constants)?),
+            None => file::entry(name, &self.constants)?,
+        };
+        let Some(entry) = entry else {
+            let unknown = UnknownName::new("system", name, self.names());
             return Err(match file::instead(name) {
                 Some(said) => unknown.instead(said),
                 None => unknown,
@@ -358,6 +367,21 @@ impl Program {
         self.read.push((name.to_owned(), self.entries.len()));
         self.entries.push(entry);
         Ok(self.entries.len() - 1)
+    }
+
+    /// The names of all systems but those of text files.
+    fn names(&self) -> impl Iterator<Item = String> {
+        let own = self.entries.iter().map(|entry| entry.name().to_owned());
+        let shipped = self.shipped.iter().map(|shipped| shipped.name.to_owned());
+        own.chain(shipped)
+    }
+
+    /// Reads all systems that the program has as texts.
+    fn read_shipped(&mut self) -> Result<(), CliError> {
+        let shipped = self.shipped;
+        shipped
+            .iter()
+            .try_for_each(|shipped| self.place(shipped.name).map(drop))
     }
 
     /// Forgets the systems of text files, which are read again.
@@ -383,7 +407,7 @@ impl Program {
             Some(name) => self.find(name),
             None if self.entries.len() == 1 => self.at(0),
             None => Err(CliError::Which {
-                known: self.entries.iter().map(|entry| entry.name().to_owned()).collect(),
+                known: self.names().collect(),
             }),
         }
     }
@@ -391,6 +415,7 @@ impl Program {
     /// The systems of some names; without any, all that there are.
     fn some(&mut self, names: &[String]) -> Result<Vec<&mut Entry>, CliError> {
         if names.is_empty() {
+            self.read_shipped()?;
             return Ok(self.sound());
         }
         let mut places = Vec::new();

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::bodies::Bodies;
 use super::label::{label, plain, short};
 use super::moments::Moments;
 use super::page::{self, Cell, Page, Scene, rounded};
@@ -38,6 +39,8 @@ struct Shown {
     description: Description,
     /// The mechanism's drawing at a position.
     draw: Option<Box<Draw>>,
+    /// What is drawn where nothing says how the mechanism is: the bodies that turn.
+    bodies: Option<Bodies>,
     /// The figures of all columns but time.
     envelopes: Vec<Envelope>,
 }
@@ -49,13 +52,14 @@ impl MotionPage {
         description: &Description,
         draw: Option<impl Fn(&[f64]) -> Drawing + 'static>,
     ) -> Self {
-        let shapes = draw
-            .as_ref()
-            .map(|draw| draw(&vec![0.0; description.coordinates.len()]));
-        let numbers = shapes
-            .iter()
-            .flat_map(Drawing::shapes)
-            .map(|shape| shape.numbers().len());
+        let zeros = vec![0.0; description.coordinates.len()];
+        let bodies = Bodies::of(description).filter(|_| draw.is_none());
+        let shapes = match (&draw, &bodies) {
+            (Some(draw), _) => draw(&zeros),
+            (None, Some(bodies)) => bodies.drawing(&zeros, 1.0),
+            (None, None) => Drawing::new(),
+        };
+        let numbers = shapes.shapes().iter().map(|shape| shape.numbers().len());
         let numbers = columns.len() + numbers.sum::<usize>();
         let cells = (POINTS / 4 / columns.len()).clamp(24, 320);
         Self {
@@ -64,6 +68,7 @@ impl MotionPage {
                 columns: columns.to_vec(),
                 description: description.clone(),
                 draw: draw.map(|draw| Box::new(draw) as Box<Draw>),
+                bodies,
                 envelopes: vec![Envelope::with_cells(cells); columns.len() - 1],
             },
         }
@@ -75,6 +80,17 @@ impl MotionPage {
             envelope.push([values[0], value]);
         }
         self.moments.push(index, values.to_vec());
+    }
+
+    /// Whether there is a mechanism to be seen.
+    pub fn is_drawn(&self) -> bool {
+        self.shown.draw.is_some() || self.shown.bodies.is_some()
+    }
+
+    /// A picture of the mechanism at some moments, as SVG; none if nothing is seen.
+    pub fn picture(self, title: &str) -> Option<String> {
+        let rows = &self.moments.into_rows();
+        Some(self.shown.scene(rows)?.picture(title))
     }
 
     /// The page. `about` is what is said of the run, `notes` what it told.
@@ -100,7 +116,7 @@ impl MotionPage {
             rows.len().saturating_sub(1)
         ));
         page.add("<div class=\"bench\"><div class=\"stage\">");
-        let frames = shown.mechanism(&mut page, rows);
+        let (frames, space) = shown.mechanism(&mut page, rows);
         page.add("</div><div>");
         shown.figures(&mut page);
         page.add("</div></div>");
@@ -116,20 +132,26 @@ impl MotionPage {
         let times: Value = rows.iter().map(|row| rounded(row[0], 12)).collect();
         page.data(
             "motion",
-            json!({"t": times, "columns": columns, "frames": frames}),
+            json!({"t": times, "columns": columns, "frames": frames, "space": space}),
         );
         page.finish()
     }
 }
 
 impl Shown {
-    /// The mechanism, or where nothing says how it is drawn, a path. Gives the numbers of the moments.
-    fn mechanism(&self, page: &mut Page, rows: &[Vec<f64>]) -> Value {
+    /// The mechanism over a motion, if it is drawn.
+    fn scene(&self, rows: &[Vec<f64>]) -> Option<Scene> {
         let count = self.description.coordinates.len();
-        let scene = self
-            .draw
-            .as_ref()
-            .and_then(|draw| Scene::new(rows.iter().map(|row| draw(&row[1..=count])).collect()));
+        let positions = rows.iter().map(|row| &row[1..=count]);
+        match &self.draw {
+            Some(draw) => Scene::new(positions.map(draw).collect()),
+            None => Scene::new(self.bodies.as_ref()?.drawings(positions)),
+        }
+    }
+
+    /// The mechanism, or where nothing says how it is drawn, a path. Gives the numbers of the moments, and what is needed to show bodies in space.
+    fn mechanism(&self, page: &mut Page, rows: &[Vec<f64>]) -> (Value, Option<Value>) {
+        let scene = self.scene(rows);
         page.heading(if scene.is_some() {
             "The mechanism"
         } else {
@@ -140,7 +162,7 @@ impl Shown {
                 "<figure>{}<figcaption>Pale: the end of the run, and paths of points.</figcaption></figure>",
                 scene.svg("The mechanism at the time of the slider")
             ));
-            scene.frames()
+            (scene.frames(), scene.space())
         } else {
             let [x, y] = path_columns(&self.description);
             let [across, up] = [x, y].map(|place| &self.columns[place]);
@@ -155,7 +177,7 @@ impl Shown {
                 page::marked(&label(across)),
                 page::marked(&label(up)),
             ));
-            json!([])
+            (json!([]), None)
         }
     }
 
@@ -228,10 +250,12 @@ impl Shown {
     fn groups(&self) -> Vec<(&'static str, Vec<usize>)> {
         let count = self.description.coordinates.len();
         let observed = self.description.observables.len();
+        // a rotation has four coordinates, and three of velocity and force
+        let moving = count - self.description.rotations.len();
         let lengths = [
             ("Coordinates", count),
-            ("Velocities", count),
-            ("Constraint force", count),
+            ("Velocities", moving),
+            ("Constraint force", moving),
             ("Energy", 1),
             ("Observed", observed),
             ("Multipliers", self.description.forms),

@@ -16,6 +16,7 @@ use super::expression;
 use super::input::InputArguments;
 use super::motion::{MotionPage, titles};
 use super::output::OutputFile;
+use super::picture::Picture;
 use super::plot::Plot;
 use super::start::{BeginArguments, Component, StartArguments, StartOption, component, vector};
 use super::table::{TableFormat, TableWriter};
@@ -61,7 +62,7 @@ pub struct RunArguments {
     /// Write (and plot) only these columns, in this order
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
     columns: Option<Vec<String>>,
-    /// The table: a .csv or .json file, `-` for CSV on standard output (the default, unless there is a --plot or a --report)
+    /// The table: a .csv or .json file, `-` for CSV on standard output (the default, unless there is a --plot, a --picture or a --report)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// The format of the table; by default it follows from the name of its file, and on standard output it is CSV
@@ -80,6 +81,10 @@ pub struct RunArguments {
     /// Draw the path of these two columns, the second against the first, instead of columns against time
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',', requires = "plot")]
     path: Option<Vec<String>>,
+    /// A picture of the mechanism at some moments of the run, for systems that are drawn (whatever turns in space is): an .svg file, or with the feature `png` a .png
+    /// file
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
     /// A page with the moving mechanism and the plots of all columns under one slider: a single .html file
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -89,6 +94,13 @@ impl RunArguments {
     /// The system.
     pub fn system(&self) -> Option<&str> {
         self.system.as_deref()
+    }
+
+    /// The files that are written.
+    fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        [&self.out, &self.plot, &self.picture, &self.report]
+            .into_iter()
+            .flatten()
     }
 
     /// The same with a page of the run, which is where the second part says: at this place unless another was asked for.
@@ -111,7 +123,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let plan = plan(arguments, entry)?;
     let beginning = beginning(arguments, entry)?;
     // a reader of standard output may leave when it has enough
-    if arguments.out.is_some() || arguments.plot.is_some() || arguments.report.is_some() {
+    if arguments.files().next().is_some() {
         long(&plan, arguments.from.t0()).into_iter().for_each(tell);
     }
     let all = columns(entry.description(), &plan);
@@ -216,6 +228,8 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
 struct Pictures {
     /// The figure.
     plot: Option<Plot>,
+    /// The picture of the mechanism.
+    picture: Option<Picture>,
     /// The page and its file.
     report: Option<(OutputFile, MotionPage)>,
 }
@@ -240,6 +254,10 @@ impl Pictures {
             }
             None => None,
         };
+        let picture = match &arguments.picture {
+            Some(path) => Some(Picture::create(path, entry, all)?),
+            None => None,
+        };
         let report = match &arguments.report {
             // a place that cannot be written is found before the run
             Some(path) => {
@@ -250,12 +268,16 @@ impl Pictures {
             }
             None => None,
         };
-        Ok(Self { plot, report })
+        Ok(Self {
+            plot,
+            picture,
+            report,
+        })
     }
 
     /// Whether anything is asked for.
     fn any(&self) -> bool {
-        self.plot.is_some() || self.report.is_some()
+        self.plot.is_some() || self.picture.is_some() || self.report.is_some()
     }
 
     /// Takes the number of a node and, if anything is asked for, the values of all columns there.
@@ -263,6 +285,9 @@ impl Pictures {
     fn push(&mut self, index: u64, values: &[f64]) {
         if let Some(plot) = &mut self.plot {
             plot.push(index, values);
+        }
+        if let Some(picture) = &mut self.picture {
+            picture.push(index, values);
         }
         if let Some((_, report)) = &mut self.report {
             report.push(index, values);
@@ -272,6 +297,7 @@ impl Pictures {
     /// Completes them.
     fn finish(self, titles: [&str; 3], about: &Map<String, Value>, notes: &[String]) -> Result<(), CliError> {
         self.plot.map_or(Ok(()), Plot::finish)?;
+        self.picture.map_or(Ok(()), Picture::finish)?;
         let Some((mut file, report)) = self.report else {
             return Ok(());
         };
@@ -473,10 +499,7 @@ fn near(
 
 /// Where the rows of a run go, for people.
 fn place(arguments: &RunArguments) -> String {
-    let files = [&arguments.out, &arguments.plot, &arguments.report]
-        .into_iter()
-        .flatten();
-    let places: Vec<String> = files.map(|path| path.display().to_string()).collect();
+    let places: Vec<String> = arguments.files().map(|path| path.display().to_string()).collect();
     if places.is_empty() {
         "standard output".to_owned()
     } else {

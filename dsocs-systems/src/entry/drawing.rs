@@ -6,7 +6,11 @@ use std::sync::Arc;
 
 use dsocs_core::Quantity;
 
-/// A picture of a mechanism at a position: shapes in a plane, in m. The page of a run shows it moving.
+use super::solid::Solid;
+
+/// A picture of a mechanism at a position: shapes in a plane, or bodies in space, in m. The page of a run shows it moving.
+///
+/// A drawing with a body in space is seen in perspective, the third axis upward. Shapes in a plane are not seen there.
 ///
 /// ```
 /// use dsocs_systems::entry::Drawing;
@@ -25,7 +29,7 @@ pub struct Drawing {
 }
 
 /// A part of a drawing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shape {
     /// A mass at a point.
@@ -43,6 +47,10 @@ pub enum Shape {
     },
     /// A point whose path is drawn.
     Trail([f64; 2]),
+    /// A body in space.
+    Solid(Solid),
+    /// A point in space whose path is drawn.
+    Path([f64; 3]),
 }
 
 impl Drawing {
@@ -71,6 +79,16 @@ impl Drawing {
         self.with(Shape::Trail(at))
     }
 
+    /// Adds a body in space.
+    pub fn solid(self, solid: Solid) -> Self {
+        self.with(Shape::Solid(solid))
+    }
+
+    /// Adds the path of a point in space.
+    pub fn path(self, at: [f64; 3]) -> Self {
+        self.with(Shape::Path(at))
+    }
+
     /// Adds a shape.
     pub fn with(mut self, shape: Shape) -> Self {
         self.shapes.push(shape);
@@ -92,6 +110,8 @@ impl Shape {
             Self::Rod(_) => "rod",
             Self::Wheel { .. } => "wheel",
             Self::Trail(_) => "trail",
+            Self::Solid(_) => "solid",
+            Self::Path(_) => "path",
         }
     }
 
@@ -105,17 +125,20 @@ impl Shape {
                 radius,
                 angle,
             } => vec![x, y, radius, angle],
+            Self::Solid(ref solid) => solid.pose().to_vec(),
+            Self::Path(at) => at.to_vec(),
         }
     }
 
-    /// Corners of a box that it lies in.
-    pub(crate) fn corners(&self) -> [[f64; 2]; 2] {
+    /// Corners of a box in the plane that it lies in, if it lies there.
+    pub(crate) fn corners(&self) -> Option<[[f64; 2]; 2]> {
         match *self {
-            Self::Point(at) | Self::Trail(at) => [at, at],
-            Self::Rod(ends) => ends,
+            Self::Point(at) | Self::Trail(at) => Some([at, at]),
+            Self::Rod(ends) => Some(ends),
             Self::Wheel {
                 at: [x, y], radius, ..
-            } => [[x - radius, y - radius], [x + radius, y + radius]],
+            } => Some([[x - radius, y - radius], [x + radius, y + radius]]),
+            Self::Solid(_) | Self::Path(_) => None,
         }
     }
 }

@@ -19,7 +19,7 @@ pub use axis::{Axis, Scale};
 pub use envelope::Envelope;
 #[cfg(feature = "sweep")]
 pub use map::HeatMap;
-pub use render::{FigureError, Format};
+pub use render::{FigureError, Format, encode};
 
 /// A colour-blind-safe blue (Okabe and Ito).
 pub const BLUE: &str = "#0072B2";

@@ -91,12 +91,21 @@ impl Figure {
     ///
     /// [`FigureError::Png`] if the picture cannot be made, [`FigureError::NoPng`] without the feature `png`.
     pub fn encode(&self, format: Format) -> Result<Vec<u8>, FigureError> {
-        match format {
-            Format::Svg => Ok(self.svg().into_bytes()),
-            #[cfg(feature = "png")]
-            Format::Png => super::png::png(&self.svg()),
-            #[cfg(not(feature = "png"))]
-            Format::Png => Err(FigureError::NoPng),
-        }
+        encode(self.svg(), format)
+    }
+}
+
+/// The file of a picture that is SVG.
+///
+/// # Errors
+///
+/// As [`Figure::encode`].
+pub fn encode(svg: String, format: Format) -> Result<Vec<u8>, FigureError> {
+    match format {
+        Format::Svg => Ok(svg.into_bytes()),
+        #[cfg(feature = "png")]
+        Format::Png => super::png::png(&svg),
+        #[cfg(not(feature = "png"))]
+        Format::Png => Err(FigureError::NoPng),
     }
 }

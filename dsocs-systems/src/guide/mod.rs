@@ -8,6 +8,8 @@
 //! | [The declaration](declaration) | Which statements are there? |
 //! | [The paper in code](the_paper) | Which formula is which statement? Where do our results differ from the paper's? |
 //! | [Constraints of every order and their forces](constraints) | Which statement do I use for my constraint? Which force does it have? |
+//! | [Rotations and rigid bodies](rotations) | How do I write a body that turns in space: a satellite, a quadrotor, a ball that rolls? |
+//! | [Symmetry](symmetry) | Which momenta are kept, and how do I see it? |
 //! | [Control](control) | How does a Lyapunov function become a torque? |
 //! | [Linear models and equilibria](linear_models) | Is a state of rest stable? What is `A`, `B`, `C` for my controller? |
 //! | [Choosing maps](maps) | Which discretization, and what does it cost? |
@@ -69,6 +71,10 @@ pub mod orders {}
 pub mod performance {}
 #[doc = include_str!("python.md")]
 pub mod python {}
+#[doc = include_str!("rotations.md")]
+pub mod rotations {}
+#[doc = include_str!("symmetry.md")]
+pub mod symmetry {}
 #[cfg_attr(feature = "cli", doc = include_str!("text_files.md"))]
 pub mod text_files {}
 #[doc = include_str!("the_paper.md")]

@@ -1,4 +1,5 @@
-//! The systems. Each has one file, with the declaration, its source, exact solutions or invariants, and the default run.
+//! The systems. Each has one file, with the declaration, its source, exact solutions or invariants, and the default run. Bodies that turn in space are text files
+//! (`texts`), which are read when they are asked for.
 
 pub mod arm;
 pub mod cart_pole;
@@ -10,7 +11,6 @@ pub mod double_pendulum;
 pub mod exact_decrease;
 pub mod friction;
 pub mod gravity_turn;
-pub mod heavy_top;
 pub mod kapitza;
 pub mod knife_edge;
 pub mod magnetic;
@@ -18,12 +18,15 @@ pub mod nonholonomic_particle;
 pub mod particle;
 pub mod pendulum;
 pub mod planar_pendulum;
+pub mod quaternion_top;
 pub mod rod_and_wheel;
 pub mod rolling_disk;
 pub mod sleigh;
 pub mod snakeboard;
 pub mod sphere;
 pub mod spherical_pendulum;
+#[cfg(feature = "dsocs")]
+pub mod texts;
 pub mod train;
 pub mod vehicle;
 
@@ -36,7 +39,6 @@ pub use crane::Crane;
 pub use exact_decrease::ExactDecrease;
 pub use friction::{FrictionPendulum, StalledPendulum};
 pub use gravity_turn::GravityTurn;
-pub use heavy_top::HeavyTop;
 pub use kapitza::Kapitza;
 pub use knife_edge::KnifeEdge;
 pub use magnetic::MagneticParticle;
@@ -44,6 +46,7 @@ pub use nonholonomic_particle::NonholonomicParticle;
 pub use particle::{Constant, Curvature, CurvedParticle, Wavy};
 pub use pendulum::InertiaWheelPendulum;
 pub use planar_pendulum::PlanarPendulum;
+pub use quaternion_top::QuaternionTop;
 pub use rod_and_wheel::RodAndWheel;
 pub use rolling_disk::RollingDisk;
 pub use sleigh::Sleigh;
@@ -66,7 +69,7 @@ pub fn all() -> Vec<crate::Entry> {
         train::entry(),
         planar_pendulum::entry(),
         sphere::entry(),
-        heavy_top::entry(),
+        quaternion_top::entry(),
         arm::entry(),
         nonholonomic_particle::entry(),
         knife_edge::entry(),

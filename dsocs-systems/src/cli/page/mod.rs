@@ -2,6 +2,7 @@
 
 pub mod provenance;
 mod scene;
+mod space;
 
 pub use scene::Scene;
 

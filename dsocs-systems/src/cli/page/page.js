@@ -56,6 +56,100 @@
     box.style.top = Math.max(0, event.clientY - frame.top - box.offsetHeight - 10) + 'px';
   };
 
+  // bodies in space: the faces that look at the eye, those of the farthest body first
+  const inSpace = (motion, group, spots, x, y) => {
+    const { centre, axes, distance, light, shade, shapes } = motion.space;
+    const polygons = [...group.querySelectorAll('polygon')];
+    const inner = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    const less = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    const eye = centre.map((x, i) => x + distance * axes[2][i]), touches = 1e-6 * distance;
+    const seen = p => {
+      const from = less(p, centre), near = inner(axes[2], from), scale = distance / (distance - near);
+      return [scale * inner(axes[0], from), scale * inner(axes[1], from), near];
+    };
+    const sum = (list, of) => list.reduce((sum, one, i) => sum + of(one, list[(i + 1) % list.length]), 0);
+    const far = places => -places.reduce((sum, a) => sum + a[2], 0) / places.length;
+    const side = (plane, point) => inner(plane[0], less(point, plane[1]));
+    const hides = (one, other) => {
+      const apart = one.planes.find(plane => other.corners.every(corner => side(plane, corner) > -touches));
+      if (apart) return side(apart, eye) < 0;
+      const within = corner => one.planes.every(plane => side(plane, corner) < touches);
+      return one.planes.length && other.corners.every(within) ? true : null;
+    };
+    const before = (one, other) => {
+      if (one.ground || other.ground) return !!other.ground && !one.ground;
+      const told = hides(one, other);
+      if (told !== null) return told;
+      const back = hides(other, one);
+      return back === null ? one.far < other.far : !back;
+    };
+    const part = faces => {
+      const all = { corners: [], planes: [], seen: [], ground: faces.every(face => face[1]) };
+      for (const [colour, ground, corners] of faces) {
+        const places = corners.map(seen), line = corners.length === 2;
+        all.corners.push(...corners);
+        let bright = 1;
+        if (!line) {
+          const normal = [0, 1, 2].map(i => sum(corners, (a, b) => cross(a, b)[i])), size = Math.hypot(...normal);
+          all.planes.push([normal.map(n => n / size), corners[0]]);
+          if (!(sum(places, (a, b) => a[0] * b[1] - a[1] * b[0]) > 0)) continue;
+          const falls = light.reduce((falls, part, i) => falls + part * inner(axes[i], normal), 0);
+          bright = shade + (1 - shade) * Math.max(0, falls / size);
+        }
+        const paint = 'rgb(' + colour.map(part => Math.round(bright * part)) + ')';
+        all.seen.push([far(places), places, paint, line ? ground ? 'edge ground' : 'edge' : 'face']);
+      }
+      all.seen.sort((one, other) => other[0] - one[0]);
+      all.far = far(all.corners.map(seen));
+      return all;
+    };
+    return index => {
+      const numbers = motion.frames[index], parts = [], faces = [];
+      let at = 0, spot = 0;
+      for (const shape of shapes) {
+        if (!shape) {
+          const [a, b] = seen(numbers.slice(at, at += 3));
+          set(spots[spot++], { cx: x(a), cy: y(b) });
+          continue;
+        }
+        const [px, py, pz, w, ...u] = numbers.slice(at, at += 7);
+        const stand = v => {
+          const t = cross(u, v).map(x => 2 * x), s = cross(u, t);
+          return [px + v[0] + w * t[0] + s[0], py + v[1] + w * t[1] + s[1], pz + v[2] + w * t[2] + s[2]];
+        };
+        const placed = shape.map(([colour, ground, flat]) => {
+          const corners = [];
+          for (let i = 0; i < flat.length; i += 3) corners.push(stand(flat.slice(i, i + 3)));
+          return [colour, ground, corners];
+        });
+        const lines = placed.filter(face => face[2].length === 2), rest = placed.filter(face => face[2].length > 2);
+        parts.push(...lines.map(line => part([line])));
+        if (rest.length) parts.push(part(rest));
+      }
+      const hidden = parts.map(one => parts.map(other => one !== other && before(one, other)));
+      let left = parts.map((_, i) => i);
+      while (left.length) {
+        let last = left.find(one => !left.some(other => hidden[one][other]));
+        if (last === undefined) last = left.reduce((one, other) => parts[other].far > parts[one].far ? other : one);
+        faces.push(...parts[last].seen);
+        left = left.filter(one => one !== last);
+      }
+      while (polygons.length < faces.length) {
+        const polygon = make(group, 'polygon', {});
+        group.insertBefore(polygon, polygons.length ? polygons[polygons.length - 1].nextSibling : group.firstChild);
+        polygons.push(polygon);
+      }
+      polygons.forEach((polygon, place) => {
+        const [, places, colour, look] = faces[place] || [0, [], 'none', 'face'];
+        polygon.setAttribute('class', look);
+        polygon.setAttribute('points', places.map(([a, b]) => x(a).toFixed(2) + ',' + y(b).toFixed(2)).join(' '));
+        polygon.style.fill = look === 'face' ? colour : 'none';
+        polygon.style.stroke = look === 'face' ? '' : colour;
+      });
+    };
+  };
+
   const motion = data.motion;
   let now = 0, go = () => {};
   const nearest = t => {
@@ -131,7 +225,8 @@
     const [scale, left, top] = scene.dataset.scale.split(' ').map(Number);
     const x = v => left + scale * v, y = v => top - scale * v;
     const shapes = [...scene.querySelectorAll('.shape')];
-    movers.push(index => {
+    if (motion.space) movers.push(inSpace(motion, document.getElementById('moving'), shapes, x, y));
+    else movers.push(index => {
       const numbers = motion.frames[index];
       let at = 0;
       for (const shape of shapes) {

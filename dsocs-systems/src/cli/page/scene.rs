@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use serde_json::Value;
 
 use super::rounded;
+use super::space::{Camera, Seen};
 use crate::entry::{Drawing, Shape};
 
 /// Width and greatest height of the picture, in pixels.
@@ -14,10 +15,22 @@ const MARGIN: f64 = 24.0;
 /// Radius of a mass, in pixels.
 const BOB: f64 = 7.0;
 
+/// How many moments a picture shows.
+const MOMENTS: usize = 4;
+/// How strong the first of them is.
+const WEAKEST: f64 = 0.25;
+
+/// How a picture looks that is a file of its own: as on a page.
+const STYLE: &str = ".rod { stroke: #1b1b1b; stroke-width: 3; stroke-linecap: round; } .bob { fill: #0072B2; } \
+    .wheel { fill: #0072B2; fill-opacity: .15; stroke: #0072B2; stroke-width: 2; } .face { stroke: #1b1b1b; stroke-opacity: .5; stroke-width: .6; stroke-linejoin: round; } \
+    .edge { fill: none; stroke-width: 2.5; stroke-linecap: round; } .ground { stroke-width: .7; } .trail { fill: none; stroke: #9ecae1; stroke-width: 1.2; stroke-linejoin: round; } .tracer { fill: #4a90b8; }";
+
 /// The drawings of a mechanism over a motion.
 pub struct Scene {
     /// A drawing for each moment.
     drawings: Vec<Drawing>,
+    /// From where bodies in space are seen, if there are any.
+    camera: Option<Camera>,
     /// Pixels to a metre, and where the origin stands.
     scale: f64,
     /// Where the origin stands, in pixels.
@@ -29,8 +42,20 @@ pub struct Scene {
 impl Scene {
     /// The scene of these drawings; none if nothing is to be seen.
     pub fn new(drawings: Vec<Drawing>) -> Option<Self> {
-        let corners = drawings.iter().flat_map(Drawing::shapes).flat_map(Shape::corners);
-        let finite = corners.filter(|corner| corner.iter().all(|x| x.is_finite()));
+        let camera = Camera::new(&drawings);
+        let corners: Vec<[f64; 2]> = match &camera {
+            None => {
+                let shapes = drawings.iter().flat_map(Drawing::shapes);
+                shapes.filter_map(Shape::corners).flatten().collect()
+            }
+            Some(camera) => {
+                let all = drawings.iter().flat_map(|drawing| camera.corners(drawing));
+                all.collect()
+            }
+        };
+        let finite = corners
+            .into_iter()
+            .filter(|corner| corner.iter().all(|x| x.is_finite()));
         let none = [f64::INFINITY, f64::NEG_INFINITY];
         let [x, y] = finite.fold([none; 2], |ranges, corner| {
             [0, 1].map(|axis| {
@@ -60,6 +85,7 @@ impl Scene {
         ];
         Some(Self {
             drawings,
+            camera,
             scale,
             origin,
             size: [SIZE[0], height],
@@ -69,7 +95,8 @@ impl Scene {
     /// The numbers of each moment, for the script.
     pub fn frames(&self) -> Value {
         let frame = |drawing: &Drawing| {
-            let numbers = drawing.shapes().iter().flat_map(Shape::numbers);
+            let shown = drawing.shapes().iter().filter(|shape| self.shows(shape));
+            let numbers = shown.flat_map(Shape::numbers);
             numbers.map(|x| rounded(x, 5)).collect::<Value>()
         };
         self.drawings.iter().map(frame).collect()
@@ -89,15 +116,44 @@ impl Scene {
         let (Some(first), Some(last)) = (self.drawings.first(), self.drawings.last()) else {
             return String::new();
         };
-        for (place, shape) in first.shapes().iter().enumerate() {
-            if matches!(shape, Shape::Trail(_)) {
+        self.trails(&mut svg);
+        self.moment(&mut svg, last, "<g class=\"ghost\">", "");
+        self.moment(&mut svg, first, "<g id=\"moving\">", "shape ");
+        svg.push_str("</svg>");
+        svg
+    }
+
+    /// A picture by itself: paths, and the mechanism at some moments, the later the stronger.
+    pub fn picture(&self, title: &str) -> String {
+        let [width, height] = self.size;
+        let mut svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" viewBox=\"0 0 {width:.0} {height:.0}\">\n\
+             <title>{}</title>\n<style>{STYLE}</style>\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
+            super::escaped(title),
+        );
+        self.trails(&mut svg);
+        let last = self.drawings.len().saturating_sub(1);
+        for moment in 0..MOMENTS {
+            let part = moment as f64 / (MOMENTS - 1) as f64;
+            let Some(drawing) = self.drawings.get((part * last as f64).round() as usize) else {
+                continue;
+            };
+            let strength = WEAKEST + (1.0 - WEAKEST) * part.powi(3);
+            self.moment(&mut svg, drawing, &format!("<g opacity=\"{strength:.2}\">"), "");
+        }
+        svg.push_str("</svg>\n");
+        svg
+    }
+
+    /// The paths of points.
+    fn trails(&self, svg: &mut String) {
+        let first = self.drawings.iter().take(1).flat_map(Drawing::shapes);
+        for (place, shape) in first.enumerate() {
+            if self.shows(shape) && matches!(shape, Shape::Trail(_) | Shape::Path(_)) {
                 let path = self
                     .drawings
                     .iter()
-                    .filter_map(|drawing| match drawing.shapes().get(place) {
-                        Some(Shape::Trail(at)) => Some(self.place(*at)),
-                        _ => None,
-                    });
+                    .filter_map(|drawing| self.spot(drawing.shapes().get(place)?));
                 let path = path
                     .map(|[x, y]| format!("{x:.1},{y:.1}"))
                     .collect::<Vec<_>>()
@@ -105,17 +161,52 @@ impl Scene {
                 let _ = writeln!(svg, "<polyline class=\"trail\" points=\"{path}\"/>");
             }
         }
-        svg.push_str("<g class=\"ghost\">\n");
-        last.shapes()
-            .iter()
-            .for_each(|shape| svg.push_str(&self.shape(shape, "")));
+    }
+
+    /// The mechanism at a moment, in a group.
+    fn moment(&self, svg: &mut String, drawing: &Drawing, group: &str, class: &str) {
+        svg.push_str(group);
+        svg.push('\n');
+        let faces = self.camera.iter().flat_map(|camera| camera.faces(drawing));
+        faces.for_each(|face| svg.push_str(&self.face(&face)));
+        let shown = drawing.shapes().iter().filter(|shape| self.shows(shape));
+        shown.for_each(|shape| svg.push_str(&self.shape(shape, class)));
         svg.push_str("</g>\n");
-        first
-            .shapes()
-            .iter()
-            .for_each(|shape| svg.push_str(&self.shape(shape, "shape ")));
-        svg.push_str("</svg>");
-        svg
+    }
+
+    /// What the script needs to show bodies in space.
+    pub fn space(&self) -> Option<Value> {
+        Some(self.camera.as_ref()?.told(self.drawings.first()?))
+    }
+
+    /// Whether a shape is shown: bodies in space, or what lies in a plane.
+    fn shows(&self, shape: &Shape) -> bool {
+        self.camera.is_some() == shape.corners().is_none()
+    }
+
+    /// The place of a shape that is a point, in pixels.
+    fn spot(&self, shape: &Shape) -> Option<[f64; 2]> {
+        match shape {
+            Shape::Point(at) | Shape::Trail(at) => Some(self.place(*at)),
+            Shape::Path(at) => Some(self.place(self.camera.as_ref()?.seen(*at).0)),
+            _ => None,
+        }
+    }
+
+    /// A face as it is seen.
+    fn face(&self, face: &Seen) -> String {
+        let corners = face.corners.iter().map(|&corner| {
+            let [x, y] = self.place(corner);
+            format!("{x:.2},{y:.2}")
+        });
+        let corners = corners.collect::<Vec<_>>().join(" ");
+        let colour = face.colour();
+        let (class, paint) = match (face.corners.len(), face.is_ground) {
+            (2, true) => ("edge ground", "stroke"),
+            (2, false) => ("edge", "stroke"),
+            _ => ("face", "fill"),
+        };
+        format!("<polygon class=\"{class}\" points=\"{corners}\" style=\"{paint}:{colour}\"/>\n")
     }
 
     /// The place of a point, in pixels.
@@ -127,8 +218,8 @@ impl Scene {
     fn shape(&self, shape: &Shape, class: &str) -> String {
         let kind = shape.kind();
         match *shape {
-            Shape::Point(at) | Shape::Trail(at) => {
-                let [x, y] = self.place(at);
+            Shape::Point(_) | Shape::Trail(_) | Shape::Path(_) => {
+                let [x, y] = self.spot(shape).unwrap_or_default();
                 let (look, radius) = match shape {
                     Shape::Point(_) => ("bob", BOB),
                     _ => ("tracer", BOB / 3.0),
@@ -152,6 +243,8 @@ impl Scene {
                     self.scale * radius
                 )
             }
+            // its faces are shown one by one
+            Shape::Solid(_) => String::new(),
         }
     }
 }

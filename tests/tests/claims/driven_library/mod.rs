@@ -2,8 +2,8 @@
 
 mod arm;
 mod friction;
-mod heavy_top;
 mod kapitza;
+mod quaternion_top;
 mod train;
 mod vehicle;
 

@@ -6,11 +6,11 @@ use dsocs_core::dsocs;
 #[cfg(feature = "dsocs")]
 #[must_use]
 pub fn entry() -> crate::Entry {
-    let top = HeavyTop::default();
-    let (q, v) = HeavyTop::state([0.5, 0.0, 0.0], [0.0, 0.0, 30.0]);
+    let top = QuaternionTop::default();
+    let (q, v) = QuaternionTop::state([0.5, 0.0, 0.0], [0.0, 0.0, 30.0]);
     crate::Entry::new(top)
-        .named("heavy-top")
-        .described("the heavy symmetric top, its attitude a quaternion of unit length")
+        .named("quaternion-top")
+        .described("the heavy symmetric top, its attitude a quaternion under a constraint of unit length")
         .source("textbooks, e.g. Landau and Lifshitz, Mechanics, section 35, problem 1")
         .start(q, v)
         .step(0.002)
@@ -33,7 +33,7 @@ pub fn entry() -> crate::Entry {
 /// Invariants are the energy and the angular momenta about the vertical and about the top's axis. Rotations act on `q` by
 /// multiplication, which is linear. So with the midpoint map `L_d` has the same symmetries as `L`, and the discrete motion keeps both
 /// momenta exactly. A top that precesses steadily at the angle `θ` obeys `I₁ cos θ φ̇² − I₃ ω₃ φ̇ + m g l = 0`
-/// ([`HeavyTop::spin_of_precession`]).
+/// ([`QuaternionTop::spin_of_precession`]).
 #[dsocs {
     coordinates(
         /// The real part of the quaternion [1].
@@ -63,7 +63,7 @@ pub fn entry() -> crate::Entry {
     observe = [up_3, vertical_momentum, axial_momentum];
 }]
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HeavyTop {
+pub struct QuaternionTop {
     /// The moment of inertia `I₁` about axes across the top through the fixed point [kg m²].
     pub inertia_1: f64,
     /// The moment of inertia `I₃` about the top's axis [kg m²].
@@ -74,7 +74,7 @@ pub struct HeavyTop {
     pub lever: f64,
 }
 
-impl Default for HeavyTop {
+impl Default for QuaternionTop {
     /// A top of two kilograms.
     fn default() -> Self {
         Self {
@@ -86,7 +86,7 @@ impl Default for HeavyTop {
     }
 }
 
-impl HeavyTop {
+impl QuaternionTop {
     /// The quaternion and its rate for given Euler angles `(θ, φ, ψ)`, in rad, and their rates, in rad/s. `θ` is the tilt of the top's axis from
     /// the vertical, `φ` the rotation of this axis about the vertical, and `ψ` the rotation of the top about its axis.
     #[must_use]

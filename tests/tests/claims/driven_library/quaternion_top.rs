@@ -2,20 +2,20 @@
 
 use dsocs_core::geometry::{DiscreteFlow, momentum_map};
 use dsocs_core::{Flow, Start, Stepper, System};
-use dsocs_systems::HeavyTop;
+use dsocs_systems::QuaternionTop;
 
 use super::{continuous, discrete, distance, is_second};
 use crate::dop853;
 
 #[test]
 fn it_precesses_steadily_at_the_known_rate() {
-    let top = HeavyTop::default();
+    let top = QuaternionTop::default();
     for (theta, precession) in [(0.5, 3.0), (1.2, -2.0), (2.0, 5.0)] {
         let spin = top.spin_of_precession(theta, precession);
         let axial = spin + precession * f64::cos(theta);
         let balance = top.inertia_1 * theta.cos() * precession.powi(2) - top.inertia_3 * axial * precession;
         assert!((balance + top.weight * top.lever).abs() < 1e-13);
-        let at = |t: f64| HeavyTop::state([theta, precession * t, spin * t], [0.0, precession, spin]);
+        let at = |t: f64| QuaternionTop::state([theta, precession * t, spin * t], [0.0, precession, spin]);
         let (q, v) = at(0.0);
         let node = continuous(&top, Start::second_order(q, v), 2.0);
         let (known, velocity) = at(2.0);
@@ -42,8 +42,8 @@ fn in_the_body([w, x, y, z]: [f64; 4], [dw, dx, dy, dz]: [f64; 4]) -> [f64; 6] {
 
 #[test]
 fn it_obeys_eulers_equations() {
-    let top = HeavyTop::default();
-    let (q, v) = HeavyTop::state([0.6, 0.2, -0.4], [0.5, 1.0, 25.0]);
+    let top = QuaternionTop::default();
+    let (q, v) = QuaternionTop::state([0.6, 0.2, -0.4], [0.5, 1.0, 25.0]);
     let rate = |[a, b, c, p, q, r]: [f64; 6]| {
         let (i1, i3, m) = (top.inertia_1, top.inertia_3, top.weight * top.lever);
         [
@@ -68,8 +68,8 @@ fn it_obeys_eulers_equations() {
 
 #[test]
 fn the_momenta_are_kept_and_the_energy_does_not_drift() {
-    let top = HeavyTop::default();
-    let (q, v) = HeavyTop::state([0.6, 0.2, -0.4], [0.5, 1.0, 25.0]);
+    let top = QuaternionTop::default();
+    let (q, v) = QuaternionTop::state([0.6, 0.2, -0.4], [0.5, 1.0, 25.0]);
     let run = |h: f64| {
         let map = DiscreteFlow::new(&top, h).unwrap();
         let mut flow = Flow::new(&top, h, Start::second_order(q, v)).unwrap();

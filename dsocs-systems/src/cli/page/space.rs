@@ -1,0 +1,331 @@
+//! Bodies in space on a page: seen in perspective, the faces that look at the eye, the nearest body last.
+//!
+//! Bodies are convex: of two that do not meet, the plane of a face of one has the other on its far side, and the one on the side of the eye is in front.
+
+use serde_json::{Value, json};
+
+use super::rounded;
+use crate::entry::{Drawing, Face, Shape, Solid};
+
+/// From where one looks: the angle about the vertical, from the first axis, and the angle above the ground, in degrees.
+const EYE: [f64; 2] = [-58.0, 20.0];
+/// How far the eye is from the middle, in radii of what is seen.
+const DISTANCE: f64 = 4.0;
+/// The brightness of a face that the light misses; one that faces it has 1.
+const SHADE: f64 = 0.62;
+/// Where the light comes from, to the right, upward and towards the eye.
+const LIGHT: [f64; 3] = [-0.42, 0.76, 0.5];
+/// By so much of its distance from the eye a corner may lie behind a plane that it touches.
+const TOUCHES: f64 = 1e-6;
+
+/// From where the bodies are seen.
+pub struct Camera {
+    /// What it looks at.
+    centre: [f64; 3],
+    /// The directions to the right, upward and towards the eye.
+    axes: [[f64; 3]; 3],
+    /// How far the eye is from there.
+    distance: f64,
+}
+
+/// A face as it is seen.
+pub struct Seen {
+    /// Its corners in the plane, in m.
+    pub corners: Vec<[f64; 2]>,
+    /// Its colour: red, green, blue, each of 255.
+    pub fill: [f64; 3],
+    /// Whether it is a line of the ground.
+    pub is_ground: bool,
+    /// How far it is.
+    depth: f64,
+}
+
+/// A convex body, or a line, where it stands.
+struct Part {
+    /// Its corners.
+    corners: Vec<[f64; 3]>,
+    /// The planes of its faces: the normal outward, and a point.
+    planes: Vec<([f64; 3], [f64; 3])>,
+    /// How far its middle is.
+    depth: f64,
+    /// Whether it lies on the ground, which is behind everything.
+    is_ground: bool,
+    /// Its faces that are seen.
+    seen: Vec<Seen>,
+}
+
+impl Part {
+    /// Whether it is in front of another, for an eye at a point.
+    fn is_before(&self, other: &Self, eye: [f64; 3], touches: f64) -> bool {
+        if self.is_ground || other.is_ground {
+            return other.is_ground && !self.is_ground;
+        }
+        let told = self.hides(other, eye, touches);
+        let told = told.or_else(|| other.hides(self, eye, touches).map(|hides| !hides));
+        told.unwrap_or(self.depth < other.depth)
+    }
+
+    /// Whether a plane of one of its faces says that it is in front of another; none if no plane has it and the other on its two sides.
+    fn hides(&self, other: &Self, eye: [f64; 3], touches: f64) -> Option<bool> {
+        let side = |(normal, at): &([f64; 3], [f64; 3]), point| inner(*normal, less(point, *at));
+        let is_within = |&corner: &[f64; 3]| self.planes.iter().all(|plane| side(plane, corner) < touches);
+        let apart = |plane: &&([f64; 3], [f64; 3])| {
+            other.corners.iter().all(|&corner| side(plane, corner) > -touches)
+        };
+        match self.planes.iter().find(apart) {
+            Some(plane) => Some(side(plane, eye) < 0.0),
+            // what is in it is not seen
+            None => (!self.planes.is_empty() && other.corners.iter().all(is_within)).then_some(true),
+        }
+    }
+}
+
+impl Camera {
+    /// The camera for drawings of bodies in space; none if there is no such body.
+    pub fn new(drawings: &[Drawing]) -> Option<Self> {
+        let corners = drawings.iter().flat_map(Drawing::shapes).flat_map(corners);
+        let finite: Vec<[f64; 3]> = corners
+            .filter(|corner| corner.iter().all(|x| x.is_finite()))
+            .collect();
+        if finite.is_empty() {
+            return None;
+        }
+        let centre = [0, 1, 2].map(|i| {
+            let along = || finite.iter().map(|corner| corner[i]);
+            f64::midpoint(
+                along().fold(f64::INFINITY, f64::min),
+                along().fold(f64::NEG_INFINITY, f64::max),
+            )
+        });
+        let far = finite.iter().map(|&corner| {
+            let from = less(corner, centre);
+            inner(from, from)
+        });
+        let radius = far.fold(0.0, f64::max).sqrt().max(1e-300);
+        let [(sin, cos), (rise, level)] = EYE.map(|angle| angle.to_radians().sin_cos());
+        let (right, toward) = ([-sin, cos, 0.0], [level * cos, level * sin, rise]);
+        Some(Self {
+            centre,
+            axes: [right, cross(toward, right), toward],
+            distance: DISTANCE * radius,
+        })
+    }
+
+    /// Where a point is seen, in m of the plane through the middle, and how far it is in front of it.
+    pub fn seen(&self, point: [f64; 3]) -> ([f64; 2], f64) {
+        let from = less(point, self.centre);
+        let [right, up, near] = self.axes.map(|axis| inner(axis, from));
+        let scale = self.distance / (self.distance - near);
+        ([scale * right, scale * up], near)
+    }
+
+    /// The corners of what is drawn in space, as they are seen.
+    pub fn corners(&self, drawing: &Drawing) -> Vec<[f64; 2]> {
+        let corners = drawing.shapes().iter().flat_map(corners);
+        corners.map(|corner| self.seen(corner).0).collect()
+    }
+
+    /// The faces of a drawing that are seen, those of the farthest body first.
+    pub fn faces(&self, drawing: &Drawing) -> Vec<Seen> {
+        let parts = drawing.shapes().iter().flat_map(|shape| match shape {
+            Shape::Solid(solid) => self.parts(solid),
+            _ => Vec::new(),
+        });
+        let parts: Vec<Part> = parts.collect();
+        let eye = [0, 1, 2].map(|i| self.centre[i] + self.distance * self.axes[2][i]);
+        let touches = TOUCHES * self.distance;
+        let hides: Vec<Vec<bool>> = parts
+            .iter()
+            .map(|one| {
+                parts
+                    .iter()
+                    .map(|other| one.is_before(other, eye, touches))
+                    .collect()
+            })
+            .collect();
+        let mut left: Vec<usize> = (0..parts.len()).collect();
+        let mut order = Vec::new();
+        while !left.is_empty() {
+            // one that hides no other; where they hide each other in a ring, the farthest
+            let last = left
+                .iter()
+                .position(|&one| left.iter().all(|&other| one == other || !hides[one][other]));
+            let farthest = || {
+                let depths = left.iter().map(|&one| parts[one].depth).enumerate();
+                depths
+                    .max_by(|one, other| one.1.total_cmp(&other.1))
+                    .map_or(0, |(place, _)| place)
+            };
+            order.push(left.remove(last.unwrap_or_else(farthest)));
+        }
+        let mut parts: Vec<Option<Part>> = parts.into_iter().map(Some).collect();
+        let ordered = order.into_iter().filter_map(|place| parts[place].take());
+        ordered.flat_map(|part| part.seen).collect()
+    }
+
+    /// The parts of a body: all of its faces, and each of its lines.
+    fn parts(&self, solid: &Solid) -> Vec<Part> {
+        let placed = solid.faces().iter().map(|face| {
+            let corners: Vec<_> = face.corners.iter().map(|&corner| solid.place(corner)).collect();
+            (face, corners)
+        });
+        let (lines, faces): (Vec<_>, Vec<_>) = placed.partition(|(_, corners)| corners.len() == 2);
+        let lines = lines.into_iter().map(|line| vec![line]);
+        let parts = lines.chain((!faces.is_empty()).then_some(faces));
+        parts.map(|faces| self.part(&faces)).collect()
+    }
+
+    /// A part of these faces.
+    fn part(&self, faces: &[(&Face, Vec<[f64; 3]>)]) -> Part {
+        let corners: Vec<[f64; 3]> = faces.iter().flat_map(|(_, corners)| corners).copied().collect();
+        let nearness = corners.iter().map(|&corner| self.seen(corner).1).sum::<f64>();
+        let planes = faces.iter().filter(|(_, corners)| corners.len() > 2);
+        let planes = planes.map(|(_, corners)| {
+            let normal = normal(corners);
+            let size = inner(normal, normal).sqrt();
+            (normal.map(|n| n / size), corners[0])
+        });
+        let mut seen: Vec<Seen> = faces
+            .iter()
+            .filter_map(|(face, corners)| self.face(face, corners))
+            .collect();
+        seen.sort_by(|one, other| other.depth.total_cmp(&one.depth));
+        Part {
+            planes: planes.collect(),
+            depth: -nearness / corners.len() as f64,
+            is_ground: faces.iter().all(|(face, _)| face.colour.is_ground()),
+            corners,
+            seen,
+        }
+    }
+
+    /// A face with its corners where they stand, if one sees it.
+    fn face(&self, face: &Face, corners: &[[f64; 3]]) -> Option<Seen> {
+        let count = corners.len() as f64;
+        let (places, near): (Vec<[f64; 2]>, Vec<f64>) =
+            corners.iter().map(|&corner| self.seen(corner)).unzip();
+        let next = places.iter().cycle().skip(1);
+        let area: f64 = places
+            .iter()
+            .zip(next)
+            .map(|(a, b)| a[0] * b[1] - a[1] * b[0])
+            .sum();
+        let is_line = corners.len() == 2;
+        if !is_line && !(area > 0.0) {
+            return None;
+        }
+        let light = if is_line { 1.0 } else { self.light(corners) };
+        Some(Seen {
+            corners: places,
+            fill: face.colour.rgb().map(|part| part * light),
+            is_ground: face.colour.is_ground(),
+            depth: -near.iter().sum::<f64>() / count,
+        })
+    }
+
+    /// How bright a face is.
+    fn light(&self, corners: &[[f64; 3]]) -> f64 {
+        let normal = normal(corners);
+        let size = inner(normal, normal).sqrt();
+        let falls: f64 = LIGHT
+            .iter()
+            .zip(self.axes)
+            .map(|(part, axis)| part * inner(axis, normal))
+            .sum();
+        SHADE + (1.0 - SHADE) * (falls / size).max(0.0)
+    }
+
+    /// What the script needs: the camera, and of each shape its kind and its faces.
+    pub fn told(&self, drawing: &Drawing) -> Value {
+        let shapes = drawing.shapes().iter().filter_map(|shape| match shape {
+            Shape::Solid(solid) => Some(solid.faces().iter().map(told_face).collect()),
+            Shape::Path(_) => Some(Value::Null),
+            _ => None,
+        });
+        json!({
+            "centre": self.centre, "axes": self.axes, "distance": self.distance, "light": LIGHT, "shade": SHADE,
+            "shapes": shapes.collect::<Value>(),
+        })
+    }
+}
+
+impl Seen {
+    /// Its colour as SVG writes it.
+    pub fn colour(&self) -> String {
+        let [red, green, blue] = self.fill.map(f64::round);
+        format!("rgb({red:.0},{green:.0},{blue:.0})")
+    }
+}
+
+/// A face for the script: its colour, whether it is of the ground, its corners one after the other.
+fn told_face(face: &Face) -> Value {
+    let corners: Value = face.corners.iter().flatten().map(|&x| rounded(x, 5)).collect();
+    json!([face.colour.rgb(), face.colour.is_ground(), corners])
+}
+
+/// The corners of a shape in space, and the point of a path.
+fn corners(shape: &Shape) -> Vec<[f64; 3]> {
+    match shape {
+        Shape::Solid(solid) => {
+            let corners = solid.faces().iter().flat_map(|face| &face.corners);
+            corners.map(|&corner| solid.place(corner)).collect()
+        }
+        Shape::Path(at) => vec![*at],
+        _ => Vec::new(),
+    }
+}
+
+/// Twice the area of a face along its normal.
+fn normal(corners: &[[f64; 3]]) -> [f64; 3] {
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).fold([0.0; 3], |sum, (&a, &b)| {
+        let part = cross(a, b);
+        [0, 1, 2].map(|i| sum[i] + part[i])
+    })
+}
+
+/// `a - b`
+fn less(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|i| a[i] - b[i])
+}
+
+/// `a·b`
+fn inner(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `a × b`
+fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [b * z - c * y, c * x - a * z, a * y - b * x]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_faces_of_a_cuboid_are_seen_and_the_nearer_body_comes_last() {
+        let near = Solid::cuboid([1.0; 3]).moved([0.0, -3.0, 0.0]);
+        let far = Solid::cuboid([1.0; 3]).moved([0.0, 3.0, 0.0]);
+        let drawing = Drawing::new().solid(near).solid(far);
+        let camera = Camera::new(std::slice::from_ref(&drawing)).unwrap();
+        let faces = camera.faces(&drawing);
+        assert_eq!(faces.len(), 6);
+        let height = |face: &Seen| face.corners.iter().map(|corner| corner[1]).sum::<f64>();
+        // the eye is above the ground, so what is nearer is seen lower
+        let [last, first] = [&faces[3..], &faces[..3]].map(|faces| faces.iter().map(height).sum::<f64>());
+        assert!(last < first, "{last} {first}");
+        // a plate on the front of a large body is seen, and one on its back is not
+        for (side, is_seen) in [(-1.0, true), (1.0, false)] {
+            let plate = Solid::cuboid([0.2, 0.1, 0.2]).moved([0.9, 1.05 * side, -0.9]);
+            let drawing = Drawing::new().solid(plate).solid(Solid::cuboid([2.0; 3]));
+            let camera = Camera::new(std::slice::from_ref(&drawing)).unwrap();
+            let faces = camera.faces(&drawing);
+            let width = |face: &Seen| {
+                (face.corners[0][0] - face.corners[2][0]).hypot(face.corners[0][1] - face.corners[2][1])
+            };
+            assert_eq!(width(&faces[5]) < 1.0, is_seen, "{side}");
+        }
+        assert!(Camera::new(&[Drawing::new().point([0.0, 1.0])]).is_none());
+    }
+}
