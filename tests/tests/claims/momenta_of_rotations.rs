@@ -1,7 +1,7 @@
 //! Momenta of bodies that turn: those of the legs are kept to rounding, those of nodes are off by the square of the step and do not drift.
 
 use dsocs_core::text::Text;
-use dsocs_core::{AnyFlow, AnyStart, Declaration, Kernel, OwnedNode, Stepper};
+use dsocs_core::{AnyFlow, AnyStart, Declaration, OwnedNode};
 
 use crate::rotations::{Matrix, Vector, cross, dot, matrix, plus, product, times};
 
@@ -16,7 +16,7 @@ const TEXT: &str = "parameters { inertia = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0
 const INERTIA: Matrix = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.0, 0.2, 1.0]];
 const ROTOR: f64 = 0.3;
 
-/// The momentum of a leg in space, from its first node: `R T(-x)ᵀ p` with the tangent `T` of the Padé map.
+/// The momenta of a leg, that of all in space, from its second node, `R T(x)ᵀ p` with the tangent `T` of the Padé map, and that of the rotor.
 fn of_leg(q: &[f64], d: &[f64], h: f64) -> [f64; 4] {
     let x: Vector = [d[1], d[2], d[3]];
     let w = times(1.0 / h, x);
@@ -27,7 +27,7 @@ fn of_leg(q: &[f64], d: &[f64], h: f64) -> [f64; 4] {
     let (c, e) = ((a * a - b) / a, (0.125 - a * a / 24.0) / (a * (1.0 + s / 48.0)));
     let turned = plus(
         times(c, p),
-        plus(times(-0.5, cross(p, x)), times(e * dot(x, p), x)),
+        plus(times(0.5, cross(p, x)), times(e * dot(x, p), x)),
     );
     let [l, m, n] = product(&matrix([q[0], q[1], q[2], q[3]]), turned);
     [l, m, n, own]
@@ -44,7 +44,7 @@ fn kept(h: f64) -> [f64; 3] {
     let known = [1.2 - 0.03, 0.06 - 0.45 + 0.24, -0.06 + 1.2 + ROTOR * 5.2];
     let mut most = [0.0_f64; 3];
     let mut node = OwnedNode::new(5);
-    let declaration = Declaration::of(text.system.kernel());
+    let declaration = Declaration::of(&text.system);
     while flow.run().clock().time() < UNTIL {
         flow.run_mut().advance().unwrap();
         let leg = flow.leg();

@@ -5,12 +5,12 @@
 
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::{TapeKernel, Text};
-use dsocs_core::{AnyFlow, AnyStart, OwnedNode, Run, Stepper, Tolerance};
+use dsocs_core::{AnyFlow, AnyStart, OwnedNode, Run, Tolerance};
 use proptest::prelude::*;
 
 use crate::dop853;
 use crate::draws;
-use crate::rotations::{Matrix, Vector, cross, matrix, part, plus, product, rate, times, transposed, unit};
+use crate::rotations::{Matrix, Vector, cross, matrix, plus, product, rate, times, transposed, unit};
 
 /// A body.
 #[derive(Clone, Debug)]
@@ -261,6 +261,9 @@ fn declared(count: usize, has_places: bool) -> Text {
     Text::parse("chain", &text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
+/// Mass, moments of inertia, a matrix whose squares stand beside these, joints, attitude and angular velocity.
+type Drawn = (f64, Vector, Matrix, [Vector; 2], ([f64; 4], Vector));
+
 /// Chains of so many bodies.
 fn chains(count: usize) -> BoxedStrategy<Chain> {
     let number = || -1.0..1.0;
@@ -272,7 +275,7 @@ fn chains(count: usize) -> BoxedStrategy<Chain> {
         prop::array::uniform2(vector()),
         (prop::array::uniform4(number()), vector()),
     );
-    let body = body.prop_map(|(mass, moments, lever, joints, (q, w))| {
+    let body = body.prop_map(|(mass, moments, lever, joints, (q, w)): Drawn| {
         // of masses that stand off: the squares of a matrix, and what a body has at least
         let inertia = [0, 1, 2].map(|i| {
             [0, 1, 2].map(|j| {
