@@ -223,6 +223,7 @@ mod texts {
             let lines = shipped.text.lines().map(str::trim);
             let declared = lines
                 .skip_while(|line| !line.starts_with(')'))
+                .skip(1)
                 .take_while(|line| !line.starts_with("run {"));
             let count = declared.filter(|line| !line.starts_with("//")).count();
             assert!(count <= 17, "{name}: {count}");
