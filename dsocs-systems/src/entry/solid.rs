@@ -17,7 +17,7 @@ const PIECES: usize = 18;
 ///
 /// // a plate with its three axes, upright at the height 1 m
 /// let attitude = [0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0, 0.0];
-/// let plate = Solid::cuboid([0.4, 0.3, 0.02]).with(Solid::axes(0.3));
+/// let plate = Solid::cuboid([0.4, 0.3, 0.02]).with(&Solid::axes(0.3));
 /// let drawing = Drawing::new().solid(plate.placed([0.0, 0.0, 1.0], attitude));
 /// assert_eq!(drawing.shapes().len(), 1);
 /// ```
@@ -191,7 +191,7 @@ impl Solid {
     }
 
     /// Both bodies as one, which moves as a whole.
-    pub fn with(self, other: Self) -> Self {
+    pub fn with(&self, other: &Self) -> Self {
         Self::of(self.in_space().chain(other.in_space()).collect::<Vec<_>>())
     }
 
@@ -313,7 +313,8 @@ mod tests {
             assert!((led[axis] - 1.0).abs() < 1e-15, "{axis}: {led:?}");
             let mut unit = [0.0; 3];
             unit[axis] = 1.0;
-            assert_eq!(turned(about(axis, 0.7), unit)[axis], 1.0);
+            let stays = turned(about(axis, 0.7), unit)[axis];
+            assert!((stays - 1.0).abs() < 1e-15, "{axis}: {stays}");
         }
     }
 }

@@ -84,7 +84,7 @@ fn quadrotor(entry: Entry) -> Entry {
         .source("Lee, Leok and McClamroch, Geometric tracking control of a quadrotor UAV on SE(3) (2010)")
         .drawn(|&[w, x, y, z, at @ ..]: &[f64; 7], parameters: &Parameters| {
             let arm = 0.3;
-            let beams = Solid::cuboid([2.0 * arm, 0.03, 0.03]).with(Solid::cuboid([0.03, 2.0 * arm, 0.03]));
+            let beams = Solid::cuboid([2.0 * arm, 0.03, 0.03]).with(&Solid::cuboid([0.03, 2.0 * arm, 0.03]));
             let target = [0, 1, 2].map(|i| parameters.get(&format!("target_{i}")));
             let drawing = Drawing::new()
                 .solid(Solid::ground(4.0).moved([1.0, 0.0, 0.0]))

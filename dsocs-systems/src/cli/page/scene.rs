@@ -134,10 +134,10 @@ impl Scene {
         self.trails(&mut svg);
         let last = self.drawings.len().saturating_sub(1);
         for moment in 0..MOMENTS {
-            let part = moment as f64 / (MOMENTS - 1) as f64;
-            let Some(drawing) = self.drawings.get((part * last as f64).round() as usize) else {
+            let Some(drawing) = self.drawings.get(last * moment / (MOMENTS - 1)) else {
                 continue;
             };
+            let part = moment as f64 / (MOMENTS - 1) as f64;
             let strength = WEAKEST + (1.0 - WEAKEST) * part.powi(3);
             self.moment(&mut svg, drawing, &format!("<g opacity=\"{strength:.2}\">"), "");
         }

@@ -211,7 +211,8 @@ impl Camera {
             .map(|(a, b)| a[0] * b[1] - a[1] * b[0])
             .sum();
         let is_line = corners.len() == 2;
-        if !is_line && !(area > 0.0) {
+        let is_seen = is_line || area > 0.0;
+        if !is_seen {
             return None;
         }
         let light = if is_line { 1.0 } else { self.light(corners) };
