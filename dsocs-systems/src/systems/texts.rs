@@ -140,7 +140,7 @@ fn coin(entry: Entry) -> Entry {
             let lowest = [-radius * up[0] / norm, -radius * up[1] / norm, 0.0];
             let [dx, dy, _] = turned([w, a, b, c], lowest);
             Drawing::new()
-                .solid(Solid::ground(6.0))
+                .solid(Solid::ground(4.0))
                 .solid(Solid::cylinder(radius, radius / 12.0).placed([x, y, z], [w, a, b, c]))
                 .path([x + dx, y + dy, 0.0])
         })

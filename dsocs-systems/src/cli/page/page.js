@@ -79,6 +79,7 @@
     };
     const before = (one, other) => {
       if (one.ground || other.ground) return !!other.ground && !one.ground;
+      if (!one.planes.length && !other.planes.length) return false;
       const told = hides(one, other);
       if (told !== null) return told;
       const back = hides(other, one);

@@ -60,6 +60,10 @@ impl Part {
         if self.is_ground || other.is_ground {
             return other.is_ground && !self.is_ground;
         }
+        // a line hides no other: with the bodies between them that would make rings
+        if self.planes.is_empty() && other.planes.is_empty() {
+            return false;
+        }
         let told = self.hides(other, eye, touches);
         let told = told.or_else(|| other.hides(self, eye, touches).map(|hides| !hides));
         told.unwrap_or(self.depth < other.depth)
