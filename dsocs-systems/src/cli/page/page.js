@@ -63,7 +63,7 @@
     const inner = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     const less = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    const eye = centre.map((x, i) => x + distance * axes[2][i]), touches = 1e-6 * distance;
+    const eye = centre.map((x, i) => x + distance * axes[2][i]), touches = 1e-4 * distance;
     const seen = p => {
       const from = less(p, centre), near = inner(axes[2], from), scale = distance / (distance - near);
       return [scale * inner(axes[0], from), scale * inner(axes[1], from), near];
@@ -71,19 +71,17 @@
     const sum = (list, of) => list.reduce((sum, one, i) => sum + of(one, list[(i + 1) % list.length]), 0);
     const far = places => -places.reduce((sum, a) => sum + a[2], 0) / places.length;
     const side = (plane, point) => inner(plane[0], less(point, plane[1]));
-    const hides = (one, other) => {
-      const apart = one.planes.find(plane => other.corners.every(corner => side(plane, corner) > -touches));
-      if (apart) return side(apart, eye) < 0;
-      const within = corner => one.planes.every(plane => side(plane, corner) < touches);
-      return one.planes.length && other.corners.every(within) ? true : null;
-    };
+    const beyond = (plane, part) => part.corners.every(corner => side(plane, corner) > -touches);
+    const cannotHide = (one, other) => one.planes.some(plane => side(plane, eye) > 0 && beyond(plane, other))
+      || other.planes.some(plane => side(plane, eye) < 0 && beyond(plane, one));
+    const contains = (one, other) => one.planes.length > 0
+      && other.corners.every(corner => one.planes.every(plane => side(plane, corner) < touches));
     const before = (one, other) => {
-      if (one.ground || other.ground) return !!other.ground && !one.ground;
-      if (!one.planes.length && !other.planes.length) return false;
-      const told = hides(one, other);
-      if (told !== null) return told;
-      const back = hides(other, one);
-      return back === null ? one.far < other.far : !back;
+      if (one.ground || other.ground) return other.ground && !one.ground;
+      if (!one.planes.length && !other.planes.length || contains(other, one)) return false;
+      if (contains(one, other)) return true;
+      if (cannotHide(one, other)) return false;
+      return cannotHide(other, one) || one.far < other.far;
     };
     const part = faces => {
       const all = { corners: [], planes: [], seen: [], ground: faces.every(face => face[1]) };

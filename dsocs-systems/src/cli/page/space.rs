@@ -1,6 +1,6 @@
 //! Bodies in space on a page: seen in perspective, the faces that look at the eye, the nearest body last.
 //!
-//! Bodies are convex: of two that do not meet, the plane of a face of one has the other on its far side, and the one on the side of the eye is in front.
+//! Bodies are convex: the plane of a face that stands between two of them says which cannot hide the other.
 
 use serde_json::{Value, json};
 
@@ -15,8 +15,8 @@ const DISTANCE: f64 = 4.0;
 const SHADE: f64 = 0.62;
 /// Where the light comes from, to the right, upward and towards the eye.
 const LIGHT: [f64; 3] = [-0.42, 0.76, 0.5];
-/// By so much of its distance from the eye a corner may lie behind a plane that it touches.
-const TOUCHES: f64 = 1e-6;
+/// By so much of its distance from the eye a corner may lie behind a plane that it touches: the script's numbers are rounded.
+const TOUCHES: f64 = 1e-4;
 
 /// From where the bodies are seen.
 pub struct Camera {
@@ -44,8 +44,8 @@ pub struct Seen {
 struct Part {
     /// Its corners.
     corners: Vec<[f64; 3]>,
-    /// The planes of its faces: the normal outward, and a point.
-    planes: Vec<([f64; 3], [f64; 3])>,
+    /// The planes of its faces.
+    planes: Vec<Plane>,
     /// How far its middle is.
     depth: f64,
     /// Whether it lies on the ground, which is behind everything.
@@ -60,27 +60,45 @@ impl Part {
         if self.is_ground || other.is_ground {
             return other.is_ground && !self.is_ground;
         }
-        // a line hides no other: with the bodies between them that would make rings
-        if self.planes.is_empty() && other.planes.is_empty() {
+        // a line hides no other, and what is in a body is not seen
+        if self.planes.is_empty() && other.planes.is_empty() || other.contains(self, touches) {
             return false;
         }
-        let told = self.hides(other, eye, touches);
-        let told = told.or_else(|| other.hides(self, eye, touches).map(|hides| !hides));
-        told.unwrap_or(self.depth < other.depth)
+        if self.contains(other, touches) {
+            return true;
+        }
+        !self.cannot_hide(other, eye, touches)
+            && (other.cannot_hide(self, eye, touches) || self.depth < other.depth)
     }
 
-    /// Whether a plane of one of its faces says that it is in front of another; none if no plane has it and the other on its two sides.
-    fn hides(&self, other: &Self, eye: [f64; 3], touches: f64) -> Option<bool> {
-        let side = |(normal, at): &([f64; 3], [f64; 3]), point| inner(*normal, less(point, *at));
-        let is_within = |&corner: &[f64; 3]| self.planes.iter().all(|plane| side(plane, corner) < touches);
-        let apart = |plane: &&([f64; 3], [f64; 3])| {
-            other.corners.iter().all(|&corner| side(plane, corner) > -touches)
-        };
-        match self.planes.iter().find(apart) {
-            Some(plane) => Some(side(plane, eye) < 0.0),
-            // what is in it is not seen
-            None => (!self.planes.is_empty() && other.corners.iter().all(is_within)).then_some(true),
-        }
+    /// Whether a plane of a face has the other on the eye's side and this on its far side.
+    fn cannot_hide(&self, other: &Self, eye: [f64; 3], touches: f64) -> bool {
+        let is_beyond =
+            |plane: &Plane, part: &Self| part.corners.iter().all(|&corner| plane.side(corner) > -touches);
+        let outside = |plane: &Plane| plane.side(eye) > 0.0 && is_beyond(plane, other);
+        let inside = |plane: &Plane| plane.side(eye) < 0.0 && is_beyond(plane, self);
+        self.planes.iter().any(outside) || other.planes.iter().any(inside)
+    }
+
+    /// Whether it is a body that has the other in it.
+    fn contains(&self, other: &Self, touches: f64) -> bool {
+        let is_within = |&corner: &[f64; 3]| self.planes.iter().all(|plane| plane.side(corner) < touches);
+        !self.planes.is_empty() && other.corners.iter().all(is_within)
+    }
+}
+
+/// The plane of a face.
+struct Plane {
+    /// Its normal, outward.
+    normal: [f64; 3],
+    /// A point of it.
+    at: [f64; 3],
+}
+
+impl Plane {
+    /// How far a point is outside.
+    fn side(&self, point: [f64; 3]) -> f64 {
+        inner(self.normal, less(point, self.at))
     }
 }
 
@@ -187,7 +205,10 @@ impl Camera {
         let planes = planes.map(|(_, corners)| {
             let normal = normal(corners);
             let size = inner(normal, normal).sqrt();
-            (normal.map(|n| n / size), corners[0])
+            Plane {
+                normal: normal.map(|n| n / size),
+                at: corners[0],
+            }
         });
         let mut seen: Vec<Seen> = faces
             .iter()
