@@ -4,7 +4,9 @@
 #![allow(clippy::inline_always)]
 
 use super::kept::Recorded;
+use super::turning::{self, Legs};
 use crate::number::dispatch::{self, Work};
+use crate::solve::rotation::{Carried, SLOTS, body_covector};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment, Sweeps, Tape};
 
@@ -38,6 +40,8 @@ pub(super) struct Equations {
     by_fixed: Vec<ByFixed>,
     /// How many coordinates there are.
     pub coordinates: usize,
+    /// The first places of rotations. Changes and derivatives by them are those of turns in the frames of their bodies.
+    pub rotations: Vec<usize>,
     /// How many rows there are.
     pub rows: usize,
     /// How many constants.
@@ -52,6 +56,8 @@ pub(super) struct Rooms {
     step: Room,
     point: Room,
     constants: Room,
+    /// The quaternions at the points that were evaluated last.
+    quaternions: Vec<[Eight; SLOTS]>,
 }
 
 /// The values of the constants and of the parameters, on a stretch of the path.
@@ -83,6 +89,8 @@ pub(super) struct Block {
     in_rows: Vec<Eight>,
     /// The derivatives, at the indices that [`Equations::sweeps`] gives. Other entries are zero.
     entries: Vec<Eight>,
+    /// How rotations turn on the way to the last nodes.
+    legs: Vec<Carried<Eight>>,
     /// Working memory of the elimination.
     right: Vec<Eight>,
     /// One number for each row: working memory.
@@ -90,7 +98,7 @@ pub(super) struct Block {
 }
 
 impl Equations {
-    pub fn new(tape: &Tape, coordinates: usize, parameters: usize) -> Self {
+    pub fn new(tape: &Tape, coordinates: usize, parameters: usize, rotations: &[usize]) -> Self {
         let count = tape.count(Segment::Constants, Part::All);
         let role = |input: Input| match input {
             Input::Constant(place) => Role::Fixed(place),
@@ -129,6 +137,7 @@ impl Equations {
             point,
             constants: tape.differential(&[(Segment::Constants, Part::All)], &is_moving),
             coordinates,
+            rotations: rotations.to_vec(),
             rows: unknowns,
             count,
             parameters,
@@ -248,6 +257,10 @@ impl Equations {
         set(&self.point, &self.of_point, steps, &mut rooms.point);
         let (source, count) = (steps.declaration.source(), steps.recorded.count());
         self.point.evaluate_again(source, &mut rooms.point, count);
+        rooms.quaternions.clear();
+        for &first in &self.rotations {
+            rooms.quaternions.push(quaternion(&steps.recorded, first));
+        }
         for (k, point) in points.iter_mut().enumerate() {
             *point = self.point.result(&rooms.point, k);
         }
@@ -255,33 +268,99 @@ impl Equations {
 
     /// The changes of the points that were evaluated last.
     pub fn change_points(&self, rooms: &mut Rooms, change: &dyn Fn(Role) -> Eight, points: &mut [Eight]) {
+        let Rooms {
+            point, quaternions, ..
+        } = rooms;
         let mut place = 0;
-        let mut change = |_| {
+        let mut change_of = |_| {
             place += 1;
-            change(self.of_point[place - 1])
+            let role = self.of_point[place - 1];
+            self.of_rotation(role)
+                .and_then(|(k, rotation, first)| {
+                    let turn = [1, 2, 3].map(|k| change(Role::Node(first + k)));
+                    Some(component(*quaternions.get(rotation)?, turn, k))
+                })
+                .unwrap_or_else(|| change(role))
         };
-        self.point
-            .forward(&mut rooms.point, &mut change, &mut |k, change| {
-                if let Some(to) = points.get_mut(k) {
-                    *to = change;
-                }
-            });
+        self.point.forward(point, &mut change_of, &mut |k, change| {
+            if let Some(to) = points.get_mut(k) {
+                *to = change;
+            }
+        });
+        for &first in &self.rotations {
+            for k in first..first + SLOTS {
+                points[k] = change(Role::Node(k));
+            }
+        }
     }
 
     /// The derivatives of a weighted sum of the components of the points that were evaluated last.
     pub fn back_from_points(&self, rooms: &mut Rooms, weights: &[Eight], take: &mut dyn FnMut(Role, Eight)) {
-        let weight = |k: usize| weights.get(k).copied().unwrap_or(Eight::ZERO);
-        self.point
-            .back_from_all(&mut rooms.point, &weight, &mut |input, slope| {
-                take(self.of_point[input], slope);
-            });
+        let Rooms {
+            point, quaternions, ..
+        } = rooms;
+        let is_turn = |k: usize| self.of_rotation(Role::Node(k)).is_some();
+        let weight = |k: usize| match weights.get(k) {
+            // a turn of the node is told as it is
+            Some(_) if is_turn(k) => Eight::ZERO,
+            Some(weight) => *weight,
+            None => Eight::ZERO,
+        };
+        let mut of_quaternions = vec![[Eight::ZERO; SLOTS]; self.rotations.len()];
+        self.point.back_from_all(point, &weight, &mut |input, slope| {
+            let role = self.of_point[input];
+            match self.of_rotation(role) {
+                Some((k, rotation, _)) => of_quaternions[rotation][k] = slope,
+                None => take(role, slope),
+            }
+        });
+        let both = quaternions.iter().zip(&of_quaternions);
+        for (&first, (q, slopes)) in self.rotations.iter().zip(both) {
+            let by_turn = body_covector(*q, *slopes);
+            for k in 1..SLOTS {
+                let weight = weights.get(first + k).copied().unwrap_or(Eight::ZERO);
+                take(Role::Node(first + k), by_turn[k] + weight);
+            }
+        }
     }
+
+    /// Of a component of a node's quaternion: which one it is, and the number and the first place of its rotation.
+    fn of_rotation(&self, role: Role) -> Option<(usize, usize, usize)> {
+        let Role::Node(i) = role else { return None };
+        let mut rotations = self.rotations.iter().enumerate();
+        rotations.find_map(|(rotation, &first)| {
+            let k = i.checked_sub(first)?;
+            (k < SLOTS).then_some((k, rotation, first))
+        })
+    }
+}
+
+/// A component of `½ q∘(0, turn)`.
+fn component([w, x, y, z]: [Eight; SLOTS], [a, b, c]: [Eight; 3], k: usize) -> Eight {
+    let sum = match k {
+        0 => -(x * a + y * b + z * c),
+        1 => w * a + y * c - z * b,
+        2 => w * b + z * a - x * c,
+        _ => w * c + x * b - y * a,
+    };
+    Eight::splat(0.5) * sum
+}
+
+/// The quaternions of the middle nodes of some steps.
+#[inline(always)]
+fn quaternion(recorded: &Recorded<'_>, first: usize) -> [Eight; SLOTS] {
+    [0, 1, 2, 3].map(|k| recorded.gathered(Recorded::node(first + k)))
 }
 
 impl Block {
     /// The derivatives of the second difference: for each component those by the node, then those by the increment.
     pub fn slopes(&self) -> &[Eight] {
         &self.slopes
+    }
+
+    /// How rotations turn on the way to the last nodes.
+    pub fn legs(&self) -> &Legs {
+        &self.legs
     }
 
     /// The part of `δe` that comes from a change of constants and parameters.
@@ -404,6 +483,7 @@ impl Work for Linearization<'_> {
             in_rows,
             entries: jacobian,
             right,
+            legs,
             ..
         } = block;
         let count = steps.recorded.count();
@@ -414,6 +494,20 @@ impl Work for Linearization<'_> {
             count,
             jacobian,
         );
+        if !equations.rotations.is_empty() {
+            let (recorded, rotations) = (&steps.recorded, &equations.rotations);
+            let matrix = &mut jacobian[..(rows + n) * width];
+            turning::by_turns(
+                rotations,
+                |first| quaternion(recorded, first),
+                matrix,
+                (width, rows),
+            );
+            let next = |i: usize| {
+                recorded.gathered(recorded.increment(i)) + recorded.gathered(recorded.difference(i))
+            };
+            turning::legs(rotations, next, legs);
+        }
         // weights of the rows: in_rows · ∂rows/∂z = ∂e/∂z
         in_rows.clear();
         match rows {

@@ -7,6 +7,7 @@ use crate::number::point::{AnyLeg, AnyPoint};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent2;
 use crate::solve::dense::Matrix;
+use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
 /// How often a projection is repeated.
@@ -45,6 +46,22 @@ impl Changing {
         .collect()
     }
 
+    /// From numbers that carry the change in the first direction.
+    fn of(numbers: &[Tangent2]) -> Self {
+        Self {
+            value: numbers.iter().map(|number| number.value()).collect(),
+            change: numbers.iter().map(|number| number.derivatives()[0]).collect(),
+        }
+    }
+
+    /// Zeros.
+    fn zeros(count: usize) -> Self {
+        Self {
+            value: vec![0.0; count],
+            change: vec![0.0; count],
+        }
+    }
+
     /// A sum.
     pub fn plus(&self, other: &Self) -> Self {
         let sum = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x + y).collect();
@@ -55,7 +72,7 @@ impl Changing {
     }
 }
 
-/// A position and a velocity after they were moved onto the constraints. The parameters move with the rates of the declaration.
+/// A position and a velocity after they were moved onto the constraints. A position, and its change, has quaternions for rotations. The parameters move with the rates of the declaration.
 pub(super) fn projected(
     declaration: &Declaration<'_>,
     t0: f64,
@@ -71,7 +88,19 @@ pub(super) fn projected(
             rows.truncate(holonomic);
             rows
         };
-        settled(q.clone(), &inverse_mass(declaration, t0, q, v), &q.value, &rows)?
+        let (inverse, rotations) = (
+            inverse_mass(declaration, t0, q, v),
+            &declaration.shape().rotations,
+        );
+        if rotations.is_empty() {
+            settled(q.clone(), &inverse, &q.value, &rows)?
+        } else {
+            // what is sought is the increment to the position on the constraints
+            let given = q.lifted(None);
+            let turned = |by: &[Tangent2]| rows(&rotation::moved(rotations, &given, by));
+            let by = settled(Changing::zeros(given.len()), &inverse, &q.value, &turned)?;
+            Changing::of(&rotation::moved(rotations, &given, &by.lifted(None)))
+        }
     } else {
         q.clone()
     };
@@ -92,6 +121,7 @@ pub(super) fn onto_pair(
     foreseen: &Changing,
 ) -> Option<Changing> {
     let (node, increment) = (q0.plus(foreseen).lifted(None), foreseen.lifted(None));
+    let (first, rotations) = (q0.lifted(None), &declaration.shape().rotations);
     let rows = |correction: &[Tangent2]| {
         let moved = |x: &[Tangent2]| -> Vec<Tangent2> {
             x.iter()
@@ -99,7 +129,12 @@ pub(super) fn onto_pair(
                 .map(|(&x, &correction)| x + correction)
                 .collect()
         };
-        let (q, d) = (moved(&node), moved(&increment));
+        let d = moved(&increment);
+        let q = if rotations.is_empty() {
+            moved(&node)
+        } else {
+            rotation::moved(rotations, &first, &d)
+        };
         let leg = AnyLeg {
             t: Tangent2::splat(t0 + h),
             q: &q,
@@ -107,10 +142,7 @@ pub(super) fn onto_pair(
         };
         declaration.pair(Tangent2::splat(h), leg)
     };
-    let none = Changing {
-        value: vec![0.0; q0.value.len()],
-        change: vec![0.0; q0.value.len()],
-    };
+    let none = Changing::zeros(q0.value.len());
     let ends = q0.value.iter().zip(&foreseen.value);
     let around: Vec<f64> = ends.map(|(q, d)| q.abs().max(d.abs())).collect();
     let correction = settled(none, &inverse_mass(declaration, t0, q0, v0), &around, &rows)?;
@@ -120,10 +152,7 @@ pub(super) fn onto_pair(
 /// The inverse of the mass matrix, by which displacements are measured; the identity where there is none.
 fn inverse_mass(declaration: &Declaration<'_>, t: f64, q: &Changing, v: &Changing) -> ChangingMatrix {
     let n = q.value.len();
-    let rest = Changing {
-        value: vec![0.0; n],
-        change: vec![0.0; n],
-    };
+    let rest = Changing::zeros(n);
     let (position, velocity) = (q.lifted(None), v.lifted(None));
     let columns: Vec<Vec<Tangent2>> = (0..n)
         .map(|j| {

@@ -1,5 +1,6 @@
 //! The derivatives of the step whose middle node is where inputs change their values.
 
+use super::turning;
 use crate::flow::works;
 use crate::number::point::{AnyLeg, OwnedLeg};
 use crate::number::scalar::Scalar as _;
@@ -16,6 +17,8 @@ const MAX_ITERATIONS: u32 = 20;
 pub(super) struct Changed {
     /// The derivatives of its second difference.
     pub slopes: Slopes,
+    /// The increment to the last node.
+    pub increment: Vec<f64>,
     /// The second difference with the old values on both sides, which the velocity of the node belongs to.
     pub arriving: Vec<f64>,
     /// Its derivatives.
@@ -101,6 +104,7 @@ impl Change<'_> {
         let (of_arriving, arriving) = old.slopes(parameters)?;
         Some(Changed {
             slopes,
+            increment: self.leg.d.iter().zip(self.e).map(|(d, e)| d + e).collect(),
             arriving,
             of_arriving,
         })
@@ -152,9 +156,10 @@ impl Change<'_> {
             solution.resize(n, f64::NAN);
             solution
         };
+        let rotations = &self.sides[1].shape().rotations;
         let by_node = |j: usize| {
             by(&Rates {
-                node: &unit(j, n),
+                node: &turning::along(rotations, self.leg.q, j),
                 ..still
             })
         };

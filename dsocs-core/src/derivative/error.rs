@@ -39,6 +39,17 @@ pub enum DerivativeError {
         /// How many there are.
         count: usize,
     },
+    /// A rotation has no derivative by the scalar of its quaternion.
+    #[error(
+        "{index} is the place of the scalar in the quaternion of `{rotation}`; the derivatives by its turns about the axes of its body are those by {}, {} and {}",
+        .index + 1, .index + 2, .index + 3
+    )]
+    Scalar {
+        /// The rotation.
+        rotation: String,
+        /// The place that was asked for.
+        index: usize,
+    },
     /// A plan holds no values.
     #[error("a plan needs the values of its inputs on one leg at least")]
     NoLegs,

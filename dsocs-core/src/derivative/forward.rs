@@ -4,16 +4,20 @@ use super::block::{Block, Role, Rooms, Steps};
 use super::error::DerivativeError;
 use super::motion::{Motion, Piece, Recording};
 use super::path::{AnyPath, Path, parameter};
+use super::start::Begun;
+use super::turning;
 use crate::number::point::Point;
 use crate::number::point::{AnyPoint, sized};
-use crate::start::StartOrder;
+use crate::solve::rotation;
+use crate::start::{self, StartOrder};
 use crate::tape::Eight;
 
 /// A variable with respect to which a run is differentiated. All other variables stay fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variable<'v> {
     /// A coordinate of the first node. The velocity at the start stays fixed, or the second node if the start is
-    /// [`Start::nodes`](crate::Start::nodes).
+    /// [`Start::nodes`](crate::Start::nodes). Of a rotation, whose quaternion begins at the place `i`, the places `i + 1`, `i + 2` and `i + 3` are the turns
+    /// about the axes of its body, in rad, where the angular velocity in the frame of the body stays fixed.
     Position(usize),
     /// A component of the velocity at the start; not for [`Start::nodes`](crate::Start::nodes).
     Velocity(usize),
@@ -31,7 +35,7 @@ pub enum Variable<'v> {
 }
 
 /// The derivatives of a node with respect to a [`Variable`]. Their units are those of the coordinate, its velocity and its acceleration, per
-/// unit of the variable.
+/// unit of the variable. A rotation turns by `δq = ½ q∘(0, ξ)`: its four places have a zero and `ξ`, the turn in the frame of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeTangent<const N: usize> {
     /// The derivative of the position.
@@ -230,6 +234,12 @@ impl Recording<'_> {
                     count: n,
                 });
             }
+            if self.rotations().contains(&index) {
+                return Err(DerivativeError::Scalar {
+                    rotation: start::name_of_rotation(self.source.shape(), index),
+                    index,
+                });
+            }
             Ok((0..n).map(|i| f64::from(u8::from(i == index))).collect())
         };
         Ok(match variable {
@@ -291,12 +301,12 @@ struct State {
 }
 
 impl State {
-    /// Goes on to the next step.
-    fn go_on(&mut self, e: &[f64]) {
-        for ((q, d), e) in self.q.iter_mut().zip(&mut self.d).zip(e) {
+    /// Goes on to the next step, over a leg with an increment.
+    fn go_on(&mut self, rotations: &[usize], increment: &[f64], e: &[f64]) {
+        for (d, e) in self.d.iter_mut().zip(e) {
             *d += e;
-            *q += *d;
         }
+        self.q = rotation::carried(rotations, increment, &self.q, &self.d);
     }
 }
 
@@ -353,7 +363,8 @@ fn forward(
                         Some(change) => block.by_change(&motion.equations, change, &mut by_fixed),
                         None => by_fixed.fill(Eight::ZERO),
                     }
-                    along(state, &block, &by_fixed, count, &mut e, moved);
+                    let rotations = &motion.equations.rotations;
+                    along(state, (&block, rotations), &by_fixed, count, &mut e, moved);
                 }
             } else {
                 let changed = motion.changed(&window, first, stretch)?;
@@ -372,7 +383,7 @@ fn forward(
                             *moved = Eight::splat(*own);
                         }
                     }
-                    state.go_on(&e);
+                    state.go_on(&motion.equations.rotations, &changed.increment, &e);
                 }
                 before = Some(kept);
             }
@@ -462,13 +473,13 @@ fn changes(
 /// Carries a change through a block. Fills in the changes of node, increment and second difference, one lane for each step; `e` is room.
 fn along(
     state: &mut State,
-    block: &Block,
+    (block, rotations): (&Block, &[usize]),
     by_fixed: &[Eight],
     count: usize,
     e: &mut [f64],
     moved: &mut [Eight],
 ) {
-    let all = (state, block.slopes(), by_fixed, count, e, moved);
+    let all = (state, (block, rotations), by_fixed, count, e, moved);
     // short loops of a length that the compiler knows
     match by_fixed.len() {
         1 => along_of(1, all),
@@ -484,9 +495,9 @@ fn along(
 #[inline(always)]
 fn along_of(
     n: usize,
-    (state, slopes, by_fixed, count, e, moved): (
+    (state, (block, rotations), by_fixed, count, e, moved): (
         &mut State,
-        &[Eight],
+        (&Block, &[usize]),
         &[Eight],
         usize,
         &mut [f64],
@@ -494,6 +505,7 @@ fn along_of(
     ),
 ) {
     moved.fill(Eight::ZERO);
+    let slopes = block.slopes();
     let (nodes, rest) = moved.split_at_mut(n);
     let (increments, differences) = rest.split_at_mut(n);
     let (q, d, e) = (&mut state.q[..n], &mut state.d[..n], &mut e[..n]);
@@ -512,7 +524,13 @@ fn along_of(
         }
         for i in 0..n {
             d[i] += e[i];
-            q[i] += d[i];
+        }
+        if rotations.is_empty() {
+            for i in 0..n {
+                q[i] += d[i];
+            }
+        } else {
+            turning::forward(rotations, block.legs(), lane, q, d);
         }
     }
 }
@@ -520,12 +538,13 @@ fn along_of(
 /// The changes of the first two nodes, and the tangent at the start.
 fn begin(motion: &Motion<'_>, variable: &Moving) -> (State, Vec<f64>) {
     let (begun, n) = (&motion.begun, motion.dimension());
+    let (first, rotations) = (&motion.recording.first, &motion.equations.rotations);
     let parameters: Vec<f64> = (0..motion.equations.parameters)
         .map(|place| variable.rate(0, place))
         .collect();
     let Moving { q0, second, .. } = variable;
-    let (d, v) = if motion.recording.first.order == StartOrder::Nodes {
-        let d: Vec<f64> = second.iter().zip(q0).map(|(second, q0)| second - q0).collect();
+    let (d, v) = if first.order == StartOrder::Nodes {
+        let d = Begun::increment_of_nodes(rotations, &first.d, [q0, second]);
         let v = d.iter().map(|d| d / motion.recording.h).collect();
         (d, v)
     } else {
@@ -544,7 +563,7 @@ fn begin(motion: &Motion<'_>, variable: &Moving) -> (State, Vec<f64>) {
         Some((_, slopes)) => slopes.change(&q0, &v, &parameters),
         None => vec![f64::NAN; n],
     };
-    let q = q0.iter().zip(&d).map(|(q0, d)| q0 + d).collect();
+    let q = rotation::carried(rotations, &first.d, &q0, &d);
     (State { q, d }, [&q0[..], &v, &a].concat())
 }
 

@@ -5,13 +5,19 @@ use super::error::DerivativeError;
 use super::forward::{first_point, point_of};
 use super::motion::{Motion, Piece, Recording};
 use super::path::{AnyPath, Path};
+use super::start::Begun;
+use super::turning;
 use crate::number::dual::Dual;
 use crate::number::point::Point;
 use crate::number::point::{AnyPoint, sized};
+use crate::solve::rotation::SLOTS;
 use crate::start::StartOrder;
 use crate::tape::Eight;
 
 /// The derivatives of a cost of a [`Path`], in units of the cost per unit of the variable.
+///
+/// Those by a rotation, and by its angular velocity, are covectors of three numbers in the frame of its body, behind a zero: a turn of the first node by
+/// `δq = ½ q∘(0, ξ)` changes the cost by the inner product of the three numbers in `q0` and `ξ`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gradient<const N: usize> {
     /// The cost.
@@ -93,6 +99,9 @@ impl<const N: usize> Path<'_, N> {
     /// # Errors
     ///
     /// [`DerivativeError`] if a step or the start has no derivative.
+    ///
+    /// A rotation stands in `node.q` with the four numbers of its quaternion; only how the cost changes where it turns is asked for, so the cost need not
+    /// mind its norm.
     pub fn gradient(
         &self,
         cost: &mut dyn FnMut(usize, &Point<Dual<f64>, N>) -> Dual<f64>,
@@ -158,8 +167,9 @@ impl AnyPath<'_> {
         cost: &mut dyn FnMut(usize, AnyPoint<'_, Dual<f64>>) -> Dual<f64>,
     ) -> Result<AnyGradient, DerivativeError> {
         let mut room = Vec::new();
+        let rotations = self.recording.rotations();
         let mut of_node = |index: usize, point: AnyPoint<'_, f64>, slopes: &mut [f64]| {
-            of_node(index, point, slopes, &mut room, cost)
+            of_node((index, point), rotations, slopes, &mut room, cost)
         };
         backward(&self.recording, &mut of_node, first)
     }
@@ -167,8 +177,8 @@ impl AnyPath<'_> {
 
 /// Evaluates the cost of a node: see [`Cost`].
 fn of_node(
-    index: usize,
-    point: AnyPoint<'_, f64>,
+    (index, point): (usize, AnyPoint<'_, f64>),
+    rotations: &[usize],
     slopes: &mut [f64],
     room: &mut Vec<Dual<f64>>,
     cost: &mut dyn FnMut(usize, AnyPoint<'_, Dual<f64>>) -> Dual<f64>,
@@ -190,6 +200,24 @@ fn of_node(
     slopes.fill(0.0);
     let mut depends = false;
     for (place, slope) in slopes.iter_mut().enumerate().take(parts * n) {
+        let mut own = rotations.iter();
+        if let Some(&first) = own.find(|&&first| (first..first + SLOTS).contains(&(place % n))) {
+            // of the place of the zero nothing is asked
+            if place % n == first {
+                continue;
+            }
+            if place < n {
+                for (i, rate) in turning::along(rotations, point.q, place).iter().enumerate() {
+                    room[i].eps = *rate;
+                }
+                *slope = at(room).eps;
+                for number in &mut room[first..first + SLOTS] {
+                    number.eps = 0.0;
+                }
+                depends |= *slope != 0.0;
+                continue;
+            }
+        }
         room[place].eps = 1.0;
         *slope = at(room).eps;
         room[place].eps = 0.0;
@@ -231,13 +259,16 @@ struct Adjoint {
 }
 
 impl Adjoint {
-    /// Goes back through the step of a lane to the derivative by its second difference. `of_node` is the direct one, by its node's cost.
-    fn by_e(&mut self, of_node: &[Eight], lane: usize) {
+    /// Goes back through a step, over the leg to its last node, to the derivative by its second difference. `of_node` is the direct one, by its
+    /// node's cost, in the first lane.
+    fn by_e(&mut self, of_node: &[Eight], (rotations, increment): (&[usize], &[f64])) {
         let n = self.e.len();
-        let (q, d, of_node) = (&self.q[..n], &mut self.d[..n], &of_node[..n]);
+        let mut legs = Vec::new();
+        turning::legs(rotations, |i| Eight::splat(increment[i]), &mut legs);
+        turning::back(rotations, &legs, 0, &mut self.q, &mut self.d);
+        let (d, of_node) = (&self.d[..n], &of_node[..n]);
         for i in 0..n {
-            d[i] += q[i];
-            self.e[i] = d[i] + of_node[i].0[lane];
+            self.e[i] = d[i] + of_node[i].0[0];
         }
     }
 }
@@ -344,7 +375,10 @@ fn backward(
                     });
             }
             if let Some(changed) = &changed {
-                adjoint.by_e(&of_both[0][2 * n..], 0);
+                adjoint.by_e(
+                    &of_both[0][2 * n..],
+                    (&motion.equations.rotations, &changed.increment),
+                );
                 let Adjoint { q, d, e, parameters } = &mut adjoint;
                 for of_nodes in &of_both {
                     for j in 0..n {
@@ -362,7 +396,8 @@ fn backward(
             } else {
                 let linearized = motion.equations.linearize(&steps, &mut rooms, &mut block);
                 linearized.map_err(|lane| motion.singular(first + lane))?;
-                back(&mut adjoint, &block, &of_both[0], count, &mut by_e);
+                let rotations = &motion.equations.rotations;
+                back(&mut adjoint, (&block, rotations), &of_both[0], count, &mut by_e);
                 block.add_by_fixed(&motion.equations, &by_e, by_fixed);
             }
         }
@@ -419,14 +454,20 @@ fn weigh(
 }
 
 /// Goes back through a block, to the derivatives by the second differences.
-fn back(adjoint: &mut Adjoint, block: &Block, of_nodes: &[Eight], count: usize, all: &mut [Eight]) {
+fn back(
+    adjoint: &mut Adjoint,
+    block: (&Block, &[usize]),
+    of_nodes: &[Eight],
+    count: usize,
+    all: &mut [Eight],
+) {
     // short loops of a length that the compiler knows
     match all.len() {
-        1 => back_of(1, adjoint, block.slopes(), of_nodes, count, all),
-        2 => back_of(2, adjoint, block.slopes(), of_nodes, count, all),
-        3 => back_of(3, adjoint, block.slopes(), of_nodes, count, all),
-        4 => back_of(4, adjoint, block.slopes(), of_nodes, count, all),
-        n => back_of(n, adjoint, block.slopes(), of_nodes, count, all),
+        1 => back_of(1, adjoint, block, of_nodes, count, all),
+        2 => back_of(2, adjoint, block, of_nodes, count, all),
+        3 => back_of(3, adjoint, block, of_nodes, count, all),
+        4 => back_of(4, adjoint, block, of_nodes, count, all),
+        n => back_of(n, adjoint, block, of_nodes, count, all),
     }
 }
 
@@ -436,7 +477,7 @@ fn back(adjoint: &mut Adjoint, block: &Block, of_nodes: &[Eight], count: usize, 
 fn back_of(
     n: usize,
     adjoint: &mut Adjoint,
-    slopes: &[Eight],
+    (block, rotations): (&Block, &[usize]),
     of_nodes: &[Eight],
     count: usize,
     all: &mut [Eight],
@@ -444,10 +485,16 @@ fn back_of(
     all.fill(Eight::ZERO);
     let Adjoint { q, d, e, .. } = adjoint;
     let (q, d, e, all) = (&mut q[..n], &mut d[..n], &mut e[..n], &mut all[..n]);
-    let (slopes, of_nodes) = (&slopes[..2 * n * n], &of_nodes[..3 * n]);
+    let (slopes, of_nodes) = (&block.slopes()[..2 * n * n], &of_nodes[..3 * n]);
     for lane in (0..count.min(Eight::COUNT)).rev() {
+        if rotations.is_empty() {
+            for i in 0..n {
+                d[i] += q[i];
+            }
+        } else {
+            turning::back(rotations, block.legs(), lane, q, d);
+        }
         for i in 0..n {
-            d[i] += q[i];
             e[i] = d[i] + of_nodes[2 * n + i].0[lane];
             all[i].0[lane] = e[i];
         }
@@ -468,32 +515,36 @@ fn back_of(
 fn begin(motion: &Motion<'_>, mut costs: Costs<'_, '_>, adjoint: Adjoint) -> AnyGradient {
     let (n, recording) = (motion.dimension(), motion.recording);
     let Adjoint {
-        q: mut q0,
-        d,
+        mut q,
+        mut d,
         parameters: mut by_stretch,
         ..
     } = adjoint;
-    // the first node of the first step lies beyond the increment
-    let mut by_d: Vec<f64> = d.iter().zip(&q0).map(|(d, q0)| d + q0).collect();
-    let (mut v0, mut q1) = (vec![0.0; n], vec![0.0; n]);
+    let (first, rotations) = (&recording.first, &motion.equations.rotations[..]);
+    let (mut q0, mut v0, mut q1) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     if costs.from == 0 && costs.add(0, first_point(motion, &vec![f64::NAN; n])) {
         let (by_q, rest) = costs.slopes.split_at(n);
         let (by_v, by_a) = rest.split_at(n);
-        for i in 0..n {
-            q0[i] += by_q[i];
-            v0[i] += by_v[i];
-        }
+        q0.copy_from_slice(by_q);
+        v0.copy_from_slice(by_v);
         if let Some((_, slopes)) = &motion.begun.acceleration {
             slopes.add(by_a, &mut q0, &mut v0, &mut by_stretch[0]);
         }
     }
-    if recording.first.order == StartOrder::Nodes {
+    if first.order == StartOrder::Nodes {
         for i in 0..n {
-            by_d[i] += v0[i] / recording.h;
-            q0[i] -= by_d[i];
+            d[i] += v0[i] / recording.h;
         }
-        (q1, v0) = (by_d, vec![0.0; n]);
+        Begun::back_from_increment_of_nodes(rotations, &first.d, &d, [&mut q0, &mut q]);
+        (q1, v0) = (q, vec![0.0; n]);
     } else {
+        // the first node of the first step lies beyond the increment
+        let mut legs = Vec::new();
+        turning::legs(rotations, |i| Eight::splat(first.d[i]), &mut legs);
+        turning::back(rotations, &legs, 0, &mut q, &mut d);
+        for i in 0..n {
+            q0[i] += q[i];
+        }
         if let Some([position, velocity]) = &motion.begun.projection {
             let (by_q, by_v) = (q0, v0);
             (q0, v0) = (vec![0.0; n], vec![0.0; n]);
@@ -501,7 +552,10 @@ fn begin(motion: &Motion<'_>, mut costs: Costs<'_, '_>, adjoint: Adjoint) -> Any
             velocity.add(&by_v, &mut q0, &mut v0, &mut by_stretch[0]);
         }
         let increment = &motion.begun.increment;
-        increment.add(&by_d, &mut q0, &mut v0, &mut by_stretch[0]);
+        increment.add(&d, &mut q0, &mut v0, &mut by_stretch[0]);
+    }
+    for &first in rotations {
+        (q0[first], v0[first], q1[first]) = (0.0, 0.0, 0.0);
     }
     let mut parameters = vec![0.0; motion.equations.parameters];
     for own in &by_stretch {

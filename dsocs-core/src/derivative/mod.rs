@@ -14,6 +14,12 @@
 //! [`Start::nodes`](crate::Start::nodes), and it may be [projected](crate::Start::projected) onto constraints of positions and velocities: what moves it
 //! and its second node there is differentiated, too. Inputs can be held in systems without kinematic and nonholonomic constraints. Everything else is refused
 //! with a [`DerivativeError`].
+//!
+//! # Rotations
+//!
+//! A rotation has three directions, the turns about the axes of its body: `δq = ½ q∘(0, ξ)`. Everywhere its four places hold a zero and three numbers, in the
+//! frame of the body: of a tangent the turn `ξ`, the changes of angular velocity and angular acceleration; of a gradient the covector of a turn, and that
+//! of the angular velocity. A [`Variable`] names the turns by the last three of the four places.
 
 // sums go over components of several arrays, derivatives are *by* something, and closures are written in full for who writes them
 #![allow(
@@ -32,6 +38,7 @@ mod kept;
 mod motion;
 mod path;
 mod start;
+mod turning;
 
 pub use error::DerivativeError;
 pub use forward::{AnyTangent, NodeTangent, OwnedTangents, Variable};

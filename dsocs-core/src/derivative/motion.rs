@@ -48,6 +48,11 @@ impl Recording<'_> {
         &self.source.shape().parameters
     }
 
+    /// The first places of rotations.
+    pub fn rotations(&self) -> &[usize] {
+        &self.source.shape().rotations
+    }
+
     /// The inputs of a plan, in its order, by their names.
     pub fn input_names(&self) -> Vec<Cow<'static, str>> {
         self.inputs
@@ -79,7 +84,12 @@ impl Recording<'_> {
         Ok(Motion {
             recording: self,
             begun: Begun::new(&own, self.h, &self.first, self.accelerated.as_ref())?,
-            equations: Equations::new(self.source.tape(), own.dimension(), self.parameters().len()),
+            equations: Equations::new(
+                self.source.tape(),
+                own.dimension(),
+                self.parameters().len(),
+                self.rotations(),
+            ),
             stretches,
         })
     }

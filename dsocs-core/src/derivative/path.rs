@@ -6,11 +6,12 @@ use super::error::DerivativeError;
 use super::kept::{Checkpoints, Kept, keep_last};
 use super::motion::{Recording, Stretch};
 use super::start::{Accelerated, First};
-use crate::error::{DIFFERENCES, SetupError};
+use crate::error::SetupError;
 use crate::flow::discrete::{Discrete, values_of};
 use crate::kernel::Kernel;
 use crate::run::{AnyNode, Node, OwnedNode, Run, RunError, inputs};
 use crate::solve::newton::Stop;
+use crate::solve::rotation;
 use crate::start::{self, AnyStart, Beginning, Given, Start};
 use crate::system::System;
 use crate::tape::quantity::Quantity;
@@ -256,8 +257,6 @@ fn run<'s>(
         let method = "the derivative of a run (Path)";
         return Err(RunError::from(SetupError::ThirdOrder { method }).into());
     }
-    SetupError::for_rotations(kernel.shape(), ["the derivative of a run (Path)", DIFFERENCES])
-        .map_err(RunError::from)?;
     let mut flow = Discrete::new(kernel, values_of(kernel), h, start).map_err(RunError::from)?;
     let end = flow.clock().until(t)?;
     let count = end
@@ -327,6 +326,8 @@ fn plan<'s>(
 struct Recorder<'s> {
     /// The start.
     beginning: Beginning,
+    /// The increment to the second node.
+    increment: Vec<f64>,
     /// The continuous motion there.
     accelerated: Option<Accelerated>,
     /// The stretches of constant inputs.
@@ -361,6 +362,7 @@ impl<'s> Recorder<'s> {
         let window = count.min(checkpoints.every);
         Self {
             beginning,
+            increment: flow.course.vectors.increment().to_vec(),
             accelerated,
             stretches: vec![stretch(0, flow)],
             sizes,
@@ -411,7 +413,11 @@ impl<'s> Recorder<'s> {
                     q0: q0.to_vec(),
                     v0: v0.to_vec(),
                     a0: a0.map(|a0| a0.to_vec()),
-                    given: start.moved_from(),
+                    d: self.increment,
+                    given: start.moved_from().map(|[mut q, v]| {
+                        rotation::unit(&flow.shape().rotations, &mut q);
+                        [q, v]
+                    }),
                 },
                 accelerated: self.accelerated,
                 stretches: self.stretches,

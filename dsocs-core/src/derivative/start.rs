@@ -2,7 +2,9 @@
 
 use super::bound::{self, Changing};
 use super::error::DerivativeError;
+use super::turning;
 use crate::solve::dense::Matrix;
+use crate::solve::rotation::{self, SLOTS};
 use crate::start::StartOrder;
 use crate::tape::declaration::Declaration;
 use crate::tape::{Eight, Input, Leaf, Part, Room, Segment};
@@ -36,6 +38,8 @@ pub(super) struct First {
     pub v0: Vec<f64>,
     /// The acceleration, where the rule knows it.
     pub a0: Option<Vec<f64>>,
+    /// The increment to the second node.
+    pub d: Vec<f64>,
     /// Position and velocity before they were moved onto the constraints, where they were.
     pub given: Option<[Vec<f64>; 2]>,
 }
@@ -160,6 +164,43 @@ impl Begun {
         })
     }
 
+    /// The change of the increment between two nodes that are given, from those of the nodes.
+    pub fn increment_of_nodes(rotations: &[usize], d: &[f64], [q0, q1]: [&[f64]; 2]) -> Vec<f64> {
+        let mut change: Vec<f64> = q1.iter().zip(q0).map(|(q1, q0)| q1 - q0).collect();
+        for &first in rotations {
+            let by_nodes = rotation::of_nodes([1, 2, 3].map(|k| d[first + k]));
+            for i in 0..3 {
+                let parts = by_nodes.iter().zip([q0, q1]);
+                let products = parts.map(|(by, q)| (0..3).map(|j| by[i][j] * q[first + 1 + j]).sum::<f64>());
+                change[first + 1 + i] = products.sum();
+            }
+        }
+        change
+    }
+
+    /// Adds what derivatives by that increment say of those by the nodes.
+    pub fn back_from_increment_of_nodes(
+        rotations: &[usize],
+        d: &[f64],
+        by_d: &[f64],
+        [q0, q1]: [&mut [f64]; 2],
+    ) {
+        for i in 0..d.len() {
+            if !rotations.iter().any(|first| (*first..first + SLOTS).contains(&i)) {
+                q0[i] -= by_d[i];
+                q1[i] += by_d[i];
+            }
+        }
+        for &first in rotations {
+            let by_nodes = rotation::of_nodes([1, 2, 3].map(|k| d[first + k]));
+            for (by, q) in by_nodes.iter().zip([&mut *q0, &mut *q1]) {
+                for j in 0..3 {
+                    q[first + 1 + j] += (0..3).map(|i| by[i][j] * by_d[first + 1 + i]).sum::<f64>();
+                }
+            }
+        }
+    }
+
     /// The same where constraints bind the second node to the first, and perhaps the velocity and the position.
     fn bound(
         declaration: &Declaration<'_>,
@@ -188,6 +229,13 @@ impl Begun {
                 change: along(begin, n),
             };
             let (mut q, mut v) = (changing(own_q, 0), changing(own_v, n));
+            // the directions of a rotation are turns
+            let rotations = &declaration.shape().rotations;
+            if rotations.iter().any(|first| direction % n == *first) && direction < 2 * n {
+                (q.change, v.change) = (vec![0.0; n], vec![0.0; n]);
+            } else if direction < n {
+                q.change = turning::along(rotations, own_q, direction);
+            }
             if first.given.is_some() {
                 (q, v) = bound::projected(&moving, first.t0, &q, &v)?;
             }
@@ -200,11 +248,15 @@ impl Begun {
                 let half = |a: &[f64]| a.iter().map(|a| h * h / 2.0 * a).collect();
                 foreseen = foreseen.plus(&Changing {
                     value: half(a),
-                    change: half(&slopes.change(&q.change, &v.change, &rates)),
+                    change: half(&slopes.change(
+                        &rotation::body(rotations, &q.value, &q.change),
+                        &v.change,
+                        &rates,
+                    )),
                 });
             }
             let d = bound::onto_pair(&moving, (first.t0, h), (&q, &v), &foreseen)?;
-            positions.push(q.change);
+            positions.push(rotation::body(rotations, &q.value, &q.change));
             velocities.push(v.change);
             increments.push(d.change);
         }
@@ -262,6 +314,16 @@ fn acceleration(
             };
             *entry = slope.0[0];
         });
+    }
+    // by the turns of rotations
+    for &first in declaration.shape().rotations.iter() {
+        let q: [f64; SLOTS] = core::array::from_fn(|k| q0[first + k]);
+        for row in 0..rows {
+            let slopes = core::array::from_fn(|k| right[(row, first + k)]);
+            for (k, slope) in rotation::body_covector(q, slopes).into_iter().enumerate() {
+                right[(row, first + k)] = slope;
+            }
+        }
     }
     // the scale of a row does not matter
     for row in 0..rows {

@@ -6,10 +6,16 @@
 
 #![allow(clippy::inline_always)] // parts of steps in lanes, which are compiled for each kind of register
 
+mod tangent;
+
+use core::ops::{Add, Div, Mul, Sub};
+
 use crate::number::compensated::{add, plus};
 use crate::number::scalar::Scalar;
 use crate::solve::Vector;
 use crate::solve::sum::Sum;
+
+pub(crate) use tangent::{Carried, Number, body, body_covector, carried, of_nodes, turn_rates};
 
 /// How many slots a rotation takes.
 pub(crate) const SLOTS: usize = 4;
@@ -20,9 +26,17 @@ const NEARLY_ONE: f64 = 1e-6;
 /// An increment of half a turn has the length 3.165.
 const LONGEST: f64 = 3.0;
 
+/// What products are made with.
+pub(crate) trait Arithmetic:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+}
+
+impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + Div<Output = T>> Arithmetic for T {}
+
 /// `p∘q`
 #[inline(always)]
-fn product<T: Scalar>(p: [T; 4], q: [T; 4]) -> [T; 4] {
+fn product<T: Arithmetic>(p: [T; 4], q: [T; 4]) -> [T; 4] {
     let ([a, b, c, d], [w, x, y, z]) = (p, q);
     [
         a * w - b * x - c * y - d * z,

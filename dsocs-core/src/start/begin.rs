@@ -19,6 +19,7 @@ use crate::solve::newton::{self, Equations, Linearized};
 use crate::solve::rotation;
 use crate::solve::sum::Sum;
 use crate::solve::{Square, Vector};
+use crate::tape::Shape;
 use crate::tape::declaration::Declaration;
 
 /// How often the acceleration at the start is improved before its solution is given up.
@@ -293,7 +294,12 @@ fn of_norm_one(declaration: &Declaration<'_>, mut q: Vector) -> Result<Vector, S
 
 /// The name of a rotation, of whose quaternion the first component has a place.
 fn rotation_name(declaration: &Declaration<'_>, first: usize) -> String {
-    let name = declaration.coordinates().get(first);
+    name_of_rotation(declaration.shape(), first)
+}
+
+/// The same from a shape.
+pub(crate) fn name_of_rotation(shape: &Shape, first: usize) -> String {
+    let name = shape.coordinates.get(first);
     let name = name.map_or("", |coordinate| &coordinate.name);
     name.strip_suffix("_w").unwrap_or(name).to_owned()
 }

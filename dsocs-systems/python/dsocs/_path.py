@@ -18,7 +18,11 @@ Array = npt.NDArray[np.float64]
 
 
 class Gradient(NamedTuple):
-    """The derivatives of a cost, in units of the cost per unit of the variable."""
+    """The derivatives of a cost, in units of the cost per unit of the variable.
+
+    Those by a rotation, and by its angular velocity, are a zero and three numbers in the frame of its body: where the attitude at the start turns by a small `xi`, about the axes of
+    the body, the cost changes by their inner product.
+    """
 
     #: The cost.
     cost: float
@@ -99,7 +103,8 @@ class Path:
     def tangents(self, *variables: str) -> dict[str, tuple[Array, Array]]:
         """The derivatives of the last node by variables, forward through the run: for each position and velocity.
 
-        A variable is a parameter, `"q_theta"` or `"v_theta"`, which is a coordinate or a velocity at the start, by name.
+        A variable is a parameter, `"q_theta"` or `"v_theta"`, which is a coordinate or a velocity at the start, by name. Of a rotation `r`, `"q_r_x"` is a turn of the start
+        about the first axis of the body, and the derivative of a position has a zero and the turn of the body in the four places of `r`.
 
         Raises `DerivativeError` as `gradient`, and `SetupError` if there is no such variable.
         """

@@ -28,3 +28,22 @@ def test_a_rotation_has_four_numbers_of_position_and_three_of_velocity() -> None
     assert runs[0].v.shape == (11, 5) and not runs[0].v[:, 0].any()
     with pytest.raises(dsocs.SetupError, match="v has 3 components, but there are 4 coordinates: r_x, r_y, r_z, x"):
         top.flow(h=0.1, q=q, v=[1.0, 2.0, 3.0])
+
+
+def test_a_gradient_by_a_rotation_is_that_of_small_turns() -> None:
+    top = dsocs.System(TOP)
+    v = [0.6, -0.3, 3.0, 2.0]
+
+    def height(node) -> object:  # type: ignore[no-untyped-def]
+        w, x, y, z = node.q[:4]
+        return w * w - x * x - y * y + z * z + node["x"] ** 2
+
+    def path(turn: float) -> dsocs.Path:
+        return top.path(h=0.1, q=[np.cos(turn / 2), np.sin(turn / 2), 0.0, 0.0, 0.5], v=v, until=1.0)
+
+    gradient = path(0.0).gradient(height)
+    assert gradient.q[0] == 0.0 and gradient.v[0] == 0.0
+    ends = [path(turn).gradient(height).cost for turn in (1e-4, -1e-4)]
+    assert abs(gradient.q[1] - (ends[0] - ends[1]) / 2e-4) < 1e-6
+    with pytest.raises(dsocs.DerivativeError, match="the place of the scalar"):
+        path(0.0).tangents("q_r_w")

@@ -49,6 +49,7 @@ mod rotations;
 mod rotations_bound;
 mod rotations_chains;
 mod rotations_composed;
+mod rotations_derivatives;
 mod rotations_ensemble;
 mod rotations_inputs;
 mod rotations_slip;
