@@ -6,6 +6,7 @@ use super::form::Displacement;
 use super::legendre::product;
 use super::solvable::{self, Solution, Sought};
 use super::units;
+use crate::error::SetupError;
 use crate::kernel::Kernel;
 use crate::number::point::{AnyLeg, OwnedLeg};
 use crate::number::scalar::Scalar as _;
@@ -87,6 +88,13 @@ impl<'s> DiscreteFlow<'s> {
     ///
     /// [`GeometryError::Setup`] if the step or a parameter is not usable.
     pub fn new(system: &'s dyn Kernel, h: f64) -> Result<Self, GeometryError> {
+        SetupError::for_rotations(
+            system.shape(),
+            [
+                "the flow as a map of pairs of nodes (geometry::DiscreteFlow)",
+                "take the run itself (Flow)",
+            ],
+        )?;
         solvable::check_step(system, h)?;
         Ok(Self { system, h })
     }

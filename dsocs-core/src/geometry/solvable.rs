@@ -38,13 +38,6 @@ pub(crate) fn check_step(system: &dyn Kernel, h: f64) -> Result<(), SetupError> 
             method: "the flow as a map of pairs of nodes (geometry::DiscreteFlow)",
         });
     }
-    SetupError::for_rotations(
-        system.shape(),
-        [
-            "the flow as a map of pairs of nodes (geometry::DiscreteFlow)",
-            "take the run itself (Flow)",
-        ],
-    )?;
     check(&Declaration::of(system), h)
 }
 

@@ -27,13 +27,15 @@ pub(super) struct Bonds {
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
     columns: usize,
+    /// The columns along which nothing moves: the zeros of rotations.
+    still: Vec<usize>,
     lengths: Vec<f64>,
     entries: Vec<Vec<f64>>,
 }
 
 impl Rows {
-    /// From one column after the other, of which some rows are wanted.
-    pub(super) fn new(columns: &[Vec<f64>], wanted: core::ops::Range<usize>) -> Self {
+    /// From one column after the other, of which some rows are wanted. Along some columns nothing moves.
+    pub(super) fn new(columns: &[Vec<f64>], wanted: core::ops::Range<usize>, still: Vec<usize>) -> Self {
         let row = |i: usize| -> Vec<f64> { columns.iter().map(|column| column[i]).collect() };
         let mut entries: Vec<Vec<f64>> = wanted.map(row).collect();
         let lengths: Vec<f64> = entries.iter().map(|row| length(row)).collect();
@@ -46,6 +48,7 @@ impl Rows {
         }
         Self {
             columns: columns.len(),
+            still,
             lengths,
             entries,
         }
@@ -69,8 +72,10 @@ impl Rows {
 
     /// An orthonormal basis of the changes that leave the rows as they are.
     pub(super) fn kernel(&self) -> Basis {
+        let axis = |i: &usize| (0..self.columns).map(|j| f64::from(u8::from(*i == j))).collect();
+        let still = self.still.iter().map(axis);
         if self.entries.is_empty() {
-            return Basis::of(self.columns, &[]);
+            return Basis::of(self.columns, &still.collect::<Vec<_>>());
         }
         let singular = self.matrix().decomposed();
         let [_, largest] = singular.extremes();
@@ -78,7 +83,10 @@ impl Rows {
         let bound = terms.filter(|(value, _)| **value > ZERO * largest);
         Basis::of(
             self.columns,
-            &bound.map(|(_, right)| right.clone()).collect::<Vec<_>>(),
+            &bound
+                .map(|(_, right)| right.clone())
+                .chain(still)
+                .collect::<Vec<_>>(),
         )
     }
 }
@@ -183,9 +191,10 @@ impl Bonds {
         let columns = |leaf: fn(usize) -> Leaf| -> Vec<Vec<f64>> {
             (0..coordinates).map(|j| rows.by(leaf(j))).collect()
         };
+        let still = || declaration.shape().rotations.to_vec();
         Self {
-            positions: Rows::new(&columns(Leaf::Q), 0..holonomic),
-            velocities: Rows::new(&columns(Leaf::V), holonomic..count),
+            positions: Rows::new(&columns(Leaf::Q), 0..holonomic, still()),
+            velocities: Rows::new(&columns(Leaf::V), holonomic..count, still()),
             coordinates,
             holonomic,
             rows,

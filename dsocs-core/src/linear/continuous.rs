@@ -7,7 +7,7 @@ use super::model::{Columns, Frame, LinearModel, LinearTime};
 use super::ports::{Measured, Ports};
 use super::slopes::{At, Direction, Slopes};
 use crate::number::point::AnyPoint;
-use crate::solve::Square;
+use crate::solve::{Square, rotation};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Part, Segment};
 
@@ -70,7 +70,9 @@ pub(super) fn linearized(
         let a = variational.acceleration(direction)?;
         let forces = || force.along(&|leaf| direction.rate(leaf, &a));
         let outputs = measured.change(&direction.q, direction, &a, &forces);
-        Some([chart.coordinates(&direction.v, &a), outputs])
+        let rotations = &declaration.shape().rotations;
+        let turns = rotation::turn_rates(rotations, at.v, &direction.q, &direction.v);
+        Some([chart.coordinates(&turns, &a), outputs])
     };
     let (mut columns, mut basis) = (Columns::default(), Vec::new());
     for free in chart.directions() {

@@ -10,6 +10,7 @@ use super::continuous::acceleration_slopes;
 use super::error::LinearizationError;
 use super::slopes::{At, Slopes};
 use crate::geometry::Triple;
+use crate::solve::rotation;
 use crate::start;
 use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Part, Segment};
@@ -59,12 +60,15 @@ pub(super) fn check_triple(
         return Ok(());
     }
     let (first, last) = (triple.first(), triple.last(h));
-    let q0: Vec<f64> = first.q.iter().zip(first.d).map(|(q, d)| q - d).collect();
+    let rotations = &declaration.shape().rotations;
+    let back: Vec<f64> = first.d.iter().map(|d| -d).collect();
+    let q0 = rotation::moved(rotations, first.q, &back);
+    let q2 = rotation::moved(rotations, first.q, &last.d);
     let rate = |d: &[f64]| -> Vec<f64> { d.iter().map(|d| d / h).collect() };
     // of third order, whose arguments may depend on it, there is no linear model
     let a = vec![0.0; q0.len()];
     let before = declaration.switch_arguments(first.t - h, &q0, &rate(first.d), &a);
-    let after = declaration.switch_arguments(last.t, &last.q, &rate(&last.d), &a);
+    let after = declaration.switch_arguments(last.t, &q2, &rate(&last.d), &a);
     let mut both = before.iter().zip(&after).enumerate();
     match both.find(|(_, (before, after))| **before * **after < 0.0) {
         None => Ok(()),
@@ -132,19 +136,20 @@ fn is_corner(arguments: &Slopes, argument: usize, at: &At<'_>, declaration: &Dec
         // it does not change its sign here, or has no value nearby
         return !steepest.is_finite();
     }
-    let moved = |x: &[f64], by: &[f64], far: f64| -> Vec<f64> {
+    let moved = |rotations: &[usize], x: &[f64], by: &[f64], far: f64| -> Vec<f64> {
         let parts = x.iter().zip(by);
-        parts
-            .map(|(x, by)| x + far * x.abs().max(1.0) * by / steepest)
-            .collect()
+        let increment: Vec<f64> = parts
+            .map(|(x, by)| far * x.abs().max(1.0) * by / steepest)
+            .collect();
+        rotation::moved(rotations, x, &increment)
     };
     // how far the two sides are from each other, and how large they are
     let apart = |far: f64| -> Option<[[f64; 2]; 2]> {
         let side = |far: f64| {
             let place = [
-                moved(&[at.t], &t, far),
-                moved(at.q, &q, far),
-                moved(at.v, &v, far),
+                moved(&[], &[at.t], &t, far),
+                moved(&declaration.shape().rotations, at.q, &q, far),
+                moved(&[], at.v, &v, far),
             ];
             beside(declaration, at, [&place[0], &place[1], &place[2]])
         };

@@ -11,11 +11,12 @@ use super::error::LinearizationError;
 use super::model::LinearModel;
 use super::ports::Ports;
 use super::slopes::At;
-use crate::error::{BY_ANGLES, SetupError};
+use crate::error::SetupError;
 use crate::flow::discrete::values_of;
 use crate::kernel::Kernel;
 use crate::number::message::Numbers;
 use crate::number::point::AnyPoint;
+use crate::solve::rotation;
 use crate::start;
 use crate::tape::declaration::Declaration;
 use crate::tape::quantity::Quantity;
@@ -77,20 +78,22 @@ impl fmt::Debug for EquilibriumSearch<'_> {
 /// A state of rest.
 #[derive(Clone, Debug)]
 pub struct Equilibrium {
-    /// The position. Angles are as they were found, not reduced to a turn.
+    /// The position. Angles are as they were found, not reduced to a turn. Of a rotation, the quaternion.
     pub q: Vec<f64>,
     /// The values of all parameters, with those that were free as they were found.
     pub parameters: Vec<f64>,
     /// The generalized constraint force, in units of `L` per unit of the coordinate.
     pub force: Vec<f64>,
     /// The directions in which other equilibria lie, if this is one of a continuum: for each, the change of the position, then of the free
-    /// parameters in their order. Empty if it is isolated.
+    /// parameters in their order. Empty if it is isolated. The change of a rotation is a zero and a turn in the frame of its body.
     pub directions: Vec<Vec<f64>>,
     /// The linear model of the continuous motion there, with all parameters for inputs and coordinates and velocities for outputs; or why there
     /// is none, as where dry friction holds the system.
     pub model: Result<LinearModel, LinearizationError>,
     /// The places of the parameters that were free.
     free: Vec<usize>,
+    /// The first places of rotations.
+    rotations: Vec<usize>,
 }
 
 /// What the eigenvalues say of an equilibrium.
@@ -165,6 +168,7 @@ impl Equilibrium {
             .zip(&here)
             .map(|(there, here)| there - here)
             .collect();
+        rotation::difference(&self.rotations, [&here, &there], &mut apart);
         if !other.is_isolated() {
             for direction in &self.directions {
                 let part = dot(&apart, direction);
@@ -230,7 +234,7 @@ impl<'s> EquilibriumSearch<'s> {
         self
     }
 
-    /// Holds coordinates at their guesses.
+    /// Holds coordinates at their guesses. A rotation is held as a whole, by its name.
     pub fn held<I: IntoIterator>(mut self, coordinates: I) -> Self
     where
         I::Item: Into<String>,
@@ -242,9 +246,23 @@ impl<'s> EquilibriumSearch<'s> {
     /// The unknowns.
     fn unknowns(&self) -> Result<Unknowns, EquilibriumError> {
         let shape = self.system.shape();
-        let held = places("coordinate", &self.held, &shape.coordinates)?;
+        // a rotation has one name, at its first place
+        let mut named: Vec<Quantity> = shape.coordinates.to_vec();
+        for &first in shape.rotations.iter() {
+            named[first].name = start::name_of_rotation(shape, first).into();
+        }
+        let is_part = |i: usize| shape.rotation_of(i).is_some_and(|first| first != i);
+        let whole: Vec<usize> = (0..named.len()).filter(|i| !is_part(*i)).collect();
+        let named: Vec<Quantity> = whole.iter().map(|i| named[*i].clone()).collect();
+        let held: Vec<usize> = places("coordinate", &self.held, &named)?
+            .into_iter()
+            .filter_map(|place| whole.get(place).copied())
+            .collect();
+        let is_held = |i: &usize| held.contains(&shape.rotation_of(*i).unwrap_or(*i));
+        let moving = (0..shape.dimension()).filter(|i| shape.moves(*i));
         Ok(Unknowns {
-            coordinates: (0..shape.dimension()).filter(|i| !held.contains(i)).collect(),
+            coordinates: moving.filter(|i| !is_held(i)).collect(),
+            rotations: shape.rotations.to_vec(),
             parameters: places("parameter", &self.free, &shape.parameters)?,
             multipliers: shape.multipliers(),
         })
@@ -258,11 +276,18 @@ impl<'s> EquilibriumSearch<'s> {
     pub fn near(&self, guess: impl AsRef<[f64]>) -> Result<Equilibrium, EquilibriumError> {
         let (unknowns, guess) = (self.unknowns()?, guess.as_ref());
         self.check(guess)?;
+        let mut guess = guess.to_vec();
+        rotation::normalize(&unknowns.rotations, &mut guess).map_err(|(first, norm)| {
+            SetupError::Quaternion {
+                rotation: start::name_of_rotation(self.system.shape(), first),
+                norm,
+            }
+        })?;
         let values = values_of(self.system);
         let rest = Rest {
             declaration: Declaration::of(self.system),
             t: self.t,
-            guess,
+            guess: &guess,
             values: &values,
             unknowns: &unknowns,
         };
@@ -287,6 +312,7 @@ impl<'s> EquilibriumSearch<'s> {
         let model = self.model(&declaration, &at);
         Ok(Equilibrium {
             free: unknowns.parameters.clone(),
+            rotations: unknowns.rotations.clone(),
             force,
             directions,
             model,
@@ -328,13 +354,6 @@ impl<'s> EquilibriumSearch<'s> {
     /// Checks that a guess and the parameters can be used.
     fn check(&self, guess: &[f64]) -> Result<(), EquilibriumError> {
         let shape = self.system.shape();
-        SetupError::for_rotations(
-            shape,
-            [
-                "a search for states of rest (linear::EquilibriumSearch)",
-                BY_ANGLES,
-            ],
-        )?;
         if guess.len() != shape.dimension() {
             return Err(EquilibriumError::Length {
                 found: guess.len(),
@@ -362,8 +381,6 @@ impl<'s> EquilibriumSearch<'s> {
                 method: "a linear model (linear::OperatingPoint)",
             }));
         }
-        SetupError::for_rotations(shape, ["a linear model (linear::OperatingPoint)", BY_ANGLES])
-            .map_err(LinearizationError::Setup)?;
         start::check_determined(declaration, (at.t, at.q, at.v), at.a)?;
         continuous::linearized(declaration, at, &Ports::of(shape, None, None)?)
     }

@@ -4,6 +4,7 @@ use super::chart::{Basis, Chart, dot};
 use super::ports::Ports;
 use crate::number::point::OwnedPoint;
 use crate::solve::eigenvalues::eigenvalues;
+use crate::solve::rotation::{self, SLOTS};
 use crate::tape::quantity::Quantity;
 use crate::tape::{Shape, declaration::Declaration};
 
@@ -30,7 +31,7 @@ pub struct LinearModel {
     pub point: OwnedPoint<f64>,
     /// The minimal coordinates `z`, first those of the position, then those of the velocity. Where one is a single coordinate of the
     /// declaration, it has its name (`theta`, `v_theta`) and unit; where it moves several, the name of the one that moves most, as
-    /// `along_x`, `v_along_x`.
+    /// `along_x`, `v_along_x`. Of a rotation `r`, three are the turns about the axes of its body, `turn_r_x`, `turn_r_y`, `turn_r_z`.
     pub states: Vec<Quantity>,
     /// The inputs `u`: changes of parameters from their present values.
     pub inputs: Vec<Quantity>,
@@ -48,12 +49,15 @@ pub struct LinearModel {
     pub drift: Vec<f64>,
     /// The outputs at the point.
     pub measured: Vec<f64>,
-    /// For each state, the weights with which it is made of changes of position and velocity, one after the other: `z = P δ(q, v)`.
+    /// For each state, the weights with which it is made of changes of position and velocity, one after the other: `z = P δ(q, v)`. The change of a
+    /// rotation's position, here and in what follows, is a zero and a turn in the frame of its body.
     pub projection: Vec<Vec<f64>>,
     /// For each state, the change of position and velocity, one after the other, that belongs to a change of the state by 1.
     pub basis: Vec<Vec<f64>>,
     /// Of a step, the same at the next node, where the free directions may be other ones. Of the continuous motion, those of the point.
     pub basis_after: Vec<Vec<f64>>,
+    /// The first places of rotations.
+    rotations: Vec<usize>,
 }
 
 impl LinearModel {
@@ -65,7 +69,14 @@ impl LinearModel {
             let parts = own.iter().enumerate();
             parts.map(|(i, own)| x.get(i).map_or(0.0, |x| x - own)).collect()
         };
-        let both = [change(q, point.q), change(v, point.v)].concat();
+        let mut both = [change(q, point.q), change(v, point.v)].concat();
+        for first in &self.rotations {
+            if q.len() >= first + SLOTS {
+                rotation::difference(&[*first], [point.q, q], &mut both);
+            } else {
+                both[*first..first + SLOTS].fill(0.0);
+            }
+        }
         self.projection
             .iter()
             .map(|weights| dot(weights, &both))
@@ -112,6 +123,15 @@ fn states(shape: &Shape, chart: &Chart) -> Vec<Quantity> {
                 return Quantity::new("?", "");
             };
             let alone = vector.iter().filter(|part| **part != 0.0).count() == 1;
+            if let (true, false, Some(first)) = (alone, of_velocity, shape.rotation_of(along)) {
+                let axis = ["first", "second", "third"];
+                let axis = axis.get((along - first).saturating_sub(1)).unwrap_or(&"");
+                let name = own.name.rsplit_once('_').map_or(&*own.name, |(name, _)| name);
+                return Quantity {
+                    doc: format!("The turn of `{name}` about the {axis} axis of its body [rad].").into(),
+                    name: format!("turn_{}", own.name).into(),
+                };
+            }
             let unit = own.unit().filter(|_| alone);
             let name = match (of_velocity, alone) {
                 (false, true) => return own.clone(),
@@ -168,6 +188,7 @@ impl Frame<'_> {
             projection: self.chart.projection(),
             drift,
             measured,
+            rotations: shape.rotations.to_vec(),
             basis,
             basis_after,
         }

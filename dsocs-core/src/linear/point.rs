@@ -6,7 +6,7 @@ use super::model::LinearModel;
 use super::ports::Ports;
 use super::slopes::At;
 use super::step;
-use crate::error::{BY_ANGLES, SetupError};
+use crate::error::SetupError;
 use crate::geometry::solvable;
 use crate::kernel::Kernel;
 use crate::start::{self, AnyStart, Phase};
@@ -22,6 +22,9 @@ use crate::tape::declaration::Declaration;
 /// is that of motions with another constant value. *Outputs* are coordinates (`theta`), velocities (`v_theta`), accelerations (`a_theta`),
 /// generalized constraint forces (`force_theta`), the `energy`, and observed expressions; without [`OperatingPoint::outputs`], all coordinates
 /// and velocities.
+///
+/// Of a rotation `r`, the states are the turns about the axes of its body, `turn_r_x` and so on, and the angular velocity in the frame of the body;
+/// the outputs `r_w`, `r_x`, … are the components of its quaternion, as in a run.
 ///
 /// See [`mod@crate::linear`] for the formula and an example.
 #[derive(Clone)]
@@ -107,8 +110,6 @@ impl<'s> OperatingPoint<'s> {
                 method: "a linear model (linear::OperatingPoint)",
             }));
         }
-        SetupError::for_rotations(shape, ["a linear model (linear::OperatingPoint)", BY_ANGLES])
-            .map_err(LinearizationError::Setup)?;
         let start = self.start.fitted(shape)?;
         start::check_parameters(&declaration)?;
         let phase = start.phase(&declaration)?;

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use super::error::LinearizationError;
 use super::slopes::{At, Direction, Slopes};
+use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 use crate::tape::quantity::Quantity;
 use crate::tape::{Part, Segment, Shape};
@@ -52,7 +53,8 @@ impl Output {
         }
         PREFIXES.iter().find_map(|(prefix, output)| {
             let coordinate = name.strip_prefix(prefix)?;
-            place(&shape.coordinates, coordinate).map(output)
+            let place = place(&shape.coordinates, coordinate)?;
+            shape.moves(place).then(|| output(place))
         })
     }
 
@@ -140,9 +142,10 @@ impl Ports {
         let outputs = match outputs {
             None => {
                 let places = || 0..shape.dimension();
+                let moving = places().filter(|place| shape.moves(*place));
                 places()
                     .map(Output::Position)
-                    .chain(places().map(Output::Velocity))
+                    .chain(moving.map(Output::Velocity))
                     .collect()
             }
             Some(given) => {
@@ -190,6 +193,7 @@ pub(super) struct Measured<'p> {
     observed: Slopes,
     energy: Slopes,
     point: [Vec<f64>; 3],
+    rotations: Vec<usize>,
 }
 
 /// A constraint force, or its change.
@@ -210,6 +214,7 @@ impl<'p> Measured<'p> {
             observed: only(observes, Segment::Observe),
             energy: only(ports.outputs.contains(&Output::Energy), Segment::Energy),
             point: [reported.to_vec(), at.v.to_vec(), at.a.to_vec()],
+            rotations: declaration.shape().rotations.to_vec(),
             ports,
         }
     }
@@ -245,6 +250,8 @@ impl<'p> Measured<'p> {
         let rate = |leaf| at.rate(leaf, a);
         let observed = self.observed.along(&rate);
         let energy = self.energy.along(&rate);
-        self.pick([reported, &at.v, a], force, &observed, &energy)
+        // of turns, the changes of quaternions
+        let reported = rotation::rate(&self.rotations, &self.point[0], reported);
+        self.pick([&reported, &at.v, a], force, &observed, &energy)
     }
 }

@@ -1,10 +1,13 @@
 //! Results of a declaration's tape with their derivatives by everything that they are computed from.
 
 use crate::solve::Square;
+use crate::solve::rotation::{self, SLOTS};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment};
 
 /// The results of some segments at a place, and their derivatives by every leaf. They are exact to rounding.
+///
+/// Those by the position of a rotation are derivatives by the turns in the frame of its body, at the last three of its four places.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Slopes {
     /// What the results change by.
@@ -33,7 +36,30 @@ impl Slopes {
         } else {
             Self::default()
         };
-        Self::evaluated(declaration, &differential, value, &constants)
+        let mut slopes = Self::evaluated(declaration, &differential, value, &constants);
+        for &first in declaration.shape().rotations.iter() {
+            for node in [Leaf::Q, Leaf::N] {
+                slopes.turn([0, 1, 2, 3].map(|k| node(first + k)), value);
+            }
+        }
+        slopes
+    }
+
+    /// Puts the derivatives by turns in the place of those by the components of a quaternion.
+    fn turn(&mut self, leaves: [Leaf; SLOTS], value: &dyn Fn(Leaf) -> f64) {
+        if !self.leaves.iter().any(|leaf| leaves.contains(leaf)) {
+            return;
+        }
+        let by_component = leaves.map(|leaf| self.by(leaf));
+        let q = leaves.map(value);
+        let mut rows = core::mem::take(&mut self.rows);
+        for (i, row) in rows.iter_mut().enumerate() {
+            let by_turn = rotation::body_covector(q, [0, 1, 2, 3].map(|k| by_component[k][i]));
+            for ((leaf, slope), component) in leaves.into_iter().zip(by_turn).zip(&by_component) {
+                self.add(row, leaf, slope - component[i]);
+            }
+        }
+        self.rows = rows;
     }
 
     /// The same with the constants of a run, which come from the parameters and the step.

@@ -14,7 +14,7 @@ use super::slopes::{At, Direction, Slopes};
 use crate::geometry::{GeometryError, Triple, solvable};
 use crate::kernel::Kernel;
 use crate::number::point::{AnyLeg, OwnedLeg, OwnedPoint};
-use crate::solve::Square;
+use crate::solve::{Square, rotation};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Part, Segment};
 
@@ -30,6 +30,7 @@ const GOOD: f64 = 1e-11;
 /// A step that is solved, with the derivatives of all that belongs to it.
 struct Solved {
     h: f64,
+    rotations: Vec<usize>,
     leg: OwnedLeg<f64>,
     e: Vec<f64>,
     rows: Slopes,
@@ -80,7 +81,8 @@ impl Solved {
     fn of(system: &dyn Kernel, h: f64, leg: OwnedLeg<f64>, near: &[f64]) -> Result<Self, LinearizationError> {
         let declaration = Declaration::of(system);
         let found = solvable::step(system, h, leg.any(), solvable::Sought::Near(near));
-        let solution = found.map_err(|cause| failed(leg.any(), Box::new(cause)))?;
+        let rotations = &declaration.shape().rotations;
+        let solution = found.map_err(|cause| failed(rotations, leg.any(), Box::new(cause)))?;
         let value = |leaf: Leaf| -> f64 {
             let of = |vector: &[f64], i: usize| vector.get(i).copied().unwrap_or(f64::NAN);
             match leaf {
@@ -97,6 +99,7 @@ impl Solved {
             second: slopes(Segment::SecondDifference, Part::All),
             node: slopes(Segment::Node, Part::All),
             e: solution.e,
+            rotations: declaration.shape().rotations.to_vec(),
             leg,
             h,
         })
@@ -136,7 +139,17 @@ impl Solved {
 
     /// The leg to the next node.
     fn next(&self) -> OwnedLeg<f64> {
-        Triple::new(self.leg.any(), &self.e).last(self.h)
+        let d = self.next_increment();
+        OwnedLeg {
+            t: self.leg.t + self.h,
+            q: rotation::moved(&self.rotations, &self.leg.q, &d),
+            d,
+        }
+    }
+
+    /// Its increment.
+    fn next_increment(&self) -> Vec<f64> {
+        self.leg.d.iter().zip(&self.e).map(|(d, e)| d + e).collect()
     }
 
     /// The change of the next leg.
@@ -147,13 +160,9 @@ impl Solved {
             .zip(e)
             .map(|(rate, e)| rate + e / self.h)
             .collect();
+        let increment: Vec<f64> = rate.iter().map(|rate| self.h * rate).collect();
         Pair {
-            q: pair
-                .q
-                .iter()
-                .zip(&rate)
-                .map(|(q, rate)| q + self.h * rate)
-                .collect(),
+            q: rotation::carried(&self.rotations, &self.next_increment(), &pair.q, &increment),
             rate,
             parameter: pair.parameter,
         }
@@ -175,10 +184,14 @@ fn of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, leaf: Lea
 }
 
 /// The error of a step that has no solution.
-fn failed(leg: AnyLeg<'_, f64>, cause: Box<crate::solve::failure::NewtonFailure>) -> LinearizationError {
-    let q0 = leg.q.iter().zip(leg.d).map(|(q, d)| q - d).collect();
+fn failed(
+    rotations: &[usize],
+    leg: AnyLeg<'_, f64>,
+    cause: Box<crate::solve::failure::NewtonFailure>,
+) -> LinearizationError {
+    let back: Vec<f64> = leg.d.iter().map(|d| -d).collect();
     LinearizationError::Step(GeometryError::Step {
-        q0,
+        q0: rotation::moved(rotations, leg.q, &back),
         q1: leg.q.to_vec(),
         cause,
     })
@@ -187,13 +200,18 @@ fn failed(leg: AnyLeg<'_, f64>, cause: Box<crate::solve::failure::NewtonFailure>
 /// What constraints on positions and velocities ask of a leg: of its first node, and of the leg; by the middle node and the increment.
 struct LegBonds {
     h: f64,
+    rotations: Vec<usize>,
+    /// The increment from the second node back to the first.
+    back: Vec<f64>,
     first: Slopes,
     pair: Slopes,
 }
 
 impl LegBonds {
     fn of(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Self {
-        let q: Vec<f64> = leg.q.iter().zip(leg.d).map(|(q, d)| q - d).collect();
+        let rotations = declaration.shape().rotations.to_vec();
+        let back: Vec<f64> = leg.d.iter().map(|d| -d).collect();
+        let q = rotation::moved(&rotations, leg.q, &back);
         let first = At {
             t: leg.t - h,
             q: &q,
@@ -207,19 +225,17 @@ impl LegBonds {
         Self {
             first: first.slopes(declaration, &[(Segment::Phase, Part::Head)]),
             pair,
+            rotations,
+            back,
             h,
         }
     }
 
     /// How the rows change.
     fn along(&self, pair: &Pair) -> Vec<f64> {
+        let increment: Vec<f64> = pair.rate.iter().map(|rate| -self.h * rate).collect();
         let first = Direction {
-            q: pair
-                .q
-                .iter()
-                .zip(&pair.rate)
-                .map(|(q, rate)| q - self.h * rate)
-                .collect(),
+            q: rotation::carried(&self.rotations, &self.back, &pair.q, &increment),
             v: Vec::new(),
             parameter: pair.parameter,
         };
@@ -248,7 +264,11 @@ impl LegBonds {
         let columns: Vec<Vec<f64>> = (0..2 * coordinates)
             .map(|j| self.along(&Pair::of(&unit(j), None)))
             .collect();
-        Rows::new(&columns, 0..self.values().len())
+        let still = self
+            .rotations
+            .iter()
+            .flat_map(|first| [*first, coordinates + first]);
+        Rows::new(&columns, 0..self.values().len(), still.collect())
     }
 }
 
@@ -337,6 +357,7 @@ impl Tangents {
 fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<Solved, LinearizationError> {
     let declaration = Declaration::of(system);
     let n = at.q.len();
+    let moving: Vec<usize> = (0..n).filter(|place| declaration.shape().moves(*place)).collect();
     let lost = || LinearizationError::Leg {
         h,
         q: at.q.to_vec(),
@@ -370,23 +391,23 @@ fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<
             .collect();
         let bound: Vec<f64> = bonds.values().iter().map(|row| -row).collect();
         let wanted = rows_of(&missing, &bound);
-        let mut columns = Vec::with_capacity(n);
-        for j in 0..n {
+        let mut columns = Vec::with_capacity(moving.len());
+        for &j in &moving {
             let mut pair = Pair::of(&vec![0.0; 2 * n], None);
             pair.rate[j] = 1.0;
             let change = solved.change(&pair).ok_or_else(|| singular(at))?;
             columns.push(rows_of(&change.node[n..2 * n], &bonds.along(&pair)));
         }
-        if columns.iter().any(|column| column.len() != n) {
+        if columns.iter().any(|column| column.len() != moving.len()) {
             return Err(singular(at));
         }
-        let matrix = Square::from_fn(n, |i, j| columns[j][i]);
+        let matrix = Square::from_fn(moving.len(), |i, j| columns[j][i]);
         let update = matrix.solve(&wanted).ok_or_else(|| singular(at))?;
         let (mut step, mut size) = (0.0_f64, 0.0_f64);
-        for ((d, q), update) in leg.d.iter_mut().zip(&leg.q).zip(&update) {
-            *d += h * update;
+        for (&place, update) in moving.iter().zip(update.iter()) {
+            leg.d[place] += h * update;
             step = step.max((h * update).abs());
-            size = size.max(d.abs()).max(q.abs());
+            size = size.max(leg.d[place].abs()).max(leg.q[place].abs());
         }
         if step <= SETTLED * size || (step >= last && step <= GOOD * size) {
             // what was solved before the last improvement is as good as it
@@ -435,13 +456,14 @@ pub(super) fn linearized(
         multipliers: &[],
     };
     let measured = Measured::of(declaration, ports, &place, &here.leg.q);
-    let n = here.coordinates();
+    let (n, rotations) = (here.coordinates(), &declaration.shape().rotations);
     // the column of a change, and that of the outputs
     let column = |pair: &Pair| -> Option<[Vec<f64>; 2]> {
         let change = here.change(pair)?;
         let pair_after = here.next_pair(pair, &change.e);
         let change_after = next.change(&pair_after)?;
         let [q, v, a] = [0, 1, 2].map(|k| change.node[k * n..(k + 1) * n].to_vec());
+        let q = rotation::body(rotations, place.q, &q);
         let force = || change.node[3 * n + 1..].to_vec();
         let direction = Direction {
             q,
@@ -468,10 +490,9 @@ pub(super) fn linearized(
         return Err(none());
     }
     let minus = |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x - y).collect() };
-    let drift = chart.coordinates(
-        &minus(&next.leg.q, &here.leg.q),
-        &minus(next.velocity(), here.velocity()),
-    );
+    let mut way = minus(&next.leg.q, &here.leg.q);
+    rotation::difference(rotations, [&here.leg.q, &next.leg.q], &mut way);
+    let drift = chart.coordinates(&way, &minus(next.velocity(), here.velocity()));
     let force = || here.node.values[3 * n + 1..].to_vec();
     let told = (drift, measured.values(&force));
     let frame = Frame {

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::symmetry::Symmetry;
+use crate::solve::rotation::SLOTS;
 use crate::tape::quantity::Quantity;
 
 /// What is known of a declared system at all times.
@@ -93,6 +94,13 @@ impl Shape {
     #[must_use]
     pub fn moves(&self, coordinate: usize) -> bool {
         !self.rotations.contains(&coordinate)
+    }
+
+    /// The first place of the rotation to which a place belongs, if it does to one.
+    #[must_use]
+    pub fn rotation_of(&self, coordinate: usize) -> Option<usize> {
+        let mut rotations = self.rotations.iter().copied();
+        rotations.find(|first| (*first..first + SLOTS).contains(&coordinate))
     }
 
     /// The components of a velocity, an acceleration or a force that coordinates have.

@@ -68,7 +68,10 @@ pub fn equilibrium(arguments: &EquilibriumArguments, program: &mut Program) -> R
         guesses.extend(vector("--guess", Some(components), own, entry)?);
     }
     if arguments.guess.is_empty() {
-        let origin = vec![0.0; entry.description().coordinates.len()];
+        let mut origin = vec![0.0; entry.description().coordinates.len()];
+        for &first in entry.kernel().shape().rotations.iter() {
+            origin[first] = 1.0;
+        }
         guesses.push(own.map_or(origin, <[f64]>::to_vec));
     }
     let search = EquilibriumSearch::new(entry.kernel())

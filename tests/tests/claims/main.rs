@@ -52,6 +52,7 @@ mod rotations_composed;
 mod rotations_derivatives;
 mod rotations_ensemble;
 mod rotations_inputs;
+mod rotations_linear;
 mod rotations_slip;
 mod run;
 mod scenes;

@@ -6,6 +6,7 @@ use crate::linear::slopes::{At, Slopes};
 use crate::number::point::AnyPoint;
 use crate::regularity::{multipliers, undefined};
 use crate::solve::dense::{Matrix, length};
+use crate::solve::rotation::{self, SLOTS};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Part, Segment};
 
@@ -33,6 +34,8 @@ const CONSTANT: f64 = 1e-11;
 /// What is unknown: coordinates and parameters, by their places, and multipliers.
 #[derive(Clone, Debug)]
 pub(super) struct Unknowns {
+    /// The first places of rotations.
+    pub(super) rotations: Vec<usize>,
     pub(super) coordinates: Vec<usize>,
     pub(super) parameters: Vec<usize>,
     pub(super) multipliers: usize,
@@ -88,13 +91,57 @@ pub(super) struct Found {
 }
 
 impl Rest<'_> {
-    /// The position among the unknowns, with coordinates that are held.
+    /// The position among the unknowns, with coordinates that are held. Of a rotation the unknowns are the increment from the guess.
     pub(super) fn position(&self, x: &[f64]) -> Vec<f64> {
-        let mut q = self.guess.to_vec();
+        let (mut q, mut increment) = (self.guess.to_vec(), vec![0.0; self.guess.len()]);
         for (&i, x) in self.unknowns.coordinates.iter().zip(x) {
-            q[i] = *x;
+            if self.is_turn(i) {
+                increment[i] = *x;
+            } else {
+                q[i] = *x;
+            }
         }
-        q
+        rotation::moved(&self.unknowns.rotations, &q, &increment)
+    }
+
+    /// Whether a place is that of a turn.
+    fn is_turn(&self, i: usize) -> bool {
+        let mut rotations = self.unknowns.rotations.iter();
+        rotations.any(|first| (*first..first + SLOTS).contains(&i))
+    }
+
+    /// The unknowns that a part of an update leads to.
+    fn moved(&self, x: &[f64], update: &[f64], part: f64) -> Vec<f64> {
+        let mut moved: Vec<f64> = x
+            .iter()
+            .zip(update)
+            .map(|(x, update)| x + part * update)
+            .collect();
+        if !self.unknowns.rotations.is_empty() {
+            // an update of a rotation is a turn of the body where it is
+            let scaled: Vec<f64> = update.iter().map(|update| part * update).collect();
+            let by = self.whole(&scaled[..self.unknowns.of_place().min(scaled.len())]);
+            let rotations = &self.unknowns.rotations;
+            let there = rotation::moved(rotations, &self.position(x), &by[..self.guess.len()]);
+            self.put_turns(&self.apart(self.guess, &there), &mut moved);
+        }
+        moved
+    }
+
+    /// The way from one position to another, with turns in the frames of bodies.
+    fn apart(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
+        let mut apart: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
+        rotation::difference(&self.unknowns.rotations, [from, to], &mut apart);
+        apart
+    }
+
+    /// Writes turns in the place of unknowns.
+    fn put_turns(&self, turns: &[f64], x: &mut [f64]) {
+        for (&i, x) in self.unknowns.coordinates.iter().zip(x) {
+            if self.is_turn(i) {
+                *x = turns[i];
+            }
+        }
     }
 
     /// The values of all parameters.
@@ -122,7 +169,8 @@ impl Rest<'_> {
         if multipliers.iter().any(|multiplier| !multiplier.is_finite()) {
             multipliers.fill(0.0);
         }
-        let coordinates = self.unknowns.coordinates.iter().map(|&i| self.guess[i]);
+        let first = |&i: &usize| if self.is_turn(i) { 0.0 } else { self.guess[i] };
+        let coordinates = self.unknowns.coordinates.iter().map(first);
         let parameters = self.unknowns.parameters.iter().map(|&i| self.values[i]);
         coordinates.chain(parameters).chain(multipliers).collect()
     }
@@ -204,6 +252,8 @@ impl Rest<'_> {
     fn value(&self, x: &[f64], leaf: Leaf) -> f64 {
         let place = self.unknowns.leaves().iter().position(|own| *own == leaf);
         match (place, leaf) {
+            // the size of a turn is that of the unit vectors that it moves
+            (_, Leaf::Q(i)) if self.is_turn(i) => 1.0,
             (Some(place), _) => x[place],
             (None, Leaf::Q(i)) => self.guess[i],
             (None, Leaf::Parameter(i)) => self.values[i],
@@ -284,11 +334,7 @@ impl Rest<'_> {
         let size = length(&rows.values);
         let mut part = 1.0;
         for _ in 0..HALVINGS {
-            let next: Vec<f64> = x
-                .iter()
-                .zip(update)
-                .map(|(x, update)| x + part * update)
-                .collect();
+            let next = self.moved(x, update, part);
             if let Some(there) = self.rows(&next) {
                 let compared = there.slopes.values.iter().zip(&rows.lengths);
                 let compared: Vec<f64> = compared.map(|(value, length)| value / length).collect();
@@ -390,15 +436,15 @@ impl Rest<'_> {
             .iter()
             .take(direction.len())
             .fold(1.0_f64, |most, x| most.max(x.abs()));
-        let mut beside = found.x.clone();
-        beside
-            .iter_mut()
-            .zip(direction)
-            .for_each(|(x, own)| *x += FAR * size * own);
+        let mut by = vec![0.0; found.x.len()];
+        by.iter_mut().zip(direction).for_each(|(by, own)| *by = *own);
+        let beside = self.moved(&found.x, &by, FAR * size);
         let Ok(other) = self.solved(beside) else {
             return false;
         };
-        let apart: Vec<f64> = other.x.iter().zip(&found.x).map(|(x, y)| x - y).collect();
+        let mut apart: Vec<f64> = other.x.iter().zip(&found.x).map(|(x, y)| x - y).collect();
+        let turns = self.apart(&self.position(&found.x), &self.position(&other.x));
+        self.put_turns(&turns, &mut apart);
         dot(&apart, direction) >= 0.5 * FAR * size
     }
 

@@ -1,0 +1,594 @@
+//! Linear models and states of rest of systems with rotations: by hand, against runs that begin a little apart, and against the same systems without rotations.
+
+use dsocs_core::linear::{EquilibriumError, EquilibriumSearch, LinearModel, OperatingPoint, Stability};
+use dsocs_core::taylor::AnyTaylorFlow;
+use dsocs_core::text::{TapeKernel, Text};
+use dsocs_core::{AnyFlow, AnyStart, Kernel, OwnedNode, Run, Tolerance};
+
+type Vector = [f64; 3];
+
+fn read(text: &str) -> TapeKernel {
+    Text::parse("system", text)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .system
+}
+
+fn product(p: [f64; 4], q: [f64; 4]) -> [f64; 4] {
+    let ([a, b, c, d], [w, x, y, z]) = (p, q);
+    [
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y + c * w + d * x - b * z,
+        a * z + d * w + b * y - c * x,
+    ]
+}
+
+fn cross(a: Vector, b: Vector) -> Vector {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+fn unit(q: [f64; 4]) -> [f64; 4] {
+    let norm = q.iter().map(|q| q * q).sum::<f64>().sqrt();
+    q.map(|q| q / norm)
+}
+
+fn quaternion(q: &[f64]) -> [f64; 4] {
+    core::array::from_fn(|k| q[k])
+}
+
+/// A vector of space, seen from the body.
+fn seen(q: [f64; 4], v: Vector) -> Vector {
+    let [w, x, y, z] = q;
+    let [_, seen @ ..] = product(product([w, -x, -y, -z], [0.0, v[0], v[1], v[2]]), q);
+    seen
+}
+
+/// A quaternion whose body is turned by a rotation vector.
+fn turned(q: [f64; 4], by: Vector) -> [f64; 4] {
+    let angle = by.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let [x, y, z] = by.map(|x| {
+        if angle > 0.0 {
+            x / angle * (angle / 2.0).sin()
+        } else {
+            0.0
+        }
+    });
+    product(q, [(angle / 2.0).cos(), x, y, z])
+}
+
+/// The rotation vector from one quaternion to another.
+fn turn(from: [f64; 4], to: [f64; 4]) -> Vector {
+    let [w, x, y, z] = from;
+    let [scalar, vector @ ..] = product([w, -x, -y, -z], to);
+    let size = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let angle = 2.0 * size.atan2(scalar);
+    vector.map(|x| if size > 0.0 { x / size * angle } else { 0.0 })
+}
+
+#[track_caller]
+fn close(found: &[Vec<f64>], expected: &[Vec<f64>], bar: f64) {
+    assert_eq!(found.len(), expected.len());
+    for (i, (found, expected)) in found.iter().zip(expected).enumerate() {
+        assert_eq!(found.len(), expected.len());
+        for (j, (x, y)) in found.iter().zip(expected).enumerate() {
+            assert!((x - y).abs() <= bar * (1.0 + y.abs()), "({i}, {j}): {x} {y}");
+        }
+    }
+}
+
+fn names(model: &LinearModel) -> Vec<&str> {
+    model.states.iter().map(|state| &*state.name).collect()
+}
+
+const INERTIA: [Vector; 3] = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.0, 0.2, 1.0]];
+const ARM: Vector = [0.2, 0.1, 1.0];
+const MASS: f64 = 0.7;
+const DRAG: f64 = 0.1;
+
+const TOP: &str = "parameters { inertia = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.0, 0.2, 1.0]], arm = [0.2, 0.1, 1.0], mass = 0.7, drag = 0.1 }
+    coordinates(r: rotation);
+    let w = r.angular_velocity();
+    let height = (r * arm)[2];
+    lagrangian = w.inner(inertia * w) / 2 - mass * height;
+    external_forces = -drag * w;
+    observe = [height];";
+
+fn times(matrix: &[Vector; 3], v: Vector) -> Vector {
+    matrix.map(|row| row.iter().zip(v).map(|(x, y)| x * y).sum())
+}
+
+/// The solution of `I x = right`, by Cramer's rule.
+fn solved(right: Vector) -> Vector {
+    let column = |j: usize| -> Vector { [0, 1, 2].map(|i| INERTIA[i][j]) };
+    let volume =
+        |a: Vector, b: Vector, c: Vector| -> f64 { a.iter().zip(cross(b, c)).map(|(x, y)| x * y).sum() };
+    let all = [column(0), column(1), column(2)];
+    let whole = volume(all[0], all[1], all[2]);
+    [0, 1, 2].map(|k| {
+        let mut own = all;
+        own[k] = right;
+        volume(own[0], own[1], own[2]) / whole
+    })
+}
+
+#[test]
+fn a_heavy_top_in_motion_has_the_model_by_hand() {
+    let top = read(TOP);
+    let (q, w) = (unit([1.0, 0.3, -0.4, 0.2]), [0.6, -0.3, 2.0]);
+    let start = AnyStart::second_order(&q, &w);
+    let model = OperatingPoint::new(&top, start)
+        .inputs(["mass", "drag"])
+        .outputs(["height", "r_w", "r_y", "v_r_x", "a_r_z"])
+        .continuous()
+        .unwrap();
+    assert_eq!(
+        names(&model),
+        ["turn_r_x", "turn_r_y", "turn_r_z", "v_r_x", "v_r_y", "v_r_z"]
+    );
+    // I dω' = I dω × ω + I ω × dω - m c × (Γ × ξ) - drag dω, and ξ' = dω + ξ × ω
+    let vertical = seen(q, [0.0, 0.0, 1.0]);
+    let acceleration = |turn: Vector, spin: Vector| -> Vector {
+        let weight = cross(ARM, cross(vertical, turn)).map(|x| -MASS * x);
+        let gyro = [
+            cross(times(&INERTIA, spin), w),
+            cross(times(&INERTIA, w), spin),
+            spin.map(|x| -DRAG * x),
+        ];
+        solved([0, 1, 2].map(|i| weight[i] + gyro[0][i] + gyro[1][i] + gyro[2][i]))
+    };
+    let axis = |k: usize| -> Vector { core::array::from_fn(|i| f64::from(u8::from(i == k))) };
+    let columns: Vec<[Vector; 2]> = (0..6)
+        .map(|k| {
+            let (turn, spin) = if k < 3 {
+                (axis(k), [0.0; 3])
+            } else {
+                ([0.0; 3], axis(k - 3))
+            };
+            let way = cross(turn, w);
+            [[0, 1, 2].map(|i| spin[i] + way[i]), acceleration(turn, spin)]
+        })
+        .collect();
+    let a: Vec<Vec<f64>> = (0..6)
+        .map(|i| columns.iter().map(|column| column.concat()[i]).collect())
+        .collect();
+    close(&model.a, &a, 1e-14);
+    let by_mass = solved(cross(ARM, vertical).map(|x| -x));
+    let by_drag = solved(w.map(|x| -x));
+    let b: Vec<Vec<f64>> = (0..6)
+        .map(|i| {
+            if i < 3 {
+                vec![0.0; 2]
+            } else {
+                vec![by_mass[i - 3], by_drag[i - 3]]
+            }
+        })
+        .collect();
+    close(&model.b, &b, 1e-14);
+    // the height is c·Γ, the quaternion ½ q∘(0, ξ)
+    let height: Vec<f64> = (0..3)
+        .map(|k| (0..3).map(|i| ARM[i] * cross(vertical, axis(k))[i]).sum())
+        .collect();
+    let rate = |k: usize| product(q, [0.0, axis(k)[0], axis(k)[1], axis(k)[2]]).map(|x| 0.5 * x);
+    let still = [0.0; 3];
+    let c = vec![
+        [&height[..], &still].concat(),
+        [&[0, 1, 2].map(|k| rate(k)[0])[..], &still].concat(),
+        [&[0, 1, 2].map(|k| rate(k)[2])[..], &still].concat(),
+        vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
+        a[5].clone(),
+    ];
+    close(&model.c, &c, 1e-14);
+    let drift: Vec<f64> = w
+        .iter()
+        .copied()
+        .chain(model.point.any().a[1..].iter().copied())
+        .collect();
+    close(&[model.drift.clone()], &[drift], 1e-15);
+    // what a controller multiplies is the turn from the point, whatever the sign of the quaternion
+    let there = turned(q, [1e-3, -2e-3, 5e-4]).map(|x| -x);
+    let state = model.state(&there, &[0.0, 0.7, -0.3, 2.0]);
+    let expected = [1e-3, -2e-3, 5e-4, 0.1, 0.0, 0.0];
+    for (state, expected) in state.iter().zip(expected) {
+        assert!((state - expected).abs() < 1e-15, "{state} {expected}");
+    }
+}
+
+/// A matrix times a vector.
+fn applied(matrix: &[Vec<f64>], v: &[f64]) -> Vec<f64> {
+    let row = |row: &Vec<f64>| row.iter().zip(v).map(|(x, y)| x * y).sum();
+    matrix.iter().map(row).collect()
+}
+
+#[test]
+fn a_sleeping_top_goes_as_the_exponential_of_its_model() {
+    // its body sees the same all the time, so the model is that of the whole motion
+    const SLEEPING: &str = "coordinates(r: rotation);
+        let w = r.angular_velocity();
+        lagrangian = w[0].powi(2) + w[1].powi(2) + w[2].powi(2) / 2 - (r * [0, 0, 1])[2];";
+    let top = read(SLEEPING);
+    let (q, v) = ([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 6.0]);
+    let model = OperatingPoint::new(&top, AnyStart::second_order(&q, &v))
+        .continuous()
+        .unwrap();
+    let until = 1.7;
+    let end = |z: &[f64]| {
+        let start = turned(q, [z[0], z[1], z[2]]);
+        let velocity: Vec<f64> = v.iter().zip(&z[3..]).map(|(v, z)| v + z).collect();
+        let start = AnyStart::second_order(&start, &velocity);
+        let mut flow = AnyTaylorFlow::of_tape(&top, &start, Tolerance::relative(1e-16)).unwrap();
+        let run: &mut dyn Run = &mut flow;
+        run.to(until).unwrap();
+        let mut node = OwnedNode::new(4);
+        node.take(run);
+        node
+    };
+    for k in 0..6 {
+        let z = |size: f64| -> Vec<f64> { (0..6).map(|i| if i == k { size } else { 0.0 }).collect() };
+        let (before, after) = (end(&z(-1e-5)), end(&z(1e-5)));
+        let (before, after) = (before.any(), after.any());
+        let way = turn(quaternion(before.q), quaternion(after.q));
+        let spin: Vec<f64> = after.v[1..]
+            .iter()
+            .zip(&before.v[1..])
+            .map(|(x, y)| x - y)
+            .collect();
+        let found: Vec<f64> = way.iter().chain(&spin).map(|x| x / 2e-5).collect();
+        // the series of the exponential
+        let (mut expected, mut term) = (z(1.0), z(1.0));
+        for order in 1..80 {
+            term = applied(&model.a, &term)
+                .iter()
+                .map(|x| x * until / f64::from(order))
+                .collect();
+            expected.iter_mut().zip(&term).for_each(|(sum, x)| *sum += x);
+        }
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!((found - expected).abs() < 1e-7, "{k}: {found} {expected}");
+        }
+    }
+}
+
+/// A cart with a body on it, and a spring between a number and the attitude.
+const CART: &str = "parameters { mass = 0.7, arm = [0.2, 0.1, 1.0], stiffness = 3.0 }
+    coordinates(x, r: rotation, y);
+    let w = r.angular_velocity();
+    let v = [dot(x), 0, 0] + r * w.cross(arm);
+    lagrangian = w.norm_squared() + mass * v.norm_squared() / 2 + dot(x).powi(2) / 2 + dot(y).powi(2) / 2 - mass * (r * arm)[2]
+        - stiffness * (y - x + (r * arm)[1]).powi(2) / 2;";
+
+/// A leg: two nodes of a system with one rotation.
+type Nodes = [Vec<f64>; 2];
+
+/// The state at the middle node and at the next: position and velocity.
+fn states(system: &dyn Kernel, h: f64, [q0, q1]: &Nodes) -> [[Vec<f64>; 2]; 2] {
+    let mut flow = AnyFlow::new(system, h, &AnyStart::nodes(q0, q1)).unwrap();
+    let mut node = OwnedNode::new(q0.len());
+    [1.0, 2.0].map(|k| {
+        flow.run_mut().to(k * h).unwrap();
+        node.take(flow.run());
+        [node.any().q.to_vec(), node.any().v.to_vec()]
+    })
+}
+
+/// The places that move: of a rotation the last three of four.
+fn moving(rotation: usize, n: usize) -> impl Iterator<Item = usize> {
+    (0..n).filter(move |i| *i != rotation)
+}
+
+/// A position that moves along a place.
+fn moved(rotation: usize, q: &[f64], place: usize, by: f64) -> Vec<f64> {
+    let mut moved = q.to_vec();
+    match place.checked_sub(rotation) {
+        Some(k @ 1..4) => {
+            let axis = core::array::from_fn(|i| if i + 1 == k { by } else { 0.0 });
+            let own = turned(quaternion(&q[rotation..]), axis);
+            moved[rotation..rotation + 4].copy_from_slice(&own);
+        }
+        _ => moved[place] += by,
+    }
+    moved
+}
+
+/// The difference of two states in minimal coordinates.
+fn apart(rotation: usize, [q, v]: &[Vec<f64>; 2], [p, w]: &[Vec<f64>; 2]) -> Vec<f64> {
+    let n = q.len();
+    let mut way: Vec<f64> = p.iter().zip(q).map(|(p, q)| p - q).collect();
+    let own = turn(quaternion(&q[rotation..]), quaternion(&p[rotation..]));
+    way[rotation + 1..rotation + 4].copy_from_slice(&own);
+    let speed: Vec<f64> = w.iter().zip(v).map(|(w, v)| w - v).collect();
+    let pick = |all: &[f64]| moving(rotation, n).map(|i| all[i]).collect::<Vec<f64>>();
+    [pick(&way), pick(&speed)].concat()
+}
+
+#[test]
+fn a_step_has_the_model_of_its_differences() {
+    for (text, rotation) in [(TOP, 0), (CART, 1)] {
+        for map in ["", "phi_lagrangian = trapezoid;", "phi_lagrangian = midpoint;"] {
+            let system = read(&format!("{text}\n{map}"));
+            let [w, x, y, z] = unit([1.0, 0.3, -0.4, 0.2]);
+            let (q, v) = if rotation == 0 {
+                (vec![w, x, y, z], vec![0.0, 0.6, -0.3, 2.0])
+            } else {
+                (vec![0.3, w, x, y, z, -0.2], vec![0.4, 0.0, 0.6, -0.3, 1.2, 0.1])
+            };
+            let (h, n) = (0.1, q.len());
+            let model = OperatingPoint::new(&system, AnyStart::second_order(&q, &v))
+                .step(h)
+                .unwrap();
+            // a leg that leads through this state: by Newton's iteration on its first node
+            let mut first = q.clone();
+            for place in moving(rotation, n) {
+                first = moved(rotation, &first, place, -h * v[place]);
+            }
+            let rests = |first: &Vec<f64>| {
+                let [here, _] = states(&system, h, &[first.clone(), q.clone()]);
+                apart(rotation, &[q.clone(), v.clone()], &here)[n - 1..].to_vec()
+            };
+            for _ in 0..12 {
+                let rest = rests(&first);
+                let columns: Vec<Vec<f64>> = moving(rotation, n)
+                    .map(|place| {
+                        let [before, after] =
+                            [-1e-4, 1e-4].map(|by| rests(&moved(rotation, &first, place, by)));
+                        after.iter().zip(&before).map(|(x, y)| (x - y) / 2e-4).collect()
+                    })
+                    .collect();
+                let update = gauss(&columns, &rest);
+                for (place, update) in moving(rotation, n).zip(&update) {
+                    first = moved(rotation, &first, place, -update);
+                }
+            }
+            assert!(rests(&first).iter().all(|rest| rest.abs() < 1e-13));
+            // the derivatives of both states by the nodes
+            let nodes = [first, q.clone()];
+            let by_nodes: Vec<[Vec<f64>; 2]> = (0..2)
+                .flat_map(|k| moving(rotation, n).map(move |place| (k, place)))
+                .map(|(k, place)| {
+                    let at = |by: f64| {
+                        let mut nodes = nodes.clone();
+                        nodes[k] = moved(rotation, &nodes[k], place, by);
+                        states(&system, h, &nodes)
+                    };
+                    let shift = 1e-3;
+                    let [far, near, back, behind] = [2.0, 1.0, -1.0, -2.0].map(|k| at(k * shift));
+                    [0, 1].map(|node| {
+                        let wide = apart(rotation, &behind[node], &far[node]);
+                        let narrow = apart(rotation, &back[node], &near[node]);
+                        let both = narrow.iter().zip(&wide);
+                        both.map(|(narrow, wide)| (8.0 * narrow - wide) / (12.0 * shift))
+                            .collect()
+                    })
+                })
+                .collect();
+            // A takes the state here to the state there
+            for [here, there] in &by_nodes {
+                for (found, expected) in applied(&model.a, here).iter().zip(there) {
+                    assert!(
+                        (found - expected).abs() < 1e-8 * (1.0 + expected.abs()),
+                        "{rotation}, {map}: {found} {expected}"
+                    );
+                }
+            }
+            let [here, there] = states(&system, h, &nodes);
+            for (found, expected) in model.drift.iter().zip(apart(rotation, &here, &there)) {
+                // by the map of increments, which is exact up to its fifth power
+                assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+            }
+        }
+    }
+}
+
+/// The solution of linear equations that are given by columns, by elimination.
+fn gauss(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
+    let n = right.len();
+    let mut rows: Vec<Vec<f64>> = (0..n)
+        .map(|i| columns.iter().map(|column| column[i]).chain([right[i]]).collect())
+        .collect();
+    for k in 0..n {
+        let pivot = (k..n)
+            .max_by(|i, j| rows[*i][k].abs().total_cmp(&rows[*j][k].abs()))
+            .unwrap();
+        rows.swap(k, pivot);
+        for i in (0..n).filter(|i| *i != k) {
+            let factor = rows[i][k] / rows[k][k];
+            let own = rows[k].clone();
+            rows[i]
+                .iter_mut()
+                .zip(own)
+                .for_each(|(x, own)| *x -= factor * own);
+        }
+    }
+    (0..n).map(|i| rows[i][n] / rows[i][i]).collect()
+}
+
+/// A body on a point of it that is held: its centre is bound to its attitude.
+const HELD: &str = "coordinates(r: rotation, x: [3]);
+    let w = r.angular_velocity();
+    lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + 0.5 * w[2].powi(2) + 0.35 * dot(x).norm_squared() - 0.7 * x[2];
+    external_forces = (-0.1 * w, [0, 0, 0]);
+    holonomic = x - r * [0, 0, -1];";
+
+/// The same about its point.
+const ABOUT: &str = "coordinates(r: rotation);
+    let w = r.angular_velocity();
+    lagrangian = 1.35 * w[0].powi(2) + 1.1 * w[1].powi(2) + 0.5 * w[2].powi(2) + 0.7 * (r * [0, 0, 1])[2];
+    external_forces = -0.1 * w;";
+
+#[track_caller]
+fn same(found: &[[f64; 2]], expected: &[[f64; 2]], bar: f64) {
+    assert_eq!(found.len(), expected.len());
+    for (found, expected) in found.iter().zip(expected) {
+        for k in 0..2 {
+            assert!((found[k] - expected[k]).abs() < bar, "{found:?} {expected:?}");
+        }
+    }
+}
+
+#[test]
+fn a_body_that_is_bound_has_the_eigenvalues_of_the_one_about_its_point() {
+    let (held, about) = (read(HELD), read(ABOUT));
+    let q = turned([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.4]);
+    let place = [&q[..], &[0.0, 0.0, -1.0]].concat();
+    let points = [
+        OperatingPoint::new(&held, AnyStart::second_order(&place, &[0.0; 6])),
+        OperatingPoint::new(&about, AnyStart::second_order(&q, &[0.0; 3])),
+    ];
+    let [one, other] = points.each_ref().map(|point| point.continuous().unwrap());
+    assert_eq!(one.a.len(), 6);
+    same(&one.eigenvalues().unwrap(), &other.eigenvalues().unwrap(), 1e-10);
+    // and the step has nearly their exponentials
+    let error = |h: f64| {
+        let [one, other] = points.each_ref().map(|point| point.step(h).unwrap());
+        assert_eq!(one.a.len(), 6);
+        same(
+            &one.eigenvalues().unwrap(),
+            &other.eigenvalues().unwrap(),
+            h.powi(3),
+        );
+        let sizes = |values: Vec<[f64; 2]>| {
+            let mut sizes: Vec<f64> = values.iter().map(|[re, im]| re.hypot(*im)).collect();
+            sizes.sort_by(f64::total_cmp);
+            sizes
+        };
+        let exact = points[1].continuous().unwrap().eigenvalues().unwrap();
+        let exact = sizes(exact.iter().map(|[re, _]| [(re * h).exp(), 0.0]).collect());
+        let found = sizes(one.eigenvalues().unwrap());
+        found
+            .iter()
+            .zip(exact)
+            .map(|(x, y)| (x - y).abs())
+            .fold(0.0, f64::max)
+    };
+    assert!(error(0.1) < 1e-3 && error(0.01) < 1e-6);
+}
+
+#[test]
+fn a_body_in_springs_rests_where_they_are_short() {
+    // three springs that pull its axes to those of space
+    let body = read(
+        "parameters { pull = [1.0, 2.0, 4.0], torque = [0.0, 0.0, 0.0] }
+         coordinates(x, r: rotation);
+         let w = r.angular_velocity();
+         lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + 0.5 * w[2].powi(2) + dot(x).powi(2) / 2 - x.powi(2) / 2
+             + pull[0] * (r * [1, 0, 0])[0] + pull[1] * (r * [0, 1, 0])[1] + pull[2] * (r * [0, 0, 1])[2];
+         external_forces = (0, torque);",
+    );
+    let search = EquilibriumSearch::new(&body);
+    let guess = |turn: Vector| [&[0.3][..], &turned([1.0, 0.0, 0.0, 0.0], turn)].concat();
+    let guesses = [
+        guess([0.4, -0.5, 0.3]),
+        guess([3.0, 0.2, -0.1]),
+        guess([0.1, -0.2, 2.9]),
+        guess([-0.1, 0.1, 0.0]),
+    ];
+    let found = search.near_all(&guesses).unwrap();
+    let places: Vec<usize> = found
+        .of_guess
+        .iter()
+        .map(|place| *place.as_ref().unwrap())
+        .collect();
+    assert_eq!(places, [0, 1, 2, 0]);
+    let first = &found.equilibria[0];
+    assert!(first.is_isolated());
+    assert!(
+        turn([1.0, 0.0, 0.0, 0.0], quaternion(&first.q[1..]))
+            .iter()
+            .all(|x| x.abs() < 1e-14)
+    );
+    assert!((first.q[0]).abs() < 1e-14);
+    // I ξ'' = -K ξ, where K has the sums of two
+    let mut known: Vec<f64> = [(6.0_f64, 2.0), (5.0, 1.5), (3.0, 1.0), (1.0, 1.0)]
+        .iter()
+        .map(|(stiffness, inertia): &(f64, f64)| (stiffness / inertia).sqrt())
+        .collect();
+    known.sort_by(f64::total_cmp);
+    let mut found_rates: Vec<f64> = first
+        .eigenvalues()
+        .unwrap()
+        .iter()
+        .map(|[_, im]| im.abs())
+        .collect();
+    found_rates.sort_by(f64::total_cmp);
+    for (pair, known) in found_rates.chunks(2).zip(known) {
+        assert!(
+            (pair[0] - known).abs() < 1e-10 && (pair[1] - known).abs() < 1e-10,
+            "{pair:?} {known}"
+        );
+    }
+    for other in &found.equilibria[1..] {
+        assert_eq!(other.stability().unwrap(), Stability::Unstable);
+    }
+    // the torques that hold an attitude: those of the springs, with the other sign
+    let kernel: &dyn Kernel = &body;
+    let torques: Vec<String> = kernel.shape().parameters[3..6]
+        .iter()
+        .map(|own| own.name.to_string())
+        .collect();
+    let q = guess([0.4, -0.5, 0.3]);
+    let held = search.clone().held(["r"]).free(torques).near(&q).unwrap();
+    let own = quaternion(&q[1..]);
+    let pulls = [1.0, 2.0, 4.0];
+    let mut torque = [0.0; 3];
+    for k in 0..3 {
+        let axis: Vector = core::array::from_fn(|i| f64::from(u8::from(i == k)));
+        let pull = cross(axis, seen(own, axis)).map(|x| pulls[k] * x);
+        torque = [0, 1, 2].map(|i| torque[i] - pull[i]);
+    }
+    for (found, torque) in held.parameters[3..].iter().zip(torque) {
+        assert!((found - torque).abs() < 1e-12, "{found} {torque}");
+    }
+    for (held, own) in held.q[1..].iter().zip(own) {
+        assert!((held - own).abs() < 1e-15);
+    }
+    let error = search.held(["r_x"]).near(&q).unwrap_err();
+    assert!(
+        matches!(&error, EquilibriumError::Name { known, .. } if known == &["x", "r"]),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_top_hangs_in_all_directions() {
+    let top = read(TOP);
+    let start = |turn: Vector| turned([1.0, 0.0, 0.0, 0.0], turn);
+    let guesses = [
+        start([2.5, 0.4, 0.3]),
+        start([2.6, -1.0, 0.9]),
+        start([0.2, 0.1, 0.3]),
+        start([-0.1, 0.1, 1.3]),
+    ];
+    let found = EquilibriumSearch::new(&top).near_all(guesses).unwrap();
+    let places: Vec<usize> = found
+        .of_guess
+        .iter()
+        .map(|place| *place.as_ref().unwrap())
+        .collect();
+    assert_eq!(places, [0, 0, 1, 1]);
+    let length = ARM.iter().map(|x| x * x).sum::<f64>().sqrt();
+    for (found, sign, stability) in [
+        (&found.equilibria[0], -1.0, Stability::Undecided),
+        (&found.equilibria[1], 1.0, Stability::Unstable),
+    ] {
+        let vertical = seen(quaternion(&found.q), [0.0, 0.0, 1.0]);
+        for k in 0..3 {
+            assert!((vertical[k] - sign * ARM[k] / length).abs() < 1e-12);
+        }
+        // it may be turned about the vertical
+        let [direction] = &found.directions[..] else {
+            panic!("{:?}", found.directions)
+        };
+        let along: f64 = (0..3).map(|k| direction[k + 1] * vertical[k]).sum();
+        assert!((along.abs() - 1.0).abs() < 1e-9, "{direction:?}");
+        assert_eq!(direction[0].to_bits(), 0.0_f64.to_bits());
+        assert_eq!(found.stability().unwrap(), stability);
+    }
+    let long = EquilibriumSearch::new(&top)
+        .near([1.0, 0.1, 0.0, 0.0])
+        .unwrap_err();
+    println!("{long}");
+    assert!(matches!(long, EquilibriumError::Setup(_)));
+}
