@@ -135,6 +135,12 @@ impl<T: Coefficient> Series<T> {
         self.v.as_chunks_mut().0.try_into().ok()
     }
 
+    /// The coefficients of the position, by order, to be set.
+    #[inline]
+    pub(crate) fn position_table_mut<const N: usize>(&mut self) -> &mut [[T; N]] {
+        self.q.as_chunks_mut().0
+    }
+
     /// Position and velocity at the point of expansion.
     #[inline]
     #[must_use]

@@ -222,9 +222,11 @@ pub(crate) fn turned<T: Scalar>(
 fn of_norm_one<T: Scalar>([hi, lo]: [[T; SLOTS]; 2]) -> [[T; SLOTS]; 2] {
     let two = T::splat(2.0);
     let excess = (hi.iter().zip(&lo)).fold(T::splat(-1.0), |sum, (&hi, &lo)| sum + hi * (hi + two * lo));
+    // the inverse root, for what a coarse series leaves out, too
+    let part = (T::splat(0.375) * excess - T::splat(0.5)) * excess;
     let mut sums = [hi, lo];
     for k in 0..SLOTS {
-        (sums[0][k], sums[1][k]) = plus((hi[k], lo[k]), (T::splat(-0.5) * excess * hi[k], T::splat(0.0)));
+        (sums[0][k], sums[1][k]) = plus((hi[k], lo[k]), (part * hi[k], T::splat(0.0)));
     }
     sums
 }
@@ -267,15 +269,8 @@ pub(crate) fn move_sum(rotations: &[usize], [q, q_low]: [&mut [f64]; 2], d: &[f6
 
 /// Takes away what rounding, or the truncation of a series, does to the norms of quaternions, which are sums: it would add up, and nothing else brings them
 /// back.
-pub(crate) fn keep_norm(rotations: &[usize], [q, q_low]: [&mut [f64]; 2]) {
-    for &first in rotations {
-        let (Some(hi), Some(lo)) = (slots(q, first), slots(q_low, first)) else {
-            continue;
-        };
-        let [hi, lo] = of_norm_one([hi, lo]);
-        put(hi, first, q);
-        put(lo, first, q_low);
-    }
+pub(crate) fn keep_norm(rotations: &[usize], q: [&mut [f64]; 2]) {
+    keep_norm_in(rotations, q);
 }
 
 /// The Taylor coefficient of order `k + 1` of a quaternion, from its coefficients and those of its angular velocity, up to order `k`:
@@ -315,6 +310,19 @@ pub(crate) fn rates(first: usize, [q, v, a]: [&[f64]; 3]) -> [[f64; SLOTS]; 3] {
     let [turned, changed] = [product(rate, v), product(q, a)];
     let second = [0, 1, 2, 3].map(|k| 0.5 * (turned[k] + changed[k]));
     [q, rate, second]
+}
+
+/// The same in any numbers.
+#[inline(always)]
+pub(crate) fn keep_norm_in<T: Scalar>(rotations: &[usize], [q, q_low]: [&mut [T]; 2]) {
+    for &first in rotations {
+        let (Some(hi), Some(lo)) = (slots(q, first), slots(q_low, first)) else {
+            continue;
+        };
+        let [hi, lo] = of_norm_one([hi, lo]);
+        put(hi, first, q);
+        put(lo, first, q_low);
+    }
 }
 
 /// Brings quaternions to the norm one.

@@ -325,6 +325,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         core::mem::swap(&mut motion.series, &mut motion.next);
         let sizes = motion.sizes();
         let wanted = motion.wanted(&sizes);
+        let wanted = motion.limited(&**equations, wanted);
         motion.next.set_order(motion.order.next());
         let mut size = wanted.min(left.abs());
         let mut alone = wanted.is_nan() || wanted < smallest || !motion.series.is_finite();

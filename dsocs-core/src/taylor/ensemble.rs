@@ -142,13 +142,6 @@ impl<'a, const N: usize> TaylorEnsemble<'a, N> {
     /// [`SetupError`] if the tolerance or a parameter of the system cannot be used.
     pub fn new<S: System<N>>(system: &'a S, tolerance: Tolerance) -> Result<Self, SetupError> {
         tolerance.check()?;
-        SetupError::for_rotations(
-            system.kernel().shape(),
-            [
-                "an ensemble of Taylor series (TaylorEnsemble)",
-                "take a run for each start (TaylorFlow)",
-            ],
-        )?;
         start::check_parameters(&Declaration::of(system))?;
         Ok(Self {
             system: Box::new(Compiled(system)),

@@ -89,22 +89,13 @@ impl<'s> AnyTaylorFlow<'s> {
         }
     }
 
-    /// Refuses a system of third order, and what is not known of rotations.
+    /// Refuses a system of third order.
     pub(super) fn check_order(declaration: &Declaration<'_>) -> Result<(), SetupError> {
         let shape = declaration.shape();
         if shape.is_of_third_order() {
             return Err(SetupError::ThirdOrder {
                 method: "the Taylor series (TaylorFlow)",
             });
-        }
-        if declaration.sides() > 0 {
-            SetupError::for_rotations(
-                shape,
-                [
-                    "the Taylor series (TaylorFlow) with dry friction, which may hold something,",
-                    "take the step of order 2 (Flow), which knows what is held, or a steep smooth friction, such as `(v / 0.001).tanh()`",
-                ],
-            )?;
         }
         Ok(())
     }

@@ -479,6 +479,12 @@ impl Integrator {
             // also where nothing moves, and nothing makes it do so
             wanted = self.control.first_step(&self.series, self.order.current());
         }
+        self.limited(equations, wanted)
+    }
+
+    /// The length of a step that the tolerance allows, if rotations allow it.
+    #[inline]
+    pub(super) fn limited(&self, equations: &dyn SeriesKernel, wanted: f64) -> f64 {
         let rotations = &equations.kernel().shape().rotations;
         if rotations.is_empty() {
             return wanted;

@@ -10,6 +10,7 @@ use crate::number::scalar::Scalar as _;
 use crate::series::orders::{MAX_ORDER, ROWS};
 use crate::series::rows::Series;
 use crate::series::switch::{Switch, Switches as _};
+use crate::solve::rotation;
 use crate::system::System;
 
 /// Vectors, `[component][lane]`.
@@ -142,6 +143,8 @@ struct Expansions<'s, R: Chosen, S: System<N>, const N: usize> {
     next: Series<Lanes<R>>,
     /// Coefficients of their velocities, taken out of registers.
     told: Box<[Vectors<N>; ROWS]>,
+    /// The same of their positions, where there are rotations, whose steps these decide, too.
+    told_positions: Vec<Vectors<N>>,
 }
 
 impl<'s, R: Chosen, S: System<N>, const N: usize> Expansions<'s, R, S, N> {
@@ -156,6 +159,11 @@ impl<'s, R: Chosen, S: System<N>, const N: usize> Expansions<'s, R, S, N> {
             series: Series::new(N, 2),
             next: Series::new(N, 2),
             told: Box::new([[[0.0; LANES]; N]; ROWS]),
+            told_positions: if S::ROTATIONS.is_empty() {
+                Vec::new()
+            } else {
+                vec![[[0.0; LANES]; N]; ROWS]
+            },
         }
     }
 }
@@ -192,6 +200,7 @@ fn lanes_where(orders: &[usize; LANES], least: usize) -> u32 {
 struct Arrival<'a, R: Chosen, const N: usize> {
     series: &'a Series<Lanes<R>>,
     h: &'a [f64; LANES],
+    rotations: &'static [usize],
     ends: &'a mut Ends,
 }
 
@@ -200,14 +209,22 @@ impl<R: Chosen, const N: usize> InLanes for Arrival<'_, R, N> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { series, h, ends } = self;
+        let Self {
+            series,
+            h,
+            rotations,
+            ends,
+        } = self;
         let [dq, dv, a] = series.increments_of::<false, N>(Lanes::from(*h));
-        for ([hi, lo], dx) in [(&mut ends.q, dq), (&mut ends.v, dv)] {
+        for ([hi, lo], dx, rotations) in [(&mut ends.q, dq, rotations), (&mut ends.v, dv, &[])] {
             let mut sum = Compensated::<N, Lanes<R>> {
                 hi: loaded(hi),
                 lo: loaded(lo),
             };
             sum.add(&dx);
+            if !rotations.is_empty() {
+                rotation::keep_norm_in(rotations, [&mut sum.hi, &mut sum.lo]);
+            }
             stored(&sum.hi, hi);
             stored(&sum.lo, lo);
         }
@@ -240,6 +257,7 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Expansion<'_, '_, R, S
             table,
             next,
             told,
+            told_positions,
             ..
         } = expansions;
         let (mut least, mut most) = (MAX_ORDER, 2);
@@ -269,6 +287,10 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Expansion<'_, '_, R, S
         for (row, told) in rows.iter().zip(told.iter_mut()).skip(first.max(2)) {
             stored(row, told);
         }
+        let rows = next.position::<N>().iter().zip(told_positions);
+        for (row, told) in rows.skip(first) {
+            stored(row, told);
+        }
     }
 }
 
@@ -282,7 +304,13 @@ impl<R: Chosen, S: System<N>, const N: usize> LaneSeries for Expansions<'_, R, S
 
     fn arrive(&mut self, h: &[f64; LANES], ends: &mut Ends) {
         let series = &self.series;
-        R::run(self.token, Arrival::<'_, R, N> { series, h, ends });
+        let arrival = Arrival::<'_, R, N> {
+            series,
+            h,
+            rotations: S::ROTATIONS,
+            ends,
+        };
+        R::run(self.token, arrival);
     }
 
     fn expand(&mut self, ends: &Ends, orders: &[usize; LANES], first: usize) {
@@ -317,6 +345,15 @@ impl<R: Chosen, S: System<N>, const N: usize> LaneSeries for Expansions<'_, R, S
         take(1);
         for k in first.max(2)..=order {
             take(k);
+        }
+        let both = series
+            .position_table_mut::<N>()
+            .iter_mut()
+            .zip(&self.told_positions);
+        for (q, told) in both.take(order + 1).skip(first) {
+            for (q, told) in q.iter_mut().zip(told) {
+                *q = told[lane];
+            }
         }
     }
 

@@ -18,12 +18,16 @@ use crate::number::point::AnyPoint;
 use crate::regularity::resting::{AtPoint, Held};
 use crate::regularity::sides::Piece;
 use crate::solve::Vector;
+use crate::solve::rotation::{self, SLOTS};
 
 /// The degree of the acceleration.
 const DEGREE: usize = 14;
 
 /// The number of its coefficients, and of places.
 const COUNT: usize = DEGREE + 1;
+
+/// The number of coefficients of a quaternion: those of a position.
+const TURNS: usize = COUNT + 2;
 
 /// How often the iteration goes on.
 const ITERATIONS: u32 = 40;
@@ -76,12 +80,15 @@ impl Sticking {
     }
 }
 
-/// A polynomial motion from the current point on.
+/// A polynomial motion from the current point on. The attitude of a body is a polynomial, too, as far as the series of its quaternion goes: it follows from
+/// that of the angular velocity by `q' = ½ q∘(0, ω)`.
 struct Way {
     /// Its length.
     h: f64,
     /// The coefficients of the acceleration of each coordinate, in parts of the length.
     accelerations: Vec<[f64; COUNT]>,
+    /// Those of the quaternions of rotations, each with the first place of the rotation.
+    quaternions: Vec<(usize, [[f64; SLOTS]; TURNS])>,
     /// Those of each side.
     sides: Vec<[f64; COUNT]>,
     /// The error, in units of what is allowed.
@@ -138,6 +145,56 @@ fn value(coefficients: &[f64], x: f64) -> f64 {
 }
 
 impl Way {
+    /// The coefficients of a velocity in parts of the length.
+    fn velocity(&self, i: usize, v: f64) -> [f64; COUNT + 1] {
+        let mut velocity = [v; COUNT + 1];
+        for (k, (to, a)) in velocity
+            .iter_mut()
+            .skip(1)
+            .zip(&self.accelerations[i])
+            .enumerate()
+        {
+            *to = self.h * a / (k as f64 + 1.0);
+        }
+        velocity
+    }
+
+    /// Follows the attitudes from a position and a velocity.
+    fn turn(&mut self, rotations: &[usize], q: &[f64], v: &[f64]) {
+        self.quaternions.clear();
+        for &first in rotations {
+            let spin: [[f64; COUNT + 1]; SLOTS] =
+                core::array::from_fn(|k| self.velocity(first + k, v[first + k]));
+            let mut quaternion = [[0.0; SLOTS]; TURNS];
+            quaternion[0] = core::array::from_fn(|k| q[first + k]);
+            for k in 1..TURNS {
+                let known = quaternion;
+                let scale = self.h / k as f64;
+                quaternion[k] =
+                    rotation::coefficient(k - 1, scale, |j| known[j], |j| spin.map(|component| component[j]));
+            }
+            self.quaternions.push((first, quaternion));
+        }
+    }
+
+    /// What the series of quaternions leave out, as a part of their norm.
+    fn truncated(&self) -> f64 {
+        let last = self
+            .quaternions
+            .iter()
+            .flat_map(|(_, series)| &series[TURNS - 2..]);
+        last.flatten().fold(0.0, |most, c| larger(most, c.abs()))
+    }
+
+    /// The quaternion to which a place belongs, as a series, and which of its components it has.
+    fn quaternion(&self, i: usize) -> Option<(&[[f64; SLOTS]; TURNS], usize)> {
+        let mut all = self.quaternions.iter();
+        all.find_map(|(first, series)| {
+            let k = i.checked_sub(*first)?;
+            (k < SLOTS).then_some((series, k))
+        })
+    }
+
     /// How far position and velocity move in a part `x` of the way from the velocity `v`, in one coordinate.
     fn moves(&self, i: usize, v: f64, x: f64) -> [f64; 2] {
         let (mut q, mut dv) = (0.0, 0.0);
@@ -147,6 +204,10 @@ impl Way {
             dv = dv * x + a / (k + 1.0);
         }
         let s = x * self.h;
+        if let Some((series, k)) = self.quaternion(i) {
+            let turned = series[1..].iter().rev().fold(0.0, |sum, c| (sum + c[k]) * x);
+            return [turned, s * dv];
+        }
         [s * (v + s * q), s * dv]
     }
 
@@ -240,10 +301,13 @@ impl Integrator {
                     constant
                 })
                 .collect(),
+            quaternions: Vec::new(),
             sides: vec![[0.0; COUNT]; sticking.pieces.len()],
             error: f64::INFINITY,
             end: sticking.now.clone(),
         };
+        let rotations = &declaration.shape().rotations;
+        way.turn(rotations, q, v);
         let mut values = vec![[0.0; COUNT]; n];
         let mut sides = way.sides.clone();
         let mut last = f64::INFINITY;
@@ -274,6 +338,7 @@ impl Integrator {
             for ((tail, accelerations), values) in tails.iter_mut().zip(&mut way.accelerations).zip(&values) {
                 (*accelerations, *tail) = coefficients(values);
             }
+            way.turn(rotations, q, v);
             if change <= ROUNDINGS || (change >= 0.5 * last && change <= MOST_ROUNDINGS) {
                 // a jump of what holds shows in its side alone
                 let mut unsteady = 0.0_f64;
@@ -287,7 +352,8 @@ impl Integrator {
                     *tail = (*tail - rounding).max(0.0);
                 }
                 let error = self.control.excess(v, &held.x[..n], &tails, h);
-                way.error = larger(error, unsteady / self.control.relative().max(LEAST_TAIL));
+                let error = larger(error, unsteady / self.control.relative().max(LEAST_TAIL));
+                way.error = larger(error, way.truncated() / self.control.relative().max(f64::EPSILON));
                 way.end = held;
                 return Some(way);
             }
@@ -456,7 +522,21 @@ impl Integrator {
                 position.push(a * unit / ((k + 1.0) * (k + 2.0)));
                 unit /= way.h;
             }
-            self.series.fill(i, &position);
+            let Some((quaternion, component)) = way.quaternion(i) else {
+                self.series.fill(i, &position);
+                continue;
+            };
+            let (mut turned, mut spin, mut unit) = (Vec::new(), Vec::new(), 1.0);
+            for (q, w) in quaternion
+                .iter()
+                .zip(way.velocity(i, v[i]).into_iter().chain([0.0]))
+            {
+                turned.push(q[component] * unit);
+                spin.push(w * unit);
+                unit /= way.h;
+            }
+            self.series.fill(i, &turned);
+            self.series.fill_velocity(i, &spin);
         }
         for i in 0..n {
             let [dq, dv] = way.moves(i, v[i], part);
@@ -465,6 +545,8 @@ impl Integrator {
             self.now.move_position(&moves[0]);
             self.now.move_velocity(&moves[1]);
         }
+        let rotations = &equations.declaration().shape().rotations;
+        rotation::keep_norm(rotations, self.now.parts().q);
         self.last = Some((self.t, h));
         if let Some(projection) = &mut self.projection {
             projection.apply(equations, t + h, &mut self.now);

@@ -758,14 +758,6 @@ fn a_start_far_from_the_norm_one_is_refused_and_so_is_what_cannot_be_had_yet() {
         matches!(error, SetupError::AngularVelocity { value: 0.5, .. }),
         "{error}"
     );
-    // what dry friction holds goes on as numbers do, and not as a rotation does
-    let rubs = "coordinates(r: rotation, x); let w = r.angular_velocity();
-        lagrangian = w.norm_squared() / 2 + dot(x).powi(2) / 2;
-        external_forces = (0, -0.3 * dot(x).signum());";
-    let rubs = Text::parse("rubs", rubs).unwrap();
-    let start = AnyStart::second_order(&[1.0, 0.0, 0.0, 0.0, 0.0], &[0.0, 1.0, 0.0, 0.0, 1.0]);
-    let taylor = AnyTaylorFlow::of_tape(&rubs.system, &start, Tolerance::relative(1e-9));
-    assert!(matches!(taylor.map(drop), Err(SetupError::Rotation { .. })));
 }
 
 #[test]

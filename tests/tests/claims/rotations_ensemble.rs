@@ -1,7 +1,11 @@
 //! Ensembles of systems with rotations: steps in lanes against those of flows.
 
+use dsocs_core::taylor::TaylorEnsemble;
 use dsocs_core::text::Text;
-use dsocs_core::{AnyEnsemble, AnyFlow, AnyStart, Ensemble, Flow, OwnedNode, Start, Stepper, dsocs};
+use dsocs_core::{
+    AnyEnsemble, AnyFlow, AnyStart, Ensemble, Flow, Instructions, OwnedNode, Start, Stepper, TaylorFlow,
+    Tolerance, dsocs,
+};
 
 use crate::rotations::{joined, unit};
 
@@ -138,5 +142,60 @@ fn a_lane_that_turns_too_far_ends_alone() {
                 assert!(distance < 1e-9, "{spin}: {distance:e}");
             }
         }
+    }
+}
+
+#[test]
+fn series_in_lanes_go_as_those_of_flows_do() {
+    let top = Top {
+        weight: 1.0,
+        torque: 0.3,
+    };
+    let all = || starts().into_iter().map(|(q0, v0)| Start::second_order(q0, v0));
+    for bar in [1e-6, 1e-12] {
+        let tolerance = Tolerance::relative(bar);
+        let lanes = TaylorEnsemble::new(&top, tolerance).unwrap().starts(all());
+        let found: Vec<_> = lanes.to(10.0).into_iter().map(|end| end.unwrap()).collect();
+        let bits = |end: &dsocs_core::Node<5>| [end.q, end.v].map(|x| x.map(f64::to_bits));
+        // whatever the machine has, and one after the other
+        let plain = TaylorEnsemble::new(&top, tolerance)
+            .unwrap()
+            .starts(all())
+            .instructions(Instructions::Compiled)
+            .to(10.0);
+        for (found, plain) in found.iter().zip(plain) {
+            assert_eq!(bits(found), bits(&plain.unwrap()));
+        }
+        for (start, found) in all().zip(&found) {
+            let mut flow = TaylorFlow::new(&top, start, tolerance).unwrap();
+            let known = flow.to(10.0).unwrap();
+            let apart = apart([&known.q, &known.v], [&found.q, &found.v]);
+            assert!(apart < 2e3 * bar, "{apart:e}");
+            let norm = found.q[1..].iter().map(|q| q * q).sum::<f64>().sqrt();
+            assert!((norm - 1.0).abs() <= 2.0 * f64::EPSILON, "{norm}");
+        }
+    }
+}
+
+/// A body without torques.
+#[dsocs {
+    coordinates(r: rotation);
+    lagrangian = r.angular_velocity().norm_squared() / 2;
+}]
+struct Free {}
+
+#[test]
+fn a_body_that_spins_evenly_has_steps_in_lanes_by_its_attitude() {
+    // its angular velocity alone would allow steps without end
+    let starts = (1..20).map(|k| Start::second_order([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, f64::from(k)]));
+    let ends = TaylorEnsemble::new(&Free {}, Tolerance::relative(1e-13))
+        .unwrap()
+        .starts(starts)
+        .to(7.0);
+    for (k, end) in (1..20).zip(ends) {
+        let [w, .., z] = end.unwrap().q;
+        let angle = 3.5 * f64::from(k);
+        let apart = (w - angle.cos()).abs().max((z - angle.sin()).abs());
+        assert!(apart < 1e-11, "{k}: {apart:e}");
     }
 }

@@ -187,7 +187,7 @@ fn a_heavy_top_in_motion_has_the_model_by_hand() {
         .copied()
         .chain(model.point.any().a[1..].iter().copied())
         .collect();
-    close(&[model.drift.clone()], &[drift], 1e-15);
+    close(core::slice::from_ref(&model.drift), &[drift], 1e-15);
     // what a controller multiplies is the turn from the point, whatever the sign of the quaternion
     let there = turned(q, [1e-3, -2e-3, 5e-4]).map(|x| -x);
     let state = model.state(&there, &[0.0, 0.7, -0.3, 2.0]);
@@ -533,9 +533,9 @@ fn a_body_in_springs_rests_where_they_are_short() {
     let own = quaternion(&q[1..]);
     let pulls = [1.0, 2.0, 4.0];
     let mut torque = [0.0; 3];
-    for k in 0..3 {
+    for (k, size) in pulls.into_iter().enumerate() {
         let axis: Vector = core::array::from_fn(|i| f64::from(u8::from(i == k)));
-        let pull = cross(axis, seen(own, axis)).map(|x| pulls[k] * x);
+        let pull = cross(axis, seen(own, axis)).map(|x| size * x);
         torque = [0, 1, 2].map(|i| torque[i] - pull[i]);
     }
     for (found, torque) in held.parameters[3..].iter().zip(torque) {

@@ -1,7 +1,8 @@
 //! Dry friction whose slip depends on the attitude of a body: where the slip turns round, and where it is held.
 
+use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::Text;
-use dsocs_core::{AnyFlow, AnyStart, OwnedNode, Unresolved};
+use dsocs_core::{AnyFlow, AnyStart, OwnedNode, Run, Tolerance, Unresolved};
 
 use crate::dop853;
 use crate::rotations::{Vector, cross, dot, joined, matrix, part, plus, rate, times, unit};
@@ -130,7 +131,26 @@ impl Top {
             assert!(apart < bound * h * h, "{h}: {apart:e}");
             flow.run().unresolved()
         });
-        told.collect()
+        let told = told.collect();
+        // and the series goes along the motion itself, as far as this one knows what holds
+        for tolerance in [1e-7, 1e-10, 1e-14] {
+            let mut flow =
+                AnyTaylorFlow::of_tape(&text.system, &start, Tolerance::relative(tolerance)).unwrap();
+            let run: &mut dyn Run = &mut flow;
+            run.to(until).unwrap();
+            let mut node = OwnedNode::new(4);
+            node.take(run);
+            let node = node.any();
+            let both = node.q.iter().chain(&node.v[1..]).zip(&end);
+            let apart = both
+                .map(|(found, known)| (found - known).abs())
+                .fold(0.0, f64::max);
+            println!("{tolerance:e}: {apart:e}, {} steps", run.clock().index());
+            assert!(apart < 100.0 * tolerance + 2e-9, "{tolerance:e}: {apart:e}");
+            let norm = node.q.iter().map(|q| q * q).sum::<f64>().sqrt();
+            assert!((norm - 1.0).abs() <= 2.0 * f64::EPSILON, "{norm}");
+        }
+        told
     }
 }
 
@@ -191,5 +211,44 @@ fn a_slip_about_a_vertical_axis_is_held_and_let_go() {
          external_forces = -friction * w.inner(turn).signum() * turn;",
         6.0,
         (1, 1.0),
+    );
+}
+
+/// A body that turns and slides on a rod, where friction holds it and lets it go.
+#[test]
+fn what_is_held_beside_a_rotation_leaves_it_as_it_is() {
+    // the mass on the rod stops at 1/0.6; the body goes on as one that was never told of it
+    let free = "coordinates(r: rotation);
+        let w = r.angular_velocity();
+        lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 - (r * [0.2, 0.5, 1])[2];";
+    let rubs = "coordinates(r: rotation, x);
+        let w = r.angular_velocity();
+        lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 - (r * [0.2, 0.5, 1])[2] + dot(x).powi(2) / 2;
+        external_forces = ([0, 0, 0], -0.3 * dot(x).signum());";
+    let q = unit([1.0, 0.3, -0.4, 0.2]);
+    let starts = [
+        (free, 4, AnyStart::second_order(&q, &[0.6, -0.3, 2.0])),
+        (
+            rubs,
+            5,
+            AnyStart::second_order(&[&q[..], &[0.0]].concat(), &[0.6, -0.3, 2.0, 1.0]),
+        ),
+    ];
+    let [known, found] = starts.map(|(text, n, start)| {
+        let text = Text::parse("body", text).unwrap();
+        let mut flow = AnyTaylorFlow::of_tape(&text.system, &start, Tolerance::relative(1e-14)).unwrap();
+        let run: &mut dyn Run = &mut flow;
+        run.to(6.0).unwrap();
+        let mut node = OwnedNode::new(n);
+        node.take(run);
+        [node.any().q, node.any().v].map(<[f64]>::to_vec)
+    });
+    for k in 0..4 {
+        assert!((known[0][k] - found[0][k]).abs() < 2e-13, "{known:?} {found:?}");
+        assert!((known[1][k] - found[1][k]).abs() < 5e-13, "{known:?} {found:?}");
+    }
+    assert!(
+        (found[0][4] - 1.0 / 0.6).abs() < 1e-14 && found[1][4].abs() < 1e-15,
+        "{found:?}"
     );
 }
