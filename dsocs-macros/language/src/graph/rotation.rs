@@ -215,16 +215,22 @@ impl Graph {
         self.sum(&squares)
     }
 
-    /// `T(±x) = ±x̂/2 + c I + d x xᵀ`, with `c = (a² - b)/a` and `d = (1/8 - a²/24)/(a (1 + |x|²/48))`.
-    fn inverse_tangent(&mut self, x: [NodeId; 3], sign: f64) -> [[NodeId; 3]; 3] {
-        let [a, b] = self.pade(x);
-        let square = self.powi(a, 2);
-        let difference = self.sub(square, b);
-        let c = self.div(difference, a);
+    /// `c` and `d` of [`Graph::inverse_tangent`]. With `b = 3 (1 - a)` and `1 + |x|²/48 = 2 - a` they are sums of fractions in `a` alone, whose derivatives are
+    /// short: `c = a + 3 - 3/a` and `d = 1/24 + 1/(16 a) - 1/(48 (2 - a))`.
+    fn factors_of_tangent(&mut self, x: [NodeId; 3]) -> [NodeId; 2] {
+        let [a, _] = self.pade(x);
+        let inverse = self.powi(a, -1);
         let norm = self.norm_squared(x);
         let other = self.linear(1.0, &[(norm, 1.0 / 48.0)]);
-        let numerator = self.linear(0.125, &[(square, -1.0 / 24.0)]);
-        let d = self.product(&[(numerator, 1), (a, -1), (other, -1)]);
+        let other = self.powi(other, -1);
+        let c = self.linear(3.0, &[(a, 1.0), (inverse, -3.0)]);
+        let d = self.linear(1.0 / 24.0, &[(inverse, 1.0 / 16.0), (other, -1.0 / 48.0)]);
+        [c, d]
+    }
+
+    /// `T(±x) = ±x̂/2 + c I + d x xᵀ`, with `c = (a² - b)/a` and `d = (1/8 - a²/24)/(a (1 + |x|²/48))`.
+    fn inverse_tangent(&mut self, x: [NodeId; 3], sign: f64) -> [[NodeId; 3]; 3] {
+        let [c, d] = self.factors_of_tangent(x);
         [0, 1, 2].map(|i| {
             [0, 1, 2].map(|j: usize| {
                 let outer = self.product(&[(d, 1), (x[i], 1), (x[j], 1)]);
@@ -238,6 +244,21 @@ impl Graph {
                 self.linear(0.0, &[(outer, 1.0), (x[k], hat)])
             })
         })
+    }
+
+    /// What a momentum `p` of the velocity `x` of a leg is by its nodes, `T(x)ᵀp - T(-x)ᵀp = p × x` by both, and by its second `T(x)ᵀp = c p + p × x/2 + d (x·p) x`.
+    pub(crate) fn momenta_of_turn(&mut self, first: usize, p: [NodeId; 3]) -> [[NodeId; 3]; 2] {
+        let x = [1, 2, 3].map(|k| self.leaf(Leaf::Chord(first + k)));
+        let [c, d] = self.factors_of_tangent(x);
+        let both = self.cross(p, x);
+        let products = [0, 1, 2].map(|k| self.mul(x[k], p[k]));
+        let along = self.sum(&products);
+        let along = self.mul(d, along);
+        let second = [0, 1, 2].map(|k| {
+            let (straight, outer) = (self.mul(c, p[k]), self.mul(along, x[k]));
+            self.linear(0.0, &[(straight, 1.0), (both[k], 0.5), (outer, 1.0)])
+        });
+        [both, second]
     }
 
     /// A vector turned from the frame of the body: `v + 2 w (u × v) + 2 u × (u × v)`.

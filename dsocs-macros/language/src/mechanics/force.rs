@@ -3,6 +3,7 @@
 use super::nodes::{LeafOf, Nodes, at_pair, mean, on_pair};
 use super::works::Force;
 use crate::graph::algebra::gathered_slopes;
+use crate::graph::rotation::SLOTS;
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
 use crate::hash::HashMap;
 use crate::model::{Model, PairPoint};
@@ -208,6 +209,12 @@ impl Parts {
         let [mut rest, mut second, mut momentum] =
             [const { Vec::new() }; 3].map(|_: Vec<()>| vec![Vec::new(); n]);
         let mut gathered = false;
+        // velocities that are those of a leg are not taken one by one: the terms of `T(x)ᵀp` have much in common
+        let (rotations, h) = (graph.rotations().to_vec(), graph.leaf(Leaf::H));
+        let turns: Vec<usize> = rotations
+            .iter()
+            .flat_map(|first| first + 1..first + SLOTS)
+            .collect();
         for point in &model.phi_lagrangian {
             let (q, v) = (&point.q, &point.v);
             let point = at_pair(point);
@@ -241,11 +248,23 @@ impl Parts {
             for i in 0..n {
                 let f1 = through(by_position, q, Leaf::X0, i, true);
                 let f2 = through(by_position, q, Leaf::X1, i, true);
+                rest[i].push((f1, weight));
+                second[i].push((f2, weight));
+                if turns.contains(&i) {
+                    continue;
+                }
                 let p1 = through(by_velocity, v, Leaf::X0, i, false);
                 let p2 = through(by_velocity, v, Leaf::X1, i, false);
-                rest[i].extend([(f1, weight), (p1, weight), (p2, weight)]);
-                second[i].push((f2, weight));
+                rest[i].extend([(p1, weight), (p2, weight)]);
                 momentum[i].push((p2, weight));
+            }
+            for &first in &rotations {
+                let of_body = [1, 2, 3].map(|k| graph.div(by_velocity[first + k], h));
+                let [both, second] = graph.momenta_of_turn(first, of_body);
+                for k in 1..SLOTS {
+                    rest[first + k].push((both[k - 1], weight));
+                    momentum[first + k].push((second[k - 1], weight));
+                }
             }
         }
         let [rest, second, momentum] = [rest, second, momentum]
