@@ -52,6 +52,7 @@ mod momentum;
 mod pairs;
 mod pieces;
 mod quadrature;
+mod reduction;
 pub(crate) mod solvable;
 mod split;
 mod theorem;
@@ -77,6 +78,7 @@ pub use momentum::{asymmetry, momentum_equation, momentum_map};
 pub use pairs::{constraint_forms, pair_displacements, state_displacements};
 pub use pieces::{corners, pieces};
 pub use quadrature::mean_over;
+pub use reduction::{momentum_along, momentum_balance, reduced};
 #[doc(hidden)] // until steps are solved on slices
 pub use split::{constraint_multipliers, continuous_multipliers};
 pub use theorem::FlowTheorem;

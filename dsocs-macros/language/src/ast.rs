@@ -69,6 +69,8 @@ pub(crate) struct Declaration {
     pub(crate) branch: Part<Branch>,
     /// `observe = […];`
     pub(crate) observe: Part<Observe>,
+    /// `reduced(r);`
+    pub(crate) reduced: Part<Vec<Ident>>,
 }
 
 /// `coordinates(x, y, theta: [3]);`

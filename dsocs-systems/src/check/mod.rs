@@ -245,7 +245,7 @@ pub(crate) fn check_to(
     own: f64,
 ) -> Result<Vec<Finding>, CheckFailure> {
     if !system.kernel().shape().rotations.is_empty() {
-        return rotations::check_to(system, expected, settings, own);
+        return rotations::check_to(system, symmetries, expected, settings, own);
     }
     let subject = Subject::new(system, symmetries, expected, settings, own)?;
     let checks: [(&'static str, Check); 11] = [

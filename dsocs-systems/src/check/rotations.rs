@@ -1,16 +1,25 @@
 //! The checks of a system with rotations: what needs no forms on pairs of nodes.
 
-use dsocs_core::geometry::{Triple, discrete_power};
-use dsocs_core::{AnyPoint, AnyStart, Declaration, Kernel, Tolerance};
+use dsocs_core::geometry::{self, Triple, discrete_power};
+use dsocs_core::{AnyPoint, AnyStart, Declaration, Kernel, OwnedLeg, Tolerance};
 
 use super::probe::{First, Passed, State, certified, less, passed_nodes};
 use super::third::{certificates, push_slope};
 use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, larger, probe, reached};
-use crate::entry::{CheckFailure, Motions};
+use crate::entry::{CheckFailure, Motions, Symmetry};
 use crate::stability::Bar;
 
 /// A norm may be so many roundings from one.
 const ROUNDINGS: f64 = 4.0;
+
+/// The momentum equation may be missed by this part of its terms.
+const ROUNDING: f64 = 1e-13;
+
+/// A momentum on which nothing works may drift by this part of its largest value.
+const DRIFT: f64 = 1e-12;
+
+/// What works by less than this part of the terms works nothing.
+const NO_WORK: f64 = 1e-14;
 
 /// On the way back the start may be missed by this part of a leg.
 const REVERSED: f64 = 1e-9;
@@ -49,6 +58,7 @@ impl Subject<'_> {
 /// [`CheckFailure`] if the motion cannot be computed.
 pub fn check_to(
     system: &dyn Motions,
+    symmetries: &[Symmetry],
     expected: Expected,
     settings: &Settings<'_>,
     own: f64,
@@ -80,6 +90,9 @@ pub fn check_to(
         certificates(["D₃", "D₁"], &regularity, report);
     });
     found.of("rotations", |report| norms(&subject, &nodes, report));
+    found.of("momentum law", |report| {
+        momenta(&subject, symmetries, &walked.legs, report);
+    });
     found.of("power balance", |report| balance(&subject, report));
     found.of("reversibility", |report| reversibility(&subject, &nodes, report));
     found.of("order", |report| order(&subject, report));
@@ -88,7 +101,7 @@ pub fn check_to(
 
 /// How far the motion goes.
 fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
-    let left_out = "beside a rotation what needs forms on pairs of nodes (the identities, the symplectic and the momentum law, contact) is not looked at, so far";
+    let left_out = "beside a rotation what needs forms on pairs of nodes (the identities, the symplectic law, contact) is not looked at, so far";
     reached(
         [subject.start.t, subject.until, subject.h],
         nodes,
@@ -110,6 +123,101 @@ fn norms(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
         Bar::AtMost(ROUNDINGS),
         Ok(nodes.iter().map(of_node).fold(0.0, larger)),
     );
+}
+
+/// The momentum equation along the symmetries that are declared, and along those of coordinates whose positions are in no equation: these are moved, and
+/// attitudes turned about the axes of space. Where nothing works along one, its momentum stays.
+fn momenta(subject: &Subject<'_>, symmetries: &[Symmetry], legs: &[OwnedLeg<f64>], report: &mut Report) {
+    let own = reduced(subject.kernel);
+    if symmetries.is_empty() && own.is_empty() {
+        report.push(
+            "symmetries that are declared, and positions that are in no equation",
+            Bar::Reported,
+            Ok(0.0),
+        );
+    }
+    for symmetry in symmetries.iter().chain(&own) {
+        let generator = |q: &[f64]| symmetry.at(q);
+        let (mut missed, mut works) = (0.0, 0.0);
+        for pair in legs.windows(2) {
+            let e = less(&pair[1].d, &pair[0].d);
+            let both = [pair[0].any(), pair[1].any()];
+            let [apart, work, terms] =
+                geometry::momentum_balance(subject.kernel, subject.h, both, &e, &generator);
+            missed = larger(missed, if apart == 0.0 { 0.0 } else { apart.abs() / terms });
+            works = larger(works, if work == 0.0 { 0.0 } else { work.abs() / terms });
+        }
+        let name = symmetry.name();
+        report.push(
+            format!("{name}: ΔJ − h⟨Q + f, ξ⟩, relative to the terms"),
+            Bar::AtMost(ROUNDING),
+            Ok(missed),
+        );
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        for leg in legs {
+            let momentum = geometry::momentum_along(subject.kernel, subject.h, leg.any(), &generator);
+            (least, most) = (least.min(momentum), larger(most, momentum));
+        }
+        let size = least.abs().max(most.abs());
+        report.push(
+            format!("{name}: variation of J along the motion, relative to the largest"),
+            if works <= NO_WORK {
+                Bar::AtMost(DRIFT)
+            } else {
+                Bar::Reported
+            },
+            Ok(if most > least || most.is_nan() {
+                (most - least) / size
+            } else {
+                0.0
+            }),
+        );
+    }
+}
+
+/// The symmetries of coordinates whose positions are in no equation.
+fn reduced(kernel: &dyn Kernel) -> Vec<Symmetry> {
+    let shape = kernel.shape();
+    let n = shape.dimension();
+    let mut all = Vec::new();
+    for place in geometry::reduced(kernel) {
+        let name = shape.coordinates.get(place).map_or("", |own| &*own.name);
+        if shape.rotation_of(place).is_none() {
+            all.push(Symmetry::of(format!("`{name}` moved"), n, move |_, out| {
+                out.fill(0.0);
+                out[place] = 1.0;
+            }));
+            continue;
+        }
+        let name = name.strip_suffix("_w").unwrap_or(name);
+        for (axis, which) in ["first", "second", "third"].into_iter().enumerate() {
+            let name = format!("`{name}` turned about the {which} axis of space");
+            all.push(Symmetry::of(name, n, move |q, out| {
+                out.fill(0.0);
+                let [w, x, y, z] = [0, 1, 2, 3].map(|k| q[place + k]);
+                // the row of the matrix of the attitude: an axis of space, seen from the body
+                let seen = match axis {
+                    0 => [
+                        w * w + x * x - y * y - z * z,
+                        2.0 * (x * y - w * z),
+                        2.0 * (x * z + w * y),
+                    ],
+                    1 => [
+                        2.0 * (x * y + w * z),
+                        w * w - x * x + y * y - z * z,
+                        2.0 * (y * z - w * x),
+                    ],
+                    _ => [
+                        2.0 * (x * z - w * y),
+                        2.0 * (y * z + w * x),
+                        w * w - x * x - y * y + z * z,
+                    ],
+                };
+                out[place + 1..place + 4].copy_from_slice(&seen);
+            }));
+        }
+    }
+    all
 }
 
 /// The energy at nodes against the sum of the power of the forces: the order of what is missed.

@@ -4,7 +4,7 @@ use std::io::Write;
 
 use clap::{Args, ValueEnum};
 use comfy_table::presets;
-use dsocs_core::Quantity;
+use dsocs_core::{Quantity, geometry};
 use serde::Serialize;
 
 use super::number::{joined, shortest};
@@ -48,6 +48,8 @@ struct Listed<'a> {
     units: Vec<Option<&'a str>>,
     /// What the coordinates are.
     meanings: Vec<&'a str>,
+    /// The coordinates whose positions are in no equation.
+    reduced: Vec<String>,
     /// The parameters.
     parameters: Vec<ListedParameter>,
     /// The tables of samples, if it was read from a text.
@@ -141,6 +143,7 @@ impl<'a> Listed<'a> {
             coordinates: names(&description.coordinates),
             units: units(&description.coordinates),
             meanings: meanings(&description.coordinates),
+            reduced: reduced(entry),
             parameters,
             samples: (entry.tables())
                 .map(|table| ListedTable {
@@ -162,6 +165,19 @@ impl<'a> Listed<'a> {
             },
         }
     }
+}
+
+/// The coordinates whose positions are in no equation; a rotation by its name.
+fn reduced(entry: &Entry) -> Vec<String> {
+    let shape = entry.kernel().shape();
+    let name = |place: usize| {
+        let name = shape.coordinates.get(place).map_or("", |own| &*own.name);
+        match shape.rotation_of(place) {
+            Some(_) => name.strip_suffix("_w").unwrap_or(name).to_owned(),
+            None => name.to_owned(),
+        }
+    };
+    geometry::reduced(entry.kernel()).into_iter().map(name).collect()
 }
 
 /// Lists the systems, or one, on standard output.
@@ -260,6 +276,13 @@ fn text(entry: &mut Entry, asked: Option<&str>) -> String {
         .or_else(|| Some(format!(" --near-a0 {}", joined(entry.default_near()?))))
         .unwrap_or_default();
     let runs = asked.map_or_else(String::new, |asked| others(entry, asked));
+    let reduced = match &reduced(entry)[..] {
+        [] => String::new(),
+        names => format!(
+            "  reduced: no equation has the position of {}, which follows from the increments of the steps\n",
+            names.join(", ")
+        ),
+    };
     let lines: Vec<_> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     let description = entry.description();
     let quantities = [
@@ -269,7 +292,7 @@ fn text(entry: &mut Entry, asked: Option<&str>) -> String {
     ];
     let broken: String = quantities.into_iter().flatten().filter_map(broken_unit).collect();
     format!(
-        "{} ({}): {}\n{source}  a run: --step {} --until {}{start}{acceleration}{project}\n{runs}{}\n{broken}",
+        "{} ({}): {}\n{source}  a run: --step {} --until {}{start}{acceleration}{project}\n{runs}{reduced}{}\n{broken}",
         entry.name(),
         entry.kind(),
         entry.summary(),

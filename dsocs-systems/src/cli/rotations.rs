@@ -128,3 +128,45 @@ fn checks_measure_the_order_the_power_and_the_way_back() {
     let told = told.unwrap_or_else(|error| panic!("{error}"));
     assert!(told.contains("not required here"), "{told}");
 }
+
+#[test]
+fn momenta_are_measured_along_what_is_reduced() {
+    let body = "coordinates(r: rotation, x);
+        let w = r.angular_velocity();
+        lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 + dot(x).powi(2) / 2;";
+    let bound = format!("{body} nonholonomic = w[2] - dot(x);");
+    for (text, conserved) in [(body, true), (&*bound, false)] {
+        let told = written(
+            text,
+            "check top --step 0.05 --until 4 --q0 0.6,0.8,0,0,0 --v0 0.6,-0.3,0.2,0.2",
+            "a.json",
+        );
+        let told = told.unwrap_or_else(|error| panic!("{error}"));
+        let figures: serde_json::Value = serde_json::from_str(&told).unwrap();
+        let checks = figures["systems"][0]["checks"].as_array().unwrap();
+        for name in [
+            "`r` turned about the first axis of space",
+            "`r` turned about the second axis of space",
+            "`r` turned about the third axis of space",
+            "`x` moved",
+        ] {
+            let of = |what: &str| {
+                let own = format!("{name}: {what}");
+                let mut named = checks.iter();
+                let found = named.find(|check| check["what"].as_str().unwrap().starts_with(&own));
+                found.unwrap_or_else(|| panic!("{own}\n{told}"))
+            };
+            let (equation, variation) = (of("ΔJ − h⟨Q + f, ξ⟩"), of("variation of J"));
+            assert_eq!(equation["relation"], "<=");
+            assert_eq!(equation["ok"], true, "{equation}");
+            // where the constraint works along it, the momentum is only reported
+            assert_eq!(variation["relation"].is_null(), !conserved, "{variation}");
+            assert_eq!(variation["ok"], true, "{variation}");
+            assert_eq!(
+                variation["figure"].as_f64().unwrap() > 1e-3,
+                !conserved,
+                "{variation}"
+            );
+        }
+    }
+}

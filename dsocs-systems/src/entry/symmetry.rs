@@ -41,6 +41,19 @@ impl Symmetry {
         }
     }
 
+    /// The same with any number of coordinates: the generator takes a position and writes its vector there.
+    pub(crate) fn of(
+        name: String,
+        components: usize,
+        generator: impl Fn(&[f64], &mut [f64]) + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            name,
+            components,
+            generator: Box::new(generator),
+        }
+    }
+
     /// What it is.
     #[must_use]
     pub fn name(&self) -> &str {

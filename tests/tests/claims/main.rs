@@ -53,6 +53,7 @@ mod rotations_derivatives;
 mod rotations_ensemble;
 mod rotations_inputs;
 mod rotations_linear;
+mod rotations_reduced;
 mod rotations_slip;
 mod run;
 mod scenes;

@@ -5,7 +5,7 @@ use syn::ItemStruct;
 
 use super::lowering::{Lowering, Maps};
 use super::statements::Observed;
-use super::{differentiated, multiples, rotations, unused};
+use super::{differentiated, multiples, reduction, rotations, unused};
 use crate::ast::{Branch, Constraints, Coordinates, Declaration, Directions, Map, Observe, Part, Scalar};
 use crate::check;
 use crate::errors::{Errors, Reported};
@@ -124,6 +124,7 @@ pub(crate) fn model(
         graph,
     };
     check_factors(declaration, &model, &written, errors)?;
+    reduction::check(declaration, groups, &model, errors)?;
     model.warnings = unused::warnings(declaration, &model);
     model.warnings.extend(differentiated::warnings(&model));
     Ok(model)

@@ -16,6 +16,7 @@ mod look_alike;
 mod lowering;
 mod map;
 mod multiples;
+mod reduction;
 mod rotations;
 mod shape;
 mod statements;

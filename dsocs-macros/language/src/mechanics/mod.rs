@@ -10,6 +10,7 @@
 //! - [`mod@annihilator`]: the virtual displacements from the forces, `C_V` from `F_V`;
 //! - [`mod@sides`]: functions that jump with the velocity, with their sides as leaves;
 //! - [`mod@switches`]: where a declaration is given by pieces, or divides by what may be zero;
+//! - [`mod@reduction`]: coordinates whose positions are in no equation;
 //! - [`factor`]: whether a declared factor divides its constraint;
 //! - [`symmetry`]: whether the step is symmetric in time.
 
@@ -20,6 +21,7 @@ mod factor;
 mod force;
 mod lower_order;
 mod nodes;
+mod reduction;
 mod sides;
 mod step;
 mod switches;
@@ -33,6 +35,7 @@ pub(crate) use factor::is_no_factor;
 pub(crate) use force::{arriving, discrete_lagrangian, external_on_leg, on_first_leg};
 pub(crate) use lower_order::{pair, phase};
 pub(crate) use nodes::PointNodes;
+pub(crate) use reduction::where_position_is;
 pub(crate) use sides::{Sides, sides};
 pub(crate) use step::{StepEquations, step};
 pub(crate) use switches::{Switches, Table, switches};

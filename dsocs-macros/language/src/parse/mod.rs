@@ -26,7 +26,7 @@ pub(crate) use self::each::entries;
 pub(crate) use self::lets::plain_let;
 
 /// The words that a statement can begin with, apart from `let`.
-pub(crate) const STATEMENTS: [&str; 15] = [
+pub(crate) const STATEMENTS: [&str; 16] = [
     "coordinates",
     "lagrangian",
     "holonomic",
@@ -42,6 +42,7 @@ pub(crate) const STATEMENTS: [&str; 15] = [
     "phi_variational",
     "branch",
     "observe",
+    "reduced",
 ];
 
 /// Reads the body of the attribute.
@@ -261,6 +262,7 @@ fn mark(declaration: &mut Declaration, keyword: &str, reported: Reported) {
         "phi_variational" => set(&mut declaration.phi_variational, reported),
         "branch" => set(&mut declaration.branch, reported),
         "observe" => set(&mut declaration.observe, reported),
+        "reduced" => set(&mut declaration.reduced, reported),
         _ => {}
     }
 }
@@ -278,6 +280,10 @@ fn read(declaration: &mut Declaration, statement: Stmt, attributes: &[Attribute]
             },
         },
         Stmt::Expr(Expr::Call(call), _) => match plain_name(&call.func) {
+            Some(keyword) if keyword == "reduced" => {
+                let names = read_coordinates(keyword, &call, errors);
+                fill(&mut declaration.reduced, keyword, names, errors);
+            }
             Some(keyword) if STATEMENTS.iter().any(|statement| keyword == statement) => {
                 let reported = errors.at(keyword, format!("expected `{keyword} = …;`"));
                 mark(declaration, &keyword.to_string(), reported);
@@ -309,6 +315,19 @@ fn read(declaration: &mut Declaration, statement: Stmt, attributes: &[Attribute]
     }
 }
 
+/// Reads the names of coordinates.
+fn read_coordinates(keyword: &Ident, call: &ExprCall, errors: &Errors) -> Result<Vec<Ident>, Reported> {
+    if call.args.is_empty() {
+        return Err(errors.at(keyword, "expected the names of coordinates, `reduced(r);`"));
+    }
+    let name = |argument: &Expr| {
+        plain_name(argument)
+            .cloned()
+            .ok_or_else(|| errors.at(argument, "expected the name of a coordinate"))
+    };
+    call.args.iter().map(name).collect()
+}
+
 fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, errors: &Errors) {
     let lets_before = declaration.lets.len();
     let at = &keyword.clone();
@@ -316,6 +335,10 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
         "coordinates" => {
             let reported = errors.at(value, "expected `coordinates(x, y);`, without `=`");
             mark(declaration, "coordinates", reported);
+        }
+        "reduced" => {
+            let reported = errors.at(value, "expected `reduced(r);`, without `=`");
+            mark(declaration, "reduced", reported);
         }
         name @ ("lagrangian" | "discrete_lagrangian" | "external_forces") => {
             let part = match name {

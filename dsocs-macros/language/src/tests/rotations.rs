@@ -300,3 +300,102 @@ fn columns_of_one_name_are_refused() {
         .is_ok()
     );
 }
+
+#[test]
+fn what_is_reduced_has_its_position_in_no_equation() {
+    let body = |more: &str| {
+        read(
+            "body",
+            &format!(
+                "parameters {{ mass = 1.3, depth = 0.2 }}
+                 coordinates(r: rotation, x: [3], s);
+                 let w = r.angular_velocity();
+                 {more}"
+            ),
+            &[],
+        )
+    };
+    let energy = "lagrangian = w.norm_squared() + mass * dot(x).norm_squared() / 2 + dot(s).powi(2);";
+    // a reduced body may be bound by its velocities, and forced; a difference of nodes is no position
+    for statements in [
+        "",
+        "nonholonomic = w[2] - depth * dot(s);",
+        "external_forces = (-w, 0.1 * dot(x), -dot(s) * t);",
+        "kinematic = dot(w)[0] - ddot(s); constraint_forces = [([1, 0, 0], [0, 0, 0], 0)];",
+    ] {
+        let body = body(&format!("{energy} {statements} reduced(r, x, s);"));
+        assert!(body.is_ok(), "{statements}");
+    }
+    for (statements, name, place) in [
+        (
+            "lagrangian = w.norm_squared() + dot(x).norm_squared() + dot(s).powi(2) - (r * [0, 0, 1])[2];",
+            "r",
+            "attitude is in the Lagrangian",
+        ),
+        (
+            &*format!("{energy} holonomic = x - r * [1, 0, 0];"),
+            "x",
+            "position is in a holonomic constraint",
+        ),
+        (
+            &*format!("{energy} nonholonomic = (r * w)[2] - s;"),
+            "s",
+            "position is in a nonholonomic constraint",
+        ),
+        (
+            &*format!("{energy} nonholonomic = (r * w)[2] - s;"),
+            "r",
+            "attitude is in a nonholonomic constraint",
+        ),
+        (
+            &*format!(
+                "{energy} kinematic = ddot(s) - x[1]; constraint_forces = [([0, 0, 1], [0, 0, 0], 1)];"
+            ),
+            "x",
+            "position is in a kinematic constraint",
+        ),
+        (
+            &*format!(
+                "{energy} kinematic = ddot(s) - w[1]; constraint_forces = [(r.inverse() * [0, 0, 1], [0, 0, 0], 1)];"
+            ),
+            "r",
+            "attitude is in a constraint force",
+        ),
+        (
+            &*format!("{energy} external_forces = (r.inverse() * [0, 0, 1], [0, 0, 0], 0);"),
+            "r",
+            "attitude is in an external force",
+        ),
+    ] {
+        let mistakes = body(&format!("{statements} reduced({name});"))
+            .err()
+            .unwrap_or_default();
+        let told: Vec<String> = mistakes.iter().map(|mistake| mistake.message.clone()).collect();
+        assert_eq!(
+            told,
+            [format!("`{name}` is not reduced: its {place}")],
+            "{statements}"
+        );
+    }
+    let told = |statement: &str| {
+        let mistakes = body(&format!("{energy} {statement}")).err().unwrap_or_default();
+        mistakes
+            .iter()
+            .map(|mistake| mistake.message.clone())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        told("reduced(q);"),
+        ["no coordinate is called `q`; expected r, x, s"]
+    );
+    assert_eq!(
+        told("reduced(w);"),
+        ["no coordinate is called `w`; expected r, x, s"]
+    );
+    assert_eq!(told("reduced = r;"), ["expected `reduced(r);`, without `=`"]);
+    assert_eq!(told("reduced(2 * s);"), ["expected the name of a coordinate"]);
+    assert_eq!(
+        told("reduced();"),
+        ["expected the names of coordinates, `reduced(r);`"]
+    );
+}

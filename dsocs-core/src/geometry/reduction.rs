@@ -1,0 +1,94 @@
+//! Coordinates whose positions are in no equation, and the momentum equation along a symmetry where some are rotations.
+//!
+//! Where neither `L` nor the constraints nor the forces have the position of a coordinate, only its velocity, the step is that of the reduced system on the
+//! quotient by the group: the coordinate's increment is solved for, and its position follows from increments alone, `g_{k+1} = g_k τ(d_k)` (reconstruction).
+//! (J. E. Marsden, S. Pekarsky, S. Shkoller, *Discrete Euler–Poincaré and Lie–Poisson equations*, Nonlinearity 12, 1999.)
+//!
+//! Along a field `ξ` of the symmetry the momentum changes by the work of what acts besides, `ΔJ = h ⟨Q, ξ⟩ + ⟨f⁻_d, ξ⟩ + ⟨f⁺_d, ξ⟩`: the nonholonomic momentum
+//! equation (A. M. Bloch, P. S. Krishnaprasad, J. E. Marsden, R. M. Murray, *Nonholonomic mechanical systems with symmetry*, Arch. Rational Mech. Anal. 136, 1996).
+
+use crate::kernel::Kernel;
+use crate::number::point::AnyLeg;
+use crate::solve::rotation::SLOTS;
+use crate::tape::declaration::Declaration;
+use crate::tape::{Input, Leaf, Part, Segment};
+
+/// What a step, the continuous motion and a start are made of.
+const EQUATIONS: [Segment; 12] = [
+    Segment::Residual,
+    Segment::SecondDifference,
+    Segment::Declared,
+    Segment::Forms,
+    Segment::Fields,
+    Segment::Pair,
+    Segment::Arriving,
+    Segment::Continuous,
+    Segment::ContinuousForce,
+    Segment::ContinuousForms,
+    Segment::Phase,
+    Segment::DiscreteExternalForces,
+];
+
+/// A generator of a symmetry: of a position, its vector there, with one component for each coordinate; of a rotation a zero and three numbers in the frame
+/// of its body.
+type Generator<'g> = &'g dyn Fn(&[f64]) -> Vec<f64>;
+
+/// The coordinates whose positions are in no equation, by their places; of a rotation the first of its four. The step is that of the reduced system.
+#[must_use]
+pub fn reduced(system: &dyn Kernel) -> Vec<usize> {
+    let declaration = Declaration::of(system);
+    let tape = declaration.source().tape();
+    let wanted = EQUATIONS.map(|segment| (segment, Part::All));
+    let read: Vec<Leaf> = (tape.differential(&wanted, &|_| false).inputs())
+        .filter_map(|input| match input {
+            Input::Leaf(leaf) => Some(leaf),
+            Input::Constant(_) => None,
+        })
+        .collect();
+    let shape = system.shape();
+    let is_read = |i: usize| read.contains(&Leaf::N(i)) || read.contains(&Leaf::Q(i));
+    (0..shape.dimension())
+        .filter(|i| match shape.rotation_of(*i) {
+            Some(first) => first == *i && !(first..first + SLOTS).any(is_read),
+            None => !is_read(*i),
+        })
+        .collect()
+}
+
+/// The momentum `h ⟨D₂L_d + f⁺_d, ξ⟩` with which a leg of the step `h` arrives at its second node, along a field there.
+#[must_use]
+pub fn momentum_along(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, generator: Generator<'_>) -> f64 {
+    let momentum = Declaration::of(system).arriving(h, leg);
+    h * product(&momentum, &generator(leg.q))
+}
+
+/// The momentum equation at two consecutive legs `(q0, q1)` and `(q1, q2)` of a motion, where the second difference is `e`: by how much the change of the
+/// momentum misses the work of constraint forces and external forces, that work, and the size of all terms. The first is zero up to rounding if `L_d` is
+/// invariant.
+#[must_use]
+pub fn momentum_balance(
+    system: &dyn Kernel,
+    h: f64,
+    [first, last]: [AnyLeg<'_, f64>; 2],
+    e: &[f64],
+    generator: Generator<'_>,
+) -> [f64; 3] {
+    let declaration = Declaration::of(system);
+    let (here, there) = (generator(first.q), generator(last.q));
+    let constraint = declaration.force(h, first, e);
+    let [leaving, arriving] = declaration.discrete_external_forces(h, last);
+    let momenta = [first, last].map(|leg| declaration.arriving(h, leg));
+    let work = h * (product(&constraint, &here) + product(&leaving, &here) + product(&arriving, &there));
+    let change = h * (product(&momenta[1], &there) - product(&momenta[0], &here));
+    let terms = size(&momenta[1], &there) + size(&momenta[0], &here) + size(&constraint, &here);
+    [change - work, work, h.abs() * terms]
+}
+
+fn product(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
+/// The sum of the absolute values of products.
+fn size(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| (x * y).abs()).sum()
+}
