@@ -345,9 +345,6 @@ pub enum SetupError {
 
 crate::debug_is_message!(SetupError);
 
-/// What to take in the place of a derivative along rotations.
-pub(crate) const DIFFERENCES: &str = "compare runs that begin a little apart, or whose parameters are a little different (differences of Flow or TaylorFlow)";
-
 /// What to take in the place of a linear model with rotations.
 pub(crate) const BY_ANGLES: &str =
     "write the attitude by three angles there, away from where they are singular";

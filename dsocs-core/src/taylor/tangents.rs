@@ -7,13 +7,13 @@ use super::control::Tolerance;
 use super::flow::TaylorFlow;
 use super::moved::{DIRECTIONS, Moved};
 use crate::derivative::{DerivativeError, NodeTangent, Variable, parameter};
-use crate::error::{DIFFERENCES, SetupError};
-use crate::number::point::Point;
+use crate::number::point::{Point, sized};
 use crate::number::scalar::Scalar as _;
 use crate::run::{RunError, Stepper as _};
 use crate::series::rows::Series;
 use crate::series::switch::Switches as _;
-use crate::start::{Start, StartOrder};
+use crate::solve::rotation;
+use crate::start::{self, Start, StartOrder};
 use crate::system::System;
 
 /// A [`TaylorFlow`] with the derivatives of its motion by components of the start and by parameters.
@@ -72,7 +72,8 @@ impl<const N: usize> core::fmt::Debug for TaylorTangents<'_, N> {
 struct Group<'s> {
     /// The variational equations.
     kernel: Box<dyn TangentKernel + 's>,
-    /// The derivatives of position, velocity and acceleration at the current point, one after the other, each by direction.
+    /// The derivatives of position, velocity and acceleration at the current point, one after the other, each by direction; of a rotation those of its
+    /// quaternion.
     now: Vec<[f64; DIRECTIONS]>,
 }
 
@@ -106,9 +107,17 @@ enum Moving {
 
 impl Moving {
     /// Looks a variable up.
-    fn find<S: System<N>, const N: usize>(variable: Variable<'_>) -> Result<Self, DerivativeError> {
+    fn find<S: System<N>, const N: usize>(
+        system: &S,
+        variable: Variable<'_>,
+    ) -> Result<Self, DerivativeError> {
         let coordinate = |index: usize| {
-            if index < N {
+            if S::ROTATIONS.contains(&index) {
+                Err(DerivativeError::Scalar {
+                    rotation: start::name_of_rotation(system.kernel().shape(), index),
+                    index,
+                })
+            } else if index < N {
                 Ok(index)
             } else {
                 Err(DerivativeError::Index {
@@ -156,19 +165,14 @@ impl<'s, const N: usize> TaylorTangents<'s, N> {
                 reason: "constraints on positions or velocities bind its start; `Path` differentiates runs from two nodes",
             });
         }
-        SetupError::for_rotations(
-            system.kernel().shape(),
-            ["the derivative of a Taylor series (TaylorTangents)", DIFFERENCES],
-        )
-        .map_err(RunError::from)?;
         let flow = TaylorFlow::new(system, start, tolerance).map_err(RunError::from)?;
         let found: Vec<Moving> = variables
             .iter()
-            .map(|variable| Moving::find::<S, N>(*variable))
+            .map(|variable| Moving::find::<S, N>(system, *variable))
             .collect::<Result<_, _>>()?;
         let groups = found
             .chunks(DIRECTIONS)
-            .map(|some| Group::new::<S, N>(system, some));
+            .map(|some| Group::new::<S, N>(system, flow.any.motion.now.q(), some));
         let mut tangents = Self {
             groups: groups.collect(),
             count: found.len(),
@@ -227,11 +231,14 @@ impl<'s, const N: usize> TaylorTangents<'s, N> {
     /// The derivatives at the current point.
     #[must_use]
     pub fn tangents(&self) -> Vec<NodeTangent<N>> {
+        let motion = &self.flow.any.motion;
+        let rotations = &self.flow.any.equations.kernel().shape().rotations;
         let one = |place: usize| {
             let now = &self.groups[place / DIRECTIONS].now;
             let of = |kind: usize| core::array::from_fn(|i| now[kind * N + i][place % DIRECTIONS]);
+            let q: [f64; N] = of(0);
             NodeTangent {
-                q: of(0),
+                q: sized(&rotation::body(rotations, motion.now.q(), &q)),
                 v: of(1),
                 a: of(2),
             }
@@ -256,12 +263,17 @@ impl<'s, const N: usize> TaylorTangents<'s, N> {
 }
 
 impl<'s> Group<'s> {
-    fn new<S: System<N>, const N: usize>(system: &'s S, variables: &[Moving]) -> Self {
+    fn new<S: System<N>, const N: usize>(system: &'s S, q: &[f64], variables: &[Moving]) -> Self {
         let mut parameters = system.parameters::<Moved>();
         let mut now = vec![[0.0; DIRECTIONS]; 3 * N];
         for (direction, variable) in variables.iter().enumerate() {
             match *variable {
-                Moving::Position(i) => now[i][direction] = 1.0,
+                Moving::Position(i) => {
+                    let unit: [f64; N] = core::array::from_fn(|j| f64::from(u8::from(i == j)));
+                    for (now, rate) in now.iter_mut().zip(rotation::rate(S::ROTATIONS, q, &unit).iter()) {
+                        now[direction] = *rate;
+                    }
+                }
                 Moving::Velocity(i) => now[N + i][direction] = 1.0,
                 Moving::Parameter(place) => {
                     if let Some(parameter) = parameters.as_mut().get_mut(place) {

@@ -1,8 +1,10 @@
 //! Derivatives of runs with rotations, against differences of runs whose start is turned a little, or whose velocities and parameters are others.
 
+use dsocs_core::taylor::TaylorTangents;
 use dsocs_core::text::Text;
 use dsocs_core::{
-    AnyPath, AnyPoint, AnyStart, DerivativeError, Dual, Kernel, Path, Real as _, Start, Variable, dsocs,
+    AnyPath, AnyPoint, AnyStart, DerivativeError, Dual, Kernel, Path, Real as _, Start, Stepper as _,
+    TaylorFlow, Tolerance, Variable, dsocs,
 };
 
 const STEP: f64 = 0.05;
@@ -428,4 +430,56 @@ fn the_scalar_of_a_quaternion_is_no_variable() {
     let rate = product(q, tangent.q).map(|x| 0.5 * x);
     let expected = rate[1] * q[2] + q[1] * rate[2];
     assert!((gradient.q0[2] - expected).abs() < 1e-13);
+}
+
+#[test]
+fn the_series_of_a_top_has_the_derivatives_of_its_differences() {
+    let (q, v, tolerance) = (unit(TURNED), [0.0, 0.6, -0.3, 2.0], Tolerance::relative(1e-16));
+    let end = |q: &[f64], v: [f64; 4], mass: f64| {
+        let top = Top { mass };
+        let start = Start::second_order(core::array::from_fn(|i| q[i]), v);
+        let mut flow = TaylorFlow::new(&top, start, tolerance).unwrap();
+        let end = flow.to(3.0).unwrap();
+        [&end.q[..], &end.v, &end.a].concat()
+    };
+    let variables = [
+        Variable::Position(1),
+        Variable::Position(2),
+        Variable::Position(3),
+        Variable::Velocity(2),
+        Variable::Parameter("mass"),
+    ];
+    let start = Start::second_order(q, v);
+    let mut tangents =
+        TaylorTangents::new(&Top { mass: 0.7 }, start, Tolerance::relative(1e-14), &variables).unwrap();
+    let at_start = tangents.tangents();
+    for (found, expected) in at_start[1].q.iter().zip([0.0, 0.0, 1.0, 0.0]) {
+        assert!((found - expected).abs() < 1e-16);
+    }
+    let found = tangents.to(3.0).unwrap();
+    for (variable, found) in variables.iter().zip(found) {
+        let at = |by: f64| match variable {
+            Variable::Position(place) => end(&moved(0, &q, *place, by), v, 0.7),
+            Variable::Velocity(place) => end(
+                &q,
+                core::array::from_fn(|i| v[i] + if i == *place { by } else { 0.0 }),
+                0.7,
+            ),
+            _ => end(&q, v, 0.7 + by),
+        };
+        let difference = quotient(&at, 2e-4);
+        let position = end(&q, v, 0.7);
+        let expected = [&turned(0, &position[..4], &difference[..4])[..], &difference[4..]].concat();
+        for (found, expected) in found.q.iter().chain(&found.v).chain(&found.a).zip(expected) {
+            assert!(
+                (found - expected).abs() < 1e-8 * (1.0 + expected.abs()),
+                "{variable:?}: {found} {expected}"
+            );
+        }
+    }
+    let refused = TaylorTangents::new(&Top { mass: 0.7 }, start, tolerance, &[Variable::Position(0)]);
+    assert!(matches!(
+        refused.map(drop),
+        Err(DerivativeError::Scalar { index: 0, .. })
+    ));
 }
