@@ -9,6 +9,7 @@ pub mod chain;
 pub mod lean;
 pub mod particle;
 pub mod pendulum;
+pub mod top;
 
 /// An update this small relative to the unknowns is the last.
 const LAST_UPDATE: f64 = 1e-9;

@@ -4,10 +4,10 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use dsocs_core::__private::Compiled as _;
-use dsocs_core::{Flow, Leg, Start, Stepper as _, System};
+use dsocs_core::{Flow, Leg, Start, Stepper as _, System, dsocs};
 
 use crate::handwritten::lean::{Kernel, Lean};
-use crate::handwritten::{chain, particle, pendulum};
+use crate::handwritten::{chain, particle, pendulum, top};
 use crate::systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 
 /// The step of the particle and the pendulum.
@@ -30,6 +30,18 @@ pub const PENDULUM: ([f64; 2], [f64; 2]) = ([0.5, 0.0], [0.0, 0.5]);
 
 /// The chain's: bent, and turning.
 pub const CHAIN: ([f64; 8], [f64; 8]) = ([1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3], [0.5; 8]);
+
+/// The top's step and start.
+pub const H_TOP: f64 = 0.02;
+pub const TOP: ([f64; 4], [f64; 4]) = ([1.0, 0.0, 0.0, 0.0], [0.0, 0.6, -0.3, 3.0]);
+
+/// The heavy top of `handwritten/top.rs`, with its numbers.
+#[dsocs {
+    coordinates(r: rotation);
+    let w = r.angular_velocity();
+    lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 - (r * [0.2, 0.1, 1])[2];
+}]
+pub struct Top {}
 
 /// Something that steps.
 pub trait Steps: Clone {
@@ -70,6 +82,17 @@ impl Steps for pendulum::Pendulum {
     }
 }
 
+impl Steps for top::Top {
+    #[inline]
+    fn step(&mut self) -> u32 {
+        self.advance().expect("the step has a solution")
+    }
+
+    fn place(&self) -> &[f64] {
+        self.position()
+    }
+}
+
 impl<const N: usize> Steps for chain::Chain<N> {
     #[inline]
     fn step(&mut self) -> u32 {
@@ -91,6 +114,11 @@ pub fn particle_by_hand<K: Fn(f64, f64) -> f64>(curvature: K) -> particle::Parti
 
 pub fn pendulum_by_hand() -> pendulum::Pendulum {
     pendulum::Pendulum::new(H, PENDULUM.0, PENDULUM.1.map(|v| H * v))
+}
+
+pub fn top_by_hand() -> top::Top {
+    let [_, x, y, z] = TOP.1.map(|w| H_TOP * w);
+    top::Top::new(H_TOP, TOP.0, [x, y, z])
 }
 
 pub fn chain_by_hand() -> chain::Chain<8> {
@@ -366,6 +394,19 @@ fn chain_lines(batches: usize) -> [Line; 2] {
     [rows, run]
 }
 
+fn top_line(batches: usize) -> Line {
+    let name = "heavy_top";
+    let start = || flow(&Top {}, H_TOP, TOP);
+    must_agree(name, start(), top_by_hand(), RUN, &[1e-12; 4]);
+    alternate(
+        name,
+        "step",
+        batches,
+        steps(start(), RUN),
+        steps(top_by_hand(), RUN),
+    )
+}
+
 /// The step of a smooth motion, against a lean one with the same checks behind an object-safe trait (`handwritten/lean.rs`): all steps in one call,
 /// one step a call, and nodes against steps of one call.
 fn lean_lines<S: System<2>>(
@@ -440,6 +481,7 @@ pub fn lines(batches: usize) -> Vec<Line> {
     lines.extend(particle_lines("particle_field", &wavy(), field, 1e-9, batches));
     lines.extend(pendulum_lines(batches));
     lines.extend(chain_lines(batches));
+    lines.push(top_line(batches));
     lines.extend(lean_lines("particle", &CIRCLE, PARTICLE, batches));
     lines.extend(lean_lines(
         "pendulum",
