@@ -6,7 +6,7 @@
 use super::kept::Recorded;
 use super::turning::{self, Legs};
 use crate::number::dispatch::{self, Work};
-use crate::solve::rotation::{Carried, SLOTS, body_covector};
+use crate::solve::rotation::{Carried, SLOTS};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment, Sweeps, Tape};
 
@@ -29,12 +29,12 @@ pub(super) struct Equations {
     /// The rows of a step, followed by the components of the second difference.
     step: Differential,
     /// The point of a node: position, velocity and acceleration.
-    point: Differential,
+    pub(super) point: Differential,
     /// The constants: what is computed once, before the run.
     constants: Differential,
     /// The roles of the inputs of `step` and `point`.
     of_step: Vec<Role>,
-    of_point: Vec<Role>,
+    pub(super) of_point: Vec<Role>,
     /// The derivatives of rows and components: a matrix by unknowns, node and increment, then those by constants and parameters.
     sweeps: Sweeps,
     by_fixed: Vec<ByFixed>,
@@ -54,10 +54,10 @@ pub(super) struct Equations {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rooms {
     step: Room,
-    point: Room,
+    pub(super) point: Room,
     constants: Room,
     /// The quaternions at the points that were evaluated last.
-    quaternions: Vec<[Eight; SLOTS]>,
+    pub(super) quaternions: Vec<[Eight; SLOTS]>,
 }
 
 /// The values of the constants and of the parameters, on a stretch of the path.
@@ -251,104 +251,11 @@ impl Equations {
             None => Ok(()),
         }
     }
-
-    /// The points of up to eight nodes of the stretch that was entered: positions, velocities, accelerations.
-    pub fn points(&self, steps: &Steps<'_>, rooms: &mut Rooms, points: &mut [Eight]) {
-        set(&self.point, &self.of_point, steps, &mut rooms.point);
-        let (source, count) = (steps.declaration.source(), steps.recorded.count());
-        self.point.evaluate_again(source, &mut rooms.point, count);
-        rooms.quaternions.clear();
-        for &first in &self.rotations {
-            rooms.quaternions.push(quaternion(&steps.recorded, first));
-        }
-        for (k, point) in points.iter_mut().enumerate() {
-            *point = self.point.result(&rooms.point, k);
-        }
-    }
-
-    /// The changes of the points that were evaluated last.
-    pub fn change_points(&self, rooms: &mut Rooms, change: &dyn Fn(Role) -> Eight, points: &mut [Eight]) {
-        let Rooms {
-            point, quaternions, ..
-        } = rooms;
-        let mut place = 0;
-        let mut change_of = |_| {
-            place += 1;
-            let role = self.of_point[place - 1];
-            self.of_rotation(role)
-                .and_then(|(k, rotation, first)| {
-                    let turn = [1, 2, 3].map(|k| change(Role::Node(first + k)));
-                    Some(component(*quaternions.get(rotation)?, turn, k))
-                })
-                .unwrap_or_else(|| change(role))
-        };
-        self.point.forward(point, &mut change_of, &mut |k, change| {
-            if let Some(to) = points.get_mut(k) {
-                *to = change;
-            }
-        });
-        for &first in &self.rotations {
-            for k in first..first + SLOTS {
-                points[k] = change(Role::Node(k));
-            }
-        }
-    }
-
-    /// The derivatives of a weighted sum of the components of the points that were evaluated last.
-    pub fn back_from_points(&self, rooms: &mut Rooms, weights: &[Eight], take: &mut dyn FnMut(Role, Eight)) {
-        let Rooms {
-            point, quaternions, ..
-        } = rooms;
-        let is_turn = |k: usize| self.of_rotation(Role::Node(k)).is_some();
-        let weight = |k: usize| match weights.get(k) {
-            // a turn of the node is told as it is
-            Some(_) if is_turn(k) => Eight::ZERO,
-            Some(weight) => *weight,
-            None => Eight::ZERO,
-        };
-        let mut of_quaternions = vec![[Eight::ZERO; SLOTS]; self.rotations.len()];
-        self.point.back_from_all(point, &weight, &mut |input, slope| {
-            let role = self.of_point[input];
-            match self.of_rotation(role) {
-                Some((k, rotation, _)) => of_quaternions[rotation][k] = slope,
-                None => take(role, slope),
-            }
-        });
-        let both = quaternions.iter().zip(&of_quaternions);
-        for (&first, (q, slopes)) in self.rotations.iter().zip(both) {
-            let by_turn = body_covector(*q, *slopes);
-            for k in 1..SLOTS {
-                let weight = weights.get(first + k).copied().unwrap_or(Eight::ZERO);
-                take(Role::Node(first + k), by_turn[k] + weight);
-            }
-        }
-    }
-
-    /// Of a component of a node's quaternion: which one it is, and the number and the first place of its rotation.
-    fn of_rotation(&self, role: Role) -> Option<(usize, usize, usize)> {
-        let Role::Node(i) = role else { return None };
-        let mut rotations = self.rotations.iter().enumerate();
-        rotations.find_map(|(rotation, &first)| {
-            let k = i.checked_sub(first)?;
-            (k < SLOTS).then_some((k, rotation, first))
-        })
-    }
-}
-
-/// A component of `½ q∘(0, turn)`.
-fn component([w, x, y, z]: [Eight; SLOTS], [a, b, c]: [Eight; 3], k: usize) -> Eight {
-    let sum = match k {
-        0 => -(x * a + y * b + z * c),
-        1 => w * a + y * c - z * b,
-        2 => w * b + z * a - x * c,
-        _ => w * c + x * b - y * a,
-    };
-    Eight::splat(0.5) * sum
 }
 
 /// The quaternions of the middle nodes of some steps.
 #[inline(always)]
-fn quaternion(recorded: &Recorded<'_>, first: usize) -> [Eight; SLOTS] {
+pub(super) fn quaternion(recorded: &Recorded<'_>, first: usize) -> [Eight; SLOTS] {
     [0, 1, 2, 3].map(|k| recorded.gathered(Recorded::node(first + k)))
 }
 
@@ -618,7 +525,7 @@ fn pivot(matrix: &mut [Eight], size: usize, width: usize, k: usize) {
 }
 
 /// Sets the inputs for up to eight steps. Unused lanes repeat the last step.
-fn set(differential: &Differential, roles: &[Role], steps: &Steps<'_>, room: &mut Room) {
+pub(super) fn set(differential: &Differential, roles: &[Role], steps: &Steps<'_>, room: &mut Room) {
     let recorded = &steps.recorded;
     for (place, (role, input)) in roles.iter().zip(differential.inputs()).enumerate() {
         let number = match (*role, input) {

@@ -37,6 +37,7 @@ mod gradient;
 mod kept;
 mod motion;
 mod path;
+mod points;
 mod start;
 mod turning;
 
