@@ -210,7 +210,7 @@ impl Parts {
             [const { Vec::new() }; 3].map(|_: Vec<()>| vec![Vec::new(); n]);
         let mut gathered = false;
         // velocities that are those of a leg are not taken one by one: the terms of `T(x)ᵀp` have much in common
-        let (rotations, h) = (graph.rotations().to_vec(), graph.leaf(Leaf::H));
+        let rotations = graph.rotations().to_vec();
         let turns: Vec<usize> = rotations
             .iter()
             .flat_map(|first| first + 1..first + SLOTS)
@@ -259,6 +259,7 @@ impl Parts {
                 momentum[i].push((p2, weight));
             }
             for &first in &rotations {
+                let h = graph.leaf(Leaf::H);
                 let of_body = [1, 2, 3].map(|k| graph.div(by_velocity[first + k], h));
                 let [both, second] = graph.momenta_of_turn(first, of_body);
                 for k in 1..SLOTS {
