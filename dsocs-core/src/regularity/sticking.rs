@@ -137,7 +137,7 @@ pub(crate) fn pieces_of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'
 }
 
 /// Which arguments are zero, to rounding, at a position and a velocity.
-pub(super) fn zero(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<bool> {
+pub(crate) fn zero(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<bool> {
     let arguments = declaration.side_arguments(
         Bounded::splat(t),
         &map(q, Bounded::splat),

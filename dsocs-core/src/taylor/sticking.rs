@@ -6,7 +6,7 @@
 //! Picard's iteration leads (C. W. Clenshaw, H. J. Norton, *Comput. J.* 6, 1963; X. Bai, J. L. Junkins, *J. Astronaut. Sci.* 58, 2011). The polynomial's last
 //! coefficients tell the error.
 //!
-//! The step ends where a side reaches its bound, and the mass is torn off, or where another argument arrives at zero. Then the inclusion of
+//! The step ends where a side reaches its bound, and the mass is torn off, where another argument arrives at zero, or where what is given by pieces changes its piece. Then the inclusion of
 //! [`AtPoint::solve`] tells what rests from there on. If nothing does, the recurrences go on.
 
 use super::integrator::{Integrator, Outcome};
@@ -17,8 +17,11 @@ use crate::number::larger;
 use crate::number::point::AnyPoint;
 use crate::regularity::resting::{AtPoint, Held};
 use crate::regularity::sides::Piece;
+use crate::regularity::sticking as sides;
 use crate::solve::Vector;
 use crate::solve::rotation::{self, SLOTS};
+use crate::start::place::Place;
+use crate::tape::declaration::Declaration;
 
 /// The degree of the acceleration.
 const DEGREE: usize = 14;
@@ -57,6 +60,9 @@ const BESIDE: f64 = 1e-13;
 /// An event is found up to this part of the step.
 const FOUND: f64 = 4.0 * f64::EPSILON;
 
+/// Arguments that differ by less than this part of themselves are one.
+const SAME: f64 = 1e-12;
+
 /// An argument is zero that arrives there in this part of the time in which the motion changes.
 const ARRIVES: f64 = 1e-9;
 
@@ -71,6 +77,17 @@ pub(super) struct Sticking {
     step: f64,
     /// The pieces on the last step.
     last: Vec<Piece>,
+    /// The pieces of what else is given by pieces.
+    known: Option<Known>,
+}
+
+/// The pieces of what is given by pieces.
+#[derive(Clone, Debug, PartialEq)]
+struct Known {
+    /// The arguments of what changes its piece with a sign, where they were other than zero last.
+    arguments: Vec<f64>,
+    /// Between which samples the argument of each table is.
+    samples: Vec<usize>,
 }
 
 impl Sticking {
@@ -78,6 +95,133 @@ impl Sticking {
     pub(super) fn rests_on_last(&self) -> Vec<bool> {
         self.last.iter().map(|piece| *piece == Piece::Between).collect()
     }
+}
+
+/// What ends a step.
+#[derive(Clone, Copy, Debug)]
+enum Event {
+    /// The side of an argument reaches its bound, or the argument arrives at zero.
+    Side(usize),
+    /// What is given by pieces changes its piece.
+    Piece,
+}
+
+/// The first place between two at which something is true that is true at the second, up to rounding.
+fn first([mut low, mut high]: [f64; 2], is_beyond: &dyn Fn(f64) -> bool) -> f64 {
+    while high - low > FOUND * high {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if is_beyond(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
+}
+
+/// The pieces of what is given by pieces, along a way.
+struct Pieces<'a> {
+    declaration: Declaration<'a>,
+    /// Which arguments are those of sides, and looked at as such.
+    of_sides: Vec<bool>,
+    /// The time at which the way begins, and its length.
+    times: (f64, f64),
+    /// Position and velocity at a part of it.
+    way: &'a dyn Fn(f64) -> (Vector, Vector),
+    /// Those so far.
+    known: Known,
+}
+
+impl<'a> Pieces<'a> {
+    /// Those of a way, from what is known of them before; `None` if nothing is given by pieces.
+    fn new(
+        declaration: Declaration<'a>,
+        known: Option<&Known>,
+        times: (f64, f64),
+        way: &'a dyn Fn(f64) -> (Vector, Vector),
+    ) -> Option<Self> {
+        if declaration.switches() == 0 && !declaration.has_tables() {
+            return None;
+        }
+        let mut pieces = Self {
+            declaration,
+            of_sides: of_sides(&declaration, times.0, way(0.0)),
+            times,
+            way,
+            known: Known {
+                arguments: vec![0.0; declaration.switches()],
+                samples: Vec::new(),
+            },
+        };
+        if let Some(known) = known {
+            pieces.known.clone_from(known);
+        } else {
+            let now = pieces.at(0.0);
+            pieces.take(now);
+        }
+        Some(pieces)
+    }
+
+    /// Those at a part of the way.
+    fn at(&self, x: f64) -> Known {
+        let (q, v) = (self.way)(x);
+        let place = Place::of_phase(self.times.0 + x * self.times.1, q, v);
+        let tables = place.tables(&self.declaration);
+        let samples = tables.iter().map(|at| {
+            let places = at.samples.places();
+            places.partition_point(|place| *place <= at.argument)
+        });
+        Known {
+            arguments: place
+                .arguments(&self.declaration)
+                .into_iter()
+                .zip(&self.of_sides)
+                .map(|(argument, is_of_side)| if *is_of_side { 0.0 } else { argument })
+                .collect(),
+            samples: samples.collect(),
+        }
+    }
+
+    /// Remembers them, and the signs of arguments that are not zero.
+    fn take(&mut self, now: Known) {
+        for (known, argument) in self.known.arguments.iter_mut().zip(now.arguments) {
+            if argument != 0.0 {
+                *known = argument;
+            }
+        }
+        self.known.samples = now.samples;
+    }
+
+    /// The first change between two parts of the way.
+    fn change(&mut self, ends: [f64; 2]) -> Option<f64> {
+        let differs = |now: &Known| {
+            let mut signs = self.known.arguments.iter().zip(&now.arguments);
+            now.samples != self.known.samples || signs.any(|(known, now)| known * now < 0.0)
+        };
+        let now = self.at(ends[1]);
+        if differs(&now) {
+            return Some(first(ends, &|x| differs(&self.at(x))));
+        }
+        self.take(now);
+        None
+    }
+}
+
+/// Which arguments of what is given by pieces are those of sides: at another velocity, where none is zero, they are equal.
+fn of_sides(declaration: &Declaration<'_>, t: f64, (q, mut v): (Vector, Vector)) -> Vec<bool> {
+    for (i, v) in v.iter_mut().enumerate() {
+        *v += (1.0 + v.abs()) * (0.37 + 0.11 * i as f64);
+    }
+    let sides = declaration.side_arguments(t, &q[..], &v[..]);
+    let arguments = Place::of_phase(t, q, v).arguments(declaration);
+    let is_one = |argument: f64| {
+        let mut sides = sides.iter();
+        sides.any(|side| (side - argument).abs() <= SAME * argument.abs())
+    };
+    arguments.into_iter().map(is_one).collect()
 }
 
 /// A polynomial motion from the current point on. The attitude of a body is a polynomial, too, as far as the series of its quaternion goes: it follows from
@@ -234,6 +378,11 @@ impl Integrator {
 
     /// Lets what is at zero rest, if it does, with arguments that are taken to be zero; `false` if nothing is found that rests.
     pub(super) fn rest(&mut self, equations: &dyn SeriesKernel, zero: Option<&[bool]>) -> bool {
+        self.rest_at(equations, zero, false)
+    }
+
+    /// The same, where a surface may have `jumped`: then nothing is at zero but what is given.
+    fn rest_at(&mut self, equations: &dyn SeriesKernel, zero: Option<&[bool]>, jumped: bool) -> bool {
         let declaration = equations.declaration();
         if declaration.sides() == 0 || !self.clock.is_forward() {
             return false;
@@ -244,7 +393,9 @@ impl Integrator {
         let tau = self.time_scale();
         let multipliers = declaration.shape().multipliers();
         let fastest = point.fastest(&a, multipliers);
-        let arrives = |g: usize| arguments[g].abs() <= ARRIVES * tau * fastest[g] || arguments[g] == 0.0;
+        // what moves evenly tells no time, and where a surface jumps nothing else arrives
+        let arrives =
+            |g: usize| arguments[g] == 0.0 || !jumped && arguments[g].abs() <= ARRIVES * tau * fastest[g];
         let zero: Vec<bool> = (0..arguments.len())
             .map(|g| zero.is_some_and(|zero| zero[g]) || arrives(g))
             .collect();
@@ -271,6 +422,7 @@ impl Integrator {
                 pieces: found.pieces,
                 now,
                 step: tau,
+                known: None,
             }));
         }
         true
@@ -365,13 +517,13 @@ impl Integrator {
         None
     }
 
-    /// The first event on a way, as a part of it: the argument whose side reaches its bound, or that arrives at zero.
+    /// The first event on a way, as a part of it.
     fn first_event(
         &self,
         equations: &dyn SeriesKernel,
-        sticking: &Sticking,
+        sticking: &mut Sticking,
         way: &Way,
-    ) -> Option<(f64, usize)> {
+    ) -> Option<(f64, Event)> {
         let (declaration, t) = (equations.declaration(), self.t.hi[0]);
         let (q, v) = (self.now.q(), self.now.v());
         let reach = way.end.reach.iter().take(q.len());
@@ -401,34 +553,27 @@ impl Integrator {
             }
             margins
         };
+        let places = |x: f64| way.at((q, v), x);
+        let mut pieces = Pieces::new(declaration, sticking.known.as_ref(), (t, way.h), &places);
         let mut before = margins(0.0);
         let mut from = 0.0;
         for part in 1..=PARTS {
             let to = f64::from(part) / f64::from(PARTS);
             let after = margins(to);
+            let piece = pieces.as_mut().and_then(|pieces| pieces.change([from, to]));
             let beyond: Vec<usize> = (0..after.len())
                 .filter(|&g| after[g] < 0.0 && (before[g] >= 0.0 || sticking.pieces[g] == Piece::Between))
                 .collect();
-            let event = beyond.into_iter().map(|g| {
-                let (mut low, mut high) = (from, to);
-                while high - low > FOUND * high {
-                    let middle = 0.5 * (low + high);
-                    if middle <= low || middle >= high {
-                        break;
-                    }
-                    if margins(middle)[g] < 0.0 {
-                        high = middle;
-                    } else {
-                        low = middle;
-                    }
-                }
-                (high, g)
-            });
+            let event = beyond
+                .into_iter()
+                .map(|g| (first([from, to], &|x| margins(x)[g] < 0.0), Event::Side(g)));
+            let event = event.chain(piece.map(|place| (place, Event::Piece)));
             if let Some(event) = event.min_by(|one, other| one.0.total_cmp(&other.0)) {
                 return Some(event);
             }
             (before, from) = (after, to);
         }
+        sticking.known = pieces.map(|pieces| pieces.known);
         None
     }
 
@@ -459,7 +604,7 @@ impl Integrator {
         };
         let longer = CAUTION * way.error.max(1e-30).powf(-1.0 / DEGREE as f64);
         sticking.step = size * longer.clamp(CHANGES[0], CHANGES[1]);
-        let event = self.first_event(equations, &sticking, &way);
+        let event = self.first_event(equations, &mut sticking, &way);
         let part = event.map_or(1.0, |(part, _)| part);
         let whole = size == left && event.is_none();
         self.take(equations, &way, part);
@@ -480,16 +625,36 @@ impl Integrator {
         sticking.last.clone_from(&sticking.pieces);
         let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
         let point = AtPoint::new(equations.declaration(), (t, q, v));
-        let arrived = event.filter(|&(_, g)| sticking.pieces[g] != Piece::Between);
-        if let Some((_, g)) = event.filter(|_| arrived.is_none()) {
-            // torn off: all is as it was but for this side
-            sticking.pieces[g] = Piece::of(value(&way.sides[g], part));
+        let (mut arrived, mut changes) = (None, false);
+        match event {
+            Some((_, Event::Side(g))) if sticking.pieces[g] == Piece::Between => {
+                // torn off: all is as it was but for this side
+                sticking.pieces[g] = Piece::of(value(&way.sides[g], part));
+            }
+            Some((_, Event::Side(g))) => arrived = Some(g),
+            // a surface may have another velocity at once
+            Some((_, Event::Piece)) => changes = true,
+            None => {}
         }
         let rests = sticking.pieces.contains(&Piece::Between);
-        let zero: Vec<bool> = (0..sticking.pieces.len())
-            .map(|g| sticking.pieces[g] == Piece::Between || arrived.is_some_and(|(_, other)| other == g))
+        // what rests is at zero, or its surface has another velocity at once
+        let multipliers = equations.declaration().shape().multipliers();
+        let fastest = point.fastest(&way.end.x[..self.next.dimension()], multipliers);
+        let span = sticking.step.max(size);
+        let still: Vec<bool> = sides::zero(&equations.declaration(), t, q, v)
+            .into_iter()
+            .zip(point.arguments().iter().zip(&fastest))
+            .zip(&sticking.pieces)
+            .map(|((is_zero, (argument, fastest)), piece)| {
+                *piece == Piece::Between && (is_zero || argument.abs() <= ARRIVES * span * fastest)
+            })
             .collect();
-        let goes_on = rests && arrived.is_none() && short <= AT_ONCE;
+        let mut rest = sticking.pieces.iter().zip(&still);
+        let changes = changes || rest.any(|(piece, still)| *piece == Piece::Between && !still);
+        let zero: Vec<bool> = (0..sticking.pieces.len())
+            .map(|g| sticking.pieces[g] == Piece::Between || arrived == Some(g))
+            .collect();
+        let goes_on = rests && arrived.is_none() && !changes && short <= AT_ONCE;
         let held = goes_on.then(|| point.held(&sticking.pieces, &way.end)).flatten();
         let last = sticking.clone();
         if let Some(held) = held {
@@ -499,7 +664,10 @@ impl Integrator {
             if let Some(watch) = &mut self.watch {
                 watch.sticking = Some(sticking);
             }
-        } else if short > AT_ONCE || arrived.is_none() || !self.rest(equations, Some(&zero)) {
+        } else if short > AT_ONCE
+            || (arrived.is_none() && !changes)
+            || !self.rest_at(equations, Some(if changes { &still } else { &zero }), changes)
+        {
             self.begin_after_rest(equations);
         }
         if let Some(watch) = &mut self.watch {
