@@ -88,9 +88,17 @@ impl OnWay<'_> {
         let point = AtPoint::new(declaration, (t, &q, &v));
         let multipliers = declaration.shape().multipliers();
         let arguments = point.arguments();
+        let rests = self.pieces.contains(&Piece::Between);
+        let fastest = rests.then(|| point.fastest(&Vector::zero(q.len()), multipliers));
+        // a surface may have another velocity at once, to which nothing comes within the step
+        let follows = |g: usize| {
+            fastest
+                .as_ref()
+                .is_some_and(|fastest| arguments[g].abs() <= self.h.abs() * fastest[g])
+        };
         let pieces: Vec<Piece> = (0..arguments.len())
             .map(|g| match self.pieces.get(g) {
-                Some(Piece::Between) => Piece::Between,
+                Some(Piece::Between) if follows(g) => Piece::Between,
                 _ => Piece::of(arguments[g]),
             })
             .collect();
