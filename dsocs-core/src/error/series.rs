@@ -213,7 +213,7 @@ impl fmt::Display for SeriesError {
             (SeriesFailure::TooManySteps { steps, .. }, _) => write!(
                 f,
                 "{steps} steps have been made and t = {t} reached: allow more, or a larger tolerance; if a larger one makes them no fewer, the motion is \
-                 stiff, and steps of a fixed length, which are implicit, lead on"
+                 stiff. Steps of a fixed length may lead on: where they do, halves of them change little"
             ),
             (SeriesFailure::Sticks { switch, is_declared }, _) => {
                 let coordinates = coordinates.join(", ");

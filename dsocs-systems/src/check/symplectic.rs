@@ -1,9 +1,9 @@
 //! How the symplectic form evolves, discretely and continuously.
 
 use dsocs_core::geometry::{
-    DiscreteFlow, Displacement, Evolution, GeometryError, Triple, pair_displacements,
+    DiscreteFlow, Displacement, Evolution, GeometryError, Triple, pair_displacements, state_displacements,
 };
-use dsocs_core::{AnyLeg, Regularity};
+use dsocs_core::{AnyLeg, AnyPoint, Declaration, Regularity};
 
 use super::{Measured, Report, Subject, continuous, larger, largest};
 use crate::entry::Kind;
@@ -27,6 +27,9 @@ const QUADRATURE: f64 = 1e-9;
 
 /// `dξ` is seen if it is larger than this part of the terms: rounding is far below.
 const SEEN: f64 = 1e-8;
+
+/// A force that works less than this part of its terms along a displacement does no work.
+const IDEAL: f64 = 1e-9;
 
 /// It has to be seen where `dν` is larger than this part of them.
 const CHANGED: f64 = 1e-5;
@@ -64,6 +67,30 @@ pub fn identity(subject: &Subject<'_>, report: &mut Report) {
     }
 }
 
+/// Whether the forces of constraints do no work along displacements that these allow, at the states of the motion: friction in proportion to them does.
+fn are_ideal(subject: &Subject<'_>) -> bool {
+    let declaration = Declaration::of(subject.kernel);
+    subject.states.iter().all(|state| {
+        let a = vec![0.0; state.q.len()];
+        let forms = declaration.continuous_forms::<f64>(AnyPoint {
+            t: state.t,
+            q: &state.q,
+            v: &state.v,
+            a: &a,
+        });
+        let allowed = state_displacements(subject.kernel, state.t, &state.q, &state.v);
+        allowed.iter().all(|displacement| {
+            forms.iter().all(|form| {
+                let works = form.iter().zip(&displacement.first).map(|(form, by)| form * by);
+                let (work, size) = works.fold((0.0, 0.0), |(work, size): (f64, f64), x| {
+                    (work + x, size + x.abs())
+                });
+                work.abs() <= IDEAL * size
+            })
+        })
+    })
+}
+
 /// What the constraints leave of symplecticity, discretely and continuously, and the tangent map.
 pub fn law(subject: &Subject<'_>, report: &mut Report) {
     let change = largest(&subject.triples, |triple| {
@@ -94,7 +121,8 @@ pub fn law(subject: &Subject<'_>, report: &mut Report) {
     }
     let d_nu = continuous.as_ref().map_or(0.0, |laws| laws[1]);
     let is_symplectic = matches!(subject.expected.kind, Kind::Unconstrained | Kind::Holonomic)
-        && !subject.kernel.shape().external_forces;
+        && !subject.kernel.shape().external_forces
+        && are_ideal(subject);
     let discrete = match (is_symplectic, d_nu) {
         (true, _) => Bar::AtMost(ZERO),
         // where the constraints change the form of the continuous motion they change the discrete one

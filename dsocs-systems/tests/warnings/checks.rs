@@ -201,3 +201,14 @@ fn a_motion_that_rests_all_the_time_passes() {
     assert!(succeeds && !table.contains("FAILED"), "{table}{words}");
     assert!((table + &words).contains("no triple is left"), "{words}");
 }
+
+/// A force that is in proportion to that of the constraint and not along it: friction on a curve.
+#[test]
+fn forces_that_are_not_ideal_need_not_keep_the_symplectic_form() {
+    let text = "parameters { mu = 0.2 } coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; \
+                holonomic = (x.powi(2) + y.powi(2) - 1) / 2; \
+                constraint_forces = [(x + mu * y, y - mu * x)]; \
+                run { start = ([1.0, 0.0], [0.0, 1.0]); step = 0.01; until = 2.0; }";
+    let (succeeds, [table, words]) = attempt(text, "check", &[]);
+    assert!(succeeds, "{table} {words}");
+}
