@@ -199,26 +199,21 @@ class Declared:
         return next(iter(self.runs.values()), None)
 
     def _with(self, given: Mapping[str, Any]) -> list[float]:
-        """The values of the parameters, some of them given; an array by its own name or by that of an element."""
+        """The values of the parameters, some of them given; an array or a matrix by its own name or by that of an element."""
         values = list(self._values)
         places = {of.name: place for place, of in enumerate(self._parameters)}
         for name, value in given.items():
-            if name in places:
-                values[places[name]] = _inputs.number(name, value)
-                continue
-            elements = list(_given.elements(name, places))
-            if not elements:
+            assigned = _given.assigned(name, value, places)
+            if assigned is None:
                 if name in self._tables:
                     raise SetupError(
                         f"`{name}` is a table of samples; give another one when the system is read, samples={{{name!r}: …}}"
                     )
                 raise _inputs.unknown("parameter", name, places)
-            numbers = _inputs.array(name, value)
-            if numbers.shape != (len(elements),):
-                raise SetupError(f"{name} has the shape {numbers.shape}, but it is an array of {len(elements)} numbers")
-            for place, number in zip(elements, numbers.tolist()):
+            for place, number in assigned:
                 values[place] = number
         return values
+
     def _values_of(
         self, call: str, asked: Mapping[str, Any], parameters: Mapping[str, Any] | None, values: dict[str, Any]
     ) -> dict[str, Any]:
@@ -226,9 +221,9 @@ class Declared:
         given = _given.joined(parameters, values)
         places = {of.name: place for place, of in enumerate(self._parameters)}
         for name, value in asked.items():
-            is_array = any(True for _ in _given.elements(name, places))
-            dimensions = 1 if is_array or call == "ensemble" else 0
-            if (is_array or name in places) and name not in given and _given.may_be_parameter(value, dimensions):
+            elements, shape = _given.elements(name, places)
+            dimensions = max(len(shape), 1 if call == "ensemble" else 0)
+            if (elements or name in places) and name not in given and _given.may_be_parameter(value, dimensions):
                 raise SetupError(
                     f"`{name}` is an argument of {call} and also a parameter of {self.name}: say parameters={{{name!r}: …}} for the parameter; beside it, "
                     f"{name}=… is the argument"

@@ -81,8 +81,7 @@ class RawRun:
         self,
         t: float,
         progress: Callable[[float], None] | None,
-        control: Callable[[Node], Mapping[str, float] | None] | None,
-        control_every: int,
+        control: tuple[Callable[[Node], Mapping[str, Any] | None], int, Callable[[str, Any], list[tuple[str, float]]]] | None,
     ) -> None: ...
     def advance(self, steps: int, toward: float | None) -> None: ...
     def next(self, toward: float) -> Node | None: ...

@@ -57,12 +57,38 @@ def samples(given: Mapping[str, Any]) -> dict[str, list[tuple[float, float]]]:
     return tables
 
 
-def elements(name: str, places: Mapping[str, int]) -> Iterator[int]:
-    """The places of an array's elements."""
-    index = 0
-    while (element := f"{name}_{index}") in places:
-        yield places[element]
-        index += 1
+def elements(name: str, places: Mapping[str, int]) -> tuple[list[int], tuple[int, ...]]:
+    """The places of the elements of an array or a matrix, row by row, and its shape; none where no array has the name."""
+    row = _in_order(name, places)
+    if row:
+        return row, (len(row),)
+    rows: list[list[int]] = []
+    while row := _in_order(f"{name}_{len(rows)}", places):
+        rows.append(row)
+    if not rows or any(len(row) != len(rows[0]) for row in rows):
+        return [], ()
+    return [place for row in rows for place in row], (len(rows), len(rows[0]))
+
+
+def _in_order(name: str, places: Mapping[str, int]) -> list[int]:
+    found: list[int] = []
+    while (element := f"{name}_{len(found)}") in places:
+        found.append(places[element])
+    return found
+
+
+def assigned(name: str, value: Any, places: Mapping[str, int]) -> list[tuple[int, float]] | None:
+    """What a parameter is given: the places of its numbers and these; None where there is no such parameter."""
+    if name in places:
+        return [(places[name], _inputs.number(name, value))]
+    found, shape = elements(name, places)
+    if not found:
+        return None
+    numbers = _inputs.array(name, value)
+    if np.shape(value) != shape:
+        kind = f"an array of {shape[0]} numbers" if len(shape) == 1 else f"a matrix of {shape[0]} × {shape[1]} numbers"
+        raise SetupError(f"{name} has the shape {np.shape(value)}, but it is {kind}")
+    return list(zip(found, numbers.ravel().tolist()))
 
 
 def joined(parameters: Mapping[str, Any] | None, values: dict[str, Any]) -> dict[str, Any]:

@@ -59,14 +59,14 @@ class Run(Nodes):
         t: float | None = None,
         *,
         progress: Progress = False,
-        control: Callable[[Node], Mapping[str, float] | None] | None = None,
+        control: Callable[[Node], Mapping[str, Any] | None] | None = None,
         control_every: int = 1,
     ) -> Run:
         """Runs up to the last node at or before the time `t` [s], by default that of the text's run, and returns itself.
 
         `progress`: True shows how far the run is; a function is told the part that is done, from 0 to 1.
-        `control`: a function between steps. It gets the node, and returns the values of inputs by name, `{"torque": -2 * node["v_theta"]}`, or
-        None. They hold from the last position that is known on: with order 2 this is the next node's, so that what the node `k` asks for acts on the leg from the
+        `control`: a function between steps. It gets the node, and returns the values of inputs by name, `{"torque": -2 * node["v_theta"]}`, of an array or a
+        matrix all of them, or None. They hold from the last position that is known on: with order 2 this is the next node's, so that what the node `k` asks for acts on the leg from the
         node `k + 1` on: a delay of one step (the guide's section 3 says what a linear model makes of it). `control_every`: it is asked at every so many nodes.
 
         Raises `StepError` if a step has no solution, with the run up to there, and `Interrupted` where Ctrl-C ends it.
@@ -79,7 +79,7 @@ class Run(Nodes):
         begin, before = raw.index(), raw.change_count()
         with shown(progress, self.system.name, self._time(), end) as tell:
             try:
-                raw.until(end, tell, control, every)
+                raw.until(end, tell, None if control is None else (control, every, self._elements()))
             except StepError as error:
                 error.run = self
                 raise
@@ -164,25 +164,30 @@ class Run(Nodes):
             yield node
 
     def set(self, **inputs: Any) -> Run:
-        """Gives parameters other values, from the last position that is known on: `run.set(torque=0.5)`; those of an array all, `run.set(torques=[0.5, 0.0])`, or one, `torques_0=0.5`.
+        """Gives parameters other values, from the last position that is known on: `run.set(torque=0.5)`; those of an array or a matrix all, `run.set(torques=[0.5, 0.0])`, or one, `torques_0=0.5`.
 
         Raises `SetupError` if there is no such parameter, or if it cannot change: one in a holonomic constraint, or inside a `dot(…)`.
         """
-        places = {of.name: place for place, of in enumerate(self.system._parameters)}
-        names = [of.name for of in self.system._parameters]
+        elements = self._elements()
         for name, value in inputs.items():
-            elements = [] if name in places else [names[place] for place in _given.elements(name, places)]
-            if not elements:
-                given = [(name, _inputs.number(name, value))]
-            else:
-                numbers = _inputs.array(name, value)
-                if numbers.shape != (len(elements),):
-                    raise SetupError(f"{name} has the shape {numbers.shape}, but it is an array of {len(elements)} numbers")
-                given = list(zip(elements, numbers.tolist()))
-            for element, number in given:
+            for element, number in elements(name, value):
                 self._raw.set_input(element, number)
                 self._history.append(("set", element, number))
         return self
+
+    def _elements(self) -> Callable[[str, Any], list[tuple[str, float]]]:
+        """What tells the numbers of an input that is given by its own name or, if it is an array or a matrix, of its elements."""
+        names = [of.name for of in self.system._parameters]
+        places = {name: place for place, name in enumerate(names)}
+
+        def elements(name: str, value: Any) -> list[tuple[str, float]]:
+            assigned = _given.assigned(name, value, places)
+            if assigned is None:
+                # the run knows which inputs there are
+                return [(name, _inputs.number(name, value))]
+            return [(names[place], number) for place, number in assigned]
+
+        return elements
 
     def watch(self, until: float | None = None, *events: str | Event) -> Occurrences:
         """Runs to the time `until` [s] like `until`, and tells where functions change their signs on the way, to rounding.
@@ -248,7 +253,7 @@ class Run(Nodes):
             begin = stop
             if begin == len(at):
                 break
-            raw.until(t, None, None, 1)
+            raw.until(t, None, None)
             for name, value in changes:
                 raw.set_input(name, value)
         try:

@@ -3,6 +3,7 @@
 //! Everything that takes long runs without Python's lock, and looks every 30 ms whether it is to end.
 
 mod begin;
+mod control;
 mod dense;
 mod ensemble;
 mod error;

@@ -6,11 +6,11 @@ use dsocs_core::{AnyNode, AnyPoint, Declaration, End, OwnedNode, RunError, Stop}
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
 
 use crate::begin::{Begins, method};
+use crate::control::Controller;
 use crate::error::{guarded, of_run, of_setup};
-use crate::motion::{Motion, Reached, has_reached};
+use crate::motion::{Motion, Reached};
 use crate::node::PyNode;
 use crate::record::{Column, Record};
 use crate::text::PyText;
@@ -98,14 +98,14 @@ impl State {
     }
 
     /// The current node.
-    fn node(&self) -> OwnedNode {
+    pub(crate) fn node(&self) -> OwnedNode {
         let mut node = OwnedNode::new(self.motion.dimension());
         self.motion.look(|run| node.take(run));
         node
     }
 
     /// Gives an input another value.
-    fn set(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
+    pub(crate) fn set(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
         let parameters = &self.motion.system().shape().parameters;
         let place = parameters.iter().position(|known| known.name == parameter);
         let ahead = u64::from(self.motion.is_ahead());
@@ -237,16 +237,20 @@ impl PyRun {
     }
 
     /// Runs up to the last node at or before a time. `progress` is told the time that was reached, `control` is shown each node (or every so many
-    /// of them), and gives the inputs from there on.
-    #[pyo3(signature = (t, progress, control, control_every))]
+    /// of them), and gives the inputs from there on; with it come that number and what knows the elements of arrays.
+    #[pyo3(signature = (t, progress, control))]
     fn until(
         &self,
         py: Python<'_>,
         t: f64,
         progress: Option<Bound<'_, PyAny>>,
-        control: Option<Bound<'_, PyAny>>,
-        control_every: u64,
+        control: Option<(Bound<'_, PyAny>, u64, Bound<'_, PyAny>)>,
     ) -> PyResult<()> {
+        let control = control.map(|(control, every, elements)| Controller {
+            control,
+            every,
+            elements,
+        });
         self.with(|state| {
             let end = state.motion.look(|run| run.clock().until(t));
             let end = end.map_err(|error| of_run(py, &error))?;
@@ -265,7 +269,7 @@ impl PyRun {
             loop {
                 let reached = match &control {
                     None => py.detach(|| guarded(|| state.motion.go(&end, &mut state.record)))?,
-                    Some(control) => self.controlled(state, &end, control, control_every)?,
+                    Some(control) => control.run(state, &end, &self.names)?,
                 };
                 let now = state.motion.look(|run| run.clock().time());
                 if let Some(progress) = &progress {
@@ -453,48 +457,5 @@ impl State {
             return Ok(numpy::PyArray2::<f64>::zeros(py, [rows, 0], false).into_any());
         }
         derived.column.array(py, false)
-    }
-}
-
-impl PyRun {
-    /// Goes towards an end with a controller, for some steps.
-    fn controlled(
-        &self,
-        state: &mut State,
-        end: &End,
-        control: &Bound<'_, PyAny>,
-        every: u64,
-    ) -> PyResult<Result<Reached, RunError>> {
-        for _ in 0..1024 {
-            if state.motion.look(|run| has_reached(run, end)) {
-                return Ok(Ok(Reached::End));
-            }
-            let index = state.motion.look(|run| run.clock().index());
-            if index.is_multiple_of(every) {
-                let node = PyNode::new(state.node(), &self.names);
-                let inputs = control.call1((node,))?;
-                if !inputs.is_none() {
-                    let Ok(inputs) = inputs.cast::<PyDict>() else {
-                        return Err(PyTypeError::new_err(format!(
-                            "control returned {}; expected a dict with the values of inputs by name, or None",
-                            inputs.get_type().name()?
-                        )));
-                    };
-                    for (parameter, value) in inputs {
-                        let parameter = parameter.cast::<PyString>()?;
-                        if let Err(error) = state.set(parameter.to_str()?, value.extract()?) {
-                            return Ok(Err(error));
-                        }
-                    }
-                }
-            }
-            let made = guarded(|| state.motion.next(end, &mut state.record))?;
-            match made {
-                Ok(true) => {}
-                Ok(false) => return Ok(Ok(Reached::End)),
-                Err(error) => return Ok(Err(error)),
-            }
-        }
-        Ok(Ok(Reached::OnTheWay))
     }
 }
