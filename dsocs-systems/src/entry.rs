@@ -121,6 +121,8 @@ pub struct Entry {
     step: f64,
     /// The end.
     until: f64,
+    /// The end of the motion that is checked, where that of a run is far for it.
+    checked: Option<f64>,
     /// Symmetries of the Lagrangian.
     symmetries: Vec<Symmetry>,
     /// How it is drawn, if the entry says it.
@@ -228,6 +230,7 @@ impl Entry {
             text: None,
             step: STEP,
             until: UNTIL,
+            checked: None,
             symmetries: Vec::new(),
             drawn: None,
             order: 2.0,
@@ -298,6 +301,13 @@ impl Entry {
     #[must_use]
     pub fn until(mut self, until: f64) -> Self {
         self.until = until;
+        self
+    }
+
+    /// Sets the default end of the motion that `check` looks at, in s. Unless set, it is that of a run.
+    #[must_use]
+    pub fn checked_until(mut self, until: f64) -> Self {
+        self.checked = Some(until);
         self
     }
 
@@ -445,6 +455,12 @@ impl Entry {
     #[must_use]
     pub fn default_until(&self) -> f64 {
         self.until
+    }
+
+    /// The default end of the motion that `check` looks at, in s.
+    #[must_use]
+    pub fn checked_end(&self) -> f64 {
+        self.checked.unwrap_or(self.until)
     }
 
     /// Where a run with a step ends unless it is told otherwise, counted from its start: back in time with a negative step. A declaration whose own runs go
@@ -601,13 +617,13 @@ impl Entry {
         }
     }
 
-    /// Checks the paper's theorems on a motion of the system. It ends at the default end unless the settings have another one.
+    /// Checks the paper's theorems on a motion of the system. It ends at [`Entry::checked_end`] unless the settings have another end.
     ///
     /// # Errors
     ///
     /// [`CheckFailure`] if the motion cannot be computed.
     pub fn check(&self, settings: &Settings<'_>) -> Result<Vec<Finding>, CheckFailure> {
-        let own = self.until.abs() * settings.h.signum();
+        let own = self.checked_end().abs() * settings.h.signum();
         let shape = self.kernel().shape();
         beginning::fits("q0", settings.q0, shape)?;
         beginning::fits("v0", settings.v0, shape)?;

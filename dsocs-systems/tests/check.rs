@@ -36,7 +36,7 @@ fn every_system_passes() {
 fn every_system_that_is_a_text_passes() {
     for shipped in systems::texts::TEXTS {
         let entry = shipped.entry(&[]).unwrap();
-        let until = entry.default_until().min(200.0 * entry.default_step());
+        let until = entry.checked_end().min(200.0 * entry.default_step());
         let settings = Settings {
             until: Some(until),
             begin: Begin {

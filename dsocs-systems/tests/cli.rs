@@ -598,6 +598,8 @@ fn list_names_systems_coordinates_and_parameters() {
             .all(|shipped| text.contains(shipped.name))
     );
     assert!(text.contains("\nnonholonomic\n"), "kind by kind: {text}");
+    // no text is read for it: one would refuse a constant that it does not have
+    assert_eq!(stdout(&["list", "--const", "nothing=1"]), text);
     let text = stdout(&["list", "pendulum"]);
     assert!(text.contains("pendulum (second-order)") && text.contains("rho"));
 }

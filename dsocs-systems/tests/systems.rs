@@ -196,7 +196,11 @@ mod texts {
             let mut entry = shipped.entry(&[]).unwrap();
             entry.verify().unwrap();
             let name = shipped.name;
-            assert!(entry.origin().is_some(), "{name}");
+            assert_eq!(
+                entry.kind(),
+                shipped.kind,
+                "{name}: what a list says without reading the text"
+            );
             let description = entry.description().clone();
             let said = [
                 &description.coordinates,

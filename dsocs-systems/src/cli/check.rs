@@ -145,7 +145,7 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
             }
         };
         missed += findings.iter().filter(|finding| !finding.ok()).count();
-        let until = settings.until.unwrap_or(entry.default_until());
+        let until = settings.until.unwrap_or(entry.checked_end());
         let title = format!(
             "{} ({}), h = {}, to t = {until}",
             entry.name(),

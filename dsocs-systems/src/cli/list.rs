@@ -193,10 +193,7 @@ pub fn list(arguments: &ListArguments, program: &mut Program) -> Result<(), CliE
             format!("{:#}\n", serde_json::json!(system))
         }
         (None, Format::Text) if program.entries.len() == 1 => text(program.one(None)?, None),
-        (None, Format::Text) => {
-            program.read_shipped()?;
-            by_kind(program)
-        }
+        (None, Format::Text) => by_kind(program),
         (None, Format::Json) => {
             program.read_shipped()?;
             let systems: Vec<Listed> = program.entries.iter_mut().map(Listed::new).collect();
@@ -208,16 +205,19 @@ pub fn list(arguments: &ListArguments, program: &mut Program) -> Result<(), CliE
         .map_err(CliError::stdout)
 }
 
-/// The systems kind by kind, a line for each.
+/// The systems kind by kind, a line for each. Those that the program has as texts are not read for it.
 fn by_kind(program: &Program) -> String {
-    let entries = &program.entries;
-    let width = entries.iter().map(|entry| entry.name().len()).max().unwrap_or(0);
+    let own = program.entries.iter();
+    let own = own.map(|entry| (entry.kind(), entry.name(), entry.summary()));
+    let shipped = program.shipped.iter();
+    let shipped = shipped.map(|shipped| (shipped.kind, shipped.name, shipped.summary));
+    let systems: Vec<(Kind, &str, &str)> = own.chain(shipped).collect();
+    let width = systems.iter().map(|(_, name, _)| name.len()).max().unwrap_or(0);
     let mut list = String::new();
     for kind in Kind::ALL {
-        let of_kind: Vec<String> = entries
-            .iter()
-            .filter(|entry| entry.kind() == kind)
-            .map(|entry| format!("  {:width$}  {}\n", entry.name(), entry.summary()))
+        let of_kind = systems.iter().filter(|(of, ..)| *of == kind);
+        let of_kind: Vec<String> = of_kind
+            .map(|(_, name, summary)| format!("  {name:width$}  {summary}\n"))
             .collect();
         if !of_kind.is_empty() {
             list.extend([format!("{kind}\n"), of_kind.concat(), "\n".to_owned()]);

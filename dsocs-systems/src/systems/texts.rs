@@ -1,41 +1,62 @@
 //! The systems that are texts: bodies that turn in space. Each is a file of the folder `texts`, which every command takes by its name.
 
-use crate::entry::{Drawing, Entry, Parameters, Shipped, Solid, about, along, turned};
+use crate::entry::{Drawing, Entry, Kind, Parameters, Shipped, Solid, about, along, turned};
 
 /// The texts, in the order of lists.
 pub const TEXTS: [Shipped; 7] = [
     Shipped {
         name: "heavy-top",
+        summary: "the heavy top: a body that turns about a fixed point, in gravity",
+        kind: Kind::Unconstrained,
+        source: "textbooks, e.g. Landau and Lifshitz, Mechanics, section 35, problem 1",
         text: include_str!("texts/heavy-top.dsocs"),
         with: heavy_top,
     },
     Shipped {
         name: "bodies",
+        summary: "a chain of eight rigid bodies in space, with ball joints",
+        kind: Kind::Holonomic,
+        source: "textbooks, e.g. Featherstone, Rigid Body Dynamics Algorithms",
         text: include_str!("texts/bodies.dsocs"),
         with: bodies,
     },
     Shipped {
         name: "quadrotor",
+        summary: "a quadrotor that flies to a point by a PD law for place and attitude",
+        kind: Kind::Unconstrained,
+        source: "Lee, Leok and McClamroch, Geometric tracking control of a quadrotor UAV on SE(3) (2010)",
         text: include_str!("texts/quadrotor.dsocs"),
         with: quadrotor,
     },
     Shipped {
         name: "suslov",
+        summary: "Suslov's problem: a body about a point that does not turn about one of its own axes",
+        kind: Kind::Nonholonomic,
+        source: "Suslov, Theoretical Mechanics (1902); Bloch, Nonholonomic Mechanics and Control",
         text: include_str!("texts/suslov.dsocs"),
         with: suslov,
     },
     Shipped {
         name: "turntable",
+        summary: "a ball that rolls on a turntable",
+        kind: Kind::Nonholonomic,
+        source: "Neimark and Fufaev, Dynamics of Nonholonomic Systems; Lewis and Murray (1995)",
         text: include_str!("texts/turntable.dsocs"),
         with: turntable,
     },
     Shipped {
         name: "coin",
+        summary: "a coin that rolls on a table and may lean",
+        kind: Kind::Nonholonomic,
+        source: "Neimark and Fufaev, Dynamics of Nonholonomic Systems; O'Reilly, The dynamics of rolling disks (1996)",
         text: include_str!("texts/coin.dsocs"),
         with: coin,
     },
     Shipped {
         name: "satellite",
+        summary: "a satellite that three reaction wheels turn to its target, under Lyapunov constraints",
+        kind: Kind::SecondOrder,
+        source: "the Lyapunov constraint is the paper's; the body with wheels: textbooks, e.g. Hughes, Spacecraft Attitude Dynamics",
         text: include_str!("texts/satellite.dsocs"),
         with: satellite,
     },
@@ -43,45 +64,36 @@ pub const TEXTS: [Shipped; 7] = [
 
 /// A disc on a stem.
 fn heavy_top(entry: Entry) -> Entry {
-    entry
-        .described("the heavy top: a body that turns about a fixed point, in gravity")
-        .source("textbooks, e.g. Landau and Lifshitz, Mechanics, section 35, problem 1")
-        .drawn(|&r: &[f64; 4], _| {
-            let stem = |from: f64, to: f64| {
-                Solid::cylinder(0.008, to - from).moved([0.0, 0.0, f64::midpoint(from, to)])
-            };
-            let disc = Solid::cylinder(0.1, 0.03).moved([0.0, 0.0, 0.12]);
-            Drawing::new()
-                .solid(Solid::ground(0.4))
-                .solid(stem(0.0, 0.105).placed([0.0; 3], r))
-                .solid(stem(0.135, 0.2).placed([0.0; 3], r))
-                .solid(disc.placed([0.0; 3], r))
-                .path(turned(r, [0.0, 0.0, 0.2]))
-        })
+    entry.drawn(|&r: &[f64; 4], _| {
+        let stem =
+            |from: f64, to: f64| Solid::cylinder(0.008, to - from).moved([0.0, 0.0, f64::midpoint(from, to)]);
+        let disc = Solid::cylinder(0.1, 0.03).moved([0.0, 0.0, 0.12]);
+        Drawing::new()
+            .solid(Solid::ground(0.4))
+            .solid(stem(0.0, 0.105).placed([0.0; 3], r))
+            .solid(stem(0.135, 0.2).placed([0.0; 3], r))
+            .solid(disc.placed([0.0; 3], r))
+            .path(turned(r, [0.0, 0.0, 0.2]))
+    })
 }
 
 /// Rods between the joints.
 fn bodies(entry: Entry) -> Entry {
-    entry
-        .described("a chain of eight rigid bodies in space, with ball joints")
-        .source("textbooks, e.g. Featherstone, Rigid Body Dynamics Algorithms")
-        .drawn(|q: &[f64; 56], parameters| {
-            let half = parameters.get("half_2").abs();
-            let (all, _) = q.as_chunks::<7>();
-            all.iter()
-                .fold(Drawing::new(), |drawing, &[w, x, y, z, at @ ..]| {
-                    drawing.solid(Solid::cuboid([0.12, 0.12, 1.9 * half]).placed(at, [w, x, y, z]))
-                })
-        })
+    entry.drawn(|q: &[f64; 56], parameters| {
+        let half = parameters.get("half_2").abs();
+        let (all, _) = q.as_chunks::<7>();
+        all.iter()
+            .fold(Drawing::new(), |drawing, &[w, x, y, z, at @ ..]| {
+                drawing.solid(Solid::cuboid([0.12, 0.12, 1.9 * half]).placed(at, [w, x, y, z]))
+            })
+    })
 }
 
 /// Two beams, four rotors, and the target.
 fn quadrotor(entry: Entry) -> Entry {
     entry
-        .described("a quadrotor that flies to a point by a PD law for place and attitude")
         // damping leads roundings away on the way back
         .irreversible()
-        .source("Lee, Leok and McClamroch, Geometric tracking control of a quadrotor UAV on SE(3) (2010)")
         .drawn(|&[w, x, y, z, at @ ..]: &[f64; 7], parameters: &Parameters| {
             let arm = 0.3;
             let beams = Solid::cuboid([2.0 * arm, 0.03, 0.03]).with(&Solid::cuboid([0.03, 2.0 * arm, 0.03]));
@@ -101,69 +113,57 @@ fn quadrotor(entry: Entry) -> Entry {
 
 /// A body with its axes. About the third one it does not turn.
 fn suslov(entry: Entry) -> Entry {
-    entry
-        .described("Suslov's problem: a body about a point that does not turn about one of its own axes")
-        .source("Suslov, Theoretical Mechanics (1902); Bloch, Nonholonomic Mechanics and Control")
-        .drawn(|&r: &[f64; 4], _| {
-            let body = Solid::cuboid([0.6, 0.9, 1.0]).placed([0.0; 3], r);
-            Drawing::new()
-                .solid(Solid::axes(1.0).placed([0.0; 3], r))
-                .solid(body)
-                .path(turned(r, [0.0, 0.0, 1.0]))
-        })
+    entry.drawn(|&r: &[f64; 4], _| {
+        let body = Solid::cuboid([0.6, 0.9, 1.0]).placed([0.0; 3], r);
+        Drawing::new()
+            .solid(Solid::axes(1.0).placed([0.0; 3], r))
+            .solid(body)
+            .path(turned(r, [0.0, 0.0, 1.0]))
+    })
 }
 
 /// A ball on the ground, and where it touches.
 fn turntable(entry: Entry) -> Entry {
-    entry
-        .described("a ball that rolls on a turntable")
-        .source("Neimark and Fufaev, Dynamics of Nonholonomic Systems; Lewis and Murray (1995)")
-        .drawn(|&[w, a, b, c, x, y]: &[f64; 6], parameters| {
-            let radius = parameters.get("radius");
-            Drawing::new()
-                .solid(Solid::ground(8.0))
-                .solid(Solid::ball(radius).placed([x, y, radius], [w, a, b, c]))
-                .path([x, y, 0.0])
-        })
+    entry.drawn(|&[w, a, b, c, x, y]: &[f64; 6], parameters| {
+        let radius = parameters.get("radius");
+        Drawing::new()
+            .solid(Solid::ground(8.0))
+            .solid(Solid::ball(radius).placed([x, y, radius], [w, a, b, c]))
+            .path([x, y, 0.0])
+    })
 }
 
 /// A disc on the ground, and where it touches.
 fn coin(entry: Entry) -> Entry {
-    entry
-        .described("a coin that rolls on a table and may lean")
-        .source("Neimark and Fufaev, Dynamics of Nonholonomic Systems; O'Reilly, The dynamics of rolling disks (1996)")
-        .drawn(|&[w, a, b, c, x, y, z]: &[f64; 7], parameters| {
-            let radius = parameters.get("radius");
-            // the vertical in the plane of the coin, from the third row of the matrix
-            let up = [2.0 * (a * c - w * b), 2.0 * (b * c + w * a)];
-            let norm = up[0].hypot(up[1]);
-            let lowest = [-radius * up[0] / norm, -radius * up[1] / norm, 0.0];
-            let [dx, dy, _] = turned([w, a, b, c], lowest);
-            Drawing::new()
-                .solid(Solid::ground(4.0))
-                .solid(Solid::cylinder(radius, radius / 12.0).placed([x, y, z], [w, a, b, c]))
-                .path([x + dx, y + dy, 0.0])
-        })
+    entry.drawn(|&[w, a, b, c, x, y, z]: &[f64; 7], parameters| {
+        let radius = parameters.get("radius");
+        // the vertical in the plane of the coin, from the third row of the matrix
+        let up = [2.0 * (a * c - w * b), 2.0 * (b * c + w * a)];
+        let norm = up[0].hypot(up[1]);
+        let lowest = [-radius * up[0] / norm, -radius * up[1] / norm, 0.0];
+        let [dx, dy, _] = turned([w, a, b, c], lowest);
+        Drawing::new()
+            .solid(Solid::ground(4.0))
+            .solid(Solid::cylinder(radius, radius / 12.0).placed([x, y, z], [w, a, b, c]))
+            .path([x + dx, y + dy, 0.0])
+    })
 }
 
 /// A body, its axes, and a wheel on each of three sides.
 fn satellite(entry: Entry) -> Entry {
-    entry
-        .described("a satellite that three reaction wheels turn to its target, under Lyapunov constraints")
-        .source("the Lyapunov constraint is the paper's; the body with wheels: textbooks, e.g. Hughes, Spacecraft Attitude Dynamics")
-        .drawn(|&[w, a, b, c, angles @ ..]: &[f64; 7], _| {
-            let attitude = [w, a, b, c];
-            let edges = [1.0, 1.2, 1.4];
-            let body = Solid::cuboid(edges).placed([0.0; 3], attitude);
-            let drawing = Drawing::new()
-                .solid(Solid::axes(1.4).placed([0.0; 3], attitude))
-                .solid(body);
-            (0..3).fold(drawing, |drawing, axis| {
-                let mut side = [0.0; 3];
-                side[axis] = edges[axis] / 2.0 + 0.08;
-                let wheel = Solid::cylinder(0.3, 0.1).placed([0.0; 3], along(axis));
-                let turned = wheel.placed(side, about(axis, angles[axis]));
-                drawing.solid(turned.placed([0.0; 3], attitude))
-            })
+    entry.drawn(|&[w, a, b, c, angles @ ..]: &[f64; 7], _| {
+        let attitude = [w, a, b, c];
+        let edges = [1.0, 1.2, 1.4];
+        let body = Solid::cuboid(edges).placed([0.0; 3], attitude);
+        let drawing = Drawing::new()
+            .solid(Solid::axes(1.4).placed([0.0; 3], attitude))
+            .solid(body);
+        (0..3).fold(drawing, |drawing, axis| {
+            let mut side = [0.0; 3];
+            side[axis] = edges[axis] / 2.0 + 0.08;
+            let wheel = Solid::cylinder(0.3, 0.1).placed([0.0; 3], along(axis));
+            let turned = wheel.placed(side, about(axis, angles[axis]));
+            drawing.solid(turned.placed([0.0; 3], attitude))
         })
+    })
 }
