@@ -1,21 +1,22 @@
 //! Where what is given by pieces changes its piece.
 
 use crate::kernel::Kernel;
+use crate::number::point::AnyPoint;
 use crate::tape::declaration::Declaration;
 
 /// How often what a declaration gives by pieces changes its piece from one place of a motion to the next, so that the acceleration or its slope may jump: each
 /// argument of an `if`, `abs`, `max` … that changes its sign, and each sample that the argument of a table passes where a derivative of the table jumps, the third
 /// one of a cubic spline. Places are a time, a position, a velocity and an acceleration, which is asked of third order alone.
 #[must_use]
-pub fn corners(system: &dyn Kernel, places: [(f64, &[f64], &[f64], &[f64]); 2]) -> usize {
+pub fn corners(system: &dyn Kernel, places: [AnyPoint<'_, f64>; 2]) -> usize {
     let declaration = Declaration::of(system);
-    let [before, now] = places.map(|(t, q, v, a)| switch_arguments(&declaration, (t, q, v, a)));
+    let [before, now] = places.map(|AnyPoint { t, q, v, a }| switch_arguments(&declaration, (t, q, v, a)));
     let pairs = before.iter().zip(&now);
     let signs = pairs.filter(|(before, now)| *before * *now < 0.0).count();
     if !declaration.has_tables() {
         return signs;
     }
-    let [before, now] = places.map(|(t, q, v, a)| declaration.tables(t, q, v, a));
+    let [before, now] = places.map(|AnyPoint { t, q, v, a }| declaration.tables(t, q, v, a));
     let tables = before.iter().zip(&now).map(|(before, now)| {
         let samples = now.samples;
         let [least, most] = [

@@ -340,19 +340,24 @@ impl<'a> Contact<'a> {
                 free[g] = arrived[g] || pieces[g] == Piece::Between;
             }
             if self.is_before(done) && !self.is_before(place) {
-                // an input may move a surface at once
-                let ends = [self.leg, leg.any()].map(|leg| in_the_middle(&self.declaration, self.h, leg));
-                let before =
-                    [self.leg, leg.any()].map(|leg| in_the_middle(self.declaration_after(done), self.h, leg));
-                for g in (0..count).filter(|&g| ends[0][g] != before[0][g] || ends[1][g] != before[1][g]) {
-                    arguments[g] = 0.5 * (ends[0][g] + ends[1][g]);
-                    pieces[g] = Piece::of(arguments[g]);
-                    free[g] = arguments[g] == 0.0;
+                for (g, argument) in self.moved(leg.any()) {
+                    (arguments[g], pieces[g], free[g]) = (argument, Piece::of(argument), argument == 0.0);
                 }
             }
             (done, x) = (place, found.x);
         }
         None
+    }
+
+    /// The arguments that an input moves at once at the middle node, with their values there. What it does not stand in is the same to the last bit.
+    fn moved(&self, next: AnyLeg<'_, f64>) -> Vec<(usize, f64)> {
+        let of = |declaration: &Declaration<'_>| {
+            [self.leg, next].map(|leg| in_the_middle(declaration, self.h, leg))
+        };
+        let [old, new] = [self.declaration_after(0.0), &self.declaration].map(of);
+        let same = |g: usize| (0..2).all(|end| old[end][g].to_bits() == new[end][g].to_bits());
+        let moved = (0..self.pieces.len()).filter(|&g| !same(g));
+        moved.map(|g| (g, 0.5 * (new[0][g] + new[1][g]))).collect()
     }
 
     /// The declaration after a part of the step.

@@ -482,9 +482,11 @@ pub(crate) fn acceleration(
     let equations = Continuous { declaration, t, q, v };
     let zero = Vector::zero(shape.motion);
     let guess = Vector::resized(near.unwrap_or(&[]), shape.motion);
-    let solve = |guess: &Vector| newton::solve(&equations, guess, &zero, MAX_ITERATIONS, &mut ());
-    let found = solve(&guess).map(|root| root.z);
-    let found = found.ok().or_else(|| {
+    let solve = |guess: &Vector| {
+        let root = newton::solve(&equations, guess, &zero, MAX_ITERATIONS, &mut ());
+        root.ok().map(|root| root.z)
+    };
+    let found = solve(&guess).or_else(|| {
         let elsewhere = near
             .is_none()
             .then(|| elsewhere::only(q.len(), shape.motion, &solve));

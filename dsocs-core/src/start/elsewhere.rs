@@ -1,7 +1,6 @@
 //! An acceleration at the start that Newton's iteration does not find from zero.
 
 use crate::solve::Vector;
-use crate::solve::newton::Root;
 
 /// The sizes of the accelerations from which one is looked for, of both signs.
 const GUESSES: [f64; 13] = [
@@ -14,21 +13,17 @@ const SAME: f64 = 1e-9;
 /// The only solution for the acceleration that is found from guesses of all sizes, where there is none from zero: a law such as `a³ = 8` is flat there. `None` if
 /// there are several, one of which has to be chosen.
 #[cold]
-pub(super) fn only<E>(
-    n: usize,
-    unknowns: usize,
-    solve: &dyn Fn(&Vector) -> Result<Root<Vector>, E>,
-) -> Option<Vector> {
+pub(super) fn only(n: usize, unknowns: usize, solve: &dyn Fn(&Vector) -> Option<Vector>) -> Option<Vector> {
     let mut only: Option<Vector> = None;
     for size in GUESSES.into_iter().flat_map(|size| [size, -size]) {
         let guess = Vector::from_fn(unknowns, |i| if i < n { size } else { 0.0 });
-        let Ok(root) = solve(&guess) else { continue };
+        let Some(found) = solve(&guess) else { continue };
         let Some(known) = &only else {
-            only = Some(root.z);
+            only = Some(found);
             continue;
         };
         let length = known.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let mut pairs = known.iter().zip(root.z.iter());
+        let mut pairs = known.iter().zip(found.iter());
         if !pairs.all(|(one, other)| (one - other).abs() <= SAME * length) {
             return None;
         }

@@ -311,7 +311,7 @@ fn touched(declaration: &Declaration<'_>, places: [&(Place, Determined); 3]) -> 
         square.sqrt()
     };
     let [before, here, after] = places.map(|(_, solved)| size(solved));
-    if !(here >= before.max(after)) {
+    if here < before.max(after) || here.is_nan() {
         return None;
     }
     // the way bends in the middle
@@ -335,7 +335,7 @@ fn touched(declaration: &Declaration<'_>, places: [&(Place, Determined); 3]) -> 
     let _ = minimum(&determinant, [-1.0, 1.0]);
     let part = small.get()?;
     let solved = solve(part)?;
-    if !(size(&solved) > GROWS * here) {
+    if size(&solved) <= GROWS * here {
         return None;
     }
     let place = at(part);

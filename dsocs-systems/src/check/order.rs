@@ -125,7 +125,6 @@ fn fit(subject: &Subject<'_>, parts: u32, report: &mut Report) {
         }
     };
     let last = followed(&errors[0][FOLLOWER]);
-    let until = times[last - 1];
     for (k, (name, errors)) in NAMES.into_iter().zip(&errors).enumerate() {
         if errors[0].is_empty() {
             continue;
@@ -206,15 +205,15 @@ fn fit(subject: &Subject<'_>, parts: u32, report: &mut Report) {
         }
     }
     if last < times.len() {
-        report.note(&beyond(subject, parts, until));
+        report.note(&beyond(subject, parts, times[last - 1]));
     }
     if subject.legs.len() > STEPS + 1 {
         report.note(&format!("errors are compared over the first {STEPS} steps"));
     }
     if let (Some(ended), Some(reached)) = (ended, times.last()) {
+        let reached = number(*reached);
         report.note(&format!(
-            "compared up to t = {}, since the continuous motion ends: {ended}",
-            number(*reached)
+            "compared up to t = {reached}, since the continuous motion ends: {ended}"
         ));
     }
 }

@@ -145,14 +145,11 @@ impl<'a> Subject<'a> {
             (leg.t - self.h / 2.0, q, v)
         });
         let middles: Vec<(f64, Vec<f64>, Vec<f64>)> = middles.collect();
-        let pairs = middles.iter().zip(middles.iter().skip(1));
+        let points = middles.iter().map(|(t, q, v)| AnyPoint { t: *t, q, v, a: &a });
+        let points: Vec<AnyPoint<'_, f64>> = points.collect();
+        let pairs = points.iter().zip(points.iter().skip(1));
         pairs
-            .map(|(before, now)| {
-                corners(
-                    self.kernel,
-                    [before, now].map(|(t, q, v)| (*t, &q[..], &v[..], &a[..])),
-                )
-            })
+            .map(|(before, now)| corners(self.kernel, [*before, *now]))
             .sum()
     }
 

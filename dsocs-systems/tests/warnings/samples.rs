@@ -159,13 +159,10 @@ fn the_first_row_of_what_rests_has_no_constraint_force() {
 #[test]
 fn a_constraint_with_samples_passes_the_checks() {
     let table = [[-1.0, -1.0], [0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [5.0, 5.0]];
-    let lines: String = table
-        .iter()
-        .map(|[place, value]| format!("{place},{value}\n"))
-        .collect();
+    let lines = table.iter().map(|[place, value]| format!("{place},{value}\n"));
     let text = "parameters { s = samples(\"table.csv\", cubic) } coordinates(x, y); \
                 lagrangian = dot(x).powi(2) / 2 + dot(y).powi(2) / 2 - 2 * x.powi(2); holonomic = y - x - s.at(t); \
                 run { start = ([0.1, 0.1], [0.0, 1.0]); step = 0.01; until = 3.9; }";
-    let (succeeds, [table, _]) = attempt_with(&[("table.csv", lines)], text, "check", &[]);
+    let (succeeds, [table, _]) = attempt_with(&[("table.csv", lines.collect())], text, "check", &[]);
     assert!(succeeds, "{table}");
 }

@@ -109,6 +109,25 @@ fn cost_at(rotation: usize, node: AnyPoint<'_, f64>) -> f64 {
     cost(rotation, point).re
 }
 
+/// How fast the cost of a node changes along a tangent, by position, velocity and acceleration: a rotation moves by a turn.
+fn cost_along(rotation: usize, node: AnyPoint<'_, f64>, [turn, v, a]: [&[f64]; 3]) -> f64 {
+    let mut q = turn.to_vec();
+    let rate = product(quaternion(node.q, rotation), quaternion(turn, rotation)).map(|x| 0.5 * x);
+    q[rotation..rotation + 4].copy_from_slice(&rate);
+    let dual = |numbers: &[f64], rates: &[f64]| -> Vec<Dual<f64>> {
+        let pairs = numbers.iter().zip(rates);
+        pairs.map(|(number, rate)| Dual::new(*number, *rate)).collect()
+    };
+    let (q, v, a) = (dual(node.q, &q), dual(node.v, v), dual(node.a, a));
+    let point = AnyPoint {
+        t: Dual::new(node.t, 0.0),
+        q: &q,
+        v: &v,
+        a: &a,
+    };
+    cost(rotation, point).eps
+}
+
 /// A start from its numbers.
 type Rule<'r> = &'r dyn Fn(&[f64], &[f64]) -> AnyStart;
 
@@ -126,7 +145,6 @@ fn check(case: &Case<'_>, rule: Rule<'_>, nodes: bool, apart: &dyn Fn(usize) -> 
     let text = Text::parse("system", text).unwrap_or_else(|error| panic!("{error}"));
     let kernel: &dyn Kernel = &text.system;
     let (n, names) = (q.len(), &kernel.shape().parameters);
-    let parameters = names.len();
     let path_of = |by: usize, change: f64| {
         let (mut system, mut q, mut v) = (text.system.clone(), q.to_vec(), v.to_vec());
         match by {
@@ -171,7 +189,7 @@ fn check(case: &Case<'_>, rule: Rule<'_>, nodes: bool, apart: &dyn Fn(usize) -> 
     for place in [rotation, n + rotation] {
         assert_eq!(backward[place].to_bits(), 0.0_f64.to_bits());
     }
-    for by in 0..2 * n + parameters {
+    for (by, backward) in backward.iter().enumerate() {
         if by % n == rotation && by < 2 * n || apart(by) {
             continue;
         }
@@ -200,34 +218,12 @@ fn check(case: &Case<'_>, rule: Rule<'_>, nodes: bool, apart: &dyn Fn(usize) -> 
         let mut sum = 0.0;
         path.tangents_along(&[variable], &mut |_, node, tangents| {
             let tangent = tangents.next().unwrap();
-            let rate = |rates: &[f64], i: usize| rates[i];
-            let q: Vec<f64> = {
-                let mut rates = tangent.q.to_vec();
-                let turn = quaternion(tangent.q, rotation);
-                let rate = product(quaternion(node.q, rotation), turn).map(|x| 0.5 * x);
-                rates[rotation..rotation + 4].copy_from_slice(&rate);
-                rates
-            };
-            let dual = |numbers: &[f64], rates: &[f64]| -> Vec<Dual<f64>> {
-                (0..n).map(|i| Dual::new(numbers[i], rate(rates, i))).collect()
-            };
-            let (q, v, a) = (dual(node.q, &q), dual(node.v, tangent.v), dual(node.a, tangent.a));
-            let point = AnyPoint {
-                t: Dual::new(node.t, 0.0),
-                q: &q,
-                v: &v,
-                a: &a,
-            };
-            sum += cost(rotation, point).eps;
+            sum += cost_along(rotation, node, [tangent.q, tangent.v, tangent.a]);
         })
         .unwrap();
         let expected = quotient(&|change| cost_of(by, change), 2e-4)[0];
         let bar = 1e-11 * (1.0 + sum.abs() + gradient.cost.abs());
-        assert!(
-            (backward[by] - sum).abs() < bar,
-            "{variable:?}: {} {sum}",
-            backward[by]
-        );
+        assert!((backward - sum).abs() < bar, "{variable:?}: {backward} {sum}");
         assert!(
             (sum - expected).abs() < 1e-7 * (1.0 + expected.abs()),
             "{variable:?}: {sum} {expected}"
