@@ -195,6 +195,7 @@ impl<'a> AtPoint<'a> {
         }
         for _ in 0..MAX_ITERATIONS {
             let at = self.linearize(&now.x, &now.sides, &zero);
+            let terms = at.terms(&now.x);
             let inverse = sides::inverse(at.by_unknowns)?;
             let newton = inverse.times_vector(&at.rows);
             let by_sides = inverse.times(&at.by_sides);
@@ -214,7 +215,7 @@ impl<'a> AtPoint<'a> {
             for (i, x) in now.x.iter_mut().enumerate() {
                 let update = newton[i] + along(&changes, i);
                 *x -= update;
-                is_last &= update.abs() <= LAST * now.reach[i].max(x.abs());
+                is_last &= update.abs() <= LAST * sides::reach(&inverse, &terms, i).max(x.abs());
                 if !x.is_finite() {
                     return None;
                 }

@@ -98,6 +98,26 @@ pub(crate) struct Linear {
     pub(crate) slopes: Matrix,
 }
 
+impl Linear {
+    /// The sum of the sizes of the terms of each row, with any sides.
+    pub(crate) fn terms(&self, x: &[f64]) -> Vec<f64> {
+        let of_row = |i: usize| {
+            let own = self.by_unknowns.row(i).zip(x).map(|(entry, x)| (entry * x).abs());
+            own.chain(self.by_sides.row(i).map(f64::abs)).sum()
+        };
+        (0..x.len()).map(of_row).collect()
+    }
+}
+
+/// How large an unknown may be for the terms of the rows: of a multiplier that is nothing, what is found is rounding of these.
+pub(crate) fn reach(inverse: &Matrix, terms: &[f64], unknown: usize) -> f64 {
+    inverse
+        .row(unknown)
+        .zip(terms)
+        .map(|(entry, terms)| entry.abs() * terms)
+        .sum()
+}
+
 /// A solution, or a guess of one.
 #[derive(Clone, Debug)]
 pub(crate) struct Sided {
@@ -161,6 +181,7 @@ pub(super) fn update(
     now.evaluations += 1;
     let at = linearize(&now.x, &now.sides);
     let count = now.x.len();
+    let terms = at.terms(&now.x);
     let inverse = inverse(at.by_unknowns)?;
     let newton = inverse.times_vector(&at.rows);
     let by_sides = inverse.times(&at.by_sides);
@@ -184,14 +205,7 @@ pub(super) fn update(
     }
     let by_change = by_sides.times_vector(&changes);
     let sizes: Vec<f64> = (0..count)
-        .map(|i| {
-            by_sides
-                .row(i)
-                .map(f64::abs)
-                .sum::<f64>()
-                .max(now.x[i].abs())
-                .max(least[i])
-        })
+        .map(|i| reach(&inverse, &terms, i).max(now.x[i].abs()).max(least[i]))
         .collect();
     let faint = FAINT * sizes.iter().fold(0.0_f64, |most, size| most.max(*size));
     let mut largest = 0.0_f64;

@@ -68,3 +68,38 @@ fn frictions_at_one_contact_are_one() {
         }
     }
 }
+
+declared! {
+    /// A blade that is drawn along by a belt that swings; its turning comes to rest by friction in the ground.
+    struct Drawn { grip: f64, pivot: f64 };
+    coordinates(x, y, heading);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + 0.2 * dot(heading).powi(2) / 2;
+    let along = dot(x) * heading.cos() + dot(y) * heading.sin();
+    let pull = -grip * (along - (0.5 + 0.4 * (1.3 * t).sin())).signum();
+    external_forces = (pull * heading.cos(), pull * heading.sin(), -pivot * dot(heading).signum());
+    nonholonomic = dot(x) * heading.sin() - dot(y) * heading.cos();
+}
+
+/// Where the turning stops nothing acts across the blade: the multiplier is rounding, and rounding decides nothing.
+#[test]
+fn a_blade_stops_turning_while_it_is_drawn_along() {
+    let drawn = Drawn {
+        grip: 0.35,
+        pivot: 0.05,
+    };
+    for spin in [0.4, 0.7, 0.97, 1.0, 1.2] {
+        let start = Start::second_order([0.0; 3], [0.1, 0.0, spin]);
+        let mut flow = TaylorFlow::new(&drawn, start, Tolerance::relative(1e-10)).unwrap();
+        let end = flow.to(5.9).unwrap();
+        let steps = Flow::new(&drawn, 0.002, start).unwrap().to(5.9).unwrap();
+        // at the constant rate 0.05 / 0.2
+        let heading = spin * spin / 0.5;
+        assert!(
+            (end.q[2] - heading).abs() < 1e-9 && end.v[2].abs() < 1e-9,
+            "{spin}: {end:?}"
+        );
+        for (one, other) in end.q.iter().zip(&steps.q) {
+            assert!((one - other).abs() < 1e-4, "{spin}: {end:?} {steps:?}");
+        }
+    }
+}
