@@ -6,7 +6,7 @@ import os
 import warnings
 from typing import Any, Mapping, NamedTuple, TypeVar
 
-from . import _dsocs, _given, _inputs
+from . import _arrays, _dsocs, _given, _inputs
 from ._errors import DeclarationWarning, InputTypeError, SetupError
 
 #: A class of systems.
@@ -221,7 +221,7 @@ class Declared:
         given = _given.joined(parameters, values)
         places = {of.name: place for place, of in enumerate(self._parameters)}
         for name, value in asked.items():
-            elements, shape = _given.elements(name, places)
+            elements, shape = _arrays.elements(name, places)
             dimensions = max(len(shape), 1 if call == "ensemble" else 0)
             if (elements or name in places) and name not in given and _given.may_be_parameter(value, dimensions):
                 raise SetupError(

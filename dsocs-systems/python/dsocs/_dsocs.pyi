@@ -14,7 +14,8 @@ _Begins = tuple[str, list[list[float]], list[float] | None, float, bool]
 class Node:
     """A node of a run: its number, time, position, velocity, acceleration, constraint force and energy.
 
-    `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` what belongs to it.
+    `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` what belongs to it. Where the name is that of
+    an array or of a rotation, `node["x"]` and `node["v_x"]` are arrays; of a rotation `r`, `node["r"]` has four numbers, `node["v_r"]` three.
     """
 
     @property
@@ -45,7 +46,7 @@ class Node:
     def energy(self) -> float:
         """The energy."""
 
-    def __getitem__(self, name: str) -> float: ...
+    def __getitem__(self, name: str) -> Any: ...
 
 class Text:
     @staticmethod

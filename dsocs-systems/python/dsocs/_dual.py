@@ -8,6 +8,7 @@ from typing import Any, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from ._arrays import among
 from ._errors import InputTypeError
 from ._inputs import unknown
 
@@ -210,8 +211,11 @@ class DualNode:
         self.q, self.v, self.a = numbers.reshape(3, len(names))
 
     def __getitem__(self, name: str) -> Any:
-        """A coordinate by its name, `v_theta` or `a_theta`."""
+        """A coordinate by its name, `v_theta` or `a_theta`; an array of them by its own name."""
         for prefix, vector in (("", self.q), ("v_", self.v), ("a_", self.a)):
             if name.startswith(prefix) and name[len(prefix) :] in self._names:
                 return vector[list(self._names).index(name[len(prefix) :])]
+            places, shape = among(name[len(prefix) :], self._names) if name.startswith(prefix) else ([], ())
+            if places:
+                return vector[places].reshape(shape)
         raise KeyError(str(unknown("coordinate", name, self._names)))

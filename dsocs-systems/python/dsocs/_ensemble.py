@@ -8,7 +8,7 @@ from typing import Any, Iterator, Mapping, overload
 import numpy as np
 import numpy.typing as npt
 
-from . import _dsocs, _inputs
+from . import _arrays, _dsocs, _inputs
 from ._errors import Error, InputTypeError, Interrupted, SetupError
 from ._progress import shown
 from ._run import Progress
@@ -47,7 +47,8 @@ class Ends:
         return len(self.t)
 
     def __getitem__(self, name: str) -> Array:
-        """A column by its name: a coordinate, an observed expression, `v_theta`, `a_theta`, `force_theta`, `t` or `energy`."""
+        """A column by its name: a coordinate, an observed expression, `v_theta`, `a_theta`, `force_theta`, `t` or `energy`; an array of coordinates or of observed expressions has one
+        for each of its numbers."""
         if name in ("t", "energy"):
             column: Array = getattr(self, name)
             return column
@@ -58,6 +59,9 @@ class Ends:
         for place, of in enumerate(self._system.observables):
             if of.name == name:
                 return self.observed[:, place]
+        wide = _arrays.column(name, self._system, lambda part: getattr(self, part), ("q", "v", "a", "force"))
+        if wide is not None:
+            return wide
         raise KeyError(str(_inputs.unknown("column", name, self._columns())))
 
     def _columns(self) -> list[str]:
@@ -97,7 +101,7 @@ class Ensemble:
         own_q, own_v = text.start if text is not None and text.start is not None else (None, None)
         rotations = system._rotations
         rows_q, rows_v = (
-            _rows(name, _inputs.of_rotations(name, given, names, rotations), names, own) for name, given, own in (("q", q, own_q), ("v", v, own_v))
+            _rows(name, _inputs.by_element(name, given, names, rotations), names, own) for name, given, own in (("q", q, own_q), ("v", v, own_v))
         )
         counts = {
             **({"q": len(rows_q)} if rows_q is not None and rows_q.ndim == 2 else {}),
@@ -171,7 +175,7 @@ class Ensemble:
 
 def _split(system: System, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Array]]:
     """Parameters that all runs share, and those with a value for each run."""
-    names = {of.name for of in system._parameters}
+    names = [of.name for of in system._parameters]
     single: dict[str, Any] = {}
     varied: dict[str, Array] = {}
     for name, value in values.items():
@@ -180,7 +184,16 @@ def _split(system: System, values: Mapping[str, Any]) -> tuple[dict[str, Any], d
         elif name in names and np.ndim(value) > 1:
             raise SetupError(f"{name} has {np.ndim(value)} dimensions; expected a number, or one for each run")
         else:
-            single[name] = value
+            places, shape = _arrays.among(name, names) if name not in names else ([], ())
+            if not places or np.ndim(value) != len(shape) + 1:
+                single[name] = value
+                continue
+            # an array or a matrix for each run
+            array = _inputs.array(name, value)
+            if array.shape[1:] != shape:
+                raise SetupError(f"{name} has the shape {array.shape}; expected {shape}, or (runs, {str(shape)[1:-1].removesuffix(',')})")
+            columns = array.reshape(len(array), -1)
+            varied.update((names[place], np.ascontiguousarray(columns[:, k])) for k, place in enumerate(places))
     return single, varied
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Iterator, NamedTuple, Sequence, overload
 import numpy as np
 import numpy.typing as npt
 
-from . import _inputs
+from . import _arrays, _inputs
 from ._errors import InputTypeError
 
 if TYPE_CHECKING:
@@ -141,6 +141,9 @@ class Points:
         observed = [of.name for of in self._system.observables]
         if name in observed:
             return self.observed[:, observed.index(name)]
+        wide = _arrays.column(name, self._system, lambda part: getattr(self, part), ("q", "v", "a"))
+        if wide is not None:
+            return wide
         raise KeyError(str(_inputs.unknown("column", name, ["t", *names, *(f"v_{x}" for x in names), *observed])))
 
     def table(self) -> dict[str, Array]:

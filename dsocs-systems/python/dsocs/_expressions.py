@@ -287,7 +287,8 @@ def _checked_name(kind: str, name: object) -> str:
     if not isinstance(name, str):
         raise InputTypeError(f"the name of a {kind} is {name!r}; expected a text")
     if not _NAME.match(name) or name in _WORDS or keyword.iskeyword(name):
-        raise SetupError(f"`{name}` cannot be the name of a {kind}: expected a word of letters, digits and `_` that means nothing else")
+        turns = "; rotations and arrays of coordinates are said in a text: dsocs.System(\"…\")" if kind == "coordinate" and ":" in str(name) else ""
+        raise SetupError(f"`{name}` cannot be the name of a {kind}: expected a word of letters, digits and `_` that means nothing else{turns}")
     return name
 
 

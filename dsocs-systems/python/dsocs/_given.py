@@ -6,7 +6,7 @@ from typing import Any, Iterator, Mapping
 
 import numpy as np
 
-from . import _dsocs, _inputs
+from . import _arrays, _dsocs, _inputs
 from ._errors import DeclarationError, InputTypeError, SetupError
 
 
@@ -57,31 +57,11 @@ def samples(given: Mapping[str, Any]) -> dict[str, list[tuple[float, float]]]:
     return tables
 
 
-def elements(name: str, places: Mapping[str, int]) -> tuple[list[int], tuple[int, ...]]:
-    """The places of the elements of an array or a matrix, row by row, and its shape; none where no array has the name."""
-    row = _in_order(name, places)
-    if row:
-        return row, (len(row),)
-    rows: list[list[int]] = []
-    while row := _in_order(f"{name}_{len(rows)}", places):
-        rows.append(row)
-    if not rows or any(len(row) != len(rows[0]) for row in rows):
-        return [], ()
-    return [place for row in rows for place in row], (len(rows), len(rows[0]))
-
-
-def _in_order(name: str, places: Mapping[str, int]) -> list[int]:
-    found: list[int] = []
-    while (element := f"{name}_{len(found)}") in places:
-        found.append(places[element])
-    return found
-
-
 def assigned(name: str, value: Any, places: Mapping[str, int]) -> list[tuple[int, float]] | None:
     """What a parameter is given: the places of its numbers and these; None where there is no such parameter."""
     if name in places:
         return [(places[name], _inputs.number(name, value))]
-    found, shape = elements(name, places)
+    found, shape = _arrays.elements(name, places)
     if not found:
         return None
     numbers = _inputs.array(name, value)

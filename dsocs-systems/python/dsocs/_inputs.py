@@ -10,6 +10,7 @@ from typing import Any, Iterable, Mapping, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
+from . import _arrays
 from ._errors import InputTypeError, SetupError
 
 #: A vector: a number for each coordinate in the order of the declaration, or by name; one number where there is one coordinate.
@@ -109,27 +110,33 @@ def vector(
     return result
 
 
-def of_rotations(name: str, given: Any, coordinates: Sequence[str], rotations: Sequence[int]) -> Any:
-    """What was given, with four numbers for each rotation, of which there may be others: `r` for `r_w`, `r_x`, `r_y`, `r_z`, and an angular velocity (or acceleration) of three
-    numbers, as that of `v` is. `rotations` are the places where they begin."""
-    if not rotations:
-        return given
+def by_element(name: str, given: Any, coordinates: Sequence[str], rotations: Sequence[int]) -> Any:
+    """What was given, with a number for each coordinate, of which there may be others: `x` for `x_0`, `x_1`, …, and `r` for `r_w`, `r_x`, `r_y`, `r_z`. An angular velocity (or
+    acceleration) may have three numbers, as that of `v`. `rotations` are the places where rotations begin."""
     has_rates = not name.startswith("q")
     if isinstance(given, Mapping):
-        parts = dict(given)
-        for first in rotations:
-            stem, own = coordinates[first].removesuffix("_w"), coordinates[first : first + 4]
-            if stem in parts:
-                numbers = array(f"{name}[{stem!r}]", parts.pop(stem))
-                counts = (3, 4) if has_rates else (4,)
-                if numbers.ndim == 0 or numbers.shape[-1] not in counts:
-                    expected = " or ".join(str(count) for count in counts)
-                    raise SetupError(f"{name}[{stem!r}] has the shape {numbers.shape}; expected {expected} numbers: {', '.join(own)}")
-                columns = [numbers[..., place] for place in range(numbers.shape[-1])]
-                parts.update(zip(own[-len(columns) :], columns))
-            if has_rates and any(of in parts for of in own):
+        parts: dict[Any, Any] = {}
+        for key, value in given.items():
+            places, shape = ([], ()) if key in coordinates or not isinstance(key, str) else _arrays.among(key, coordinates, rotations)
+            if not places:
+                parts[key] = value
+                continue
+            turns = places[0] in rotations
+            numbers = array(f"{name}[{key!r}]", value)
+            counts = (3, 4) if turns and has_rates else (len(places),)
+            own = [coordinates[place] for place in places]
+            if numbers.ndim == 0 or numbers.shape[-1] not in counts or len(shape) > 1:
+                expected = " or ".join(str(count) for count in counts)
+                raise SetupError(f"{name}[{key!r}] has the shape {np.shape(value)}; expected {expected} numbers: {', '.join(own)}")
+            columns = [numbers[..., place] for place in range(numbers.shape[-1])]
+            parts.update(zip(own[-len(columns) :], columns))
+        for first in rotations if has_rates else ():
+            own = list(coordinates[first : first + 4])
+            if any(of in parts for of in own):
                 parts.setdefault(own[0], 0.0)
         return parts
+    if not rotations:
+        return given
     try:
         count = np.shape(given)[-1] if np.ndim(given) else 0
     except ValueError:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _dsocs, _inputs
+from . import _arrays, _dsocs, _inputs
 from ._dsocs import Node
 from ._errors import InputTypeError, SetupError
 from ._setup import Setup
@@ -44,6 +44,15 @@ def _names(what: str, given: Names | None) -> list[str] | None:
     if not isinstance(given, Sequence) or not all(isinstance(name, str) for name in given):
         raise InputTypeError(f"{what} is {given!r}; expected a name or a list of names")
     return list(given)
+
+
+def _elements(names: list[str] | None, system: System) -> list[str] | None:
+    """Inputs, those of an array or a matrix one by one."""
+    if names is None:
+        return None
+    known = [of.name for of in system._parameters]
+    found = [([], ()) if name in known else _arrays.elements(name, {of: place for place, of in enumerate(known)}) for name in names]
+    return [element for name, (places, _) in zip(names, found) for element in ([known[place] for place in places] or [name])]
 
 
 class LinearModel:
@@ -132,8 +141,8 @@ class LinearModel:
                 raise SetupError("v is given beside a node, which has its own velocity")
             place, rate = q.q, q.v
         else:
-            place = np.array(_inputs.vector("q", q, names, self.q.tolist()))
-            rate = self.v if v is None else np.array(_inputs.vector("v", v, names, self.v.tolist()))
+            place = np.array(_inputs.vector("q", _inputs.by_element("q", q, names, ()), names, self.q.tolist()))
+            rate = self.v if v is None else np.array(_inputs.vector("v", _inputs.by_element("v", v, names, ()), names, self.v.tolist()))
         state: Array = self.projection @ np.concatenate([place - self.q, rate - self.v])
         return state
 
@@ -251,7 +260,7 @@ def linearize(
     if step == 0:
         raise SetupError("h is 0; expected a step that is not zero, or None for the continuous motion")
     setup = Setup.of(system, q=q, v=v, t=t, near=near, project=project, run=run, values=values)
-    told = _dsocs.linearize(system._raw, list(setup.values), step, setup.begins, _names("inputs", inputs), _names("outputs", outputs))
+    told = _dsocs.linearize(system._raw, list(setup.values), step, setup.begins, _elements(_names("inputs", inputs), system), _names("outputs", outputs))
     return LinearModel(system, told)
 
 
@@ -262,7 +271,7 @@ def _guesses(system: System, q: Any, run: Any) -> list[list[float]]:
         text = system._run_text(run)
         own = text.start[0] if text is not None and text.start is not None else None
         return [list(own) if own is not None else [0.0] * len(names)]
-    return [_inputs.vector("q", q, names, None)]
+    return [_inputs.vector("q", _inputs.by_element("q", q, names, ()), names, None)]
 
 
 def equilibrium(system: System, *, q: Any, t: Any, free: Any, hold: Any, run: Any, values: Mapping[str, Any]) -> Equilibrium:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Iterator, overload
 import numpy as np
 import numpy.typing as npt
 
-from . import _inputs
+from . import _arrays, _inputs
 from ._dsocs import Node
 from ._errors import InputTypeError
 from ._setup import Setup
@@ -203,7 +203,19 @@ class Nodes:
             return self.multipliers[:, int(name[7:])]
         if name in self.parameters:
             return self._input(name)
+        wide = _arrays.column(name, self.system, self._part, ("q", "v", "a", "force"))
+        if wide is not None:
+            return wide
+        names = list(self.parameters)
+        places, shape = _arrays.among(name, names)
+        if places:
+            inputs = np.stack([self._input(names[place]) for place in places], axis=-1)
+            inputs.setflags(write=False)
+            return _arrays.shaped(inputs, list(range(len(places))), shape)
         raise KeyError(str(_inputs.unknown("column", name, self.columns)))
+
+    def _part(self, name: str) -> Array:
+        return self.observed if name == "observed" else self._array(name)
 
     def _input(self, name: str) -> Array:
         """The values of a parameter: at each node the last one that was set there or before."""

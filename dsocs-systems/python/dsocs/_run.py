@@ -40,7 +40,7 @@ class Run(Nodes):
     def __init__(self, system: System, setup: Setup) -> None:
         super().__init__(system, setup)
         self._history: list[tuple[Any, ...]] = []
-        self._told = [0, 0]
+        self._told = [0, 0, 0]
 
     @property
     def _raw(self) -> Any:
@@ -183,6 +183,8 @@ class Run(Nodes):
         def elements(name: str, value: Any) -> list[tuple[str, float]]:
             assigned = _given.assigned(name, value, places)
             if assigned is None:
+                if np.ndim(value):
+                    raise _inputs.unknown("parameter", name, names)
                 # the run knows which inputs there are
                 return [(name, _inputs.number(name, value))]
             return [(names[place], number) for place, number in assigned]
@@ -283,7 +285,8 @@ class Run(Nodes):
         `q` is a number for each coordinate, or a dict by name: `run.advance_to(run.roots().other)`. It is the position after that of the next node, since the step knows one position
         more than its node.
         """
-        toward = _inputs.vector("q", q, self.system._names)
+        names = self.system._names
+        toward = _inputs.vector("q", _inputs.by_element("q", q, names, self.system._rotations), names)
         try:
             _dsocs.advance_to(self._raw, toward)
         except StepError as error:
@@ -306,6 +309,12 @@ class Run(Nodes):
         if nearly_singular is not None and nearly_singular.steps > self._told[1]:
             warnings.warn(self._singular(nearly_singular, nearly_singular.steps - self._told[1]), StepWarning, stacklevel=3)
             self._told[1] = nearly_singular.steps
+        if self.system._rotations and self._setup.tolerance is None:
+            rates, before = self._array("v"), self._told[2]
+            said = _told.turns(self.t[before:], rates[before:], self._setup.h, self.system._names, self.system._rotations)
+            if said is not None:
+                warnings.warn(said, StepWarning, stacklevel=3)
+            self._told[2] = len(rates)
 
     def _jumps(self, found: Unresolved, steps: int) -> str:
         return _told.jumps(found, steps, self.system.order)

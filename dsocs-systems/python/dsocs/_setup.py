@@ -150,7 +150,7 @@ def _vector(name: str, given: Any, system: Declared, own: list[float] | None) ->
     if given is None:
         return None if own is None else tuple(own)
     names, moving = system._names, system._moving
-    given = _inputs.of_rotations(name, given, names, system._rotations)
+    given = _inputs.by_element(name, given, names, system._rotations)
     if name.startswith("q") or isinstance(given, Mapping) or len(moving) == len(names) or np.shape(given) == (len(names),):
         return tuple(_inputs.vector(name, given, names, own))
     # one of neither length: the message asks for the shorter one

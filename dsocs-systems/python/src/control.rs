@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyString};
 
 use crate::error::guarded;
 use crate::motion::{Reached, has_reached};
-use crate::node::PyNode;
+use crate::node::{Names, PyNode};
 use crate::run::State;
 
 /// A controller.
@@ -28,7 +28,7 @@ impl Controller<'_> {
         &self,
         state: &mut State,
         end: &End,
-        names: &Arc<[String]>,
+        names: &Arc<Names>,
     ) -> PyResult<Result<Reached, RunError>> {
         for _ in 0..1024 {
             if state.motion.look(|run| has_reached(run, end)) {

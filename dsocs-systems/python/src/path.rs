@@ -12,7 +12,7 @@ use self_cell::self_cell;
 
 use crate::begin::Begins;
 use crate::error::{guarded, of_derivative};
-use crate::node::PyNode;
+use crate::node::{Names, PyNode};
 use crate::text::PyText;
 
 self_cell!(
@@ -30,7 +30,7 @@ pub struct PyPath {
     /// The path.
     path: Owned,
     /// The names of the coordinates.
-    names: Arc<[String]>,
+    names: Arc<Names>,
 }
 
 /// Runs to a time.
@@ -60,7 +60,7 @@ impl PyPath {
             py.detach(|| guarded(|| Owned::try_new(system, |system| begin(system, h, &beginning, until))))?;
         let path = path.map_err(|error| of_derivative(py, &error))?;
         let shape = (&**path.borrow_owner() as &dyn Kernel).shape();
-        let names: Arc<[String]> = shape.coordinates.iter().map(|of| of.name.to_string()).collect();
+        let names = Names::of(shape);
         Ok(Self { path, names })
     }
 

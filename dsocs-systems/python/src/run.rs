@@ -11,7 +11,7 @@ use crate::begin::{Begins, method};
 use crate::control::Controller;
 use crate::error::{guarded, of_run, of_setup};
 use crate::motion::{Motion, Reached};
-use crate::node::PyNode;
+use crate::node::{Names, PyNode};
 use crate::record::{Column, Record};
 use crate::text::PyText;
 
@@ -68,7 +68,7 @@ pub struct PyRun {
     /// What it is and has. Whoever works on it does so alone; another thread is refused, and does not wait.
     state: Mutex<State>,
     /// The names of the coordinates.
-    pub(crate) names: Arc<[String]>,
+    pub(crate) names: Arc<Names>,
     /// Every so many nodes one is kept.
     #[pyo3(get)]
     every: u64,
@@ -216,8 +216,7 @@ impl PyRun {
         let begun = py.detach(|| guarded(|| Motion::begin(system, h, method, &beginning)))?;
         let motion = begun.map_err(|error| of_setup(py, &error))?;
         let shape = motion.system().shape();
-        let names = shape.coordinates.iter().map(|of| of.name.to_string());
-        let names: Arc<[String]> = names.collect();
+        let names = Names::of(shape);
         let (observed, forms) = (shape.observables.len(), shape.forms);
         let mut state = State {
             record: Record::new(motion.dimension(), every),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -78,3 +80,84 @@ def test_matrices_and_vectors_are_given_by_their_own_names() -> None:
     runs = [body.flow(h=0.05, q=q, v=v).until(4.0, control=control) for control in (whole_torque, elements_of_torque)]
     np.testing.assert_array_equal(runs[0].q, runs[1].q)
     assert np.linalg.norm(runs[0].v[-1]) < 0.5 * np.linalg.norm(v)
+
+
+FLYING = """
+parameters { inertia = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.0, 0.2, 1.0]], torque = [0.0, 0.0, 0.0] }
+coordinates(a, r: rotation, x: [3]);
+let w = r.angular_velocity();
+lagrangian = w.inner(inertia * w) / 2 + dot(x).norm_squared() / 2 + dot(a).powi(2) / 2 - 9.81 * x[2];
+external_forces = (0, torque, [0, 0, 0]);
+let momentum = r * (inertia * w);
+observe = [momentum];
+"""
+BEGIN = {"q": {"a": 0.5, "r": [1.0, 0.0, 0.0, 0.0], "x": [1.0, 2.0, 3.0]}, "v": {"a": 0.0, "r": [0.5, -0.2, 0.3], "x": [0.0, 1.0, 2.0]}}
+
+
+def test_arrays_and_rotations_are_taken_by_their_own_names() -> None:
+    flying = dsocs.System(FLYING)
+    run = flying.flow(h=0.05, **BEGIN).until(1.0, control=lambda node: {"torque": -0.1 * node["v_r"]})
+    same = flying.flow(h=0.05, q=[0.5, 1, 0, 0, 0, 1, 2, 3], v=[0, 0.5, -0.2, 0.3, 0, 1, 2]).until(1.0, control=lambda node: {"torque": -0.1 * node.v[2:5]})
+    np.testing.assert_array_equal(run.q, same.q)
+    for name, expected in {
+        "r": run.q[:, 1:5], "x": run.q[:, 5:], "v_r": run.v[:, 2:5], "v_x": run.v[:, 5:], "a_r": run.a[:, 2:5], "force_x": run.force[:, 5:],
+        "momentum": run.observed, "torque": np.stack([run[f"torque_{i}"] for i in range(3)], axis=1),
+    }.items():  # fmt: skip
+        np.testing.assert_array_equal(run[name], expected)
+        assert not run[name].flags.writeable, name
+        if name not in ("momentum", "torque"):
+            np.testing.assert_array_equal(run[-1][name], expected[-1])
+    assert run["inertia"].shape == (21, 3, 3) and (run["inertia"] == [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.0, 0.2, 1.0]]).all()
+    points = run.sample([0.1, 0.33])
+    np.testing.assert_array_equal(points["r"], points.q[:, 1:5])
+    np.testing.assert_array_equal(points["momentum"], points.observed)
+    for name in ("w", "v_y", "r_v", "x_", ""):
+        with pytest.raises(KeyError):
+            run[name]
+        with pytest.raises(KeyError):
+            run[-1][name]
+    with pytest.raises(dsocs.SetupError, match=r"q\['x'\] has the shape \(2,\); expected 3 numbers: x_0, x_1, x_2"):
+        flying.flow(h=0.05, q={**BEGIN["q"], "x": [1.0, 2.0]}, v=BEGIN["v"])
+    with pytest.raises(dsocs.SetupError, match="no parameter `torques`"):
+        flying.flow(h=0.05, **BEGIN).until(1.0, control=lambda node: {"torques": [1.0, 2.0, 3.0]})
+
+
+def test_an_ensemble_varies_vectors_and_matrices() -> None:
+    flying = dsocs.System(FLYING)
+    torques, inertias = np.array([[0.1, 0.0, 0.2], [0.0, -0.3, 0.0]]), np.array([np.eye(3), np.diag([1.0, 2.0, 3.0])])
+    ends = flying.ensemble(h=0.05, **BEGIN, torque=torques, inertia=inertias).until(1.0)
+    for place in range(2):
+        run = flying.flow(h=0.05, **BEGIN, torque=torques[place], inertia=inertias[place]).until(1.0)
+        np.testing.assert_allclose(ends["r"][place], run["r"][-1], atol=1e-13)
+        np.testing.assert_allclose(ends["momentum"][place], run["momentum"][-1], atol=1e-12)
+    assert ends["v_r"].shape == (2, 3)
+    with pytest.raises(dsocs.SetupError, match=r"torque has the shape \(5, 2\); expected \(3,\), or \(runs, 3\)"):
+        flying.ensemble(h=0.05, **BEGIN, torque=np.zeros((5, 2)))
+
+
+def test_a_step_that_turns_far_is_told() -> None:
+    body = dsocs.System(BODY)
+    fast = {"q": [1.0, 0.0, 0.0, 0.0], "v": [0.0, 0.0, 20.0]}
+    with pytest.warns(dsocs.StepWarning, match=r"`r` turns by 2.0 rad in a step at t = [\d.]+: .* take h=0.02") as told:
+        run = body.flow(h=0.1, **fast).until(1.0)
+    assert len(told) == 1
+    # a copy is told no more, and a shorter step nothing
+    pickle.loads(pickle.dumps(run))
+    body.flow(h=0.05, **fast).until(1.0)
+    body.flow(h=0.1, tolerance=1e-9, **fast).until(1.0)
+
+
+def test_what_expressions_do_not_know_is_said() -> None:
+    with pytest.raises(dsocs.SetupError, match="rotations and arrays of coordinates are said in a text"):
+        dsocs.coordinates("r: rotation")
+    body = dsocs.System(BODY)
+    with pytest.raises(dsocs.SetupError) as raised:
+        body.equilibrium([1.0, 0.0, 0.0, 0.0])
+    assert "::" not in str(raised.value)
+
+
+def test_inputs_of_a_linear_model_are_named_as_arrays() -> None:
+    masses = dsocs.System("parameters { push = [0.0, 0.0] } coordinates(x: [2]); lagrangian = dot(x).norm_squared() / 2; external_forces = push;")
+    model = masses.linearize(q={"x": [0.0, 0.0]}, v=[0.0, 0.0], inputs="push")
+    assert list(model.inputs) == ["push_0", "push_1"] and model.B.shape == (4, 2)
+    np.testing.assert_array_equal(model.state({"x": [1.0, 2.0]}), model.state([1.0, 2.0]))
