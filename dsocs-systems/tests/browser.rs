@@ -165,7 +165,21 @@ fn pages_in_a_browser() {
     dsocs(folder, &["run", "chain", "--report", "chain.html"]);
     dsocs(
         folder,
-        &["report", "particle", "--cases", "4", "--out", "report.html"],
+        &[
+            "report",
+            "particle",
+            "turntable",
+            "--cases",
+            "4",
+            "--out",
+            "report.html",
+        ],
+    );
+    let report = fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(
+        report.contains("turntable at some moments of its run")
+            && !report.contains("particle at some moments"),
+        "bodies in space are seen"
     );
     let pages = ["pendulum", "particle", "chain", "report"];
     for page in pages {

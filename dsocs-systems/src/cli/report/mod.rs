@@ -1,6 +1,7 @@
 //! `dsocs report`: one page with the paper's figures and tables, speed against error, the theorems, the hard cases, and where all that
 //! comes from.
 
+mod drawn;
 mod speed;
 
 use std::io::Write;
@@ -11,7 +12,7 @@ use clap::Args;
 use super::output::OutputFile;
 use super::page::{self, Cell, Page};
 use super::{CliError, Program, paper, progress};
-use crate::check::{Begin, Settings};
+use crate::check::Settings;
 use crate::experiment::{ErrorRow, StartRule, slope};
 use crate::stability::number;
 use crate::stability::{Bar, CASES};
@@ -197,7 +198,7 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
             q0,
             v0,
             a0: entry.default_acceleration().or(entry.default_near()),
-            begin: Begin::default(),
+            begin: drawn::begin(entry),
         };
         let findings = entry.check(&settings)?;
         missed += findings.iter().filter(|finding| !finding.ok()).count();
@@ -213,6 +214,7 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
             &["check", "what", "#figure", "#bar", ""],
             rows,
         ));
+        drawn::picture(page, entry)?;
     }
     Ok(missed)
 }
