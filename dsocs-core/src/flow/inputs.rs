@@ -269,9 +269,14 @@ impl<'s> Change<'s> {
                 })
             })),
         }
-        let mut force = self.sides[1].force(h, leg.any(), e);
+        // what a mass makes that changes at once is an impulse, which the mean of the two accelerations knows nothing of
+        let (of, jumps) = match kinematic {
+            Kinematic::Side(side) => (*side, 0.0),
+            Kinematic::Mean(..) => (1, 1.0),
+        };
+        let mut force = self.sides[of].force(h, leg.any(), e);
         for (force, jump) in force.iter_mut().zip(&self.jump) {
-            *force = *force + Tangent::splat(*jump);
+            *force = *force + Tangent::splat(jumps * jump);
         }
         let sides = match kinematic {
             Kinematic::Side(side) => [*side; 2],

@@ -307,6 +307,61 @@ fn several_inputs_at_a_node_are_one_change() {
     }
 }
 
+declared! {
+    /// A law between two free masses; its coefficient and a mass are held.
+    #[derive(Clone)]
+    struct Law {
+        m: f64,
+        a: f64,
+    }
+    coordinates(x, y);
+    lagrangian = m * dot(x).powi(2) / 2 + dot(y).powi(2) / 2;
+    kinematic = ddot(x) + a * ddot(y);
+    constraint_forces = [(1, 0.5)];
+}
+
+/// What a law prescribes goes on with its value, by the mean of its rows, as in a steep and steady change: `∂c/∂a Δv = 0`.
+#[test]
+fn a_mass_and_the_law_may_change_at_once() {
+    let mut random = Random::new(5);
+    for draw in 0..12 {
+        let [m, new] = [0, 1].map(|_| random.between(0.5, 2.5));
+        let [a, other] = [0, 1].map(|_| random.between(-0.8, 1.5));
+        let law = Law { m, a };
+        let (v, mean) = ([1.0, 0.4], 0.5 * (a + other));
+        // new vx - m 1 = J, vy - 0.4 = J / 2, (vx - 1) + mean (vy - 0.4) = 0
+        let impulse = (new - m) / (1.0 + 0.5 * mean * new);
+        let expected = [(m + impulse) / new, 0.4 + 0.5 * impulse];
+        let start = Start::second_order([0.0, 0.0], v);
+        for places in [[0, 1], [1, 0]] {
+            let run = |inputs: &mut dyn Inputs<2>| {
+                for _ in 0..3 {
+                    inputs.advance().unwrap();
+                }
+                for place in places {
+                    inputs.set_input(["m", "a"][place], [new, other][place]).unwrap();
+                }
+                for _ in 0..3 {
+                    inputs.advance().unwrap();
+                }
+                inputs.node().v
+            };
+            let ends = [
+                run(&mut Flow::new(&law, 0.1, start).unwrap()),
+                run(&mut ComposedFlow::new(&law, 0.1, Composition::SUZUKI_4, start).unwrap()),
+                run(&mut TaylorFlow::new(&law, start, Tolerance::relative(1e-12))
+                    .unwrap()
+                    .every(0.1)
+                    .unwrap()),
+            ];
+            for found in ends {
+                let apart = (found[0] - expected[0]).abs().max((found[1] - expected[1]).abs());
+                assert!(apart < 1e-10, "{draw} {places:?}: {ends:?} {expected:?}");
+            }
+        }
+    }
+}
+
 /// At the node where the blade turns the force is that of the old slope: `m ẍ = pull − λ slope`, `ÿ = λ = slope ẍ`.
 #[test]
 fn forces_and_multipliers_at_a_change_are_those_with_which_the_motion_arrives() {
