@@ -63,6 +63,9 @@ const FOUND: f64 = 4.0 * f64::EPSILON;
 /// Arguments that differ by less than this part of themselves are one.
 const SAME: f64 = 1e-12;
 
+/// At the end of a step an argument at rest may be so many tolerances of the velocity from zero.
+const LEFT: f64 = 10.0;
+
 /// An argument is zero that arrives there in this part of the time in which the motion changes.
 const ARRIVES: f64 = 1e-9;
 
@@ -641,12 +644,15 @@ impl Integrator {
         let multipliers = equations.declaration().shape().multipliers();
         let fastest = point.fastest(&way.end.x[..self.next.dimension()], multipliers);
         let span = sticking.step.max(size);
+        // what the tolerance leaves of it
+        let fastest_part = v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let left = LEFT * self.control.relative() * fastest_part;
         let still: Vec<bool> = sides::zero(&equations.declaration(), t, q, v)
             .into_iter()
             .zip(point.arguments().iter().zip(&fastest))
             .zip(&sticking.pieces)
             .map(|((is_zero, (argument, fastest)), piece)| {
-                *piece == Piece::Between && (is_zero || argument.abs() <= ARRIVES * span * fastest)
+                *piece == Piece::Between && (is_zero || argument.abs() <= left.max(ARRIVES * span * fastest))
             })
             .collect();
         let mut rest = sticking.pieces.iter().zip(&still);

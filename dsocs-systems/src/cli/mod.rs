@@ -33,6 +33,7 @@
 //! its numerics; `--help` says more. If there is only one system, its name can be left out.
 
 mod accuracy;
+mod alternation;
 mod bodies;
 mod check;
 mod destination;

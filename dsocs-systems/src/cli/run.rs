@@ -10,6 +10,7 @@ use dsocs_core::{NearlySingular, RunError, Stop, Unresolved};
 use serde_json::{Map, Value, json};
 
 use super::accuracy::{AccuracyArguments, Errors};
+use super::alternation::Alternation;
 use super::destination::Destination;
 use super::energy::Energy;
 use super::expression;
@@ -149,6 +150,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
     let (mut lost, mut errors, mut energy) = (Lost::default(), Errors::default(), Energy::default());
     let (mut turns, mut unresolved, mut nearly_singular) = (Turns::of(entry.description()), None, None);
+    let mut alternation = Alternation::default();
     let [mut may_divide, mut third] = [false; 2];
     let interrupted = interrupt::watch();
     let result = entry.run(&plan, &beginning, &mut |row| {
@@ -156,6 +158,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         errors.look(row);
         energy.look(row);
         turns.look(row);
+        alternation.look(row);
         (unresolved, nearly_singular) = (row.unresolved, row.nearly_singular);
         let shape = row.declaration.shape();
         (may_divide, third) = (shape.may_divide(), shape.is_of_third_order());
@@ -191,6 +194,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         errors.note(entry.description().names(), result.is_err()),
         energy.note(plan.method, plan.h),
         turns.note(entry.description().names(), plan.method, plan.h),
+        alternation.note(entry.description().names(), plan.method),
         unresolved.map(|found| switched(found, third, plan.method)),
         nearly_singular.map(|found| near(found, may_divide, third)),
         arguments.accuracy.note(),

@@ -1,6 +1,7 @@
 //! What the program says of scenes that a mechanician has thought of: warnings where they are due, and none elsewhere; checks that pass, or say why they are
 //! open.
 
+mod alternation;
 mod checks;
 mod energy;
 mod inputs;

@@ -1,0 +1,91 @@
+//! Whether a coordinate goes to and fro from step to step.
+//!
+//! No motion that the step follows does so: its period is many steps. Where a spring or a damper is too stiff for the step, what is left of the fast motion
+//! changes its sign in every step, and may grow.
+
+use crate::entry::{Method, Row};
+use crate::stability::number;
+
+/// So many increments in a row have opposite signs, each hardly less than the one before.
+const STREAK: u32 = 20;
+
+/// By how much one may be less: after a streak an eighth is left.
+const HARDLY: f64 = 0.9;
+
+/// What moves with less than this part of the largest energy so far hardly counts, and may be rounding.
+const MATTERS: f64 = 1e-6;
+
+/// Increments of the last step, and how long they have alternated.
+#[derive(Default)]
+pub struct Alternation {
+    /// The number of the last node, its time, and its position.
+    last: Option<(u64, f64)>,
+    position: Vec<f64>,
+    /// The increments to it.
+    increments: Vec<f64>,
+    /// How many have alternated.
+    streaks: Vec<u32>,
+    /// The largest energy so far.
+    energy: f64,
+    /// The first coordinate that has done so for long enough, and when that began.
+    found: Option<(usize, f64)>,
+}
+
+impl Alternation {
+    /// Looks at a node.
+    pub fn look(&mut self, row: &Row<'_>) {
+        let (node, q) = (&row.node, row.node.q);
+        self.energy = self.energy.max(node.energy.abs());
+        let follows = self.last.filter(|(index, _)| index + 1 == node.index);
+        if self.found.is_some() || follows.is_none() {
+            self.position.clear();
+            self.position.extend(q);
+            self.increments = vec![0.0; q.len()];
+            self.streaks = vec![0; q.len()];
+        }
+        if let Some((_, before)) = follows
+            && self.found.is_none()
+        {
+            let h = node.t - before;
+            for i in 0..q.len() {
+                let increment = q[i] - self.position[i];
+                let last = core::mem::replace(&mut self.increments[i], increment);
+                let alternates = increment * last < 0.0 && increment.abs() > HARDLY * last.abs();
+                self.streaks[i] = if alternates { self.streaks[i] + 1 } else { 0 };
+                if self.streaks[i] == STREAK {
+                    if energy_of(row, i, increment / h) > MATTERS * self.energy {
+                        self.found = Some((i, node.t - f64::from(STREAK) * h));
+                    }
+                    self.streaks[i] = 0;
+                }
+            }
+            self.position.copy_from_slice(q);
+        }
+        self.last = Some((node.index, node.t));
+    }
+
+    /// What is to be said of steps of a fixed length, with the names of the coordinates.
+    pub fn note<'n>(&self, mut names: impl Iterator<Item = &'n str>, method: Method) -> Option<String> {
+        let (place, time) = self.found?;
+        if matches!(method, Method::Tolerance(_)) {
+            return None;
+        }
+        let name = names.nth(place).unwrap_or_default();
+        Some(format!(
+            "warning: `{name}` goes to and fro from step to step, from about t = {} on: something moves or is damped there too fast for this step, and what the step makes of it is not \
+             the motion (a smaller `--step`; or declare what is so stiff as a constraint)",
+            number(time)
+        ))
+    }
+}
+
+/// How much of the energy a velocity of a coordinate makes.
+fn energy_of(row: &Row<'_>, coordinate: usize, velocity: f64) -> f64 {
+    let (node, declaration) = (&row.node, &row.declaration);
+    let energy = |velocity: f64| {
+        let mut v = node.v.to_vec();
+        v[coordinate] = velocity;
+        declaration.energy::<f64>(node.t, node.q, &v)
+    };
+    (energy(velocity) - energy(0.0)).abs()
+}
