@@ -194,12 +194,12 @@ def _value(x: Any) -> Any:
 class DualNode:
     """A node whose numbers know their derivatives by its position, velocity and acceleration."""
 
-    def __init__(self, index: int, t: float, q: Array, v: Array, a: Array, names: Sequence[str]) -> None:
+    def __init__(self, index: int, t: float, q: Array, v: Array, a: Array, names: Sequence[str], rotations: Sequence[int]) -> None:
         #: The number of the node.
         self.index = index
         #: The time.
         self.t = t
-        self._names = names
+        self._names, self._rotations = names, rotations
         unit = np.eye(3 * len(names))
         numbers = np.empty(3 * len(names), dtype=object)
         for place, value in enumerate((*q.tolist(), *v.tolist(), *a.tolist())):
@@ -211,11 +211,13 @@ class DualNode:
         self.q, self.v, self.a = numbers.reshape(3, len(names))
 
     def __getitem__(self, name: str) -> Any:
-        """A coordinate by its name, `v_theta` or `a_theta`; an array of them by its own name."""
+        """A coordinate by its name, `v_theta` or `a_theta`; an array of them, or a rotation, by its own name."""
         for prefix, vector in (("", self.q), ("v_", self.v), ("a_", self.a)):
             if name.startswith(prefix) and name[len(prefix) :] in self._names:
                 return vector[list(self._names).index(name[len(prefix) :])]
-            places, shape = among(name[len(prefix) :], self._names) if name.startswith(prefix) else ([], ())
+            if not name.startswith(prefix):
+                continue
+            places, shape = among(name[len(prefix) :], self._names, self._rotations, moving=prefix != "")
             if places:
                 return vector[places].reshape(shape)
         raise KeyError(str(unknown("coordinate", name, self._names)))

@@ -135,14 +135,14 @@ class LinearModel:
         run.until(10.0, control=lambda node: {"force": float(-K @ model.state(node))})
         ```
         """
-        names = self.system._names
+        names, rotations = self.system._names, self.system._rotations
         if isinstance(q, Node):
             if v is not None:
                 raise SetupError("v is given beside a node, which has its own velocity")
             place, rate = q.q, q.v
         else:
-            place = np.array(_inputs.vector("q", _inputs.by_element("q", q, names, ()), names, self.q.tolist()))
-            rate = self.v if v is None else np.array(_inputs.vector("v", _inputs.by_element("v", v, names, ()), names, self.v.tolist()))
+            place = np.array(_inputs.vector("q", _inputs.by_element("q", q, names, rotations), names, self.q.tolist()))
+            rate = self.v if v is None else np.array(_inputs.vector("v", _inputs.by_element("v", v, names, rotations), names, self.v.tolist()))
         state: Array = self.projection @ np.concatenate([place - self.q, rate - self.v])
         return state
 
@@ -271,7 +271,7 @@ def _guesses(system: System, q: Any, run: Any) -> list[list[float]]:
         text = system._run_text(run)
         own = text.start[0] if text is not None and text.start is not None else None
         return [list(own) if own is not None else [0.0] * len(names)]
-    return [_inputs.vector("q", _inputs.by_element("q", q, names, ()), names, None)]
+    return [_inputs.vector("q", _inputs.by_element("q", q, names, system._rotations), names, None)]
 
 
 def equilibrium(system: System, *, q: Any, t: Any, free: Any, hold: Any, run: Any, values: Mapping[str, Any]) -> Equilibrium:

@@ -93,7 +93,7 @@ class Path:
         def asked(index: int, t: float, q: Array, v: Array, a: Array) -> tuple[float, list[float]]:
             if places is not None and index not in places:
                 return none
-            found = cost(DualNode(index, t, q, v, a, names))
+            found = cost(DualNode(index, t, q, v, a, names, self.system._rotations))
             return Dual.parts(found, 3 * len(names))
 
         told = self._raw.gradient(of == "end", asked)

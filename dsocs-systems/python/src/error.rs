@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// What the library advises in Rust, and how it is said in Python. What is longer comes first.
-const IN_RUST: [(&str, &str); 24] = [
+const IN_RUST: [(&str, &str); 22] = [
     (
         "give the first two nodes, `Start::nodes(q0, q1)`: those of a flow are `flow.node().q` and `flow.position()`",
         "give the first two nodes, `q=` and `q1=`: those of a run are `run.q[0]` and `run.q[1]`",
@@ -36,8 +36,6 @@ const IN_RUST: [(&str, &str); 24] = [
     (" (Start::exact)", ""),
     (" (geometry::DiscreteFlow)", ""),
     (" (linear::OperatingPoint)", ""),
-    (" (linear::EquilibriumSearch)", ""),
-    (" (differences of Flow or TaylorFlow)", ""),
     (" (Path)", " (`path`)"),
     (" (Flow)", ""),
     ("`Flow::advance_to`", "`run.advance_to`"),

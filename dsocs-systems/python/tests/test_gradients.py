@@ -85,3 +85,13 @@ def test_a_cost_at_some_nodes() -> None:
         path.gradient(lambda node: node["x"], of="nodes", at=[21])
     with pytest.raises(dsocs.SetupError, match="of='nodes'"):
         path.gradient(lambda node: node["x"], at=[1])
+
+
+def test_a_cost_takes_arrays_of_coordinates() -> None:
+    masses = dsocs.System("parameters { k = 2.0 } coordinates(x: [2]); lagrangian = dot(x).norm_squared() / 2 - k * x[0].powi(2) * x[1].powi(2);")
+    path = masses.path(1.0, h=0.1, q={"x": [1.0, 0.5]}, v={"x": [0.0, 0.3]})
+    whole = path.gradient(lambda last: last["x"] @ last["x"] + last["v_x"][1])
+    single = path.gradient(lambda last: last["x_0"] ** 2 + last["x_1"] ** 2 + last["v_x_1"])
+    assert whole.cost == pytest.approx(single.cost, rel=1e-15)
+    np.testing.assert_allclose(whole.q, single.q, rtol=1e-14)
+    np.testing.assert_allclose(whole.parameters["k"], single.parameters["k"], rtol=1e-14)
