@@ -201,6 +201,11 @@ mod texts {
                 shipped.kind,
                 "{name}: what a list says without reading the text"
             );
+            assert_eq!(
+                entry.checked_end() < entry.default_until(),
+                name == "bodies",
+                "{name}"
+            );
             let description = entry.description().clone();
             let said = [
                 &description.coordinates,
