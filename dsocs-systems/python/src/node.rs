@@ -140,14 +140,12 @@ impl PyNode {
         if let Some(number) = self.number(name) {
             return Ok(PyFloat::new(py, number).into_any());
         }
-        match self.numbers(name) {
-            Some(numbers) => Ok(PyArray1::from_slice(py, numbers).into_any()),
-            None => {
-                let known = self.names.names.join(", ");
-                let message = format!("a node has no `{name}`; its coordinates are {known}");
-                Err(PyKeyError::new_err(message))
-            }
+        if let Some(numbers) = self.numbers(name) {
+            return Ok(PyArray1::from_slice(py, numbers).into_any());
         }
+        let known = self.names.names.join(", ");
+        let message = format!("a node has no `{name}`; its coordinates are {known}");
+        Err(PyKeyError::new_err(message))
     }
 
     fn __repr__(&self) -> String {
