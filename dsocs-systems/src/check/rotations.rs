@@ -9,6 +9,10 @@ use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, larger
 use crate::entry::{CheckFailure, Motions, Symmetry};
 use crate::stability::Bar;
 
+/// So far a symmetry is followed to see whether the Lagrangian is kept, and the part of itself by which that may change: rounding.
+const MOVED: f64 = 1e-3;
+const SAME: f64 = 1e-9;
+
 /// A norm may be so many roundings from one.
 const ROUNDINGS: f64 = 4.0;
 
@@ -128,7 +132,11 @@ fn norms(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
 /// The momentum equation along the symmetries that are declared, and along those of coordinates whose positions are in no equation: these are moved, and
 /// attitudes turned about the axes of space. Where nothing works along one, its momentum stays.
 fn momenta(subject: &Subject<'_>, symmetries: &[Symmetry], legs: &[OwnedLeg<f64>], report: &mut Report) {
-    let own = reduced(subject.kernel);
+    let mut own = reduced(subject.kernel);
+    own.retain(|symmetry| {
+        legs.iter()
+            .all(|leg| keeps_lagrangian(subject.kernel, leg, symmetry))
+    });
     if symmetries.is_empty() && own.is_empty() {
         report.push(
             "symmetries that are declared, and positions that are in no equation",
@@ -173,6 +181,18 @@ fn momenta(subject: &Subject<'_>, symmetries: &[Symmetry], legs: &[OwnedLeg<f64>
             }),
         );
     }
+}
+
+/// Whether the Lagrangian is the same where a symmetry leads: a height may be in no equation, and its weight is in the Lagrangian.
+fn keeps_lagrangian(kernel: &dyn Kernel, leg: &OwnedLeg<f64>, symmetry: &Symmetry) -> bool {
+    let generator = symmetry.at(&leg.q);
+    let still = vec![0.0; generator.len()];
+    let [ahead, behind] = [MOVED, -MOVED].map(|part| {
+        let pairs = leg.q.iter().zip(&generator);
+        let q: Vec<f64> = pairs.map(|(q, along)| q + part * along).collect();
+        Declaration::of(kernel).lagrangian::<f64>(leg.t, &q, &still)
+    });
+    (ahead - behind).abs() <= SAME * (ahead.abs() + behind.abs())
 }
 
 /// The symmetries of coordinates whose positions are in no equation.

@@ -67,8 +67,12 @@ pub fn identity(subject: &Subject<'_>, report: &mut Report) {
     }
 }
 
-/// Whether the forces of constraints do no work along displacements that these allow, at the states of the motion: friction in proportion to them does.
+/// Whether the forces of constraints on positions do no work along displacements that these allow, at the states of the motion: friction in proportion to them
+/// does.
 fn are_ideal(subject: &Subject<'_>) -> bool {
+    if subject.constraints()[1..] != [0, 0] {
+        return true;
+    }
     let declaration = Declaration::of(subject.kernel);
     subject.states.iter().all(|state| {
         let a = vec![0.0; state.q.len()];
