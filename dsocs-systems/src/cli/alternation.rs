@@ -47,8 +47,8 @@ impl Alternation {
             && self.found.is_none()
         {
             let h = node.t - before;
-            for i in 0..q.len() {
-                let increment = q[i] - self.position[i];
+            for (i, x) in q.iter().enumerate() {
+                let increment = x - self.position[i];
                 let last = core::mem::replace(&mut self.increments[i], increment);
                 let alternates = increment * last < 0.0 && increment.abs() > HARDLY * last.abs();
                 self.streaks[i] = if alternates { self.streaks[i] + 1 } else { 0 };

@@ -24,7 +24,9 @@ use super::table::{TableFormat, TableWriter};
 use super::terminal::tell;
 use super::turns::Turns;
 use super::{CliError, Program, interrupt, page, progress};
-use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, UnknownName, columns};
+use crate::entry::{
+    Beginning, Column, Description, Entry, Method, Plan, Row, RunFailure, UnknownName, columns,
+};
 use crate::stability::number;
 
 /// How many nodes there are between two signs of progress.
@@ -148,17 +150,12 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     );
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
-    let (mut lost, mut errors, mut energy) = (Lost::default(), Errors::default(), Energy::default());
-    let (mut turns, mut unresolved, mut nearly_singular) = (Turns::of(entry.description()), None, None);
-    let mut alternation = Alternation::default();
+    let mut watched = Watched::of(entry.description());
+    let (mut unresolved, mut nearly_singular) = (None, None);
     let [mut may_divide, mut third] = [false; 2];
     let interrupted = interrupt::watch();
     let result = entry.run(&plan, &beginning, &mut |row| {
-        lost.look(row);
-        errors.look(row);
-        energy.look(row);
-        turns.look(row);
-        alternation.look(row);
+        watched.look(row);
         (unresolved, nearly_singular) = (row.unresolved, row.nearly_singular);
         let shape = row.declaration.shape();
         (may_divide, third) = (shape.may_divide(), shape.is_of_third_order());
@@ -190,11 +187,13 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     });
     bar.finish_and_clear();
     let notes = [
-        lost.note(),
-        errors.note(entry.description().names(), result.is_err()),
-        energy.note(plan.method, plan.h),
-        turns.note(entry.description().names(), plan.method, plan.h),
-        alternation.note(entry.description().names(), plan.method),
+        watched.lost.note(),
+        watched.errors.note(entry.description().names(), result.is_err()),
+        watched.energy.note(plan.method, plan.h),
+        watched
+            .turns
+            .note(entry.description().names(), plan.method, plan.h),
+        watched.alternation.note(entry.description().names(), plan.method),
         unresolved.map(|found| switched(found, third, plan.method)),
         nearly_singular.map(|found| near(found, may_divide, third)),
         arguments.accuracy.note(),
@@ -225,6 +224,37 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
             notes,
         }),
         Err(failure) => Err(failure.into()),
+    }
+}
+
+/// What is looked at in every node, of which something may be said in the end.
+struct Watched {
+    lost: Lost,
+    errors: Errors,
+    energy: Energy,
+    turns: Turns,
+    alternation: Alternation,
+}
+
+impl Watched {
+    /// For a system.
+    fn of(description: &Description) -> Self {
+        Self {
+            lost: Lost::default(),
+            errors: Errors::default(),
+            energy: Energy::default(),
+            turns: Turns::of(description),
+            alternation: Alternation::default(),
+        }
+    }
+
+    /// Looks at a node.
+    fn look(&mut self, row: &Row<'_>) {
+        self.lost.look(row);
+        self.errors.look(row);
+        self.energy.look(row);
+        self.turns.look(row);
+        self.alternation.look(row);
     }
 }
 
