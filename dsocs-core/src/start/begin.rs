@@ -486,16 +486,16 @@ pub(crate) fn acceleration(
         let root = newton::solve(&equations, guess, &zero, MAX_ITERATIONS, &mut ());
         root.ok().map(|root| root.z)
     };
-    let found = solve(&guess).or_else(|| {
-        let elsewhere = near
-            .is_none()
-            .then(|| elsewhere::only(q.len(), shape.motion, &solve));
-        elsewhere.flatten()
-    });
-    match found {
-        Some(z) => Ok(split(&z)),
-        None => Err(newton::explain(&equations, &guess, &zero, MAX_ITERATIONS)),
+    if let Some(z) = solve(&guess) {
+        return Ok(split(&z));
     }
+    let failure = newton::explain(&equations, &guess, &zero, MAX_ITERATIONS);
+    let elsewhere = if near.is_none() && !failure.is_at_multiple_root() {
+        elsewhere::only(q.len(), shape.motion, &solve)
+    } else {
+        None
+    };
+    elsewhere.map_or(Err(failure), |z| Ok(split(&z)))
 }
 
 /// The continuous system as equations for the acceleration and the multipliers.

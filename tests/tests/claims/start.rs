@@ -7,6 +7,7 @@ use std::f64::consts::SQRT_2;
 use dsocs_core::{Flow, SetupError, Start, Stepper, dsocs};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::closed_form::pendulum::{self, START};
+use dsocs_tests::declared;
 
 fn close(found: [f64; 2], expected: [f64; 2], tolerance: f64) {
     for i in 0..2 {
@@ -200,4 +201,36 @@ fn a_step_of_first_order_does_not_rest_where_a_law_says_nothing() {
         flow.advance().unwrap();
         assert!(flow.position()[0] < 1.0);
     }
+}
+
+declared! {
+    /// A law that is flat at no acceleration.
+    struct Cubed { value: f64 };
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = ddot(x).powi(3) - value;
+    constraint_forces = [(1,)];
+}
+
+declared! {
+    /// The same with two solutions.
+    struct Squared { value: f64 };
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = ddot(x).powi(2) - value;
+    constraint_forces = [(1,)];
+}
+
+#[test]
+fn the_only_acceleration_is_found_where_newton_fails_from_zero() {
+    let start = Start::second_order([0.3], [0.1]);
+    for value in [8.0, -27.0, 1e-9, 1e9] {
+        let end = dsocs_tests::text::Flow::new(&Cubed { value }, 0.01, start)
+            .unwrap()
+            .to(0.1)
+            .unwrap();
+        assert!((end.a[0] / value.cbrt() - 1.0).abs() < 1e-9, "{value}: {end:?}");
+    }
+    // one of two has to be chosen
+    assert!(dsocs_tests::text::Flow::new(&Squared { value: 4.0 }, 0.01, start).is_err());
 }
