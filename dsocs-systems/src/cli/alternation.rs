@@ -9,6 +9,10 @@ use crate::stability::number;
 /// So many increments in a row have opposite signs, each hardly less than the one before.
 const STREAK: u32 = 20;
 
+/// All of so many nodes are looked at, and then so many out of as many: a long run is to pay nothing for it.
+const FIRST: u64 = 2048;
+const WINDOW: u64 = 32;
+
 /// By how much one may be less: after a streak an eighth is left.
 const HARDLY: f64 = 0.9;
 
@@ -32,8 +36,17 @@ pub struct Alternation {
 }
 
 impl Alternation {
-    /// Looks at a node.
+    /// Looks at a node: at all of the first ones, and then now and again at enough in a row.
+    #[inline]
     pub fn look(&mut self, row: &Row<'_>) {
+        let index = row.node.index;
+        if index < FIRST || index % FIRST < WINDOW {
+            self.look_at(row);
+        }
+    }
+
+    #[inline(never)]
+    fn look_at(&mut self, row: &Row<'_>) {
         let (node, q) = (&row.node, row.node.q);
         self.energy = self.energy.max(node.energy.abs());
         let follows = self.last.filter(|(index, _)| index + 1 == node.index);
