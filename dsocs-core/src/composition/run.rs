@@ -739,6 +739,8 @@ impl Run for Composed<'_> {
     fn reverse(&mut self) -> Result<(), RunError> {
         self.course.clock.turn();
         self.course.since = 0;
+        // nodes are counted anew
+        self.arrived = None;
         self.h = -self.h;
         self.prepare();
         self.course.report = START;

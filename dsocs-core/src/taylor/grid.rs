@@ -53,6 +53,7 @@ impl Run for AnyTaylorFlow<'_> {
     /// Turns round in time. The motion back is computed to the tolerance, too, so it returns to its start to the tolerance, not to
     /// rounding.
     fn reverse(&mut self) -> Result<(), RunError> {
+        self.motion.arrived = None;
         self.motion.clock.turn();
         // at a knot or a switch the motion back is that of the other piece
         if !self.motion.knots.is_empty() || self.motion.watch.is_some() {

@@ -307,6 +307,32 @@ fn several_inputs_at_a_node_are_one_change() {
     }
 }
 
+/// A run that turns round counts its nodes anew, and where it was when an input changed is not where it is.
+#[test]
+fn an_input_after_turning_round_leaves_the_position() {
+    let system = PushedByPotentialAlone { u: 0.0 };
+    let start = Start::second_order([1.0], [0.3]);
+    let mut composed = ComposedFlow::new(&system, 0.1, Composition::SUZUKI_4, start).unwrap();
+    let mut series = TaylorFlow::new(&system, start, Tolerance::relative(1e-12))
+        .unwrap()
+        .every(0.1)
+        .unwrap();
+    for run in [&mut composed as &mut dyn Inputs<1>, &mut series] {
+        run.set_input("u", 0.7).unwrap();
+        for _ in 0..5 {
+            run.advance().unwrap();
+        }
+        let before = run.node();
+        run.reverse().unwrap();
+        run.set_input("u", -0.4).unwrap();
+        let after = run.node();
+        assert!(
+            (before.q[0] - after.q[0]).abs() < 1e-14 && (before.v[0] - after.v[0]).abs() < 1e-14,
+            "{before:?} {after:?}"
+        );
+    }
+}
+
 declared! {
     /// A law between two free masses; its coefficient and a mass are held.
     #[derive(Clone)]
