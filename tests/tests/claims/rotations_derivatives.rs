@@ -96,17 +96,27 @@ fn cost(rotation: usize, node: AnyPoint<'_, Dual<f64>>) -> Dual<f64> {
     height + rest + spin + node.a[rotation + 2] * 0.01
 }
 
-/// The same as a number.
-fn cost_at(rotation: usize, node: AnyPoint<'_, f64>) -> f64 {
-    let [q, v, a] = [node.q, node.v, node.a]
-        .map(|numbers| -> Vec<Dual<f64>> { numbers.iter().map(|number| Dual::new(*number, 0.0)).collect() });
+/// The cost of a node, and how fast it changes with rates of position, velocity and acceleration.
+fn cost_with(rotation: usize, node: AnyPoint<'_, f64>, rates: [&[f64]; 3]) -> Dual<f64> {
+    let dual = |numbers: &[f64], rates: &[f64]| -> Vec<Dual<f64>> {
+        let pairs = numbers.iter().zip(rates);
+        pairs.map(|(number, rate)| Dual::new(*number, *rate)).collect()
+    };
+    let [q, v, a] = [(node.q, rates[0]), (node.v, rates[1]), (node.a, rates[2])]
+        .map(|(numbers, rates)| dual(numbers, rates));
     let point = AnyPoint {
         t: Dual::new(node.t, 0.0),
         q: &q,
         v: &v,
         a: &a,
     };
-    cost(rotation, point).re
+    cost(rotation, point)
+}
+
+/// The cost of a node.
+fn cost_at(rotation: usize, node: AnyPoint<'_, f64>) -> f64 {
+    let still = vec![0.0; node.q.len()];
+    cost_with(rotation, node, [&still; 3]).re
 }
 
 /// How fast the cost of a node changes along a tangent, by position, velocity and acceleration: a rotation moves by a turn.
@@ -114,18 +124,7 @@ fn cost_along(rotation: usize, node: AnyPoint<'_, f64>, [turn, v, a]: [&[f64]; 3
     let mut q = turn.to_vec();
     let rate = product(quaternion(node.q, rotation), quaternion(turn, rotation)).map(|x| 0.5 * x);
     q[rotation..rotation + 4].copy_from_slice(&rate);
-    let dual = |numbers: &[f64], rates: &[f64]| -> Vec<Dual<f64>> {
-        let pairs = numbers.iter().zip(rates);
-        pairs.map(|(number, rate)| Dual::new(*number, *rate)).collect()
-    };
-    let (q, v, a) = (dual(node.q, &q), dual(node.v, v), dual(node.a, a));
-    let point = AnyPoint {
-        t: Dual::new(node.t, 0.0),
-        q: &q,
-        v: &v,
-        a: &a,
-    };
-    cost(rotation, point).eps
+    cost_with(rotation, node, [&q, v, a]).eps
 }
 
 /// A start from its numbers.
