@@ -17,6 +17,6 @@ pub(crate) use begin::{
     check_parameters, inverse_mass, mass_matrix, momentum, name_of_rotation, state, state_acceleration,
     velocity_of,
 };
-pub(crate) use determined::{Determined, check as check_determined, determined};
+pub(crate) use determined::{Determined, check as check_determined, determinant_at, determined};
 pub(crate) use impulse::velocity_after;
 pub use sized::Start;

@@ -52,6 +52,12 @@ pub enum SeriesFailure {
         /// How far they led.
         led: f64,
     },
+    /// The acceleration has no bound at a place on the way of the next step: the equations for it do not determine it there, and the motion ends.
+    #[error("the acceleration has no bound at t = {time}")]
+    Unbounded {
+        /// The time of that place.
+        time: f64,
+    },
     /// Constraints depend on each other at a place on the way of the next step: there they hold for velocities that they exclude elsewhere, and the
     /// motion may go on in more than one way, as that of a linkage at a change point.
     #[error("{row} says nothing beside the other constraints at t = {time}")]
@@ -196,6 +202,10 @@ impl fmt::Display for SeriesError {
                  lead: {row} says nothing there beside the others. The motion may go on in more than one way, and no tolerance decides which: end \
                  the run before, change a length a little, or leave out what the constraints say twice there",
                 coordinates.join(", ")
+            ),
+            (SeriesFailure::Unbounded { time }, _) => write!(
+                f,
+                "the acceleration has no bound at t = {time:.9}, past which the step from t = {t} would lead: {singular}"
             ),
             (SeriesFailure::StepTooSmall { step, smallest }, _) => write!(
                 f,

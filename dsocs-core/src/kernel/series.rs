@@ -25,7 +25,7 @@ use crate::series::orders::LANES;
 use crate::tape::{MalformedTape, Reader, Tape, TapeCall};
 
 /// The version of the format.
-const VERSION: u8 = 2;
+const VERSION: u8 = 3;
 
 /// The operation is needed beyond order 0.
 pub(crate) const LASTING: u8 = 1;
@@ -236,8 +236,8 @@ pub(crate) enum Argument {
     Sign(Place),
     /// That of a smooth function that is steep.
     Steep(Place),
-    /// A divisor of a high degree.
-    Divisor(Place),
+    /// The base of a power of a high degree, which is negative in a divisor.
+    Power(Place, i32),
     /// The first without the second.
     Difference(Place, Place),
 }
@@ -459,7 +459,11 @@ fn read(reader: &mut Reader<'_>, constants: Tape, calls: Vec<TapeCall>) -> Optio
     let arguments = list(switches, || match reader.number()? {
         0 => Some(Argument::Sign(counts.sequence(reader)?)),
         1 => Some(Argument::Steep(counts.sequence(reader)?)),
-        3 => Some(Argument::Divisor(counts.sequence(reader)?)),
+        kind @ (3 | 4) => {
+            let base = counts.sequence(reader)?;
+            let degree = i32::try_from(reader.number()?).ok()?;
+            Some(Argument::Power(base, if kind == 3 { -degree } else { degree }))
+        }
         2 => Some(Argument::Difference(
             counts.sequence(reader)?,
             counts.sequence(reader)?,

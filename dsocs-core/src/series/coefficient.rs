@@ -37,8 +37,8 @@ pub trait Coefficient: Scalar {
         (self.sin(), self.cos())
     }
 
-    /// The inverse of a matrix, by columns; NaN where it is singular.
-    fn inverse<const FUSED: bool, const M: usize>(matrix: &[[Self; M]; M]) -> [[Self; M]; M];
+    /// The inverse of a matrix, by columns, and the sign of its determinant; NaN where it is singular.
+    fn inverse<const FUSED: bool, const M: usize>(matrix: &[[Self; M]; M]) -> ([[Self; M]; M], Self);
 }
 
 impl Coefficient for f64 {
@@ -66,7 +66,7 @@ impl Coefficient for f64 {
     }
 
     #[inline(always)]
-    fn inverse<const FUSED: bool, const M: usize>(matrix: &[[Self; M]; M]) -> [[Self; M]; M] {
+    fn inverse<const FUSED: bool, const M: usize>(matrix: &[[Self; M]; M]) -> ([[Self; M]; M], Self) {
         elimination::inverse::<FUSED, M>(matrix)
     }
 }
@@ -92,16 +92,18 @@ impl<R: Register> Coefficient for Lanes<R> {
 
     // a function of its own: elimination is long, and gains nothing from registers
     #[inline(never)]
-    fn inverse<const FUSED: bool, const M: usize>(matrix: &[[Self; M]; M]) -> [[Self; M]; M] {
-        let mut columns = [[Self::splat(0.0); M]; M];
+    fn inverse<const FUSED: bool, const M: usize>(matrix: &[[Self; M]; M]) -> ([[Self; M]; M], Self) {
+        let (mut columns, mut signs) = ([[Self::splat(0.0); M]; M], Self::splat(0.0));
         for lane in 0..LANES {
-            let inverse = elimination::inverse::<false, M>(&matrix.map(|row| row.map(|x| x.lane(lane))));
+            let matrix = matrix.map(|row| row.map(|x| x.lane(lane)));
+            let (inverse, sign) = elimination::inverse::<false, M>(&matrix);
+            signs.set_lane(lane, sign);
             for (column, inverse) in columns.iter_mut().zip(inverse) {
                 for (x, inverse) in column.iter_mut().zip(inverse) {
                     x.set_lane(lane, inverse);
                 }
             }
         }
-        columns
+        (columns, signs)
     }
 }

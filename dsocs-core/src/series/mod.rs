@@ -11,6 +11,7 @@ pub(crate) mod coefficient;
 pub mod formulas;
 pub(crate) mod jet;
 pub(crate) mod orders;
+mod power;
 pub(crate) mod roots;
 pub(crate) mod rows;
 pub(crate) mod sums;

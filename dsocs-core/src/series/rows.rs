@@ -23,6 +23,8 @@ pub struct Series<T = f64> {
     dimension: usize,
     /// The time of the point of expansion.
     t: T,
+    /// See [`Series::sign`].
+    sign: T,
     /// `q^(k)/k!` by order, [`ROWS`] rows.
     q: Box<[T]>,
     /// `v^(k)/k!` by order, [`ROWS`] rows.
@@ -36,6 +38,8 @@ pub struct Rows<'c, const N: usize, T = f64> {
     order: usize,
     /// The time of the point of expansion.
     t: T,
+    /// See [`Series::sign`].
+    sign: &'c mut T,
     /// The position by order.
     q: &'c mut [[T; N]; ROWS],
     /// The velocity by order.
@@ -57,6 +61,7 @@ impl<T: Coefficient> Series<T> {
             order: order.clamp(2, MAX_ORDER),
             dimension,
             t: T::splat(0.0),
+            sign: T::splat(0.0),
             q: table(),
             v: table(),
         }
@@ -82,6 +87,7 @@ impl<T: Coefficient> Series<T> {
         Some(Rows {
             order: self.order.min(MAX_ORDER),
             t: self.t,
+            sign: &mut self.sign,
             q: q.try_into().ok()?,
             v: v.try_into().ok()?,
         })
@@ -115,6 +121,18 @@ impl<T: Coefficient> Series<T> {
     #[must_use]
     pub fn time(&self) -> T {
         self.t
+    }
+
+    /// The sign of the determinant of the equations for the accelerations at the point of expansion; 0 where these need not be solved.
+    #[inline]
+    pub(crate) fn sign(&self) -> T {
+        self.sign
+    }
+
+    /// Sets that sign.
+    #[inline]
+    pub(crate) fn set_sign(&mut self, sign: T) {
+        self.sign = sign;
     }
 
     /// Sets the time of the point of expansion.
@@ -269,6 +287,12 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
                 if a.is_finite() { a } else { 0.0 }
             })
         })
+    }
+
+    /// Sets the sign of the determinant of the equations for the accelerations.
+    #[inline(always)]
+    pub fn set_sign(&mut self, sign: T) {
+        *self.sign = sign;
     }
 
     /// Takes the acceleration of order `k`, and moves the position and the velocity from order `k` to the next.

@@ -131,11 +131,11 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         }
     }
 
-    /// Begins the series of a divisor of a high degree.
+    /// Begins the series of the base of a power of a high degree, negative in a divisor.
     #[inline(always)]
-    pub fn divisor(&mut self, place: usize, value: T) {
+    pub fn power(&mut self, place: usize, value: T, exponent: i32) {
         for track in 0..T::TRACKS {
-            self.switches[track][place].divisor(value.track(track));
+            self.switches[track][place].power(value.track(track), exponent);
         }
     }
 

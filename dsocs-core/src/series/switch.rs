@@ -5,6 +5,7 @@
 //! arguments. So the first place is found where one of them changes its sign, and the step ends there.
 
 use super::orders::{MAX_ORDER, ROWS};
+use super::power::Power;
 use crate::series::roots::{self, Crossing};
 
 /// A coefficient is rounding if its term is below this part of the largest.
@@ -27,16 +28,6 @@ const FARTHER: f64 = 8.0;
 
 /// A series that begins so far outside of the place where a smooth step is visible knows nothing of it.
 const FLAT: f64 = 3.0;
-
-/// A divisor whose terms beyond the first are less than this part of it stays far from zero.
-const SHALLOW: f64 = 0.5;
-
-/// It comes near zero where it is less than this part of what it is at both ends of a step: of a high power of it the part is small.
-const DEEP: f64 = 0.5;
-
-/// Which part of the way to its zero a step goes, and how many steps in a row do so.
-const BEFORE_ZERO: f64 = 0.98;
-const MOST_NEARS: u8 = 8;
 
 /// What a tolerance says of switches.
 #[derive(Clone, Copy, Debug)]
@@ -71,8 +62,8 @@ pub struct Switch {
     scale: f64,
     /// The time after which a series that begins where the switch is has left it by more than rounding.
     leaves: f64,
-    /// Whether it is a divisor, and in how many steps in a row it has come nearer to zero.
-    nears: Option<u8>,
+    /// The power of a high degree that it is raised to.
+    power: Option<Power>,
 }
 
 impl Default for Switch {
@@ -84,7 +75,7 @@ impl Default for Switch {
             leading: 0,
             scale: 0.0,
             leaves: 0.0,
-            nears: None,
+            power: None,
         }
     }
 }
@@ -115,11 +106,13 @@ impl Switch {
         self.coefficients[0] = value;
     }
 
-    /// Begins the series of a divisor of a high degree: what it divides may be flat but where it comes near zero.
+    /// Begins the series of the base of a power of a high degree, negative in a divisor: it may be flat but where the power is large.
     #[inline(always)]
-    pub fn divisor(&mut self, value: f64) {
+    pub fn power(&mut self, value: f64, exponent: i32) {
         self.coefficients[0] = value;
-        self.nears.get_or_insert(0);
+        if !self.power.is_some_and(|power| power.is_of(exponent)) {
+            self.power = Some(Power::new(exponent));
+        }
     }
 
     /// Takes the coefficient of order `k`.
@@ -275,18 +268,10 @@ impl Switch {
         found: &mut Vec<Crossing>,
     ) -> Reach {
         let known = &self.coefficients[..order.clamp(1, MAX_ORDER)];
-        let (first, size) = (known[0].abs(), h.abs());
-        if let Some(nears) = self.nears {
-            let rest = known[1..].iter().rev();
-            let rest = rest.fold(0.0, |rest, c| (rest + c.abs()) * size);
-            // false where a term is not finite, too
-            return if rest < SHALLOW * first || !rest.is_finite() {
-                self.nears = Some(0);
-                Reach::Whole
-            } else {
-                self.search_pit(order, h, nears, found)
-            };
+        if let Some(power) = &mut self.power {
+            return power.reach(known, h, found);
         }
+        let (first, size) = (known[0].abs(), h.abs());
         if self.side == 0.0 && first <= limits.visible + FLAT {
             return Reach::Whole;
         }
@@ -304,39 +289,6 @@ impl Switch {
             return Reach::Whole;
         }
         self.search(order, h, limits, found)
-    }
-
-    /// How far a step may go on whose way a divisor may come near zero: to where it is nearest, if it is much nearer there than at both ends. Where it
-    /// is zero, a step ends before: what is divided by it has no value there, and if the motion shows nothing of it, it goes on after some such steps.
-    #[cold]
-    fn search_pit(&mut self, order: usize, h: f64, nears: u8, found: &mut Vec<Crossing>) -> Reach {
-        let known = &self.coefficients[..order.clamp(1, MAX_ORDER)];
-        let mut power = 1.0;
-        let mut terms = [0.0; ROWS];
-        for (term, c) in terms.iter_mut().zip(known) {
-            *term = c * power;
-            power *= h;
-        }
-        let terms = &terms[..known.len()];
-        let value = |at: f64| terms.iter().rev().fold(0.0, |value, term| value * at + term);
-        let mut slopes = [0.0; ROWS];
-        for (k, (slope, term)) in slopes.iter_mut().zip(&terms[1..]).enumerate() {
-            *slope = (k + 1) as f64 * term;
-        }
-        roots::crossings(terms, found);
-        let zero = found.first().map(|crossing| BEFORE_ZERO * crossing.at);
-        roots::crossings(&slopes[..terms.len() - 1], found);
-        let least = DEEP * value(0.0).abs().min(value(1.0).abs());
-        let mut extrema = found.iter().map(|crossing| crossing.at);
-        let pit = extrema.find(|&at| value(at).abs() < least);
-        self.nears = Some(if zero.is_some() {
-            nears.saturating_add(1)
-        } else {
-            0
-        });
-        let zero = zero.filter(|_| nears < MOST_NEARS);
-        let nearest = zero.into_iter().chain(pit).reduce(f64::min);
-        nearest.map_or(Reach::Whole, Reach::Shorter)
     }
 
     /// The same where the terms alone do not tell that there is no change of sign.
@@ -426,7 +378,7 @@ impl Switch {
 }
 
 /// The largest of the last third of terms, of two at least: where a motion begins at the zero of a power, only every so many of them are not zero.
-fn tail(terms: &[f64]) -> f64 {
+pub(super) fn tail(terms: &[f64]) -> f64 {
     let from = terms.len() - (terms.len() / 3).max(2).min(terms.len());
     terms[from..].iter().fold(0.0, |tail, term| tail.max(term.abs()))
 }

@@ -23,6 +23,18 @@ pub(crate) struct Determined {
     pub(crate) determinant: Determinant,
 }
 
+/// The determinant of the equations for the acceleration, at a point and its multipliers.
+pub(crate) fn determinant_at(
+    declaration: &Declaration<'_>,
+    point: AnyPoint<'_, f64>,
+    multipliers: &[f64],
+) -> Determinant {
+    let size = point.a.len() + multipliers.len();
+    let (mut rows, mut jacobian) = (Vector::nan(size), Square::zero(size));
+    declaration.linearize_continuous(point, multipliers, &mut rows, jacobian.entries_mut());
+    jacobian.determinant()
+}
+
 /// The motion at a time, a position and a velocity, looked for near an acceleration; `None` where there is none.
 pub(crate) fn determined(
     declaration: &Declaration<'_>,
@@ -31,10 +43,7 @@ pub(crate) fn determined(
 ) -> Option<Determined> {
     let (a, multipliers) = acceleration(declaration, (t, q, v), Some(near)).ok()?;
     let size = a.len() + multipliers.len();
-    let (mut rows, mut jacobian) = (Vector::nan(size), Square::zero(size));
-    let point = AnyPoint { t, q, v, a: &a };
-    declaration.linearize_continuous(point, &multipliers, &mut rows, jacobian.entries_mut());
-    let determinant = jacobian.determinant();
+    let determinant = determinant_at(declaration, AnyPoint { t, q, v, a: &a }, &multipliers);
     (!determinant.value.is_nan()).then(|| Determined {
         motion: Vector::from_fn(size, |i| {
             a.get(i).copied().unwrap_or_else(|| multipliers[i - a.len()])

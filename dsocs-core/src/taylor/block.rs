@@ -8,6 +8,7 @@ use super::flow::{AnyTaylorFlow, TaylorFlow};
 use super::grid::Visit;
 use super::integrator::Integrator;
 use super::lanes::{Ends, LaneSeries};
+use super::projection::Projection;
 use super::trial::SHORTER;
 use crate::ensemble::Observed;
 use crate::kernel::clock::End;
@@ -408,8 +409,11 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             .next
             .begin(lanes.ends.t[lane], motion.tried.q(), motion.tried.v());
         lanes.engine.tell(lane, asked, &mut motion.next);
-        // a velocity that jumps where no expansion shows a switch
-        let jumps = motion.moved(self.step.h()).is_some();
+        // a velocity that jumps where no expansion shows a switch, or a place where the equations do not determine the acceleration
+        let depends = |projection: &Projection| projection.has_turned() || projection.is_lost();
+        let jumps = motion.moved(self.step.h()).is_some()
+            || motion.changes_sign()
+            || motion.projection.as_ref().is_some_and(depends);
         let weights = motion.control.weights();
         let order = motion.order.current();
         let Judged { sizes: known, end } = equations.judge(&motion.next, motion.tried.a(), weights, order);
@@ -427,6 +431,9 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             motion.expansions = motion.expansions.saturating_add(1);
             self.step.size = (SHORTER * size).max(smallest);
             return false;
+        }
+        if let Some(projection) = &mut motion.projection {
+            projection.keep_directions();
         }
         motion.last = Some((motion.t, self.step.h()));
         if self.step.is_whole() {

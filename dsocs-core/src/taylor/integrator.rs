@@ -7,6 +7,7 @@ use super::control::{Control, Judged, Sizes, Tolerance, exp2};
 use super::order::Order;
 use super::projection::{Projection, size};
 use super::recurrences::SeriesKernel;
+use super::singular::Past;
 use super::state::State;
 use super::sticking::Sticking;
 use super::trial::Trial;
@@ -28,7 +29,7 @@ use crate::solve::newton::Stop;
 use crate::solve::rotation;
 use crate::start::Phase;
 use crate::start::place::Place;
-use crate::step::singular::{self, DEPENDENT};
+use crate::step::singular;
 use crate::tape::declaration::Declaration;
 
 /// How many steps a motion may take unless [`super::TaylorFlow::max_steps`] says otherwise.
@@ -55,9 +56,6 @@ const JUMPS_NEAR: f64 = 0.5;
 
 /// A time that is never reached. Terms of a series stay finite there, so that changes of sign are found on the way.
 const FAR: f64 = 1e100;
-
-/// A step that would lead past a place where constraints depend on each other goes half the way there, unless that is less than this part of it.
-const PAST: f64 = 0.01;
 
 /// Where velocities have weights, they are looked at again if one becomes so many times the largest.
 const GROWS: f64 = 2.0;
@@ -399,6 +397,7 @@ impl Integrator {
             }
             Outcome::NotFinite if self.goes_over_here(equations) => self.go(equations, until),
             Outcome::NotFinite => Err(self.failed(equations, SeriesFailure::NotFinite).into()),
+            Outcome::Unbounded(time) => Err(self.failed(equations, SeriesFailure::Unbounded { time }).into()),
             Outcome::Dependent(time, row) => Err(self
                 .failed(equations, SeriesFailure::Dependent { time, row })
                 .into()),
@@ -696,7 +695,9 @@ impl Integrator {
             undefined: (cause == SeriesFailure::NotFinite).then(undefined).flatten(),
             deficiency: matches!(
                 cause,
-                SeriesFailure::Stalls { .. } | SeriesFailure::StepTooSmall { .. }
+                SeriesFailure::Stalls { .. }
+                    | SeriesFailure::StepTooSmall { .. }
+                    | SeriesFailure::Unbounded { .. }
             )
             .then(open)
             .flatten(),
@@ -729,40 +730,14 @@ impl Integrator {
         Some(SeriesFailure::Dependent { time, row })
     }
 
-    /// When constraints depend on each other in the step of a length that has been tried, and which: on its way, if a direction has turned, or at its end, as far as
-    /// rounding tells.
-    #[inline(always)]
-    fn lost(&self, equations: &dyn SeriesKernel, h: f64, has_turned: bool) -> Option<(f64, DependentRow)> {
-        if has_turned {
-            return self.dependence(equations, h);
-        }
-        if !self.projection.as_ref().is_some_and(Projection::is_lost) {
-            return None;
-        }
-        let time = self.t.hi[0] + h;
-        let place = Place::of_phase(time, Vector::of(self.tried.q()), Vector::of(self.tried.v()));
-        singular::dependent_at(&equations.declaration(), &place).map(|row| (time, row))
-    }
-
-    /// When constraints depend on each other on the way of the step of a length, and which.
-    #[cold]
-    fn dependence(&self, equations: &dyn SeriesKernel, h: f64) -> Option<(f64, DependentRow)> {
-        let n = self.now.q().len();
-        let way = |part: f64| {
-            let s = part * h;
-            let (mut q, mut v) = (Vector::zero(n), Vector::zero(n));
-            // each order as a multiple of the one before, the highest first
-            for (order, coefficients) in self.series.positions().chunks(n.max(1)).enumerate().rev() {
-                for (i, coefficient) in coefficients.iter().enumerate() {
-                    q[i] = q[i] * s + coefficient;
-                    if order > 0 {
-                        v[i] = v[i] * s + order as f64 * coefficient;
-                    }
-                }
-            }
-            Place::of_phase(self.t.hi[0] + s, q, v)
+    /// The length of a step that has been tried with the length `h`; it ends beyond a switch where the next piece has a value.
+    fn beyond(&mut self, equations: &mut dyn SeriesKernel, trial: &Trial, h: f64) -> f64 {
+        let Some(beyond) = trial.beyond.filter(|_| trial.end.at_switch) else {
+            return h;
         };
-        singular::dependence(&equations.declaration(), &way, DEPENDENT)
+        let h = beyond.copysign(h);
+        self.arrive(equations, h, self.t.hi[0] + h);
+        h
     }
 
     /// Makes one step to a time, or as far as the tolerance allows. `left` is the way there.
@@ -823,26 +798,21 @@ impl Integrator {
             let good = !jumps && self.control.good(&sizes, end, size, trial.is_rough);
             // a jump of the acceleration is passed in a step that no clock would see
             if good || (size <= smallest && self.next.is_finite()) {
-                let h = match trial.beyond.filter(|_| at_switch) {
-                    // where the next piece has a value
-                    Some(beyond) => {
-                        let h = beyond.copysign(left);
-                        self.arrive(equations, h, self.t.hi[0] + h);
-                        h
-                    }
-                    None => h,
-                };
-                let has_turned = self.projection.as_mut().is_some_and(Projection::has_turned);
-                if let Some((time, row)) = self.lost(equations, h, has_turned) {
-                    let ahead = (time - self.t.hi[0]).abs();
-                    if ahead > PAST * size && ahead < size {
-                        // the motion is good up to there
+                let h = self.beyond(equations, &trial, h);
+                match self.past(equations, (h, smallest), !at_switch && !is_knot) {
+                    None => {}
+                    Some(Past::Unseen(ahead)) => {
                         self.rejected += 1;
                         trial = Trial::of(0.5 * ahead, trial.is_rough);
                         continue;
                     }
-                    core::mem::swap(&mut self.series, &mut self.next);
-                    return Outcome::Dependent(time, row);
+                    Some(Past::End(outcome)) => {
+                        core::mem::swap(&mut self.series, &mut self.next);
+                        return outcome;
+                    }
+                }
+                if let Some(projection) = &mut self.projection {
+                    projection.keep_directions();
                 }
                 self.last = Some((self.t, h));
                 if whole {
@@ -885,5 +855,6 @@ pub(super) enum Outcome {
     Good,
     NotFinite,
     TooSmall(f64),
+    Unbounded(f64),
     Dependent(f64, DependentRow),
 }

@@ -334,6 +334,7 @@ impl<R: Chosen, S: System<N>, const N: usize> LaneSeries for Expansions<'_, R, S
 
     fn tell(&self, lane: usize, first: usize, series: &mut Series) {
         let (lane, order) = (lane % LANES, series.order());
+        series.set_sign(self.next.sign().lane(lane));
         let Some(v) = series.velocity_table_mut::<N>() else {
             return; // it has as many coordinates as the system
         };

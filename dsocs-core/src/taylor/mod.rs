@@ -87,6 +87,7 @@ mod moved;
 mod order;
 mod projection;
 mod recurrences;
+mod singular;
 pub(crate) mod solve;
 mod start;
 mod state;

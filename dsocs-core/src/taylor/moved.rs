@@ -200,9 +200,9 @@ impl Coefficient for Moved {
     }
 
     /// The derivative of the inverse `X` of a matrix `A` is `-X A' X`.
-    fn inverse<const FUSED: bool, const M: usize>(matrix: &[[Self; M]; M]) -> [[Self; M]; M] {
+    fn inverse<const FUSED: bool, const M: usize>(matrix: &[[Self; M]; M]) -> ([[Self; M]; M], Self) {
         // by columns
-        let inverse = elimination::inverse::<false, M>(&matrix.map(|row| row.map(|x| x.value)));
+        let (inverse, sign) = elimination::inverse::<false, M>(&matrix.map(|row| row.map(|x| x.value)));
         let mut result = inverse.map(|column| column.map(Self::splat));
         for direction in 0..DIRECTIONS {
             // A' X, by columns
@@ -215,7 +215,7 @@ impl Coefficient for Moved {
                 }
             }
         }
-        result
+        (result, Self::splat(sign))
     }
 }
 
@@ -240,8 +240,8 @@ mod tests {
             |[x, y]| x.atan2(y) + x.powi(3),
             |[x, y]| x.powf(Moved::splat(2.5)) * y.sqrt(),
             |[x, y]| (x + y).tanh() * (x - y).abs(),
-            |[x, y]| Moved::inverse::<false, 2>(&[[x, y], [y, x * x]])[0][0],
-            |[x, y]| Moved::inverse::<false, 2>(&[[x, y], [y * y, x * x]])[0][1],
+            |[x, y]| Moved::inverse::<false, 2>(&[[x, y], [y, x * x]]).0[0][0],
+            |[x, y]| Moved::inverse::<false, 2>(&[[x, y], [y * y, x * x]]).0[0][1],
             |[x, y]| Moved::from_lanes(|lane| [x.lane(lane) * y.lane(lane).ln()])[0],
         ];
         for (place, function) in functions.iter().enumerate() {

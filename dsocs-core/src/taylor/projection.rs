@@ -109,7 +109,7 @@ impl Projection {
             directions: Vec::with_capacity(2 * n * lower),
         };
         projection.correct(lower, v);
-        projection.has_turned();
+        projection.keep_directions();
         Some(projection)
     }
 
@@ -153,16 +153,19 @@ impl Projection {
     }
 
     /// Whether the part of a row that is independent of the rows before it has turned over since the last step, as where rows have depended on each
-    /// other in between; it may also have turned by itself. The step is taken for one that has arrived.
-    pub fn has_turned(&mut self) -> bool {
+    /// other in between; it may also have turned by itself.
+    pub fn has_turned(&self) -> bool {
         let now = &self.shortest.directions;
         let pairs = self.directions.chunks_exact(self.n.max(1));
         let turned = pairs.zip(now.chunks_exact(self.n.max(1)));
         let turned = turned.step_by(2).any(|(before, now)| product(before, now) < 0.0);
-        let turned = turned || !self.directions.is_empty() && self.directions.len() != now.len();
+        turned || !self.directions.is_empty() && self.directions.len() != now.len()
+    }
+
+    /// Takes the independent parts of the rows where the last step has arrived for those that the next one is held against.
+    pub fn keep_directions(&mut self) {
         self.directions.clear();
-        self.directions.extend_from_slice(now);
-        turned
+        self.directions.extend_from_slice(&self.shortest.directions);
     }
 
     /// Whether a row has hardly any independent part left where the last step has arrived.

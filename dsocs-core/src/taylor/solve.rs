@@ -25,6 +25,7 @@ pub struct Accelerations<T, const M: usize> {
     iteration: u32,
     update: [T; M],
     inverse: [[T; M]; M],
+    sign: T,
     ended: bool,
     /// The motions whose accelerations are as good as they get, as bits, and for how many iterations all are.
     good: u32,
@@ -41,6 +42,7 @@ impl<T: Coefficient, const M: usize> Accelerations<T, M> {
             iteration: 0,
             update: [T::splat(0.0); M],
             inverse: [[T::splat(f64::NAN); M]; M],
+            sign: T::splat(f64::NAN),
             ended: false,
             good: 0,
             again: 0,
@@ -61,6 +63,13 @@ impl<T: Coefficient, const M: usize> Accelerations<T, M> {
         &self.inverse
     }
 
+    /// The sign of the determinant of the rows' Jacobian; it may be NaN if there is no solution.
+    #[inline(always)]
+    #[must_use]
+    pub fn sign(&self) -> T {
+        self.sign
+    }
+
     /// Takes the rows; `false` if the accelerations are as good as they get.
     #[inline(always)]
     pub fn improve<const FUSED: bool>(&mut self, rows: &[T; M], jacobian: &[[T; M]; M], a: &[T; M]) -> bool {
@@ -69,8 +78,9 @@ impl<T: Coefficient, const M: usize> Accelerations<T, M> {
         }
         // the Jacobian of affine rows is that of the first iteration
         if self.iteration == 0 || !self.affine {
-            let inverse = T::inverse::<FUSED, M>(jacobian);
+            let (inverse, sign) = T::inverse::<FUSED, M>(jacobian);
             let good = self.good;
+            [self.sign] = kept(good, &[self.sign], [sign]);
             for (old, new) in self.inverse.iter_mut().zip(inverse) {
                 *old = kept(good, old, new);
             }
@@ -155,6 +165,8 @@ pub(super) struct AnyAccelerations {
     pub update: Vec<f64>,
     /// The inverse of the rows' Jacobian, by columns.
     pub inverse: Vec<f64>,
+    /// The sign of the determinant of the rows' Jacobian.
+    pub sign: f64,
     pivots: Vec<f64>,
     right: Vec<f64>,
     sizes: Vec<f64>,
@@ -171,6 +183,7 @@ impl AnyAccelerations {
             ended: false,
             update: vector(),
             inverse: matrix(),
+            sign: f64::NAN,
             pivots: vector(),
             right: matrix(),
             sizes: vector(),
@@ -182,6 +195,7 @@ impl AnyAccelerations {
         (self.iteration, self.ended) = (0, false);
         self.update.fill(0.0);
         self.inverse.fill(f64::NAN);
+        self.sign = f64::NAN;
     }
 
     /// Takes the rows, and their Jacobian row by row, which is destroyed; `false` if the accelerations are as good as they get.
@@ -191,7 +205,8 @@ impl AnyAccelerations {
             return false;
         }
         if self.iteration == 0 || !self.affine {
-            slices::inverse::<FUSED>(jacobian, &mut self.right, &mut self.pivots, &mut self.inverse);
+            self.sign =
+                slices::inverse::<FUSED>(jacobian, &mut self.right, &mut self.pivots, &mut self.inverse);
         }
         let limit = if self.affine {
             AFFINE_ITERATIONS

@@ -46,6 +46,7 @@ mod proper_branch;
 mod regularity;
 mod reversal;
 mod roots;
+mod roots_that_come_close;
 mod rotations;
 mod rotations_bound;
 mod rotations_chains;

@@ -11,8 +11,8 @@ use super::draws;
 /// A shape as a declaration writes it, and by its value.
 type Shape = (&'static str, fn(f64) -> f64);
 
-/// Functions of `u` that are small but for a neighbourhood of zero.
-const SHAPES: [Shape; 7] = [
+/// Functions of `u` that are small but for a neighbourhood of zero, or of some places.
+const SHAPES: [Shape; 11] = [
     ("(-u.powi(2)).exp()", |u| (-u * u).exp()),
     ("(-u.powi(4)).exp()", |u| (-u.powi(4)).exp()),
     ("1 / u.min(300.0).max(-300.0).cosh().powi(2)", |u| {
@@ -22,7 +22,17 @@ const SHAPES: [Shape; 7] = [
     ("(1 + u.powi(2)).powi(-5)", |u| (1.0 + u * u).powi(-5)),
     ("(1 + u.powi(2)).powf(-4.5)", |u| (1.0 + u * u).powf(-4.5)),
     ("(1 - u.tanh()) * (1 + u.tanh())", |u| u.cosh().powi(-2)),
+    // of a high power the base tells where it is large
+    ("(u / 5).sin().powi(16)", |u| (u / 5.0).sin().powi(16)),
+    ("(u / 20).cos().powi(400)", |u| (u / 20.0).cos().powi(400)),
+    ("(u / 63).cos().powi(4000)", |u| (u / 63.0).cos().powi(4000)),
+    ("((1.2 + (u / 5).cos()) / 2.2).powf(60.0)", |u| {
+        ((1.2 + (u / 5.0).cos()) / 2.2).powf(60.0)
+    }),
 ];
+
+/// The first of those that are large at many places.
+const FIRST_OF_MANY: usize = 7;
 
 /// The end of the motion of an oscillator of the stiffness `k` with a force of a shape, narrow at a place or at a time.
 fn by_others(shape: Shape, [height, at, width, k]: [f64; 4], is_in_time: bool) -> [f64; 2] {
@@ -59,7 +69,7 @@ fn by_series(shape: Shape, [height, at, width, k]: [f64; 4], is_in_time: bool, t
 #[test]
 fn what_is_narrow_is_met_whatever_the_tolerance() {
     let draws = (0..SHAPES.len(), any::<bool>(), -3.0..-0.5, 0.3..1.0, 0.0..1.0);
-    draws::test(60, 28, draws, &|(shape, is_in_time, log_width, at, k)| {
+    draws::test(100, 28, draws, &|(shape, is_in_time, log_width, at, k)| {
         let width = 10.0_f64.powf(log_width);
         let (at, k) = if is_in_time { (4.0 * at, k) } else { (at, 0.2 * k) };
         // a push of about the momentum 1/5, or a place that takes and gives about a tenth of the energy
@@ -70,8 +80,14 @@ fn what_is_narrow_is_met_whatever_the_tolerance() {
             let error = (found[0] - reference[0])
                 .abs()
                 .max((found[1] - reference[1]).abs());
+            // those that come again and again push as often, and may bring it nearly to rest between two of them
+            let size = if shape < FIRST_OF_MANY {
+                1.0
+            } else {
+                10.0 * reference[0].hypot(reference[1]).powi(2).max(1.0)
+            };
             prop_assert!(
-                error < 300.0 * tolerance.max(1e-11),
+                error < 300.0 * tolerance.max(1e-11) * size,
                 "{} in {}, {scene:?}, {tolerance}: {found:?} {reference:?}",
                 SHAPES[shape].0,
                 if is_in_time { "time" } else { "space" },

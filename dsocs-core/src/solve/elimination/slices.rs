@@ -3,7 +3,7 @@
 use super::many;
 use super::{
     Determinant, LARGEST_DETERMINANT, Pivots, SMALLEST_DETERMINANT, exchange_where, inverse_power_of_two,
-    is_safe,
+    is_safe, sign_of,
 };
 use crate::number::scalar::Scalar;
 use crate::solve::Vector;
@@ -195,6 +195,7 @@ fn quotients([a, b, c, d]: [f64; 4], [x, y]: [f64; 2]) -> (f64, f64) {
 
 /// The inverse of a matrix of so many rows, by columns; rows may differ in size by hundreds of orders of magnitude. NaN if it is singular. Products
 /// and sums are rounded once if `FUSED`. The matrix is destroyed; `right` and `inverse` are as large, and `pivots` has as many numbers as there are rows.
+/// Returns the sign of the determinant.
 #[inline(always)]
 #[allow(clippy::inline_always)] // for the machine's own instructions
 pub(crate) fn inverse<const FUSED: bool>(
@@ -202,7 +203,8 @@ pub(crate) fn inverse<const FUSED: bool>(
     right: &mut [f64],
     pivots: &mut [f64],
     inverse: &mut [f64],
-) {
+) -> f64 {
+    let mut sign = 1.0;
     let minus = |lower: f64, factor: f64, upper: f64| {
         if FUSED {
             (-factor).mul_add(upper, lower)
@@ -229,6 +231,7 @@ pub(crate) fn inverse<const FUSED: bool>(
             }
         }
         if pivot != k {
+            sign = -sign;
             for rows in [&mut *matrix, &mut *right] {
                 let (upper, lower) = rows.split_at_mut(pivot * size);
                 upper[k * size..(k + 1) * size].swap_with_slice(&mut lower[..size]);
@@ -259,13 +262,14 @@ pub(crate) fn inverse<const FUSED: bool>(
     }
     if !pivots.iter().all(|pivot| pivot.is_finite()) {
         inverse.fill(f64::NAN);
-        return;
+        return f64::NAN;
     }
     for (j, column) in inverse.chunks_exact_mut(width).enumerate() {
         for (i, entry) in column.iter_mut().enumerate() {
             *entry = right[i * size + j] * pivots[i];
         }
     }
+    sign_of(sign, pivots)
 }
 
 /// Brings a row to a common size with others, by a power of two, and tells by which.

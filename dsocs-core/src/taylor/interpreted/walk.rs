@@ -324,11 +324,12 @@ impl Expansion<'_, '_> {
                     break;
                 }
             }
+            next.set_sign(tables.accelerations.sign);
         }
         for (switch, argument) in tables.switches.iter_mut().zip(&series.arguments) {
             match *argument {
                 Argument::Steep(u) => switch.steep(tables.sequences[u as usize][START]),
-                Argument::Divisor(u) => switch.divisor(tables.sequences[u as usize][START]),
+                Argument::Power(u, exponent) => switch.power(tables.sequences[u as usize][START], exponent),
                 Argument::Sign(_) | Argument::Difference(..) => {}
             }
         }
@@ -484,7 +485,7 @@ fn order_of<const FUSED: bool, const EAGER: bool, const TURN: usize, const NEXT:
     }
     for (switch, argument) in switches.iter_mut().zip(&series.arguments) {
         let coefficient = match *argument {
-            Argument::Sign(u) | Argument::Steep(u) | Argument::Divisor(u) => order.of_series(u),
+            Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) => order.of_series(u),
             Argument::Difference(u, v) => order.of_series(u) - order.of_series(v),
         };
         switch.push(k, coefficient);

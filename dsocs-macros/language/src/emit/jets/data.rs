@@ -12,7 +12,7 @@ use crate::model::Model;
 use crate::passes;
 
 /// The version of the format, as `dsocs_core` knows it.
-const VERSION: u8 = 2;
+const VERSION: u8 = 3;
 
 /// The recurrences of Taylor series as data, from [`Model::series`].
 #[derive(Clone, Debug, PartialEq)]
@@ -141,14 +141,21 @@ impl Bytes<'_> {
             self.operand(square);
         }
         for &(argument, _) in sequences.switches() {
-            let (kind, parts) = match argument {
-                Argument::Sign(u) => (0, vec![u]),
-                Argument::Steep(u) => (1, vec![u]),
-                Argument::Difference(u, v) => (2, vec![u, v]),
-                Argument::Divisor(u) => (3, vec![u]),
+            let (kind, parts, degree) = match argument {
+                Argument::Sign(u) => (0, vec![u], None),
+                Argument::Steep(u) => (1, vec![u], None),
+                Argument::Difference(u, v) => (2, vec![u, v], None),
+                Argument::Power(u, exponent) => (
+                    if exponent < 0 { 3 } else { 4 },
+                    vec![u],
+                    Some(exponent.unsigned_abs()),
+                ),
             };
             self.number(kind);
             self.sequences(&parts);
+            if let Some(degree) = degree {
+                self.number(degree as usize);
+            }
         }
         self.sequences(&self.plan.accelerations);
         self.number(motion.unknown.len());

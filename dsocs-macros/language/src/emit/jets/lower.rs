@@ -10,6 +10,9 @@ use crate::passes::share::{Factor, Product, Shared};
 /// What is divided by a power of this degree or a higher one is flat far from where that is zero.
 const HIGH: u32 = 4;
 
+/// What is a factor with this power or a higher one is flat where it is small: fewer orders than these see how it begins.
+const LEAST_HILL: i32 = 8;
+
 /// Makes sequences of expressions, each expression once.
 pub(super) struct Lower<'g> {
     pub(super) graph: &'g mut Graph,
@@ -140,8 +143,11 @@ impl<'g> Lower<'g> {
             return self.lower(factor);
         }
         for &(factor, n) in factors {
-            if n < 0 && n.unsigned_abs() * self.degree(factor) >= HIGH {
-                self.watch_divisor(factor);
+            let degree = n.unsigned_abs().saturating_mul(self.degree(factor));
+            if n < 0 && degree >= HIGH {
+                self.watch_divisor(factor, degree);
+            } else if n >= LEAST_HILL {
+                self.watch_power(factor, n);
             }
         }
         let product = self.shared.product(as_product(factors));
@@ -292,20 +298,26 @@ impl<'g> Lower<'g> {
     }
 
     /// Watches a divisor, and what in it has a high power: a multiple root is known to few digits.
-    fn watch_divisor(&mut self, id: NodeId) {
-        let mut watched = vec![id];
+    fn watch_divisor(&mut self, id: NodeId, degree: u32) {
+        let mut watched = vec![(id, degree)];
         if let Node::Sum(_, terms) = self.graph.node(id) {
             for (term, _) in terms {
                 if let Node::Product(factors) = self.graph.node(*term) {
-                    let high = factors.iter().filter(|(_, n)| n.unsigned_abs() >= HIGH);
-                    watched.extend(high.map(|(factor, _)| *factor));
+                    let high = factors.iter().map(|&(factor, n)| (factor, n.unsigned_abs()));
+                    watched.extend(high.filter(|(_, n)| *n >= HIGH));
                 }
             }
         }
-        for id in watched {
-            let sequence = self.lower(id);
-            self.sequences.switch(Argument::Divisor(sequence), Vec::new());
+        for (id, degree) in watched {
+            self.watch_power(id, -i32::try_from(degree).unwrap_or(i32::MAX));
         }
+    }
+
+    /// Watches the base of a power.
+    fn watch_power(&mut self, id: NodeId, exponent: i32) {
+        let sequence = self.lower(id);
+        self.sequences
+            .switch(Argument::Power(sequence, exponent), Vec::new());
     }
 
     /// The highest power in an expression that is a sum or a product.
@@ -325,12 +337,18 @@ impl<'g> Lower<'g> {
 
     fn powf(&mut self, base: NodeId, exponent: NodeId) -> Sequence {
         if self.graph.is_fixed(exponent) {
-            let is_high = |exponent: f64| exponent <= -f64::from(HIGH);
-            let hides = self.graph.as_constant(exponent).is_none_or(is_high);
             let node = base;
             let base = self.lower(node);
-            if hides {
-                self.watch_divisor(node);
+            match self.graph.as_constant(exponent) {
+                Some(exponent) if exponent <= -f64::from(HIGH) => {
+                    self.watch_divisor(node, whole(exponent).unsigned_abs());
+                }
+                Some(exponent) if exponent >= f64::from(LEAST_HILL) => {
+                    self.watch_power(node, whole(exponent));
+                }
+                Some(_) => {}
+                // a parameter may make it any
+                None => self.watch_divisor(node, HIGH),
             }
             return self.sequences.push(Op::Power(base, exponent));
         }
@@ -339,6 +357,12 @@ impl<'g> Lower<'g> {
         let product = self.lower(product);
         self.sequences.push(Op::Exp(product))
     }
+}
+
+/// A whole number near an exponent.
+#[allow(clippy::cast_possible_truncation)] // the nearest in its range
+fn whole(exponent: f64) -> i32 {
+    exponent.round() as i32
 }
 
 /// Factors and their exponents.

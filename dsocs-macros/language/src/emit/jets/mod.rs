@@ -258,6 +258,7 @@ impl Writer<'_> {
                             break;
                         }
                     }
+                    #series.set_sign(#inverse.sign());
                 },
                 quote! {
                     let mut #a = [__T::splat(0.0); #n];

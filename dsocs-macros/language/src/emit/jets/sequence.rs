@@ -228,8 +228,8 @@ pub(super) enum Argument {
     Sign(Sequence),
     /// Of a smooth function that is flat but for a neighbourhood of zero.
     Steep(Sequence),
-    /// A divisor of a high degree: what is divided by it may be flat but where it comes near zero.
-    Divisor(Sequence),
+    /// The base of a power of a high degree, which is negative in a divisor: it may be flat but where the power is large.
+    Power(Sequence, i32),
     /// The first without the second.
     Difference(Sequence, Sequence),
 }
@@ -357,7 +357,7 @@ impl Sequences {
     pub(super) fn switch(&mut self, argument: Argument, nodes: Vec<NodeId>) {
         let moves = |sequence: Sequence| !matches!(self.op(sequence), Op::Constant(_));
         let any = match argument {
-            Argument::Sign(u) | Argument::Steep(u) | Argument::Divisor(u) => moves(u),
+            Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) => moves(u),
             Argument::Difference(u, v) => moves(u) || moves(v),
         };
         if any && self.place(argument).is_none() {
@@ -378,7 +378,7 @@ impl Sequences {
     /// The sequences that switches are made of.
     pub(super) fn switched(&self) -> Vec<Sequence> {
         let arguments = self.switches.iter().flat_map(|(argument, _)| match *argument {
-            Argument::Sign(u) | Argument::Steep(u) | Argument::Divisor(u) => [Some(u), None],
+            Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) => [Some(u), None],
             Argument::Difference(u, v) => [Some(u), Some(v)],
         });
         arguments.flatten().collect()

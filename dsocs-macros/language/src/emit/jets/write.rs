@@ -295,9 +295,9 @@ impl<'g> Writer<'g> {
                         let u = zeroth(u);
                         quote!(#table.steep(#place, #u);)
                     }
-                    Argument::Divisor(u) => {
+                    Argument::Power(u, exponent) => {
                         let u = zeroth(u);
-                        quote!(#table.divisor(#place, #u);)
+                        quote!(#table.power(#place, #u, #exponent);)
                     }
                     Argument::Sign(_) | Argument::Difference(..) => TokenStream::new(),
                 }
@@ -323,7 +323,7 @@ impl<'g> Writer<'g> {
             .map(|(place, &(argument, _))| {
                 let place = at(place);
                 let value = match argument {
-                    Argument::Sign(u) | Argument::Steep(u) | Argument::Divisor(u) => kth(u),
+                    Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) => kth(u),
                     Argument::Difference(left, right) => {
                         let (left, right) = (kth(left), kth(right));
                         quote!(#left - #right)

@@ -1,0 +1,177 @@
+//! Whether a step leads past a place where the equations do not determine the acceleration: constraints depend on each other there, or the determinant of the
+//! equations changes its sign.
+//!
+//! Then it may be a factor of a constraint that vanishes: the motion goes on as if nothing were there. It may be that the acceleration has no bound there, and
+//! that the tolerance does not see it from afar: the motion ends there. And two solutions may come close to each other: a step that is too long for what
+//! happens between them arrives at the other one.
+
+use super::integrator::{Integrator, Outcome};
+use super::recurrences::SeriesKernel;
+use crate::number::point::AnyPoint;
+use crate::solve::Vector;
+use crate::start::place::Place;
+use crate::start::{Determined, determinant_at};
+use crate::step::singular::{self, DEPENDENT};
+use crate::tape::declaration::Declaration;
+
+/// A step that would lead past such a place goes half the way there, unless that is less than this part of it.
+const PAST: f64 = 0.01;
+
+/// How often the way to such a place is halved.
+const HALVINGS: u32 = 24;
+
+/// An acceleration that is so many times farther apart on either side of the place than it was on a part of the way to it has no bound there. What is less
+/// than this part of the acceleration is rounding.
+const GROWS: f64 = 16.0;
+const ROUNDING: f64 = 1e-7;
+
+/// A determinant that is more than this part of what it was, with the acceleration that there was, vanishes with another acceleration alone.
+const REMAINS: f64 = 1e-3;
+
+/// Two solutions that are nowhere nearer to each other than this part of what they are on the way do not meet: the motion keeps to its own. If they
+/// do, they cross, and it goes straight on.
+const MEETS: f64 = 1e-6;
+
+/// What a step leads past.
+pub(super) enum Past {
+    /// A place so far ahead, up to which the motion is good; what is there a shorter step may show.
+    Unseen(f64),
+    /// A place just ahead where the motion ends.
+    End(Outcome),
+}
+
+impl Integrator {
+    /// Whether the determinant has another sign at the end of the step that has been tried.
+    #[inline(always)]
+    pub(super) fn changes_sign(&self) -> bool {
+        self.series.sign() * self.next.sign() < 0.0
+    }
+
+    /// The position and the velocity of the last series after a time.
+    fn place_after(&self, s: f64) -> Place {
+        let n = self.now.q().len();
+        let (mut q, mut v) = (Vector::zero(n), Vector::zero(n));
+        // each order as a multiple of the one before, the highest first
+        for (order, coefficients) in self.series.positions().chunks(n.max(1)).enumerate().rev() {
+            for (i, coefficient) in coefficients.iter().enumerate() {
+                q[i] = q[i] * s + coefficient;
+                if order > 0 {
+                    v[i] = v[i] * s + order as f64 * coefficient;
+                }
+            }
+        }
+        Place::of_phase(self.t.hi[0] + s, q, v)
+    }
+
+    /// What the step of the length `h` that has been tried leads past, if it must not. At switches and knots the determinant may become another one at once:
+    /// then its sign says nothing.
+    #[inline(always)]
+    pub(super) fn past(
+        &self,
+        equations: &dyn SeriesKernel,
+        (h, smallest): (f64, f64),
+        is_smooth: bool,
+    ) -> Option<Past> {
+        if is_smooth && self.changes_sign() {
+            let past = self.past_zero(equations, h, smallest);
+            if past.is_some() {
+                return past;
+            }
+        }
+        let projection = self.projection.as_ref()?;
+        (projection.has_turned() || projection.is_lost())
+            .then(|| self.past_dependence(equations, h, projection.has_turned()))
+            .flatten()
+    }
+
+    /// The same where constraints may depend on each other: on the way, if a direction has turned, or at its end, as far as rounding tells.
+    #[cold]
+    fn past_dependence(&self, equations: &dyn SeriesKernel, h: f64, has_turned: bool) -> Option<Past> {
+        let declaration = equations.declaration();
+        let (time, row) = if has_turned {
+            let way = |part: f64| self.place_after(part * h);
+            singular::dependence(&declaration, &way, DEPENDENT)?
+        } else {
+            let time = self.t.hi[0] + h;
+            let place = Place::of_phase(time, Vector::of(self.tried.q()), Vector::of(self.tried.v()));
+            (time, singular::dependent_at(&declaration, &place)?)
+        };
+        let ahead = (time - self.t.hi[0]).abs();
+        Some(if ahead > PAST * h.abs() && ahead < h.abs() {
+            Past::Unseen(ahead)
+        } else {
+            Past::End(Outcome::Dependent(time, row))
+        })
+    }
+
+    /// The same where the determinant has another sign at the end.
+    #[cold]
+    fn past_zero(&self, equations: &dyn SeriesKernel, h: f64, smallest: f64) -> Option<Past> {
+        let declaration = equations.declaration();
+        let n = self.now.q().len();
+        let (mut moves, mut a) = (vec![0.0; 2 * n], vec![0.0; n]);
+        let near = |s: f64, a: &[f64]| {
+            let place = self.place_after(s);
+            let solved = place.solve(&declaration, a)?;
+            Some((s, place, solved))
+        };
+        let mut at = |s: f64| {
+            let (dq, dv) = moves.split_at_mut(n);
+            self.series.increments(s, [dq, dv, &mut a]);
+            near(s, &a)
+        };
+        // at both ends those that were found there
+        let first = near(0.0, self.series.velocity_of(1))?;
+        let (mut from, mut to) = (first.clone(), near(h, self.next.velocity_of(1))?);
+        let is_opposite =
+            |one: &Determined, other: &Determined| one.determinant.value * other.determinant.value < 0.0;
+        if !is_opposite(&from.2, &to.2) {
+            return None;
+        }
+        let (mut least, mut apart, mut largest) = (f64::INFINITY, f64::INFINITY, 0.0_f64);
+        for _ in 0..HALVINGS {
+            // not at the place itself, where there may be no acceleration
+            let middle = [0.5, 0.4]
+                .into_iter()
+                .find_map(|part| at(from.0 + part * (to.0 - from.0)));
+            let middle = middle?;
+            if is_opposite(&middle.2, &from.2) {
+                to = middle;
+            } else {
+                from = middle;
+            }
+            let accelerations = from.2.motion.iter().zip(&*to.2.motion).take(n);
+            let (size, distance) = accelerations.fold((0.0_f64, 0.0_f64), |(size, distance), (x, y)| {
+                (size.max(x.abs()).max(y.abs()), distance.max((x - y).abs()))
+            });
+            apart = distance;
+            least = least.min(distance.max(ROUNDING * size));
+            largest = largest.max(distance).max(size);
+        }
+        let ahead = to.0.abs();
+        if is_of_another(&declaration, &to.1, &first.2) {
+            return (apart > MEETS * largest && ahead > smallest).then_some(Past::Unseen(ahead));
+        }
+        (apart > GROWS * least).then_some(if ahead > PAST * h.abs() {
+            Past::Unseen(ahead)
+        } else {
+            Past::End(Outcome::Unbounded(to.1.t))
+        })
+    }
+}
+
+/// Whether the determinant vanishes at a place since another acceleration belongs to it, and not whatever the acceleration is.
+fn is_of_another(declaration: &Declaration<'_>, place: &Place, first: &Determined) -> bool {
+    let n = place.q.len();
+    let (a, multipliers) = first.motion.split_at(n.min(first.motion.len()));
+    let point = AnyPoint {
+        t: place.t,
+        q: &place.q,
+        v: &place.v,
+        a,
+    };
+    let unit = first.determinant.exponent;
+    let [there, here] = [determinant_at(declaration, point, multipliers), first.determinant]
+        .map(|determinant| determinant.in_units_of(unit).abs());
+    there > REMAINS * here
+}
