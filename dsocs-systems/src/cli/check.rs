@@ -79,17 +79,14 @@ impl CheckArguments {
     /// [`CliError`] if an option does not fit the system.
     pub(super) fn motion(&self, entry: &mut Entry) -> Result<Motion, CliError> {
         self.from.set(entry)?;
-        let a0 = match self.from.a0(entry)? {
-            None => self.from.near(entry)?,
-            a0 => a0,
-        };
+        let h = self.step.unwrap_or(entry.default_step());
         Ok(Motion {
-            h: self.step.unwrap_or(entry.default_step()),
+            h,
             until: self.until,
             t0: self.from.t0(),
             q0: self.from.q0(entry)?,
             v0: self.from.v0(entry)?,
-            a0,
+            a0: self.from.acceleration(entry, h)?,
             begin: self.begin.begin(entry),
         })
     }

@@ -92,7 +92,7 @@ fn options_of_others(failure: &RunFailure) -> &'static str {
             "\n(on the command line: `--order 2`, which is the default, or `--tolerance`)"
         }
         RunFailure::Setup(SetupError::FreeAcceleration) => {
-            "\n(on the command line: `--a0`, or for a run `--f0`)"
+            "\n(on the command line: `--a0` or `--f0`)"
         }
         RunFailure::Setup(SetupError::DeterminedAcceleration) => {
             "\n(on the command line: leave out `--a0` and `--f0`)"

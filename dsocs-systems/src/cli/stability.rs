@@ -64,9 +64,10 @@ pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Resul
     let (mut text, mut systems, mut all) = (String::new(), Vec::new(), Vec::new());
     for entry in entries {
         arguments.from.set(entry)?;
-        let a0 = arguments.from.a0(entry)?;
+        let h = arguments.step.unwrap_or(entry.default_step());
+        let a0 = arguments.from.acceleration(entry, h)?;
         let mut settings = Settings {
-            h: arguments.step.unwrap_or(entry.default_step()),
+            h,
             until: arguments.until,
             t0: arguments.from.t0(),
             q0: &arguments.from.q0(entry)?,

@@ -1,11 +1,12 @@
 //! The options that say where a motion begins and what the parameters are.
 
 use clap::{Args, ValueEnum};
+use dsocs_core::{AnyFlow, OwnedNode};
 
 use super::CliError;
 use super::expression;
 use crate::check::Begin;
-use crate::entry::{Beginning, Entry, UnknownName};
+use crate::entry::{Beginning, Entry, RunFailure, UnknownName};
 
 /// Where a motion begins, and the parameters.
 #[derive(Args, Clone, Debug)]
@@ -269,6 +270,25 @@ impl StartArguments {
         };
         let v0 = self.v0(entry)?;
         Ok(Some(Beginning::ThirdOrder { q0, v0, a0 }))
+    }
+
+    /// The initial acceleration of what begins with no other: itself, that which belongs to a constraint force, or the one that is meant where there are several.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`StartArguments::third_order`]; [`CliError`] if no acceleration belongs to the force.
+    pub fn acceleration(&self, entry: &Entry, h: f64) -> Result<Option<Vec<f64>>, CliError> {
+        match self.third_order(entry, &self.q0(entry)?)? {
+            Some(Beginning::ThirdOrder { a0, .. }) => Ok(Some(a0)),
+            Some(by_force) => {
+                let start = Beginning::At(self.t0, Box::new(by_force)).start();
+                let flow = AnyFlow::new(entry.kernel(), h, &start).map_err(RunFailure::Setup)?;
+                let mut node = OwnedNode::new(entry.kernel().shape().dimension());
+                flow.run().tell(node.room());
+                Ok(Some(node.any().a.to_vec()))
+            }
+            None => self.near(entry),
+        }
     }
 
     /// The time at which the motion begins.
