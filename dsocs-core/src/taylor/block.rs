@@ -418,6 +418,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         let order = motion.order.current();
         let Judged { sizes: known, end } = equations.judge(&motion.next, motion.tried.a(), weights, order);
         let good = !jumps && motion.control.good(sizes, end, size, false);
+        let jumps = jumps || (!good && motion.is_rounding(&**equations, end[1], size));
         if jumps || (!good && size <= smallest) {
             // what this is, the step says that is made alone
             core::mem::swap(&mut motion.series, &mut motion.next);

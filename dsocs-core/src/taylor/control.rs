@@ -200,8 +200,13 @@ impl Control {
     }
 
     /// The size of a vector; NaN if a component is.
-    fn size(&self, x: &[f64]) -> f64 {
+    pub(super) fn size(&self, x: &[f64]) -> f64 {
         size(x, &self.weights)
+    }
+
+    /// The size of a difference; NaN if a component is.
+    pub(super) fn distance(&self, x: &[f64], y: &[f64]) -> f64 {
+        distance(x, y, &self.weights)
     }
 
     /// The binary logarithm of the velocity's size in a step of the last one's length.

@@ -795,7 +795,9 @@ impl Integrator {
             let is_knot = self.side(t, true) != self.side(t, false);
             // a velocity that jumps where no expansion shows a switch
             let jumps = !at_switch && !is_knot && self.moved(h).is_some();
-            let good = !jumps && self.control.good(&sizes, end, size, trial.is_rough);
+            let good = !jumps
+                && (self.control.good(&sizes, end, size, trial.is_rough)
+                    || self.is_rounding(equations, end[1], size));
             // a jump of the acceleration is passed in a step that no clock would see
             if good || (size <= smallest && self.next.is_finite()) {
                 let h = self.beyond(equations, &trial, h);

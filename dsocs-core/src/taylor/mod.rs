@@ -63,7 +63,8 @@
 //! within the tolerance.
 //!
 //! *Rounding.* High orders make long steps, in which large terms of opposite signs cancel. If the last two digits matter, set a lower
-//! [`Tolerance::order`].
+//! [`Tolerance::order`]. What comes to rest moves in the end by less than a rounding of its position: there the velocity is as accurate as forces at that position
+//! are known, and not to the tolerance.
 
 // what runs under `dispatch` has to be inlined there, or it would not be compiled for the machine's own instructions
 #![allow(clippy::inline_always)]
@@ -87,6 +88,7 @@ mod moved;
 mod order;
 mod projection;
 mod recurrences;
+mod rounding;
 mod singular;
 pub(crate) mod solve;
 mod start;

@@ -91,9 +91,7 @@ fn options_of_others(failure: &RunFailure) -> &'static str {
         RunFailure::Setup(SetupError::Composition { reason, .. }) if *reason != Symmetry::ThirdOrder => {
             "\n(on the command line: `--order 2`, which is the default, or `--tolerance`)"
         }
-        RunFailure::Setup(SetupError::FreeAcceleration) => {
-            "\n(on the command line: `--a0` or `--f0`)"
-        }
+        RunFailure::Setup(SetupError::FreeAcceleration) => "\n(on the command line: `--a0` or `--f0`)",
         RunFailure::Setup(SetupError::DeterminedAcceleration) => {
             "\n(on the command line: leave out `--a0` and `--f0`)"
         }

@@ -278,7 +278,10 @@ const ADVICE: &[(&str, &[(&str, &str)])] = &[
     ),
     (
         "check bend",
-        &[("--a0", "check bend --a0 0,0.1"), ("--f0", "check bend --f0 0,0.1")],
+        &[
+            ("--a0", "check bend --a0 0,0.1"),
+            ("--f0", "check bend --f0 0,0.1"),
+        ],
     ),
     (
         "run weight --a0 1",

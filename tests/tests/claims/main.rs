@@ -4,6 +4,7 @@ mod advice;
 mod belts_that_jump;
 mod cells;
 mod chain;
+mod coming_to_rest;
 mod compensated;
 mod composition;
 mod composition_by_momenta;

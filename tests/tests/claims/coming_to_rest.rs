@@ -1,0 +1,107 @@
+//! What comes to rest is followed there by a Taylor flow in some steps, at every tolerance: in the end it moves by less than a rounding of its position.
+
+use dsocs_core::prelude::*;
+use dsocs_tests::declared;
+use dsocs_tests::scenes::random::Random;
+use dsocs_tests::text::{System, TaylorFlow};
+
+declared! {
+    /// Two masses on springs, one of which bends the other.
+    #[derive(Debug)]
+    struct Springs { k: f64, c: f64, at: f64, bend: f64 };
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - k / 2 * (x - at).powi(2) - (y - bend * x.sin()).powi(2) / 2;
+    external_forces = (-c * dot(x), -c * dot(y));
+}
+
+declared! {
+    /// A pendulum at the end of a cart that a spring holds.
+    #[derive(Debug)]
+    struct Cart { k: f64, c: f64, at: f64, length: f64 };
+    coordinates(s, theta);
+    let x = s + length * theta.sin();
+    let y = -length * theta.cos();
+    lagrangian = dot(s).powi(2) / 2 + (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y - k / 2 * (s - at).powi(2);
+    external_forces = (-c * dot(s), -c * dot(theta));
+}
+
+declared! {
+    /// A law that is not affine in the acceleration.
+    #[derive(Debug)]
+    struct Law { k: f64, c: f64, at: f64, cubic: f64 };
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = ddot(x) + cubic * ddot(x).powi(3) + c * dot(x) + k * (x - at).sin();
+    constraint_forces = [1];
+}
+
+declared! {
+    /// A bead on a wire, in the plane.
+    #[derive(Debug)]
+    struct Bead { k: f64, c: f64, at: f64, bend: f64 };
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y - k / 2 * (x - at).powi(2);
+    external_forces = (-c * dot(x), -c * dot(y));
+    holonomic = y - bend * x.powi(2);
+}
+
+/// How many steps lead there, and how fast it is there.
+fn comes_to_rest<S: System<N>, const N: usize>(system: &S, q0: [f64; N], tolerance: f64) -> (u64, f64) {
+    let start = Start::second_order(q0, [0.0; N]);
+    let mut flow = TaylorFlow::new(system, start, Tolerance::relative(tolerance)).unwrap();
+    let end = flow.to(120.0).unwrap();
+    let fastest = end.v.iter().fold(0.0_f64, |fastest, v| fastest.max(v.abs()));
+    (flow.steps(), fastest)
+}
+
+#[test]
+fn rest_is_reached_in_some_steps_at_every_tolerance() {
+    let mut most = 0;
+    for draw in 0..40 {
+        let mut random = Random::new(9100 + draw);
+        let k = random.between(0.5, 5.0);
+        let c = random.between(0.3, 3.0);
+        let at = random.between(-1.5, 1.5);
+        let other = random.between(0.2, 1.0);
+        for tolerance in [1e-4, 1e-8, 1e-11, 1e-14] {
+            let (bend, length, cubic) = (other, other, 0.1 * other);
+            let found = [
+                comes_to_rest(&Springs { k, c, at, bend }, [0.4, 0.1], tolerance),
+                comes_to_rest(&Cart { k, c, at, length }, [0.4, 0.7], tolerance),
+                comes_to_rest(&Law { k, c, at, cubic }, [at + 0.7], tolerance),
+                comes_to_rest(&Bead { k, c, at, bend }, [0.5, bend * 0.25], tolerance),
+            ];
+            for (scene, (steps, fastest)) in found.into_iter().enumerate() {
+                most = most.max(steps);
+                assert!(
+                    steps < 10_000 && fastest < 1e-4,
+                    "{draw}, {scene}: k = {k}, c = {c}, at = {at}, {other}, {tolerance:e}: {steps} steps, velocity {fastest:e}"
+                );
+            }
+        }
+    }
+    println!("at most {most} steps");
+}
+
+declared! {
+    /// What is far away, where no force depends on the place, and slows down.
+    #[derive(Debug)]
+    struct Far;
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    external_forces = -dot(x) * (2 + t.sin());
+}
+
+/// A rounding of a position that no force depends on excuses no error of the velocity.
+#[test]
+fn a_velocity_is_as_accurate_far_away() {
+    let start = Start::second_order([1e9], [1.0]);
+    let mut flow = TaylorFlow::new(&Far, start, Tolerance::relative(1e-12)).unwrap();
+    let end = flow.to(15.0).unwrap();
+    let expected = (-2.0 * 15.0 - (1.0 - 15.0_f64.cos())).exp();
+    assert!(
+        (end.v[0] / expected - 1.0).abs() < 1e-10,
+        "{} {expected}",
+        end.v[0]
+    );
+}
