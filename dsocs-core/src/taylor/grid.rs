@@ -9,6 +9,7 @@ use super::flow::AnyTaylorFlow;
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
 use super::state::Parts;
+use crate::error::SetupError;
 use crate::kernel::Kernel;
 use crate::kernel::clock::{Clock, End};
 use crate::kernel::report::{NodeMut, StepReport};
@@ -184,6 +185,31 @@ impl AnyTaylorFlow<'_> {
 pub(super) type Visit<'a> = dyn FnMut(&Integrator) -> ControlFlow<()> + 'a;
 
 impl Integrator {
+    /// Puts the nodes on a grid of times.
+    ///
+    /// # Errors
+    ///
+    /// [`SetupError::Step`] if `h` is zero, infinite or not a number.
+    pub(super) fn every(&mut self, h: f64) -> Result<(), SetupError> {
+        if !h.is_finite() || h == 0.0 {
+            return Err(SetupError::Step { h });
+        }
+        let handed = self.clock.is_handed_out();
+        self.stand_here();
+        self.shown = self.time();
+        self.clock = Clock::even(self.time(), h);
+        self.clock.hand_out(handed);
+        Ok(())
+    }
+
+    /// Puts the current node of a grid there.
+    pub(super) fn stand_here(&mut self) {
+        let mut state = self.on_grid.take().unwrap_or_else(|| self.now.clone());
+        state.copy(&self.now);
+        state.parts().a.copy_from_slice(self.acceleration());
+        self.on_grid = Some(state);
+    }
+
     /// Hands out the nodes that the steps have come to, and returns the time that the next ones go towards; breaks at the last node, and
     /// where an observer ends the run.
     pub(super) fn hand_nodes_out(

@@ -3,9 +3,9 @@
 use core::fmt;
 use std::borrow::Cow;
 
-use super::control::{Control, Judged, Sizes, Tolerance, exp2};
+use super::control::{Control, Judged, Sizes, Tolerance};
 use super::order::Order;
-use super::projection::{Projection, size};
+use super::projection::Projection;
 use super::recurrences::SeriesKernel;
 use super::singular::Past;
 use super::state::State;
@@ -14,45 +14,23 @@ use super::trial::Trial;
 use super::watch::{self, End, Watch};
 use super::weights::Weights;
 use crate::error::SetupError;
-use crate::error::series::{FailedSeries, Jump, SeriesError, SeriesFailure};
+use crate::error::series::{Jump, SeriesFailure};
 use crate::kernel::clock::Clock;
 use crate::kernel::report::{Guess, NodeMut, NodeScalars, StepReport};
 use crate::number::compensated::Compensated;
-use crate::number::larger;
 use crate::number::point::{AnyPoint, copy};
-use crate::regularity::deficiency::{self, DependentRow};
-use crate::regularity::undefined;
+use crate::regularity::deficiency::DependentRow;
 use crate::run::{AnyPolynomial, RunError, Search};
 use crate::series::rows::Series;
-use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::solve::rotation;
 use crate::start::Phase;
-use crate::start::place::Place;
-use crate::step::singular;
-use crate::tape::declaration::Declaration;
 
 /// How many steps a motion may take unless [`super::TaylorFlow::max_steps`] says otherwise.
 pub(super) const MAX_STEPS: u64 = 10_000_000;
 
 /// After so many steps each it is asked whether the motion gets on.
-const LOOK_EVERY: u64 = 1024;
-
-/// It does not where so many steps lead no further than this part of the way so far.
-const STALLED: f64 = 1e-9;
-
-/// A velocity that the constraints move at a switch by more than so many times the tolerance jumps there.
-const JUMPS: f64 = 100.0;
-
-/// And by more than this part of it.
-const LEAST_JUMP: f64 = 1e-7;
-
-/// How far beside a switch the Lagrangian is compared, as a part of a step, and by which part of its terms it jumps.
-const BESIDE: [f64; 2] = [1e-8, 1e-5];
-
-/// So much farther away, what jumps is not much larger: by no more than this part of it, the other way round.
-const FARTHER: f64 = 10.0;
-const JUMPS_NEAR: f64 = 0.5;
+pub(super) const LOOK_EVERY: u64 = 1024;
 
 /// A time that is never reached. Terms of a series stay finite there, so that changes of sign are found on the way.
 const FAR: f64 = 1e100;
@@ -103,9 +81,9 @@ pub(crate) struct Integrator {
     /// Whether the motion begins anew at the current point, so that the last step says nothing of the next.
     pub(super) is_new: bool,
     /// The time where the motion began.
-    began: f64,
+    pub(super) began: f64,
     /// How many steps there were when it was last asked whether the motion gets on, and the time then.
-    looked: (u64, f64),
+    pub(super) looked: (u64, f64),
     /// How often the motion was expanded on the way to it.
     pub(super) expansions: u32,
     /// Position, velocity and acceleration at the current node, where nodes lie on a grid.
@@ -215,23 +193,6 @@ impl Integrator {
         }
     }
 
-    /// Puts the nodes on a grid of times.
-    ///
-    /// # Errors
-    ///
-    /// [`SetupError::Step`] if `h` is zero, infinite or not a number.
-    pub(super) fn every(&mut self, h: f64) -> Result<(), SetupError> {
-        if !h.is_finite() || h == 0.0 {
-            return Err(SetupError::Step { h });
-        }
-        let handed = self.clock.is_handed_out();
-        self.stand_here();
-        self.shown = self.time();
-        self.clock = Clock::even(self.time(), h);
-        self.clock.hand_out(handed);
-        Ok(())
-    }
-
     /// The order of the velocity's series.
     pub(super) fn order(&self) -> usize {
         self.order.current()
@@ -250,14 +211,6 @@ impl Integrator {
             v: self.now.v(),
             a: self.acceleration(),
         }
-    }
-
-    /// Puts the current node of a grid there.
-    pub(super) fn stand_here(&mut self) {
-        let mut state = self.on_grid.take().unwrap_or_else(|| self.now.clone());
-        state.copy(&self.now);
-        state.parts().a.copy_from_slice(self.acceleration());
-        self.on_grid = Some(state);
     }
 
     /// The acceleration there.
@@ -410,334 +363,6 @@ impl Integrator {
     /// After how many steps it is asked whether the motion gets on, and is allowed to.
     pub(super) fn looks_at(&self) -> u64 {
         self.max_steps.min(self.looked.0 + LOOK_EVERY)
-    }
-
-    /// Why the motion is not to go on, where it makes steps and gets no further, or has made as many as it may.
-    #[cold]
-    fn has_stalled(&mut self) -> Option<SeriesFailure> {
-        let (steps, now) = (self.steps, self.t.hi[0]);
-        let span = (now - self.began).abs();
-        let (before, then) = self.looked;
-        let led = (now - then).abs();
-        if steps - before >= LOOK_EVERY {
-            self.looked = (steps, now);
-            if led < STALLED * span {
-                return Some(SeriesFailure::Stalls {
-                    steps: steps - before,
-                    led,
-                });
-            }
-        }
-        (steps >= self.max_steps).then(|| SeriesFailure::TooManySteps {
-            steps,
-            last: self.last.map_or(0.0, |(_, h)| h.abs()),
-            mean: span / steps.max(1) as f64,
-        })
-    }
-
-    /// Does without the orders whose coefficients leave the range of doubles: in a unit of time that is long for the motion, as a second is for an
-    /// electron in a magnetic field, or short.
-    #[cold]
-    #[inline(never)]
-    fn cut_to_range(&mut self) {
-        let known = self.series.in_range_to();
-        if known < self.series.order() && self.order.limit(known) {
-            self.series.set_order(known);
-        }
-    }
-
-    /// The length of the step that the tolerance allows, by the series of its beginning.
-    #[inline]
-    pub(super) fn wanted(&mut self, sizes: &Sizes) -> f64 {
-        let Self {
-            control,
-            order,
-            series,
-            ..
-        } = self;
-        match self.last {
-            Some((_, last)) if !self.is_new => {
-                let (log_size, before) = (control.log_size(sizes, last), order.current());
-                order.learn(control, series, log_size);
-                let p = order.current();
-                exp2(if p == before {
-                    control.log_step(sizes.last, p, log_size)
-                } else {
-                    control.log_step_by(series, p, log_size)
-                })
-            }
-            _ => control.first_step(series, order.current()),
-        }
-    }
-
-    /// The length of the next step, as far as the tolerance and rotations allow it.
-    #[inline]
-    fn length(&mut self, equations: &dyn SeriesKernel, sizes: &Sizes) -> f64 {
-        let mut wanted = self.wanted(sizes);
-        if wanted.is_nan() {
-            // also where nothing moves, and nothing makes it do so
-            wanted = self.control.first_step(&self.series, self.order.current());
-        }
-        self.limited(equations, wanted)
-    }
-
-    /// The length of a step that the tolerance allows, if rotations allow it.
-    #[inline]
-    pub(super) fn limited(&self, equations: &dyn SeriesKernel, wanted: f64) -> f64 {
-        let rotations = &equations.kernel().shape().rotations;
-        if rotations.is_empty() {
-            return wanted;
-        }
-        let turns = self.turns(rotations);
-        if wanted > turns { turns } else { wanted }
-    }
-
-    /// The length of a step that the quaternions of rotations allow: where a body spins evenly its angular velocity says nothing of it.
-    #[cold]
-    #[inline(never)]
-    fn turns(&self, rotations: &[usize]) -> f64 {
-        let (n, p) = (self.series.dimension(), self.order.current());
-        let tolerance = self.control.relative().max(f64::EPSILON);
-        let of_order = |k: usize| {
-            let row = self.series.positions().get(k * n..(k + 1) * n).unwrap_or(&[]);
-            let slots = rotations
-                .iter()
-                .filter_map(|&first| row.get(first..first + rotation::SLOTS));
-            let largest = slots
-                .flatten()
-                .fold(0.0_f64, |largest, c| larger(largest, c.abs()));
-            (tolerance / largest).powf(1.0 / k as f64)
-        };
-        of_order(p - 1).min(of_order(p))
-    }
-
-    /// What the control of the step asks of the series of its beginning, which has just become the last one.
-    #[inline]
-    pub(super) fn sizes(&mut self) -> Sizes {
-        match self.known.take() {
-            Some(sizes) => sizes,
-            None => Sizes::of(&self.series, self.control.weights(), self.order.current()),
-        }
-    }
-
-    /// Sets in what units the components compare.
-    pub(super) fn scales(&mut self, scales: &[f64]) {
-        let weights: Vec<f64> = scales.iter().map(|scale| scale.recip()).collect();
-        self.control.weigh(&weights);
-        self.weights.stop();
-        self.known = None;
-    }
-
-    /// The smallest step on the way to a time.
-    pub(super) fn smallest_step(&self, until: f64) -> f64 {
-        let now = self.t.hi[0].abs();
-        let scale = if until.is_infinite() {
-            now
-        } else {
-            now.max(until.abs())
-        };
-        self.smallest.max(f64::EPSILON / 4.0 * scale)
-    }
-
-    /// The velocity at the end of a step of the length `h` that has been tried, if the constraints of lower order move it by more than the tolerance explains.
-    #[inline(always)]
-    pub(super) fn moved(&self, h: f64) -> Option<&[f64]> {
-        let projection = self.projection.as_ref()?;
-        projection.moved(self.least_jump(), self.pace(h))
-    }
-
-    /// How fast the motion is in a step of the length `h`.
-    #[inline(always)]
-    fn pace(&self, h: f64) -> f64 {
-        let [v, a] = [0, 1].map(|k| size(self.series.velocity_of(k)));
-        v.max(a * h.abs())
-    }
-
-    /// The least part of a velocity or of a position that is a jump, where constraints move it.
-    #[inline(always)]
-    fn least_jump(&self) -> f64 {
-        (JUMPS * self.control.relative()).clamp(LEAST_JUMP, 0.1)
-    }
-
-    /// What makes the position or the velocity jump at the end of a step of the length `h`, where something is switched.
-    #[cold]
-    #[inline(never)]
-    fn jump_after(
-        &mut self,
-        equations: &mut dyn SeriesKernel,
-        h: f64,
-    ) -> Option<(Option<Cow<'static, str>>, Jump)> {
-        let way = self.pace(h) * h.abs();
-        let shifted = self
-            .projection
-            .as_ref()
-            .and_then(|projection| projection.shifted(self.least_jump(), way))
-            .map(<[f64]>::to_vec);
-        let by = if let Some(before) = &shifted {
-            // and at the place where it is
-            self.now.set_position(before);
-            Jump::Position
-        } else if let Some(before) = self.moved(h).map(<[f64]>::to_vec) {
-            // the motion ends with the velocity that it has
-            self.now.set_velocity(&before);
-            Jump::Constraint
-        } else if self.jumps_in_action(&equations.declaration(), h) {
-            Jump::Lagrangian
-        } else {
-            return None;
-        };
-        let mut switch = None;
-        watch::each(equations, |group, place, at| {
-            if switch.is_none() && at.touches() {
-                switch = Some((group, place));
-            }
-        });
-        Some((switch.map(|(group, place)| equations.switch(group, place)), by))
-    }
-
-    /// Whether the Lagrangian jumps with the position or the velocity, or the momentum does, at the end of a step of the length `h`. One that
-    /// jumps in time alone, as a force that is switched on does, changes no velocity.
-    fn jumps_in_action(&self, declaration: &Declaration<'_>, h: f64) -> bool {
-        let [part, least] = BESIDE;
-        let beside = part * h;
-        let n = self.series.dimension();
-        let (mut a, mut rest) = (vec![0.0; n], vec![0.0; 2 * n]);
-        let (q, v) = rest.split_at_mut(n);
-        self.series.increments(h, [q, v, &mut a]);
-        let at = |s: f64| {
-            let [q, v] = [self.now.q(), self.now.v()];
-            let after: Vec<f64> = v.iter().zip(&a).map(|(v, a)| v + s * a).collect();
-            let way: Vec<f64> = v.iter().map(|v| s * v).collect();
-            (rotation::moved(&declaration.shape().rotations, q, &way), after)
-        };
-        // the Lagrangian, and the power of the momentum
-        let values = |t: f64, (q, v): &(Vec<f64>, Vec<f64>)| {
-            let [l, e] = [declaration.lagrangian(t, q, v), declaration.energy(t, q, v)];
-            [l, l + e, l.abs().max(e.abs())]
-        };
-        let jumps = |beside: f64| {
-            let [before, beyond] = [-beside, beside].map(|s| (self.time() + s, at(s)));
-            let first = values(before.0, &before.1);
-            let [moved, last] = [before.0, beyond.0].map(|t| values(t, &beyond.1));
-            [
-                (moved[0] - first[0]).abs(),
-                (last[1] - first[1]).abs(),
-                first[2].max(last[2]),
-            ]
-        };
-        let (near, far) = (jumps(beside), jumps(FARTHER * beside));
-        // what is smooth grows with the distance
-        (0..2).any(|k| near[k] > least * near[2] && near[k] > JUMPS_NEAR * far[k])
-    }
-
-    /// The next knot in the direction of the run, if it comes before a time; else that time.
-    fn before_knot(&self, until: f64) -> f64 {
-        if self.knots.is_empty() {
-            return until;
-        }
-        let now = self.t.hi[0];
-        if self.clock.is_forward() {
-            let next = self.knots.partition_point(|&knot| knot <= now);
-            self.knots.get(next).map_or(until, |knot| knot.min(until))
-        } else {
-            let next = self.knots.partition_point(|&knot| knot < now);
-            let knot = next.checked_sub(1).and_then(|next| self.knots.get(next));
-            knot.map_or(until, |knot| knot.max(until))
-        }
-    }
-
-    /// A time as it is seen from ahead of it or from behind, in the direction of the run: what is known by pieces belongs to the
-    /// right one at a knot.
-    pub(super) fn side(&self, t: f64, ahead: bool) -> f64 {
-        let is_knot =
-            !self.knots.is_empty() && self.knots.binary_search_by(|knot| knot.total_cmp(&t)).is_ok();
-        if is_knot && ahead != self.clock.is_forward() {
-            t.next_down()
-        } else {
-            t
-        }
-    }
-
-    /// Puts knots among those that there are.
-    pub(super) fn add_knots(&mut self, knots: impl IntoIterator<Item = f64>) {
-        self.knots
-            .extend(knots.into_iter().filter(|knot| knot.is_finite()));
-        self.knots.sort_by(f64::total_cmp);
-    }
-
-    #[cold]
-    pub(super) fn failed(&self, equations: &dyn SeriesKernel, cause: SeriesFailure) -> SeriesError {
-        let cause = self.because_of_dependence(equations, &cause).unwrap_or(cause);
-        let undefined = || {
-            let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
-            let a = &vec![0.0; q.len()];
-            undefined::of_point(&equations.declaration(), AnyPoint { t, q, v, a })
-        };
-        let open = || {
-            let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
-            let a = self.series.velocity_of(1);
-            let zero = vec![0.0; q.len()];
-            let a = if a.iter().all(|a| a.is_finite()) { a } else { &zero };
-            deficiency::near_point(&equations.declaration(), AnyPoint { t, q, v, a })
-        };
-        SeriesError::new(FailedSeries {
-            step: self.steps,
-            time: self.t.hi[0],
-            q: self.now.q().to_vec(),
-            v: self.now.v().to_vec(),
-            coordinates: equations
-                .kernel()
-                .shape()
-                .coordinates
-                .iter()
-                .map(|coordinate| coordinate.name.clone())
-                .collect(),
-            undefined: (cause == SeriesFailure::NotFinite).then(undefined).flatten(),
-            deficiency: matches!(
-                cause,
-                SeriesFailure::Stalls { .. }
-                    | SeriesFailure::StepTooSmall { .. }
-                    | SeriesFailure::Unbounded { .. }
-            )
-            .then(open)
-            .flatten(),
-            may_divide: equations.declaration().constraints()[2] > 0,
-            tolerance: self.control.relative(),
-            cause,
-        })
-    }
-
-    /// The failure where constraints depend on each other, if that may be why a run comes to its end here without a switch.
-    #[cold]
-    fn because_of_dependence(
-        &self,
-        equations: &dyn SeriesKernel,
-        cause: &SeriesFailure,
-    ) -> Option<SeriesFailure> {
-        let may_be = matches!(
-            cause,
-            SeriesFailure::Jumps { switch: None, .. }
-                | SeriesFailure::NotFinite
-                | SeriesFailure::StepTooSmall { .. }
-                | SeriesFailure::Stalls { .. }
-        );
-        if self.projection.is_none() || !may_be {
-            return None;
-        }
-        let time = self.t.hi[0];
-        let place = Place::of_phase(time, Vector::of(self.now.q()), Vector::of(self.now.v()));
-        let row = singular::dependent_at(&equations.declaration(), &place)?;
-        Some(SeriesFailure::Dependent { time, row })
-    }
-
-    /// The length of a step that has been tried with the length `h`; it ends beyond a switch where the next piece has a value.
-    fn beyond(&mut self, equations: &mut dyn SeriesKernel, trial: &Trial, h: f64) -> f64 {
-        let Some(beyond) = trial.beyond.filter(|_| trial.end.at_switch) else {
-            return h;
-        };
-        let h = beyond.copysign(h);
-        self.arrive(equations, h, self.t.hi[0] + h);
-        h
     }
 
     /// Makes one step to a time, or as far as the tolerance allows. `left` is the way there.

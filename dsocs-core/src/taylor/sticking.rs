@@ -10,27 +10,17 @@
 //! [`AtPoint::solve`] tells what rests from there on. If nothing does, the recurrences go on.
 
 use super::integrator::{Integrator, Outcome};
+use super::pieces::{Known, Pieces, first};
 use super::recurrences::SeriesKernel;
 use super::watch::AT_ONCE;
+use super::way::{COUNT, DEGREE, Way, coefficients, place, value};
 use crate::number::compensated::Compensated;
 use crate::number::larger;
 use crate::number::point::AnyPoint;
 use crate::regularity::resting::{AtPoint, Held};
 use crate::regularity::sides::Piece;
 use crate::regularity::sticking as sides;
-use crate::solve::Vector;
-use crate::solve::rotation::{self, SLOTS};
-use crate::start::place::Place;
-use crate::tape::declaration::Declaration;
-
-/// The degree of the acceleration.
-const DEGREE: usize = 14;
-
-/// The number of its coefficients, and of places.
-const COUNT: usize = DEGREE + 1;
-
-/// The number of coefficients of a quaternion: those of a position.
-const TURNS: usize = COUNT + 2;
+use crate::solve::rotation;
 
 /// How often the iteration goes on.
 const ITERATIONS: u32 = 40;
@@ -57,12 +47,6 @@ const NEAR: f64 = 0.05;
 /// An argument is beyond zero by more than this part of what the sides can do to it in the step.
 const BESIDE: f64 = 1e-13;
 
-/// An event is found up to this part of the step.
-const FOUND: f64 = 4.0 * f64::EPSILON;
-
-/// Arguments that differ by less than this part of themselves are one.
-const SAME: f64 = 1e-12;
-
 /// At the end of a step an argument at rest may be so many tolerances of the velocity from zero.
 const LEFT: f64 = 10.0;
 
@@ -84,15 +68,6 @@ pub(super) struct Sticking {
     known: Option<Known>,
 }
 
-/// The pieces of what is given by pieces.
-#[derive(Clone, Debug, PartialEq)]
-struct Known {
-    /// The arguments of what changes its piece with a sign, where they were other than zero last.
-    arguments: Vec<f64>,
-    /// Between which samples the argument of each table is.
-    samples: Vec<usize>,
-}
-
 impl Sticking {
     /// Which arguments were zero on the last step.
     pub(super) fn rests_on_last(&self) -> Vec<bool> {
@@ -107,265 +82,6 @@ enum Event {
     Side(usize),
     /// What is given by pieces changes its piece.
     Piece,
-}
-
-/// The first place between two at which something is true that is true at the second, up to rounding.
-fn first([mut low, mut high]: [f64; 2], is_beyond: &dyn Fn(f64) -> bool) -> f64 {
-    while high - low > FOUND * high {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        if is_beyond(middle) {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    high
-}
-
-/// The pieces of what is given by pieces, along a way.
-struct Pieces<'a> {
-    declaration: Declaration<'a>,
-    /// Which arguments are those of sides, and looked at as such.
-    of_sides: Vec<bool>,
-    /// The time at which the way begins, and its length.
-    times: (f64, f64),
-    /// Position and velocity at a part of it.
-    way: &'a dyn Fn(f64) -> (Vector, Vector),
-    /// Those so far.
-    known: Known,
-}
-
-impl<'a> Pieces<'a> {
-    /// Those of a way, from what is known of them before; `None` if nothing is given by pieces.
-    fn new(
-        declaration: Declaration<'a>,
-        known: Option<&Known>,
-        times: (f64, f64),
-        way: &'a dyn Fn(f64) -> (Vector, Vector),
-    ) -> Option<Self> {
-        if declaration.switches() == 0 && !declaration.has_tables() {
-            return None;
-        }
-        let mut pieces = Self {
-            declaration,
-            of_sides: of_sides(&declaration, times.0, way(0.0)),
-            times,
-            way,
-            known: Known {
-                arguments: vec![0.0; declaration.switches()],
-                samples: Vec::new(),
-            },
-        };
-        if let Some(known) = known {
-            pieces.known.clone_from(known);
-        } else {
-            let now = pieces.at(0.0);
-            pieces.take(now);
-        }
-        Some(pieces)
-    }
-
-    /// Those at a part of the way.
-    fn at(&self, x: f64) -> Known {
-        let (q, v) = (self.way)(x);
-        let place = Place::of_phase(self.times.0 + x * self.times.1, q, v);
-        let tables = place.tables(&self.declaration);
-        let samples = tables.iter().map(|at| {
-            let places = at.samples.places();
-            places.partition_point(|place| *place <= at.argument)
-        });
-        Known {
-            arguments: place
-                .arguments(&self.declaration)
-                .into_iter()
-                .zip(&self.of_sides)
-                .map(|(argument, is_of_side)| if *is_of_side { 0.0 } else { argument })
-                .collect(),
-            samples: samples.collect(),
-        }
-    }
-
-    /// Remembers them, and the signs of arguments that are not zero.
-    fn take(&mut self, now: Known) {
-        for (known, argument) in self.known.arguments.iter_mut().zip(now.arguments) {
-            if argument != 0.0 {
-                *known = argument;
-            }
-        }
-        self.known.samples = now.samples;
-    }
-
-    /// The first change between two parts of the way.
-    fn change(&mut self, ends: [f64; 2]) -> Option<f64> {
-        let differs = |now: &Known| {
-            let mut signs = self.known.arguments.iter().zip(&now.arguments);
-            now.samples != self.known.samples || signs.any(|(known, now)| known * now < 0.0)
-        };
-        let now = self.at(ends[1]);
-        if differs(&now) {
-            return Some(first(ends, &|x| differs(&self.at(x))));
-        }
-        self.take(now);
-        None
-    }
-}
-
-/// Which arguments of what is given by pieces are those of sides: at another velocity, where none is zero, they are equal.
-fn of_sides(declaration: &Declaration<'_>, t: f64, (q, mut v): (Vector, Vector)) -> Vec<bool> {
-    for (i, v) in v.iter_mut().enumerate() {
-        *v += (1.0 + v.abs()) * (0.37 + 0.11 * i as f64);
-    }
-    let sides = declaration.side_arguments(t, &q[..], &v[..]);
-    let arguments = Place::of_phase(t, q, v).arguments(declaration);
-    let is_one = |argument: f64| {
-        let mut sides = sides.iter();
-        sides.any(|side| (side - argument).abs() <= SAME * argument.abs())
-    };
-    arguments.into_iter().map(is_one).collect()
-}
-
-/// A polynomial motion from the current point on. The attitude of a body is a polynomial, too, as far as the series of its quaternion goes: it follows from
-/// that of the angular velocity by `q' = ½ q∘(0, ω)`.
-struct Way {
-    /// Its length.
-    h: f64,
-    /// The coefficients of the acceleration of each coordinate, in parts of the length.
-    accelerations: Vec<[f64; COUNT]>,
-    /// Those of the quaternions of rotations, each with the first place of the rotation.
-    quaternions: Vec<(usize, [[f64; SLOTS]; TURNS])>,
-    /// Those of each side.
-    sides: Vec<[f64; COUNT]>,
-    /// The error, in units of what is allowed.
-    error: f64,
-    /// The motion at the end.
-    end: Held,
-}
-
-/// Chebyshev's places from 0 to 1.
-fn place(j: usize) -> f64 {
-    let angle = core::f64::consts::PI * j as f64 / DEGREE as f64;
-    // as a square, which is right to the last digit near both ends
-    let half = (0.5 * angle).sin();
-    half * half
-}
-
-/// The coefficients of the polynomial with values at Chebyshev's places: by powers of the place, and the last two by Chebyshev's polynomials.
-fn coefficients(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
-    let mut powers = [0.0; COUNT];
-    // Chebyshev's polynomials of 2x - 1 by powers of x, one after the other
-    let (mut before, mut polynomial) = ([0.0; COUNT], [0.0; COUNT]);
-    polynomial[0] = 1.0;
-    let mut tail = 0.0;
-    for k in 0..COUNT {
-        let end = |j: usize| if j == 0 || j == DEGREE { 0.5 } else { 1.0 };
-        let terms = values.iter().enumerate().map(|(j, value)| {
-            let turns = (k * (DEGREE - j)) % (2 * DEGREE);
-            end(j) * value * (core::f64::consts::PI * turns as f64 / DEGREE as f64).cos()
-        });
-        let c = end(k) * 2.0 / DEGREE as f64 * terms.sum::<f64>();
-        if k + 2 > DEGREE {
-            tail += c.abs();
-        }
-        for (power, p) in powers.iter_mut().zip(&polynomial) {
-            *power += c * p;
-        }
-        let mut next = [0.0; COUNT];
-        for i in 0..COUNT {
-            let shifted = if i > 0 { polynomial[i - 1] } else { 0.0 };
-            next[i] = if k == 0 {
-                2.0 * shifted - polynomial[i]
-            } else {
-                4.0 * shifted - 2.0 * polynomial[i] - before[i]
-            };
-        }
-        (before, polynomial) = (polynomial, next);
-    }
-    (powers, tail)
-}
-
-/// The value of a polynomial.
-fn value(coefficients: &[f64], x: f64) -> f64 {
-    coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
-}
-
-impl Way {
-    /// The coefficients of a velocity in parts of the length.
-    fn velocity(&self, i: usize, v: f64) -> [f64; COUNT + 1] {
-        let mut velocity = [v; COUNT + 1];
-        for (k, (to, a)) in velocity
-            .iter_mut()
-            .skip(1)
-            .zip(&self.accelerations[i])
-            .enumerate()
-        {
-            *to = self.h * a / (k as f64 + 1.0);
-        }
-        velocity
-    }
-
-    /// Follows the attitudes from a position and a velocity.
-    fn turn(&mut self, rotations: &[usize], q: &[f64], v: &[f64]) {
-        self.quaternions.clear();
-        for &first in rotations {
-            let spin: [[f64; COUNT + 1]; SLOTS] =
-                core::array::from_fn(|k| self.velocity(first + k, v[first + k]));
-            let mut quaternion = [[0.0; SLOTS]; TURNS];
-            quaternion[0] = core::array::from_fn(|k| q[first + k]);
-            for k in 1..TURNS {
-                let known = quaternion;
-                let scale = self.h / k as f64;
-                quaternion[k] =
-                    rotation::coefficient(k - 1, scale, |j| known[j], |j| spin.map(|component| component[j]));
-            }
-            self.quaternions.push((first, quaternion));
-        }
-    }
-
-    /// What the series of quaternions leave out, as a part of their norm.
-    fn truncated(&self) -> f64 {
-        let last = self
-            .quaternions
-            .iter()
-            .flat_map(|(_, series)| &series[TURNS - 2..]);
-        last.flatten().fold(0.0, |most, c| larger(most, c.abs()))
-    }
-
-    /// The quaternion to which a place belongs, as a series, and which of its components it has.
-    fn quaternion(&self, i: usize) -> Option<(&[[f64; SLOTS]; TURNS], usize)> {
-        let mut all = self.quaternions.iter();
-        all.find_map(|(first, series)| {
-            let k = i.checked_sub(*first)?;
-            (k < SLOTS).then_some((series, k))
-        })
-    }
-
-    /// How far position and velocity move in a part `x` of the way from the velocity `v`, in one coordinate.
-    fn moves(&self, i: usize, v: f64, x: f64) -> [f64; 2] {
-        let (mut q, mut dv) = (0.0, 0.0);
-        for (k, a) in self.accelerations[i].iter().enumerate().rev() {
-            let k = k as f64;
-            q = q * x + a / ((k + 1.0) * (k + 2.0));
-            dv = dv * x + a / (k + 1.0);
-        }
-        let s = x * self.h;
-        if let Some((series, k)) = self.quaternion(i) {
-            let turned = series[1..].iter().rev().fold(0.0, |sum, c| (sum + c[k]) * x);
-            return [turned, s * dv];
-        }
-        [s * (v + s * q), s * dv]
-    }
-
-    /// Position and velocity in a part `x` of the way.
-    fn at(&self, (q, v): (&[f64], &[f64]), x: f64) -> (Vector, Vector) {
-        let moves: Vec<[f64; 2]> = (0..q.len()).map(|i| self.moves(i, v[i], x)).collect();
-        (
-            Vector::from_fn(q.len(), |i| q[i] + moves[i][0]),
-            Vector::from_fn(q.len(), |i| v[i] + moves[i][1]),
-        )
-    }
 }
 
 impl Integrator {

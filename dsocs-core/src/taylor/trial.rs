@@ -105,4 +105,14 @@ impl Integrator {
         }
         true
     }
+
+    /// The length of a step that has been tried with the length `h`; it ends beyond a switch where the next piece has a value.
+    pub(super) fn beyond(&mut self, equations: &mut dyn SeriesKernel, trial: &Trial, h: f64) -> f64 {
+        let Some(beyond) = trial.beyond.filter(|_| trial.end.at_switch) else {
+            return h;
+        };
+        let h = beyond.copysign(h);
+        self.arrive(equations, h, self.t.hi[0] + h);
+        h
+    }
 }

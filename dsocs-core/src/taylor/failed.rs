@@ -1,0 +1,103 @@
+//! Why a motion does not go on.
+
+use super::integrator::{Integrator, LOOK_EVERY};
+use super::recurrences::SeriesKernel;
+use crate::error::series::{FailedSeries, SeriesError, SeriesFailure};
+use crate::number::point::AnyPoint;
+use crate::regularity::{deficiency, undefined};
+use crate::solve::Vector;
+use crate::start::place::Place;
+use crate::step::singular;
+
+/// It does not where so many steps lead no further than this part of the way so far.
+const STALLED: f64 = 1e-9;
+
+impl Integrator {
+    /// Why the motion is not to go on, where it makes steps and gets no further, or has made as many as it may.
+    #[cold]
+    pub(super) fn has_stalled(&mut self) -> Option<SeriesFailure> {
+        let (steps, now) = (self.steps, self.t.hi[0]);
+        let span = (now - self.began).abs();
+        let (before, then) = self.looked;
+        let led = (now - then).abs();
+        if steps - before >= LOOK_EVERY {
+            self.looked = (steps, now);
+            if led < STALLED * span {
+                return Some(SeriesFailure::Stalls {
+                    steps: steps - before,
+                    led,
+                });
+            }
+        }
+        (steps >= self.max_steps).then(|| SeriesFailure::TooManySteps {
+            steps,
+            last: self.last.map_or(0.0, |(_, h)| h.abs()),
+            mean: span / steps.max(1) as f64,
+        })
+    }
+
+    #[cold]
+    pub(super) fn failed(&self, equations: &dyn SeriesKernel, cause: SeriesFailure) -> SeriesError {
+        let cause = self.because_of_dependence(equations, &cause).unwrap_or(cause);
+        let undefined = || {
+            let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
+            let a = &vec![0.0; q.len()];
+            undefined::of_point(&equations.declaration(), AnyPoint { t, q, v, a })
+        };
+        let open = || {
+            let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
+            let a = self.series.velocity_of(1);
+            let zero = vec![0.0; q.len()];
+            let a = if a.iter().all(|a| a.is_finite()) { a } else { &zero };
+            deficiency::near_point(&equations.declaration(), AnyPoint { t, q, v, a })
+        };
+        SeriesError::new(FailedSeries {
+            step: self.steps,
+            time: self.t.hi[0],
+            q: self.now.q().to_vec(),
+            v: self.now.v().to_vec(),
+            coordinates: equations
+                .kernel()
+                .shape()
+                .coordinates
+                .iter()
+                .map(|coordinate| coordinate.name.clone())
+                .collect(),
+            undefined: (cause == SeriesFailure::NotFinite).then(undefined).flatten(),
+            deficiency: matches!(
+                cause,
+                SeriesFailure::Stalls { .. }
+                    | SeriesFailure::StepTooSmall { .. }
+                    | SeriesFailure::Unbounded { .. }
+            )
+            .then(open)
+            .flatten(),
+            may_divide: equations.declaration().constraints()[2] > 0,
+            tolerance: self.control.relative(),
+            cause,
+        })
+    }
+
+    /// The failure where constraints depend on each other, if that may be why a run comes to its end here without a switch.
+    #[cold]
+    fn because_of_dependence(
+        &self,
+        equations: &dyn SeriesKernel,
+        cause: &SeriesFailure,
+    ) -> Option<SeriesFailure> {
+        let may_be = matches!(
+            cause,
+            SeriesFailure::Jumps { switch: None, .. }
+                | SeriesFailure::NotFinite
+                | SeriesFailure::StepTooSmall { .. }
+                | SeriesFailure::Stalls { .. }
+        );
+        if self.projection.is_none() || !may_be {
+            return None;
+        }
+        let time = self.t.hi[0];
+        let place = Place::of_phase(time, Vector::of(self.now.q()), Vector::of(self.now.v()));
+        let row = singular::dependent_at(&equations.declaration(), &place)?;
+        Some(SeriesFailure::Dependent { time, row })
+    }
+}

@@ -1,0 +1,118 @@
+//! What makes a position or a velocity jump at the end of a step.
+
+use std::borrow::Cow;
+
+use super::integrator::Integrator;
+use super::projection::size;
+use super::recurrences::SeriesKernel;
+use super::watch;
+use crate::error::series::Jump;
+use crate::solve::rotation;
+use crate::tape::declaration::Declaration;
+
+/// A velocity that the constraints move at a switch by more than so many times the tolerance jumps there.
+const JUMPS: f64 = 100.0;
+
+/// And by more than this part of it.
+const LEAST_JUMP: f64 = 1e-7;
+
+/// How far beside a switch the Lagrangian is compared, as a part of a step, and by which part of its terms it jumps.
+const BESIDE: [f64; 2] = [1e-8, 1e-5];
+
+/// So much farther away, what jumps is not much larger: by no more than this part of it, the other way round.
+const FARTHER: f64 = 10.0;
+
+const JUMPS_NEAR: f64 = 0.5;
+
+impl Integrator {
+    /// The velocity at the end of a step of the length `h` that has been tried, if the constraints of lower order move it by more than the tolerance explains.
+    #[inline(always)]
+    pub(super) fn moved(&self, h: f64) -> Option<&[f64]> {
+        let projection = self.projection.as_ref()?;
+        projection.moved(self.least_jump(), self.pace(h))
+    }
+
+    /// How fast the motion is in a step of the length `h`.
+    #[inline(always)]
+    fn pace(&self, h: f64) -> f64 {
+        let [v, a] = [0, 1].map(|k| size(self.series.velocity_of(k)));
+        v.max(a * h.abs())
+    }
+
+    /// The least part of a velocity or of a position that is a jump, where constraints move it.
+    #[inline(always)]
+    fn least_jump(&self) -> f64 {
+        (JUMPS * self.control.relative()).clamp(LEAST_JUMP, 0.1)
+    }
+
+    /// What makes the position or the velocity jump at the end of a step of the length `h`, where something is switched.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn jump_after(
+        &mut self,
+        equations: &mut dyn SeriesKernel,
+        h: f64,
+    ) -> Option<(Option<Cow<'static, str>>, Jump)> {
+        let way = self.pace(h) * h.abs();
+        let shifted = self
+            .projection
+            .as_ref()
+            .and_then(|projection| projection.shifted(self.least_jump(), way))
+            .map(<[f64]>::to_vec);
+        let by = if let Some(before) = &shifted {
+            // and at the place where it is
+            self.now.set_position(before);
+            Jump::Position
+        } else if let Some(before) = self.moved(h).map(<[f64]>::to_vec) {
+            // the motion ends with the velocity that it has
+            self.now.set_velocity(&before);
+            Jump::Constraint
+        } else if self.jumps_in_action(&equations.declaration(), h) {
+            Jump::Lagrangian
+        } else {
+            return None;
+        };
+        let mut switch = None;
+        watch::each(equations, |group, place, at| {
+            if switch.is_none() && at.touches() {
+                switch = Some((group, place));
+            }
+        });
+        Some((switch.map(|(group, place)| equations.switch(group, place)), by))
+    }
+
+    /// Whether the Lagrangian jumps with the position or the velocity, or the momentum does, at the end of a step of the length `h`. One that
+    /// jumps in time alone, as a force that is switched on does, changes no velocity.
+    fn jumps_in_action(&self, declaration: &Declaration<'_>, h: f64) -> bool {
+        let [part, least] = BESIDE;
+        let beside = part * h;
+        let n = self.series.dimension();
+        let (mut a, mut rest) = (vec![0.0; n], vec![0.0; 2 * n]);
+        let (q, v) = rest.split_at_mut(n);
+        self.series.increments(h, [q, v, &mut a]);
+        let at = |s: f64| {
+            let [q, v] = [self.now.q(), self.now.v()];
+            let after: Vec<f64> = v.iter().zip(&a).map(|(v, a)| v + s * a).collect();
+            let way: Vec<f64> = v.iter().map(|v| s * v).collect();
+            (rotation::moved(&declaration.shape().rotations, q, &way), after)
+        };
+        // the Lagrangian, and the power of the momentum
+        let values = |t: f64, (q, v): &(Vec<f64>, Vec<f64>)| {
+            let [l, e] = [declaration.lagrangian(t, q, v), declaration.energy(t, q, v)];
+            [l, l + e, l.abs().max(e.abs())]
+        };
+        let jumps = |beside: f64| {
+            let [before, beyond] = [-beside, beside].map(|s| (self.time() + s, at(s)));
+            let first = values(before.0, &before.1);
+            let [moved, last] = [before.0, beyond.0].map(|t| values(t, &beyond.1));
+            [
+                (moved[0] - first[0]).abs(),
+                (last[1] - first[1]).abs(),
+                first[2].max(last[2]),
+            ]
+        };
+        let (near, far) = (jumps(beside), jumps(FARTHER * beside));
+        // what is smooth grows with the distance
+        (0..2).any(|k| near[k] > least * near[2] && near[k] > JUMPS_NEAR * far[k])
+    }
+}
