@@ -23,6 +23,9 @@ pub struct Undefined {
     contains: [bool; 3],
 }
 
+/// What is too large for doubles where its argument is large.
+const OVERFLOWS: [&str; 3] = [".exp()", ".cosh()", ".sinh()"];
+
 /// So many quantities are named in a message.
 const NAMED: usize = 6;
 
@@ -47,6 +50,10 @@ impl Undefined {
 
     /// What to try, for people.
     pub(crate) fn advice(&self, at_rest: bool) -> &'static str {
+        if self.value.is_infinite() && OVERFLOWS.iter().any(|name| self.expression.ends_with(name)) {
+            return "write what is bounded without it: `(1 + (u / 2).tanh()) / 2` in place of `1 / (1 + (-u).exp())`, and `1 - u.tanh().powi(2)` in place of \
+                    `1 / u.cosh().powi(2)`";
+        }
         match self.contains {
             [false, false, true] => "its parameters need other values",
             [_, true, _] if at_rest => {

@@ -240,3 +240,32 @@ fn advice_is_about_what_is_so() {
         .to_string();
     assert!(!error.contains("constraint forces"), "{error}");
 }
+
+declared! {
+    /// A force that is switched on smoothly, by a function that overflows long before.
+    struct Switched { steep: f64 };
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    external_forces = 1.0 / (1.0 + (-steep * (t - 1.0)).exp());
+}
+
+declared! {
+    /// The same, as the message says.
+    struct Bounded { steep: f64 };
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    external_forces = (1 + (steep * (t - 1.0) / 2).tanh()) / 2;
+}
+
+#[test]
+fn what_overflows_though_its_quotient_does_not_is_written_otherwise() {
+    let start = Start::second_order([0.0], [0.0]);
+    let steep = 1e3;
+    let error = TaylorFlow::new(&Switched { steep }, start, Tolerance::relative(1e-9)).unwrap_err();
+    let message = error.to_string();
+    assert!(message.contains("(1 + (u / 2).tanh()) / 2"), "{message}");
+    let bounded = Bounded { steep };
+    let mut flow = TaylorFlow::new(&bounded, start, Tolerance::relative(1e-9)).unwrap();
+    let end = flow.to(2.0).unwrap();
+    assert!((end.v[0] - 1.0).abs() < 1e-6, "{end:?}");
+}
