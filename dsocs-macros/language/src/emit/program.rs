@@ -15,10 +15,10 @@ pub(crate) use place::Place;
 pub(crate) use tape::{Calls, Segment, number};
 
 use std::collections::BTreeSet;
-use std::rc::Rc;
 
 use crate::graph::{Bits, Comparison, Graph, Leaf, Node, NodeId, Unary};
 use crate::hash::{HashMap, HashSet};
+use crate::passes::running::Early;
 use crate::passes::share::{self, Factor, Product, Shared};
 
 /// An operation of a [`Program`].
@@ -101,9 +101,6 @@ pub(crate) struct Program<'g> {
     /// Where every operation stands among those alike, where they are so many that those alike are written once; see [`cells`].
     cells: Vec<cells::Cell>,
 }
-
-/// A number times factors that are known before the rest of a term.
-type Early = (Bits, Rc<[(NodeId, i32)]>);
 
 /// A term of a sum: `± early · late`.
 #[derive(Clone)]
@@ -411,15 +408,15 @@ impl<'g> Program<'g> {
         let mut running = running.into_iter().peekable();
         for group in self.groups(&others) {
             while let Some(first) = running.next_if(|running| running.stage <= group[0].stage) {
-                let value = self.lower_running(&first);
-                sum = Some(self.add(sum, first.negative, value));
+                let value = self.lower_running(&first.sums);
+                sum = Some(self.add(sum, first.sums.negative, value));
             }
             let value = self.lower_group(&group);
             sum = Some(self.add(sum, group[0].negative, value));
         }
         for last in running {
-            let value = self.lower_running(&last);
-            sum = Some(self.add(sum, last.negative, value));
+            let value = self.lower_running(&last.sums);
+            sum = Some(self.add(sum, last.sums.negative, value));
         }
         match sum {
             Some(sum) => sum,

@@ -13,6 +13,7 @@ mod eliminate;
 mod motion;
 mod quotient;
 mod rotate;
+pub(crate) mod running;
 pub(crate) mod share;
 pub(crate) mod sparse;
 mod together;

@@ -5,6 +5,8 @@
 //! stays in range. This module finds such parts, greedily: the pair of factors that most products have becomes a factor
 //! of its own, until no two products have a pair in common.
 
+pub(super) mod nested;
+
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use std::rc::Rc;
@@ -37,6 +39,11 @@ pub(crate) struct Shared {
 impl Shared {
     /// Finds the shared parts of some products: again and again the pair of factors that most products have.
     pub(crate) fn find(products: BTreeSet<Product>) -> Self {
+        Self::find_beyond(products, 0)
+    }
+
+    /// The same where products are already made of so many parts: those that are found are counted from there on.
+    fn find_beyond(products: BTreeSet<Product>, known: usize) -> Self {
         let originals: Vec<Product> = products.into_iter().filter(|product| size(product) > 1).collect();
         let mut numbers: HashMap<&Factor, u32> = HashMap::default();
         for factor in originals.iter().flat_map(Product::keys) {
@@ -61,7 +68,7 @@ impl Shared {
         let factor = |number: u32| {
             let number = number as usize;
             let part = number.checked_sub(factors.len());
-            part.map_or_else(|| (*factors[number]).clone(), Factor::Part)
+            part.map_or_else(|| (*factors[number]).clone(), |part| Factor::Part(known + part))
         };
         let products = search.products.iter();
         let products: Vec<Product> = products

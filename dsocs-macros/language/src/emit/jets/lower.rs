@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::sequence::{Argument, Inverse, Op, Sequence, Sequences};
+use super::running::Sums;
+use super::sequence::{Argument, Constant, Inverse, Op, Sequence, Sequences};
 use crate::graph::{Graph, Node, NodeId, Unary};
 use crate::hash::HashMap;
 use crate::passes::share::{Factor, Product, Shared};
@@ -22,11 +23,21 @@ pub(super) struct Lower<'g> {
     tangents: HashMap<(Sequence, bool), Sequence>,
     products: HashMap<Product, Sequence>,
     shared: Shared,
+    pub(super) sums: Sums,
 }
 
 impl<'g> Lower<'g> {
-    /// Expressions whose products will be shared.
+    /// Expressions whose products and sums will be shared.
     pub(super) fn new(graph: &'g mut Graph, outputs: &[NodeId]) -> Self {
+        let sums = Sums::find(graph, outputs);
+        Self {
+            sums,
+            ..Self::term_by_term(graph, outputs)
+        }
+    }
+
+    /// Expressions whose products will be shared, but no sums.
+    fn term_by_term(graph: &'g mut Graph, outputs: &[NodeId]) -> Self {
         let products = products(graph, outputs);
         Self {
             graph,
@@ -36,12 +47,13 @@ impl<'g> Lower<'g> {
             tangents: HashMap::default(),
             products: HashMap::default(),
             shared: Shared::find(products),
+            sums: Sums::default(),
         }
     }
 
     /// How many products of sequences some expressions take, functions aside.
     pub(super) fn cost(graph: &mut Graph, outputs: &[NodeId]) -> usize {
-        let mut lower = Lower::new(graph, outputs);
+        let mut lower = Lower::term_by_term(graph, outputs);
         for &output in outputs {
             lower.lower(output);
         }
@@ -74,9 +86,10 @@ impl<'g> Lower<'g> {
             Node::Leaf(leaf) => self.sequences.push(Op::Leaf(leaf)),
             Node::Sum(constant, terms) => {
                 let terms: Vec<_> = terms.iter().map(|&(term, c)| (term, c.get())).collect();
-                self.sum(constant.get(), &terms)
+                let running = self.running(id).unwrap_or_default();
+                self.sum(constant.get(), &terms, running)
             }
-            Node::Product(_) => self.sum(0.0, &[(id, 1.0)]),
+            Node::Product(_) => self.sum(0.0, &[(id, 1.0)], Vec::new()),
             Node::Unary(op, node) => {
                 let a = self.lower(node);
                 match op {
@@ -109,13 +122,22 @@ impl<'g> Lower<'g> {
         }
     }
 
-    /// `constant + Σ coefficient · term`, where constant factors of terms join their coefficients.
-    fn sum(&mut self, constant: f64, terms: &[(NodeId, f64)]) -> Sequence {
+    /// `constant + Σ coefficient · term`, where constant factors of terms join their coefficients; if something runs of what moves, it is all of that.
+    fn sum(
+        &mut self,
+        constant: f64,
+        terms: &[(NodeId, f64)],
+        running: Vec<(Constant, Sequence)>,
+    ) -> Sequence {
         let mut constants = vec![(self.graph.constant(constant), 1.0)];
-        let mut linear: Vec<(NodeId, Sequence)> = Vec::new();
+        let runs = !running.is_empty();
+        let mut linear = running;
         for &(term, c) in terms {
             if self.graph.is_fixed(term) {
                 constants.push((term, c));
+                continue;
+            }
+            if runs {
                 continue;
             }
             let (fixed, moving) = split(self.graph, term);
@@ -138,7 +160,7 @@ impl<'g> Lower<'g> {
     }
 
     /// A product of factors that move.
-    fn product(&mut self, factors: &[(NodeId, i32)]) -> Sequence {
+    pub(super) fn product(&mut self, factors: &[(NodeId, i32)]) -> Sequence {
         if let &[(factor, 1)] = factors {
             return self.lower(factor);
         }
@@ -369,7 +391,7 @@ fn whole(exponent: f64) -> i32 {
 type Factors = Vec<(NodeId, i32)>;
 
 /// The factors of a term that do not move, and those that do.
-fn split(graph: &Graph, term: NodeId) -> (Factors, Factors) {
+pub(super) fn split(graph: &Graph, term: NodeId) -> (Factors, Factors) {
     let factors = match graph.node(term) {
         Node::Product(factors) => factors.clone(),
         _ => vec![(term, 1)],

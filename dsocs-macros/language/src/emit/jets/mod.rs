@@ -7,7 +7,9 @@
 mod data;
 mod describe;
 mod lower;
+mod pairs;
 mod plan;
+mod running;
 mod sequence;
 mod write;
 

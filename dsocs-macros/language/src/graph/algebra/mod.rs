@@ -13,4 +13,4 @@ mod simplify;
 pub(crate) use gather::{entries as gather_entries, slopes as gathered_slopes};
 pub(crate) use horner::Horner;
 pub(crate) use merge::Merge;
-pub(crate) use simplify::Simplify;
+pub(crate) use simplify::{Simplify, factored_sum};

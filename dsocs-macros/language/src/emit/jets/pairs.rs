@@ -1,0 +1,111 @@
+//! Terms that go together.
+//!
+//! The acceleration of a link has two terms, `cⱼ aⱼ` and `sⱼ vⱼ²`, with one factor in every row. As a term of their own they are what a sum along the
+//! chain takes from link to link.
+
+use crate::graph::{Graph, NodeId};
+use crate::hash::{HashMap, HashSet};
+use crate::passes::running::Item;
+
+/// Terms that go together in fewer sums are left alone.
+const FEWEST_SUMS: usize = 3;
+
+/// Where a term stands: in which sum, and at which place of it.
+type Places = Vec<(usize, usize)>;
+
+/// Makes one term of two where a term never stands without another, and always with the same multiple of its factor. Returns how many terms those
+/// have that are made.
+pub(super) fn join(graph: &mut Graph, mut sums: Vec<&mut Vec<Item>>) -> usize {
+    let columns = columns(&sums);
+    let mut order: Vec<NodeId> = columns.keys().copied().collect();
+    order.sort_unstable_by_key(|late| (core::cmp::Reverse(columns[late].len()), *late));
+    let (mut hosts, mut guests) = (HashMap::default(), HashSet::default());
+    for &guest in &order {
+        let places = &columns[&guest];
+        if hosts.contains_key(&guest) || places.len() < FEWEST_SUMS {
+            continue;
+        }
+        let first = &*sums[places[0].0];
+        let host = first.iter().find_map(|item| {
+            let &[(host, 1)] = &item.late[..] else { return None };
+            if host == guest || guests.contains(&host) || hosts.contains_key(&host) {
+                return None;
+            }
+            let ratio = ratio(&sums, &columns, host, places)?;
+            Some((host, ratio))
+        });
+        if let Some((host, ratio)) = host {
+            hosts.insert(host, (guest, ratio));
+            guests.insert(guest);
+        }
+    }
+    let mut made = 0;
+    for &host in &order {
+        let Some(&(guest, ratio)) = hosts.get(&host) else {
+            continue;
+        };
+        let pair = graph.linear(0.0, &[(host, 1.0), (guest, ratio)]);
+        let (size, pair) = graph.split(pair);
+        for &(sum, place) in &columns[&guest] {
+            let own = sums[sum].iter().position(|item| is(item, host));
+            if let Some(own) = own {
+                let item = &mut sums[sum][own];
+                item.coefficient *= size;
+                item.late = vec![(pair, 1)];
+                // places stay those of their terms until all are done
+                sums[sum][place].late.clear();
+            }
+        }
+        made += 2;
+    }
+    for sum in sums {
+        sum.retain(|item| !item.late.is_empty());
+    }
+    made
+}
+
+/// Whether a term is a multiple of an expression.
+fn is(item: &Item, late: NodeId) -> bool {
+    matches!(item.late[..], [(own, 1)] if own == late)
+}
+
+/// Where each term stands; none that stands twice in a sum.
+fn columns(sums: &[&mut Vec<Item>]) -> HashMap<NodeId, Places> {
+    let mut columns: HashMap<NodeId, Places> = HashMap::default();
+    let mut twice = HashSet::default();
+    for (sum, items) in sums.iter().enumerate() {
+        for (place, item) in items.iter().enumerate() {
+            let &[(late, 1)] = &item.late[..] else { continue };
+            let places = columns.entry(late).or_default();
+            if places.last().is_some_and(|&(last, _)| last == sum) {
+                twice.insert(late);
+            }
+            places.push((sum, place));
+        }
+    }
+    columns.retain(|late, _| !twice.contains(late));
+    columns
+}
+
+/// By how much the factor of a guest is larger than that of a host, wherever the guest is.
+fn ratio(
+    sums: &[&mut Vec<Item>],
+    columns: &HashMap<NodeId, Places>,
+    host: NodeId,
+    guests: &Places,
+) -> Option<f64> {
+    let hosts = columns.get(&host)?;
+    let mut of_all = None;
+    for &(sum, place) in guests {
+        let at = hosts.binary_search_by_key(&sum, |&(sum, _)| sum).ok()?;
+        let (host, guest) = (&sums[sum][hosts[at].1], &sums[sum][place]);
+        let ratio = guest.coefficient / host.coefficient;
+        #[allow(clippy::float_cmp)] // quotients of the same whole numbers
+        let same = of_all.is_none_or(|of_all: f64| of_all == ratio);
+        if !same || host.early != guest.early {
+            return None;
+        }
+        of_all = Some(ratio);
+    }
+    of_all
+}

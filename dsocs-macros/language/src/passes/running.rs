@@ -1,0 +1,149 @@
+//! Sums that share their terms, as running sums.
+//!
+//! Along a chain of `n` links each row has a sum over all links, `Σ_j c_ij x_j` with `c_ij = l_i l_j m_max(i,j)`: with what is shared taken out,
+//! `l_i (m_i Σ_{j ≤ i} l_j x_j + Σ_{j > i} m_j l_j x_j)`. The inner sums of all rows are those of a sum that runs along the chain, and of one that
+//! runs back. Nothing is said of an order of the links, and a tree is as good as a chain: a sum that is a part of another becomes a term of it,
+//! and then the pair of terms that most sums have becomes a term of its own, until no two sums have a pair in common (see [`super::share`]).
+//!
+//! Here sums are grouped. Programs and Taylor series write them, each in its own way.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
+
+use super::share::{Factor, Product, Shared, nested};
+use crate::graph::{Bits, NodeId};
+
+/// Sums of fewer terms are written term by term.
+pub(crate) const FEWEST_TERMS: usize = 4;
+/// With more pairs of terms in all, none are looked for.
+const MOST_PAIRS: usize = 1_000_000;
+
+/// A number times factors that are known before the rest of a term.
+pub(crate) type Early = (Bits, Rc<[(NodeId, i32)]>);
+
+/// Some terms of a sum, with what they share taken out.
+#[derive(Clone, Debug)]
+pub(crate) struct Running {
+    pub(crate) negative: bool,
+    /// What all terms share.
+    pub(crate) common: Early,
+    /// Sums of terms, each with what those share beyond that.
+    pub(crate) pieces: Vec<(Early, Product)>,
+}
+
+impl Running {
+    /// The groups of some terms.
+    pub(crate) fn of(mut items: Vec<Item>) -> Self {
+        let common = take_common(&mut items);
+        let negative = items.iter().all(|item| item.coefficient < 0.0);
+        for item in &mut items {
+            item.coefficient *= if negative { -1.0 } else { 1.0 };
+        }
+        let list = |items: Vec<Item>| items.iter().map(|item| (item.factor(), 1)).collect();
+        let pieces = pieces(items).into_iter();
+        Self {
+            negative,
+            common,
+            pieces: pieces.map(|(early, items)| (early, list(items))).collect(),
+        }
+    }
+}
+
+/// The parts that the sums of some groups share.
+pub(crate) fn shared<'r>(running: impl Iterator<Item = &'r Running>) -> Shared {
+    let lists: BTreeSet<Product> = running
+        .flat_map(|running| &running.pieces)
+        .map(|(_, list)| list.clone())
+        .collect();
+    let nested = nested::Nested::of(lists);
+    if nested.pairs() > MOST_PAIRS {
+        return nested.alone();
+    }
+    nested.with_pairs()
+}
+
+/// A term `coefficient · early · late`.
+#[derive(Clone)]
+pub(crate) struct Item {
+    pub(crate) coefficient: f64,
+    /// By node.
+    pub(crate) early: Vec<(NodeId, i32)>,
+    pub(crate) late: Vec<(NodeId, i32)>,
+}
+
+impl Item {
+    fn factor(&self) -> Factor {
+        let factors = self.early.iter().chain(&self.late).copied().collect();
+        Factor::Early(Bits::new(self.coefficient), factors)
+    }
+}
+
+/// What all of some terms share: taken out of them.
+fn take_common(items: &mut [Item]) -> Early {
+    let mut common = items.first().map_or_else(Vec::new, |item| item.early.clone());
+    for item in &*items {
+        common.retain_mut(|(factor, n)| {
+            let place = item.early.binary_search_by_key(factor, |&(factor, _)| factor);
+            let own = place.map_or(0, |place| item.early[place].1);
+            if own.abs() < n.abs() {
+                *n = own;
+            }
+            own != 0 && own.signum() == n.signum()
+        });
+    }
+    let size = items.first().map_or(1.0, |item| item.coefficient.abs());
+    #[allow(clippy::float_cmp)] // coefficients that are the same number
+    let same = items.iter().all(|item| item.coefficient.abs() == size);
+    for item in items {
+        item.early.retain_mut(|(factor, n)| {
+            let place = common.binary_search_by_key(factor, |&(factor, _)| factor);
+            *n -= place.map_or(0, |place| common[place].1);
+            *n != 0
+        });
+        if same {
+            item.coefficient = item.coefficient.signum();
+        }
+    }
+    (Bits::new(if same { size } else { 1.0 }), common.into())
+}
+
+/// What stands in most of some terms: a factor, or a number.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Mark {
+    Number(Bits),
+    Factor(NodeId, i32),
+}
+
+impl Mark {
+    fn all(item: &Item) -> impl Iterator<Item = Self> {
+        let number = Bits::new(item.coefficient.abs());
+        let number = (number != Bits::new(1.0)).then_some(Self::Number(number));
+        let factors = item.early.iter().map(|&(node, n)| Self::Factor(node, n));
+        factors.chain(number)
+    }
+}
+
+/// Terms in groups, each with what its terms share.
+fn pieces(mut items: Vec<Item>) -> Vec<(Early, Vec<Item>)> {
+    let mut pieces = Vec::new();
+    loop {
+        let mut counts: BTreeMap<Mark, usize> = BTreeMap::new();
+        for mark in items.iter().flat_map(Mark::all) {
+            *counts.entry(mark).or_default() += 1;
+        }
+        let most = counts.into_iter().max_by_key(|&(_, count)| count);
+        let Some((mark, 2..)) = most else {
+            break;
+        };
+        let (mut with, without): (Vec<_>, Vec<_>) = items
+            .into_iter()
+            .partition(|item| Mark::all(item).any(|own| own == mark));
+        let common = take_common(&mut with);
+        pieces.push((common, with));
+        items = without;
+    }
+    if !items.is_empty() {
+        pieces.push(((Bits::new(1.0), Rc::default()), items));
+    }
+    pieces
+}

@@ -1,0 +1,222 @@
+//! Sums that are parts of others.
+//!
+//! The sums along a chain are one inside the other, and so are those over the branches of a tree: each is the largest of those inside of it and a
+//! term or two. To look at sums as wholes finds that in a time that is that of comparing them, where there are too many pairs of terms to look at.
+
+use std::collections::BTreeSet;
+
+use super::{Factor, Product, Shared, size};
+use crate::hash::HashMap;
+
+/// With more words to be compared, no sum is looked for in another.
+const MOST_COMPARED: usize = 50_000_000;
+
+/// Which factors a list has, as bits.
+type Members = Vec<u64>;
+
+/// Lists of factors, in terms of those that are parts of others.
+pub(crate) struct Nested {
+    /// The lists, and each in terms of the parts.
+    lists: Vec<(Product, Product)>,
+    /// The lists that are parts of others, in terms of those that are parts of them.
+    parts: Vec<Product>,
+}
+
+impl Nested {
+    /// Looks for lists in others. Each takes the largest that it contains, then the largest that what is left of it contains, and so on. What of a
+    /// list no other has is apart from the rest, which others may have.
+    pub(crate) fn of(given: BTreeSet<Product>) -> Self {
+        let given: Vec<Product> = given.into_iter().filter(|list| size(list) > 1).collect();
+        let mut counts: HashMap<&Factor, usize> = HashMap::default();
+        for factor in given.iter().flat_map(Product::keys) {
+            *counts.entry(factor).or_default() += 1;
+        }
+        let common = |list: &Product| -> Product {
+            let common = list.iter().filter(|(factor, _)| counts[factor] > 1);
+            common.map(|(factor, &count)| (factor.clone(), count)).collect()
+        };
+        let mut all: BTreeSet<Product> = given.iter().map(common).filter(|list| size(list) > 1).collect();
+        all.extend(given.iter().cloned());
+        let mut lists: Vec<Product> = all.into_iter().collect();
+        lists.sort_by_key(|list| core::cmp::Reverse(list.len()));
+        let members = members(&lists);
+        let words = members.first().map_or(0, Vec::len);
+        let few = lists.len().saturating_mul(lists.len()).saturating_mul(words) / 2 <= MOST_COMPARED;
+        let mut inner = vec![(Vec::new(), Product::new()); lists.len()];
+        let mut uses = vec![0_usize; lists.len()];
+        for place in 0..lists.len() {
+            // of powers nothing is said
+            inner[place] = if few && lists[place].values().all(|&count| count == 1) {
+                inside(&lists, &members, place)
+            } else {
+                (Vec::new(), lists[place].clone())
+            };
+            for &part in &inner[place].0 {
+                uses[part] += 1;
+            }
+        }
+        // what is a part of one list alone, and none that was asked for, is written there
+        let asked: BTreeSet<&Product> = given.iter().collect();
+        let is_part = |place: usize| uses[place] > 1 || uses[place] == 1 && asked.contains(&lists[place]);
+        let mut parts = Vec::new();
+        let mut written: Vec<Product> = vec![Product::new(); lists.len()];
+        // smaller lists come later
+        for place in (0..lists.len()).rev() {
+            let (inside, rest) = &inner[place];
+            let mut own = rest.clone();
+            for part in inside {
+                own.extend(written[*part].clone());
+            }
+            if is_part(place) {
+                parts.push(own);
+                own = Product::from([(Factor::Part(parts.len() - 1), 1)]);
+            }
+            written[place] = own;
+        }
+        let lists = lists.iter().cloned().zip(written);
+        Self {
+            lists: lists.filter(|(list, _)| asked.contains(list)).collect(),
+            parts,
+        }
+    }
+
+    /// How many pairs of factors are left.
+    pub(crate) fn pairs(&self) -> usize {
+        let written = self.lists.iter().map(|(_, written)| written);
+        written
+            .chain(&self.parts)
+            .map(|list| list.len() * list.len())
+            .sum()
+    }
+
+    /// The lists with these parts alone.
+    pub(crate) fn alone(self) -> Shared {
+        Shared {
+            parts: self.parts,
+            products: self.lists.into_iter().collect(),
+        }
+    }
+
+    /// The lists with these parts, and with those that what is left of them shares.
+    pub(crate) fn with_pairs(self) -> Shared {
+        let written = self.lists.iter().map(|(_, written)| written);
+        let all: BTreeSet<Product> = written.chain(&self.parts).cloned().collect();
+        let mut found = Shared::find_beyond(all, self.parts.len());
+        let mut parts: Vec<Product> = self.parts.into_iter().map(|part| found.product(part)).collect();
+        let lists = self.lists.into_iter();
+        let products = lists.map(|(list, written)| (list, found.product(written)));
+        let products = products.collect();
+        parts.append(&mut found.parts);
+        Shared { parts, products }
+    }
+}
+
+/// The largest lists in one, which have nothing in common, and the rest of it. Lists stand by their sizes, the largest first.
+fn inside(lists: &[Product], members: &[Members], place: usize) -> (Vec<usize>, Product) {
+    let mut rest = members[place].clone();
+    let mut left = lists[place].len();
+    let mut found = Vec::new();
+    for (other, inner) in members.iter().enumerate().skip(place + 1) {
+        // of powers nothing is said
+        let count = lists[other].len();
+        if count > left || size(&lists[other]) as usize > count {
+            continue;
+        }
+        if inner.iter().zip(&rest).all(|(inner, rest)| inner & !rest == 0) {
+            for (rest, inner) in rest.iter_mut().zip(inner) {
+                *rest &= !inner;
+            }
+            left -= count;
+            found.push(other);
+        }
+    }
+    let taken = |factor: &Factor| found.iter().any(|&other| lists[other].contains_key(factor));
+    let rest = lists[place].iter().filter(|(factor, _)| !taken(factor));
+    let rest = rest.map(|(factor, &count)| (factor.clone(), count)).collect();
+    (found, rest)
+}
+
+/// The factors of each list, by numbers.
+fn members(lists: &[Product]) -> Vec<Members> {
+    let mut numbers: HashMap<&Factor, usize> = HashMap::default();
+    for factor in lists.iter().flat_map(Product::keys) {
+        let next = numbers.len();
+        numbers.entry(factor).or_insert(next);
+    }
+    let words = numbers.len().div_ceil(64);
+    let of = |list: &Product| {
+        let mut members = vec![0; words];
+        for factor in list.keys() {
+            let number = numbers[factor];
+            members[number / 64] |= 1 << (number % 64);
+        }
+        members
+    };
+    lists.iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::rc::Rc;
+
+    use super::*;
+    use crate::graph::Bits;
+
+    /// A list of terms that are numbers.
+    fn list(terms: impl IntoIterator<Item = u32>) -> Product {
+        let term = |number: u32| (Factor::Early(Bits::new(f64::from(number)), Rc::default()), 1);
+        terms.into_iter().map(term).collect()
+    }
+
+    /// What a list is made of, parts written out.
+    fn written_out(shared: &Shared, list: &Product) -> Product {
+        let mut all = Product::new();
+        for (factor, &count) in list {
+            match factor {
+                Factor::Part(place) => all.extend(written_out(shared, &shared.part(*place))),
+                _ => {
+                    all.insert(factor.clone(), count);
+                }
+            }
+        }
+        all
+    }
+
+    /// How many terms all lists have with what they share.
+    fn terms(shared: &Shared, lists: &BTreeSet<Product>) -> u32 {
+        let lists = lists.iter().map(|list| size(&shared.product(list.clone())));
+        lists.chain(shared.parts.iter().map(size)).sum()
+    }
+
+    #[test]
+    fn sums_along_chains_and_trees_take_a_term_or_two_each() {
+        let along = (2..=60).map(|end| list(0..end));
+        let back = (0..58).map(|first| list(first..60));
+        let chain: BTreeSet<Product> = along.chain(back).collect();
+        // over the branches of a tree of two branches each, and from the root to each node
+        let below = |node: u32| {
+            (0..63).filter(move |other| (1..6).any(|up| (other + 1) >> up == node + 1) || *other == node)
+        };
+        let above = |node: u32| {
+            (0..6)
+                .map(move |up| (node + 1) >> up)
+                .filter(|up| *up > 0)
+                .map(|up| up - 1)
+        };
+        let tree: BTreeSet<Product> = (0..31)
+            .map(|node| list(below(node)))
+            .chain((1..63).map(|node| list(above(node))))
+            .collect();
+        for (lists, most) in [(chain, 3 * 118), (tree, 4 * 93)] {
+            for shared in [
+                Nested::of(lists.clone()).alone(),
+                Nested::of(lists.clone()).with_pairs(),
+            ] {
+                for list in &lists {
+                    assert_eq!(written_out(&shared, &shared.product(list.clone())), *list);
+                }
+                assert!(terms(&shared, &lists) <= most, "{}", terms(&shared, &lists));
+            }
+        }
+    }
+}
