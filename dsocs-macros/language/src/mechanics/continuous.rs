@@ -2,6 +2,7 @@
 
 use super::equation::{Equation, Pivots};
 use super::works::{Force, works};
+use crate::graph::algebra::grouped_slope;
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::{Displacements, Model};
 
@@ -21,8 +22,10 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
     let mut force = Vec::new();
     for i in 0..n {
         let momentum = graph.derivative(model.lagrangian, Leaf::V(i));
+        let momentum = grouped_slope(graph, n, momentum);
         let rate = graph.total_derivative(momentum);
         let slope = graph.derivative(model.lagrangian, Leaf::Q(i));
+        let slope = grouped_slope(graph, n, slope);
         let external = model.external_forces.get(i).map(|&external| (external, -1.0));
         let terms: Vec<_> = [(rate, 1.0), (slope, -1.0)].into_iter().chain(external).collect();
         force.push(graph.linear(0.0, &terms));

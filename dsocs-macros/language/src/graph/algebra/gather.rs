@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use super::horner::{Monomial, Polynomial, Ties, add, gather, multiply, single};
-use super::simplify;
+use super::{group, simplify};
 use crate::graph::{Graph, Leaf, Node, NodeId};
 use crate::hash::HashMap;
 
@@ -30,7 +30,10 @@ pub(crate) fn slopes(graph: &mut Graph, slopes: &[NodeId]) -> Option<Vec<NodeId>
         return None;
     }
     let mut expansion = Expansion::new(MOST_TERMS);
-    let gathered: Option<Vec<NodeId>> = slopes
+    let coordinates = slopes.len() / 2;
+    let slope = |&slope: &NodeId| group::slope(graph, coordinates, slope);
+    let grouped: Vec<NodeId> = slopes.iter().map(slope).collect();
+    let gathered: Option<Vec<NodeId>> = grouped
         .iter()
         .map(|&slope| {
             let polynomial = expansion.polynomial(graph, slope)?;
@@ -105,6 +108,11 @@ fn coordinates(graph: &Graph, id: NodeId) -> usize {
         .len()
 }
 
+/// Whether a sum is never multiplied out.
+pub(super) fn is_whole(graph: &Graph, sum: NodeId) -> bool {
+    coordinates(graph, sum) < 2 || is_affine(graph, sum)
+}
+
 /// Whether a sum is of coordinates, each with a fixed factor.
 fn is_affine(graph: &Graph, sum: NodeId) -> bool {
     let (terms, _) = graph.terms(sum);
@@ -177,7 +185,7 @@ impl Expansion {
             return Some(Polynomial::from([(Vec::new(), id)]));
         }
         match &*graph.keep(id) {
-            Node::Sum(..) if coordinates(graph, id) < 2 || is_affine(graph, id) => {
+            Node::Sum(..) if is_whole(graph, id) => {
                 // without what all its terms share, it is the same in every row
                 let (common, rest) = without_common(graph, id);
                 Some(Polynomial::from([(vec![(rest, 1)], common)]))

@@ -1,0 +1,158 @@
+//! Sums that stand beside the same factor, as one sum.
+//!
+//! The momentum of link `i` of a chain is `Σ_{k ≥ i} m_k cᵢ ẋ_k`, where `ẋ_k` is a sum over the links up to `k`: of the order of `n³` terms in all rows. As
+//! `cᵢ Σ_j μ_max(i,j) cⱼ vⱼ` they are `n²`, and nobody has multiplied them out one by one.
+
+use super::gather::is_whole;
+use crate::graph::{Graph, Node, NodeId};
+use crate::hash::HashMap;
+
+/// Systems with fewer coordinates are left alone: their rows are short.
+const FEWEST: usize = 8;
+
+/// Factors and their exponents.
+type Factors = Vec<(NodeId, i32)>;
+/// A term with a sum in it: what is fixed, the sum, and its number.
+type Member = (Factors, NodeId, f64);
+
+/// A derivative of a Lagrangian with the sums that stand beside the same moving factors as one; of few coordinates, as it is.
+pub(crate) fn slope(graph: &mut Graph, coordinates: usize, slope: NodeId) -> NodeId {
+    if coordinates < FEWEST {
+        return slope;
+    }
+    grouped(graph, slope)
+}
+
+/// A sum with its terms in groups.
+fn grouped(graph: &mut Graph, sum: NodeId) -> NodeId {
+    let (terms, constant) = flat(graph, sum);
+    let mut places: HashMap<Factors, usize> = HashMap::default();
+    let mut groups: Vec<(Factors, Vec<Member>)> = Vec::new();
+    let mut others = Vec::new();
+    for &(term, c) in &terms {
+        let factors = graph.factors(term).into_iter();
+        let (fixed, mut moving): (Vec<_>, Vec<_>) = factors.partition(|&(factor, _)| graph.is_fixed(factor));
+        let is_sum = |&(factor, n): &(NodeId, i32)| {
+            n == 1 && matches!(graph.node(factor), Node::Sum(..)) && !is_whole(graph, factor)
+        };
+        let place = moving.iter().position(is_sum);
+        match place {
+            Some(place) if moving.len() > 1 => {
+                let (inner, _) = moving.remove(place);
+                let next = groups.len();
+                let group = *places.entry(moving.clone()).or_insert(next);
+                if group == next {
+                    groups.push((moving, Vec::new()));
+                }
+                groups[group].1.push((fixed, inner, c));
+            }
+            _ => others.push((term, c)),
+        }
+    }
+    if groups.iter().all(|(_, members)| members.len() < 2) {
+        return sum;
+    }
+    for (beside, members) in groups {
+        let (common, inner) = together(graph, members);
+        let factors = [beside, common, vec![(inner, 1)]].concat();
+        others.push((graph.product(&factors), 1.0));
+    }
+    graph.linear(constant, &others)
+}
+
+/// The terms of a sum, where those that are a sum with a fixed factor are the terms of that.
+fn flat(graph: &mut Graph, sum: NodeId) -> (Vec<(NodeId, f64)>, f64) {
+    let (terms, constant) = graph.terms(sum);
+    let mut flat = Vec::new();
+    for (term, c) in terms {
+        let factors = graph.factors(term).into_iter();
+        let (fixed, moving): (Vec<_>, Vec<_>) = factors.partition(|&(factor, _)| graph.is_fixed(factor));
+        match moving[..] {
+            [(inner, 1)] if matches!(graph.node(inner), Node::Sum(..)) && !is_whole(graph, inner) => {
+                let fixed = graph.product(&fixed);
+                let (inner, rest) = graph.terms(inner);
+                for (term, d) in inner {
+                    flat.push((graph.mul(fixed, term), c * d));
+                }
+                flat.push((fixed, c * rest));
+            }
+            _ => flat.push((term, c)),
+        }
+    }
+    // what is equal becomes one
+    let flat = graph.linear(constant, &flat);
+    graph.terms(flat)
+}
+
+/// The sum of some sums, each with its factors, and the factors that all of them have.
+fn together(graph: &mut Graph, members: Vec<Member>) -> (Factors, NodeId) {
+    let mut common = members.first().map_or_else(Vec::new, |(fixed, ..)| fixed.clone());
+    for (fixed, ..) in &members {
+        common.retain(|factor| fixed.contains(factor));
+    }
+    let is_common = members.iter().all(|(fixed, ..)| fixed.len() == common.len());
+    if is_common {
+        let members: Vec<_> = members.iter().map(|&(_, inner, c)| (inner, c)).collect();
+        return (common, graph.linear(0.0, &members));
+    }
+    // the numbers and fixed factors of each term are a factor of it
+    let mut places: HashMap<NodeId, usize> = HashMap::default();
+    let mut terms: Vec<(NodeId, Vec<(NodeId, f64)>)> = Vec::new();
+    let one = graph.constant(1.0);
+    for (mut fixed, inner, c) in members {
+        fixed.retain(|factor| !common.contains(factor));
+        let fixed = graph.product(&fixed);
+        let (inner, constant) = graph.terms(inner);
+        for (term, d) in inner.into_iter().chain([(one, constant)]) {
+            let next = terms.len();
+            let place = *places.entry(term).or_insert(next);
+            if place == next {
+                terms.push((term, Vec::new()));
+            }
+            terms[place].1.push((fixed, c * d));
+        }
+    }
+    let terms: Vec<_> = terms
+        .into_iter()
+        .map(|(term, factors)| {
+            let factor = graph.linear(0.0, &factors);
+            (graph.mul(factor, term), 1.0)
+        })
+        .collect();
+    (common, graph.linear(0.0, &terms))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::{Leaf, Unary};
+
+    #[test]
+    fn sums_beside_one_factor_become_one_and_the_whole_stays_what_it_is() {
+        let mut graph = Graph::new();
+        let masses = [0, 1, 2].map(|k| graph.param(quote::quote!(m[#k])));
+        let speeds = [0, 1, 2].map(|i| {
+            let (angle, rate) = (graph.leaf(Leaf::Q(i)), graph.leaf(Leaf::V(i)));
+            let cosine = graph.unary(Unary::Cos, angle);
+            graph.mul(cosine, rate)
+        });
+        let angle = graph.leaf(Leaf::Q(0));
+        let cosine = graph.unary(Unary::Cos, angle);
+        for masses in [masses, [masses[0]; 3]] {
+            let terms = [1, 2, 3].map(|end| {
+                let speed = graph.sum(&speeds[..end]);
+                graph.product(&[(masses[end - 1], 1), (cosine, 1), (speed, 1)])
+            });
+            let sum = graph.sum(&terms);
+            let after = grouped(&mut graph, sum);
+            assert_eq!(graph.terms(after).0.len(), 2, "the first speed is no sum");
+            let difference = graph.sub(sum, after);
+            assert!(graph.vanishes(difference));
+        }
+        // a difference of positions keeps its digits
+        let [x, y, z] = [0, 1, 2].map(|i| graph.leaf(Leaf::Q(i)));
+        let stretches = [graph.sub(x, y), graph.sub(y, z)].map(|stretch| graph.mul(stretch, cosine));
+        let sum = graph.linear(0.0, &[(stretches[0], 2.0), (stretches[1], 3.0)]);
+        assert_eq!(grouped(&mut graph, sum), sum);
+    }
+}
