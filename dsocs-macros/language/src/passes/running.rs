@@ -15,7 +15,9 @@ use crate::graph::{Bits, NodeId};
 
 /// Sums of fewer terms are written term by term.
 pub(crate) const FEWEST_TERMS: usize = 4;
-/// With more pairs of terms in all, none are looked for.
+/// With more pairs of terms in all, sums that are parts of others are found as wholes first: a pair costs as much as a sum does.
+const FEW_PAIRS: usize = 20_000;
+/// With more pairs of terms in all that are left, none are looked for.
 const MOST_PAIRS: usize = 1_000_000;
 
 /// A number times factors that are known before the rest of a term.
@@ -32,9 +34,10 @@ pub(crate) struct Running {
 }
 
 impl Running {
-    /// The groups of some terms.
-    pub(crate) fn of(mut items: Vec<Item>) -> Self {
-        let common = take_common(&mut items);
+    /// The groups of some terms. Of what has powers, all terms have the least in common if `of_powers`, else only what has the same power in each: a
+    /// power that is there costs nothing, one more does, where factors are no numbers when the sum is formed.
+    pub(crate) fn of(mut items: Vec<Item>, of_powers: bool) -> Self {
+        let common = take_common(&mut items, of_powers);
         let negative = items.iter().all(|item| item.coefficient < 0.0);
         for item in &mut items {
             item.coefficient *= if negative { -1.0 } else { 1.0 };
@@ -55,6 +58,10 @@ pub(crate) fn shared<'r>(running: impl Iterator<Item = &'r Running>) -> Shared {
         .flat_map(|running| &running.pieces)
         .map(|(_, list)| list.clone())
         .collect();
+    let pairs: usize = lists.iter().map(|list| list.len() * list.len()).sum();
+    if pairs <= FEW_PAIRS {
+        return Shared::find(lists);
+    }
     let nested = nested::Nested::of(lists);
     if nested.pairs() > MOST_PAIRS {
         return nested.alone();
@@ -79,16 +86,16 @@ impl Item {
 }
 
 /// What all of some terms share: taken out of them.
-fn take_common(items: &mut [Item]) -> Early {
+fn take_common(items: &mut [Item], of_powers: bool) -> Early {
     let mut common = items.first().map_or_else(Vec::new, |item| item.early.clone());
     for item in &*items {
         common.retain_mut(|(factor, n)| {
             let place = item.early.binary_search_by_key(factor, |&(factor, _)| factor);
             let own = place.map_or(0, |place| item.early[place].1);
-            if own.abs() < n.abs() {
+            if of_powers && own.abs() < n.abs() && own.signum() == n.signum() {
                 *n = own;
             }
-            own != 0 && own.signum() == n.signum()
+            own == *n || of_powers && own.signum() == n.signum()
         });
     }
     let size = items.first().map_or(1.0, |item| item.coefficient.abs());
@@ -138,7 +145,7 @@ fn pieces(mut items: Vec<Item>) -> Vec<(Early, Vec<Item>)> {
         let (mut with, without): (Vec<_>, Vec<_>) = items
             .into_iter()
             .partition(|item| Mark::all(item).any(|own| own == mark));
-        let common = take_common(&mut with);
+        let common = take_common(&mut with, false);
         pieces.push((common, with));
         items = without;
     }

@@ -39,7 +39,9 @@ impl Sums {
         let before: usize = found.iter().map(|(_, items)| items.len()).sum();
         let mut terms = pairs::join(graph, found.iter_mut().map(|(_, items)| items).collect());
         let running = found.into_iter();
-        let mut running: Vec<_> = running.map(|(sum, items)| (sum, Running::of(items))).collect();
+        let mut running: Vec<_> = running
+            .map(|(sum, items)| (sum, Running::of(items, true)))
+            .collect();
         align(running.iter_mut().flat_map(|(_, running)| &mut running.pieces));
         let shared = running::shared(running.iter().map(|(_, running)| running));
         let mut parts = BTreeSet::new();

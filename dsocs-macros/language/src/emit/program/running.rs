@@ -60,7 +60,7 @@ impl Program<'_> {
             let (terms, items): (BTreeSet<_>, Vec<_>) = items.into_iter().unzip();
             Running {
                 stage,
-                sums: running::Running::of(items),
+                sums: running::Running::of(items, false),
                 terms,
             }
         });
