@@ -345,10 +345,6 @@ pub enum SetupError {
 
 crate::debug_is_message!(SetupError);
 
-/// What to take in the place of a linear model with rotations.
-pub(crate) const BY_ANGLES: &str =
-    "write the attitude by three angles there, away from where they are singular";
-
 impl SetupError {
     /// Refuses a system with rotations, and says what to take in the place of a method.
     pub(crate) fn for_rotations(shape: &Shape, [method, instead]: [&'static str; 2]) -> Result<(), Self> {

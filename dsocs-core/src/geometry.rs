@@ -49,6 +49,7 @@ mod inverse;
 mod legendre;
 mod map;
 mod momentum;
+mod nodes;
 mod pairs;
 mod pieces;
 mod quadrature;
@@ -84,7 +85,15 @@ pub use split::{constraint_multipliers, continuous_multipliers};
 pub use theorem::FlowTheorem;
 pub use written::{rows_of_four_written, rows_of_written};
 
+use crate::kernel::Kernel;
 use crate::number::point::AnyLeg;
+use crate::solve::rotation;
+
+/// The position to which an increment leads from another one: their sum, but for rotations, which it turns.
+#[must_use]
+pub fn moved(system: &dyn Kernel, q: &[f64], d: &[f64]) -> Vec<f64> {
+    rotation::moved(&system.shape().rotations, q, d)
+}
 
 /// A coordinate whose increment is shorter than this part of the longest stands still.
 const STILL: f64 = 1e-3;

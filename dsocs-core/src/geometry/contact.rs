@@ -6,11 +6,12 @@ use super::expansion::Expansion;
 use super::external::discrete;
 use super::legendre::{legendre_minus, legendre_plus, product};
 use super::map::Triple;
+use super::nodes::{extent, moves, moving_position};
 use super::quadrature::mean_over;
-use crate::error::{BY_ANGLES, SetupError};
+use crate::error::SetupError;
 use crate::kernel::Kernel;
 use crate::number::bounded::Bounded;
-use crate::number::point::AnyPoint;
+use crate::number::point::{AnyPoint, OwnedLeg};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 use crate::regularity::multipliers::multipliers;
@@ -39,6 +40,8 @@ pub struct Gap {
 /// motion between them, its derivatives are the momenta there, its `D_K` holds at them, and its `D_V` is `C_V` at the point `(q, v, a)` of the
 /// motion at the middle node (Marsden and West 2001, part 2, for systems without constraints).
 ///
+/// What has one number for each coordinate has three for a rotation: those of turns in the frame of its body.
+///
 /// ```
 /// use dsocs_core::dsocs;
 /// use dsocs_core::geometry::{Contact, Expansion};
@@ -49,7 +52,7 @@ pub struct Gap {
 ///
 /// // the motion cos t about t = 0
 /// let cosine = [1.0, 0.0, -1.0 / 2.0, 0.0, 1.0 / 24.0, 0.0, -1.0 / 720.0, 0.0, 1.0 / 40320.0];
-/// let motion = Expansion { t: 0.0, coefficients: cosine.map(|c| vec![c]).to_vec(), reach: 0.5 };
+/// let motion = Expansion { t: 0.0, coefficients: cosine.map(|c| vec![c]).to_vec(), rotations: vec![], reach: 0.5 };
 /// let h = 0.1_f64;
 /// let contact = Contact::of(&Oscillator, &motion, h)?;
 /// // the force at the node is missed by about h²/12
@@ -91,14 +94,12 @@ impl Contact {
     ///
     /// # Errors
     ///
-    /// [`SetupError::ThirdOrder`] if a constraint is of third order, where the exact motion has no series in this library; [`SetupError::Rotation`]
-    /// if a coordinate is a rotation.
+    /// [`SetupError::ThirdOrder`] if a constraint is of third order, where the exact motion has no series in this library.
     pub fn of(system: &dyn Kernel, motion: &Expansion, h: f64) -> Result<Self, SetupError> {
         let method = "the contact of the parts (geometry::Contact)";
         if system.shape().is_of_third_order() {
             return Err(SetupError::ThirdOrder { method });
         }
-        SetupError::for_rotations(system.shape(), [method, BY_ANGLES])?;
         let place = Place::new(system, motion, h);
         let [forces, external_forces] = place.forces();
         let [positions, velocities, accelerations] = place.rows();
@@ -167,13 +168,17 @@ impl<'s> Place<'s> {
         let leg = triple.first().map(Bounded::splat);
         let discrete = declaration.force(h_bounded, leg.any(), &bounded(&triple.e));
         let n = q.len();
+        let rotations = &declaration.shape().rotations;
         let slope = |i: usize| {
-            let q = moving(q, &along(n, i, 1.0));
+            let q = moving_position(rotations, q, i);
             declaration
                 .lagrangian(Tangent::splat(t), &q, &super::array::fixed(v))
                 .derivative()
         };
         let size = |i: usize| {
+            if !moves(rotations, i) {
+                return 0.0;
+            }
             let turning = momentum[i].abs() / motion.reach;
             slope(i).abs() + force[i].lane(0).abs() + external[i].lane(0).abs() + turning
         };
@@ -192,9 +197,20 @@ impl<'s> Place<'s> {
         }
     }
 
+    /// The coordinates that move.
+    fn coordinates(&self) -> impl Iterator<Item = usize> + use<'_> {
+        let rotations = &self.declaration.shape().rotations;
+        (0..self.sizes.len()).filter(move |&i| moves(rotations, i))
+    }
+
+    /// The leg that departs from the middle node.
+    fn last(&self) -> OwnedLeg<f64> {
+        self.triple.last_of(&self.declaration.shape().rotations, self.h)
+    }
+
     /// `L_d` on the second leg, and the mean of `L` along the motion there.
     fn lagrangian(&self, motion: &Expansion) -> Gap {
-        let leg = self.triple.last(self.h);
+        let leg = self.last();
         let found = self
             .declaration
             .discrete_lagrangian(Bounded::splat(self.h), leg.any().map(Bounded::splat).any());
@@ -219,7 +235,7 @@ impl<'s> Place<'s> {
 
     /// The momenta of both legs at the middle node.
     fn momenta(&self) -> Vec<Gap> {
-        let (system, h, first, last) = (self.system, self.h, self.triple.first(), self.triple.last(self.h));
+        let (system, h, first, last) = (self.system, self.h, self.triple.first(), self.last());
         let arriving = legendre_plus(system, h, first);
         let departing = legendre_minus(system, h, last.any());
         let [_, plus] = self.declaration.discrete_external_forces(h, first);
@@ -234,9 +250,12 @@ impl<'s> Place<'s> {
             }
         };
         let half = |i: usize| self.force[i].lane(0) / 2.0;
-        let n = self.momentum.len();
-        let arriving = (0..n).map(|i| gap(i, h * (arriving[i] + plus[i] + half(i))));
-        let departing = (0..n).map(|i| gap(i, h * (departing[i] - minus[i] - half(i))));
+        let arriving = self
+            .coordinates()
+            .map(|i| gap(i, h * (arriving[i] + plus[i] + half(i))));
+        let departing = self
+            .coordinates()
+            .map(|i| gap(i, h * (departing[i] - minus[i] - half(i))));
         arriving.chain(departing).collect()
     }
 
@@ -254,15 +273,14 @@ impl<'s> Place<'s> {
             size: self.sizes[i],
             rounding: INPUTS * (x.error() + y.error()),
         };
-        let all = 0..self.sizes.len();
         let of_lagrangian = |i: usize| gap(i, self.discrete[i] + found[i], self.force[i] + self.external[i]);
         let of_external = |i: usize| gap(i, found[i], self.external[i]);
         let external = if self.declaration.has_external_forces() {
-            all.clone().map(of_external).collect()
+            self.coordinates().map(of_external).collect()
         } else {
             Vec::new()
         };
-        [all.map(of_lagrangian).collect(), external]
+        [self.coordinates().map(of_lagrangian).collect(), external]
     }
 
     /// The constraints on positions, velocities and accelerations.
@@ -281,7 +299,11 @@ impl<'s> Place<'s> {
         let n = e.len();
         let mut sizes = vec![0.0; rows.len()];
         for i in 0..n {
-            for [by_d, by_e] in [[first.d[i], 0.0], [0.0, e[i]]] {
+            let rotations = &self.declaration.shape().rotations;
+            for [by_d, by_e] in [
+                [extent(rotations, first.d, i), 0.0],
+                [0.0, extent(rotations, e, i)],
+            ] {
                 let leg = moving_leg(first, &along(n, i, 0.0), &along(n, i, by_d));
                 let e = moving(e, &along(n, i, by_e));
                 let h = Tangent::splat(self.h);
@@ -309,11 +331,10 @@ impl<'s> Place<'s> {
         let force = &self.force;
         let constraints: usize = self.declaration.constraints().iter().sum();
         if constraints == 0 {
-            let alone = self.discrete.iter().zip(&self.sizes);
-            let alone = alone.map(|(force, &size)| Gap {
-                apart: force.lane(0),
-                size,
-                rounding: INPUTS * force.error(),
+            let alone = self.coordinates().map(|i| Gap {
+                apart: self.discrete[i].lane(0),
+                size: self.sizes[i],
+                rounding: INPUTS * self.discrete[i].error(),
             });
             return [Vec::new(), alone.collect()];
         }
@@ -322,13 +343,13 @@ impl<'s> Place<'s> {
         if self.declaration.has_multipliers() {
             let forms = self.declaration.forms(h, leg.any(), &e);
             return [force, &self.discrete].map(|force| {
-                let rest = left(force, &forms).into_iter().zip(&self.sizes);
-                let gap = |(rest, &size): (Rest, &f64)| Gap {
-                    apart: rest.value,
-                    size,
-                    rounding: INPUTS * rest.error,
+                let rest = left(force, &forms);
+                let gap = |i: usize| Gap {
+                    apart: rest[i].value,
+                    size: self.sizes[i],
+                    rounding: INPUTS * rest[i].error,
                 };
-                rest.map(gap).collect()
+                self.coordinates().map(gap).collect()
             });
         }
         let fields = self.declaration.fields(h, leg.any(), &e);

@@ -2,6 +2,7 @@
 
 use super::map::Triple;
 use crate::number::point::{AnyPoint, OwnedLeg, OwnedPoint};
+use crate::solve::rotation;
 
 /// The Taylor polynomial of the continuous motion about a time.
 ///
@@ -13,6 +14,8 @@ pub struct Expansion {
     pub t: f64,
     /// The Taylor coefficients of the position by order, from the position itself on: each has one component for each coordinate.
     pub coefficients: Vec<Vec<f64>>,
+    /// Where rotations begin among the coordinates, each with the four components of its quaternion ([`Shape::rotations`](crate::Shape::rotations)).
+    pub rotations: Vec<usize>,
     /// How long before and after the centre the polynomial is the motion, in s.
     pub reach: f64,
 }
@@ -23,7 +26,8 @@ impl Expansion {
         self.coefficients.first().map_or(0, Vec::len)
     }
 
-    /// Position, velocity and acceleration a time `s` after the centre.
+    /// Position, velocity and acceleration a time `s` after the centre; of a rotation the angular velocity and acceleration in the frame of its body, behind a
+    /// zero.
     #[must_use]
     pub fn point(&self, s: f64) -> OwnedPoint<f64> {
         let zero = || vec![0.0; self.dimension()];
@@ -40,6 +44,7 @@ impl Expansion {
                 }
             }
         }
+        let [v, a] = [v, a].map(|rates| rotation::body(&self.rotations, &q, &rates));
         let (t, q, v, a) = (self.t + s, &q, &v, &a);
         AnyPoint { t, q, v, a }.to_owned()
     }
@@ -60,19 +65,29 @@ impl Expansion {
     /// The increment of the position from the centre to a time `s` after it.
     #[must_use]
     pub fn increment(&self, s: f64) -> Vec<f64> {
-        self.sum(&|k| power(s, k))
+        let mut d = self.sum(&|k| power(s, k));
+        let mut low = vec![0.0; d.len()];
+        rotation::from_changes(&self.rotations, &self.centre(), [&mut d, &mut low]);
+        d
+    }
+
+    /// The position at the centre.
+    fn centre(&self) -> Vec<f64> {
+        self.coefficients.first().cloned().unwrap_or_default()
     }
 
     /// The nodes `q(t − h)`, `q(t)` and `q(t + h)` about the centre `t`.
     #[must_use]
     pub fn triple(&self, h: f64) -> Triple {
+        let q = self.centre();
+        let even = self.sum(&|k| if k % 2 == 0 { power(h, k) } else { 0.0 });
+        let odd = self.sum(&|k| if k % 2 == 0 { 0.0 } else { power(h, k) });
+        let mut d = self.sum(&|k| if k % 2 == 0 { -power(h, k) } else { power(h, k) });
+        let mut e: Vec<f64> = even.iter().map(|even| 2.0 * even).collect();
+        rotation::about(&self.rotations, &q, [&even, &odd], [&mut d, &mut e]);
         Triple {
-            leg: OwnedLeg {
-                t: self.t,
-                q: self.coefficients.first().cloned().unwrap_or_default(),
-                d: self.sum(&|k| if k % 2 == 0 { -power(h, k) } else { power(h, k) }),
-            },
-            e: self.sum(&|k| if k % 2 == 0 { 2.0 * power(h, k) } else { 0.0 }),
+            leg: OwnedLeg { t: self.t, q, d },
+            e,
         }
     }
 }
@@ -92,6 +107,7 @@ mod tests {
         let motion = Expansion {
             t: 5.0,
             coefficients: [1.0, 2.0, -3.0, 0.5].map(|c| vec![c]).to_vec(),
+            rotations: Vec::new(),
             reach: 1.0,
         };
         let at = |s: f64| 1.0 + s * (2.0 + s * (-3.0 + s * 0.5));

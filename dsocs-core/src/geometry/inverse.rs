@@ -43,8 +43,12 @@ impl DiscreteFlow<'_> {
     ///
     /// # Errors
     ///
-    /// [`GeometryError::Inverse`] if no first node is found, [`GeometryError::Length`] if the pair has another number of coordinates.
+    /// [`GeometryError::Inverse`] if no first node is found, [`GeometryError::Length`] if the pair has another number of coordinates,
+    /// [`GeometryError::Setup`] if a coordinate is a rotation.
     pub fn backward(&self, last: AnyLeg<'_, f64>) -> Result<Triple, GeometryError> {
+        self.without_rotations(
+            "the inverse of the flow of pairs of nodes (geometry::DiscreteFlow::backward)",
+        )?;
         self.check(&[last.q, last.d])?;
         self.backward_near(last, &self.reversed(last).unwrap_or(zero(last.d.len())))
     }
@@ -54,8 +58,12 @@ impl DiscreteFlow<'_> {
     ///
     /// # Errors
     ///
-    /// [`GeometryError::Inverse`] if no first node is found, [`GeometryError::Length`] if the pair has another number of coordinates.
+    /// [`GeometryError::Inverse`] if no first node is found, [`GeometryError::Length`] if the pair has another number of coordinates,
+    /// [`GeometryError::Setup`] if a coordinate is a rotation.
     pub fn backward_near(&self, last: AnyLeg<'_, f64>, near: &[f64]) -> Result<Triple, GeometryError> {
+        self.without_rotations(
+            "the inverse of the flow of pairs of nodes (geometry::DiscreteFlow::backward)",
+        )?;
         self.check(&[last.q, last.d, near])?;
         let mut e = near.to_vec();
         let q1 = minus(last.q, last.d);
@@ -103,7 +111,7 @@ impl DiscreteFlow<'_> {
     /// [`GeometryError`] if the step with `−h` has no solution.
     pub fn irreversibility(&self, triple: &Triple) -> Result<f64, GeometryError> {
         let back = self.with_step(-self.h)?;
-        let last = triple.last(self.h);
+        let last = triple.last_of(&self.system.shape().rotations, self.h);
         let turned = AnyLeg {
             t: triple.leg.t,
             q: &triple.leg.q,

@@ -1,7 +1,8 @@
 //! Discrete Legendre transforms and the forms that they make.
 
-use super::array::{along, moving_leg, moving_twice, times, zero};
+use super::array::{along, moving_twice, times, zero};
 use super::form::{Displacement, TwoForm};
+use super::nodes::{moves, moving_nodes};
 use super::units;
 use crate::kernel::Kernel;
 use crate::number::point::{AnyLeg, OwnedLeg};
@@ -9,17 +10,14 @@ use crate::number::scalar::Scalar;
 use crate::number::tangent::{Tangent, Tangent2};
 use crate::tape::declaration::Declaration;
 
-/// The derivative of `L_d` along `part` times each coordinate of the node `q1`, and each of the increment.
-fn derivative(
-    declaration: &Declaration<'_>,
-    h: f64,
-    leg: AnyLeg<'_, f64>,
-    [by_q, by_d]: [f64; 2],
-) -> Vec<f64> {
-    let units = units(leg);
+/// The derivative of `L_d` by each coordinate of the first node times one part, and of the second times another; zero by the first slot of a rotation.
+fn derivative(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, parts: [f64; 2]) -> Vec<f64> {
+    let (units, rotations) = (units(leg), &declaration.shape().rotations);
     let slope = |(j, &unit): (usize, &f64)| {
-        let part = |by: f64| along(units.len(), j, by * unit);
-        let leg = moving_leg(leg, &part(by_q), &part(by_d));
+        if !moves(rotations, j) {
+            return 0.0;
+        }
+        let leg = moving_nodes(rotations, leg, j, parts.map(|part| part * unit));
         let value = declaration.discrete_lagrangian(Tangent::splat(h), leg.any());
         value.derivative() / unit
     };
@@ -33,17 +31,17 @@ pub fn discrete_lagrangian(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) ->
 }
 
 /// The discrete Legendre transform `F⁻L_d(q0, q1) = −D₁L_d(q0, q1)` at `q0`, in units of `L` per unit of the coordinate
-/// (paper, section 3: `L_d` is not multiplied by `h`).
+/// (paper, section 3: `L_d` is not multiplied by `h`). Of a rotation, by turns in the frame of its body at `q0`, behind a zero.
 #[must_use]
 pub fn legendre_minus(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
-    // q0 = q1 − d
-    derivative(&Declaration::of(system), h, leg, [0.0, 1.0])
+    derivative(&Declaration::of(system), h, leg, [-1.0, 0.0])
 }
 
-/// The discrete Legendre transform `F⁺L_d(q0, q1) = D₂L_d(q0, q1)` at `q1`, in units of `L` per unit of the coordinate.
+/// The discrete Legendre transform `F⁺L_d(q0, q1) = D₂L_d(q0, q1)` at `q1`, in units of `L` per unit of the coordinate. Of a
+/// rotation, by turns in the frame of its body at `q1`, behind a zero.
 #[must_use]
 pub fn legendre_plus(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
-    derivative(&Declaration::of(system), h, leg, [1.0, 1.0])
+    derivative(&Declaration::of(system), h, leg, [0.0, 1.0])
 }
 
 /// The discrete momentum at the first node of a leg, `h F⁻L_d`, in units of `∂L/∂v`.

@@ -13,6 +13,7 @@ use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 use crate::regularity::lengths::lengths;
 use crate::solve::failure::NewtonFailure;
+use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
 /// How far a step's solution may be from the triple that it should belong to, relative to the legs.
@@ -43,13 +44,23 @@ impl Triple {
         self.leg.any()
     }
 
-    /// The last two nodes, `(q1, q2)`, where the step is `h`.
+    /// The last two nodes, `(q1, q2)`, where the step is `h`; of a system without rotations, whose increments are turns.
     #[must_use]
     pub fn last(&self, h: f64) -> OwnedLeg<f64> {
         let d = plus(&self.leg.d, &self.e);
         OwnedLeg {
             t: self.leg.t + h,
             q: plus(&self.leg.q, &d),
+            d,
+        }
+    }
+
+    /// The last two nodes of a system, which may have rotations: these increments turn.
+    pub(super) fn last_of(&self, rotations: &[usize], h: f64) -> OwnedLeg<f64> {
+        let d = plus(&self.leg.d, &self.e);
+        OwnedLeg {
+            t: self.leg.t + h,
+            q: rotation::moved(rotations, &self.leg.q, &d),
             d,
         }
     }
@@ -82,19 +93,12 @@ impl core::fmt::Debug for DiscreteFlow<'_> {
 }
 
 impl<'s> DiscreteFlow<'s> {
-    /// The flow of a step, which may be negative.
+    /// The flow of a step, which may be negative. Of a system with rotations it goes forward, and has no tangent map and no inverse yet.
     ///
     /// # Errors
     ///
     /// [`GeometryError::Setup`] if the step or a parameter is not usable.
     pub fn new(system: &'s dyn Kernel, h: f64) -> Result<Self, GeometryError> {
-        SetupError::for_rotations(
-            system.shape(),
-            [
-                "the flow as a map of pairs of nodes (geometry::DiscreteFlow)",
-                "take the run itself (Flow)",
-            ],
-        )?;
         solvable::check_step(system, h)?;
         Ok(Self { system, h })
     }
@@ -146,6 +150,15 @@ impl<'s> DiscreteFlow<'s> {
         Ok(Triple::new(leg, &solution.e))
     }
 
+    /// Refuses what is not known of rotations.
+    pub(super) fn without_rotations(&self, method: &'static str) -> Result<(), GeometryError> {
+        SetupError::for_rotations(
+            self.system.shape(),
+            [method, "take the derivatives of the run itself (Path)"],
+        )?;
+        Ok(())
+    }
+
     /// Checks that vectors have one component for each coordinate.
     pub(super) fn check(&self, vectors: &[&[f64]]) -> Result<(), GeometryError> {
         let coordinates = self.system.shape().dimension();
@@ -175,8 +188,9 @@ impl<'s> DiscreteFlow<'s> {
     /// # Errors
     ///
     /// [`GeometryError::NoTrajectory`] if the triple does not solve the step, [`GeometryError::Singular`] if the rows do not
-    /// determine a derivative.
+    /// determine a derivative, [`GeometryError::Setup`] if a coordinate is a rotation.
     pub fn tangent(&self, triple: &Triple) -> Result<TangentMap, GeometryError> {
+        self.without_rotations("the tangent map of a pair of nodes (geometry::DiscreteFlow::tangent)")?;
         let (leg, e) = (triple.leg.any(), &triple.e);
         let Solution { z, e: found } = self.solved(leg, Sought::Near(e))?;
         let declaration = self.declaration();

@@ -137,6 +137,41 @@ fn increment([scalar, vector @ ..]: [f64; 4]) -> [f64; 4] {
     [0.0, 4.0 * a * ratio[0], 4.0 * a * ratio[1], 4.0 * a * ratio[2]]
 }
 
+/// The increments of rotations about a node `q`, whose quaternion changes by `even ∓ odd` to the node before and to the one after: the increment that leads
+/// from the first to `q`, and by how much the next one is longer. Both have as many digits as the two parts.
+pub(crate) fn about(rotations: &[usize], q: &[f64], [even, odd]: [&[f64]; 2], [d, e]: [&mut [f64]; 2]) {
+    for &first in rotations {
+        let (Some([w, x, y, z]), Some(even), Some(odd)) =
+            (slots(q, first), slots(even, first), slots(odd, first))
+        else {
+            continue;
+        };
+        let [even, odd] = [even, odd].map(|part| product([w, -x, -y, -z], part));
+        // with the ratio r = v/(1 + c) of vector and scalar an increment is 8 r/(1 + √(1 + 4/3 |r|²)); each step by the sum and the difference of both sides
+        let shares = [1.0, -1.0].map(|side| 1.0 / (2.0 + even[0] + side * odd[0]));
+        let [share, by_share] = halves(shares, -2.0 * odd[0] * shares[0] * shares[1]);
+        let sum = [1, 2, 3].map(|i| share * even[i] + by_share * odd[i]);
+        let difference = [1, 2, 3].map(|i| share * odd[i] + by_share * even[i]);
+        let roots = [1.0, -1.0].map(|side| {
+            let ratio = [0, 1, 2].map(|i| sum[i] + side * difference[i]);
+            (1.0 + 4.0 / 3.0 * ratio.iter().map(|r| r * r).sum::<f64>()).sqrt()
+        });
+        let along: f64 = sum.iter().zip(&difference).map(|(x, y)| x * y).sum();
+        let apart = 16.0 / 3.0 * along / (roots[0] + roots[1]);
+        let factors = roots.map(|root| 8.0 / (1.0 + root));
+        let [factor, by_factor] = halves(factors, -apart * factors[0] * factors[1] / 8.0);
+        let before = [0, 1, 2].map(|i| factors[1] * (difference[i] - sum[i]));
+        let longer = [0, 1, 2].map(|i| 2.0 * (factor * sum[i] + by_factor * difference[i]));
+        put([0.0, before[0], before[1], before[2]], first, d);
+        put([0.0, longer[0], longer[1], longer[2]], first, e);
+    }
+}
+
+/// Half of the sum of two numbers, and half of their difference, which is known by itself.
+fn halves([one, other]: [f64; 2], difference: f64) -> [f64; 2] {
+    [f64::midpoint(one, other), difference / 2.0]
+}
+
 /// Writes the numbers of a rotation.
 #[inline(always)]
 fn put<T: Copy>(numbers: [T; SLOTS], first: usize, to: &mut [T]) {
@@ -397,6 +432,38 @@ mod tests {
                 (error / (size.powi(5) / 11520.0) - 1.0).abs() < 0.05,
                 "{size}: {error:e}"
             );
+        }
+    }
+
+    #[test]
+    fn increments_about_a_node_are_those_to_both_sides() {
+        let q = [0.5, 0.5, -0.5, 0.5];
+        for (x, longer) in [
+            ([0.0, 0.3, -0.7, 0.2], [0.0, 0.02, 0.1, -0.05]),
+            ([0.0, 1.1, 0.9, -1.2], [0.0, -0.3, 0.2, 0.1]),
+        ] {
+            let back: Vec<f64> = x.iter().map(|x| -x).collect();
+            let next: Vec<f64> = x.iter().zip(longer).map(|(x, e)| x + e).collect();
+            let [before, after] = [moved(&[0], &q, &back), moved(&[0], &q, &next)];
+            let part = |i: usize, side: f64| f64::midpoint(after[i] - q[i], side * (before[i] - q[i]));
+            let [even, odd] = [1.0, -1.0].map(|side| [0, 1, 2, 3].map(|i| part(i, side)));
+            let (mut d, mut e) = ([f64::NAN; 4], [f64::NAN; 4]);
+            about(&[0], &q, [&even, &odd], [&mut d, &mut e]);
+            for i in 0..4 {
+                assert!(
+                    (d[i] - x[i]).abs() < 4e-15 && (e[i] - longer[i]).abs() < 4e-15,
+                    "{d:?} {e:?}"
+                );
+            }
+        }
+        // of a short step the difference has all digits, too
+        let (even, odd) = ([-2e-16, 3e-16, 0.0, 1e-16], [0.0, 1e-8, 2e-8, 0.0]);
+        let (mut d, mut e) = ([f64::NAN; 4], [f64::NAN; 4]);
+        about(&[0], &[1.0, 0.0, 0.0, 0.0], [&even, &odd], [&mut d, &mut e]);
+        // q± = 1 + even ± odd, so that x± = 2 v± up to the third power
+        let expected = [0.0, 4.0 * 3e-16, 0.0, 4.0 * 1e-16];
+        for i in 0..4 {
+            assert!((e[i] - expected[i]).abs() < 1e-22, "{e:?}");
         }
     }
 

@@ -167,6 +167,7 @@ pub fn expansion(system: &dyn Motions, start: &State) -> Measured<Expansion> {
         found = Some(Expansion {
             t: start.t,
             coefficients: orders.map(<[f64]>::to_vec).collect(),
+            rotations: system.kernel().shape().rotations.to_vec(),
             reach: polynomial.length().abs(),
         });
         Ok(None)

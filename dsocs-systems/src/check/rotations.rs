@@ -3,6 +3,7 @@
 use dsocs_core::geometry::{self, Triple, discrete_power};
 use dsocs_core::{AnyPoint, AnyStart, Declaration, Kernel, OwnedLeg, Tolerance};
 
+use super::contact::contact;
 use super::probe::{First, Passed, State, certified, less, passed_nodes};
 use super::third::{certificates, push_slope};
 use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, larger, probe, reached};
@@ -99,13 +100,15 @@ pub fn check_to(
     });
     found.of("power balance", |report| balance(&subject, report));
     found.of("reversibility", |report| reversibility(&subject, &nodes, report));
+    let whole = super::Subject::new(system, symmetries, subject.expected, settings, own)?;
+    found.of("contact", |report| contact(&whole, report));
     found.of("order", |report| order(&subject, report));
     Ok(found.findings)
 }
 
 /// How far the motion goes.
 fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
-    let left_out = "beside a rotation what needs forms on pairs of nodes (the identities, the symplectic law, contact) is not looked at, so far";
+    let left_out = "beside a rotation what needs forms on pairs of nodes (the identities, the symplectic law) is not looked at, so far";
     reached(
         [subject.start.t, subject.until, subject.h],
         nodes,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use dsocs_core::geometry::{DiscreteFlow, Triple, corners};
+use dsocs_core::geometry::{DiscreteFlow, Triple, corners, moved};
 use dsocs_core::{AnyPoint, Kernel, OwnedLeg};
 
 use super::probe::{self, First, Hard, State, Walked, less};
@@ -140,7 +140,8 @@ impl<'a> Subject<'a> {
         // of second order nothing depends on it
         let a = vec![0.0; self.kernel.shape().dimension()];
         let middles = self.legs.iter().map(|leg| {
-            let q: Vec<f64> = leg.q.iter().zip(&leg.d).map(|(q, d)| q - d / 2.0).collect();
+            let back: Vec<f64> = leg.d.iter().map(|d| -d / 2.0).collect();
+            let q = moved(self.kernel, &leg.q, &back);
             let v: Vec<f64> = leg.d.iter().map(|d| d / self.h).collect();
             (leg.t - self.h / 2.0, q, v)
         });

@@ -2,6 +2,7 @@
 
 mod book;
 mod chance;
+mod rotations;
 
 use dsocs_core::dsocs;
 use dsocs_core::geometry::{Contact, Expansion};
@@ -105,6 +106,7 @@ fn gaps_are_those_by_hand() {
     let motion = Expansion {
         t: 0.0,
         coefficients: coefficients.collect(),
+        rotations: Vec::new(),
         reach: 0.5,
     };
     for h in [0.2_f64, 0.1, 0.01] {
@@ -312,21 +314,6 @@ fn what_cannot_be_had_says_so() {
     };
     let failure = crane.orders(&settings).unwrap_err();
     assert!(matches!(failure, CheckFailure::Orders { .. }) && failure.to_string().contains("third order"));
-
-    let body = Text::parse(
-        "body",
-        "coordinates(r: rotation);
-         let w = r.angular_velocity();
-         lagrangian = w.norm_squared() / 2 - (r * [0, 0, 1])[2];",
-    );
-    let body = Entry::of_text("body", &body.unwrap(), None);
-    let settings = Settings {
-        q0: &[1.0, 0.0, 0.0, 0.0],
-        v0: &[0.0, 0.1, 0.2, 0.3],
-        ..settings
-    };
-    let failure = body.orders(&settings).unwrap_err();
-    assert!(matches!(failure, CheckFailure::Orders { .. }) && failure.to_string().contains("rotation"));
 }
 
 #[test]

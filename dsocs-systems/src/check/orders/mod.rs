@@ -108,7 +108,7 @@ impl Orders {
 ///
 /// # Errors
 ///
-/// [`CheckFailure`] if the motion cannot be computed, and for systems with rotations or with constraints of third order.
+/// [`CheckFailure`] if the motion cannot be computed, and for systems with constraints of third order.
 pub fn orders<S: System<N>, const N: usize>(
     system: &S,
     settings: &Settings<'_>,
@@ -208,11 +208,6 @@ fn refusal(shape: &Shape) -> Option<&'static str> {
         Some(
             "a constraint is of third order, and the exact motion with which the parts are compared has no Taylor series in this library; `check` without \
              `--orders` fits the order of its nodes from step to step",
-        )
-    } else if !shape.rotations.is_empty() {
-        Some(
-            "a coordinate is a rotation, and the legs of rotations are not compared with exact ones yet; `run --estimate-error` measures the error of a \
-             motion",
         )
     } else {
         None
