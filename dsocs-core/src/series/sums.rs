@@ -199,19 +199,15 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         if P <= 2 {
             return together::<T, FUSED, P, 2>(&self.products, k, first::<EAGER>(k));
         }
-        if P <= 4 {
-            return together::<T, FUSED, P, 1>(&self.products, k, first::<EAGER>(k));
-        }
+        // of more than two in pairs: with the sums of four in one loop the compiler leaves the registers' lanes
         let mut sums = [[T::splat(0.0); LANES]; P];
         let first = first::<EAGER>(k);
-        let (fours, rest) = self.products.as_chunks::<4>();
-        let (sums_of_fours, sums_of_rest) = sums.as_chunks_mut::<4>();
-        for (sums, blocks) in sums_of_fours.iter_mut().zip(fours) {
-            *sums = together::<T, FUSED, 4, 1>(blocks, k, first);
-        }
-        for (sum, block) in sums_of_rest.iter_mut().zip(rest) {
-            [*sum] = together::<T, FUSED, 1, 2>(core::array::from_ref(block), k, first);
-        }
+        let ones = if P <= 4 { P } else { P - P % 4 };
+        let (of_ones, of_twos) = self.products.split_at(ones);
+        let (to_ones, to_twos) = sums.split_at_mut(ones);
+        let k = k.clamp(1, ROWS - 1);
+        in_pairs::<T, FUSED, 1>(of_ones, k, first, to_ones);
+        in_pairs::<T, FUSED, 2>(of_twos, k, first, to_twos);
         sums
     }
 
@@ -319,8 +315,8 @@ pub(crate) fn all_sums<const FUSED: bool, const EAGER: bool>(
     };
     let (of_ones, of_twos) = products.split_at(ones);
     let (to_ones, to_twos) = to_products.split_at_mut(ones);
-    in_pairs::<FUSED, 1>(of_ones, k, first, to_ones);
-    in_pairs::<FUSED, 2>(of_twos, k, first, to_twos);
+    in_pairs::<f64, FUSED, 1>(of_ones, k, first, to_ones);
+    in_pairs::<f64, FUSED, 2>(of_twos, k, first, to_twos);
     for (to, block) in to_squares.iter_mut().zip(squares) {
         *to = square_sum::<f64, FUSED>(block, k, first, LANES);
     }
@@ -328,39 +324,39 @@ pub(crate) fn all_sums<const FUSED: bool, const EAGER: bool>(
 
 /// The inner sums of blocks, two blocks in one loop; each is `A` sums side by side.
 #[inline(always)]
-fn in_pairs<const FUSED: bool, const A: usize>(
-    blocks: &[Products],
+fn in_pairs<T: Coefficient, const FUSED: bool, const A: usize>(
+    blocks: &[Products<T>],
     k: usize,
     first: usize,
-    sums: &mut [Row<f64>],
+    sums: &mut [Row<T>],
 ) {
     let ((pairs, rest), (to_pairs, to_rest)) = (blocks.as_chunks::<2>(), sums.as_chunks_mut::<2>());
     for (to, pair) in to_pairs.iter_mut().zip(pairs) {
-        *to = along_rows::<FUSED, 2, A>(pair, k, first);
+        *to = along_rows::<T, FUSED, 2, A>(pair, k, first);
     }
     for (to, block) in to_rest.iter_mut().zip(rest) {
-        [*to] = along_rows::<FUSED, 1, A>(core::array::from_ref(block), k, first);
+        [*to] = along_rows::<T, FUSED, 1, A>(core::array::from_ref(block), k, first);
     }
 }
 
-/// [`together`] for an order of which nothing is known where it is compiled: rows are iterated over, so that no place is compared with a length.
+/// [`together`] with rows that are iterated over, so that no place is compared with a length.
 #[inline(always)]
-fn along_rows<const FUSED: bool, const P: usize, const A: usize>(
-    blocks: &[Products; P],
+fn along_rows<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>(
+    blocks: &[Products<T>; P],
     k: usize,
     first: usize,
-) -> [Row<f64>; P] {
+) -> [Row<T>; P] {
     let end = (k + 1).saturating_sub(first);
     // as many rows from the left as from the right, which are read backwards
-    let rows: [[&[Row<f64>]; 2]; P] = core::array::from_fn(|p| {
+    let rows: [[&[Row<T>]; 2]; P] = core::array::from_fn(|p| {
         [&blocks[p].left, &blocks[p].right].map(|rows| rows.get(first..end).unwrap_or_default())
     });
-    let mut sums = [[[0.0; LANES]; A]; P];
-    let mut total = [[0.0; LANES]; P];
+    let mut sums = [[[T::splat(0.0); LANES]; A]; P];
+    let mut total = [[T::splat(0.0); LANES]; P];
     let chunks = rows.map(|[left, right]| (left.as_chunks::<A>(), right.as_rchunks::<A>()));
-    let mut add = |p: usize, left: &[Row<f64>; A], right: &[Row<f64>; A]| {
+    let mut add = |p: usize, left: &[Row<T>; A], right: &[Row<T>; A]| {
         for a in 0..A {
-            add_rows::<f64, FUSED>(&mut sums[p][a], &left[a], &right[A - 1 - a], LANES);
+            add_rows::<T, FUSED>(&mut sums[p][a], &left[a], &right[A - 1 - a], LANES);
         }
     };
     if P == 2 {
@@ -379,12 +375,12 @@ fn along_rows<const FUSED: bool, const P: usize, const A: usize>(
     }
     for (p, ((_, left), (right, _))) in chunks.iter().enumerate() {
         for (left, right) in left.iter().zip(right.iter().rev()) {
-            add_rows::<f64, FUSED>(&mut sums[p][0], left, right, LANES);
+            add_rows::<T, FUSED>(&mut sums[p][0], left, right, LANES);
         }
         total[p] = sums[p][0];
         for sum in &sums[p][1..] {
             for lane in 0..LANES {
-                total[p][lane] += sum[lane];
+                total[p][lane] = total[p][lane] + sum[lane];
             }
         }
     }

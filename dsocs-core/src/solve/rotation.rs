@@ -310,20 +310,48 @@ pub(crate) fn keep_norm(rotations: &[usize], q: [&mut [f64]; 2]) {
 
 /// The Taylor coefficient of order `k + 1` of a quaternion, from its coefficients and those of its angular velocity, up to order `k`:
 /// `(k + 1) q_{k+1} = ½ Σ q_j∘(0, ω_{k-j})`.
-#[inline]
+///
+/// The sums are those of each component of `ω` with all four of `q`, which stand side by side in a register; of even and odd `j` by themselves, as one sum
+/// alone would wait for itself.
+#[inline(always)]
 pub(crate) fn coefficient<T: Scalar>(
     k: usize,
     scale: T,
     q: impl Fn(usize) -> [T; SLOTS],
     w: impl Fn(usize) -> [T; SLOTS],
 ) -> [T; SLOTS] {
-    let mut sum = [T::splat(0.0); SLOTS];
-    for j in 0..=k {
-        for (sum, term) in sum.iter_mut().zip(product(q(j), w(k - j))) {
-            *sum = *sum + term;
+    let mut sums = [[[T::splat(0.0); SLOTS]; 3]; 2];
+    let mut j = 0;
+    while j < k {
+        for side in 0..2 {
+            add_turn(&mut sums[side], q(j + side), w(k - j - side));
+        }
+        j += 2;
+    }
+    if j == k {
+        add_turn(&mut sums[0], q(j), w(0));
+    }
+    // what stands side by side in the loop does not here, and the compiler would give up the one for the other
+    let [[x, y, z], [x_odd, y_odd, z_odd]] = core::hint::black_box(sums);
+    let of = |sum: [T; SLOTS], odd: [T; SLOTS]| move |i: usize| sum[i] + odd[i];
+    let (x, y, z) = (of(x, x_odd), of(y, y_odd), of(z, z_odd));
+    let half = T::splat(0.5) * scale;
+    [
+        half * (T::splat(0.0) - (x(1) + y(2) + z(3))),
+        half * (x(0) + z(2) - y(3)),
+        half * (y(0) + x(3) - z(1)),
+        half * (z(0) + y(1) - x(2)),
+    ]
+}
+
+/// Adds the products of each component of an angular velocity with a quaternion.
+#[inline(always)]
+fn add_turn<T: Scalar>(sums: &mut [[T; SLOTS]; 3], q: [T; SLOTS], w: [T; SLOTS]) {
+    for a in 0..3 {
+        for i in 0..SLOTS {
+            sums[a][i] = sums[a][i] + q[i] * w[a + 1];
         }
     }
-    sum.map(|component| T::splat(0.5) * scale * component)
 }
 
 /// The first rotation that an increment turns by half a turn or nearly so, or more, and by how much it does.

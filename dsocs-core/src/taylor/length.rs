@@ -60,27 +60,30 @@ impl Integrator {
         if rotations.is_empty() {
             return wanted;
         }
-        let turns = self.turns(rotations);
+        let (p, tolerance) = (self.order.current(), self.control.relative().max(f64::EPSILON));
+        let [below, last] = [p - 1, p].map(|k| self.largest_turn(rotations, k));
+        // roots are taken only where they decide; false also where something is no number
+        let power = wanted.powi(i32::try_from(p - 1).unwrap_or(i32::MAX));
+        if below * power <= tolerance && last * power * wanted <= tolerance {
+            return wanted;
+        }
+        let of_order = |largest: f64, k: usize| (tolerance / largest).powf(1.0 / k as f64);
+        let turns = of_order(below, p - 1).min(of_order(last, p));
         if wanted > turns { turns } else { wanted }
     }
 
-    /// The length of a step that the quaternions of rotations allow: where a body spins evenly its angular velocity says nothing of it.
-    #[cold]
+    /// The largest coefficient of an order of the quaternions of rotations, which may limit a step: where a body spins evenly its angular velocity says
+    /// nothing of it.
     #[inline(never)]
-    fn turns(&self, rotations: &[usize]) -> f64 {
-        let (n, p) = (self.series.dimension(), self.order.current());
-        let tolerance = self.control.relative().max(f64::EPSILON);
-        let of_order = |k: usize| {
-            let row = self.series.positions().get(k * n..(k + 1) * n).unwrap_or(&[]);
-            let slots = rotations
-                .iter()
-                .filter_map(|&first| row.get(first..first + rotation::SLOTS));
-            let largest = slots
-                .flatten()
-                .fold(0.0_f64, |largest, c| larger(largest, c.abs()));
-            (tolerance / largest).powf(1.0 / k as f64)
-        };
-        of_order(p - 1).min(of_order(p))
+    fn largest_turn(&self, rotations: &[usize], k: usize) -> f64 {
+        let n = self.series.dimension();
+        let row = self.series.positions().get(k * n..(k + 1) * n).unwrap_or(&[]);
+        let slots = rotations
+            .iter()
+            .filter_map(|&first| row.get(first..first + rotation::SLOTS));
+        slots
+            .flatten()
+            .fold(0.0_f64, |largest, c| larger(largest, c.abs()))
     }
 
     /// What the control of the step asks of the series of its beginning, which has just become the last one.
