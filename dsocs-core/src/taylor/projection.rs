@@ -32,8 +32,8 @@ pub(super) struct Projection {
     n: usize,
     /// How many rows there are of positions and of velocities.
     counts: [usize; 2],
-    /// The inverse of the mass matrix at the start, row by row.
-    inverse: Vec<f64>,
+    /// The inverse of the mass matrix at the start.
+    inverse: Inverse,
     /// Rows, and their slopes.
     rows: Vec<f64>,
     /// Whether the rows are affine in the velocity, so that one correction of it is all.
@@ -48,6 +48,19 @@ pub(super) struct Projection {
     directions: Vec<f64>,
 }
 
+/// Where a vector is not zero: from its first component to behind its last one. Sums leave out what is beyond: they are the same, and of many coordinates a
+/// constraint has few.
+type Span = [usize; 2];
+
+/// The inverse of a mass matrix.
+#[derive(Clone, Debug)]
+struct Inverse {
+    /// Row by row.
+    rows: Vec<f64>,
+    /// Where each of them is not zero.
+    spans: Vec<Span>,
+}
+
 /// Room for the shortest correction.
 #[derive(Clone, Debug)]
 struct Shortest {
@@ -59,6 +72,8 @@ struct Shortest {
     raised: Vec<f64>,
     /// Directions of correction, orthonormal by the mass matrix, each followed by the same as a form.
     directions: Vec<f64>,
+    /// Where they are not zero.
+    spans: Vec<[Span; 2]>,
     /// The largest square of the independent part of each row so far, and whether one has lost nearly all of it.
     largest: Vec<f64>,
     lost: bool,
@@ -92,7 +107,10 @@ impl Projection {
         let mut projection = Self {
             n,
             counts: [holonomic, lower],
-            inverse: (0..n * n).map(|place| inverse[(place / n, place % n)]).collect(),
+            inverse: Inverse::of(
+                (0..n * n).map(|place| inverse[(place / n, place % n)]).collect(),
+                n,
+            ),
             is_affine,
             rows,
             shortest: Shortest {
@@ -101,6 +119,7 @@ impl Projection {
                 direction: zero.clone(),
                 raised: zero,
                 directions: Vec::with_capacity(2 * n * lower),
+                spans: Vec::with_capacity(lower),
                 largest: vec![0.0; lower],
                 lost: false,
             },
@@ -204,6 +223,7 @@ impl Projection {
             direction,
             raised: room,
             directions,
+            spans,
             largest,
             lost,
         } = shortest;
@@ -216,11 +236,12 @@ impl Projection {
         let (values, slopes) = rows.split_at(count);
         by.fill(0.0);
         directions.clear();
+        spans.clear();
         for (k, (value, slope)) in values.iter().zip(slopes.chunks_exact(n.max(1))).enumerate() {
             form.copy_from_slice(slope);
             if let [value] = values {
                 // one row alone has nothing to be made orthogonal to
-                raise(inverse, form, direction);
+                inverse.raise(form, span_of(form), direction);
                 let square = product(form, direction);
                 if square > 0.0 {
                     keep(k, square);
@@ -233,18 +254,24 @@ impl Projection {
                 }
                 break;
             }
-            let mut left = *value + product(form, by);
-            raise(inverse, form, room);
-            let whole = product(form, room);
-            for pair in directions.chunks_exact(2 * n.max(1)) {
+            let mut span = span_of(form);
+            let mut left = *value + product_in(span, form, by);
+            inverse.raise(form, span, room);
+            let whole = product_in(span, form, room);
+            for (pair, [own, of_other]) in directions.chunks_exact(2 * n.max(1)).zip(&*spans) {
                 let (direction, other) = pair.split_at(n);
-                let along = product(form, direction);
-                for (form, other) in form.iter_mut().zip(other) {
+                let along = product_in(common(span, *own), form, direction);
+                if along == 0.0 {
+                    continue;
+                }
+                let [from, to] = *of_other;
+                for (form, other) in form[from..to].iter_mut().zip(&other[from..to]) {
                     *form -= along * other;
                 }
+                span = [span[0].min(from), span[1].max(to)];
             }
-            raise(inverse, form, direction);
-            let square = product(form, direction);
+            inverse.raise(form, span, direction);
+            let square = product_in(span, form, direction);
             if square.is_nan() || square <= DEPENDENT * DEPENDENT * whole {
                 continue;
             }
@@ -256,6 +283,7 @@ impl Projection {
             }
             directions.extend(direction.iter().map(|x| x / length));
             directions.extend(form.iter().map(|x| x / length));
+            spans.push([span_of(direction), span]);
         }
         // what is no number is left to the step's own error
         if by.iter().any(|x| !x.is_finite()) {
@@ -266,11 +294,41 @@ impl Projection {
     }
 }
 
-/// The displacement that belongs to a form.
-fn raise(inverse: &[f64], form: &[f64], displacement: &mut [f64]) {
-    let rows = inverse.chunks_exact(form.len().max(1));
-    for (x, row) in displacement.iter_mut().zip(rows) {
-        *x = product(row, form);
+impl Inverse {
+    /// Of rows, one after the other.
+    fn of(rows: Vec<f64>, n: usize) -> Self {
+        let spans = rows.chunks_exact(n.max(1)).map(span_of).collect();
+        Self { rows, spans }
+    }
+
+    /// The displacement that belongs to a form.
+    fn raise(&self, form: &[f64], span: Span, displacement: &mut [f64]) {
+        let rows = self.rows.chunks_exact(form.len().max(1)).zip(&self.spans);
+        for (x, (row, own)) in displacement.iter_mut().zip(rows) {
+            *x = product_in(common(*own, span), row, form);
+        }
+    }
+}
+
+/// Where a vector is not zero.
+fn span_of(x: &[f64]) -> Span {
+    let is_something = |x: &f64| *x != 0.0;
+    let from = x.iter().position(is_something).unwrap_or(0);
+    let to = x.iter().rposition(is_something).map_or(from, |last| last + 1);
+    [from, to]
+}
+
+/// Where both of two vectors may be something.
+fn common([from, to]: Span, [other_from, other_to]: Span) -> Span {
+    let from = from.max(other_from);
+    [from, to.min(other_to).max(from)]
+}
+
+/// The sum of products in a span.
+fn product_in([from, to]: Span, x: &[f64], y: &[f64]) -> f64 {
+    match (x.get(from..to), y.get(from..to)) {
+        (Some(x), Some(y)) => product(x, y),
+        _ => f64::NAN,
     }
 }
 
