@@ -7,6 +7,8 @@ use std::sync::Arc;
 const SIDES: usize = 24;
 /// So many parts a ball has from pole to pole, and around.
 const PARTS: [usize; 2] = [8, 12];
+/// So many parts the circles of a table have.
+const ROUND: usize = 48;
 /// So many parts an axis has: each is hidden or seen by itself.
 const PIECES: usize = 18;
 
@@ -174,6 +176,23 @@ impl Solid {
             ]
         });
         Self::of(lines.map(|ends| Face::new(ends, Colour::Ground)))
+    }
+
+    /// A round table in the plane of the ground, with its middle at the origin: circles, and spokes half an hour apart.
+    pub fn table(radius: f64) -> Self {
+        let at = |part: f64, place: usize| {
+            let (sin, cos) = (TAU * place as f64 / ROUND as f64).sin_cos();
+            [radius * part * cos, radius * part * sin, 0.0]
+        };
+        let circles = [1.0, 0.75, 0.5, 0.25].into_iter().flat_map(|part| {
+            let pieces = (0..ROUND).map(move |place| [at(part, place), at(part, place + 1)]);
+            pieces.collect::<Vec<_>>()
+        });
+        let spokes = (0..ROUND)
+            .step_by(2)
+            .map(|place| [at(0.25, place), at(1.0, place)]);
+        let lines: Vec<_> = circles.chain(spokes).collect();
+        Self::of(lines.into_iter().map(|ends| Face::new(ends, Colour::Ground)))
     }
 
     /// The same body turned by the unit quaternion `(w, x, y, z)`, then moved. What was placed before moves along: a wheel is placed on its body, and both

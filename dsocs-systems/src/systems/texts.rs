@@ -124,12 +124,12 @@ fn suslov(entry: Entry) -> Entry {
     })
 }
 
-/// A ball on the ground, and where it touches.
+/// A ball on the table, and where it touches.
 fn turntable(entry: Entry) -> Entry {
     entry.drawn(|&[w, a, b, c, x, y]: &[f64; 6], parameters| {
         let radius = parameters.get("radius");
         Drawing::new()
-            .solid(Solid::ground(8.0))
+            .solid(Solid::table(4.0))
             .solid(Solid::ball(radius).placed([x, y, radius], [w, a, b, c]))
             .path([x, y, 0.0])
     })
