@@ -2,7 +2,7 @@
 
 use dsocs_core::dsocs;
 
-use crate::problem::{Declared, Problem};
+use crate::problem::{Declared, Equations, Problem};
 
 /// A pendulum on a rod, in Cartesian coordinates.
 #[dsocs {
@@ -30,11 +30,13 @@ const GRAVITY: f64 = 9.81;
 #[derive(Clone, Copy)]
 pub struct Sphere;
 
-impl Problem<6> for Sphere {
+impl Problem for Sphere {
     const NAME: &'static str = "sphere";
     const MEASURED: usize = 3;
     const END: u32 = 50;
+}
 
+impl Equations<6> for Sphere {
     fn start(&self) -> [f64; 6] {
         [0.6, 0.0, -0.8, 0.0, 1.0, 0.0]
     }
@@ -69,11 +71,13 @@ impl Declared<3> for Sphere {
 #[derive(Clone, Copy)]
 pub struct Contact;
 
-impl Problem<6> for Contact {
+impl Problem for Contact {
     const NAME: &'static str = "contact";
     const MEASURED: usize = 3;
     const END: u32 = 100;
+}
 
+impl Equations<6> for Contact {
     fn start(&self) -> [f64; 6] {
         [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
     }

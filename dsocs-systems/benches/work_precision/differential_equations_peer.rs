@@ -3,12 +3,12 @@
 use differential_equations::prelude::{ExplicitRungeKutta, IVP, ODE};
 
 use crate::candidate::{Candidate, tolerances};
-use crate::problem::{Problem, grid};
+use crate::problem::{Equations, grid};
 
 /// A problem as the crate wants it.
 struct Rate<P>(P);
 
-impl<P: Problem<D>, const D: usize> ODE<f64, [f64; D]> for Rate<P> {
+impl<P: Equations<D>, const D: usize> ODE<f64, [f64; D]> for Rate<P> {
     #[inline]
     fn diff(&self, _: f64, y: &[f64; D], rate: &mut [f64; D]) {
         *rate = self.0.rate(y);
@@ -18,7 +18,7 @@ impl<P: Problem<D>, const D: usize> ODE<f64, [f64; D]> for Rate<P> {
 macro_rules! solver {
     ($function:ident, $method:ident, $name:literal) => {
         /// The method with its interpolant, to tolerances.
-        pub fn $function<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
+        pub fn $function<P: Equations<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
             tolerances(1, 13).map(move |tolerance| {
                 Candidate::tolerance($name, tolerance, move |out| {
                     let system = Rate(problem);

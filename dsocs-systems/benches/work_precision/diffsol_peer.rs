@@ -3,7 +3,7 @@
 use diffsol::{MatrixCommon as _, NalgebraLU, NalgebraMat, OdeBuilder, OdeSolverMethod};
 
 use crate::candidate::{Candidate, tolerances};
-use crate::problem::{Problem, grid};
+use crate::problem::{Equations, grid};
 
 type Matrix = NalgebraMat<f64>;
 
@@ -13,7 +13,7 @@ fn state<const D: usize>(y: &[f64]) -> [f64; D] {
 }
 
 /// Tsitouras' method, to tolerances.
-pub fn tsit45<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
+pub fn tsit45<P: Equations<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
     tolerances(1, 12).map(move |tolerance| {
         Candidate::tolerance("diffsol TSIT45", tolerance, move |out| {
             let built = OdeBuilder::<Matrix>::new()
@@ -43,7 +43,7 @@ pub fn tsit45<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item =
 }
 
 /// BDF with a Jacobian by differences along a direction, to tolerances.
-pub fn bdf<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
+pub fn bdf<P: Equations<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
     tolerances(1, 10).map(move |tolerance| {
         Candidate::tolerance("diffsol BDF", tolerance, move |out| {
             let built = OdeBuilder::<Matrix>::new()
@@ -89,7 +89,7 @@ pub fn bdf<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Ca
 }
 
 /// The measured components, column by column.
-fn collect<P: Problem<D>, const D: usize>(states: &Matrix, out: &mut Vec<f64>) {
+fn collect<P: Equations<D>, const D: usize>(states: &Matrix, out: &mut Vec<f64>) {
     for column in 0..states.ncols() {
         out.extend((0..P::MEASURED).map(|row| states[(row, column)]));
     }

@@ -12,12 +12,9 @@ pub const TAYLOR: &str = "dsocs taylor";
 pub const TAYLOR_CALLED: &str = "dsocs taylor (user's function)";
 
 /// The Taylor flow to tolerances.
-pub fn taylor<P, const N: usize, const D: usize>(
-    solver: &'static str,
-    problem: P,
-) -> impl Iterator<Item = Candidate>
+pub fn taylor<P, const N: usize>(solver: &'static str, problem: P) -> impl Iterator<Item = Candidate>
 where
-    P: Problem<D> + Declared<N>,
+    P: Problem + Declared<N>,
     P::System: System<N> + 'static,
 {
     tolerances(1, 16).map(move |tolerance| {
@@ -38,17 +35,16 @@ where
     })
 }
 
-/// The paper's step with the second-order start.
-pub fn order2<P, const N: usize, const D: usize>(problem: P) -> impl Iterator<Item = Candidate>
+/// So many steps in an interval of the grid.
+pub static PARTS: [u32; 15] = [1, 2, 4, 7, 10, 20, 50, 70, 100, 200, 500, 700, 1000, 2000, 5000];
+
+/// The paper's step with the second-order start, with so many steps in an interval.
+pub fn order2<P, const N: usize>(problem: P, parts: &'static [u32]) -> impl Iterator<Item = Candidate>
 where
-    P: Problem<D> + Declared<N>,
+    P: Problem + Declared<N>,
     P::System: System<N> + 'static,
 {
-    [
-        1_u32, 2, 4, 7, 10, 20, 50, 70, 100, 200, 500, 700, 1000, 2000, 5000,
-    ]
-    .into_iter()
-    .map(move |parts| {
+    parts.iter().map(move |&parts| {
         let h = INTERVAL / f64::from(parts);
         Candidate {
             solver: "dsocs order 2",
@@ -84,11 +80,9 @@ const COMPOSITIONS: [(Composition, &str); 3] = [
 ];
 
 /// The compositions of the step, where it can be composed.
-pub fn composed<P, const N: usize, const D: usize>(
-    problem: P,
-) -> impl Iterator<Item = Box<dyn Iterator<Item = Candidate>>>
+pub fn composed<P, const N: usize>(problem: P) -> impl Iterator<Item = Box<dyn Iterator<Item = Candidate>>>
 where
-    P: Problem<D> + Declared<N>,
+    P: Problem + Declared<N>,
     P::System: System<N> + 'static,
 {
     let possible = <P::System as System<N>>::SYMMETRY == Symmetry::AnyLegs;
@@ -97,12 +91,12 @@ where
 }
 
 /// One composition with several steps.
-fn steps_of<P, const N: usize, const D: usize>(
+fn steps_of<P, const N: usize>(
     problem: P,
     (method, solver): (Composition, &'static str),
 ) -> impl Iterator<Item = Candidate>
 where
-    P: Problem<D> + Declared<N>,
+    P: Problem + Declared<N>,
     P::System: System<N> + 'static,
 {
     [1_u32, 2, 3, 4, 6, 8, 12, 16, 24, 32, 64, 128, 256]
@@ -133,4 +127,25 @@ where
                 clock: None,
             }
         })
+}
+
+/// The solution by the paper's step with so many steps in an interval, twice and four times as many: of an error of even powers of the step the second and the
+/// fourth one cancel.
+pub fn extrapolated<P, const N: usize>(problem: P, parts: &'static [u32; 3]) -> Vec<f64>
+where
+    P: Problem + Declared<N>,
+    P::System: System<N> + 'static,
+{
+    let mut solutions = order2(problem, parts).map(|candidate| {
+        let mut out = Vec::new();
+        (candidate.run)(&mut out);
+        out
+    });
+    let [Some(coarse), Some(half), Some(quarter)] = [(); 3].map(|()| solutions.next()) else {
+        return Vec::new();
+    };
+    let better = |x: f64, y: f64, power: f64| y + (y - x) / (power - 1.0);
+    let all = coarse.iter().zip(&half).zip(&quarter);
+    all.map(|((x, y), z)| better(better(*x, *y, 4.0), better(*y, *z, 4.0), 16.0))
+        .collect()
 }

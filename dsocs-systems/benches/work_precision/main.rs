@@ -1,13 +1,14 @@
 //! Speed against error: our solvers and other codes on the same problems with the same output.
 //!
 //! `cargo bench --bench work_precision` measures our methods, the crate `ode_solvers` and RK4 by hand on the two systems of the paper; with
-//! `-- --all` on all six problems. With the feature `peers` two more crates are measured, and with `-- --with-heyoka` heyoka, where Python
-//! has it. Names of
+//! `-- --all` on all eight problems. With the feature `peers` two more crates are measured, and with `-- --with-heyoka` heyoka, where Python
+//! has it; `-- --with-mujoco` adds MuJoCo for the chain of rigid bodies. Names of
 //! problems (`-- sphere contact`) measure these alone; `-- --quick` measures less. It prints tables and writes
 //! `target/report/work_precision.csv` and a picture of each problem beside it.
 
 #![allow(missing_docs)] // a bench is no library
 
+mod bodies;
 mod candidate;
 mod constrained;
 #[cfg(feature = "peers")]
@@ -17,10 +18,13 @@ mod diffsol_peer;
 mod dsocs;
 mod heyoka;
 mod measure;
+mod mujoco;
 mod ode_solvers_peer;
 mod problem;
+mod process;
 mod report;
 mod runge_kutta;
+mod turning;
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -29,10 +33,12 @@ use std::time::Duration;
 use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{RunError, Start, Stepper, System};
 
+use bodies::Bodies;
 use candidate::Candidate;
 use constrained::{Contact, Sphere};
 use measure::{Chosen, Effort, Point, Reference, choose, measure};
-use problem::{Called, Chain, Declared, Particle, ParticleField, Pendulum, Problem, grid};
+use problem::{Called, Chain, Declared, Equations, Particle, ParticleField, Pendulum, Problem, grid};
+use turning::Top;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -55,6 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         },
         wanted,
         with_heyoka: given("--with-heyoka"),
+        with_mujoco: given("--with-mujoco"),
         points: Vec::new(),
     };
     println!("{}", report::conditions());
@@ -81,6 +88,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     bench.compare(Chain);
     bench.compare(Sphere);
     bench.compare(Contact);
+    bench.compare(Top);
+    bench.bodies();
 
     let points = bench.points;
     for problem in report::problems(&points) {
@@ -102,6 +111,8 @@ struct Bench {
     wanted: Vec<String>,
     /// Whether heyoka is measured, too.
     with_heyoka: bool,
+    /// Whether `MuJoCo` is.
+    with_mujoco: bool,
     /// What was measured.
     points: Vec<Point>,
 }
@@ -115,13 +126,42 @@ impl Bench {
     /// Measures all solvers on a problem, if it is asked for.
     fn compare<P, const N: usize, const D: usize>(&mut self, problem: P)
     where
-        P: Problem<D> + Declared<N>,
+        P: Equations<D> + Declared<N>,
         P::System: System<N> + 'static,
     {
         if self.wants(P::NAME) {
             let chosen = self.chosen(problem, &references(problem));
             self.measure(P::NAME, &chosen);
         }
+    }
+
+    /// Measures our methods on the chain of rigid bodies, beside `MuJoCo`.
+    fn bodies(&mut self) {
+        if !self.wants(Bodies::NAME) {
+            return;
+        }
+        // no code of others comes as near: the step, which knows nothing of series, with its error extrapolated
+        let reference = Reference {
+            independent: dsocs::extrapolated(Bodies, &[400, 800, 1600]),
+            ours: by_series(Bodies),
+        };
+        println!(
+            "{}: the references differ by {:.1e}",
+            Bodies::NAME,
+            reference.difference()
+        );
+        let mut chosen = choose(self.effort, &reference, dsocs::taylor(dsocs::TAYLOR, Bodies));
+        chosen.extend(choose(
+            self.effort,
+            &reference,
+            dsocs::order2(Bodies, &dsocs::PARTS[3..]),
+        ));
+        if self.with_mujoco {
+            for method in mujoco::all() {
+                chosen.extend(choose(self.effort, &reference, method.into_iter()));
+            }
+        }
+        self.measure(Bodies::NAME, &chosen);
     }
 
     /// Measures candidates in turn.
@@ -133,7 +173,7 @@ impl Bench {
     /// All solvers on one problem.
     fn chosen<P, const N: usize, const D: usize>(&self, problem: P, reference: &Reference) -> Vec<Chosen>
     where
-        P: Problem<D> + Declared<N>,
+        P: Equations<D> + Declared<N>,
         P::System: System<N> + 'static,
     {
         println!(
@@ -146,7 +186,7 @@ impl Bench {
             chosen.extend(choose(self.effort, reference, candidates));
         };
         take(Box::new(dsocs::taylor(dsocs::TAYLOR, problem)));
-        take(Box::new(dsocs::order2(problem)));
+        take(Box::new(dsocs::order2(problem, &dsocs::PARTS)));
         for method in dsocs::composed(problem) {
             take(method);
         }
@@ -169,7 +209,7 @@ impl Bench {
     /// Our continuous flow where the generated code calls a function.
     fn called<P, const N: usize, const D: usize>(&self, problem: P, reference: &Reference) -> Vec<Chosen>
     where
-        P: Problem<D> + Declared<N>,
+        P: Equations<D> + Declared<N>,
         P::System: System<N> + 'static,
     {
         choose(
@@ -183,7 +223,19 @@ impl Bench {
 /// The solution by our Taylor series, and by the method of Dormand and Prince at its smallest tolerance.
 fn references<P, const N: usize, const D: usize>(problem: P) -> Reference
 where
-    P: Problem<D> + Declared<N>,
+    P: Equations<D> + Declared<N>,
+    P::System: System<N> + 'static,
+{
+    Reference {
+        independent: ode_solvers_peer::reference(problem).unwrap_or_default(),
+        ours: by_series(problem),
+    }
+}
+
+/// The solution by our Taylor series.
+fn by_series<P, const N: usize>(problem: P) -> Vec<f64>
+where
+    P: Problem + Declared<N>,
     P::System: System<N> + 'static,
 {
     let system = problem.system();
@@ -203,10 +255,7 @@ where
     if let Err(error) = result {
         println!("{}: no reference by Taylor series: {error}", P::NAME);
     }
-    Reference {
-        independent: ode_solvers_peer::reference(problem).unwrap_or_default(),
-        ours,
-    }
+    ours
 }
 
 /// The directory for what is built.

@@ -4,12 +4,12 @@ use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{Dop853, Dopri5, SVector, System};
 
 use crate::candidate::{Candidate, tolerances};
-use crate::problem::{INTERVAL, Problem, intervals};
+use crate::problem::{Equations, INTERVAL, intervals};
 
 /// A problem as the crate wants it.
 struct Rate<P, const D: usize>(P);
 
-impl<P: Problem<D>, const D: usize> System<f64, SVector<f64, D>> for Rate<P, D> {
+impl<P: Equations<D>, const D: usize> System<f64, SVector<f64, D>> for Rate<P, D> {
     #[inline]
     fn system(&self, _: f64, y: &SVector<f64, D>, rate: &mut SVector<f64, D>) {
         *rate = SVector::from(self.0.rate(&(*y).into()));
@@ -22,7 +22,7 @@ const MAX_STEPS: u32 = 4_000_000;
 macro_rules! solver {
     ($function:ident, $solver:ident, $name:literal, $beta:literal, $shrink:literal, $grow:literal) => {
         /// The method with dense output, to tolerances.
-        pub fn $function<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
+        pub fn $function<P: Equations<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
             tolerances(1, 13).map(move |tolerance| {
                 Candidate::tolerance($name, tolerance, move |out| {
                     let end = f64::from(P::END);
@@ -64,7 +64,7 @@ solver!(dopri5, Dopri5, "ode_solvers DOPRI5", 0.04, 0.2, 10.0);
 solver!(dop853, Dop853, "ode_solvers DOP853", 0.0, 0.333, 6.0);
 
 /// The states on the grid to nearly all digits, each interval integrated by itself, so that no dense output is needed.
-pub fn reference<P: Problem<D>, const D: usize>(problem: P) -> Option<Vec<f64>> {
+pub fn reference<P: Equations<D>, const D: usize>(problem: P) -> Option<Vec<f64>> {
     let mut state = SVector::from(problem.start());
     let mut out = state.as_slice()[..P::MEASURED].to_vec();
     for _ in 0..intervals(P::END) {

@@ -3,15 +3,18 @@
 use dsocs_core::dsocs;
 use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 
-/// An initial value problem `y' = f(y)` with `D` components, and which of them are looked at.
-pub trait Problem<const D: usize>: Copy + 'static {
+/// A motion, and which of its components are looked at.
+pub trait Problem: Copy + 'static {
     /// Its name in the report.
     const NAME: &'static str;
     /// The components whose errors count: the first ones, which are positions.
     const MEASURED: usize;
     /// The time of the end; the start is 0, and the states at every [`INTERVAL`] are asked for.
     const END: u32;
+}
 
+/// A problem as an initial value problem `y' = f(y)` with `D` components.
+pub trait Equations<const D: usize>: Problem {
     /// The state at the start.
     fn start(&self) -> [f64; D];
 
@@ -81,11 +84,13 @@ pub struct Field {
 #[derive(Clone, Copy)]
 pub struct Particle;
 
-impl Problem<4> for Particle {
+impl Problem for Particle {
     const NAME: &'static str = "particle";
     const MEASURED: usize = 1;
     const END: u32 = 500;
+}
 
+impl Equations<4> for Particle {
     fn start(&self) -> [f64; 4] {
         [0.0, 0.0, 1.0, 1.0]
     }
@@ -126,11 +131,13 @@ impl Declared<2> for Particle {
 #[derive(Clone, Copy)]
 pub struct ParticleField;
 
-impl Problem<4> for ParticleField {
+impl Problem for ParticleField {
     const NAME: &'static str = "particle_field";
     const MEASURED: usize = 1;
     const END: u32 = 200;
+}
 
+impl Equations<4> for ParticleField {
     fn start(&self) -> [f64; 4] {
         [0.0, 0.0, 1.0, 1.0]
     }
@@ -172,11 +179,13 @@ impl Declared<2> for ParticleField {
 #[derive(Clone, Copy)]
 pub struct Called<P>(pub P);
 
-impl<P: Problem<4>> Problem<4> for Called<P> {
+impl<P: Problem> Problem for Called<P> {
     const NAME: &'static str = P::NAME;
     const MEASURED: usize = P::MEASURED;
     const END: u32 = P::END;
+}
 
+impl<P: Equations<4>> Equations<4> for Called<P> {
     fn start(&self) -> [f64; 4] {
         self.0.start()
     }
@@ -253,11 +262,13 @@ impl Default for Pendulum {
     }
 }
 
-impl Problem<4> for Pendulum {
+impl Problem for Pendulum {
     const NAME: &'static str = "pendulum";
     const MEASURED: usize = 1;
     const END: u32 = 2000;
+}
 
+impl Equations<4> for Pendulum {
     fn start(&self) -> [f64; 4] {
         let [p1, p2] = InertiaWheelPendulum::default().momentum([0.0, 0.5]);
         [0.5, 0.0, p1, p2]
@@ -320,11 +331,13 @@ pub struct Chain;
 /// The links.
 const LINKS: usize = 8;
 
-impl Problem<16> for Chain {
+impl Problem for Chain {
     const NAME: &'static str = "chain8";
     const MEASURED: usize = LINKS;
     const END: u32 = 10;
+}
 
+impl Equations<16> for Chain {
     fn start(&self) -> [f64; 16] {
         core::array::from_fn(|i| if i < LINKS { self.begin().0[i] } else { 0.0 })
     }

@@ -183,10 +183,10 @@ pub fn write(directory: &Path, points: &[Point]) -> Result<(), Box<dyn Error>> {
 
 /// The unit of what is measured in a problem.
 fn unit(problem: &str) -> &'static str {
-    if ["pendulum", "chain8"].contains(&problem) {
-        "rad"
-    } else {
-        "m"
+    match problem {
+        "pendulum" | "chain8" => "rad",
+        "top" => "1",
+        _ => "m",
     }
 }
 

@@ -1,10 +1,10 @@
 //! The classical Runge–Kutta method, by hand.
 
 use crate::candidate::Candidate;
-use crate::problem::{INTERVAL, Problem, intervals};
+use crate::problem::{Equations, INTERVAL, intervals};
 
 /// Fixed steps that divide the grid's interval.
-pub fn rk4<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
+pub fn rk4<P: Equations<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
     [
         1_u32, 2, 3, 4, 5, 7, 10, 14, 20, 30, 50, 70, 100, 140, 200, 300, 500,
     ]
@@ -31,7 +31,7 @@ pub fn rk4<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Ca
 }
 
 #[inline]
-fn step<P: Problem<D>, const D: usize>(problem: &P, y: &[f64; D], h: f64) -> [f64; D] {
+fn step<P: Equations<D>, const D: usize>(problem: &P, y: &[f64; D], h: f64) -> [f64; D] {
     let moved = |k: &[f64; D], h: f64| core::array::from_fn(|i| y[i] + h * k[i]);
     let k1 = problem.rate(y);
     let k2 = problem.rate(&moved(&k1, h / 2.0));
