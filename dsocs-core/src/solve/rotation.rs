@@ -323,9 +323,9 @@ pub(crate) fn coefficient<T: Scalar>(
     let mut sums = [[[T::splat(0.0); SLOTS]; 3]; 2];
     let mut j = 0;
     while j < k {
-        for side in 0..2 {
-            add_turn(&mut sums[side], q(j + side), w(k - j - side));
-        }
+        let [even, odd] = &mut sums;
+        add_turn(even, q(j), w(k - j));
+        add_turn(odd, q(j + 1), w(k - j - 1));
         j += 2;
     }
     if j == k {

@@ -178,7 +178,7 @@ impl Solid {
         Self::of(lines.map(|ends| Face::new(ends, Colour::Ground)))
     }
 
-    /// A round table in the plane of the ground, with its middle at the origin: circles, and spokes half an hour apart.
+    /// A round table in the plane of the ground, with its middle at the origin: four circles, and a spoke every 15 degrees.
     pub fn table(radius: f64) -> Self {
         let at = |part: f64, place: usize| {
             let (sin, cos) = (TAU * place as f64 / ROUND as f64).sin_cos();
