@@ -6,6 +6,7 @@
 
 #![allow(clippy::inline_always)] // parts of steps in lanes, which are compiled for each kind of register
 
+mod series;
 mod tangent;
 
 use core::ops::{Add, Div, Mul, Sub};
@@ -15,6 +16,7 @@ use crate::number::scalar::Scalar;
 use crate::solve::Vector;
 use crate::solve::sum::Sum;
 
+pub(crate) use series::{about, coefficient};
 pub(crate) use tangent::{Carried, Number, body, body_covector, carried, of_nodes, turn_rates};
 
 /// How many slots a rotation takes.
@@ -135,41 +137,6 @@ fn increment([scalar, vector @ ..]: [f64; 4]) -> [f64; 4] {
     let square: f64 = ratio.iter().map(|ratio| ratio * ratio).sum();
     let a = 2.0 / (1.0 + (1.0 + 4.0 / 3.0 * square).sqrt());
     [0.0, 4.0 * a * ratio[0], 4.0 * a * ratio[1], 4.0 * a * ratio[2]]
-}
-
-/// The increments of rotations about a node `q`, whose quaternion changes by `even ∓ odd` to the node before and to the one after: the increment that leads
-/// from the first to `q`, and by how much the next one is longer. Both have as many digits as the two parts.
-pub(crate) fn about(rotations: &[usize], q: &[f64], [even, odd]: [&[f64]; 2], [d, e]: [&mut [f64]; 2]) {
-    for &first in rotations {
-        let (Some([w, x, y, z]), Some(even), Some(odd)) =
-            (slots(q, first), slots(even, first), slots(odd, first))
-        else {
-            continue;
-        };
-        let [even, odd] = [even, odd].map(|part| product([w, -x, -y, -z], part));
-        // with the ratio r = v/(1 + c) of vector and scalar an increment is 8 r/(1 + √(1 + 4/3 |r|²)); each step by the sum and the difference of both sides
-        let shares = [1.0, -1.0].map(|side| 1.0 / (2.0 + even[0] + side * odd[0]));
-        let [share, by_share] = halves(shares, -2.0 * odd[0] * shares[0] * shares[1]);
-        let sum = [1, 2, 3].map(|i| share * even[i] + by_share * odd[i]);
-        let difference = [1, 2, 3].map(|i| share * odd[i] + by_share * even[i]);
-        let roots = [1.0, -1.0].map(|side| {
-            let ratio = [0, 1, 2].map(|i| sum[i] + side * difference[i]);
-            (1.0 + 4.0 / 3.0 * ratio.iter().map(|r| r * r).sum::<f64>()).sqrt()
-        });
-        let along: f64 = sum.iter().zip(&difference).map(|(x, y)| x * y).sum();
-        let apart = 16.0 / 3.0 * along / (roots[0] + roots[1]);
-        let factors = roots.map(|root| 8.0 / (1.0 + root));
-        let [factor, by_factor] = halves(factors, -apart * factors[0] * factors[1] / 8.0);
-        let before = [0, 1, 2].map(|i| factors[1] * (difference[i] - sum[i]));
-        let longer = [0, 1, 2].map(|i| 2.0 * (factor * sum[i] + by_factor * difference[i]));
-        put([0.0, before[0], before[1], before[2]], first, d);
-        put([0.0, longer[0], longer[1], longer[2]], first, e);
-    }
-}
-
-/// Half of the sum of two numbers, and half of their difference, which is known by itself.
-fn halves([one, other]: [f64; 2], difference: f64) -> [f64; 2] {
-    [f64::midpoint(one, other), difference / 2.0]
 }
 
 /// Writes the numbers of a rotation.
@@ -306,52 +273,6 @@ pub(crate) fn move_sum(rotations: &[usize], [q, q_low]: [&mut [f64]; 2], d: &[f6
 /// back.
 pub(crate) fn keep_norm(rotations: &[usize], q: [&mut [f64]; 2]) {
     keep_norm_in(rotations, q);
-}
-
-/// The Taylor coefficient of order `k + 1` of a quaternion, from its coefficients and those of its angular velocity, up to order `k`:
-/// `(k + 1) q_{k+1} = ½ Σ q_j∘(0, ω_{k-j})`.
-///
-/// The sums are those of each component of `ω` with all four of `q`, which stand side by side in a register; of even and odd `j` by themselves, as one sum
-/// alone would wait for itself.
-#[inline(always)]
-pub(crate) fn coefficient<T: Scalar>(
-    k: usize,
-    scale: T,
-    q: impl Fn(usize) -> [T; SLOTS],
-    w: impl Fn(usize) -> [T; SLOTS],
-) -> [T; SLOTS] {
-    let mut sums = [[[T::splat(0.0); SLOTS]; 3]; 2];
-    let mut j = 0;
-    while j < k {
-        let [even, odd] = &mut sums;
-        add_turn(even, q(j), w(k - j));
-        add_turn(odd, q(j + 1), w(k - j - 1));
-        j += 2;
-    }
-    if j == k {
-        add_turn(&mut sums[0], q(j), w(0));
-    }
-    // what stands side by side in the loop does not here, and the compiler would give up the one for the other
-    let [[x, y, z], [x_odd, y_odd, z_odd]] = core::hint::black_box(sums);
-    let of = |sum: [T; SLOTS], odd: [T; SLOTS]| move |i: usize| sum[i] + odd[i];
-    let (x, y, z) = (of(x, x_odd), of(y, y_odd), of(z, z_odd));
-    let half = T::splat(0.5) * scale;
-    [
-        half * (T::splat(0.0) - (x(1) + y(2) + z(3))),
-        half * (x(0) + z(2) - y(3)),
-        half * (y(0) + x(3) - z(1)),
-        half * (z(0) + y(1) - x(2)),
-    ]
-}
-
-/// Adds the products of each component of an angular velocity with a quaternion.
-#[inline(always)]
-fn add_turn<T: Scalar>(sums: &mut [[T; SLOTS]; 3], q: [T; SLOTS], w: [T; SLOTS]) {
-    for a in 0..3 {
-        for i in 0..SLOTS {
-            sums[a][i] = sums[a][i] + q[i] * w[a + 1];
-        }
-    }
 }
 
 /// The first rotation that an increment turns by half a turn or nearly so, or more, and by how much it does.
