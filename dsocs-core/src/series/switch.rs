@@ -339,8 +339,10 @@ impl Switch {
                 for term in terms.iter_mut() {
                     *term *= sign;
                 }
-                terms[0] -= limits.visible;
-                first - rest > limits.visible
+                // at a multiple zero rounding is all that is left of the sum
+                let visible = limits.visible.max(TOUCHES * sum);
+                terms[0] -= visible;
+                first - rest > visible
             } else {
                 rest < 0.9 * first
             };

@@ -70,6 +70,8 @@ struct Trial {
     smallest: f64,
     /// What the control asks of the series of its beginning.
     sizes: Sizes,
+    /// How many longer ones were tried before.
+    tries: u32,
 }
 
 impl Trial {
@@ -353,6 +355,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             size,
             smallest,
             sizes,
+            tries: 0,
         };
         Goes::On
     }
@@ -418,7 +421,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         let order = motion.order.current();
         let Judged { sizes: known, end } = equations.judge(&motion.next, motion.tried.a(), weights, order);
         let good = !jumps && motion.control.good(sizes, end, size, false);
-        let jumps = jumps || (!good && motion.is_rounding(&**equations, end[1], size));
+        let jumps = jumps || (!good && motion.is_rounding(&**equations, (end[1], size), self.step.tries));
         if jumps || (!good && size <= smallest) {
             // what this is, the step says that is made alone
             core::mem::swap(&mut motion.series, &mut motion.next);
@@ -431,6 +434,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             motion.rejected += 1;
             motion.expansions = motion.expansions.saturating_add(1);
             self.step.size = (SHORTER * size).max(smallest);
+            self.step.tries += 1;
             return false;
         }
         if let Some(projection) = &mut motion.projection {

@@ -271,6 +271,9 @@ impl Control {
     }
 }
 
+/// Sizes below this are nothing: products of what makes them are no normal numbers.
+const TINY: f64 = 1e-290;
+
 /// The size of a vector, with components multiplied by weights; NaN if a component is.
 #[inline(always)]
 pub(super) fn size(x: &[f64], weights: &[f64]) -> f64 {
@@ -278,7 +281,13 @@ pub(super) fn size(x: &[f64], weights: &[f64]) -> f64 {
     for (x, weight) in x.iter().zip(weights) {
         size = larger(size, (x * weight).abs());
     }
-    size
+    nothing_if_tiny(size)
+}
+
+/// A size, but nothing where it is so small that its digits are lost: those of a push before it has begun.
+#[inline(always)]
+fn nothing_if_tiny(size: f64) -> f64 {
+    if size < TINY { 0.0 } else { size }
 }
 
 /// The size of a difference; NaN if a component is.
@@ -288,7 +297,7 @@ pub(super) fn distance(x: &[f64], y: &[f64], weights: &[f64]) -> f64 {
     for ((x, y), weight) in x.iter().zip(y).zip(weights) {
         size = larger(size, ((x - y) * weight).abs());
     }
-    size
+    nothing_if_tiny(size)
 }
 
 /// The bits of the smallest normal number, and of infinity.

@@ -422,7 +422,7 @@ impl Integrator {
             let jumps = !at_switch && !is_knot && self.moved(h).is_some();
             let good = !jumps
                 && (self.control.good(&sizes, end, size, trial.is_rough)
-                    || self.is_rounding(equations, end[1], size));
+                    || self.is_rounding(equations, (end[1], size), trial.tries));
             // a jump of the acceleration is passed in a step that no clock would see
             if good || (size <= smallest && self.next.is_finite()) {
                 let h = self.beyond(equations, &trial, h);

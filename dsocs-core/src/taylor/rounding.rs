@@ -3,24 +3,35 @@
 
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
+use crate::number::point::AnyPoint;
+use crate::solve::{Square, Vector};
 use crate::start::place::Place;
+use crate::tape::declaration::Declaration;
 
 /// The difference of accelerations may be so many times what roundings make of them.
 const ROUNDINGS: f64 = 8.0;
 
-/// It is not asked where, in the time of the step, it moves the position by more than so many roundings.
+/// It is not asked where, in the time of the step, it moves the position by more than so many roundings, unless so many shorter steps have been tried.
 const MOST: f64 = 1e6;
+const TRIES: u32 = 2;
 
 /// By how many roundings time, position and velocity are moved.
 const BESIDE: [[f64; 3]; 3] = [[1.0, 1.0, -1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]];
 
 impl Integrator {
-    /// Whether the acceleration at the end of the step that has been tried, of the length `size`, differs from that which led there by rounding alone.
+    /// Whether the acceleration at the end of the step that has been tried, of the length `size`, differs from that which led there by rounding alone. Shorter steps have been
+    /// tried so many times.
     #[cold]
-    pub(super) fn is_rounding(&self, equations: &dyn SeriesKernel, defect: f64, size: f64) -> bool {
+    pub(super) fn is_rounding(
+        &self,
+        equations: &dyn SeriesKernel,
+        (defect, size): (f64, f64),
+        tries: u32,
+    ) -> bool {
         let control = &self.control;
         let moved = defect * size * size;
-        if moved.is_nan() || moved > MOST * f64::EPSILON * control.size(self.tried.q()) {
+        let is_small = moved <= MOST * f64::EPSILON * control.size(self.tried.q());
+        if defect.is_nan() || !(is_small || tries >= TRIES) {
             return false;
         }
         let declaration = equations.declaration();
@@ -33,24 +44,44 @@ impl Integrator {
                     .map(|(i, x)| moved(*x, roundings[(first + i) % 3]))
                     .collect()
             };
-            Place::of_phase(
-                moved(self.next.time(), roundings[0]),
-                of(self.tried.q(), 1),
-                of(self.tried.v(), 2),
-            )
-            .solve(&declaration, own)
+            let (q, v) = (of(self.tried.q(), 1), of(self.tried.v(), 2));
+            let place = Place::of_phase(moved(self.next.time(), roundings[0]), q, v);
+            let solved = place.solve(&declaration, own)?;
+            Some((place, solved))
         };
-        let Some(here) = at([0.0; 3]) else {
+        let Some((place, here)) = at([0.0; 3]) else {
             return false;
         };
         let n = own.len();
-        let mut noise = 0.0_f64;
+        let mut noise = of_evaluation(&declaration, &place, &here.motion)
+            .map_or(0.0, |rounding| control.size(&rounding[..n]));
         for roundings in BESIDE {
-            let Some(beside) = at(roundings) else {
+            let Some((_, beside)) = at(roundings) else {
                 return false;
             };
             noise = noise.max(control.distance(&beside.motion[..n], &here.motion[..n]));
         }
         defect <= ROUNDINGS * noise
     }
+}
+
+/// What the rounding of the equations makes of accelerations and multipliers that were found at a place.
+fn of_evaluation(declaration: &Declaration<'_>, place: &Place, motion: &[f64]) -> Option<Vector> {
+    let (a, multipliers) = motion.split_at(place.q.len().min(motion.len()));
+    let point = AnyPoint {
+        t: place.t,
+        q: &place.q,
+        v: &place.v,
+        a,
+    };
+    let size = motion.len();
+    let (mut bounds, mut rows, mut jacobian) = (Vector::zero(size), Vector::nan(size), Square::zero(size));
+    declaration.continuous_bounds(point, multipliers, &mut bounds);
+    declaration.linearize_continuous(point, multipliers, &mut rows, jacobian.entries_mut());
+    let mut rounding = Vector::zero(size);
+    for (row, bound) in bounds.iter().enumerate() {
+        let one = Vector::from_fn(size, |i| if i == row { *bound } else { 0.0 });
+        rounding = rounding.zip(&jacobian.solve(&one)?, |rounding, by| rounding + by.abs());
+    }
+    Some(rounding)
 }

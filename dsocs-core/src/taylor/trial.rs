@@ -22,6 +22,8 @@ pub(super) struct Trial {
     otherwise: Option<(usize, f64)>,
     /// The place beyond a switch, where the piece that leads there has no value, of a step that is tried to the place before.
     pub beyond: Option<f64>,
+    /// How many longer ones were tried before.
+    pub tries: u32,
 }
 
 impl Trial {
@@ -37,6 +39,7 @@ impl Trial {
             is_rough,
             otherwise: None,
             beyond: None,
+            tries: 0,
         }
     }
 }
@@ -100,6 +103,7 @@ impl Integrator {
         } else if size <= smallest {
             return false;
         } else {
+            trial.tries += 1;
             trial.end.size = (SHORTER * size).max(smallest);
             trial.end.at_switch = false;
         }

@@ -105,3 +105,74 @@ fn a_velocity_is_as_accurate_far_away() {
         end.v[0]
     );
 }
+
+declared! {
+    /// A mass that waits for a force that is switched on, or a push: far from it nothing is left of them but rounding, or no normal number.
+    #[derive(Debug)]
+    struct Waits { at: f64, width: f64, kind: f64 };
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    let u = (t - at) / width;
+    external_forces = if kind < 0.5 {
+        (1 + u.tanh()) / 2
+    } else if kind < 1.5 {
+        (-u.powi(2)).exp() / width
+    } else if kind < 2.5 {
+        (-u.powi(8)).exp() / width
+    } else if kind < 3.5 {
+        (t - at).max(0).powf(1.5)
+    } else if kind < 4.5 {
+        2.0_f64.powf(-u.powi(2)) / width
+    } else {
+        (t - at).max(0).sqrt()
+    };
+}
+
+/// The velocity at the time 2.
+fn pushed(at: f64, width: f64, kind: usize) -> f64 {
+    let over = 2.0 - at;
+    match kind {
+        // ∫ (1 + tanh u) / 2 = width ln(1 + exp 2u) / 2
+        0 => {
+            let from = 0.5 * width * (-2.0 * at / width).exp().ln_1p();
+            over + 0.5 * width * (-2.0 * over / width).exp().ln_1p() - from
+        }
+        1 => core::f64::consts::PI.sqrt(),
+        // 2 Γ(9/8)
+        2 => 1.883_485_399_7,
+        3 => over.powf(2.5) / 2.5,
+        4 => (core::f64::consts::PI / core::f64::consts::LN_2).sqrt(),
+        _ => over.powf(1.5) / 1.5,
+    }
+}
+
+#[test]
+fn what_waits_at_rest_is_pushed_at_every_tolerance() {
+    for draw in 0..60 {
+        let mut random = Random::new(9300 + draw);
+        let at = random.between(0.5, 1.5);
+        let width = random.decades(1e-4, 3e-2);
+        for kind in 0..6 {
+            let system = Waits {
+                at,
+                width,
+                kind: kind as f64,
+            };
+            let expected = pushed(at, width, kind);
+            for tolerance in [1e-4, 1e-6, 1e-9, 1e-12] {
+                let start = Start::second_order([0.0], [0.0]);
+                let mut flow = TaylorFlow::new(&system, start, Tolerance::relative(tolerance)).unwrap();
+                let end = flow
+                    .to(2.0)
+                    .unwrap_or_else(|error| panic!("{system:?}, {tolerance:e}: {error}"));
+                let error = (end.v[0] - expected).abs();
+                assert!(
+                    error < 300.0 * tolerance + 1e-10 && flow.steps() < 50_000,
+                    "{system:?}, {tolerance:e}: {} for {expected}, {} steps",
+                    end.v[0],
+                    flow.steps()
+                );
+            }
+        }
+    }
+}

@@ -377,6 +377,7 @@ impl<'g> Lower<'g> {
         let log = self.graph.unary(Unary::Ln, base);
         let product = self.graph.mul(log, exponent);
         let product = self.lower(product);
+        self.sequences.switch(Argument::Steep(product), Vec::new());
         self.sequences.push(Op::Exp(product))
     }
 }
