@@ -148,6 +148,9 @@ const DEFECT: f64 = 100.0;
 /// A defect of this part of the velocity may be rounding.
 const LEAST_DEFECT: f64 = 1e-12;
 
+/// A velocity below this is none: the digits of what makes it are lost, as those of a push are before it has begun.
+pub(super) const NOTHING: f64 = 1e-280;
+
 /// What is computed once of a tolerance.
 #[derive(Clone, Debug)]
 pub(super) struct Control {
@@ -167,8 +170,8 @@ impl Control {
     pub(super) fn new(tolerance: &Tolerance, dimension: usize) -> Self {
         Self {
             relative: tolerance.relative,
-            absolute: tolerance.absolute,
-            floor: tolerance.absolute / tolerance.relative,
+            absolute: tolerance.absolute.max(NOTHING * tolerance.relative),
+            floor: (tolerance.absolute / tolerance.relative).max(NOTHING),
             log: tolerance.relative.log2(),
             weights: vec![1.0; dimension].into_boxed_slice(),
             limits: Limits::new(tolerance.relative),
@@ -271,9 +274,6 @@ impl Control {
     }
 }
 
-/// Sizes below this are nothing: products of what makes them are no normal numbers.
-const TINY: f64 = 1e-290;
-
 /// The size of a vector, with components multiplied by weights; NaN if a component is.
 #[inline(always)]
 pub(super) fn size(x: &[f64], weights: &[f64]) -> f64 {
@@ -281,13 +281,7 @@ pub(super) fn size(x: &[f64], weights: &[f64]) -> f64 {
     for (x, weight) in x.iter().zip(weights) {
         size = larger(size, (x * weight).abs());
     }
-    nothing_if_tiny(size)
-}
-
-/// A size, but nothing where it is so small that its digits are lost: those of a push before it has begun.
-#[inline(always)]
-fn nothing_if_tiny(size: f64) -> f64 {
-    if size < TINY { 0.0 } else { size }
+    size
 }
 
 /// The size of a difference; NaN if a component is.
@@ -297,7 +291,7 @@ pub(super) fn distance(x: &[f64], y: &[f64], weights: &[f64]) -> f64 {
     for ((x, y), weight) in x.iter().zip(y).zip(weights) {
         size = larger(size, ((x - y) * weight).abs());
     }
-    nothing_if_tiny(size)
+    size
 }
 
 /// The bits of the smallest normal number, and of infinity.

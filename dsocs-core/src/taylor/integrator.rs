@@ -3,7 +3,7 @@
 use core::fmt;
 use std::borrow::Cow;
 
-use super::control::{Control, Judged, Sizes, Tolerance};
+use super::control::{Control, Judged, NOTHING, Sizes, Tolerance};
 use super::order::Order;
 use super::projection::Projection;
 use super::recurrences::SeriesKernel;
@@ -374,7 +374,7 @@ impl Integrator {
     ) -> Outcome {
         core::mem::swap(&mut self.series, &mut self.next);
         let mut sizes = self.sizes();
-        if !sizes.is_in_range {
+        if !sizes.is_in_range && sizes.velocity.max(sizes.acceleration) > NOTHING {
             self.cut_to_range();
             sizes = self.sizes();
         }

@@ -46,8 +46,8 @@ impl Integrator {
     #[inline]
     pub(super) fn length(&mut self, equations: &dyn SeriesKernel, sizes: &Sizes) -> f64 {
         let mut wanted = self.wanted(sizes);
-        if wanted.is_nan() || wanted == 0.0 {
-            // also where nothing moves, and nothing makes it do so yet
+        if wanted.is_nan() {
+            // also where nothing moves, and nothing makes it do so
             wanted = self.control.first_step(&self.series, self.order.current());
         }
         self.limited(equations, wanted)
