@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench work_precision` measures our methods, the crate `ode_solvers` and RK4 by hand on the two systems of the paper; with
 //! `-- --all` on all eight problems. With the feature `peers` two more crates are measured, and with `-- --with-heyoka` heyoka, where Python
-//! has it; `-- --with-mujoco` adds MuJoCo for the chain of rigid bodies. Names of
+//! has it; `-- --with-mujoco` adds `MuJoCo` for the chain of rigid bodies. Names of
 //! problems (`-- sphere contact`) measure these alone; `-- --quick` measures less. It prints tables and writes
 //! `target/report/work_precision.csv` and a picture of each problem beside it.
 

@@ -31,7 +31,7 @@ fn integrals(slope: f64, gap: f64, s: f64) -> [f64; 2] {
     let (u, root) = (slope * s, (slope * s).hypot(gap));
     let log = (u / gap).asinh();
     // ∫ √(u² + g²) du = (u √ + g² asinh(u/g)) / 2, and once more
-    let first = (u * root + gap * gap * log) / 2.0;
+    let first = f64::midpoint(u * root, gap * gap * log);
     let second = root.powi(3) / 6.0 + gap * gap / 2.0 * (u * log - root);
     [first / slope, second / (slope * slope)]
 }
