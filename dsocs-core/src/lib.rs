@@ -166,9 +166,9 @@ pub use kernel::{At, Kernel};
 pub use regularity::Regularity;
 pub use run::{
     AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, AnyPolynomial, AnyVisitor, Behind, Clock,
-    CsvWriter, End, Event, Events, FailedEvent, Failure, InputError, Inputs, NearlySingular, Node, Observer,
-    Occurrence, OnEvent, OneWay, OwnedNode, Polynomial, Room, Run, RunError, Stepper, Traced, Trajectory,
-    Unresolved, Verdict, Visitor, on_event,
+    CsvWriter, End, Event, Events, FailedEvent, Failure, InputError, Inputs, LastLeg, NearlySingular, Node,
+    Observer, Occurrence, OnEvent, OneWay, OwnedNode, Polynomial, Room, Run, RunError, Stepper, Traced,
+    Trajectory, Unresolved, Verdict, Visitor, on_event,
 };
 pub use samples::{Samples, SamplesError};
 pub use start::{AnyStart, Start};

@@ -4,7 +4,7 @@ use core::cell::RefCell;
 use core::ops::ControlFlow;
 
 use super::error::{FailedEvent, RunError};
-use super::{AnyObserver, AnyPolynomial, Clock, Traced};
+use super::{AnyObserver, AnyPolynomial, LastLeg};
 use crate::number::point::Point;
 use crate::number::point::{AnyPoint, OwnedPoint, sized};
 use crate::series::jet::{Call, Jet};
@@ -248,6 +248,38 @@ impl<'e, const N: usize> Events<'e, N> {
             any: AnyEvents::new(events.into_iter().map(|event| event.0).collect()),
         }
     }
+
+    /// The same for a run that was watched with other events before; see [`AnyEvents::after`].
+    ///
+    /// ```
+    /// use dsocs_core::prelude::*;
+    ///
+    /// /// A particle.
+    /// #[dsocs { coordinates(x); lagrangian = dot(x).powi(2) / 2; }]
+    /// struct Particle {}
+    ///
+    /// let mut flow = Flow::new(&Particle {}, 0.25, Start::second_order([0.0], [1.0]))?;
+    /// let at_one = || Event::function(|point: &dsocs_core::Point<dsocs_core::taylor::Jet, 1>| point.q[0] - 1);
+    /// let mut times = Vec::new();
+    /// let mut watched = Events::new(vec![at_one()]);
+    /// flow.watch(1.0, &mut watched, &mut dsocs_core::on_event(|found| times.push(found.t)))?;
+    /// let mut watched = Events::new(vec![at_one()]).after(watched.last_leg());
+    /// flow.watch(2.0, &mut watched, &mut dsocs_core::on_event(|found| times.push(found.t)))?;
+    /// assert_eq!(times, [1.0]);
+    /// # Ok::<(), dsocs_core::RunError>(())
+    /// ```
+    #[must_use]
+    pub fn after(self, leg: LastLeg) -> Self {
+        Self {
+            any: self.any.after(leg),
+        }
+    }
+
+    /// The motion to the node up to which a run was watched last; see [`AnyEvents::last_leg`].
+    #[must_use]
+    pub fn last_leg(self) -> LastLeg {
+        self.any.last_leg()
+    }
 }
 
 /// What functions are evaluated with.
@@ -265,10 +297,8 @@ pub struct AnyEvents<'e> {
     work: Work,
     crossings: Vec<Crossing>,
     found: Vec<(f64, usize, bool)>,
-    /// What happens between the event that ended the run and the node where the run stands.
-    rest: Vec<AnyOccurrence>,
-    /// The number and the time of that node.
-    stands: (u64, f64),
+    /// The motion to the node where the run stands.
+    pub(super) leg: LastLeg,
 }
 
 impl<'e> AnyEvents<'e> {
@@ -285,27 +315,41 @@ impl<'e> AnyEvents<'e> {
             },
             crossings: Vec::new(),
             found: Vec::new(),
-            rest: Vec::new(),
-            stands: (0, 0.0),
+            leg: LastLeg::default(),
         }
     }
 
+    /// The same for a run that was watched with other events before and stands where that ended, with the [`AnyEvents::last_leg`] of those: what happens at that
+    /// node, and after an event that ended the run before it, is found.
+    #[must_use]
+    pub fn after(mut self, leg: LastLeg) -> Self {
+        self.leg = leg;
+        self
+    }
+
+    /// The motion to the node up to which a run was watched last.
+    #[must_use]
+    pub fn last_leg(self) -> LastLeg {
+        self.leg
+    }
+
     /// Hands on what happens on a polynomial, up to an event that ends the run, which is told with its time since the point
-    /// of expansion.
+    /// of expansion. What happens together with it is told before it.
     pub(super) fn happen(
         &mut self,
         declaration: &Declaration<'_>,
         polynomial: &AnyPolynomial<'_>,
         observer: &mut dyn AnyObserver,
     ) -> Result<Option<(f64, AnyOccurrence)>, RunError> {
-        self.work.point = OwnedPoint::zero(declaration.dimension());
         self.search(declaration, polynomial)?;
-        self.rest.clear();
-        let mut ended = None;
+        self.order_by_end(polynomial);
+        let together = JOINT * polynomial.length().abs();
+        let mut ended: Option<(f64, AnyOccurrence)> = None;
         for &(s, event, rising) in &self.found {
-            if ended.is_none() {
-                self.sides[event] = if rising { 1.0 } else { -1.0 };
+            if ended.as_ref().is_some_and(|(end, _)| (s - end).abs() > together) {
+                break;
             }
+            self.sides[event] = if rising { 1.0 } else { -1.0 };
             if !self.watched[event].counts(rising) {
                 continue;
             }
@@ -315,40 +359,49 @@ impl<'e> AnyEvents<'e> {
                 point: OwnedPoint::zero(declaration.dimension()),
             };
             polynomial.point(s, &mut occurrence.point);
-            if ended.is_some() {
-                self.rest.push(occurrence);
-            } else if tell(&self.watched, &occurrence, observer).is_break() {
+            if tell(&self.watched, &occurrence, observer).is_break() {
                 ended = Some((s, occurrence));
             }
         }
+        self.leg
+            .take(polynomial, ended.as_ref().map(|(s, _)| *s), together);
         Ok(ended)
     }
 
-    /// Remembers where an event has left a run.
-    pub(super) fn leave(&mut self, clock: &Clock, traced: Traced) {
-        if traced == Traced::There {
-            // what is left will be found again
-            self.rest.clear();
+    /// Puts what happens together with the first event that ends the run before it.
+    fn order_by_end(&mut self, polynomial: &AnyPolynomial<'_>) {
+        let ends = |&(_, event, rising): &(f64, usize, bool)| {
+            self.watched[event].terminal && self.watched[event].counts(rising)
+        };
+        let Some(first) = self.found.iter().position(ends) else {
             return;
+        };
+        let (end, together) = (self.found[first].0, JOINT * polynomial.length().abs());
+        let others = self.found[first..].iter();
+        let count = others.take_while(|(s, ..)| (s - end).abs() <= together).count();
+        self.found[first..first + count].sort_by_key(ends);
+    }
+
+    /// On which side of zero functions are whose side is not known: as a leg leaves them.
+    pub(super) fn begin_after(
+        &mut self,
+        declaration: &Declaration<'_>,
+        polynomial: &AnyPolynomial<'_>,
+    ) -> Result<(), RunError> {
+        if self.sides.iter().all(|side| *side != 0.0) {
+            return Ok(());
         }
-        self.stands = (clock.index(), clock.time());
-        // the step has been made: the functions are where its end has them
+        let known = self.sides.clone();
+        self.search(declaration, polynomial)?;
         for &(_, event, rising) in &self.found {
             self.sides[event] = if rising { 1.0 } else { -1.0 };
         }
-    }
-
-    /// Hands on what is left of the step in which an event ended the run, if it stands there still.
-    pub(super) fn resume(&mut self, clock: &Clock, observer: &mut dyn AnyObserver) -> Option<AnyOccurrence> {
-        let rest = core::mem::take(&mut self.rest);
-        if clock.is_handed_out() || self.stands != (clock.index(), clock.time()) {
-            return None;
+        for (side, known) in self.sides.iter_mut().zip(known) {
+            if known != 0.0 {
+                *side = known;
+            }
         }
-        let end = rest
-            .iter()
-            .position(|occurrence| tell(&self.watched, occurrence, observer).is_break())?;
-        self.rest = rest[end + 1..].to_vec();
-        rest.into_iter().nth(end)
+        Ok(())
     }
 
     /// The changes of sign within a step, by their time since its start, in order.
@@ -358,6 +411,7 @@ impl<'e> AnyEvents<'e> {
         polynomial: &AnyPolynomial<'_>,
     ) -> Result<(), RunError> {
         self.found.clear();
+        self.work.point = OwnedPoint::zero(declaration.dimension());
         let search = polynomial.search;
         for place in 0..self.watched.len() {
             let first = self.found.len();

@@ -91,8 +91,9 @@ impl dyn Run + '_ {
         observer: &mut dyn AnyObserver,
     ) -> Result<Option<AnyOccurrence>, RunError> {
         let end = self.clock().until(t)?;
-        if let Some(occurrence) = events.resume(self.clock(), observer) {
-            return Ok(Some(occurrence));
+        let resumed = events.resume(&self.declaration(), self.clock(), observer)?;
+        if resumed.is_some() {
+            return Ok(resumed);
         }
         let mut room = Room::new();
         loop {
@@ -114,9 +115,8 @@ impl dyn Run + '_ {
             if self.clock().index() != before {
                 self.clock_mut().hand_out(false);
             }
-            let traced = traced?;
+            events.stand(self.clock(), traced?);
             if let Some((_, occurrence)) = ended {
-                events.leave(self.clock(), traced);
                 return Ok(Some(occurrence));
             }
         }
