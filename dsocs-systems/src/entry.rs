@@ -65,7 +65,7 @@ use crate::check::orders::{MAPS, Orders, Variant};
 use crate::check::{self, Expected, Finding, Settings};
 
 pub use beginning::Beginning;
-pub use columns::{Column, Row, columns};
+pub use columns::{Column, Row, columns, is_closed};
 pub use description::{Description, Kind};
 pub use drawing::{Drawing, Parameters, Shape};
 pub use erased::Extra;

@@ -46,6 +46,8 @@ pub mod sweep;
 pub mod systems;
 #[cfg(feature = "cli")]
 mod temporary;
+#[cfg(feature = "cli")]
+pub mod warnings;
 
 #[cfg(feature = "cli")]
 pub use entry::Entry;

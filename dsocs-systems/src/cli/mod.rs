@@ -33,13 +33,11 @@
 //! its numerics; `--help` says more. If there is only one system, its name can be left out.
 
 mod accuracy;
-mod alternation;
 mod bodies;
 mod check;
 mod destination;
 #[cfg(all(feature = "dsocs", not(test)))]
 pub mod dsocs;
-mod energy;
 mod equilibrium;
 mod error;
 pub(crate) mod expression;
@@ -79,7 +77,6 @@ mod sweep;
 mod table;
 mod terminal;
 mod text;
-mod turns;
 mod watch;
 
 use std::ffi::OsString;

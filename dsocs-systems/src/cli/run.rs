@@ -10,9 +10,7 @@ use dsocs_core::{NearlySingular, RunError, Stop, Unresolved};
 use serde_json::{Map, Value, json};
 
 use super::accuracy::{AccuracyArguments, Errors};
-use super::alternation::Alternation;
 use super::destination::Destination;
-use super::energy::Energy;
 use super::expression;
 use super::input::InputArguments;
 use super::motion::{MotionPage, titles};
@@ -22,12 +20,10 @@ use super::plot::Plot;
 use super::start::{BeginArguments, Component, StartArguments, StartOption, component, vector};
 use super::table::{TableFormat, TableWriter};
 use super::terminal::tell;
-use super::turns::Turns;
 use super::{CliError, Program, interrupt, page, progress};
-use crate::entry::{
-    Beginning, Column, Description, Entry, Method, Plan, Row, RunFailure, UnknownName, columns,
-};
+use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, UnknownName, columns};
 use crate::stability::number;
+use crate::warnings::Warnings;
 
 /// How many nodes there are between two signs of progress.
 const PROGRESS: u64 = 1024;
@@ -150,7 +146,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     );
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
-    let mut watched = Watched::of(entry.description());
+    let mut watched = Watched::default();
     let (mut unresolved, mut nearly_singular) = (None, None);
     let [mut may_divide, mut third] = [false; 2];
     let interrupted = interrupt::watch();
@@ -186,14 +182,14 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         }
     });
     bar.finish_and_clear();
+    let names: Vec<&str> = entry.description().names().collect();
+    let [energy, turns, alternation] = watched.warnings.notes(&names, plan.method, plan.h);
     let notes = [
         watched.lost.note(),
-        watched.errors.note(entry.description().names(), result.is_err()),
-        watched.energy.note(plan.method, plan.h),
-        watched
-            .turns
-            .note(entry.description().names(), plan.method, plan.h),
-        watched.alternation.note(entry.description().names(), plan.method),
+        watched.errors.note(names.iter().copied(), result.is_err()),
+        energy,
+        turns,
+        alternation,
         unresolved.map(|found| switched(found, third, plan.method)),
         nearly_singular.map(|found| near(found, may_divide, third)),
         arguments.accuracy.note(),
@@ -228,33 +224,19 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
 }
 
 /// What is looked at in every node, of which something may be said in the end.
+#[derive(Default)]
 struct Watched {
     lost: Lost,
     errors: Errors,
-    energy: Energy,
-    turns: Turns,
-    alternation: Alternation,
+    warnings: Warnings,
 }
 
 impl Watched {
-    /// For a system.
-    fn of(description: &Description) -> Self {
-        Self {
-            lost: Lost::default(),
-            errors: Errors::default(),
-            energy: Energy::default(),
-            turns: Turns::of(description),
-            alternation: Alternation::default(),
-        }
-    }
-
     /// Looks at a node.
     fn look(&mut self, row: &Row<'_>) {
         self.lost.look(row);
         self.errors.look(row);
-        self.energy.look(row);
-        self.turns.look(row);
-        self.alternation.look(row);
+        self.warnings.look(row);
     }
 }
 
@@ -343,8 +325,8 @@ impl Pictures {
     }
 }
 
-/// The page of a run that has been made: what `run --report` writes. `rows` has the values of all [`columns`] at each node, in their order, and
-/// `notes` is what the run told.
+/// The page of a run that has been made: what `run --report` writes. `rows` has the values of all [`columns`] at each node, in their order, and after them those of the parameters
+/// that changed on the way, whose names are `changed`; `notes` is what the run told.
 ///
 /// ```
 /// use dsocs_core::text::Text;
@@ -363,7 +345,7 @@ impl Pictures {
 ///     rows.push(values);
 ///     ControlFlow::Continue(())
 /// })?;
-/// assert!(cli::run_page(&mut entry, &plan, &beginning, rows, &[]).starts_with("<!DOCTYPE html>"));
+/// assert!(cli::run_page(&mut entry, &plan, &beginning, &[], rows, &[]).starts_with("<!DOCTYPE html>"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[must_use]
@@ -371,15 +353,32 @@ pub fn run_page(
     entry: &mut Entry,
     plan: &Plan,
     beginning: &Beginning,
+    changed: &[String],
     rows: impl IntoIterator<Item = Vec<f64>>,
     notes: &[String],
 ) -> String {
     let draw = entry.drawing();
-    let mut page = MotionPage::new(&columns(entry.description(), plan), entry.description(), draw);
+    let mut all = columns(entry.description(), plan);
+    let parameters = entry.parameters();
+    all.extend(changed.iter().map(|name| {
+        let known = parameters.iter().find(|(parameter, _)| parameter.name == **name);
+        Column {
+            name: name.clone(),
+            unit: known.and_then(|(parameter, _)| parameter.unit().map(str::to_owned)),
+        }
+    }));
+    let mut page = MotionPage::new(&all, entry.description(), draw);
     for (index, values) in (0..).zip(rows) {
         page.push(index, &values);
     }
-    let about = about(entry, plan, beginning);
+    let mut about = about(entry, plan, beginning);
+    if let Some(Value::Object(values)) = about.get_mut("parameters") {
+        for name in changed {
+            if let Some(value) = values.get_mut(name) {
+                *value = format!("{value} at the start, then as shown").into();
+            }
+        }
+    }
     page.finish(titles(entry).each_ref().map(String::as_str), &about, notes)
 }
 

@@ -1,6 +1,6 @@
 //! The nodes of a run as rows of a table.
 
-use dsocs_core::{AnyNode, Declaration, NearlySingular, Regularity, Unresolved};
+use dsocs_core::{AnyNode, Declaration, NearlySingular, Regularity, Shape, Unresolved};
 
 use super::description::Description;
 use super::plan::Plan;
@@ -30,6 +30,17 @@ pub struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
+    /// The row of a node that someone else's run has made by steps of a fixed length. `is_closed` says that nothing that is declared changes the energy but forces of
+    /// constraints on positions and velocities ([`is_closed`]).
+    #[must_use]
+    pub fn of_step(node: AnyNode<'a>, declaration: Declaration<'a>, is_closed: bool) -> Self {
+        Self {
+            balance: is_closed.then(|| balance(&declaration, &node)),
+            is_open: !is_closed,
+            ..Self::of(node, declaration)
+        }
+    }
+
     /// The row of a node, without regularity and errors.
     pub(super) fn of(node: AnyNode<'a>, declaration: Declaration<'a>) -> Self {
         Self {
@@ -68,6 +79,26 @@ impl<'a> Row<'a> {
     }
 }
 
+/// Whether nothing that is declared changes the energy of a system whose inputs do not change, but forces of constraints on positions and velocities.
+#[must_use]
+pub fn is_closed(shape: &Shape) -> bool {
+    !shape.external_forces && !shape.depends_on_time && shape.kinematic == 0
+}
+
+/// At every node with such a number the energy's terms are looked at.
+const TERMS_EVERY: u64 = 16;
+
+/// The power of a node's constraint force and, at some nodes, the sum of the energy's terms.
+pub(super) fn balance(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> (f64, Option<f64>) {
+    let power: f64 = node.force.iter().zip(node.v).map(|(force, v)| force * v).sum();
+    // their mean is wanted, which some nodes tell as well
+    let terms = node.index.is_multiple_of(TERMS_EVERY).then(|| {
+        let lagrangian = declaration.lagrangian(node.t, node.q, node.v);
+        node.energy.abs() + 2.0 * lagrangian.abs()
+    });
+    (power, terms)
+}
+
 /// A column of a run's table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
@@ -101,7 +132,16 @@ pub fn columns(description: &Description, plan: &Plan) -> Vec<Column> {
     };
     columns.extend(moving().map(|q| Column::new(format!("v_{}", q.name), q.unit().map(rate))));
     columns.extend(moving().map(|q| Column::new(format!("force_{}", q.name), q.unit().map(force))));
-    columns.push(Column::new("energy", Some("J")));
+    // what has no units has none in J
+    let turns = |place: usize| {
+        description
+            .rotations
+            .iter()
+            .any(|&first| (first..first + 4).contains(&place))
+    };
+    let mut own = coordinates().enumerate().filter(|(place, _)| !turns(*place));
+    let has_units = coordinates().any(|q| q.unit().is_some()) && own.all(|(_, q)| q.unit().is_some());
+    columns.push(Column::new("energy", has_units.then_some("J")));
     columns.extend(
         description
             .observables

@@ -2,10 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::{AnyFlow, AnyNode, Declaration, OwnedNode, Regularity, Run, RunError, Tolerance};
+use dsocs_core::{AnyFlow, OwnedNode, Regularity, Run, RunError, Tolerance};
 
 use super::beginning::Beginning;
-use super::columns::Row;
+use super::columns::{Row, balance, is_closed};
 use super::erased::AnySystem;
 use super::failure::RunFailure;
 use super::held::{self, HeldErrors};
@@ -39,27 +39,10 @@ pub(super) fn run(
             Some(&mut held)
         };
         let shape = system.kernel().shape();
-        let is_closed = !shape.external_forces
-            && !shape.depends_on_time
-            && shape.kinematic == 0
-            && plan.inputs.is_empty()
-            && !matches!(plan.method, Method::Tolerance(_));
+        let is_closed =
+            is_closed(shape) && plan.inputs.is_empty() && !matches!(plan.method, Method::Tolerance(_));
         hand_on(run, is_closed, error, plan, sink)
     })
-}
-
-/// At every node with such a number the energy's terms are looked at.
-const TERMS_EVERY: u64 = 16;
-
-/// The power of a node's constraint force and, at some nodes, the sum of the energy's terms.
-fn balance(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> (f64, Option<f64>) {
-    let power: f64 = node.force.iter().zip(node.v).map(|(force, v)| force * v).sum();
-    // their mean is wanted, which some nodes tell as well
-    let terms = node.index.is_multiple_of(TERMS_EVERY).then(|| {
-        let lagrangian = declaration.lagrangian(node.t, node.q, node.v);
-        node.energy.abs() + 2.0 * lagrangian.abs()
-    });
-    (power, terms)
 }
 
 /// What is done with a run that stands at its start, and the system with the values that inputs begin with.

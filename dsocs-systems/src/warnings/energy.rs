@@ -192,7 +192,8 @@ impl Energy {
         let (before, then) = self.growth.before[1];
         // the work has errors of the step, too: a step that is too long makes it miss the energy by several times
         let growth = largest - self.work.as_ref().map_or(first, |work| work.from);
-        let is_given = (growth - self.given).abs() <= (1.0 - EXPLAINED) * growth.abs();
+        let is_given = growth.is_finite()
+            && (growth - self.given).abs() <= (1.0 - EXPLAINED) * growth.abs();
         let grows = if is_given || !exploded(first) || !exploded(before) {
             None
         } else if first != 0.0 {
@@ -295,6 +296,9 @@ mod tests {
             let told = note(&driven(100.0, 0.0), &[x0], 0.21, 20.0).unwrap();
             assert!(told.contains(words), "{told}");
             assert_eq!(note(&driven(100.0, 0.0), &[x0], 0.01, 20.0), None);
+            // also where it has left the numbers that there are
+            let told = note(&driven(100.0, 0.0), &[x0], 0.21, 300.0).unwrap();
+            assert!(told.contains(words) && told.contains("to inf at t ="), "{told}");
         }
         // a force that drives the system all the time: no spring, in resonance, and none for a long time
         for (stiffness, pull) in [(0.0, 5.0), (0.0, 0.0), (9.0, 0.0)] {

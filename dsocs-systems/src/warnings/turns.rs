@@ -1,6 +1,6 @@
 //! How far bodies turn in the steps of a run.
 
-use crate::entry::{Description, Method, Row};
+use crate::entry::{Method, Row};
 
 /// A step by which a body turns so far, in rad, is rough: its error is no longer that of the order.
 const ROUGH: f64 = 1.5;
@@ -11,8 +11,6 @@ const GOOD: f64 = 0.5;
 /// The fastest turn of a run.
 #[derive(Default)]
 pub struct Turns {
-    /// Whether anything turns.
-    rotates: bool,
     /// How fast, in rad/s.
     rate: f64,
     /// When.
@@ -22,18 +20,10 @@ pub struct Turns {
 }
 
 impl Turns {
-    /// For a system.
-    pub fn of(description: &Description) -> Self {
-        Self {
-            rotates: !description.rotations.is_empty(),
-            ..Self::default()
-        }
-    }
-
     /// Looks at a node.
     #[inline]
     pub fn look(&mut self, row: &Row<'_>) {
-        if self.rotates {
+        if !row.declaration.shape().rotations.is_empty() {
             self.look_at_rotations(row);
         }
     }
@@ -44,7 +34,6 @@ impl Turns {
             let rate = of_body.iter().map(|w| w * w).sum::<f64>().sqrt();
             if rate > self.rate {
                 *self = Self {
-                    rotates: true,
                     rate,
                     time: row.node.t,
                     rotation: first,
@@ -88,7 +77,6 @@ mod tests {
     #[test]
     fn steps_that_turn_far_are_told_with_a_shorter_one() {
         let turns = Turns {
-            rotates: true,
             rate: 20.0,
             time: 0.5,
             rotation: 1,

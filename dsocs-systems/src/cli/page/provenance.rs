@@ -43,6 +43,10 @@ fn command() -> String {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned();
+    // that of a notebook's kernel says nothing but where the notebook lies
+    if std::env::args_os().any(|argument| argument.to_string_lossy().contains("ipykernel")) {
+        return "a notebook".to_owned();
+    }
     let arguments = std::env::args_os().skip(1);
     let arguments = arguments.map(|argument| quoted(argument.to_string_lossy().into_owned()));
     [program]
