@@ -50,6 +50,12 @@ pub enum DerivativeError {
         /// The place that was asked for.
         index: usize,
     },
+    /// Someone who was asked whether to go on did not want it.
+    #[error("stopped at t = {time}")]
+    Stopped {
+        /// The time of the last node.
+        time: f64,
+    },
     /// A plan holds no values.
     #[error("a plan needs the values of its inputs on one leg at least")]
     NoLegs,

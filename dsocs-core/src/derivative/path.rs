@@ -1,6 +1,7 @@
 //! A run whose steps are kept, so that it can be differentiated.
 
 use std::fmt;
+use std::ops::ControlFlow;
 
 use super::error::DerivativeError;
 use super::kept::{Checkpoints, Kept, keep_last};
@@ -92,7 +93,7 @@ impl<'s, const N: usize> Path<'s, N> {
         t: f64,
         memory: usize,
     ) -> Result<Self, DerivativeError> {
-        run(system.kernel(), h, &start.given(), t, memory).map(Self::of)
+        run(system.kernel(), h, &start.given(), t, memory, &mut go_on).map(Self::of)
     }
 
     /// Runs with inputs that are held on each leg: `values[k]` are the values of the parameters `inputs` on the leg from node `k` to node
@@ -200,7 +201,23 @@ impl<'s> AnyPath<'s> {
         memory: usize,
     ) -> Result<Self, DerivativeError> {
         let start = start.fitted(system.shape()).map_err(RunError::from)?;
-        run(system, h, &start, t, memory)
+        run(system, h, &start, t, memory, &mut go_on)
+    }
+
+    /// As [`AnyPath::new`], while someone who is asked after every thousand steps or so wants it to go on.
+    ///
+    /// # Errors
+    ///
+    /// As [`AnyPath::new`]; and [`DerivativeError::Stopped`].
+    pub fn new_while(
+        system: &'s dyn Kernel,
+        h: f64,
+        start: &AnyStart,
+        t: f64,
+        ask: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<Self, DerivativeError> {
+        let start = start.fitted(system.shape()).map_err(RunError::from)?;
+        run(system, h, &start, t, Self::MEMORY, ask)
     }
 
     /// Runs with inputs that are held on each leg: `values[k]` are the values of the parameters `inputs` on the leg from node `k` to node
@@ -242,6 +259,14 @@ impl<'s> AnyPath<'s> {
     }
 }
 
+/// After so many steps someone is asked whether to go on.
+const ASK: u64 = 1024;
+
+/// Whether to go on where nobody is asked.
+fn go_on() -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
 /// Runs to a time and keeps the steps.
 fn run<'s>(
     kernel: &'s dyn Kernel,
@@ -249,6 +274,7 @@ fn run<'s>(
     start: &Given,
     t: f64,
     memory: usize,
+    ask: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<AnyPath<'s>, DerivativeError> {
     if !t.is_finite() {
         return Err(RunError::Until { until: t }.into());
@@ -265,6 +291,11 @@ fn run<'s>(
     let mut recorder = Recorder::begun(&flow, count, memory);
     flow.clock_mut().hand_out(true);
     while !flow.clock().has_reached(&end) {
+        if flow.clock().index() % ASK == ASK - 1 && ask().is_break() {
+            return Err(DerivativeError::Stopped {
+                time: flow.clock().time(),
+            });
+        }
         recorder.mark(&flow);
         flow.step(end.time())?;
         recorder.keep(&flow)?;
