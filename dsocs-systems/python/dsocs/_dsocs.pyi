@@ -14,7 +14,8 @@ _Begins = tuple[str, list[list[float]], list[float] | None, float, bool]
 class Node:
     """A node of a run: its number, time, position, velocity, acceleration, constraint force and energy.
 
-    `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` what belongs to it. Where the name is that of
+    `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` what belongs to it, `node["height"]` an observed expression,
+    `node["torque"]` a parameter, with the value that was set last, there or before. Where the name is that of
     an array or of a rotation, `node["x"]` and `node["v_x"]` are arrays; of a rotation `r`, `node["r"]` has four numbers, `node["v_r"]` three.
     """
 
@@ -96,6 +97,7 @@ class RawRun:
     def array(self, name: str) -> _Array: ...
     def unresolved(self) -> tuple[int, float, float] | None: ...
     def nearly_singular(self) -> tuple[int, float, int] | None: ...
+    def warnings(self) -> list[str | None]: ...
     def __len__(self) -> int: ...
 
 class RawPath:
@@ -150,6 +152,7 @@ def page(
     order: int,
     tolerance: float | None,
     begins: _Begins,
+    changed: list[str],
     rows: _Array,
     notes: list[str],
 ) -> str: ...

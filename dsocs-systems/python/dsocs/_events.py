@@ -78,7 +78,7 @@ class Occurrences(Sequence[Occurrence]):
         self._all = [
             Occurrence(events[event], rising, t, np.asarray(q), np.asarray(v), np.asarray(a)) for event, rising, t, q, v, a in found
         ]
-        self._system = system
+        self._system, self._events = system, tuple(events)
         #: Whether the last one ended the run.
         self.ended = ended
 
@@ -88,7 +88,9 @@ class Occurrences(Sequence[Occurrence]):
         return np.array([one.t for one in self._all])
 
     def of(self, name: str) -> Array:
-        """The times [s] of the events of one column."""
+        """The times [s] of the events of one column, of which there may be none. Raises `KeyError` for a column that was not watched."""
+        if all(event.of != name for event in self._events):
+            raise KeyError(str(_inputs.unknown("watched column", name, dict.fromkeys(event.of for event in self._events))))
         return np.array([one.t for one in self._all if one.event.of == name])
 
     def __len__(self) -> int:
@@ -144,7 +146,8 @@ class Points:
         wide = _arrays.column(name, self._system, lambda part: getattr(self, part), ("q", "v", "a"))
         if wide is not None:
             return wide
-        raise KeyError(str(_inputs.unknown("column", name, ["t", *names, *(f"v_{x}" for x in names), *observed])))
+        known = ["t", *names, *(f"{prefix}{x}" for prefix in ("v_", "a_") for x in self._system._moving), *observed]
+        raise KeyError(str(_inputs.unknown("column", name, known)))
 
     def table(self) -> dict[str, Array]:
         """Times, positions, velocities and observed expressions by name."""

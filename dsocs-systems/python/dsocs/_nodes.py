@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Iterator, overload
 import numpy as np
 import numpy.typing as npt
 
-from . import _arrays, _inputs
+from . import _arrays, _given, _inputs
 from ._dsocs import Node
 from ._errors import InputTypeError
 from ._setup import Setup
@@ -67,7 +67,7 @@ class Nodes:
     @property
     def parameters(self) -> dict[str, float]:
         """The parameters with the values that the run began with."""
-        return {of.name: value for of, value in zip(self.system._parameters, self._setup.values)}
+        return _given.Values((of.name, value) for of, value in zip(self.system._parameters, self._setup.values))
 
     # What it has
 
@@ -103,7 +103,8 @@ class Nodes:
 
     @property
     def observed(self) -> Array:
-        """The observed expressions: an array of the shape (nodes, expressions). They are computed when they are first asked for."""
+        """The observed expressions: an array of the shape (nodes, expressions). They are computed when they are first asked for, at a node where an input changes with the value
+        with which the motion arrives there."""
         return self._array("observed")
 
     @property
@@ -128,22 +129,34 @@ class Nodes:
 
     @property
     def columns(self) -> list[str]:
-        """The names of all columns, in the order of the command line's table."""
+        """The names of all columns, in the order of the command line's table, and after them the parameters that changed on the way."""
         names = self.system._names
         observed = [of.name for of in self.system.observables]
         multipliers = [f"lambda_{form}" for form in range(self.system.forms)]
         moving = self.system._moving
-        return ["t", *names, *(f"v_{x}" for x in moving), *(f"force_{x}" for x in moving), "energy", *observed, *multipliers]
+        return ["t", *names, *(f"v_{x}" for x in moving), *(f"force_{x}" for x in moving), "energy", *observed, *multipliers, *self._changed]
+
+    @property
+    def _changed(self) -> list[str]:
+        """The parameters that changed on the way, in the order of the declaration."""
+        if self._kept is not None:
+            return list(self._kept["changed"])
+        places = {place for _, _, place, _ in self._raw.changes()}
+        return [self.system._parameters[place].name for place in sorted(places)]
 
     @property
     def units(self) -> dict[str, str | None]:
         """The unit of each column, as far as the declaration says it."""
-        units: dict[str, str | None] = {"t": "s", "energy": "J"}
+        # energies are in J where lengths and angles have units
+        turning = {first + place for first in self.system._rotations for place in range(4)}
+        own = [unit for _, _, unit in self.system.coordinates]
+        has_units = any(own) and all(unit is not None for place, unit in enumerate(own) if place not in turning)
+        units: dict[str, str | None] = {"t": "s", "energy": "J" if has_units else None}
         for name, _, unit in self.system.coordinates:
             units[name] = unit
             units[f"v_{name}"] = None if unit is None else f"{unit}/s"
             units[f"force_{name}"] = None if unit is None else _FORCES.get(unit, f"J/{unit}")
-        units.update((of.name, of.unit) for of in self.system.observables)
+        units.update((of.name, of.unit) for of in (*self.system.observables, *self.system._parameters))
         return {name: units.get(name) for name in self.columns}
 
     @property
@@ -212,7 +225,9 @@ class Nodes:
             inputs = np.stack([self._input(names[place]) for place in places], axis=-1)
             inputs.setflags(write=False)
             return _arrays.shaped(inputs, list(range(len(places))), shape)
-        raise KeyError(str(_inputs.unknown("column", name, self.columns)))
+        accelerations = [f"a_{x}" for x in self.system._moving]
+        others = [of for of in self.parameters if of not in self._changed]
+        raise KeyError(str(_inputs.unknown("column", name, [*self.columns, *accelerations, *others])))
 
     def _part(self, name: str) -> Array:
         return self.observed if name == "observed" else self._array(name)

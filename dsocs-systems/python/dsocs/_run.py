@@ -40,7 +40,8 @@ class Run(Nodes):
     def __init__(self, system: System, setup: Setup) -> None:
         super().__init__(system, setup)
         self._history: list[tuple[Any, ...]] = []
-        self._told = [0, 0, 0]
+        self._told = [0] * 5
+        self._failure: str | None = None
 
     @property
     def _raw(self) -> Any:
@@ -62,7 +63,7 @@ class Run(Nodes):
         control: Callable[[Node], Mapping[str, Any] | None] | None = None,
         control_every: int = 1,
     ) -> Run:
-        """Runs up to the last node at or before the time `t` [s], by default that of the text's run, and returns itself.
+        """Runs up to the last node at or before the time `t` [s], by default that of the text's run, which has to be there then, and returns itself.
 
         `progress`: True shows how far the run is; a function is told the part that is done, from 0 to 1.
         `control`: a function between steps. It gets the node, and returns the values of inputs by name, `{"torque": -2 * node["v_theta"]}`, of an array or a
@@ -71,7 +72,7 @@ class Run(Nodes):
 
         Raises `StepError` if a step has no solution, with the run up to there, and `Interrupted` where Ctrl-C ends it.
         """
-        end = self._setup.until if t is None else _inputs.number("t", t)
+        end = self._setup.end(self.system, "t", t)
         if control is not None and not callable(control):
             raise InputTypeError(f"control is {type(control).__name__}; expected a function of a node")
         every = _inputs.whole("control_every", control_every, 1)
@@ -79,9 +80,10 @@ class Run(Nodes):
         begin, before = raw.index(), raw.change_count()
         with shown(progress, self.system.name, self._time(), end) as tell:
             try:
+                self._failure = None
                 raw.until(end, tell, None if control is None else (control, every, self._elements()))
             except StepError as error:
-                error.run = self
+                self._fails(error)
                 raise
             except KeyboardInterrupt:
                 raise Interrupted(
@@ -91,6 +93,9 @@ class Run(Nodes):
                 self._remember(raw, begin, before, end, control is not None)
         self._warn()
         return self
+
+    def _fails(self, error: StepError) -> None:
+        error.run, self._failure = self, str(error)
 
     def _remember(self, raw: Any, begin: int, before: int, end: float, controlled: bool) -> None:
         steps = raw.index() - begin
@@ -126,7 +131,7 @@ class Run(Nodes):
         try:
             raw.advance(count, None)
         except StepError as error:
-            error.run = self
+            self._fails(error)
             raise
         except KeyboardInterrupt:
             raise Interrupted(f"interrupted at t = {self._time():g}; the exception's `run` can go on", self) from None
@@ -147,7 +152,7 @@ class Run(Nodes):
 
         The first node is the next one. `until` is a time [s], by default that of the text's run; `math.inf` goes on for ever. Raises as `until`.
         """
-        end = self._setup.until if until is None else until
+        end = self._setup.end(self.system, "until", None) if until is None else until
         if isinstance(end, (bool, str)) or not isinstance(end, (int, float, np.number)):
             raise InputTypeError(f"until is {end!r}; expected a time")
         raw = self._raw
@@ -155,12 +160,13 @@ class Run(Nodes):
             try:
                 node: Node | None = raw.next(float(end))
             except StepError as error:
-                error.run = self
+                self._fails(error)
                 raise
             if node is None:
+                self._warn()
                 return
             self._count(1, float(end))
-            self._warn()
+            self._warn(of_nodes=False)
             yield node
 
     def set(self, **inputs: Any) -> Run:
@@ -200,11 +206,12 @@ class Run(Nodes):
 
         An event is the name of a column (a coordinate, `v_theta`, `a_theta`, an observed expression), whose zeros count, or an `Event`. Between the nodes the motion is the
         series of the step with a `tolerance`, and else the polynomial of degree 5 through position, velocity and acceleration at both nodes. A zero without a change of sign is no
-        event, nor is one at the start.
+        event, nor is one at the start; one at the node where a watch ended is told by the next one, if it was not told before.
 
-        At the first event that ends the run it stops: with a `tolerance` at the node before it, else at the node after it. Raises as `until`.
+        At the first event that ends the run it stops: with a `tolerance` at the event itself, else at the node after it; what happens between the event and this node is told when the run is
+        watched again. Raises as `until`.
         """
-        end = self._setup.until if until is None else _inputs.number("until", until)
+        end = self._setup.end(self.system, "until", until)
         if not events:
             raise SetupError('no event is given; expected the name of a column, "theta", or dsocs.Event("theta", level=0.5)')
         watched = [Event.of_name(event) for event in events]
@@ -212,16 +219,18 @@ class Run(Nodes):
         raw = self._raw
         begin = raw.index()
         found: list[tuple[Any, ...]] = []
-        ended = False
+        watched_to_end = ended = False
         try:
             found, ended = _dsocs.watch(raw, end, asked)
+            watched_to_end = True
         except StepError as error:
-            error.run = self
+            self._fails(error)
             raise
         except KeyboardInterrupt:
             raise Interrupted(f"interrupted at t = {self._time():g}; the exception's `run` can go on", self) from None
         finally:
-            if ended:
+            if watched_to_end:
+                # a copy has to know as well what happens at the node where it stands
                 self._history.append(("watch", end, asked))
             else:
                 self._count(raw.index() - begin, end)
@@ -261,7 +270,7 @@ class Run(Nodes):
         try:
             parts.append(_dsocs.sample(raw, at[begin:]))
         except StepError as error:
-            error.run = self
+            self._fails(error)
             raise
         return Points(self.system, at, *(arrays[0] if len(arrays) == 1 else np.concatenate(arrays) for arrays in zip(*parts)))
 
@@ -290,7 +299,7 @@ class Run(Nodes):
         try:
             _dsocs.advance_to(self._raw, toward)
         except StepError as error:
-            error.run = self
+            self._fails(error)
             raise
         self._history.append(("toward", toward))
         self._warn()
@@ -300,8 +309,8 @@ class Run(Nodes):
         time: float = self._raw.node().t
         return time
 
-    def _warn(self) -> None:
-        """Tells of steps whose error may be larger, those of one call once."""
+    def _warn(self, of_nodes: bool = True) -> None:
+        """Tells of steps whose error may be larger, those of one call once; and what the nodes show, once in a run."""
         unresolved, nearly_singular = self.unresolved, self.nearly_singular
         if unresolved is not None and unresolved.steps > self._told[0]:
             warnings.warn(self._jumps(unresolved, unresolved.steps - self._told[0]), StepWarning, stacklevel=3)
@@ -309,12 +318,10 @@ class Run(Nodes):
         if nearly_singular is not None and nearly_singular.steps > self._told[1]:
             warnings.warn(self._singular(nearly_singular, nearly_singular.steps - self._told[1]), StepWarning, stacklevel=3)
             self._told[1] = nearly_singular.steps
-        if self.system._rotations and self._setup.tolerance is None:
-            rates, before = self._array("v"), self._told[2]
-            said = _told.turns(self.t[before:], rates[before:], self._setup.h, self.system._names, self.system._rotations)
-            if said is not None:
+        for kind, said in enumerate(self._raw.warnings() if of_nodes else (), 2):
+            if said is not None and not self._told[kind]:
                 warnings.warn(said, StepWarning, stacklevel=3)
-            self._told[2] = len(rates)
+                self._told[kind] = 1
 
     def _jumps(self, found: Unresolved, steps: int) -> str:
         return _told.jumps(found, steps, self.system.order)
@@ -383,6 +390,8 @@ class Run(Nodes):
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Writes the page of the run to a file, as `dsocs run --report` does: one HTML file with all plots under one slider."""
+        if not isinstance(path, (str, bytes, os.PathLike)):
+            raise InputTypeError(f"path is {path!r:.60}; expected the name of a file")
         page = self.page()
         with open(path, "w", encoding="utf-8") as file:
             file.write(page)
@@ -392,12 +401,21 @@ class Run(Nodes):
         rows = np.column_stack(list(self.table().values()))
         page: str = _dsocs.page(
             self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.order,
-            self._setup.tolerance, self._setup.begins, np.ascontiguousarray(rows), self._notes(),
+            self._setup.tolerance, self._setup.begins, self._changed, np.ascontiguousarray(rows), self._notes(),
         )  # fmt: skip
         return page
 
+    def _signs(self) -> list[str | None]:
+        """What is to be said of the nodes."""
+        if self._kept is not None:
+            return list(self._kept["warnings"])
+        return list(self._raw.warnings())
+
     def _notes(self) -> list[str]:
         notes = []
+        if self._failure is not None:
+            notes.append(f"error: the run ends at t = {self.t[-1]:g}: {self._failure}")
+        notes += [f"warning: {said}" for said in self._signs() if said is not None]
         if (found := self.unresolved) is not None:
             notes.append("warning: " + self._jumps(found, found.steps))
         if (near := self.nearly_singular) is not None:
@@ -420,7 +438,7 @@ class Run(Nodes):
     def __reduce__(self) -> Any:
         arrays = ("t", "q", "v", "a", "force", "energy", "observed", "multipliers")
         kept: dict[str, Any] = {name: self._array(name) for name in arrays}
-        kept.update(index=self.index, unresolved=self._tuple(self.unresolved), nearly_singular=self._tuple(self.nearly_singular))
+        kept.update(index=self.index, changed=self._changed, failure=self._failure, warnings=self._signs(), unresolved=self._tuple(self.unresolved), nearly_singular=self._tuple(self.nearly_singular))
         system = (_dsocs.__version__, *self.system._state())
         return _run_of, (system, self._setup, self._told_history(), kept, self._told)
 
@@ -446,6 +464,7 @@ def _made_again(system: System, setup: Setup, history: Any, kept: Any, told: Any
     run.system, run._setup = system, replace(setup)
     run._raw_run, run._kept = None, dict(kept)
     run._history, run._told = list(history), list(told)
+    run._failure = kept["failure"]
     for value in run._kept.values():
         if isinstance(value, np.ndarray):
             value.setflags(write=False)

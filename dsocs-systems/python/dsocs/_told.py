@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -62,25 +62,6 @@ class Roots(NamedTuple):
     found: Array
     #: Another one; None if none is found.
     other: Array | None
-
-
-def turns(t: Array, v: Array, h: float, names: Sequence[str], rotations: Sequence[int]) -> str | None:
-    """What is said of steps by which a body turns so far that their error is no longer that of the order: more than 1.5 rad."""
-    if not len(t):
-        return None
-    rates = np.stack([np.linalg.norm(v[:, first + 1 : first + 4], axis=1) for first in rotations], axis=1)
-    node, fastest = np.unravel_index(int(np.argmax(rates)), rates.shape)
-    rate = float(rates[node, fastest])
-    if rate * abs(h) < 1.5:
-        return None
-    name = names[rotations[int(fastest)]].removesuffix("_w")
-    # to one digit, no longer than that
-    unit = 10.0 ** math.floor(math.log10(0.5 / rate))
-    better = math.floor(0.5 / rate / unit) * unit
-    return (
-        f"`{name}` turns by {rate * abs(h):.1f} rad in a step at t = {t[node]:g}: such a step is rough, and one of 3 rad is refused; take h={better:.1g}, "
-        "by which it turns by 0.5 rad at most"
-    )
 
 
 def jumps(found: Unresolved, steps: int, order: int) -> str:

@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyString};
 
 use crate::error::guarded;
 use crate::motion::{Reached, has_reached};
-use crate::node::{Names, PyNode};
+use crate::node::Names;
 use crate::run::State;
 
 /// A controller.
@@ -36,7 +36,7 @@ impl Controller<'_> {
             }
             let index = state.motion.look(|run| run.clock().index());
             if index.is_multiple_of(self.every) {
-                let inputs = self.control.call1((PyNode::new(state.node(), names),))?;
+                let inputs = self.control.call1((state.py_node(names),))?;
                 if let Err(error) = self.set(state, &inputs)? {
                     return Ok(Err(error));
                 }

@@ -125,8 +125,21 @@ type Ended = (PyResult<Result<bool, RunError>>, Vec<AnyOccurrence>);
 fn watched_to(state: &mut State, t: f64, watched: &[Watched]) -> Ended {
     let kernel = state.motion.kernel().clone();
     let values = state.motion.look(|run| run.values().to_vec());
-    let mut events = AnyEvents::new(watched.iter().map(|one| event(&kernel, &values, one)).collect());
+    let functions = watched.iter().map(|one| event(&kernel, &values, one)).collect();
+    let mut events = AnyEvents::new(functions).after(std::mem::take(&mut state.leg));
     let mut found = Vec::new();
+    let ended = go_on_watching(state, t, &mut events, &mut found);
+    state.leg = events.last_leg();
+    (ended, found)
+}
+
+/// The same for some time after the other, between which someone looks at signals.
+fn go_on_watching(
+    state: &mut State,
+    t: f64,
+    events: &mut AnyEvents<'_>,
+    found: &mut Vec<AnyOccurrence>,
+) -> PyResult<Result<bool, RunError>> {
     let State { motion, record, .. } = state;
     loop {
         let begun = Instant::now();
@@ -137,17 +150,15 @@ fn watched_to(state: &mut State, t: f64, watched: &[Watched]) -> Ended {
                 paused = begun.elapsed() > PATIENCE;
                 paused
             },
-            found: &mut found,
+            found,
         };
-        match motion.with(|run| run.watch(t, &mut events, &mut watching)) {
-            Err(error) => return (Ok(Err(error)), found),
-            Ok(Some(_)) => return (Ok(Ok(true)), found),
-            Ok(None) if !paused => return (Ok(Ok(false)), found),
+        match motion.with(|run| run.watch(t, events, &mut watching)) {
+            Err(error) => return Ok(Err(error)),
+            Ok(Some(_)) => return Ok(Ok(true)),
+            Ok(None) if !paused => return Ok(Ok(false)),
             Ok(None) => {}
         }
-        if let Err(error) = Python::attach(|py| py.check_signals()) {
-            return (Err(error), found);
-        }
+        Python::attach(|py| py.check_signals())?;
     }
 }
 

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// What the library advises in Rust, and how it is said in Python. What is longer comes first.
-const IN_RUST: [(&str, &str); 22] = [
+const IN_RUST: [(&str, &str); 29] = [
     (
         "give the first two nodes, `Start::nodes(q0, q1)`: those of a flow are `flow.node().q` and `flow.position()`",
         "give the first two nodes, `q=` and `q1=`: those of a run are `run.q[0]` and `run.q[1]`",
@@ -51,6 +51,14 @@ const IN_RUST: [(&str, &str); 22] = [
         "`Samples::monotone` or `Samples::cubic` for `Samples::linear`",
         "`monotone` or `cubic` for `linear`",
     ),
+    ("; take a smaller h, Flow or", "; take a smaller h, `order=2` or"),
+    ("(TaylorFlow)", "(`tolerance=`)"),
+    ("::dsocs_core::Samples", "a table of samples"),
+    // what the command line says
+    ("`--step`", "`h`"),
+    ("`--step ", "`h="),
+    ("`--estimate-error`", "estimate_error()"),
+    ("`--tolerance 1e-9`", "`tolerance=1e-9`"),
 ];
 
 /// A message as it is said in Python.

@@ -29,7 +29,7 @@ mod _dsocs {
     #[pymodule_export]
     use crate::linear::{equilibria, linearize};
     #[pymodule_export]
-    use crate::node::PyNode;
+    use crate::node::{PyNode, node_of};
     #[pymodule_export]
     use crate::path::PyPath;
     #[pymodule_export]

@@ -1,30 +1,54 @@
 //! One node of a run.
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use dsocs_core::{AnyNode, OwnedNode, Shape};
+use dsocs_core::text::TapeKernel;
+use dsocs_core::{AnyNode, Declaration, OwnedNode, Quantity, Shape, Stop};
 use numpy::PyArray1;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
 
-/// The names of the coordinates.
+/// The names of what a node has.
 pub struct Names {
-    /// Each by its place.
+    /// Those of the coordinates, each by its place.
     names: Vec<String>,
     /// Where the rotations begin.
     rotations: Vec<usize>,
+    /// Those of the observed expressions.
+    observables: Vec<String>,
+    /// Those of the parameters.
+    parameters: Vec<String>,
+    /// What computes the observed expressions; a node that was pickled has them.
+    kernel: Option<TapeKernel>,
 }
 
 impl Names {
     /// Those of a system.
-    pub fn of(shape: &Shape) -> Arc<Self> {
-        let names = shape.coordinates.iter().map(|of| of.name.to_string());
+    pub fn of(shape: &Shape, kernel: &TapeKernel) -> Arc<Self> {
+        let names = |of: &[Quantity]| of.iter().map(|of| of.name.to_string()).collect();
         Arc::new(Self {
-            names: names.collect(),
+            names: names(&shape.coordinates),
             rotations: shape.rotations.to_vec(),
+            observables: names(&shape.observables),
+            parameters: names(&shape.parameters),
+            kernel: Some(kernel.clone()),
         })
+    }
+
+    /// All that a node has.
+    fn all(&self) -> String {
+        let mut known = vec!["t".to_owned(), "energy".to_owned()];
+        known.extend(self.names.iter().cloned());
+        for prefix in ["v_", "a_", "force_"] {
+            let moving = (0..)
+                .zip(&self.names)
+                .filter(|(place, _)| !self.rotations.contains(place));
+            known.extend(moving.map(|(_, name)| format!("{prefix}{name}")));
+        }
+        known.extend(self.observables.iter().chain(&self.parameters).cloned());
+        known.join(", ")
     }
 
     /// The place of a coordinate.
@@ -39,16 +63,23 @@ impl Names {
         if let Some(&first) = self.rotations.iter().find(turns) {
             return Some(first + usize::from(moving)..first + 4);
         }
-        let first = self.names.iter().position(|known| is_of(known, "_0"))?;
-        let others = self.names[first..].iter().zip(0..);
-        let count = others.take_while(|(known, place): &(_, usize)| is_of(known, &format!("_{place}")));
-        Some(first..first + count.count())
+        array(&self.names, name)
     }
+}
+
+/// The places of the elements of an array.
+fn array(names: &[String], name: &str) -> Option<Range<usize>> {
+    let is_of = |known: &str, end: &str| known.strip_suffix(end) == Some(name);
+    let first = names.iter().position(|known| is_of(known, "_0"))?;
+    let others = names[first..].iter().zip(0..);
+    let count = others.take_while(|(known, place): &(_, usize)| is_of(known, &format!("_{place}")));
+    Some(first..first + count.count())
 }
 
 /// A node of a run: its number, time, position, velocity, acceleration, constraint force and energy.
 ///
-/// `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` what belongs to it. Where the name is that of
+/// `node["theta"]` is a coordinate by its name, `node["v_theta"]`, `node["a_theta"]` and `node["force_theta"]` what belongs to it, `node["height"]` an observed expression,
+/// `node["torque"]` a parameter, with the value that was set last, there or before. Where the name is that of
 /// an array or of a rotation, `node["x"]` and `node["v_x"]` are arrays; of a rotation `r`, `node["r"]` has four numbers, `node["v_r"]` three.
 #[pyclass(frozen, name = "Node", module = "dsocs")]
 pub struct PyNode {
@@ -56,13 +87,40 @@ pub struct PyNode {
     node: OwnedNode,
     /// The names of the coordinates.
     names: Arc<Names>,
+    /// The values of the parameters with which the motion arrives, and then those that hold from there on.
+    values: Vec<f64>,
+    /// The observed expressions, once someone has asked for one.
+    observed: OnceLock<Vec<f64>>,
 }
 
 impl PyNode {
-    /// A node with the names of its coordinates.
-    pub fn new(node: OwnedNode, names: &Arc<Names>) -> Self {
-        let names = Arc::clone(names);
-        Self { node, names }
+    /// A node with its names, and the values of the parameters with which the motion arrives there, and after them those that hold from there on.
+    pub fn new(node: OwnedNode, names: &Arc<Names>, values: Vec<f64>) -> Self {
+        Self {
+            node,
+            names: Arc::clone(names),
+            values,
+            observed: OnceLock::new(),
+        }
+    }
+
+    /// The observed expressions.
+    fn observed(&self) -> &[f64] {
+        self.observed.get_or_init(|| {
+            let mut observed = vec![f64::NAN; self.names.observables.len()];
+            let arriving = self.values.get(..self.names.parameters.len());
+            if let (Some(kernel), Some(values)) = (&self.names.kernel, arriving) {
+                Declaration::of(kernel)
+                    .with(values)
+                    .observe(self.node.any().point(), &mut observed);
+            }
+            observed
+        })
+    }
+
+    /// The values of the parameters that hold from there on.
+    fn inputs(&self) -> &[f64] {
+        self.values.get(self.names.parameters.len()..).unwrap_or_default()
     }
 
     /// The parts of a node in which there may be something of a name: what it is called there, the vector, and whether it is other than the position.
@@ -81,14 +139,36 @@ impl PyNode {
             "energy" => Some(self.node.any().energy),
             _ => self
                 .parts(name)
-                .find_map(|(name, vector, _)| vector.get(self.names.place(name)?).copied()),
+                .find_map(|(name, vector, _)| vector.get(self.names.place(name)?).copied())
+                .or_else(|| self.other_number(name)),
         }
+    }
+
+    /// An observed expression, or the value of a parameter.
+    fn other_number(&self, name: &str) -> Option<f64> {
+        let Names {
+            observables,
+            parameters,
+            ..
+        } = &*self.names;
+        if let Some(place) = observables.iter().position(|known| known == name) {
+            return self.observed().get(place).copied();
+        }
+        let place = parameters.iter().position(|known| known == name)?;
+        self.inputs().get(place).copied()
     }
 
     /// The numbers of the name of several.
     fn numbers(&self, name: &str) -> Option<&[f64]> {
+        let Names {
+            observables,
+            parameters,
+            ..
+        } = &*self.names;
         self.parts(name)
             .find_map(|(name, vector, moving)| vector.get(self.names.places(name, moving)?))
+            .or_else(|| self.observed().get(array(observables, name)?))
+            .or_else(|| self.inputs().get(array(parameters, name)?))
     }
 }
 
@@ -143,9 +223,46 @@ impl PyNode {
         if let Some(numbers) = self.numbers(name) {
             return Ok(PyArray1::from_slice(py, numbers).into_any());
         }
-        let known = self.names.names.join(", ");
-        let message = format!("a node has no `{name}`; its coordinates are {known}");
+        let message = format!("a node has no `{name}`; it has {}", self.names.all());
         Err(PyKeyError::new_err(message))
+    }
+
+    fn __copy__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: PyRef<'py, Self>, _memo: &Bound<'py, PyAny>) -> PyRef<'py, Self> {
+        slf
+    }
+
+    /// A node is pickled with all that it has.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Told, Numbers))> {
+        let Names {
+            names,
+            rotations,
+            observables,
+            parameters,
+            ..
+        } = &*self.names;
+        let AnyNode {
+            index,
+            t,
+            q,
+            v,
+            a,
+            force,
+            energy,
+            ..
+        } = self.node.any();
+        let told = (
+            names.clone(),
+            rotations.clone(),
+            observables.clone(),
+            parameters.clone(),
+        );
+        let vectors = [q, v, a, force, self.observed(), &self.values];
+        let numbers = (index, t, energy, vectors.map(<[f64]>::to_vec));
+        Ok((py.import("dsocs._dsocs")?.getattr("node_of")?, (told, numbers)))
     }
 
     fn __repr__(&self) -> String {
@@ -156,5 +273,42 @@ impl PyNode {
             parts.collect::<Vec<_>>().join(", ")
         };
         format!("Node({index}, t={t}, {}, {})", of("", q), of("v_", v))
+    }
+}
+
+/// The names of a node that is pickled: coordinates, places of rotations, observed expressions, parameters.
+type Told = (Vec<String>, Vec<usize>, Vec<String>, Vec<String>);
+
+/// And its numbers: its own, time, energy; position, velocity, acceleration, force, observed expressions, values of parameters.
+type Numbers = (u64, f64, f64, [Vec<f64>; 6]);
+
+/// A node that was pickled.
+#[pyfunction]
+pub fn node_of(told: Told, numbers: Numbers) -> PyNode {
+    let (names, rotations, observables, parameters) = told;
+    let (index, t, energy, vectors) = numbers;
+    let [q, v, a, force, observed, values] = vectors;
+    let node = AnyNode {
+        index,
+        t,
+        q: &q,
+        v: &v,
+        a: &a,
+        force: &force,
+        energy,
+        iterations: 0,
+        stop: Stop::Start,
+    };
+    PyNode {
+        node: OwnedNode::of(&node),
+        names: Arc::new(Names {
+            names,
+            rotations,
+            observables,
+            parameters,
+            kernel: None,
+        }),
+        values,
+        observed: OnceLock::from(observed),
     }
 }

@@ -1,6 +1,8 @@
 //! Runs that can be differentiated.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
+use std::time::Instant;
 
 use dsocs_core::text::TapeKernel;
 use dsocs_core::{AnyPath, AnyPoint, DerivativeError, Dual, Kernel, OwnedNode, Variable};
@@ -12,6 +14,7 @@ use self_cell::self_cell;
 
 use crate::begin::Begins;
 use crate::error::{guarded, of_derivative};
+use crate::motion::PATIENCE;
 use crate::node::{Names, PyNode};
 use crate::text::PyText;
 
@@ -33,14 +36,15 @@ pub struct PyPath {
     names: Arc<Names>,
 }
 
-/// Runs to a time.
+/// Runs to a time, while the function that looks at signals lets it.
 fn begin<'s>(
     system: &'s TapeKernel,
     h: f64,
     from: &Beginning,
     until: f64,
+    look: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<AnyPath<'s>, Box<DerivativeError>> {
-    AnyPath::new(system, h, &from.start(), until).map_err(Box::new)
+    AnyPath::new_while(system, h, &from.start(), until, look).map_err(Box::new)
 }
 
 #[pymethods]
@@ -56,11 +60,27 @@ impl PyPath {
         until: f64,
     ) -> PyResult<Self> {
         let (system, beginning) = (Box::new(text.kernel(&values)), begins.beginning()?);
-        let path =
-            py.detach(|| guarded(|| Owned::try_new(system, |system| begin(system, h, &beginning, until))))?;
+        let (mut looked, mut stopped) = (Instant::now(), None);
+        let path = py.detach(|| {
+            let mut look = || {
+                if looked.elapsed() > PATIENCE {
+                    looked = Instant::now();
+                    stopped = Python::attach(|py| py.check_signals()).err();
+                }
+                if stopped.is_some() {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            };
+            guarded(|| Owned::try_new(system, |system| begin(system, h, &beginning, until, &mut look)))
+        })?;
+        if let Some(error) = stopped {
+            return Err(error);
+        }
         let path = path.map_err(|error| of_derivative(py, &error))?;
-        let shape = (&**path.borrow_owner() as &dyn Kernel).shape();
-        let names = Names::of(shape);
+        let kernel = &**path.borrow_owner();
+        let names = Names::of((kernel as &dyn Kernel).shape(), kernel);
         Ok(Self { path, names })
     }
 
@@ -74,7 +94,10 @@ impl PyPath {
     #[getter]
     fn end(&self, py: Python<'_>) -> PyNode {
         let node = self.with(py, |path| OwnedNode::of(&path.end()));
-        PyNode::new(node, &self.names)
+        let kernel: &dyn Kernel = &**self.path.borrow_owner();
+        let places = 0..kernel.shape().parameters.len();
+        let values: Vec<f64> = places.map(|place| kernel.value(place)).collect();
+        PyNode::new(node, &self.names, values.repeat(2))
     }
 
     /// The gradient of a cost that is a sum over the nodes, or, `at_end`, depends on the last node alone. The function gets the number of a node, its time,

@@ -154,6 +154,11 @@ impl Record {
         self.next.saturating_sub(index).max(1)
     }
 
+    /// Every so many nodes one is kept.
+    pub fn every(&self) -> u64 {
+        self.every
+    }
+
     /// How many nodes are kept.
     pub fn rows(&self) -> usize {
         self.rows

@@ -2,14 +2,16 @@
 
 use std::sync::{Arc, Mutex, TryLockError};
 
-use dsocs_core::{AnyNode, AnyPoint, Declaration, End, OwnedNode, RunError, Stop};
+use dsocs_core::{AnyNode, AnyPoint, Declaration, End, LastLeg, OwnedNode, RunError, Stop};
+use dsocs_systems::entry::{Method, Row, is_closed};
+use dsocs_systems::warnings::Warnings;
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
 
 use crate::begin::{Begins, method};
 use crate::control::Controller;
-use crate::error::{guarded, of_run, of_setup};
+use crate::error::{guarded, in_python, of_run, of_setup};
 use crate::motion::{Motion, Reached};
 use crate::node::{Names, PyNode};
 use crate::record::{Column, Record};
@@ -22,8 +24,6 @@ struct Change {
     index: u64,
     /// The time from which on the value holds: that of the last position that is known.
     time: f64,
-    /// How many nodes were kept by then.
-    rows: usize,
     /// The place of the parameter.
     place: usize,
     /// The value.
@@ -42,6 +42,14 @@ pub(crate) struct State {
     multipliers: Derived,
     /// The inputs that were given other values.
     changes: Vec<Change>,
+    /// The motion to the node up to which it was watched last.
+    pub(crate) leg: LastLeg,
+    /// The method and the step.
+    method: Method,
+    h: f64,
+    /// What is seen in the nodes, and at how many of them.
+    warnings: Warnings,
+    looked: usize,
 }
 
 /// What is computed of nodes when someone asks for it.
@@ -104,12 +112,21 @@ impl State {
         node
     }
 
+    /// The current node for Python.
+    pub(crate) fn py_node(&self, names: &Arc<Names>) -> PyNode {
+        let values = self.motion.look(|run| {
+            let at_node = run.arriving_values().iter();
+            at_node.chain(run.values()).copied().collect()
+        });
+        PyNode::new(self.node(), names, values)
+    }
+
     /// Gives an input another value.
     pub(crate) fn set(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
         let parameters = &self.motion.system().shape().parameters;
         let place = parameters.iter().position(|known| known.name == parameter);
         let ahead = u64::from(self.motion.is_ahead());
-        let (rows, changes) = (self.record.rows(), &mut self.changes);
+        let changes = &mut self.changes;
         self.motion.with(|run| {
             let before = place.and_then(|place| run.values().get(place).copied());
             run.set_input(parameter, value)?;
@@ -124,7 +141,6 @@ impl State {
                 changes.push(Change {
                     index,
                     time,
-                    rows,
                     place,
                     value,
                 });
@@ -140,8 +156,25 @@ impl State {
         which: fn(&mut Self) -> &mut Derived,
         compute: impl Fn(&Declaration<'_>, &AnyNode<'_>) -> Vec<f64>,
     ) -> PyResult<()> {
+        let (from, rows) = (which(self).rows, self.record.rows());
+        let mut derived = Vec::new();
+        self.look_at_nodes(py, from, &mut |declaration, node| {
+            derived.extend(compute(declaration, node));
+        })?;
+        let to = which(self);
+        to.column.extend(&derived);
+        to.rows = rows;
+        Ok(())
+    }
+
+    /// Looks at the nodes that are kept, from one on, each with the declaration as it is there.
+    fn look_at_nodes(
+        &mut self,
+        py: Python<'_>,
+        from: usize,
+        look: &mut dyn FnMut(&Declaration<'_>, &AnyNode<'_>),
+    ) -> PyResult<()> {
         let (n, rows) = (self.motion.dimension(), self.record.rows());
-        let from = which(self).rows;
         if from == rows {
             return Ok(());
         }
@@ -158,13 +191,13 @@ impl State {
             return Ok(());
         };
         let system = self.motion.system();
-        let mut values: Vec<f64> = (0..system.shape().parameters.len())
-            .map(|place| system.value(place))
-            .collect();
+        let mut values = self.first_values();
         let mut changes = self.changes.iter().peekable();
-        let mut derived = Vec::new();
+        let (every, ahead) = (self.record.every(), u64::from(self.motion.is_ahead()));
         for row in 0..rows {
-            while let Some(change) = changes.next_if(|change| change.rows <= row) {
+            // with the values with which the motion arrives, as the command line has them
+            let index = row as u64 * every;
+            while let Some(change) = changes.next_if(|change| change.index + ahead < index) {
                 if let Some(value) = values.get_mut(change.place) {
                     *value = change.value;
                 }
@@ -177,7 +210,7 @@ impl State {
                 &vector[n * row..n * (row + 1)]
             };
             let node = AnyNode {
-                index: row as u64,
+                index,
                 t: t[row],
                 q: of(q),
                 v: of(v),
@@ -187,12 +220,33 @@ impl State {
                 iterations: 0,
                 stop: Stop::Start,
             };
-            derived.extend(compute(&Declaration::of(system).with(&values), &node));
+            look(&Declaration::of(system).with(&values), &node);
         }
-        let to = which(self);
-        to.column.extend(&derived);
-        to.rows = rows;
         Ok(())
+    }
+
+    /// The values of the parameters at the start.
+    fn first_values(&self) -> Vec<f64> {
+        let system = self.motion.system();
+        let places = 0..system.shape().parameters.len();
+        places.map(|place| system.value(place)).collect()
+    }
+
+    /// Looks at the nodes that were not looked at yet for what the command line warns of.
+    fn watch_for_warnings(&mut self, py: Python<'_>) -> PyResult<()> {
+        let is_closed = is_closed(self.motion.system().shape()) && self.changes.is_empty();
+        // what does work between nodes that are not kept is not known
+        let is_seen = is_closed || self.record.every() == 1;
+        if matches!(self.method, Method::Tolerance(_)) || !is_seen {
+            return Ok(());
+        }
+        let mut warnings = std::mem::take(&mut self.warnings);
+        let looked = self.look_at_nodes(py, self.looked, &mut |declaration, node| {
+            warnings.look(&Row::of_step(*node, *declaration, is_closed));
+        });
+        self.warnings = warnings;
+        self.looked = self.record.rows();
+        looked
     }
 }
 
@@ -216,13 +270,18 @@ impl PyRun {
         let begun = py.detach(|| guarded(|| Motion::begin(system, h, method, &beginning)))?;
         let motion = begun.map_err(|error| of_setup(py, &error))?;
         let shape = motion.system().shape();
-        let names = Names::of(shape);
+        let names = Names::of(shape, motion.kernel());
         let (observed, forms) = (shape.observables.len(), shape.forms);
         let mut state = State {
             record: Record::new(motion.dimension(), every),
             observed: Derived::new(observed),
             multipliers: Derived::new(forms),
             changes: Vec::new(),
+            leg: LastLeg::default(),
+            method,
+            h,
+            warnings: Warnings::default(),
+            looked: 0,
             motion,
         };
         // the start is known
@@ -317,7 +376,7 @@ impl PyRun {
             let end = end.map_err(|error| of_run(py, &error))?;
             let made = guarded(|| state.motion.next(&end, &mut state.record))?;
             let goes = made.map_err(|error| of_run(py, &error))?;
-            Ok(goes.then(|| PyNode::new(state.node(), &self.names)))
+            Ok(goes.then(|| state.py_node(&self.names)))
         })
     }
 
@@ -351,7 +410,7 @@ impl PyRun {
 
     /// The current node.
     fn node(&self) -> PyResult<PyNode> {
-        self.with(|state| Ok(PyNode::new(state.node(), &self.names)))
+        self.with(|state| Ok(state.py_node(&self.names)))
     }
 
     /// A node that is kept, by its place among them.
@@ -368,10 +427,22 @@ impl PyRun {
                 numbers.push(row);
             }
             let [t, q, v, a, force, energy] = &numbers[..] else {
-                return Ok(PyNode::new(OwnedNode::new(n), &self.names));
+                return Ok(PyNode::new(OwnedNode::new(n), &self.names, Vec::new()));
             };
+            let index = row as u64 * self.every;
+            let ahead = u64::from(state.motion.is_ahead());
+            let (mut at_node, mut from_there) = (state.first_values(), state.first_values());
+            for change in &state.changes {
+                if change.index + ahead < index {
+                    at_node[change.place] = change.value;
+                }
+                if change.index <= index {
+                    from_there[change.place] = change.value;
+                }
+            }
+            at_node.extend(from_there);
             let node = AnyNode {
-                index: row as u64 * self.every,
+                index,
                 t: t[0],
                 q,
                 v,
@@ -381,7 +452,7 @@ impl PyRun {
                 iterations: 0,
                 stop: Stop::Start,
             };
-            Ok(PyNode::new(OwnedNode::of(&node), &self.names))
+            Ok(PyNode::new(OwnedNode::of(&node), &self.names, at_node))
         })
     }
 
@@ -435,6 +506,17 @@ impl PyRun {
         self.with(|state| {
             let found = state.motion.look(|run| run.nearly_singular());
             Ok(found.map(|found| (found.steps, found.first, found.of_step)))
+        })
+    }
+
+    /// What is to be said of the nodes so far: of the energy, of bodies that turn, of coordinates that go to and fro.
+    fn warnings(&self, py: Python<'_>) -> PyResult<[Option<String>; 3]> {
+        self.with(|state| {
+            state.watch_for_warnings(py)?;
+            let coordinates = &state.motion.system().shape().coordinates;
+            let names: Vec<&str> = coordinates.iter().map(|of| &*of.name).collect();
+            let notes = state.warnings.notes(&names, state.method, state.h);
+            Ok(notes.map(|note| note.map(|note| in_python(note.trim_start_matches("warning: ")))))
         })
     }
 

@@ -51,7 +51,7 @@ fn plan(h: f64, until: f64, (order, tolerance): (u32, Option<f64>), held: Held) 
     })
 }
 
-/// The page of a run from the values of all columns at its nodes.
+/// The page of a run from the values of all columns at its nodes, the last of which are parameters that changed.
 #[pyfunction]
 pub fn page(
     py: Python<'_>,
@@ -62,6 +62,7 @@ pub fn page(
     order: u32,
     tolerance: Option<f64>,
     begins: Begins,
+    changed: Vec<String>,
     rows: PyReadonlyArray2<'_, f64>,
     notes: Vec<String>,
 ) -> PyResult<String> {
@@ -78,7 +79,7 @@ pub fn page(
     py.detach(|| {
         let mut entry = text.entry(None, &values)?;
         Ok(guarded(|| {
-            cli::run_page(&mut entry, &plan, &beginning, rows, &notes)
+            cli::run_page(&mut entry, &plan, &beginning, &changed, rows, &notes)
         })?)
     })
 }

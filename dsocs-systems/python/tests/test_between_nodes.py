@@ -180,7 +180,7 @@ def test_ctrl_c_ends_an_ensemble_of_another_order(swing: dsocs.System) -> None:
 def test_the_table_of_ends_says_what_varies(swing: dsocs.System, rod: dsocs.System) -> None:
     ends = swing.ensemble(q=[[0.5], [1.0]], length=[1.0, 2.0]).until(1.0)
     assert list(ends.table()) == ["length", "start_q_theta", "t", "theta", "v_theta", "energy", "height"]
-    table = rod.ensemble(q=[[0, -1], [0, -2]], v=[0.0, 0.0]).until(1.0).table()
+    table = rod.ensemble(h=0.01, q=[[0, -1], [0, -2]], v=[0.0, 0.0]).until(1.0).table()
     assert table["error"][0] is None and "violates" in table["error"][1] and math.isnan(table["x"][1])
 
 
@@ -236,3 +236,55 @@ def test_the_step_of_a_singularity_is_told() -> None:
     if found is not None and found.of_step == found.steps:
         assert any("the equations of the step pass through a singularity" in message for message in messages)
     assert found is not None and 0 <= found.of_step <= found.steps
+
+
+FREE = "coordinates(x); lagrangian = dot(x).powi(2) / 2; let two = x - 1; observe = [two];"
+
+
+@pytest.mark.parametrize("method", [{}, {"order": 4}, {"tolerance": 1e-12}])
+@pytest.mark.parametrize("split", [1.0, 0.5, 0.97])
+def test_an_event_at_a_node_between_two_watches_is_told_once(method: dict[str, Any], split: float) -> None:
+    run = dsocs.System(FREE).flow(h=0.1, q=[0.0], v=[1.0], **method)
+    first = run.watch(split, "two")
+    again = pickle.loads(pickle.dumps(run))
+    for one in (run, again):
+        times = [*first.t, *one.watch(2.0, "two").t]
+        assert len(times) == 1
+        assert abs(times[0] - 1.0) < 1e-12
+
+
+@pytest.mark.parametrize("method", [{}, {"order": 4}, {"tolerance": 1e-12}])
+def test_events_behind_one_that_ends_a_run_are_told_by_the_next_watch(method: dict[str, Any]) -> None:
+    run = dsocs.System(FREE).flow(h=0.1, q=[0.0], v=[1.0], **method)
+    ended = run.watch(2.0, dsocs.Event("x", 0.52), dsocs.Event("x", 0.55, ends=True), dsocs.Event("x", 0.58))
+    assert [one.event.level for one in ended] == [0.52, 0.55] and ended.ended
+    rest = run.watch(2.0, *(dsocs.Event("x", level) for level in (0.52, 0.57, 0.58, 0.7)))
+    assert [one.event.level for one in rest] == [0.57, 0.58, 0.7]
+
+
+def test_the_times_of_a_column_that_was_not_watched_are_refused() -> None:
+    events = dsocs.System(FREE).flow(h=0.1, q=[0.0], v=[1.0]).watch(0.5, "two")
+    assert events.of("two").tolist() == []
+    with pytest.raises(KeyError, match="no watched column `foo`; known: two"):
+        events.of("foo")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
+def test_ctrl_c_ends_a_path(swing: dsocs.System) -> None:
+    told = interrupt_after(0.2)
+    with pytest.raises(KeyboardInterrupt):
+        swing.path(1e4, h=1e-6)
+    assert time.monotonic() - told[0] < 0.5
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
+@pytest.mark.parametrize("method", [{}, {"order": 4}])
+def test_what_has_not_reached_the_end_of_an_ensemble_is_told(swing: dsocs.System, method: dict[str, Any]) -> None:
+    interrupt_after(0.3)
+    with pytest.raises(dsocs.Interrupted, match="interrupted: [0-9]+ of 1000 runs have reached the end") as raised:
+        swing.ensemble(q=np.linspace(0.1, 3.0, 1000)[:, None], h=1e-5, **method).until(200.0)
+    ends = raised.value.run
+    left = np.array(list(ends.failures))
+    assert len(left) > 0 and np.isnan(ends.q[left]).all() and np.isfinite(np.delete(ends.q, left, axis=0)).all()
+    assert f"interrupted: {1000 - len(left)} reached the end" in repr(ends)
+    assert "interrupted at t = " in str(ends.failures[int(left[0])])
