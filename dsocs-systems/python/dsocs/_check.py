@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from . import _dsocs, _inputs
+from . import _dsocs
 from ._errors import Interrupted, SetupError
 from ._setup import Setup
 from ._system import System
@@ -60,7 +60,7 @@ class Findings(tuple[Finding, ...]):
 def check(system: System, until: Any, *, values: Any, **asked: Any) -> Findings:
     """Checks a motion that is given as `System.flow` takes it."""
     setup = Setup.of(system, values=values, **asked)
-    return check_setup(system, setup, setup.until if until is None else _inputs.number("until", until))
+    return check_setup(system, setup, setup.end(system, "until", until))
 
 
 def check_setup(system: System, setup: Setup, until: float) -> Findings:

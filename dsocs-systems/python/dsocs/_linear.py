@@ -10,7 +10,7 @@ import numpy.typing as npt
 from . import _arrays, _dsocs, _inputs
 from ._dsocs import Node
 from ._errors import InputTypeError, SetupError
-from ._setup import Setup
+from ._setup import STEP, Setup
 
 if TYPE_CHECKING:
     from ._inputs import VectorLike
@@ -259,7 +259,7 @@ def linearize(
     step = None if h is None else _inputs.number("h", h)
     if step == 0:
         raise SetupError("h is 0; expected a step that is not zero, or None for the continuous motion")
-    setup = Setup.of(system, q=q, v=v, t=t, near=near, project=project, run=run, values=values)
+    setup = Setup.of(system, h=STEP, q=q, v=v, t=t, near=near, project=project, run=run, values=values)
     told = _dsocs.linearize(system._raw, list(setup.values), step, setup.begins, _elements(_names("inputs", inputs), system), _names("outputs", outputs))
     return LinearModel(system, told)
 

@@ -46,7 +46,7 @@ class Path:
         self.system = system
         self._setup = Setup.of(system, h=h, q=q, v=v, q1=q1, t=t, start=start, project=project, run=run, values=values)
         #: The time [s] that was asked for.
-        self.until = self._setup.until if until is None else _inputs.number("until", until)
+        self.until: float = self._setup.end(system, "until", until)
         setup = self._setup
         self._raw = _dsocs.RawPath(system._raw, list(setup.values), setup.h, setup.begins, self.until)
 

@@ -15,9 +15,9 @@ from ._errors import InputTypeError, SetupError, StepWarning
 if TYPE_CHECKING:
     from ._declared import Declared
 
-#: The step of a run, in s, if neither the text nor the call says another one.
+#: The step of a run, in s, where the text has a run that does not say it; and the distance of nodes where a tolerance is given without a step.
 STEP = 0.01
-#: How long a run is, in s, if neither the text nor the call says it.
+#: How long a run is, in s, where the text has a run that does not say it.
 UNTIL = 10.0
 
 #: The unit round-off of double precision: no tolerance below it can be reached.
@@ -31,7 +31,7 @@ class Setup:
     """What a run is set up with."""
 
     h: float
-    until: float
+    until: float | None
     values: tuple[float, ...]
     rule: str
     vectors: tuple[tuple[float, ...], ...]
@@ -67,6 +67,7 @@ class Setup:
         text = system._run_text(run)
         own_q, own_v = (text.start if text is not None and text.start is not None else (None, None))
         step = _inputs.number("h", h) if h is not None else (text.step if text and text.step is not None else STEP)
+        has_step = h is not None or text is not None or tolerance is not None
         if step == 0:
             raise SetupError("h is 0; expected a step that is not zero (a negative step runs back in time)")
         t0 = 0.0 if t is None else _inputs.number("t", t)
@@ -115,13 +116,21 @@ class Setup:
         if project is not None and not isinstance(project, (bool, np.bool_)):
             raise InputTypeError(f"project is {project!r}; expected True or False")
         projected = bool(project) or (project is None and text is not None and text.project)
-        length = text.until if text is not None and text.until is not None else UNTIL
-        # back in time with a negative step; a text whose run goes back in time goes nowhere else by itself
-        length = length if length < 0 else math.copysign(length, step)
+        own_values = tuple(system._with(values or {}))
+        if not has_step:
+            raise SetupError(
+                f"h is not given, and the text of {system.name} has no run with a step: give h=…, the step in seconds, or in the text, `run {{ step = …; }}`; a step is short enough if "
+                "the fastest oscillation has twenty of them or more"
+            )
+        until = None
+        if text is not None:
+            length = text.until if text.until is not None else UNTIL
+            # back in time with a negative step; a text whose run goes back in time goes nowhere else by itself
+            until = t0 + (length if length < 0 else math.copysign(length, step))
         return Setup(
             h=step,
-            until=t0 + length,
-            values=tuple(system._with(values or {})),
+            until=until,
+            values=own_values,
             rule=rule,
             vectors=vectors,
             near=nearby,
@@ -131,6 +140,16 @@ class Setup:
             tolerance=_tolerance(tolerance),
             every=1 if every is None else _inputs.whole("every", every, 1),
         )
+
+    def end(self, system: Declared, name: str, given: Any) -> float:
+        """The time to which a run goes: the one that is given under a name, or that of the text's run."""
+        if given is not None:
+            return _inputs.number(name, given)
+        if self.until is None:
+            raise SetupError(
+                f"{name} is not given, and the text of {system.name} has no run with an end: give the time in seconds to which it goes, or in the text, `run {{ until = …; }}`"
+            )
+        return self.until
 
     @property
     def begins(self) -> tuple[Any, ...]:

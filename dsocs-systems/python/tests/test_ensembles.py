@@ -23,7 +23,7 @@ def test_a_dict_of_numbers_is_one_start_for_all() -> None:
     ends = plane.ensemble(h=0.01, q={"x": 1.0, "y": 2.0}, v={"x": [0.0, 1.0, 2.0], "y": 0.0}).until(1.0)
     np.testing.assert_allclose(ends["x"], [1, 2, 3], rtol=1e-12)
     with pytest.raises(dsocs.SetupError, match="columns of different lengths: 2, 3"):
-        plane.ensemble(q={"x": [0.0, 1.0], "y": [0.0, 1.0, 2.0]}, v=[0.0, 0.0])
+        plane.ensemble(h=0.01, q={"x": [0.0, 1.0], "y": [0.0, 1.0, 2.0]}, v=[0.0, 0.0])
 
 
 @pytest.mark.parametrize("order", [2, 4])
@@ -70,8 +70,8 @@ def test_an_angular_velocity_has_three_numbers(q: object, v: object) -> None:
 def test_what_is_no_rotation_is_refused() -> None:
     body = dsocs.System(TURNING, name="body")
     with pytest.raises(dsocs.SetupError, match=r"v\['r'\] has the shape \(2,\); expected 3 or 4 numbers: r_w, r_x, r_y, r_z"):
-        body.flow(q=[1, 0, 0, 0], v={"r": [1, 2]})
+        body.flow(h=0.01, q=[1, 0, 0, 0], v={"r": [1, 2]})
     with pytest.raises(dsocs.SetupError, match="v has 2 components, but there are 3 coordinates: r_x, r_y, r_z"):
-        body.flow(q=[1, 0, 0, 0], v=[1, 2])
+        body.flow(h=0.01, q=[1, 0, 0, 0], v=[1, 2])
     with pytest.raises(dsocs.SetupError, match=r"q\['r'\] has the shape \(3,\); expected 4 numbers"):
-        body.flow(q={"r": [1, 0, 0]}, v=[0, 0, 0])
+        body.flow(h=0.01, q={"r": [1, 0, 0]}, v=[0, 0, 0])

@@ -42,16 +42,16 @@ def test_a_dict_says_which_is_meant(cart: dsocs.System) -> None:
     assert (run.h, run.order, run.every) == (0.01, 4, 2)
     assert (run.parameters["v"], run.parameters["order"], run.parameters["every"]) == (3.0, 0.1, 0.2)
     # a vector is no number: it can be meant for the argument alone
-    near = cart.flow(q=[0.0], v=[0.0], near=[1.0])
+    near = cart.flow(h=0.01, q=[0.0], v=[0.0], near=[1.0])
     assert near.parameters["near"] == 0.0
 
 
 def test_in_an_ensemble_a_row_may_be_a_parameter() -> None:
     system = dsocs.System("parameters { v = 1.0 } coordinates(x); lagrangian = v * dot(x).powi(2) / 2 - x.powi(2) / 2;")
     with pytest.raises(dsocs.SetupError, match=re.escape("say parameters={'v': …}")):
-        system.ensemble(q=[[0.1], [0.2]], v=[0.0])
-    assert len(system.ensemble(q=[[0.1], [0.2]], v=[[0.0], [0.0]]).until(0.1)) == 2
-    assert len(system.ensemble(q=[[0.1], [0.2]], v={"x": 0.0}, parameters={"v": [1.0, 2.0]}).until(0.1)) == 2
+        system.ensemble(h=0.01, q=[[0.1], [0.2]], v=[0.0])
+    assert len(system.ensemble(h=0.01, q=[[0.1], [0.2]], v=[[0.0], [0.0]]).until(0.1)) == 2
+    assert len(system.ensemble(h=0.01, q=[[0.1], [0.2]], v={"x": 0.0}, parameters={"v": [1.0, 2.0]}).until(0.1)) == 2
 
 
 ROD = "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y; holonomic = x.powi(2) + y.powi(2) - 1;"
@@ -60,9 +60,9 @@ ROD = "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y
 def test_messages_have_no_names_of_rust() -> None:
     rod = dsocs.System(ROD, name="rod")
     with pytest.raises(dsocs.SetupError, match="`project=True`") as raised:
-        rod.flow(q=[1.1, 0], v=[0, 0])
+        rod.flow(h=0.01, q=[1.1, 0], v=[0, 0])
     assert "::" not in str(raised.value)
-    run = rod.flow(q=[1, 0], v=[0, 0]).until(1.0)
+    run = rod.flow(h=0.01, q=[1, 0], v=[0, 0]).until(1.0)
     with pytest.raises(dsocs.SetupError, match="a negative `h` runs back in time"):
         run.until(0.5)
 
@@ -71,7 +71,7 @@ def test_arrays_are_set_by_their_name() -> None:
     system = dsocs.System(
         "parameters { push: [2] = [0.0; 2] } coordinates(x: [2]); lagrangian = sum(0..2, |i| dot(x[i]).powi(2) / 2); external_forces = (push[0], push[1]);"
     )
-    one, other = (system.flow(q=[0, 0], v=[0, 0]).until(0.5) for _ in range(2))
+    one, other = (system.flow(h=0.01, q=[0, 0], v=[0, 0]).until(0.5) for _ in range(2))
     one.set(push=[1.0, 2.0]).until(1.0)
     other.set(push_0=1.0).set(push_1=2.0).until(1.0)
     np.testing.assert_array_equal(one.q, other.q)

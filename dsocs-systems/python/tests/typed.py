@@ -43,6 +43,6 @@ stabilities: list[str | None] = [each.stability for each in swing.equilibria(np.
 x, y = dsocs.coordinates("x", "y")
 pendulum: dsocs.System = dsocs.System.of(coordinates=(x, y), lagrangian=dsocs.dot(x) ** 2 / 2 - y, holonomic=x**2 + y**2 - 1)
 try:
-    pendulum.flow(q=[0, 1], v=[0, 0]).until(1.0)
+    pendulum.flow(h=0.01, q=[0, 1], v=[0, 0]).until(1.0)
 except dsocs.StepError as error:
     partial: dsocs.Run | None = error.run
