@@ -40,8 +40,17 @@ class Ends:
         self.energy: Array = told["energy"]
         #: The observed expressions: an array of the shape (runs, expressions).
         self.observed: Array = told["observed"]
-        #: The errors of the runs that failed, by their numbers.
+        #: The errors of the runs that failed, by their numbers; of an ensemble that was interrupted, those that had not reached the end are among them.
         self.failures: dict[int, Error] = dict(told["failures"])
+        self._interrupted = False
+
+    def _interrupt(self, is_unfinished: npt.NDArray[np.bool_]) -> None:
+        """Leaves out the runs that had not reached their end when the others were ended."""
+        self._interrupted = True
+        for place in np.flatnonzero(is_unfinished).tolist():
+            self.failures.setdefault(place, Error(f"interrupted at t = {self.t[place]:g}"))
+        for array in (self.t, self.q, self.v, self.a, self.force, self.energy, self.observed):
+            array[is_unfinished] = np.nan
 
     def __len__(self) -> int:
         return len(self.t)
@@ -62,7 +71,8 @@ class Ends:
         wide = _arrays.column(name, self._system, lambda part: getattr(self, part), ("q", "v", "a", "force"))
         if wide is not None:
             return wide
-        raise KeyError(str(_inputs.unknown("column", name, self._columns())))
+        others = [f"{prefix}{x}" for prefix in ("a_", "force_") for x in self._system._moving]
+        raise KeyError(str(_inputs.unknown("column", name, [*self._columns(), *others])))
 
     def _columns(self) -> list[str]:
         names = self._system._names
@@ -81,8 +91,12 @@ class Ends:
         return frame(self.table())
 
     def __repr__(self) -> str:
-        failed = f", {len(self.failures)} failed" if self.failures else ""
-        return f"<Ends of {len(self)} runs of {self._system.name}{failed}>"
+        said = ""
+        if self._interrupted:
+            said = f", interrupted: {len(self) - len(self.failures)} reached the end"
+        elif self.failures:
+            said = f", {len(self.failures)} failed"
+        return f"<Ends of {len(self)} runs of {self._system.name}{said}>"
 
 
 class Ensemble:
@@ -136,10 +150,10 @@ class Ensemble:
 
         `threads`: how many threads, by default one for each core. Results do not depend on it. `progress`: as in `Run.until`.
 
-        A run that fails does not end the others: see `Ends.failures`. Where Ctrl-C ends it, the exception's `run` has the ends up to there, each at its
-        own time.
+        A run that fails does not end the others: see `Ends.failures`. Where Ctrl-C ends it, the exception's `run` has the ends of the runs that had reached them; the others are NaN, and are
+        among the failures.
         """
-        end = self._setup.until if t is None else _inputs.number("t", t)
+        end = self._setup.end(self.system, "t", t)
         count = None if threads is None else _inputs.whole("threads", threads, 1)
         setup = self._setup
         if (end - setup.t) * math.copysign(1, setup.h) < 0:
@@ -153,7 +167,11 @@ class Ensemble:
         ends = Ends(self.system, told, self._columns())
         interrupted = told["interrupted"]
         if isinstance(interrupted, KeyboardInterrupt):
-            raise Interrupted("interrupted; the exception's `run` has the ends up to there", ends)  # type: ignore[arg-type]
+            left = math.copysign(1, setup.h) * (end - ends.t)
+            # the last node lies less than a step before the end
+            ends._interrupt(~(left < (1 - 1e-9) * abs(setup.h)) if setup.tolerance is None else ends.t != end)
+            reached = len(ends) - len(ends.failures)
+            raise Interrupted(f"interrupted: {reached} of {len(ends)} runs have reached the end, and are in the exception's `run`", ends)  # type: ignore[arg-type]
         if interrupted is not None:
             raise interrupted
         return ends
