@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import _formulas, _mathml
+from ._declared import Quantity
 
 if TYPE_CHECKING:
     from ._run import Run
@@ -42,7 +43,7 @@ def system(system: System) -> str:
         parts.append(f"<p>{_told(system.doc)}</p>")
     parts += _mathematics(system)
     values = system.parameters
-    groups = (("coordinates", system.coordinates), ("parameters", system._parameters), ("observed", system.observables))
+    groups = (("coordinates", _places(system)), ("parameters", system._parameters), ("observed", system.observables))
     tables = []
     for heading, quantities in groups:
         if not quantities:
@@ -101,13 +102,53 @@ def _mathematics(system: System) -> list[str]:
             rest.append(statement.text)
     if "lagrangian" in words:
         parts.append("<p>equations of motion</p>")
-        parts += [_mathml.motion(name, has_forces, is_constrained) for name in _coordinates(system)]
+        turning, others = _coordinates(system)
+        has_attitude = _names_attitude(found, turning)
+        parts += [_mathml.turning(name, has_forces, is_constrained, name in has_attitude) for name in turning]
+        if turning:
+            attitude = ", and the derivative by the attitude is that by turns about its axes" if has_attitude else ""
+            parts.append(f"<p>of a rotation in the frame of its body: ω is its angular velocity{attitude}</p>")
+        parts += [_mathml.motion(name, has_forces, is_constrained) for name in others]
     if where:
         first += ["<p>with</p>", *where]
     return [*first, *parts, *(f"<p><code>{escape(text)}</code></p>" for text in rest)]
 
 
-def _coordinates(system: System) -> list[str]:
-    """The coordinates, if there are so few that each may have an equation; otherwise the letter q."""
-    names = system._names
-    return names if len(names) <= 4 else ["q"]
+def _places(system: System) -> list[Quantity]:
+    """The coordinates as they are declared: a rotation, whose quaternion has four numbers, is one."""
+    turning = {first + place for first in system._rotations for place in (1, 2, 3)}
+    quantities = []
+    for place, of in enumerate(system.coordinates):
+        if place in system._rotations:
+            quantities.append(of._replace(name=of.name.removesuffix("_w")))
+        elif place not in turning:
+            quantities.append(of)
+    return quantities
+
+
+def _coordinates(system: System) -> tuple[list[str], list[str]]:
+    """The rotations, and the other coordinates, if these are so few that each may have an equation; otherwise the letter q."""
+    turning = [system._names[first].removesuffix("_w") for first in system._rotations]
+    others = [of.name for of in _places(system) if of.name not in turning]
+    return turning, others if len(others) <= 4 else ["q"]
+
+
+def _names_attitude(statements: list[_formulas.Statement], turning: list[str]) -> set[str]:
+    """The rotations whose attitude the Lagrangian has, and not their angular velocities alone; where it is not known, all of them."""
+    lets = {statement.name: statement.of for statement in statements if statement.word == "let"}
+
+    def attitudes(node: Any, among: frozenset[str]) -> set[str]:
+        if not isinstance(node, _formulas.Node):
+            return set(turning)
+        if node.kind == "call" and node.value == "angular_velocity":
+            return set()
+        if node.kind == "name":
+            if node.value in turning:
+                return {node.value}
+            return attitudes(lets[node.value], among | {node.value}) if node.value in lets and node.value not in among else set()
+        if node.kind == "call" and node.value in lets and node.value not in among:
+            return attitudes(lets[node.value], among | {node.value}).union(*(attitudes(part, among) for part in node.parts))
+        return set().union(*(attitudes(part, among) for part in node.parts))
+
+    lagrangian = next((statement.of for statement in statements if statement.word == "lagrangian"), None)
+    return attitudes(lagrangian, frozenset())

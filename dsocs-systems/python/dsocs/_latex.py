@@ -7,7 +7,7 @@ import xml.etree.ElementTree as tree
 _SYMBOLS = {
     "α": "alpha", "β": "beta", "γ": "gamma", "δ": "delta", "ε": "varepsilon", "ζ": "zeta", "η": "eta", "θ": "theta", "ι": "iota", "κ": "kappa", "μ": "mu", "ν": "nu",
     "ξ": "xi", "π": "pi", "ρ": "rho", "σ": "sigma", "τ": "tau", "φ": "varphi", "χ": "chi", "ψ": "psi", "ω": "omega", "λ": "lambda", "Ω": "Omega", "Δ": "Delta",
-    "Θ": "Theta", "Φ": "Phi", "Ψ": "Psi", "Γ": "Gamma", "Σ": "Sigma", "∂": "partial", "∑": "sum", "·": "cdot", "≤": "le", "≥": "ge", "≠": "ne", "∧": "wedge",
+    "Θ": "Theta", "Φ": "Phi", "Ψ": "Psi", "Γ": "Gamma", "Σ": "Sigma", "∂": "partial", "∑": "sum", "·": "cdot", "×": "times", "≤": "le", "≥": "ge", "≠": "ne", "∧": "wedge",
     "∨": "vee", "¬": "neg", "↦": "mapsto", "<": "lt", ">": "gt", "&": "&", "%": "%", "#": "#", "{": "{", "}": "}", "$": "$", "_": "_",
 }  # fmt: skip
 _ACCENTS = {"˙": "dot", "¨": "ddot", "⃛": "dddot"}

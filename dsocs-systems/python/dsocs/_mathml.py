@@ -16,6 +16,8 @@ _GREEK["lambda"] = "λ"
 _FUNCTIONS = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "signum": "sgn", "ln": "ln", "max": "max", "min": "min"}
 #: Functions that are written without brackets before a symbol.
 _BARE = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "ln", "signum")
+#: Products of vectors.
+_VECTORS = {"inner": "·", "cross": "×"}
 _DOTS = {"dot": "˙", "ddot": "¨", "dddot": "⃛"}
 _RELATIONS = {"<=": "≤", ">=": "≥", "==": "=", "!=": "≠", "&&": "∧", "||": "∨", "%": "mod"}
 
@@ -129,8 +131,19 @@ def _call(of: str, parts: tuple[Node, ...]) -> tuple[str, int]:
         return f"<msup>{_held(parts[0], _ATOM)}{_row(formula(parts[1])[0])}</msup>", _POWER
     if of == "sum" and len(parts) == 2 and parts[1].kind == "function" and parts[0].kind == "operator":
         return _sum(parts[0], parts[1]), _PRODUCT
+    if of in _VECTORS and len(parts) == 2:
+        # each holds together by itself: a product of three vectors has brackets
+        return _row(_held(parts[0], _ATOM), _mo(_VECTORS[of]), _held(parts[1], _ATOM)), _SUM if of == "cross" else _PRODUCT
+    if of == "angular_velocity" and len(parts) == 1 and parts[0].kind == "name":
+        return _turning(parts[0].value), _ATOM
     if len(parts) == 1:
         inner = formula(parts[0])[0]
+        if of == "norm":
+            return _in_brackets(inner, "|", "|"), _ATOM
+        if of == "norm_squared":
+            return f"<msup>{_in_brackets(inner, '|', '|')}<mn>2</mn></msup>", _POWER
+        if of == "inverse":
+            return f"<msup>{_held(parts[0], _ATOM)}{_row(_mo('−'), '<mn>1</mn>')}</msup>", _POWER
         if of == "sqrt":
             return f"<msqrt>{inner}</msqrt>", _ATOM
         if of == "cbrt":
@@ -240,6 +253,22 @@ def definition(statement: Statement) -> str:
 def rows(node: Node) -> tuple[Node, ...]:
     """The rows of a constraint: one, or those of a list."""
     return node.parts if node.kind == "list" else (node,)
+
+
+def _turning(rotation: str) -> str:
+    """The angular velocity of a rotation."""
+    return f"<msub>{_mi('ω')}{name(rotation)}</msub>"
+
+
+def turning(rotation: str, has_forces: bool, is_constrained: bool, has_attitude: bool) -> str:
+    """The equation of Euler and Poincaré for a rotation: three numbers in the frame of its body."""
+    velocity = _turning(rotation)
+    momentum = f"<mfrac>{_row(_mi('∂'), _mi('L'))}{_row(_mi('∂'), velocity)}</mfrac>"
+    derivative = f"<mfrac>{_mi('d')}{_row(_mi('d'), _mi('t'))}</mfrac>"
+    torques = [f"<msub>{_mi(letter)}{name(rotation)}</msub>" for letter, has in (("F", has_forces), ("f", is_constrained)) if has]
+    if has_attitude:
+        torques.insert(0, f"<mfrac>{_row(_mi('∂'), _mi('L'))}{_row(_mi('∂'), name(rotation))}</mfrac>")
+    return equation(_row(derivative, momentum, "<mo>+</mo>", velocity, _mo("×"), momentum), _row("<mo>+</mo>".join(torques)) if torques else "<mn>0</mn>")
 
 
 def motion(coordinate: str, has_forces: bool, is_constrained: bool) -> str:

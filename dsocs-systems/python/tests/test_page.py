@@ -113,6 +113,34 @@ def test_cases_are_written_in_latex() -> None:
     assert r"\begin{cases}0 &amp; \text{if }x\lt 0 \\ {x}^{2} &amp; \text{otherwise}\end{cases}" in system._repr_html_()
 
 
+BODY = """
+parameters { torque: [3] = [0.0; 3] }
+coordinates(
+    /// The attitude of the body [1]
+    r: rotation
+);
+let w = r.angular_velocity();
+lagrangian = w.inner(w) / 2 - (r * [0, 0, 1])[2];
+external_forces = torque;
+let moment = r * w.cross(torque);
+observe = [moment];
+"""
+
+
+def test_a_rotation_has_the_equation_of_euler_and_poincare() -> None:
+    page = dsocs.System(BODY)._repr_html_()
+    formulas = re.findall(r"\$\$(.*?)\$\$", page)
+    assert r"L=\frac{w\cdot w}{2}-{(r\,(0,\,0,\,1))}_{2}" in formulas
+    assert r"w={\omega }_{r}" in formulas and r"moment" in page
+    turning = r"\frac{d}{dt}\frac{\partial L}{\partial {\omega }_{r}}+{\omega }_{r}\times \frac{\partial L}{\partial {\omega }_{r}}=\frac{\partial L}{\partial r}+{F}_{r}"
+    assert turning in formulas and r"r\,(w\times \mathit{torque})" in " ".join(formulas)
+    assert not any("r_w" in formula or "{r}_{w}" in formula for formula in formulas)
+    # where the Lagrangian has no attitude, nothing turns the body
+    free = dsocs.System("coordinates(r: rotation, x); lagrangian = r.angular_velocity().norm_squared() / 2 + dot(x).powi(2) / 2;")._repr_html_()
+    assert "{\\omega }_{r}\\times \\frac{\\partial L}{\\partial {\\omega }_{r}}=0" in free
+    assert page.count("<code>r</code>") == 1 and "<code>r_x</code>" not in page
+
+
 NOTEBOOK = [
     ("markdown", "# A pendulum"),
     ("code", "import dsocs\nswing = dsocs.read('swing.dsocs')\nswing"),
