@@ -95,7 +95,7 @@ class Declared:
         `external_forces`: a component for each coordinate, or a dict by name.
         `branch`: a factor that is divided out of a kinematic constraint.
         `observe`: expressions that are reported at every node, by name.
-        `parameters`: the values of sympy's symbols.
+        `parameters`: the values of sympy's symbols, and of this package's parameters other ones than they were made with.
 
         The text of the system (`System.text`) says the same in the language of the text files. Raises `DeclarationError` with the statement that is
         wrong.
@@ -129,8 +129,7 @@ class Declared:
         self._raw = _read(name, shown_as, text, constants, list(files.items()))
         self._shown_as = shown_as
         told = self._raw.description()
-        #: What the system is called.
-        self.name = name
+        self._name = name
         #: What the text says of it.
         self.doc: str = told["doc"]
         #: Of which kind its constraints are: `unconstrained`, `holonomic`, `nonholonomic`, `second-order`, `third-order`, `mixed`.
@@ -173,9 +172,14 @@ class Declared:
         return text
 
     @property
+    def name(self) -> str:
+        """What the system is called."""
+        return self._name
+
+    @property
     def parameters(self) -> dict[str, float]:
-        """The parameters with their values; of an array each element, `masses_0`."""
-        return {of.name: value for of, value in zip(self._parameters, self._values)}
+        """The parameters with their values, which do not change (`flow(length=1.2)` takes others); of an array each element, `masses_0`."""
+        return _given.Values((of.name, value) for of, value in zip(self._parameters, self._values))
 
     def quantity(self, name: str) -> Quantity:
         """Name, meaning and unit of a coordinate, a parameter or an observed expression."""
@@ -220,6 +224,9 @@ class Declared:
         """Parameters from a dict and by keywords, of a call that was asked for some things by keywords, too."""
         given = _given.joined(parameters, values)
         places = {of.name: place for place, of in enumerate(self._parameters)}
+        for name in values:
+            if name not in places and name not in self._tables and not _arrays.elements(name, places)[0]:
+                raise _given.misspelt(call, name, list(asked), list(places))
         for name, value in asked.items():
             elements, shape = _arrays.elements(name, places)
             dimensions = max(len(shape), 1 if call == "ensemble" else 0)

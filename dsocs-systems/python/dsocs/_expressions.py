@@ -15,7 +15,7 @@ from typing import Any, Callable, Iterable, Iterator, Mapping, Sequence, Union
 import numpy as np
 
 from ._errors import InputTypeError, SetupError
-from ._inputs import number
+from ._inputs import number, unknown
 
 #: What an operator takes beside an expression.
 ExpressionLike = Union["Expression", float, int]
@@ -26,6 +26,13 @@ _WORDS = frozenset(
     "as break const continue crate dot ddot dddot each else enum extern false fn for h if impl in let loop match mod move mut node leg parameters pi pub "
     "ref return run samples self Self static struct sum super t tau trait true type unsafe use where while async await dyn PI TAU".split()
 )
+
+#: What some of them mean.
+_MEANINGS = {
+    "t": "the time", "h": "the step", "PI": "the number π", "TAU": "the number 2π", "pi": "the number π", "tau": "the number 2π", "dot": "the time derivative",
+    "ddot": "the second time derivative", "dddot": "the third time derivative", "sum": "a sum", "parameters": "the block of the parameters", "samples": "a table of samples",
+    "run": "the block of a run", "each": "a row for each index", "node": "the number of a node", "leg": "the number of a leg", "const": "what begins a constant", "let": "what begins a name",
+}  # fmt: skip
 
 # how tightly an operator binds in the text: sums, products, signs, calls and names
 _SUM, _PRODUCT, _SIGN, _ATOM = range(4)
@@ -87,6 +94,11 @@ class Expression:
     def __rpow__(self, other: Any) -> Any:
         base = _maybe(other)
         return NotImplemented if base is None else Expression("powf", (base, self))
+
+    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        if function is np.where:
+            raise InputTypeError("np.where does not know expressions: write dsocs.where(a < b, x, y)")
+        return _refused(f"numpy's {function.__name__}")
 
     def __bool__(self) -> bool:
         raise InputTypeError(
@@ -199,6 +211,11 @@ def _expression(name: str, given: Any) -> Expression:
         return found
     converted = _from_sympy(given)
     if converted is None:
+        if isinstance(given, tuple) and len(given) == 1 and isinstance(given[0], Expression):
+            own = given[0]._value[0] if given[0]._op == "coordinate" else "x"
+            raise InputTypeError(
+                f"{name} is a tuple of one expression: `coordinates` gives a tuple; with a comma, `{own}, = dsocs.coordinates({own!r})`, its element has the name"
+            )
         raise InputTypeError(f"{name} is {given!r:.80}; expected an expression")
     return converted
 
@@ -286,6 +303,8 @@ _UFUNCS: dict[str, Callable[..., Any]] = {
 def _checked_name(kind: str, name: object) -> str:
     if not isinstance(name, str):
         raise InputTypeError(f"the name of a {kind} is {name!r}; expected a text")
+    if (meaning := _MEANINGS.get(name)) is not None:
+        raise SetupError(f"`{name}` cannot be the name of a {kind}: in a declaration it is {meaning}")
     if not _NAME.match(name) or name in _WORDS or keyword.iskeyword(name):
         turns = "; rotations and arrays of coordinates are said in a text: dsocs.System(\"…\")" if kind == "coordinate" and ":" in str(name) else ""
         raise SetupError(f"`{name}` cannot be the name of a {kind}: expected a word of letters, digits and `_` that means nothing else{turns}")
@@ -300,6 +319,8 @@ def coordinates(*names: str, doc: Mapping[str, str] | None = None) -> tuple[Expr
     for place, name in enumerate(checked):
         if name in checked[:place]:
             raise SetupError(f"the coordinate `{name}` is named twice")
+    if doc is not None and not isinstance(doc, Mapping):
+        raise InputTypeError(f"doc is {doc!r:.60}; expected a dict that says by name what a coordinate is, doc={{{checked[0]!r}: 'The angle [rad]'}}")
     docs = dict(doc or {})
     for name in docs:
         if name not in checked:
@@ -468,7 +489,12 @@ def written(
     doc: str,
 ) -> str:
     """The text of a system that is given by expressions."""
-    with _sympy_context(own, parameters):
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise InputTypeError(f"parameters is {type(parameters).__name__}; expected a dict of values by name")
+    given_values = {str(name): number(f"parameters[{str(name)!r}]", value) for name, value in dict(parameters or {}).items()}
+    if observe is not None and not isinstance(observe, Mapping):
+        raise InputTypeError(f"observe is {observe!r:.60}; expected a dict of expressions by the names under which they are observed, observe={{'height': …}}")
+    with _sympy_context(own, given_values):
         given = [own] if isinstance(own, Expression) else list(own)
         listed = [_expression(f"coordinates[{place}]", of) for place, of in enumerate(given)]
         names: list[str] = []
@@ -514,6 +540,10 @@ def written(
     roots = [part for _, rows, _ in statements for row in rows for part in row] + list(observed.values())
     nodes = list(_walk(roots))
     known = _known(nodes, names)
+    for name, value in given_values.items():
+        if name not in known:
+            raise unknown("parameter", name, known)
+        known[name] = (value, known[name][1])
     used = {*names, *known, *observed}
     # what occurs several times is written once
     counts: dict[int, int] = {}

@@ -2,12 +2,33 @@
 
 from __future__ import annotations
 
+import difflib
 from typing import Any, Iterator, Mapping
 
 import numpy as np
 
 from . import _arrays, _dsocs, _inputs
 from ._errors import DeclarationError, InputTypeError, SetupError
+
+
+class Values(dict[str, float]):
+    """The values of parameters by name, which cannot be changed where they are read."""
+
+    def _refuse(self, *_: Any, **__: Any) -> Any:
+        raise InputTypeError(
+            "these values cannot be changed: a run takes others, `system.flow(length=1.2)`, and changes them on the way by `run.set(torque=0.5)`; `dict(…)` of them is a copy that can"
+        )
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> Any:
+        return type(self), (dict(self),)
+
+    def __copy__(self) -> Values:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Values:
+        return self
 
 
 def decoded(name: str, data: bytes) -> str:
@@ -69,6 +90,35 @@ def assigned(name: str, value: Any, places: Mapping[str, int]) -> list[tuple[int
         kind = f"an array of {shape[0]} numbers" if len(shape) == 1 else f"a matrix of {shape[0]} × {shape[1]} numbers"
         raise SetupError(f"{name} has the shape {np.shape(value)}, but it is {kind}")
     return list(zip(found, numbers.ravel().tolist()))
+
+
+#: What others call the arguments of a run.
+_ALIASES = {
+    "dt": "h", "step": "h", "step_size": "h", "stepsize": "h", "timestep": "h", "q0": "q", "x0": "q", "y0": "q", "v0": "v", "qdot": "v", "dq": "v", "rtol": "tolerance", "atol": "tolerance",
+    "tol": "tolerance", "t0": "t", "t_end": "until", "t_final": "until", "tf": "until", "t1": "until", "a0": "a", "method": "order",
+}  # fmt: skip
+
+
+def misspelt(call: str, name: str, arguments: list[str], known: list[str]) -> SetupError:
+    """The error for a keyword that is neither an argument of a call nor a parameter."""
+    own = [*arguments, "parameters"]
+    near = difflib.get_close_matches(name, [*own, *known], n=1)
+    meant = _ALIASES.get(name)
+    hint = ""
+    if meant in own:
+        hint = f" (did you mean the argument `{meant}`?)"
+    elif near and near[0] in known:
+        hint = f" (did you mean `{near[0]}`?)"
+    elif near:
+        hint = f" (did you mean the argument `{near[0]}`?)"
+    elif "until" in (name, meant) and call in ("flow", "ensemble"):
+        hint = f" (the end is said to {call}(…).until(t))"
+    elif call == "path" and (name in ("order", "tolerance", "every") or meant in ("order", "tolerance")):
+        hint = " (a path is made of the paper's step, of order 2, and keeps all of its nodes)"
+    listed = ", ".join(known) if known else "none"
+    return SetupError(
+        f"there is no parameter `{name}`{hint}, and {call} has no such argument; parameters: {listed}; arguments of {call}: {', '.join(own)}"
+    )
 
 
 def joined(parameters: Mapping[str, Any] | None, values: dict[str, Any]) -> dict[str, Any]:

@@ -81,9 +81,10 @@ class System(Declared):
     ) -> Run:
         """Begins a run, which stands at its start: `.until(t)` goes on.
 
-        What is not given is that of the text's run (`run { … }`), or of the one that `run` names.
+        What is not given is that of the text's run (`run { … }`), or of the one that `run` names. Where a text has no run, `h` (unless there is a `tolerance`), `q` and `v` have to be given, and the
+        time to `until`. A text's run that does not say them has the step 0.01 s and is 10 s long.
 
-        `h`: the step [s], negative to run back in time; with a `tolerance`, the distance of the nodes.
+        `h`: the step [s], negative to run back in time; with a `tolerance`, the distance of the nodes, 0.01 s by default.
         `q`, `v`: position and velocity at the start, a number for each coordinate, or a dict by name.
         `q1`, `q2`: the second (and third) node in place of a velocity.
         `a`, `force`: the acceleration, or the constraint force, where a constraint of third order leaves it free.
@@ -151,7 +152,9 @@ class System(Declared):
         parameters: Mapping[str, Any] | None = None,
         **values: Any,
     ) -> Path:
-        """A run by the paper's step that can be differentiated: `.gradient(cost)`. Its arguments are those of `flow`.
+        """A run by the paper's step that can be differentiated: `.gradient(cost)`.
+
+        `until` is the time [s] of its end. Everything else is as in `flow`; there is no `order` (it is 2), no `tolerance`, and all nodes are kept.
 
         Raises `SetupError` as `flow`, `StepError` if a step has no solution, and `DerivativeError` if one has no derivative.
         """
@@ -187,8 +190,9 @@ class System(Declared):
         """
         from ._jax import function
 
-        fixed = {name: value for name, value in dict(h=h, t=t, start=start, run=run).items() if value is not None}
-        given = self._values_of("in_jax", {**fixed, "until": until}, parameters, values)
+        asked: dict[str, Any] = dict(h=h, t=t, start=start, run=run)
+        fixed = {name: value for name, value in asked.items() if value is not None}
+        given = self._values_of("in_jax", {**asked, "until": until, "variables": None}, parameters, values)
         return function(self, _inputs.number("until", until), variables, fixed, given)
 
     def check(

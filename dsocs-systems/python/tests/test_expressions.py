@@ -53,7 +53,7 @@ def test_an_expression_is_printed(expression: dsocs.Expression, text: str) -> No
 def test_numpys_functions_have_their_values(function: np.ufunc) -> None:
     (z,) = coordinates("z")
     system = System.of(coordinates=(z,), lagrangian=dot(z) ** 2 / 2, observe={"value": function(z + 1.5)})
-    run = system.flow(q=[0.25], v=[0.5]).until(0.1)
+    run = system.flow(h=0.01, q=[0.25], v=[0.5]).until(0.1)
     np.testing.assert_allclose(run["value"], function(run["z"] + 1.5), rtol=4e-16)
 
 
@@ -62,7 +62,7 @@ def test_arrays_of_expressions() -> None:
     (kinetic,) = [sum(dot(part) ** 2 for part in q) / 2]
     system = System.of(coordinates=q, lagrangian=kinetic - 9.81 * q[1], holonomic=(q**2).sum() - 1)
     assert isinstance(np.sin(q)[0], dsocs.Expression) and str((2 * q)[1]) == "2.0 * y"
-    np.testing.assert_allclose(system.flow(q=[0, -1], v=[1, 0]).until(1.0).q, dsocs.System(ROD).flow(q=[0, -1], v=[1, 0]).until(1.0).q, rtol=1e-12)
+    np.testing.assert_allclose(system.flow(h=0.01, q=[0, -1], v=[1, 0]).until(1.0).q, dsocs.System(ROD).flow(h=0.01, q=[0, -1], v=[1, 0]).until(1.0).q, rtol=1e-12)
 
 
 def test_expressions_and_text_are_one_system() -> None:
@@ -121,7 +121,7 @@ def test_sympy_in_and_out() -> None:
     lagrangian = m * l**2 * theta.diff(t) ** 2 / 2 + m * g * l * sympy.cos(theta)
     system = System.of(coordinates=(theta,), lagrangian=lagrangian, parameters={"m": 1.0, "l": 1.0, "g": 9.81})
     own = dsocs.System("coordinates(theta); lagrangian = dot(theta).powi(2) / 2 + 9.81 * theta.cos();")
-    np.testing.assert_allclose(system.flow(q=[1], v=[0]).until(2.0).q, own.flow(q=[1], v=[0]).until(2.0).q, rtol=1e-10)
+    np.testing.assert_allclose(system.flow(h=0.01, q=[1], v=[0]).until(2.0).q, own.flow(h=0.01, q=[1], v=[0]).until(2.0).q, rtol=1e-10)
     (q,) = coordinates("q")
     back = dsocs.to_sympy(parameter("m", 1.0) * dot(q) ** 2 / 2 + np.cos(q))
     f, s = sympy.Function("q"), sympy.Symbol("t")
@@ -144,3 +144,33 @@ def test_sympy_that_is_no_declaration(make: object, said: str) -> None:
     q = dynamicsymbols("q")
     with pytest.raises(dsocs.SetupError, match=said):
         System.of(coordinates=(q,), lagrangian=make(sympy, q, dynamicsymbols._t))  # type: ignore[operator]
+
+
+def test_values_of_parameters_are_taken_and_others_refused() -> None:
+    x, = dsocs.coordinates("x")
+    k = dsocs.parameter("k", 2.0, "The stiffness [N/m]")
+    lagrangian = dsocs.dot(x) ** 2 / 2 - k * x**2
+    system = dsocs.System.of(coordinates=x, lagrangian=lagrangian, parameters={"k": 5.0})
+    assert system.parameters == {"k": 5.0} and system.quantity("k").unit == "N/m"
+    with pytest.raises(dsocs.SetupError, match="there is no parameter `kk` .did you mean `k`."):
+        dsocs.System.of(coordinates=x, lagrangian=lagrangian, parameters={"kk": 5.0})
+    with pytest.raises(dsocs.InputTypeError, match="parameters is list"):
+        dsocs.System.of(coordinates=x, lagrangian=lagrangian, parameters=[5.0])  # type: ignore[arg-type]
+
+
+def test_mistakes_with_expressions_say_what_is_meant() -> None:
+    x, = dsocs.coordinates("x")
+    with pytest.raises(dsocs.InputTypeError, match=r"write dsocs.where\(a < b, x, y\)"):
+        np.where(x < 1, x, -x)
+    theta = dsocs.coordinates("theta")
+    with pytest.raises(dsocs.InputTypeError, match=r"`theta, = dsocs.coordinates\('theta'\)`"):
+        dsocs.dot(theta)  # type: ignore[arg-type]
+    with pytest.raises(dsocs.InputTypeError, match="doc is 'The angle'; expected a dict"):
+        dsocs.coordinates("x", doc="The angle")  # type: ignore[arg-type]
+    with pytest.raises(dsocs.InputTypeError, match="expected a dict of expressions by the names"):
+        dsocs.System.of(coordinates=x, lagrangian=dsocs.dot(x) ** 2, observe=[x])  # type: ignore[arg-type]
+    for name, meaning in (("t", "the time"), ("h", "the step"), ("dot", "the time derivative")):
+        with pytest.raises(dsocs.SetupError, match=f"`{name}` cannot be the name of a coordinate: in a declaration it is {meaning}"):
+            dsocs.coordinates(name)
+    with pytest.raises(dsocs.InputTypeError, match="path is 3; expected the name of a file"):
+        dsocs.System.of(coordinates=x, lagrangian=dsocs.dot(x) ** 2).flow(h=0.1, q=[0], v=[0]).report(3)  # type: ignore[arg-type]
