@@ -208,7 +208,7 @@ class Run(Nodes):
         series of the step with a `tolerance`, and else the polynomial of degree 5 through position, velocity and acceleration at both nodes. A zero without a change of sign is no
         event, nor is one at the start; one at the node where a watch ended is told by the next one, if it was not told before.
 
-        At the first event that ends the run it stops: with a `tolerance` at the event itself, else at the node after it; what happens between the event and this node is told when the run is
+        At the first event that ends the run it stops: with a `tolerance` at the node before it, else at the node after it; what happens between the event and the node after it is told when the run is
         watched again. Raises as `until`.
         """
         end = self._setup.end(self.system, "until", until)
