@@ -13,7 +13,7 @@ use pyo3::types::PyFloat;
 /// The names of what a node has.
 pub struct Names {
     /// Those of the coordinates, each by its place.
-    names: Vec<String>,
+    coordinates: Vec<String>,
     /// Where the rotations begin.
     rotations: Vec<usize>,
     /// Those of the observed expressions.
@@ -29,7 +29,7 @@ impl Names {
     pub fn of(shape: &Shape, kernel: &TapeKernel) -> Arc<Self> {
         let names = |of: &[Quantity]| of.iter().map(|of| of.name.to_string()).collect();
         Arc::new(Self {
-            names: names(&shape.coordinates),
+            coordinates: names(&shape.coordinates),
             rotations: shape.rotations.to_vec(),
             observables: names(&shape.observables),
             parameters: names(&shape.parameters),
@@ -40,10 +40,10 @@ impl Names {
     /// All that a node has.
     fn all(&self) -> String {
         let mut known = vec!["t".to_owned(), "energy".to_owned()];
-        known.extend(self.names.iter().cloned());
+        known.extend(self.coordinates.iter().cloned());
         for prefix in ["v_", "a_", "force_"] {
             let moving = (0..)
-                .zip(&self.names)
+                .zip(&self.coordinates)
                 .filter(|(place, _)| !self.rotations.contains(place));
             known.extend(moving.map(|(_, name)| format!("{prefix}{name}")));
         }
@@ -53,17 +53,21 @@ impl Names {
 
     /// The place of a coordinate.
     fn place(&self, name: &str) -> Option<usize> {
-        self.names.iter().position(|known| known == name)
+        self.coordinates.iter().position(|known| known == name)
     }
 
     /// The places of an array or of a rotation. Of what is `moving`, a velocity, a rotation has three numbers.
     fn places(&self, name: &str, moving: bool) -> Option<Range<usize>> {
         let is_of = |known: &str, end: &str| known.strip_suffix(end) == Some(name);
-        let turns = |first: &&usize| self.names.get(**first).is_some_and(|known| is_of(known, "_w"));
+        let turns = |first: &&usize| {
+            self.coordinates
+                .get(**first)
+                .is_some_and(|known| is_of(known, "_w"))
+        };
         if let Some(&first) = self.rotations.iter().find(turns) {
             return Some(first + usize::from(moving)..first + 4);
         }
-        array(&self.names, name)
+        array(&self.coordinates, name)
     }
 }
 
@@ -238,7 +242,7 @@ impl PyNode {
     /// A node is pickled with all that it has.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Told, Numbers))> {
         let Names {
-            names,
+            coordinates,
             rotations,
             observables,
             parameters,
@@ -255,7 +259,7 @@ impl PyNode {
             ..
         } = self.node.any();
         let told = (
-            names.clone(),
+            coordinates.clone(),
             rotations.clone(),
             observables.clone(),
             parameters.clone(),
@@ -268,7 +272,7 @@ impl PyNode {
     fn __repr__(&self) -> String {
         let AnyNode { index, t, q, v, .. } = self.node.any();
         let of = |prefix: &str, vector: &[f64]| {
-            let pairs = self.names.names.iter().zip(vector);
+            let pairs = self.names.coordinates.iter().zip(vector);
             let parts = pairs.map(|(name, x)| format!("{prefix}{name}={x}"));
             parts.collect::<Vec<_>>().join(", ")
         };
@@ -285,7 +289,7 @@ type Numbers = (u64, f64, f64, [Vec<f64>; 6]);
 /// A node that was pickled.
 #[pyfunction]
 pub fn node_of(told: Told, numbers: Numbers) -> PyNode {
-    let (names, rotations, observables, parameters) = told;
+    let (coordinates, rotations, observables, parameters) = told;
     let (index, t, energy, vectors) = numbers;
     let [q, v, a, force, observed, values] = vectors;
     let node = AnyNode {
@@ -302,7 +306,7 @@ pub fn node_of(told: Told, numbers: Numbers) -> PyNode {
     PyNode {
         node: OwnedNode::of(&node),
         names: Arc::new(Names {
-            names,
+            coordinates,
             rotations,
             observables,
             parameters,
