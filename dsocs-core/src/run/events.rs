@@ -259,12 +259,12 @@ impl<'e, const N: usize> Events<'e, N> {
     /// struct Particle {}
     ///
     /// let mut flow = Flow::new(&Particle {}, 0.25, Start::second_order([0.0], [1.0]))?;
-    /// let at_one = || Event::function(|point: &dsocs_core::Point<dsocs_core::taylor::Jet, 1>| point.q[0] - 1);
+    /// let at_one = || Event::function(|point| point.q[0] - 1.0);
     /// let mut times = Vec::new();
     /// let mut watched = Events::new(vec![at_one()]);
-    /// flow.watch(1.0, &mut watched, &mut dsocs_core::on_event(|found| times.push(found.t)))?;
+    /// flow.watch(1.0, &mut watched, &mut on_event(|found: &Occurrence<1>| times.push(found.t)))?;
     /// let mut watched = Events::new(vec![at_one()]).after(watched.last_leg());
-    /// flow.watch(2.0, &mut watched, &mut dsocs_core::on_event(|found| times.push(found.t)))?;
+    /// flow.watch(2.0, &mut watched, &mut on_event(|found: &Occurrence<1>| times.push(found.t)))?;
     /// assert_eq!(times, [1.0]);
     /// # Ok::<(), dsocs_core::RunError>(())
     /// ```

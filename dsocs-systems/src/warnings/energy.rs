@@ -297,7 +297,7 @@ mod tests {
             assert!(told.contains(words), "{told}");
             assert_eq!(note(&driven(100.0, 0.0), &[x0], 0.01, 20.0), None);
             // also where it has left the numbers that there are
-            let told = note(&driven(100.0, 0.0), &[x0], 0.21, 300.0).unwrap();
+            let told = note(&driven(100.0, 0.0), &[x0], 0.21, 150.0).unwrap();
             assert!(told.contains(words) && told.contains("to inf at t ="), "{told}");
         }
         // a force that drives the system all the time: no spring, in resonance, and none for a long time
