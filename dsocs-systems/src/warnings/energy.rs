@@ -192,8 +192,7 @@ impl Energy {
         let (before, then) = self.growth.before[1];
         // the work has errors of the step, too: a step that is too long makes it miss the energy by several times
         let growth = largest - self.work.as_ref().map_or(first, |work| work.from);
-        let is_given = growth.is_finite()
-            && (growth - self.given).abs() <= (1.0 - EXPLAINED) * growth.abs();
+        let is_given = growth.is_finite() && (growth - self.given).abs() <= (1.0 - EXPLAINED) * growth.abs();
         let grows = if is_given || !exploded(first) || !exploded(before) {
             None
         } else if first != 0.0 {
