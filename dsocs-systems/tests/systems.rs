@@ -274,7 +274,7 @@ mod texts {
     #[test]
     fn the_ball_goes_round_a_circle_at_two_sevenths_of_the_tables_rate() {
         let entry = entry("turntable");
-        let nodes = nodes(&entry, 0.5, 40.0, Method::Tolerance(1e-13));
+        let nodes = nodes(&entry, 0.5, 40.0, Method::Tolerance(1e-14));
         let ([x, y], [u, v]) = ([4, 5].map(|i| nodes[0].q[i]), [4, 5].map(|i| nodes[0].v[i]));
         let k = 2.0 / 7.0 * 2.0;
         for node in &nodes {
