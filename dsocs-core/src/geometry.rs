@@ -9,7 +9,7 @@
 //! are differentiated by finite differences. The tangent map of a step follows from the generated rows by the implicit function
 //! theorem ([`DiscreteFlow::tangent`]).
 //!
-//! Systems are passed by reference, `&Pendulum`, as a [`Kernel`](crate::Kernel): every declared system is one. Vectors are slices with one
+//! Systems are passed by reference, `&Pendulum`, as a [`Kernel`]: every declared system is one. Vectors are slices with one
 //! component for each coordinate, so all of this is compiled once, for systems of any number of coordinates. [`Leg::any`] and
 //! [`Point::any`](crate::Point::any) make a leg and a point of arrays into slices. In code that is generic over its [`System`],
 //! [`System::kernel`] is the reference to pass.
