@@ -2,8 +2,8 @@
 //! the base does.
 
 use super::orders::ROWS;
-use super::roots::{self, Crossing};
-use super::switch::{Reach, tail};
+use super::roots::{self, Crossing, value};
+use super::switch::{Reach, shorter, tail};
 
 /// A power is narrow where it is so many times what it is at the beginning of a step (binary logarithm). What it is at the end says nothing: a step that is not
 /// good is tried again, and then ends elsewhere.
@@ -15,9 +15,6 @@ const MOST_NEARS: u8 = 8;
 
 /// The last terms of the base are below this part of what it has to rise by.
 const TOLD: f64 = 0.1;
-
-/// How much of a step a shorter one takes at least, where the series of the base does not converge.
-const SHORTEST: f64 = 0.05;
 
 /// A power.
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +98,7 @@ impl Power {
             let (tail, allowed) = (tail(terms), TOLD * (1.0 - self.part) * largest);
             // two or three terms say nothing of those that are missing
             if known.len() >= 4 && tail > allowed && part > f64::EPSILON {
-                part *= (0.9 * (allowed / tail).powf(1.0 / (known.len() - 1) as f64)).max(SHORTEST);
+                part *= shorter(tail, allowed, known.len() - 1);
                 continue;
             }
             return match extrema.find(|&at| self.part * value(terms, at).abs() > first) {
@@ -122,11 +119,6 @@ fn terms(known: &[f64], h: f64) -> [f64; ROWS] {
         power *= h;
     }
     terms
-}
-
-/// Their sum at a part of that time.
-fn value(terms: &[f64], at: f64) -> f64 {
-    terms.iter().rev().fold(0.0, |value, term| value * at + term)
 }
 
 /// Finds where it is largest or smallest on the way.

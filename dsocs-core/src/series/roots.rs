@@ -28,9 +28,13 @@ pub(crate) fn crossings(coefficients: &[f64], found: &mut Vec<Crossing>) {
     let degree = coefficients.len().min(ROWS).saturating_sub(1);
     let bernstein = bernstein(&coefficients[..=degree]);
     isolate(&bernstein, degree, [0.0, 1.0], DEPTH, &mut |bracket| {
-        let value = |s: f64| coefficients.iter().rev().fold(0.0, |sum, &c| sum * s + c);
-        found.push(refine(&value, bracket));
+        found.push(refine(&|s| value(coefficients, s), bracket));
     });
+}
+
+/// `Σ c_k s^k`.
+pub(crate) fn value(coefficients: &[f64], s: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * s + c)
 }
 
 /// `b_i = Σ_k C(i,k)/C(n,k) c_k`.

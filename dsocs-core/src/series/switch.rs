@@ -357,7 +357,7 @@ impl Switch {
                     .fold(0.0_f64, |largest, term| largest.max(term.abs()));
                 let allowed = limits.tail * largest;
                 if tail > allowed {
-                    part *= (0.9 * (allowed / tail).powf(1.0 / (last - from) as f64)).max(SHORTEST);
+                    part *= shorter(tail, allowed, last - from);
                     whole = part;
                     continue;
                 }
@@ -383,6 +383,11 @@ impl Switch {
 pub(super) fn tail(terms: &[f64]) -> f64 {
     let from = terms.len() - (terms.len() / 3).max(2).min(terms.len());
     terms[from..].iter().fold(0.0, |tail, term| tail.max(term.abs()))
+}
+
+/// By which part a step is made shorter so that its last terms, of an order, are as small as is allowed.
+pub(super) fn shorter(tail: f64, allowed: f64, order: usize) -> f64 {
+    (0.9 * (allowed / tail).powf(1.0 / order as f64)).max(SHORTEST)
 }
 
 /// The part of a step where its search for the first root begins: terms beyond the first are not much larger than it there. Roots are

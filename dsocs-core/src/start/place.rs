@@ -78,14 +78,19 @@ impl Place {
         }
     }
 
+    /// The point with an acceleration that was found here, and the multipliers that stand behind it.
+    pub fn with<'p>(&'p self, motion: &'p [f64]) -> (AnyPoint<'p, f64>, &'p [f64]) {
+        let (a, multipliers) = motion.split_at(self.q.len().min(motion.len()));
+        let (t, q, v) = (self.t, &self.q[..], &self.v[..]);
+        (AnyPoint { t, q, v, a }, multipliers)
+    }
+
     /// What the equations leave open here, or nearly, at what was found here.
     pub fn deficiency(&self, declaration: &Declaration<'_>, found: &Determined) -> Option<Deficiency> {
-        let motion = found.motion.get(..self.q.len()).unwrap_or(&[]);
         if declaration.shape().is_of_third_order() {
             return third::deficiency(declaration, self.t, [&self.q, &self.v, &self.a], &found.motion);
         }
-        let (t, q, v) = (self.t, &self.q[..], &self.v[..]);
-        deficiency::near_point(declaration, AnyPoint { t, q, v, a: motion })
+        deficiency::near_point(declaration, self.with(&found.motion).0)
     }
 
     /// The arguments of what is given by pieces.

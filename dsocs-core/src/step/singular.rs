@@ -61,7 +61,7 @@ fn apart(one: &Determined, other: &Determined, component: usize) -> f64 {
 }
 
 /// Whether the determinants have opposite signs.
-fn are_opposite(one: &Determined, other: &Determined) -> bool {
+pub(crate) fn are_opposite(one: &Determined, other: &Determined) -> bool {
     one.determinant.value * other.determinant.value < 0.0
 }
 

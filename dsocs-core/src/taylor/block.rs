@@ -414,18 +414,19 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         lanes.engine.tell(lane, asked, &mut motion.next);
         // a velocity that jumps where no expansion shows a switch, or a place where the equations do not determine the acceleration
         let depends = |projection: &Projection| projection.has_turned() || projection.is_lost();
-        let jumps = motion.moved(self.step.h()).is_some()
+        let is_hard = motion.moved(self.step.h()).is_some()
             || motion.changes_sign()
             || motion.projection.as_ref().is_some_and(depends);
         let weights = motion.control.weights();
         let order = motion.order.current();
         let Judged { sizes: known, end } = equations.judge(&motion.next, motion.tried.a(), weights, order);
-        let good = !jumps && motion.control.good(sizes, end, size, false);
-        let jumps = jumps || (!good && motion.is_rounding(&**equations, (end[1], size), self.step.tries));
-        if jumps || (!good && size <= smallest) {
+        let good = !is_hard && motion.control.good(sizes, end, size, false);
+        let stays_alone =
+            is_hard || (!good && motion.is_rounding(&**equations, (end[1], size), self.step.tries));
+        if stays_alone || (!good && size <= smallest) {
             // what this is, the step says that is made alone
             core::mem::swap(&mut motion.series, &mut motion.next);
-            self.stays_alone |= jumps;
+            self.stays_alone |= stays_alone;
             self.is_complete = false;
             return false;
         }

@@ -3,7 +3,6 @@
 
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
-use crate::number::point::AnyPoint;
 use crate::solve::{Square, Vector};
 use crate::start::place::Place;
 use crate::tape::declaration::Declaration;
@@ -67,13 +66,7 @@ impl Integrator {
 
 /// What the rounding of the equations makes of accelerations and multipliers that were found at a place.
 fn of_evaluation(declaration: &Declaration<'_>, place: &Place, motion: &[f64]) -> Option<Vector> {
-    let (a, multipliers) = motion.split_at(place.q.len().min(motion.len()));
-    let point = AnyPoint {
-        t: place.t,
-        q: &place.q,
-        v: &place.v,
-        a,
-    };
+    let (point, multipliers) = place.with(motion);
     let size = motion.len();
     let (mut bounds, mut rows, mut jacobian) = (Vector::zero(size), Vector::nan(size), Square::zero(size));
     declaration.continuous_bounds(point, multipliers, &mut bounds);

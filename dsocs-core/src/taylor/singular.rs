@@ -7,11 +7,10 @@
 
 use super::integrator::{Integrator, Outcome};
 use super::recurrences::SeriesKernel;
-use crate::number::point::AnyPoint;
 use crate::solve::Vector;
 use crate::start::place::Place;
 use crate::start::{Determined, determinant_at};
-use crate::step::singular::{self, DEPENDENT};
+use crate::step::singular::{self, DEPENDENT, are_opposite};
 use crate::tape::declaration::Declaration;
 
 /// A step that would lead past such a place goes half the way there, unless that is less than this part of it.
@@ -47,20 +46,14 @@ impl Integrator {
         self.series.sign() * self.next.sign() < 0.0
     }
 
-    /// The position and the velocity of the last series after a time.
-    fn place_after(&self, s: f64) -> Place {
-        let n = self.now.q().len();
-        let (mut q, mut v) = (Vector::zero(n), Vector::zero(n));
-        // each order as a multiple of the one before, the highest first
-        for (order, coefficients) in self.series.positions().chunks(n.max(1)).enumerate().rev() {
-            for (i, coefficient) in coefficients.iter().enumerate() {
-                q[i] = q[i] * s + coefficient;
-                if order > 0 {
-                    v[i] = v[i] * s + order as f64 * coefficient;
-                }
-            }
-        }
-        Place::of_phase(self.t.hi[0] + s, q, v)
+    /// The position and the velocity of the last series after a time, and the acceleration.
+    fn place_after(&self, s: f64) -> (Place, Vector) {
+        let (q, v) = self.series.start();
+        let [mut dq, mut dv, mut a] = [(); 3].map(|()| Vector::zero(q.len()));
+        self.series.increments(s, [&mut dq, &mut dv, &mut a]);
+        let after = |from: &[f64], by: &Vector| Vector::of(from).zip(by, |from, by| from + by);
+        let place = Place::of_phase(self.t.hi[0] + s, after(q, &dq), after(v, &dv));
+        (place, a)
     }
 
     /// What the step of the length `h` that has been tried leads past, if it must not. At switches and knots the determinant may become another one at once:
@@ -89,7 +82,7 @@ impl Integrator {
     fn past_dependence(&self, equations: &dyn SeriesKernel, h: f64, has_turned: bool) -> Option<Past> {
         let declaration = equations.declaration();
         let (time, row) = if has_turned {
-            let way = |part: f64| self.place_after(part * h);
+            let way = |part: f64| self.place_after(part * h).0;
             singular::dependence(&declaration, &way, DEPENDENT)?
         } else {
             let time = self.t.hi[0] + h;
@@ -109,23 +102,15 @@ impl Integrator {
     fn past_zero(&self, equations: &dyn SeriesKernel, h: f64, smallest: f64) -> Option<Past> {
         let declaration = equations.declaration();
         let n = self.now.q().len();
-        let (mut moves, mut a) = (vec![0.0; 2 * n], vec![0.0; n]);
-        let near = |s: f64, a: &[f64]| {
-            let place = self.place_after(s);
-            let solved = place.solve(&declaration, a)?;
+        let at = |s: f64, found: Option<&[f64]>| {
+            let (place, a) = self.place_after(s);
+            let solved = place.solve(&declaration, found.unwrap_or(&a))?;
             Some((s, place, solved))
         };
-        let mut at = |s: f64| {
-            let (dq, dv) = moves.split_at_mut(n);
-            self.series.increments(s, [dq, dv, &mut a]);
-            near(s, &a)
-        };
         // at both ends those that were found there
-        let first = near(0.0, self.series.velocity_of(1))?;
-        let (mut from, mut to) = (first.clone(), near(h, self.next.velocity_of(1))?);
-        let is_opposite =
-            |one: &Determined, other: &Determined| one.determinant.value * other.determinant.value < 0.0;
-        if !is_opposite(&from.2, &to.2) {
+        let first = at(0.0, Some(self.series.velocity_of(1)))?;
+        let (mut from, mut to) = (first.clone(), at(h, Some(self.next.velocity_of(1)))?);
+        if !are_opposite(&from.2, &to.2) {
             return None;
         }
         let (mut least, mut apart, mut largest) = (f64::INFINITY, f64::INFINITY, 0.0_f64);
@@ -133,9 +118,9 @@ impl Integrator {
             // not at the place itself, where there may be no acceleration
             let middle = [0.5, 0.4]
                 .into_iter()
-                .find_map(|part| at(from.0 + part * (to.0 - from.0)));
+                .find_map(|part| at(from.0 + part * (to.0 - from.0), None));
             let middle = middle?;
-            if is_opposite(&middle.2, &from.2) {
+            if are_opposite(&middle.2, &from.2) {
                 to = middle;
             } else {
                 from = middle;
@@ -162,14 +147,7 @@ impl Integrator {
 
 /// Whether the determinant vanishes at a place since another acceleration belongs to it, and not whatever the acceleration is.
 fn is_of_another(declaration: &Declaration<'_>, place: &Place, first: &Determined) -> bool {
-    let n = place.q.len();
-    let (a, multipliers) = first.motion.split_at(n.min(first.motion.len()));
-    let point = AnyPoint {
-        t: place.t,
-        q: &place.q,
-        v: &place.v,
-        a,
-    };
+    let (point, multipliers) = place.with(&first.motion);
     let unit = first.determinant.exponent;
     let [there, here] = [determinant_at(declaration, point, multipliers), first.determinant]
         .map(|determinant| determinant.in_units_of(unit).abs());

@@ -13,13 +13,14 @@ use super::integrator::{Integrator, Outcome};
 use super::pieces::{Known, Pieces, first};
 use super::recurrences::SeriesKernel;
 use super::watch::AT_ONCE;
-use super::way::{COUNT, DEGREE, Way, coefficients, place, value};
+use super::way::{COUNT, DEGREE, Way, coefficients, place};
 use crate::number::compensated::Compensated;
 use crate::number::larger;
 use crate::number::point::AnyPoint;
 use crate::regularity::resting::{AtPoint, Held};
 use crate::regularity::sides::Piece;
 use crate::regularity::sticking as sides;
+use crate::series::roots::value;
 use crate::solve::rotation;
 
 /// How often the iteration goes on.

@@ -73,11 +73,6 @@ pub(super) fn coefficients(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
     (powers, tail)
 }
 
-/// The value of a polynomial.
-pub(super) fn value(coefficients: &[f64], x: f64) -> f64 {
-    coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
-}
-
 impl Way {
     /// The coefficients of a velocity in parts of the length.
     pub(super) fn velocity(&self, i: usize, v: f64) -> [f64; COUNT + 1] {

@@ -244,29 +244,42 @@ fn without_common(graph: &mut Graph, sum: NodeId) -> (NodeId, NodeId) {
 
 /// A sum with fixed factors multiplied into the sums that they stand beside, where terms cancel then.
 fn without_brackets(graph: &mut Graph, sum: NodeId) -> NodeId {
-    let (terms, constant) = graph.terms(sum);
-    let mut flat = Vec::new();
-    for &(term, c) in &terms {
-        let factors = graph.factors(term).into_iter();
-        let (early, late): (Vec<_>, Vec<_>) = factors.partition(|&(factor, _)| is_early(graph, factor));
-        match late[..] {
-            [(inner, 1)] if !early.is_empty() && matches!(graph.node(inner), Node::Sum(..)) => {
-                let early = graph.product(&early);
-                let (inner, rest) = graph.terms(inner);
-                for (inner, d) in inner {
-                    flat.push((graph.mul(early, inner), c * d));
-                }
-                flat.push((early, c * rest));
-            }
-            _ => flat.push((term, c)),
-        }
-    }
-    let flat = graph.linear(constant, &flat);
-    if graph.terms(flat).0.len() < terms.len() {
+    let flat = spread(graph, sum, &is_early, &|_, count, _| count > 0);
+    if graph.terms(flat).0.len() < graph.terms(sum).0.len() {
         flat
     } else {
         sum
     }
+}
+
+/// A sum where each term that is another sum with factors of some kind is the terms of that, if a condition on their number and the other sum holds.
+pub(super) fn spread(
+    graph: &mut Graph,
+    sum: NodeId,
+    is_factor: &dyn Fn(&Graph, NodeId) -> bool,
+    opens: &dyn Fn(&Graph, usize, NodeId) -> bool,
+) -> NodeId {
+    let (terms, constant) = graph.terms(sum);
+    let mut flat = Vec::new();
+    for (term, c) in terms {
+        let factors = graph.factors(term).into_iter();
+        let (beside, others): (Vec<_>, Vec<_>) = factors.partition(|&(factor, _)| is_factor(graph, factor));
+        match others[..] {
+            [(inner, 1)]
+                if matches!(graph.node(inner), Node::Sum(..)) && opens(graph, beside.len(), inner) =>
+            {
+                let beside = graph.product(&beside);
+                let (inner, rest) = graph.terms(inner);
+                for (inner, d) in inner {
+                    flat.push((graph.mul(beside, inner), c * d));
+                }
+                flat.push((beside, c * rest));
+            }
+            _ => flat.push((term, c)),
+        }
+    }
+    // what is equal becomes one
+    graph.linear(constant, &flat)
 }
 
 #[cfg(test)]

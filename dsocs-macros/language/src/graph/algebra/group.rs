@@ -3,7 +3,7 @@
 //! The momentum of link `i` of a chain is `Σ_{k ≥ i} m_k cᵢ ẋ_k`, where `ẋ_k` is a sum over the links up to `k`: of the order of `n³` terms in all rows. As
 //! `cᵢ Σ_j μ_max(i,j) cⱼ vⱼ` they are `n²`, and nobody has multiplied them out one by one.
 
-use super::gather::is_whole;
+use super::gather::{is_whole, spread};
 use crate::graph::{Graph, Node, NodeId};
 use crate::hash::HashMap;
 
@@ -25,7 +25,11 @@ pub(crate) fn slope(graph: &mut Graph, coordinates: usize, slope: NodeId) -> Nod
 
 /// A sum with its terms in groups.
 fn grouped(graph: &mut Graph, sum: NodeId) -> NodeId {
-    let (terms, constant) = flat(graph, sum);
+    // those that are a sum with a fixed factor are the terms of that
+    let flat = spread(graph, sum, &Graph::is_fixed, &|graph, _, inner| {
+        !is_whole(graph, inner)
+    });
+    let (terms, constant) = graph.terms(flat);
     let mut places: HashMap<Factors, usize> = HashMap::default();
     let mut groups: Vec<(Factors, Vec<Member>)> = Vec::new();
     let mut others = Vec::new();
@@ -58,30 +62,6 @@ fn grouped(graph: &mut Graph, sum: NodeId) -> NodeId {
         others.push((graph.product(&factors), 1.0));
     }
     graph.linear(constant, &others)
-}
-
-/// The terms of a sum, where those that are a sum with a fixed factor are the terms of that.
-fn flat(graph: &mut Graph, sum: NodeId) -> (Vec<(NodeId, f64)>, f64) {
-    let (terms, constant) = graph.terms(sum);
-    let mut flat = Vec::new();
-    for (term, c) in terms {
-        let factors = graph.factors(term).into_iter();
-        let (fixed, moving): (Vec<_>, Vec<_>) = factors.partition(|&(factor, _)| graph.is_fixed(factor));
-        match moving[..] {
-            [(inner, 1)] if matches!(graph.node(inner), Node::Sum(..)) && !is_whole(graph, inner) => {
-                let fixed = graph.product(&fixed);
-                let (inner, rest) = graph.terms(inner);
-                for (term, d) in inner {
-                    flat.push((graph.mul(fixed, term), c * d));
-                }
-                flat.push((fixed, c * rest));
-            }
-            _ => flat.push((term, c)),
-        }
-    }
-    // what is equal becomes one
-    let flat = graph.linear(constant, &flat);
-    graph.terms(flat)
 }
 
 /// The sum of some sums, each with its factors, and the factors that all of them have.
