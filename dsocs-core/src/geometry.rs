@@ -81,7 +81,7 @@ pub use pieces::{corners, pieces};
 pub use quadrature::mean_over;
 pub use reduction::{momentum_along, momentum_balance, reduced};
 #[doc(hidden)] // until steps are solved on slices
-pub use split::{constraint_multipliers, continuous_multipliers};
+pub use split::{constraint_multipliers, continuous_multipliers, multipliers_of};
 pub use theorem::FlowTheorem;
 pub use written::{rows_of_four_written, rows_of_written};
 

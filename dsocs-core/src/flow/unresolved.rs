@@ -8,7 +8,9 @@
 
 use super::discrete::Discrete;
 use super::jumps::{between, first_half};
-use crate::number::point::AnyLeg;
+use crate::number::bounded::Bounded;
+use crate::number::point::{AnyLeg, map};
+use crate::number::scalar::Scalar as _;
 use crate::run::Unresolved;
 use crate::solve::newton::Stop;
 use crate::solve::predictor;
@@ -101,6 +103,18 @@ fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f
         force
     };
     let forces: Vec<Vector> = jumps::places().map(force).collect();
+    // the sum of a function and its limit is rounding where it is none
+    let is_rounding = |values: &[f64], i: usize| {
+        let [least, most] = jumps::range(values.iter().copied());
+        let errors = jumps::places().map(|part| {
+            let Place { t, q, v, .. } = way(part);
+            let mut force = vec![Bounded::splat(0.0); e.len()];
+            let [q, v] = [&q, &v].map(|x| map(x, Bounded::splat));
+            declaration.external_forces(Bounded::splat(t), &q, &v, &mut force);
+            force[i].error()
+        });
+        most - least <= errors.fold(0.0, f64::max)
+    };
     let arrives = declaration.arriving(h, leg);
     let leaves = declaration.arriving(
         h,
@@ -112,7 +126,7 @@ fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f
     );
     let parts = (0..e.len()).map(|i| {
         let values: Vec<f64> = forces.iter().map(|force| force[i]).collect();
-        if jumps::is_smooth(&values) {
+        if jumps::is_smooth(&values) || is_rounding(&values, i) {
             return 0.0;
         }
         let whole = jumps::aside(&values);

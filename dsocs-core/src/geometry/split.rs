@@ -10,10 +10,16 @@ use crate::tape::declaration::Declaration;
 /// empty if the declaration gives the virtual displacements by fields.
 #[must_use]
 pub fn constraint_multipliers(system: &dyn Kernel, h: f64, triple: &Triple) -> Vec<f64> {
-    let declaration = Declaration::of(system);
+    let force = Declaration::of(system).force(h, triple.leg.any(), &triple.e);
+    multipliers_of(system, h, triple, &force)
+}
+
+/// The multipliers of a force, by the forms at a triple of nodes: as [`constraint_multipliers`], which has the constraint force there.
+#[must_use]
+pub fn multipliers_of(system: &dyn Kernel, h: f64, triple: &Triple, force: &[f64]) -> Vec<f64> {
     multipliers(
-        &declaration.force(h, triple.leg.any(), &triple.e),
-        &declaration.forms(h, triple.leg.any(), &triple.e),
+        force,
+        &Declaration::of(system).forms(h, triple.leg.any(), &triple.e),
     )
 }
 

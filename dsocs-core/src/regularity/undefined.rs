@@ -66,6 +66,9 @@ impl Undefined {
     }
 }
 
+/// Numbers that are written without an exponent.
+const LONG: core::ops::Range<f64> = 1e-5..1e16;
+
 impl fmt::Display for Undefined {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [before, after] = if self.value.is_nan() {
@@ -80,7 +83,7 @@ impl fmt::Display for Undefined {
             .quantities
             .iter()
             .take(NAMED)
-            .map(|(name, value)| format!("{name} = {value}"))
+            .map(|(name, value)| format!("{name} = {}", short(*value)))
             .collect();
         let more = if self.quantities.len() > NAMED {
             ", …"
@@ -93,6 +96,15 @@ impl fmt::Display for Undefined {
         } else {
             write!(f, " ({}{more})", named.join(", "))
         }
+    }
+}
+
+/// A number in no more digits than it has.
+fn short(value: f64) -> String {
+    if value != 0.0 && !LONG.contains(&value.abs()) {
+        format!("{value:e}")
+    } else {
+        format!("{value}")
     }
 }
 

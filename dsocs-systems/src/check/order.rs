@@ -4,9 +4,10 @@
 //! of any step, and a fit there would tell of chaos and not of the scheme.
 
 use dsocs_core::geometry::{
-    constraint_force, constraint_multipliers, continuous_multipliers, legendre_plus, state_displacements,
+    Triple, constraint_force, constraint_multipliers, continuous_multipliers, legendre_plus, multipliers_of,
+    state_displacements,
 };
-use dsocs_core::{Declaration, RunError};
+use dsocs_core::{Declaration, Kernel, RunError};
 
 use super::probe::{First, State, less};
 use super::{Finding, Measured, Report, Subject, larger, probe};
@@ -412,11 +413,37 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
                 found[k].push(relative.fold(0.0, larger));
             }
         }
+        let [.., of_multipliers] = &mut found;
+        let largest = of_multipliers.iter().copied().fold(0.0, larger);
+        if let Some(place) = of_multipliers.iter().position(|error| *error == largest)
+            && largest > DIFFERENCES
+        {
+            let rounding = multiplier_rounding(system, h, &nodes[place], &scales[3]);
+            for error in of_multipliers.iter_mut().filter(|error| **error <= rounding) {
+                *error = 0.0;
+            }
+        }
         for (errors, found) in errors.iter_mut().zip(found) {
             errors.push(found);
         }
     }
     Ok((times, errors, ended))
+}
+
+/// How well multipliers are known at a triple of nodes, in units of their scales: to what the rounding of a force makes of them, which is that of momenta over a step.
+fn multiplier_rounding(system: &dyn Kernel, h: f64, node: &Triple, scales: &[f64]) -> f64 {
+    let momenta = legendre_plus(system, h, node.leg.any());
+    let mut all = vec![0.0; scales.len()];
+    for (i, momentum) in momenta.iter().enumerate() {
+        let mut force = vec![0.0; momenta.len()];
+        force[i] = ROUNDINGS * f64::EPSILON * momentum.abs();
+        let multipliers = multipliers_of(system, h, node, &force);
+        for (all, multiplier) in all.iter_mut().zip(multipliers) {
+            *all += multiplier.abs();
+        }
+    }
+    let relative = all.iter().zip(scales).map(|(all, scale)| all / scale);
+    relative.fold(0.0, larger)
 }
 
 /// How large each component of a quantity becomes: of positions, how far they go.
