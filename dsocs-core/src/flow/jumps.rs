@@ -105,15 +105,15 @@ impl Discrete<'_> {
                 declarations: *declarations,
                 pieces: span.before,
             };
-            // where a sign changes there is a place to compare both sides; where a table bends it may be narrow beside
-            if found.iter().all(|crossing| crossing.switch == switches::NONE) {
-                for place in switches::narrow_places(&now, way, |switch, last| span.asks(switch, last)) {
-                    part = part.max(on.swings_at(place));
-                }
-            }
             for crossing in &found {
                 any = true;
                 part = part.max(on.jump_at(*crossing));
+            }
+            // what jumps says all; what is smooth where a sign changes may be narrow there, or beside
+            if part <= jumps::TOLD {
+                for place in switches::narrow_places(&now, way, |switch, last| span.asks(switch, last)) {
+                    part = part.max(on.swings_at(place));
+                }
             }
         }
         let time = leg.t;

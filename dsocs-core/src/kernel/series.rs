@@ -19,6 +19,7 @@
 //! - how many accelerations and multipliers stay unknown, `2 i` or `2 i + 1` for each; the sequences of as many rows; and the entries of their
 //!   Jacobian: how many, and row, column and sequence of each.
 
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use crate::series::orders::LANES;
@@ -238,6 +239,8 @@ pub(crate) enum Argument {
     Steep(Place),
     /// The base of a power of a high degree, which is negative in a divisor.
     Power(Place, i32),
+    /// The value of a function, and its bound: the largest absolute value; with zero it is not negative.
+    Bounded(Place, f64),
     /// The first without the second.
     Difference(Place, Place),
 }
@@ -463,6 +466,10 @@ fn read(reader: &mut Reader<'_>, constants: Tape, calls: Vec<TapeCall>) -> Optio
             let base = counts.sequence(reader)?;
             let degree = i32::try_from(reader.number()?).ok()?;
             Some(Argument::Power(base, if kind == 3 { -degree } else { degree }))
+        }
+        kind @ 5..=7 => {
+            let bound = [0.0, FRAC_PI_2, PI].get(kind - 5).copied()?;
+            Some(Argument::Bounded(counts.sequence(reader)?, bound))
         }
         2 => Some(Argument::Difference(
             counts.sequence(reader)?,

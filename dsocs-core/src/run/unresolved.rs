@@ -2,9 +2,10 @@
 
 /// The steps of a run that were too long for what switches in them. Each reduces the order of the run to 1.
 ///
-/// - The arguments of what is given by pieces (a `signum`, a comparison, an absolute value), and what is divided by, are watched on the way of each step.
+/// - The arguments of what is given by pieces (a `signum`, a comparison, an absolute value), and what is divided by, are watched on the way of each step; and
+///   the rates of what `sqrt`, `asin` and `acos` are taken of, and the ordinates of `atan2`, which tell of corners and jumps that these have.
 ///   Where one changes its sign, the acceleration, of third order also the jerk, is compared on both sides of the place. If it jumps by more than a
-///   thousandth of itself, the step is counted; a corner costs no order, and is not. [`Unresolved::largest`] is infinite where the acceleration grows without bound, as at a pole, and
+///   thousandth of itself, or by half of itself within a sixteenth of the way, the step is counted; a corner costs no order, and is not. [`Unresolved::largest`] is infinite where the acceleration grows without bound, as at a pole, and
 ///   where the velocity has to jump, as at a step of the potential: there the motion ends, or depends on where the nodes lie.
 /// - What is only steep, or a function of the user's, is looked at in steps that differ from their prediction. If an external force departs there from the
 ///   straight line between its values on the two legs by more than a tenth of the change of the momentum over the step, or of the force if that is larger,

@@ -135,6 +135,21 @@ impl<T: Coefficient> Series<T> {
         self.sign = sign;
     }
 
+    /// Moves the point of expansion a time `s` later: the polynomials stay the same.
+    pub(crate) fn begin_later(&mut self, s: T) {
+        let (n, order) = (self.dimension, self.order());
+        self.t = self.t + s;
+        for (table, degree) in [(&mut self.q, order + 1), (&mut self.v, order)] {
+            for first in 0..degree {
+                for k in (first..degree).rev() {
+                    for i in 0..n {
+                        table[k * n + i] = table[k * n + i] + s * table[(k + 1) * n + i];
+                    }
+                }
+            }
+        }
+    }
+
     /// Sets the time of the point of expansion.
     #[inline]
     pub(crate) fn set_time(&mut self, t: T) {

@@ -131,6 +131,14 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         }
     }
 
+    /// Begins the series of a value that has a bound.
+    #[inline(always)]
+    pub fn bounded(&mut self, place: usize, value: T, bound: f64) {
+        for track in 0..T::TRACKS {
+            self.switches[track][place].bounded(value.track(track), bound);
+        }
+    }
+
     /// Begins the series of the base of a power of a high degree, negative in a divisor.
     #[inline(always)]
     pub fn power(&mut self, place: usize, value: T, exponent: i32) {

@@ -3,6 +3,9 @@
 //! The series of `|u|` is that of `u` or of `-u`, and it is right only as long as `u` keeps the sign that the series began with. The same
 //! holds for the argument of `signum`, and for the difference of the two sides of a comparison. Recurrences know the series of these
 //! arguments. So the first place is found where one of them changes its sign, and the step ends there.
+//!
+//! A root is never negative, but the series of `√(u²)` is that of `u` or of `-u`, which goes on below zero. The place where it would is a corner. The same holds for
+//! angles, as the series of `atan(tan u)` is that of `u` and a constant.
 
 use super::orders::{MAX_ORDER, ROWS};
 use super::power::Power;
@@ -25,6 +28,9 @@ const SHORTEST: f64 = 0.05;
 
 /// How much longer the next part of a step is in which a root is looked for.
 const FARTHER: f64 = 8.0;
+
+/// So many terms a series has at least whose later ones are taken as rounding.
+const LEAST_TOLD: usize = 6;
 
 /// A series that begins so far outside of the place where a smooth step is visible knows nothing of it.
 const FLAT: f64 = 3.0;
@@ -52,7 +58,7 @@ impl Limits {
 pub struct Switch {
     /// Its Taylor coefficients; those of lower orders than a series' are known.
     coefficients: [f64; ROWS],
-    /// The sign of the piece that the series belongs to; 0 where a smooth function is steep.
+    /// The sign of the piece that the series belongs to; 0 of what has no pieces.
     side: f64,
     /// The sign that the next series is to have; 0 if the value decides.
     set: f64,
@@ -62,8 +68,22 @@ pub struct Switch {
     scale: f64,
     /// The time after which a series that begins where the switch is has left it by more than rounding.
     leaves: f64,
-    /// The power of a high degree that it is raised to.
-    power: Option<Power>,
+    /// What depends on it.
+    kind: Kind,
+}
+
+/// What depends on an argument.
+#[derive(Clone, Copy, Debug, Default)]
+enum Kind {
+    /// A piece of a function.
+    #[default]
+    Piece,
+    /// A smooth function that is flat but for a neighbourhood of zero.
+    Steep,
+    /// A power of a high degree that it is raised to.
+    Power(Power),
+    /// It is itself the value of a function that has a bound: the largest absolute value. With zero it is not negative.
+    Bounded(f64),
 }
 
 impl Default for Switch {
@@ -75,7 +95,7 @@ impl Default for Switch {
             leading: 0,
             scale: 0.0,
             leaves: 0.0,
-            power: None,
+            kind: Kind::Piece,
         }
     }
 }
@@ -89,6 +109,8 @@ pub(crate) enum Reach {
     Shorter(f64),
     /// Up to a change of sign.
     Crossing(f64),
+    /// Up to where the value of a function comes to its bound.
+    Corner(f64),
 }
 
 impl Switch {
@@ -104,14 +126,22 @@ impl Switch {
     #[inline(always)]
     pub fn steep(&mut self, value: f64) {
         self.coefficients[0] = value;
+        self.kind = Kind::Steep;
+    }
+
+    /// Begins the series of a value that has a bound.
+    #[inline(always)]
+    pub fn bounded(&mut self, value: f64, bound: f64) {
+        self.coefficients[0] = value;
+        self.kind = Kind::Bounded(bound);
     }
 
     /// Begins the series of the base of a power of a high degree, negative in a divisor: it may be flat but where the power is large.
     #[inline(always)]
     pub fn power(&mut self, value: f64, exponent: i32) {
         self.coefficients[0] = value;
-        if !self.power.is_some_and(|power| power.is_of(exponent)) {
-            self.power = Some(Power::new(exponent));
+        if !matches!(self.kind, Kind::Power(power) if power.is_of(exponent)) {
+            self.kind = Kind::Power(Power::new(exponent));
         }
     }
 
@@ -163,6 +193,11 @@ impl Switch {
     /// Whether its sign decides between pieces; that of a steep function's argument does not.
     pub(crate) fn may_turn(&self) -> bool {
         self.side != 0.0
+    }
+
+    /// Whether it is the value of a function that has a bound.
+    pub(crate) fn is_bounded(&self) -> bool {
+        matches!(self.kind, Kind::Bounded(_))
     }
 
     /// Whether the value is exactly zero.
@@ -268,27 +303,87 @@ impl Switch {
         found: &mut Vec<Crossing>,
     ) -> Reach {
         let known = &self.coefficients[..order.clamp(1, MAX_ORDER)];
-        if let Some(power) = &mut self.power {
-            return power.reach(known, h, found);
-        }
-        let (first, size) = (known[0].abs(), h.abs());
-        if self.side == 0.0 && first <= limits.visible + FLAT {
+        let (mut first, size) = (known[0].abs(), h.abs());
+        let is_steep = match &mut self.kind {
+            Kind::Power(power) => return power.reach(known, h, found),
+            Kind::Steep => true,
+            Kind::Piece => false,
+            Kind::Bounded(bound) => {
+                if *bound > 0.0 {
+                    first = *bound - first;
+                }
+                false
+            }
+        };
+        if is_steep && first <= limits.visible + FLAT {
             return Reach::Whole;
         }
         let rest = known[1..]
             .iter()
             .rev()
             .fold(0.0, |rest, c| (rest + c.abs()) * size);
-        let least = if self.side == 0.0 {
-            limits.visible
-        } else {
-            0.1 * first
-        };
+        let least = if is_steep { limits.visible } else { 0.1 * first };
         if self.leading == 0 && first - rest > least {
             (self.scale, self.leaves) = (first + rest, 0.0);
             return Reach::Whole;
         }
-        self.search(order, h, limits, found)
+        match self.kind {
+            Kind::Bounded(bound) if bound > 0.0 => self.search_bounds(bound, order, h, limits, found),
+            _ => self.search(order, h, limits, found),
+        }
+    }
+
+    /// The same of a value that has two bounds.
+    #[cold]
+    fn search_bounds(
+        &self,
+        bound: f64,
+        order: usize,
+        h: f64,
+        limits: &Limits,
+        found: &mut Vec<Crossing>,
+    ) -> Reach {
+        let mut nearest = (1.0, Reach::Whole);
+        for side in [1.0, -1.0] {
+            let mut way = Self {
+                coefficients: self.coefficients.map(|c| -side * c),
+                kind: Kind::Bounded(0.0),
+                ..Self::default()
+            };
+            way.coefficients[0] += bound;
+            let reach = way.search(order, h, limits, found);
+            match reach {
+                Reach::Shorter(part) | Reach::Crossing(part) | Reach::Corner(part) if part < nearest.0 => {
+                    nearest = (part, reach);
+                }
+                _ => {}
+            }
+        }
+        nearest.1
+    }
+
+    /// How many terms tell something. Near a corner the digits of a value that has a bound are lost, the more the higher the order: beyond its smallest term its series is
+    /// rounding.
+    fn told(&self, terms: &[f64], limits: &Limits) -> usize {
+        if !matches!(self.kind, Kind::Bounded(_)) || terms.len() < LEAST_TOLD {
+            return terms.len();
+        }
+        // of an even function every other term is zero
+        let pairs = terms.windows(2).map(|pair| pair[0].abs().max(pair[1].abs()));
+        let sizes = pairs.enumerate().skip(LEAST_TOLD - 2);
+        let first = terms.iter().take(LEAST_TOLD);
+        let largest = first.fold(0.0_f64, |largest, term| largest.max(term.abs()));
+        let (place, least) = sizes.fold(
+            (0, f64::INFINITY),
+            |least, (k, size)| {
+                if size < least.1 { (k, size) } else { least }
+            },
+        );
+        if least <= limits.tail * largest {
+            place + 2
+        } else {
+            terms.len()
+        }
     }
 
     /// The same where the terms alone do not tell that there is no change of sign.
@@ -315,7 +410,8 @@ impl Switch {
                 }
             }
             self.scale = sum;
-            let terms = &mut terms[..=last - from];
+            let told = self.told(&terms[..=last - from], limits);
+            let terms = &mut terms[..told];
             self.leaves = if from == 0 {
                 0.0
             } else {
@@ -333,7 +429,7 @@ impl Switch {
             }
             let first = terms[0].abs();
             let rest = sum - first;
-            let free = if self.side == 0.0 {
+            let free = if matches!(self.kind, Kind::Steep) {
                 // flat at the beginning: as far as it is flat
                 let sign = terms[0].signum();
                 for term in terms.iter_mut() {
@@ -347,7 +443,7 @@ impl Switch {
                 rest < 0.9 * first
             };
             if !free {
-                let tail = if last + 2 >= known.len() && last >= from + 2 {
+                let tail = if told == last - from + 1 && last + 2 >= known.len() && last >= from + 2 {
                     tail(terms)
                 } else {
                     0.0
@@ -362,10 +458,13 @@ impl Switch {
                     continue;
                 }
                 roots::crossings(terms, found);
-                match found.first() {
-                    Some(crossing) if self.side == 0.0 => return Reach::Shorter(part * crossing.at),
-                    Some(crossing) => return Reach::Crossing(part * crossing.at),
-                    None => {}
+                if let Some(crossing) = found.first() {
+                    let place = part * crossing.at;
+                    return match self.kind {
+                        Kind::Piece => Reach::Crossing(place),
+                        Kind::Bounded(_) => Reach::Corner(place),
+                        Kind::Steep | Kind::Power(_) => Reach::Shorter(place),
+                    };
                 }
             }
             if part < whole {

@@ -27,6 +27,15 @@ const GROWS: f64 = 10.0;
 /// It is so by this factor: one over the distance by a hundred million, one over its root by ten thousand.
 const POLE: f64 = 1e3;
 
+/// So far from a place on both sides a value has digits whose own are lost beside it, as that of a root of what touches zero; what has a pole there grows towards it by more
+/// than this factor from ten times as far.
+const LOST: f64 = 1e-5;
+const GROWS_SLOWLY: f64 = 2.0;
+
+/// An acceleration nearly jumps that changes so close to a place, as a part of the way, by this part of itself: what is resolved does so by a quarter at most.
+const CLOSE: f64 = 1.0 / 32.0;
+const MOST: f64 = 0.5;
+
 /// A place so near to an end of the way, as a part of it, is there.
 const AT_NODE: f64 = 1e-9;
 
@@ -152,6 +161,54 @@ impl OnWay<'_> {
     /// How much the acceleration jumps at the place where an argument changes its sign, relative to itself: the largest of all components. It is infinite where
     /// the acceleration has no value, or grows without bound, or the velocity has to jump.
     pub(crate) fn jump_at(&self, Crossing { switch, parts }: Crossing) -> f64 {
+        let jump = self.jump_between(switch, parts);
+        if jump.is_finite() {
+            return if jump <= jumps::TOLD {
+                self.near_jump(parts)
+            } else {
+                jump
+            };
+        }
+        let [before, after] = [parts[0] - LOST, parts[1] + LOST];
+        if self.is_bounded([before, after]) {
+            self.jump_between(switch, [before, after])
+        } else {
+            jump
+        }
+    }
+
+    /// How much the acceleration changes close to a place, if most of it does so there: relative to itself, else 0. What rests and what moves are not compared.
+    fn near_jump(&self, [before, after]: [f64; 2]) -> f64 {
+        if self.declarations[0].sides() > 0 {
+            return 0.0;
+        }
+        let places = [0.0, before - CLOSE, before, after + CLOSE, 1.0].map(|part| self.acceleration(part));
+        let [Some(first), Some(left), Some(here), Some(right), Some(last)] = places else {
+            return 0.0;
+        };
+        let largest = |a: &Vector| a.iter().fold(0.0_f64, |largest, a| largest.max(a.abs()));
+        let sizes = [&first, &left, &here, &right, &last].map(|at| largest(&at.a));
+        let size = sizes.into_iter().fold(0.0, f64::max);
+        let across = left.a.zip(&right.a, |left, right| right - left);
+        let middle = left.a.zip(&right.a, |left, right| 0.5 * (left + right));
+        let change = largest(&across).max(largest(&here.a.zip(&middle, |here, middle| here - middle)));
+        if change > MOST * size { change / size } else { 0.0 }
+    }
+
+    /// Whether accelerations at some places on both sides of another one are not much larger than farther away.
+    fn is_bounded(&self, [before, after]: [f64; 2]) -> bool {
+        let sizes = [before - 9.0 * LOST, before, after, after + 9.0 * LOST].map(|part| {
+            let at = self.acceleration(part)?;
+            Some(at.a.iter().fold(0.0_f64, |size, a| size.max(a.abs())))
+        });
+        let [Some(left), Some(before), Some(after), Some(right)] = sizes else {
+            return false;
+        };
+        before <= GROWS_SLOWLY * left && after <= GROWS_SLOWLY * right
+    }
+
+    /// The same between two places.
+    fn jump_between(&self, switch: usize, parts: [f64; 2]) -> f64 {
         let [before, after] = parts;
         let places = [before - ASIDE, before, after, after + ASIDE];
         if self.has_step(places) {

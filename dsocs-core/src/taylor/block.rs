@@ -342,7 +342,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             match switch.reach(order, size.copysign(left), &limits, &mut lanes.crossings) {
                 Reach::Whole => {}
                 Reach::Shorter(part) => size *= part,
-                Reach::Crossing(_) => alone = true,
+                Reach::Crossing(_) | Reach::Corner(_) => alone = true,
             }
         }
         if alone {

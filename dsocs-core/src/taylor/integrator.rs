@@ -4,6 +4,7 @@ use core::fmt;
 use std::borrow::Cow;
 
 use super::control::{Control, Judged, NOTHING, Sizes, Tolerance};
+use super::corner;
 use super::order::Order;
 use super::projection::Projection;
 use super::recurrences::SeriesKernel;
@@ -80,6 +81,8 @@ pub(crate) struct Integrator {
     pub(super) jump: Option<(Option<Cow<'static, str>>, Jump)>,
     /// Whether the motion begins anew at the current point, so that the last step says nothing of the next.
     pub(super) is_new: bool,
+    /// The length of the step that led to the corner of a root, beyond which no step has gone yet.
+    pub(super) corner: Option<f64>,
     /// The time where the motion began.
     pub(super) began: f64,
     /// How many steps there were when it was last asked whether the motion gets on, and the time then.
@@ -153,6 +156,7 @@ impl Integrator {
             jump: None,
             arrived: None,
             is_new: true,
+            corner: None,
             began: t0,
             looked: (0, t0),
             expansions: 0,
@@ -181,6 +185,7 @@ impl Integrator {
         self.next.begin(t, self.now.q(), self.now.v());
         self.jump = None;
         self.known = None;
+        self.corner = None;
         if self.watch.is_some() {
             watch::each(equations, |_, _, switch| {
                 switch.set(0.0);
@@ -334,7 +339,9 @@ impl Integrator {
             self.weigh(equations);
         }
         let rejected = self.rejected;
-        let outcome = if self.rests() {
+        let outcome = if let Some(last) = self.corner.take() {
+            self.step_from_corner(equations, (until, left), last)
+        } else if self.rests() {
             self.step_at_rest(equations, (until, left), smallest)
         } else {
             if let Some(watch) = &mut self.watch {
@@ -401,32 +408,47 @@ impl Integrator {
             self.foresee_trial(equations, &mut trial, left);
         }
         loop {
-            let End { size, at_switch, .. } = trial.end;
+            let End {
+                size,
+                at_switch,
+                at_corner,
+                ..
+            } = trial.end;
             let whole = size == left.abs();
             let h = if whole { left } else { size.copysign(left) };
-            let t = if whole { until } else { self.t.hi[0] + h };
+            // at a corner the equations tell nothing
+            let judged_at = if at_corner { corner::JUDGED_AT * h } else { h };
+            let t = if whole && !at_corner {
+                until
+            } else {
+                self.t.hi[0] + judged_at
+            };
             let Judged {
                 sizes: mut known,
                 mut end,
-            } = self.arrive(equations, h, t);
+            } = self.arrive(equations, judged_at, t);
             if self.weights.are_used && known.velocity.max(end[0] * size) > GROWS * self.weights.largest {
-                let (begins, judged) = self.weigh_at_end(equations, h);
+                let (begins, judged) = self.weigh_at_end(equations, judged_at);
                 (sizes, known, end) = (begins, judged.sizes, judged.end);
             }
-            if has_pieces && !at_switch && Self::is_beyond(equations, size) {
-                trial.end = self.locate(equations, left.signum(), [0.0, size]);
+            if has_pieces && !at_switch && Self::is_beyond(equations, judged_at.abs()) {
+                trial.end = self.locate(equations, left.signum(), [0.0, judged_at.abs()]);
                 continue;
             }
             let is_knot = self.side(t, true) != self.side(t, false);
             // a velocity that jumps where no expansion shows a switch
-            let jumps = !at_switch && !is_knot && self.moved(h).is_some();
+            let jumps = !at_switch && !is_knot && self.moved(judged_at).is_some();
             let good = !jumps
                 && (self.control.good(&sizes, end, size, trial.is_rough)
                     || self.is_rounding(equations, (end[1], size), trial.tries));
             // a jump of the acceleration is passed in a step that no clock would see
             if good || (size <= smallest && self.next.is_finite()) {
                 let h = self.beyond(equations, &trial, h);
-                match self.past(equations, (h, smallest), !at_switch && !is_knot) {
+                match self.past(
+                    equations,
+                    (if at_corner { judged_at } else { h }, smallest),
+                    !at_switch && !is_knot,
+                ) {
                     None => {}
                     Some(Past::Unseen(ahead)) => {
                         self.rejected += 1;
@@ -441,6 +463,9 @@ impl Integrator {
                 if let Some(projection) = &mut self.projection {
                     projection.keep_directions();
                 }
+                if at_corner {
+                    self.arrive_at_corner(equations, h);
+                }
                 self.last = Some((self.t, h));
                 if whole {
                     self.t = Compensated::exact([until]);
@@ -448,7 +473,7 @@ impl Integrator {
                     self.t.add(&[h]);
                 }
                 core::mem::swap(&mut self.now, &mut self.tried);
-                self.known = Some(known);
+                self.known = (!at_corner).then_some(known);
                 let jump = if at_switch || is_knot || size <= smallest {
                     self.jump_after(equations, h)
                 } else {
@@ -457,6 +482,8 @@ impl Integrator {
                 if at_switch {
                     let tau = if wanted < 1e100 { wanted } else { size };
                     self.go_over(equations, tau.copysign(left), (size <= smallest, true));
+                } else if at_corner {
+                    self.is_new = true;
                 } else if self.is_new || has_pieces {
                     self.go_on(equations);
                 }

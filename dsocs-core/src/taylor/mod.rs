@@ -55,7 +55,8 @@
 //! place is found to rounding. The next series belongs to the next piece. If the motion is led back to this place from both sides, as by dry
 //! friction at rest, no piece continues it. Where functions jump with the velocity, the motion then rests there, and goes on by polynomials that agree with
 //! the equations at several places of a step, up to where it is torn off. Elsewhere the run ends with [`SeriesFailure::Sticks`]. Where the velocity
-//! would have to jump, as that of a bead at the corner of a wire, it ends with [`SeriesFailure::Jumps`]. Branches that depend on the values of numbers
+//! would have to jump, as that of a bead at the corner of a wire, it ends with [`SeriesFailure::Jumps`]. Corners of roots, as of `√(u²)`, and jumps and
+//! corners of angles, as of `asin(sin u)` and `atan2`, are found by their own series, which lead beyond the ranges of these functions; the first step beyond takes the series of its end. Branches that depend on the values of numbers
 //! ([`crate::Real::re`]) are not found. There the steps become short.
 //!
 //! *Constraints on positions and velocities* are differentiated until accelerations appear. After each step, position and velocity are
@@ -75,6 +76,7 @@
 
 mod block;
 mod control;
+mod corner;
 mod ensemble;
 mod estimate;
 mod failed;

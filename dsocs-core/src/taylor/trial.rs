@@ -31,11 +31,7 @@ impl Trial {
     #[inline]
     pub fn of(size: f64, is_rough: bool) -> Self {
         Self {
-            end: End {
-                size,
-                before: size,
-                at_switch: false,
-            },
+            end: End::of(size),
             is_rough,
             otherwise: None,
             beyond: None,
@@ -74,6 +70,26 @@ impl Integrator {
     pub(super) fn foresee_trial(&mut self, equations: &mut dyn SeriesKernel, trial: &mut Trial, left: f64) {
         let has_pieces = self.watch.as_ref().is_some_and(|watch| watch.has_pieces);
         trial.end = self.foresee(equations, trial.end.size.copysign(left));
+        let End {
+            size,
+            at_switch,
+            at_corner,
+            ..
+        } = trial.end;
+        if !at_switch
+            && !at_corner
+            && let Some(place) = self.comes_to_corner(equations, size.copysign(left))
+            && place <= left.abs()
+            && let Some(known) = self.tells_up_to(place)
+        {
+            trial.otherwise = Some((self.series.order(), size));
+            self.series.set_order(known);
+            trial.end = End {
+                at_corner: true,
+                ..End::of(place)
+            };
+            return;
+        }
         if !has_pieces || trial.end.at_switch || trial.is_rough {
             return;
         }
@@ -93,6 +109,7 @@ impl Integrator {
             size,
             before,
             at_switch,
+            ..
         } = trial.end;
         if at_switch && !is_finite && before < size && before > 0.0 {
             // the piece that the step belongs to has no value beyond, as a power has none of a negative number
@@ -105,7 +122,7 @@ impl Integrator {
         } else {
             trial.tries += 1;
             trial.end.size = (SHORTER * size).max(smallest);
-            trial.end.at_switch = false;
+            (trial.end.at_switch, trial.end.at_corner) = (false, false);
         }
         true
     }

@@ -32,6 +32,9 @@ const EVALUATIONS: u32 = 200;
 const SHORT: f64 = 0.01;
 const AHEAD: f64 = 8.0;
 
+/// A switch is looked for up to this part of the way to the corner of a root.
+const BESIDE_CORNER: f64 = 0.99;
+
 /// How far beyond the place that the series of an argument tells the true one is looked for, as a part of the step.
 const BEYOND: f64 = 1e-3;
 
@@ -57,6 +60,11 @@ pub(super) struct Watch {
 }
 
 impl Watch {
+    /// Room for crossings.
+    pub(super) fn crossings(&mut self) -> &mut Vec<Crossing> {
+        &mut self.crossings
+    }
+
     /// For a system; `None` if it has no switches.
     pub(super) fn new(equations: &dyn SeriesKernel, t: f64) -> Option<Box<Self>> {
         (equations.groups() > 0).then(|| {
@@ -118,6 +126,21 @@ pub(super) struct End {
     /// The last place that is not beyond the switch.
     pub before: f64,
     pub at_switch: bool,
+    /// Whether it is at the corner of a root.
+    pub at_corner: bool,
+}
+
+impl End {
+    /// A length, without a switch there.
+    #[inline]
+    pub fn of(size: f64) -> Self {
+        Self {
+            size,
+            before: size,
+            at_switch: false,
+            at_corner: false,
+        }
+    }
 }
 
 impl Integrator {
@@ -153,12 +176,20 @@ impl Integrator {
     pub(super) fn foresee(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> End {
         let (order, limits) = (self.series.order(), self.control.limits);
         let mut watch = self.watch.take().unwrap_or_default();
-        let (mut part, mut at_switch) = (1.0, false);
+        let (mut part, mut at_switch, mut at_corner) = (1.0, false, false);
         each(equations, |_, _, switch| {
-            match switch.reach(order, h * part, &limits, &mut watch.crossings) {
-                Reach::Whole => {}
-                Reach::Shorter(shorter) => (part, at_switch) = (part * shorter, false),
-                Reach::Crossing(place) => (part, at_switch) = (part * place, true),
+            // a corner and a switch may be at the same place
+            let at_most = if at_corner { BESIDE_CORNER * part } else { part };
+            let reach = switch.reach(order, h * at_most, &limits, &mut watch.crossings);
+            let (place, kind) = match reach {
+                Reach::Whole => (1.0, None),
+                Reach::Shorter(place) => (place, Some([false, false])),
+                Reach::Crossing(place) => (place, Some([true, false])),
+                Reach::Corner(place) => (place, Some([false, true])),
+            };
+            if let Some(kind) = kind {
+                part = at_most * place;
+                [at_switch, at_corner] = kind;
             }
             switch.hold();
         });
@@ -168,9 +199,8 @@ impl Integrator {
             self.near(equations, h.signum(), [size, whole])
         } else {
             End {
-                size,
-                before: size,
-                at_switch,
+                at_corner,
+                ..End::of(size)
             }
         }
     }
@@ -210,11 +240,7 @@ impl Integrator {
             }
             if beyond >= farthest {
                 // the argument turns back
-                return End {
-                    size: beyond,
-                    before: beyond,
-                    at_switch: false,
-                };
+                return End::of(beyond);
             }
             width *= 8.0;
             (before, beyond) = (beyond, (beyond + width).min(farthest));
@@ -259,6 +285,7 @@ impl Integrator {
             size: beyond,
             before,
             at_switch: true,
+            at_corner: false,
         }
     }
 

@@ -29,6 +29,7 @@ mod frictions_together;
 mod garbage;
 mod geometry;
 mod global_error;
+mod hidden_corners;
 mod input_rates;
 mod inputs;
 mod jacobians;

@@ -330,6 +330,7 @@ impl Expansion<'_, '_> {
             match *argument {
                 Argument::Steep(u) => switch.steep(tables.sequences[u as usize][START]),
                 Argument::Power(u, exponent) => switch.power(tables.sequences[u as usize][START], exponent),
+                Argument::Bounded(u, bound) => switch.bounded(tables.sequences[u as usize][START], bound),
                 Argument::Sign(_) | Argument::Difference(..) => {}
             }
         }
@@ -485,7 +486,9 @@ fn order_of<const FUSED: bool, const EAGER: bool, const TURN: usize, const NEXT:
     }
     for (switch, argument) in switches.iter_mut().zip(&series.arguments) {
         let coefficient = match *argument {
-            Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) => order.of_series(u),
+            Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) | Argument::Bounded(u, _) => {
+                order.of_series(u)
+            }
             Argument::Difference(u, v) => order.of_series(u) - order.of_series(v),
         };
         switch.push(k, coefficient);

@@ -245,6 +245,19 @@ impl Graph {
         }
     }
 
+    /// Whether an expression is visibly a sum of squares, and so never negative.
+    pub(crate) fn is_sum_of_squares(&self, id: NodeId) -> bool {
+        let (terms, constant) = self.terms(id);
+        let is_square = |term: NodeId| self.factors(term).iter().all(|&(_, n)| n % 2 == 0);
+        constant >= 0.0 && terms.iter().all(|&(term, c)| c > 0.0 && is_square(term))
+    }
+
+    /// Whether it is one of several squares, and so zero only where all of them are at the same time.
+    pub(crate) fn is_several_squares(&self, id: NodeId) -> bool {
+        let (terms, constant) = self.terms(id);
+        terms.len() + usize::from(constant != 0.0) > 1 && self.is_sum_of_squares(id)
+    }
+
     /// An expression as the factors of a product with their exponents.
     pub(crate) fn factors(&self, a: NodeId) -> Vec<(NodeId, i32)> {
         match self.node(a) {

@@ -70,8 +70,14 @@ pub(crate) fn switches(model: &Model) -> Switches {
             Node::Select(_, [left, right, ..]) => vec![graph.sub(right, left)],
             // where a power is not smooth, or infinite, as the logarithm is
             Node::Unary(Unary::Sqrt | Unary::Cbrt | Unary::Ln, base) | Node::Powf(base, _) => {
-                zero_with(&graph, base)
+                let mut found = zero_with(&graph, base);
+                found.extend(turns(&mut graph, base));
+                found
             }
+            // which have a corner where their argument turns back at one
+            Node::Unary(Unary::Asin | Unary::Acos, argument) => vec![graph.total_derivative(argument)],
+            // where an angle jumps by a whole turn
+            Node::Atan2(ordinate, _) => vec![ordinate],
             Node::Unary(Unary::Tan, angle) => vec![graph.unary(Unary::Cos, angle)],
             Node::Product(factors) => {
                 let below = factors.into_iter().filter(|&(_, exponent)| exponent < 0);
@@ -102,6 +108,12 @@ fn zero_with(graph: &Graph, id: NodeId) -> Vec<NodeId> {
         }
         _ => vec![id],
     }
+}
+
+/// The rate of what a root is taken of, which changes its sign where that touches zero, if it may do so without changing its own.
+fn turns(graph: &mut Graph, base: NodeId) -> Option<NodeId> {
+    let may_touch = matches!(graph.node(base), Node::Sum(..)) && !graph.is_several_squares(base);
+    may_touch.then(|| graph.total_derivative(base))
 }
 
 /// Adds an argument, if its sign may change with the motion and it is not a multiple of a known one.

@@ -134,7 +134,7 @@ fn denominator(graph: &Graph, terms: &[(NodeId, f64)]) -> Option<(NodeId, i32)> 
                 .any(|leaf| matches!(leaf, Leaf::E(_) | Leaf::Z(_)));
             let (base, halves) = half_power(graph, factor, n);
             if unknown && n < 0 {
-                let entry = least.entry(base).or_insert((0, is_never_negative(graph, base)));
+                let entry = least.entry(base).or_insert((0, graph.is_sum_of_squares(base)));
                 entry.0 = entry.0.min(halves);
                 entry.1 |= base != factor;
             }
@@ -142,11 +142,4 @@ fn denominator(graph: &Graph, terms: &[(NodeId, f64)]) -> Option<(NodeId, i32)> 
     }
     let (base, (halves, positive)) = least.pop_first()?;
     (least.is_empty() && positive && terms.len() <= MOST_TERMS).then_some((base, -halves))
-}
-
-/// Whether an expression is visibly a sum of squares.
-fn is_never_negative(graph: &Graph, id: NodeId) -> bool {
-    let (terms, constant) = graph.terms(id);
-    let square = |term: NodeId| graph.factors(term).iter().all(|&(_, n)| n % 2 == 0);
-    constant >= 0.0 && terms.iter().all(|&(term, c)| c > 0.0 && square(term))
 }

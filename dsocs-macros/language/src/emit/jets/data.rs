@@ -145,6 +145,7 @@ impl Bytes<'_> {
                 Argument::Sign(u) => (0, vec![u], None),
                 Argument::Steep(u) => (1, vec![u], None),
                 Argument::Difference(u, v) => (2, vec![u, v], None),
+                Argument::Bounded(u, bound) => (5 + bound as usize, vec![u], None),
                 Argument::Power(u, exponent) => (
                     if exponent < 0 { 3 } else { 4 },
                     vec![u],

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::running::Sums;
-use super::sequence::{Argument, Constant, Inverse, Op, Sequence, Sequences};
+use super::sequence::{Argument, Bound, Constant, Inverse, Op, Sequence, Sequences};
 use crate::graph::{Graph, Node, NodeId, Unary};
 use crate::hash::HashMap;
 use crate::passes::share::{Factor, Product, Shared};
@@ -13,6 +13,9 @@ const HIGH: u32 = 4;
 
 /// What is a factor with this power or a higher one is flat where it is small: fewer orders than these see how it begins.
 const LEAST_HILL: i32 = 8;
+
+/// Roots of this degree and lower ones are looked for in exponents.
+const MOST_DEGREE: u32 = 16;
 
 /// Makes sequences of expressions, each expression once.
 pub(super) struct Lower<'g> {
@@ -99,7 +102,13 @@ impl<'g> Lower<'g> {
                     }
                     _ => {}
                 }
-                self.unary(op, a)
+                let value = self.unary(op, a);
+                match op {
+                    Unary::Sqrt if self.may_touch(node) => self.watch_bound(value, Bound::Zero),
+                    Unary::Atan => self.watch_bound(value, Bound::Quarter),
+                    _ => {}
+                }
+                value
             }
             Node::Powf(base, exponent) => self.powf(base, exponent),
             Node::Atan2(y, x) => {
@@ -107,7 +116,9 @@ impl<'g> Lower<'g> {
                 let radius = self.graph.sum(&radius);
                 let (y, x) = (self.lower(y), self.lower(x));
                 let radius = self.lower(radius);
-                self.sequences.push(Op::Atan2(y, x, radius))
+                let angle = self.sequences.push(Op::Atan2(y, x, radius));
+                self.watch_bound(angle, Bound::Half);
+                angle
             }
             Node::Select(op, nodes) => {
                 let parts = nodes.map(|part| self.lower(part));
@@ -280,7 +291,9 @@ impl<'g> Lower<'g> {
                 let opposite = self
                     .sequences
                     .push(Op::Linear(None, vec![(minus_one, conjugate)]));
-                Op::Inverse(Inverse::Acosh, a, self.sequences.push(Op::Root(opposite)))
+                let root = self.sequences.push(Op::Root(opposite));
+                self.watch_bound(root, Bound::Zero);
+                Op::Inverse(Inverse::Acosh, a, root)
             }
             Unary::Atanh => Op::Inverse(Inverse::Atanh, a, self.conjugate(a)),
         };
@@ -309,7 +322,9 @@ impl<'g> Lower<'g> {
     /// `√(1 - u²)`.
     fn conjugate_root(&mut self, u: Sequence) -> Sequence {
         let conjugate = self.conjugate(u);
-        self.sequences.push(Op::Root(conjugate))
+        let root = self.sequences.push(Op::Root(conjugate));
+        self.watch_bound(root, Bound::Zero);
+        root
     }
 
     /// `1 + u²`.
@@ -342,6 +357,50 @@ impl<'g> Lower<'g> {
             .switch(Argument::Power(sequence, exponent), Vec::new());
     }
 
+    /// Watches a value that has bounds.
+    fn watch_bound(&mut self, value: Sequence, bound: Bound) {
+        self.sequences.switch(Argument::Bounded(value, bound), Vec::new());
+    }
+
+    /// Watches a root of the base of a power, if it may touch zero: that which has a simple zero where the base has one of the lowest degree that makes a corner, as the fourth root
+    /// for the exponents 1/4 and -3/4.
+    fn watch_root(&mut self, base: NodeId, exponent: f64) {
+        let degree = (2..=MOST_DEGREE)
+            .step_by(2)
+            .map(f64::from)
+            .find(|degree| (exponent * degree).fract() == 0.0);
+        if let Some(degree) = degree
+            && exponent.fract() != 0.0
+            && self.may_touch(base)
+        {
+            let (base, exponent) = (self.lower(base), self.graph.constant(degree.recip()));
+            let root = self.sequences.push(Op::Power(base, exponent));
+            self.watch_bound(root, Bound::Zero);
+        }
+    }
+
+    /// Whether an expression may touch zero where nothing else tells of it.
+    fn may_touch(&self, id: NodeId) -> bool {
+        !self.graph.is_several_squares(id) && !self.begins_piece(id)
+    }
+
+    /// Whether an expression is zero where one of its factors begins another piece, as `x.max(0)`: that place is watched already.
+    fn begins_piece(&self, id: NodeId) -> bool {
+        let is_piece = |node: NodeId| {
+            matches!(
+                self.graph.node(node),
+                Node::Select(..) | Node::Unary(Unary::Abs, _)
+            )
+        };
+        match self.graph.terms(id) {
+            (terms, constant) if terms.len() == 1 && constant == 0.0 => {
+                let factors = self.graph.factors(terms[0].0);
+                factors.iter().any(|&(factor, _)| is_piece(factor))
+            }
+            _ => false,
+        }
+    }
+
     /// The highest power in an expression that is a sum or a product.
     fn degree(&self, id: NodeId) -> u32 {
         let of_factors = |id: NodeId| match self.graph.node(id) {
@@ -372,7 +431,11 @@ impl<'g> Lower<'g> {
                 // a parameter may make it any
                 None => self.watch_divisor(node, HIGH),
             }
-            return self.sequences.push(Op::Power(base, exponent));
+            let power = self.sequences.push(Op::Power(base, exponent));
+            if let Some(exponent) = self.graph.as_constant(exponent) {
+                self.watch_root(node, exponent);
+            }
+            return power;
         }
         let log = self.graph.unary(Unary::Ln, base);
         let product = self.graph.mul(log, exponent);

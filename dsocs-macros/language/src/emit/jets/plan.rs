@@ -155,7 +155,7 @@ impl Plan {
         let declared = self.sequences.switches().iter();
         let declared = declared.map(|(argument, nodes)| match argument {
             // no motion ends there
-            Argument::Steep(_) | Argument::Power(..) => String::new(),
+            Argument::Steep(_) | Argument::Power(..) | Argument::Bounded(..) => String::new(),
             _ => nodes.iter().map(text).collect::<Vec<_>>().join(" - "),
         });
         let calls = self.calls.iter();

@@ -230,8 +230,32 @@ pub(super) enum Argument {
     Steep(Sequence),
     /// The base of a power of a high degree, which is negative in a divisor: it may be flat but where the power is large.
     Power(Sequence, i32),
+    /// The value of a function that has bounds. Its series may lead beyond, as that of `√(u²)` does, which is that of `u` or of `-u`.
+    Bounded(Sequence, Bound),
     /// The first without the second.
     Difference(Sequence, Sequence),
+}
+
+/// The bounds of a function's values.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Bound {
+    /// A root is not negative.
+    Zero,
+    /// An angle is within a quarter of a turn, to both sides.
+    Quarter,
+    /// It is within half a turn.
+    Half,
+}
+
+impl Bound {
+    /// The largest absolute value of an angle; zero of a root.
+    pub(super) fn value(self) -> f64 {
+        match self {
+            Self::Zero => 0.0,
+            Self::Quarter => core::f64::consts::FRAC_PI_2,
+            Self::Half => core::f64::consts::PI,
+        }
+    }
 }
 
 /// All sequences of a system in the order in which they are computed, each once.
@@ -357,7 +381,9 @@ impl Sequences {
     pub(super) fn switch(&mut self, argument: Argument, nodes: Vec<NodeId>) {
         let moves = |sequence: Sequence| !matches!(self.op(sequence), Op::Constant(_));
         let any = match argument {
-            Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) => moves(u),
+            Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) | Argument::Bounded(u, _) => {
+                moves(u)
+            }
             Argument::Difference(u, v) => moves(u) || moves(v),
         };
         if any && self.place(argument).is_none() {
@@ -378,7 +404,9 @@ impl Sequences {
     /// The sequences that switches are made of.
     pub(super) fn switched(&self) -> Vec<Sequence> {
         let arguments = self.switches.iter().flat_map(|(argument, _)| match *argument {
-            Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) => [Some(u), None],
+            Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) | Argument::Bounded(u, _) => {
+                [Some(u), None]
+            }
             Argument::Difference(u, v) => [Some(u), Some(v)],
         });
         arguments.flatten().collect()

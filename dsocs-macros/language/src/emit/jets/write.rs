@@ -299,6 +299,10 @@ impl<'g> Writer<'g> {
                         let u = zeroth(u);
                         quote!(#table.power(#place, #u, #exponent);)
                     }
+                    Argument::Bounded(u, bound) => {
+                        let (u, bound) = (zeroth(u), bound.value());
+                        quote!(#table.bounded(#place, #u, #bound);)
+                    }
                     Argument::Sign(_) | Argument::Difference(..) => TokenStream::new(),
                 }
             })
@@ -323,7 +327,10 @@ impl<'g> Writer<'g> {
             .map(|(place, &(argument, _))| {
                 let place = at(place);
                 let value = match argument {
-                    Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) => kth(u),
+                    Argument::Sign(u)
+                    | Argument::Steep(u)
+                    | Argument::Power(u, _)
+                    | Argument::Bounded(u, _) => kth(u),
                     Argument::Difference(left, right) => {
                         let (left, right) = (kth(left), kth(right));
                         quote!(#left - #right)

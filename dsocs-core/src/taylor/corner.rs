@@ -1,0 +1,227 @@
+//! How a motion goes on beyond the corner of a root.
+//!
+//! The series of `√(u²)` is that of `u` or of `-u`: it leads to where it would become negative, and there the other one takes over. At that place none can begin, since the
+//! digits of the root and of what is divided by it are lost there. But the series that begins some way beyond leads back to it. So the first step beyond takes
+//! the series of its end: that whose motion comes from the point where the last step ended.
+
+use super::control::Control;
+use super::integrator::{Integrator, Outcome};
+use super::recurrences::SeriesKernel;
+use super::state::State;
+use super::watch;
+use crate::number::compensated::Compensated;
+use crate::series::switch::Reach;
+use crate::solve::rotation;
+
+/// The end of a step that leads to a corner is judged at this part of it.
+pub(super) const JUDGED_AT: f64 = 0.9;
+
+/// The first step beyond has this part of the length that its tolerance allows, so that the point that leads back is found in a few rounds.
+const PART: f64 = 0.5;
+
+/// How often that point is looked for nearer to the corner, and in how many rounds each time.
+const NEARER: u32 = 40;
+const ROUNDS: u32 = 24;
+
+/// It is looked for nearer by this part where it is not found, and by no less.
+const SHORTER: f64 = 0.5;
+const LEAST_PART: f64 = 0.1;
+
+/// It is found if it leads back to this part of the tolerance.
+const FOUND: f64 = 1e-3;
+
+/// Roots are zero at the corner, and are looked at up to this part of the way to it.
+const UP_TO: f64 = 0.98;
+
+/// Where a step leads nearer to a corner than so many times its length, it may go to the corner itself.
+const NEAR: f64 = 4.0;
+
+impl Integrator {
+    /// The place of a corner that is not much farther than a step of the length `|h|` leads: near to it the last orders of the motion are rounding, the steps of which they
+    /// tell become shorter and shorter, and never come there.
+    pub(super) fn comes_to_corner(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> Option<f64> {
+        let (order, limits) = (self.series.order(), self.control.limits);
+        let mut watch = self.watch.take().unwrap_or_default();
+        let mut nearest = f64::INFINITY;
+        watch::each(equations, |_, _, switch| {
+            if switch.is_bounded()
+                && let Reach::Corner(place) = switch.reach(order, NEAR * h, &limits, watch.crossings())
+            {
+                nearest = nearest.min(NEAR * place * h.abs());
+            }
+        });
+        self.watch = Some(watch);
+        (nearest < f64::INFINITY).then_some(nearest)
+    }
+
+    /// The order of the series up to which its terms after a time `h` become smaller, if the last two are as small as the tolerance asks.
+    pub(super) fn tells_up_to(&self, h: f64) -> Option<usize> {
+        let size = |k: usize| self.control.size(self.series.velocity_of(k));
+        let way = size(0).max(size(1) * h);
+        // one alone may be small by chance
+        let mut least = (2, f64::INFINITY);
+        let (mut power, mut before) = (h, f64::INFINITY);
+        for k in 2..=self.series.order() {
+            power *= h;
+            let term = power * size(k);
+            if term.max(before) < least.1 {
+                least = (k, term.max(before));
+            }
+            before = term;
+        }
+        (least.1 <= self.control.relative() * way).then_some(least.0)
+    }
+
+    /// Moves the end of the step that has been tried to a corner, a time `h` after its beginning, where all that is known is what its series tells.
+    #[cold]
+    pub(super) fn arrive_at_corner(&mut self, equations: &mut dyn SeriesKernel, h: f64) {
+        let t = self.t.hi[0] + h;
+        equations.along(&self.series, h, &self.now, &mut self.tried);
+        if let Some(projection) = &mut self.projection {
+            projection.apply(equations, t, &mut self.tried);
+        }
+        self.wait_beside_corner(t);
+        self.corner = Some(h);
+    }
+
+    /// Sets where the motion is that is tried, without a series there.
+    fn wait_beside_corner(&mut self, t: f64) {
+        self.next.begin(t, self.tried.q(), self.tried.v());
+        self.next.expect(self.tried.a());
+    }
+
+    /// Makes the first step beyond a corner, to which a step of the length `last` has led; `left` is the way to the time `until`.
+    #[cold]
+    pub(super) fn step_from_corner(
+        &mut self,
+        equations: &mut dyn SeriesKernel,
+        (until, left): (f64, f64),
+        last: f64,
+    ) -> Outcome {
+        self.next.set_order(self.order.next());
+        let natural = self.control.first_step(&self.series, self.order.current());
+        let longest = if natural.is_finite() {
+            natural.max(last.abs())
+        } else {
+            last.abs()
+        };
+        let mut size = PART * longest;
+        let mut back = self.now.clone();
+        for _ in 0..NEARER {
+            match self.lead_back(equations, size.copysign(left), &mut back) {
+                Ok(()) => {
+                    self.go_beyond(equations, size.copysign(left), (until, left), last);
+                    return Outcome::Good;
+                }
+                Err(part) => size *= part.clamp(LEAST_PART, 0.9),
+            }
+        }
+        // as it was before
+        self.tried.copy(&self.now);
+        self.wait_beside_corner(self.t.hi[0]);
+        self.corner = Some(last);
+        Outcome::NotFinite
+    }
+
+    /// Expands the motion a time `h` later, so that it comes from the current point; if it does not, returns which part of that time to try.
+    fn lead_back(&mut self, equations: &mut dyn SeriesKernel, h: f64, back: &mut State) -> Result<(), f64> {
+        let rotations = equations.kernel().shape().rotations.clone();
+        let (t, n) = (self.t.hi[0] + h, self.now.q().len());
+        let Self {
+            now, tried, control, ..
+        } = self;
+        tried.copy(now);
+        let way: Vec<f64> = now.v().iter().map(|v| v * h).collect();
+        tried.turn_position(&rotations, &way);
+        let allowed = (FOUND * control.relative()).max(4.0 * f64::EPSILON);
+        let (mut dq, mut dv) = (vec![0.0; n], vec![0.0; n]);
+        let mut least = f64::INFINITY;
+        for _ in 0..ROUNDS {
+            if let Some(projection) = &mut self.projection {
+                projection.apply(equations, t, tried);
+            }
+            watch::each(equations, |_, _, switch| {
+                switch.set(0.0);
+                switch.begins_with(0);
+            });
+            equations.begin(&mut self.next, t, tried);
+            if !self.next.is_finite() {
+                return Err(SHORTER);
+            }
+            equations.along(&self.next, -h, tried, back);
+            for (d, [to, from]) in [(&mut dq, [now.q(), back.q()]), (&mut dv, [now.v(), back.v()])] {
+                for ((d, to), from) in d.iter_mut().zip(to).zip(from) {
+                    *d = to - from;
+                }
+            }
+            rotation::difference(&rotations, [back.q(), now.q()], &mut dq);
+            let error = missed(control, (&dq, &dv), (now.v(), self.next.velocity_of(1)), h);
+            if error <= allowed || (error >= least && error <= 0.1 * control.relative()) {
+                return self.reaches_back(equations, h);
+            }
+            if error.is_nan() || error > 2.0 * least {
+                return Err(SHORTER);
+            }
+            least = least.min(error);
+            for (d, dv) in dq.iter_mut().zip(&dv) {
+                *d += h * dv;
+            }
+            tried.turn_position(&rotations, &dq);
+            tried.move_velocity(&dv);
+        }
+        Err(SHORTER)
+    }
+
+    /// Whether the series that has been expanded is good up to the corner, a time `h` before, and all arguments keep their signs on the way; else returns which part of
+    /// that time to try.
+    fn reaches_back(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> Result<(), f64> {
+        let order = self.next.order();
+        let longest = self
+            .control
+            .first_step(&self.next, order.min(self.order.current()));
+        if h.abs() > longest {
+            return Err(longest / h.abs());
+        }
+        let limits = self.control.limits;
+        let mut watch = self.watch.take().unwrap_or_default();
+        let mut part = 1.0_f64;
+        watch::each(equations, |_, _, switch| {
+            match switch.reach(order, -UP_TO * h, &limits, watch.crossings()) {
+                Reach::Whole => {}
+                Reach::Shorter(shorter) => part = part.min(shorter),
+                Reach::Crossing(place) | Reach::Corner(place) => part = part.min(0.9 * (1.0 - UP_TO * place)),
+            }
+            switch.hold();
+        });
+        self.watch = Some(watch);
+        if part < 1.0 { Err(part) } else { Ok(()) }
+    }
+
+    /// Takes the step to where the series begins that has been expanded, or to the time `until` if that comes before.
+    fn go_beyond(&mut self, equations: &dyn SeriesKernel, h: f64, (until, left): (f64, f64), last: f64) {
+        self.series.clone_from(&self.next);
+        self.series.begin_later(-h);
+        let is_before = left.abs() < h.abs();
+        let h = if is_before { left } else { h };
+        self.last = Some((self.t, h));
+        if is_before {
+            equations.along(&self.series, h, &self.now, &mut self.tried);
+            self.wait_beside_corner(until);
+            self.corner = Some(last);
+        }
+        if h == left {
+            self.t = Compensated::exact([until]);
+        } else {
+            self.t.add(&[h]);
+        }
+        core::mem::swap(&mut self.now, &mut self.tried);
+        (self.known, self.is_new) = (None, true);
+    }
+}
+
+/// By how much a motion misses a point, in units of what it moves in a time `h`.
+fn missed(control: &Control, (dq, dv): (&[f64], &[f64]), (v, a): (&[f64], &[f64]), h: f64) -> f64 {
+    let size = control.size(v).max(control.size(a) * h.abs());
+    let by = control.size(dv).max(control.size(dq) / h.abs());
+    if by == 0.0 { 0.0 } else { by / size }
+}

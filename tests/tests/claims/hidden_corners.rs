@@ -1,0 +1,341 @@
+//! Corners and jumps that no sign, comparison or absolute value declares: of roots of what touches zero, and of angles at the ends of their ranges. A Taylor flow ends its steps there,
+//! and goes on from beyond; steps of order 2 and compositions of them tell of the jumps.
+
+use dsocs_core::text::Text;
+use dsocs_core::{AnyComposedFlow, Composition, Flow, Run, Start, Stepper, Tolerance, Unresolved};
+use dsocs_tests::text::TaylorFlow;
+use proptest::prelude::*;
+
+use super::dop853::integrate_from;
+use super::draws;
+
+/// A motion with corners where an angle `w = a x + b` is a multiple of a period, or the middle between two.
+struct Corners {
+    /// The declaration, with `w` as it is.
+    declaration: &'static str,
+    /// The period, and which part of it lies between zero and the first corner.
+    period: f64,
+    shift: f64,
+    /// The force by `w` and `a` on the piece of a number.
+    force: fn(f64, f64, f64) -> f64,
+    /// Whether the force jumps; else it has a corner.
+    jumps: bool,
+}
+
+/// 1, -1, 1, …
+fn sign(piece: f64) -> f64 {
+    if piece.rem_euclid(2.0) < 0.5 { 1.0 } else { -1.0 }
+}
+
+/// The force of the potential `|sin w|`.
+fn of_sine(w: f64, a: f64, piece: f64) -> f64 {
+    -sign(piece) * a * w.cos()
+}
+
+/// That of a potential that is as steep everywhere.
+fn of_slope(_: f64, a: f64, piece: f64) -> f64 {
+    -sign(piece) * a
+}
+
+use core::f64::consts::PI;
+
+const CORNERS: [Corners; 11] = [
+    Corners {
+        declaration: "lagrangian = kinetic - (w.sin().powi(2)).sqrt();",
+        period: PI,
+        shift: 0.0,
+        force: of_sine,
+        jumps: true,
+    },
+    Corners {
+        declaration: "lagrangian = kinetic - (1 - w.cos().powi(2)).sqrt();",
+        period: PI,
+        shift: 0.0,
+        force: of_sine,
+        jumps: true,
+    },
+    Corners {
+        declaration: "lagrangian = kinetic - ((1 - (2 * w).cos()) / 2).powf(0.5);",
+        period: PI,
+        shift: 0.0,
+        force: of_sine,
+        jumps: true,
+    },
+    Corners {
+        declaration: "lagrangian = kinetic - (w.sin().powi(4)).powf(0.25);",
+        period: PI,
+        shift: 0.0,
+        force: of_sine,
+        jumps: true,
+    },
+    Corners {
+        declaration: "lagrangian = kinetic - w.sin().asin();",
+        period: PI,
+        shift: 0.5,
+        force: of_slope,
+        jumps: true,
+    },
+    Corners {
+        declaration: "lagrangian = kinetic - w.cos().acos();",
+        period: PI,
+        shift: 0.0,
+        force: of_slope,
+        jumps: true,
+    },
+    Corners {
+        declaration: "lagrangian = kinetic; external_forces = (-w.sin().asin());",
+        period: PI,
+        shift: 0.5,
+        force: |w, _, piece| -sign(piece) * (w - PI * piece),
+        jumps: false,
+    },
+    Corners {
+        declaration: "lagrangian = kinetic; external_forces = (-w.tan().atan());",
+        period: PI,
+        shift: 0.5,
+        force: |w, _, piece| -(w - PI * piece),
+        jumps: true,
+    },
+    Corners {
+        declaration: "lagrangian = kinetic; external_forces = (-(w.sin() / w.cos()).atan());",
+        period: PI,
+        shift: 0.5,
+        force: |w, _, piece| -(w - PI * piece),
+        jumps: true,
+    },
+    Corners {
+        declaration: "lagrangian = kinetic; external_forces = (-w.sin().atan2(w.cos()));",
+        period: 2.0 * PI,
+        shift: 0.5,
+        force: |w, _, piece| -(w - 2.0 * PI * piece),
+        jumps: true,
+    },
+    Corners {
+        declaration: "lagrangian = kinetic - w.sin().atan2(w.cos()).powi(2) / 2;",
+        period: 2.0 * PI,
+        shift: 0.5,
+        force: |w, a, piece| -a * (w - 2.0 * PI * piece),
+        jumps: true,
+    },
+];
+
+/// How long the motions take.
+const UNTIL: f64 = 1.5;
+
+/// The end of the motion from `(0, v)` with a stiffness, by the pieces, and the times of the corners.
+fn by_pieces(corners: &Corners, [a, b, v, stiffness]: [f64; 4]) -> ([f64; 2], Vec<f64>) {
+    let place = |x: f64| (a * x + b) / corners.period + corners.shift;
+    let (mut t, mut state, mut met) = (0.0, [0.0, v], Vec::new());
+    let spans = 600;
+    for span in 0..spans {
+        let end = UNTIL * f64::from(span + 1) / f64::from(spans);
+        loop {
+            let piece = if state[1] > 0.0 {
+                (place(state[0]) + 1e-12).floor()
+            } else {
+                (place(state[0]) - 1e-12).floor()
+            };
+            let rate = |_: f64, [x, v]: [f64; 2]| {
+                let force = (corners.force)(a * x + b, a, piece);
+                [v, force - stiffness * x]
+            };
+            let at = |time: f64| integrate_from(rate, (t, state), time, 1e-13);
+            let is_beyond = |state: [f64; 2]| {
+                let place = place(state[0]);
+                place < piece - 1e-13 || place > piece + 1.0 + 1e-13
+            };
+            let next = at(end);
+            if !is_beyond(next) {
+                (t, state) = (end, next);
+                break;
+            }
+            let (mut before, mut after) = (t, end);
+            while after - before > 1e-15 {
+                let middle = 0.5 * (before + after);
+                if middle <= before || middle >= after {
+                    break;
+                }
+                if is_beyond(at(middle)) {
+                    after = middle;
+                } else {
+                    before = middle;
+                }
+            }
+            (t, state) = (after, at(after));
+            met.push(t);
+        }
+    }
+    (state, met)
+}
+
+fn declared(corners: &Corners, [a, b, _, stiffness]: [f64; 4]) -> Text {
+    let text = format!(
+        "coordinates(x);
+         let w = {a:?} * x + {b:?};
+         let kinetic = dot(x).powi(2) / 2 - {stiffness:?} * x.powi(2) / 2;
+         {}",
+        corners.declaration
+    );
+    Text::parse("corners", &text).unwrap()
+}
+
+/// Scenes that are fast enough to go over every corner, with none at the start.
+fn scenes() -> impl Strategy<Value = (usize, [f64; 4])> {
+    (
+        0..CORNERS.len(),
+        [1.0..4.0, 0.2..1.2, 3.0..5.0, 0.0..3.0],
+        any::<bool>(),
+    )
+        .prop_map(|(which, [a, b, v, k], back): (usize, [f64; 4], bool)| {
+            (which, [a, b, if back { -v } else { v }, k])
+        })
+}
+
+#[test]
+fn a_series_goes_on_beyond_a_hidden_corner() {
+    draws::test(120, 40, scenes(), &|(which, scene)| {
+        let corners = &CORNERS[which];
+        let (reference, met) = by_pieces(corners, scene);
+        let text = declared(corners, scene);
+        for tolerance in [1e-6, 1e-9, 1e-12] {
+            let start = Start::second_order([0.0], [scene[2]]);
+            let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+            let reached = flow.to(UNTIL);
+            prop_assert!(
+                reached.is_ok(),
+                "{} {scene:?} {tolerance}: {reached:?}",
+                corners.declaration
+            );
+            let node = flow.node();
+            let error = (node.q[0] - reference[0])
+                .abs()
+                .max((node.v[0] - reference[1]).abs());
+            // near a corner the digits of the root itself are lost
+            prop_assert!(
+                error < 100.0 * tolerance.max(1e-11),
+                "{} {scene:?} {tolerance}: {:?} {:?} {reference:?}, corners at {met:?}",
+                corners.declaration,
+                node.q,
+                node.v
+            );
+        }
+        Ok(())
+    });
+}
+
+/// The steps of a run that were too long for what jumps.
+fn counted(run: &mut dyn Run, steps: u64) -> u64 {
+    for _ in 0..steps {
+        run.advance().unwrap();
+    }
+    run.unresolved().map_or(0, |Unresolved { steps, .. }| steps)
+}
+
+#[test]
+fn steps_tell_of_hidden_jumps_and_not_of_corners() {
+    draws::test(60, 41, scenes(), &|(which, scene)| {
+        let corners = &CORNERS[which];
+        let text = declared(corners, scene);
+        let (h, steps) = (UNTIL / 256.0, 256);
+        let start = Start::second_order([0.0], [scene[2]]);
+        let (_, met) = by_pieces(corners, scene);
+        let mut order_2 = Flow::of(&text.system, h, start).unwrap();
+        let order_2 = counted(order_2.run_mut(), steps);
+        let mut order_4 =
+            AnyComposedFlow::new(&text.system, h, Composition::SUZUKI_4, &start.into()).unwrap();
+        let order_4 = counted(order_4.run_mut(), steps);
+        // the last jump may come just before or after the end, and one at a node belongs to two steps
+        let jumps = met.len() as u64;
+        let expected = if corners.jumps {
+            jumps.saturating_sub(1)..=2 * jumps + 1
+        } else {
+            0..=0
+        };
+        for counted in [order_2, order_4] {
+            prop_assert!(
+                expected.contains(&counted),
+                "{} {scene:?}: {counted} of {met:?}",
+                corners.declaration
+            );
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn an_angle_goes_over_its_cut_on_a_circle() {
+    let text = "coordinates(x, y);
+        lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y.atan2(x).powi(2) / 2;
+        holonomic = x.powi(2) + y.powi(2) - 1;";
+    let text = Text::parse("circle", text).unwrap();
+    let (angle, velocity) = (2.0_f64, 4.0);
+    // as the angle itself tells, with the cut where it is half a turn
+    let cut = CORNERS.iter().find(|corners| corners.period > PI).unwrap();
+    let ([turned, end], met) = by_pieces(cut, [1.0, angle, velocity, 0.0]);
+    assert_eq!(met.len(), 1);
+    let start = Start::second_order(
+        [angle.cos(), angle.sin()],
+        [-velocity * angle.sin(), velocity * angle.cos()],
+    );
+    let (sine, cosine) = (angle + turned).sin_cos();
+    let reference = [cosine, sine, -end * sine, end * cosine];
+    for tolerance in [1e-6, 1e-9, 1e-12] {
+        let mut flow = TaylorFlow::read(&text.system, start, Tolerance::relative(tolerance)).unwrap();
+        flow.to(UNTIL).unwrap();
+        let node = flow.node();
+        for (found, reference) in node.q.iter().chain(&node.v).zip(reference) {
+            assert!(
+                (found - reference).abs() < 100.0 * tolerance,
+                "{tolerance}: {node:?} {reference:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_corner_is_passed_back_in_time() {
+    for corners in &CORNERS {
+        let scene = [2.0, 0.7, 4.0, 1.0];
+        let ([x, v], _) = by_pieces(corners, scene);
+        let text = declared(corners, scene);
+        let start = Start::second_order([x], [v]).at(UNTIL);
+        let flow = TaylorFlow::read(&text.system, start, Tolerance::relative(1e-9)).unwrap();
+        let mut flow = flow.every(-0.1).unwrap();
+        flow.to(0.0).unwrap();
+        let node = flow.node();
+        let error = node.q[0].abs().max((node.v[0] - scene[2]).abs());
+        assert!(error < 1e-7, "{}: {node:?}", corners.declaration);
+    }
+}
+
+#[test]
+fn nodes_on_a_grid_lie_on_the_motion_close_to_a_corner() {
+    // so dense that some lie in the first step beyond, and some of its ends
+    for corners in &CORNERS {
+        let scene = [2.0, 0.7, 4.0, 1.0];
+        let text = declared(corners, scene);
+        let start = Start::second_order([0.0], [scene[2]]);
+        let tolerance = Tolerance::relative(1e-10);
+        let mut whole = TaylorFlow::read(&text.system, start, tolerance)
+            .unwrap()
+            .every(1e-3)
+            .unwrap();
+        let mut ends = TaylorFlow::read(&text.system, start, tolerance).unwrap();
+        for node in 1..=1500 {
+            whole.advance().unwrap();
+            if node % 50 == 0 {
+                ends.to(whole.node().t).unwrap();
+                let [x, v] = [
+                    whole.node().q[0] - ends.node().q[0],
+                    whole.node().v[0] - ends.node().v[0],
+                ];
+                assert!(
+                    x.abs().max(v.abs()) < 1e-7,
+                    "{} at {}: {x} {v}",
+                    corners.declaration,
+                    whole.node().t
+                );
+            }
+        }
+    }
+}
