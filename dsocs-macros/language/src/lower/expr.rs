@@ -16,6 +16,17 @@ use crate::nearest::nearest;
 use crate::parse::plain_let;
 use crate::syntax::{bare, plain_name};
 
+/// What is said of the sign before a rotation.
+pub(super) const SIGN_OF_ROTATION: &str = "a rotation has no sign; expected that of a vector that it turns, `-(r * c)`, or its inverse, `r.inverse()`, which turns back";
+
+/// What stands behind the sign of a negative expression.
+fn negated(expr: &Expr) -> Option<&Expr> {
+    match bare(expr) {
+        Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => Some(&unary.expr),
+        _ => None,
+    }
+}
+
 impl Lowering<'_> {
     /// The number that an expression is (in a map: its component [`Lowering::component`]).
     pub(crate) fn expr(&mut self, expr: &Expr) -> Lowered {
@@ -51,9 +62,7 @@ impl Lowering<'_> {
                 UnOp::Neg(_) => {
                     let value = self.any(&unary.expr)?;
                     if let Value::Rotation(_) = value {
-                        return Err(self
-                            .errors
-                            .at(unary, "a rotation has no sign; its inverse is `r.inverse()`"));
+                        return Err(self.errors.at(unary, SIGN_OF_ROTATION));
                     }
                     return value.map(|number| Ok(self.graph.neg(number)));
                 }
@@ -294,6 +303,17 @@ impl Lowering<'_> {
             return self.any(left).and(Err(reported));
         }
         let right_side = right;
+        if let (BinOp::Mul(_), Some(operand)) = (op, negated(left)) {
+            // the sign binds tighter than the product: `-r * c` is that of a rotation
+            let operand = self.any(operand);
+            if let Ok(Value::Rotation(r)) = operand {
+                let right = self.any(right)?;
+                return self.negated_and_turned(op, left, r, &right);
+            }
+            let operand = operand.and_then(|value| value.map(|number| Ok(self.graph.neg(number))));
+            let right = self.any(right);
+            return self.multiplied(op, &operand?, &right?);
+        }
         let (left, right) = (self.any(left), self.any(right));
         let message = match op {
             BinOp::Add(_) | BinOp::Sub(_) => return self.added(op, &left?, &right?),
@@ -368,7 +388,10 @@ impl Lowering<'_> {
             return self.component_of(&field.base, component);
         }
         let value = self.any(&field.base);
-        value.and_then(|_| {
+        value.and_then(|value| {
+            if let (Value::Rotation(_), Member::Named(name)) = (&value, &field.member) {
+                return Err(self.field_of_rotation(name));
+            }
             if let Member::Named(name) = &field.member
                 && self.component.is_none()
                 && let Some(reported) = self.method_without_call(name)

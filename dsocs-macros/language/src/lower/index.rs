@@ -13,7 +13,7 @@ use crate::names::Binding;
 use crate::syntax::{bare, plain_name};
 
 /// What is said of an index after a rotation.
-const OF_ROTATION: &str = "the components of a rotation have no names, since `q` and `-q` are the same one; expected those of its matrix, `r.matrix()[0][0]`, or of \
+pub(super) const OF_ROTATION: &str = "the components of a rotation have no names, since `q` and `-q` are the same one; expected those of its matrix, `r.matrix()[0][0]`, or of \
                            what it turns, `(r * c)[0]`";
 
 impl Lowering<'_> {

@@ -1,10 +1,13 @@
 //! Rotations: what they turn, and what a declaration cannot have beside them.
 
 use proc_macro2::Ident;
-use syn::BinOp;
+use syn::{BinOp, Expr};
 
+use super::expr::SIGN_OF_ROTATION;
+use super::index::OF_ROTATION;
 use super::lowering::Lowering;
 use super::value::{Value, Valued};
+use super::vectors::OF_ROTATIONS;
 use crate::ast::{Declaration, MapRule};
 use crate::errors::{Errors, Reported};
 use crate::graph::rotation::Quaternion;
@@ -52,6 +55,15 @@ impl Lowering<'_> {
         }
     }
 
+    /// `-r * c`: the vector turned, with the other sign.
+    pub(super) fn negated_and_turned(&mut self, op: &BinOp, left: &Expr, r: Quaternion, c: &Value) -> Valued {
+        if !matches!(c, Value::Vector(_)) {
+            return Err(self.errors.at(left, SIGN_OF_ROTATION));
+        }
+        let turned = self.turned(op, r, c)?;
+        turned.map(|component| Ok(self.graph.neg(component)))
+    }
+
     /// `r.inverse()`, `r.angular_velocity()` or `r.matrix()`
     pub(super) fn of_rotation(&mut self, name: &Ident, r: Quaternion) -> Valued {
         match name.to_string().as_str() {
@@ -67,13 +79,48 @@ impl Lowering<'_> {
                         .collect(),
                 ))
             }
-            _ => {
-                let message = format!(
-                    "a rotation has no `{name}`; expected `r * c`, a vector turned, `r.inverse()`, `r.angular_velocity()` or `r.matrix()`"
-                );
-                Err(self.errors.at(name, message))
-            }
+            _ => Err(self.no_method_of_rotation(name)),
         }
+    }
+
+    /// What to say about a method that rotations do not have.
+    pub(super) fn no_method_of_rotation(&self, name: &Ident) -> Reported {
+        let message = format!(
+            "a rotation has no `{name}`; expected `r * c`, a vector turned, `r.inverse()`, `r.angular_velocity()` or `r.matrix()`, from whose elements angles \
+             follow"
+        );
+        self.errors.at(name, message)
+    }
+
+    /// What to say about a field of a rotation, as `r.w`.
+    pub(super) fn field_of_rotation(&self, name: &Ident) -> Reported {
+        let text = name.to_string();
+        if OF_ROTATIONS.contains(&&*text) {
+            let message = format!("expected parentheses, `.{text}()`");
+            return self.errors.at(name, message);
+        }
+        if matches!(&*text, "w" | "x" | "y" | "z") {
+            return self.errors.at(name, OF_ROTATION);
+        }
+        self.no_method_of_rotation(name)
+    }
+
+    /// What to say about the name of a column of a rotation's quaternion or velocity, as `r_w` or `v_r_x`.
+    pub(super) fn column_of_rotation(&self, text: &str) -> Option<String> {
+        let (stem, component) = text.rsplit_once('_')?;
+        if !matches!(component, "w" | "x" | "y" | "z") {
+            return None;
+        }
+        let is_rotation =
+            |name: &str| (self.groups.iter()).any(|group| group.is_rotation && group.name == name);
+        if is_rotation(stem) {
+            return Some(format!("no name `{text}` is known here: {OF_ROTATION}"));
+        }
+        let body = stem.strip_prefix("v_").filter(|name| is_rotation(name))?;
+        let place = ["x", "y", "z"].iter().position(|own| *own == component)?;
+        Some(format!(
+            "no name `{text}` is known here: expected `{body}.angular_velocity()[{place}]`"
+        ))
     }
 
     /// The angular velocity in the frame of the body: that of a coordinate, else `2 r̄∘dr/dt`.

@@ -10,6 +10,7 @@ use crate::graph::NodeId;
 use crate::syntax::bare;
 
 /// A component as it is written.
+#[derive(Clone)]
 enum Entry<'e> {
     /// An expression.
     Value(&'e Expr),
@@ -71,9 +72,11 @@ impl Lowering<'_> {
                 parts.len()
             )
         } else {
+            if !self.graph.rotations().is_empty() {
+                return Err(self.errors.at(whole, self.entries_beside_rotations(parts.len())));
+            }
             let names = self.groups.iter().map(|group| match group.length {
                 Some(length) => format!("`{}: [{length}]`", group.name),
-                None if group.is_rotation => format!("`{}: rotation`", group.name),
                 None => format!("`{}`", group.name),
             });
             format!(
@@ -84,6 +87,30 @@ impl Lowering<'_> {
             )
         };
         Err(self.errors.at(whole, message))
+    }
+
+    /// What is said of a vector that has not an entry for each coordinate or array: of a rotation the entry is itself a vector.
+    fn entries_beside_rotations(&self, found: usize) -> String {
+        let names = self.groups.iter().map(|group| match group.length {
+            Some(length) => format!("`{}: [{length}]`", group.name),
+            None if group.is_rotation => format!("`{}: rotation`", group.name),
+            None => format!("`{}`", group.name),
+        });
+        let names = names.collect::<Vec<_>>().join(", ");
+        let kinds = self.groups.iter().map(|group| match group.length {
+            Some(3) => "[a, b, c]",
+            Some(_) => "[a, b, …]",
+            None if group.is_rotation => "[a, b, c]",
+            None => "a",
+        });
+        let kinds = kinds.collect::<Vec<_>>().join(", ");
+        match self.groups.len() {
+            1 => format!("expected a vector for the rotation {names}, `{kinds}`, found {found} entries"),
+            expected => format!(
+                "expected {} with an entry for each of {names}: {expected} entries, `({kinds})`, found {found}",
+                self.errors.words("a tuple", "a list in parentheses")
+            ),
+        }
     }
 
     /// The components of what belongs to a rotation: a vector of three in the frame of its body, or zero.
@@ -139,13 +166,16 @@ impl Lowering<'_> {
                     return Ok(components.into_iter().map(Entry::Known).collect());
                 }
                 Value::Number(number) if length == 1 => return Ok(vec![Entry::Known(number)]),
+                Value::Number(number) if self.graph.is_zero(number) => {
+                    return Ok(vec![Entry::Known(number); length]);
+                }
                 value => value.kind(),
             },
         };
         Err(self.errors.at(
             part,
             format!(
-                "expected the {length} components of `{}`: a vector, `[a, b, …]`, `[a; {length}]` or `|i| …`, \
+                "expected the {length} components of `{}`: a vector, `[a, b, …]`, `[a; {length}]` or `|i| …`, or 0, \
                  found {found}",
                 group.name
             ),

@@ -17,7 +17,7 @@ use crate::syntax::{bare, plain_name};
 const METHODS: [&str; 5] = ["inner", "cross", "norm", "norm_squared", "transpose"];
 
 /// Those of rotations.
-const OF_ROTATIONS: [&str; 3] = ["inverse", "angular_velocity", "matrix"];
+pub(super) const OF_ROTATIONS: [&str; 3] = ["inverse", "angular_velocity", "matrix"];
 
 /// Whether vectors or matrices have a method of that name.
 pub(super) fn is_method(name: &str) -> bool {
@@ -100,6 +100,14 @@ impl Lowering<'_> {
             (Value::Vector(a), Value::Vector(b)) if a.len() == b.len() => Ok(Value::Vector(both(a, b))),
             (Value::Matrix(a), Value::Matrix(b)) if a.len() == b.len() && width(a) == width(b) => {
                 Ok(Value::Matrix(a.iter().zip(b).map(|(a, b)| both(a, b)).collect()))
+            }
+            (Value::Rotation(_), Value::Rotation(_)) => {
+                let message = if is_sum {
+                    "rotations are multiplied, not added: expected `r * s`, found a rotation and a rotation"
+                } else {
+                    "rotations are multiplied, not subtracted: expected `r.inverse() * s`, the turn from `r` to `s`, found a rotation and a rotation"
+                };
+                Err(self.errors.at(op, message))
             }
             _ => {
                 let (left, right) = (left.kind(), right.kind());
@@ -265,6 +273,9 @@ impl Lowering<'_> {
     /// What to say about a method that vectors and matrices do not have.
     pub(super) fn no_method_of_vectors(&self, name: &Ident, value: &Value) -> Reported {
         let text = name.to_string();
+        if let Value::Rotation(_) = value {
+            return self.no_method_of_rotation(name);
+        }
         let hint = match of_vector(&text) {
             Some(meant) => format!("; expected `.{meant}`"),
             None => did_you_mean(&text, METHODS),

@@ -101,6 +101,9 @@ impl Lowering<'_> {
                 format!("`{text}` is defined further down; expected its `let` before this use")
             }
             _ => {
+                if let Some(message) = self.column_of_rotation(&text) {
+                    return Err(self.errors.at(name, message));
+                }
                 if let Some(meant) = self.derivative_meant(&text) {
                     let message = format!("no name `{text}` is known here; did you mean `{meant}`?");
                     return Err(self.errors.at(name, message));

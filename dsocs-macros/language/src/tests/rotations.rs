@@ -59,6 +59,11 @@ fn a_rotation_turns_vectors() {
     near("r * r.inverse() * x", "x");
     near("r * (r * x)", "(r * r) * x");
     near("r.matrix() * x", "r * x");
+    // the sign binds tighter than the product
+    near("-r * x", "-(r * x)");
+    near("(-r) * x", "-(r * x)");
+    near("-r.inverse() * x", "-(r.inverse() * x)");
+    near("-w.inner(x) * x + -r * x", "-(w.inner(x) * x) - r * x");
     near("r.matrix().transpose() * x", "r.inverse() * x");
     // a half turn about the second axis and a third
     near("(r * [1, 0, 0])[0]", "2 * (0.25 + 0.01) - 1");
@@ -117,6 +122,34 @@ fn a_start_has_three_numbers_of_velocity() {
 }
 
 #[test]
+fn a_start_of_another_length_is_told_how_many_numbers_a_rotation_has() {
+    for (run, message) in [
+        (
+            "([1, 0, 0, 0, 1, 2, 3, 4], [1, 2, 3, 5, 6])",
+            "three for a rotation, in the frame of its body: 7, found 5",
+        ),
+        (
+            "([1, 0, 0, 1, 2, 3, 4], [1, 2, 3, 5, 6, 7, 8])",
+            "four for a rotation, `w, x, y, z`: 8, found 7",
+        ),
+    ] {
+        let mistakes = text(&format!("run {{ start = {run}; }}")).map(drop).unwrap_err();
+        assert!(mistakes[0].message.contains(message), "{mistakes:?}");
+    }
+}
+
+#[test]
+fn a_single_zero_stands_for_a_vector() {
+    assert!(text("external_forces = (0, 0, 0);").is_ok());
+    assert!(text("external_forces = (w, 0, s);").is_ok());
+    let mistakes = text("external_forces = (w, 1, s);").map(drop).unwrap_err();
+    assert!(
+        mistakes[0].message.contains("the 3 components of `x`"),
+        "{mistakes:?}"
+    );
+}
+
+#[test]
 fn equations_are_counted_by_three_for_a_rotation() {
     assert!(text("kinematic = dot(w); variational = [(0, [1, 0, 0], 0), (0, [0, 1, 0], 0), (0, [0, 0, 1], 0), (0, [0; 3], 1)];").is_ok());
     let mistakes = text("kinematic = dot(w); variational = [(w, 0 * x, 1)];").unwrap_err();
@@ -143,15 +176,39 @@ fn what_is_no_operation_of_rotations_is_refused_at_its_place() {
         ("let e = r * 2; observe = [e];", "a rotation turns a vector"),
         ("let e = r * [1, 2]; observe = [e];", "vectors of 3 components"),
         ("let e = r / 2; observe = [e];", "its inverse is `r.inverse()`"),
-        ("let e = -r; observe = [e];", "a rotation has no sign"),
+        ("let e = -r; observe = [e];", "a vector that it turns, `-(r * c)`"),
+        ("let e = -r * r; observe = [e];", "a rotation has no sign"),
+        ("let e = -r * 2; observe = [e];", "a rotation has no sign"),
+        (
+            "let e = r - r; observe = [e];",
+            "expected `r.inverse() * s`, the turn from `r` to `s`",
+        ),
+        (
+            "let e = r.w; observe = [e];",
+            "the components of a rotation have no names",
+        ),
+        (
+            "let e = r.angular_velocity; observe = [e];",
+            "expected parentheses, `.angular_velocity()`",
+        ),
+        ("let e = r.angle; observe = [e];", "a rotation has no `angle`"),
+        (
+            "let e = r.omega(); observe = [e];",
+            "a rotation has no `omega`; expected `r * c`, a vector turned, `r.inverse()`, `r.angular_velocity()` or `r.matrix()`",
+        ),
+        (
+            "let e = r.angle(); observe = [e];",
+            "`r.matrix()`, from whose elements angles follow",
+        ),
+        (
+            "let e = v_r_y; observe = [e];",
+            "expected `r.angular_velocity()[1]`",
+        ),
         (
             "let e = dot(r); observe = [e];",
             "expected `r.angular_velocity()`",
         ),
-        (
-            "let e = r.sin(); observe = [e];",
-            "expected a number before `.sin(…)`, found a rotation",
-        ),
+        ("let e = r.sin(); observe = [e];", "a rotation has no `sin`"),
         (
             "let e = r[0]; observe = [e];",
             "the components of a rotation have no names",
@@ -164,7 +221,10 @@ fn what_is_no_operation_of_rotations_is_refused_at_its_place() {
             "let s2 = r * r; let e = s2[0]; observe = [e];",
             "the components of a rotation have no names",
         ),
-        ("let e = r_w; observe = [e];", "no name `r_w` is known here"),
+        (
+            "let e = r_w; observe = [e];",
+            "no name `r_w` is known here: the components of a rotation have no names",
+        ),
         ("let e = r.norm(); observe = [e];", "a rotation has no `norm`"),
         (
             "let e = x.angular_velocity(); observe = [e];",
@@ -189,7 +249,7 @@ fn what_is_no_operation_of_rotations_is_refused_at_its_place() {
         ),
         (
             "external_forces = (0, 0, 0, 0, 0, 0, 0, 0);",
-            "`r: rotation`, `x: [3]`, `s`",
+            "an entry for each of `r: rotation`, `x: [3]`, `s`: 3 entries, `([a, b, c], [a, b, c], a)`, found 8",
         ),
         (
             "phi_lagrangian = |q0, q1| (q0, (q1 - q0) / h);",

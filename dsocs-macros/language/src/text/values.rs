@@ -358,10 +358,17 @@ fn set(
         } else {
             ""
         };
-        let message = format!(
-            "expected a number for each coordinate, {n}, found {}{commas}",
-            numbers.len()
-        );
+        let found = numbers.len();
+        let message = match (rotations, is_position) {
+            ([], _) => format!("expected a number for each coordinate, {n}, found {found}{commas}"),
+            (_, true) => format!(
+                "expected a number for each coordinate, four for a rotation, `w, x, y, z`: {n}, found {found}{commas}"
+            ),
+            (_, false) => format!(
+                "expected a number for each coordinate, three for a rotation, in the frame of its body: {}, found {found}{commas}",
+                n - rotations.len()
+            ),
+        };
         Err(errors.at(expr, message))
     };
     match text {
