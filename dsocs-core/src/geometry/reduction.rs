@@ -7,6 +7,7 @@
 //! Along a field `ξ` of the symmetry the momentum changes by the work of what acts besides, `ΔJ = h ⟨Q, ξ⟩ + ⟨f⁻_d, ξ⟩ + ⟨f⁺_d, ξ⟩`: the nonholonomic momentum
 //! equation (A. M. Bloch, P. S. Krishnaprasad, J. E. Marsden, R. M. Murray, *Nonholonomic mechanical systems with symmetry*, Arch. Rational Mech. Anal. 136, 1996).
 
+use super::legendre::legendre_plus;
 use crate::kernel::Kernel;
 use crate::number::point::AnyLeg;
 use crate::solve::rotation::SLOTS;
@@ -58,8 +59,15 @@ pub fn reduced(system: &dyn Kernel) -> Vec<usize> {
 /// The momentum `h ⟨D₂L_d + f⁺_d, ξ⟩` with which a leg of the step `h` arrives at its second node, along a field there.
 #[must_use]
 pub fn momentum_along(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, generator: Generator<'_>) -> f64 {
-    let momentum = Declaration::of(system).arriving(h, leg);
-    h * product(&momentum, &generator(leg.q))
+    h * product(&arriving(system, h, leg), &generator(leg.q))
+}
+
+/// `D₂L_d + f⁺_d` of the declared map. Beside the paper's a run takes the trapezoid's at a node where an input changes, and where the attitude makes the
+/// momentum vary that is another one.
+fn arriving(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
+    let [_, external] = Declaration::of(system).discrete_external_forces(h, leg);
+    let momentum = legendre_plus(system, h, leg);
+    momentum.iter().zip(external).map(|(p, f)| p + f).collect()
 }
 
 /// The momentum equation at two consecutive legs `(q0, q1)` and `(q1, q2)` of a motion, where the second difference is `e`: by how much the change of the
@@ -77,7 +85,7 @@ pub fn momentum_balance(
     let (here, there) = (generator(first.q), generator(last.q));
     let constraint = declaration.force(h, first, e);
     let [leaving, arriving] = declaration.discrete_external_forces(h, last);
-    let momenta = [first, last].map(|leg| declaration.arriving(h, leg));
+    let momenta = [first, last].map(|leg| self::arriving(system, h, leg));
     let work = h * (product(&constraint, &here) + product(&leaving, &here) + product(&arriving, &there));
     let change = h * (product(&momenta[1], &there) - product(&momenta[0], &here));
     let terms = size(&momenta[1], &there) + size(&momenta[0], &here) + size(&constraint, &here);
