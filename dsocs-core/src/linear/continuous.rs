@@ -7,6 +7,7 @@ use super::model::{Columns, Frame, LinearModel, LinearTime};
 use super::ports::{Measured, Ports};
 use super::slopes::{At, Direction, Slopes};
 use crate::number::point::AnyPoint;
+use crate::regularity::undefined;
 use crate::solve::{Square, rotation};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Part, Segment};
@@ -46,10 +47,11 @@ impl Variational {
 }
 
 /// The error of a point where there is no derivative.
-pub(super) fn singular(at: &At<'_>) -> LinearizationError {
+pub(super) fn singular(declaration: &Declaration<'_>, at: &At<'_>) -> LinearizationError {
     LinearizationError::Singular {
         q: at.q.to_vec(),
         v: at.v.to_vec(),
+        undefined: undefined::without_derivative(declaration, any(at)).map(Box::new),
     }
 }
 
@@ -77,19 +79,19 @@ pub(super) fn linearized(
     let (mut columns, mut basis) = (Columns::default(), Vec::new());
     for free in chart.directions() {
         let direction = bonds.obeyed(&free);
-        let [a, c] = column(&direction).ok_or_else(|| singular(at))?;
+        let [a, c] = column(&direction).ok_or_else(|| singular(declaration, at))?;
         columns.a.push(a);
         columns.c.push(c);
         basis.push([direction.q, direction.v].concat());
     }
     for &parameter in ports.inputs() {
         let direction = bonds.obeyed(&still(at.q.len(), parameter));
-        let [b, d] = column(&direction).ok_or_else(|| singular(at))?;
+        let [b, d] = column(&direction).ok_or_else(|| singular(declaration, at))?;
         columns.b.push(b);
         columns.d.push(d);
     }
     if !columns.is_finite() {
-        return Err(singular(at));
+        return Err(singular(declaration, at));
     }
     let told = (
         chart.coordinates(at.v, at.a),
@@ -116,13 +118,16 @@ pub(super) fn still(coordinates: usize, parameter: usize) -> Direction {
 
 /// The point without multipliers.
 fn point(at: &At<'_>) -> crate::number::point::OwnedPoint<f64> {
+    any(at).to_owned()
+}
+
+fn any<'a>(at: &At<'a>) -> AnyPoint<'a, f64> {
     AnyPoint {
         t: at.t,
         q: at.q,
         v: at.v,
         a: at.a,
     }
-    .to_owned()
 }
 
 /// The derivatives of the acceleration by every coordinate and every velocity, column by column; `None` where there are none.

@@ -7,6 +7,7 @@ use thiserror::Error;
 use crate::error::SetupError;
 use crate::geometry::GeometryError;
 use crate::number::message::Numbers;
+use crate::regularity::undefined::Undefined;
 
 /// Why a system could not be linearized.
 #[derive(Clone, PartialEq, Error)]
@@ -59,14 +60,16 @@ pub enum LinearizationError {
     },
     /// The equations do not determine a derivative.
     #[error(
-        "the equations have no derivative at q = {}, v = {}: their Jacobian is singular there, or a derivative is infinite; linearize beside it",
-        Numbers(.q), Numbers(.v)
+        "the equations have no derivative at q = {}, v = {}: {}; linearize beside it",
+        Numbers(.q), Numbers(.v), reason(.undefined.as_deref())
     )]
     Singular {
         /// The position.
         q: Vec<f64>,
         /// The velocity.
         v: Vec<f64>,
+        /// What has no derivative there, if it is an expression.
+        undefined: Option<Box<Undefined>>,
     },
     /// The iteration for the eigenvalues does not converge.
     #[error("the eigenvalues of the linear model are not found: the iteration for them does not converge")]
@@ -87,6 +90,14 @@ pub enum LinearizationError {
 }
 
 crate::debug_is_message!(LinearizationError);
+
+/// Why there is no derivative.
+fn reason(undefined: Option<&Undefined>) -> String {
+    match undefined {
+        Some(undefined) => undefined.to_string(),
+        None => "their Jacobian is singular there, or a derivative is infinite".to_owned(),
+    }
+}
 
 /// Names of which one is expected.
 pub(super) fn choice(names: &[Cow<'static, str>]) -> String {

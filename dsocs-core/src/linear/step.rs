@@ -355,7 +355,7 @@ impl Tangents {
 
 /// The solved step whose middle node has a position, and of the velocity the free directions.
 fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<Solved, LinearizationError> {
-    let declaration = Declaration::of(system);
+    let declaration = &Declaration::of(system);
     let n = at.q.len();
     let moving: Vec<usize> = (0..n).filter(|place| declaration.shape().moves(*place)).collect();
     let lost = || LinearizationError::Leg {
@@ -377,7 +377,7 @@ fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<
     let mut last = f64::INFINITY;
     for _ in 0..MAX_ITERATIONS {
         let solved = Solved::of(system, h, leg.clone(), &near)?;
-        let bonds = LegBonds::of(&declaration, h, leg.any());
+        let bonds = LegBonds::of(declaration, h, leg.any());
         let rows_of = |velocity: &[f64], bound: &[f64]| -> Vec<f64> {
             let mut rows = chart.velocities.coordinates(velocity);
             rows.extend(bonds.of_increment(bound));
@@ -395,14 +395,14 @@ fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<
         for &j in &moving {
             let mut pair = Pair::of(&vec![0.0; 2 * n], None);
             pair.rate[j] = 1.0;
-            let change = solved.change(&pair).ok_or_else(|| singular(at))?;
+            let change = solved.change(&pair).ok_or_else(|| singular(declaration, at))?;
             columns.push(rows_of(&change.node[n..2 * n], &bonds.along(&pair)));
         }
         if columns.iter().any(|column| column.len() != moving.len()) {
-            return Err(singular(at));
+            return Err(singular(declaration, at));
         }
         let matrix = Square::from_fn(moving.len(), |i, j| columns[j][i]);
-        let update = matrix.solve(&wanted).ok_or_else(|| singular(at))?;
+        let update = matrix.solve(&wanted).ok_or_else(|| singular(declaration, at))?;
         let (mut step, mut size) = (0.0_f64, 0.0_f64);
         for (&place, update) in moving.iter().zip(update.iter()) {
             leg.d[place] += h * update;
@@ -444,7 +444,7 @@ pub(super) fn linearized(
         };
         chart.carried_to(&Bonds::of(declaration, &after).chart())
     };
-    let none = || singular(at);
+    let none = || singular(declaration, at);
     let tangents = Tangents::of(declaration, &here, &chart).ok_or_else(none)?;
     let tangents_after = Tangents::of(declaration, &next, &next_chart).ok_or_else(none)?;
     let reported = point.any();

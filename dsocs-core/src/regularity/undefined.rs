@@ -5,6 +5,7 @@ use core::fmt;
 use crate::number::point::AnyPoint;
 use crate::tape::Leaf;
 use crate::tape::declaration::Declaration;
+use crate::tape::origin::Origin;
 
 /// An expression of a declaration, or of its derivatives, that has no finite value at a point, although everything in it has one, such as the
 /// root of a negative number, or an overflow; or a divisor that is zero there.
@@ -21,6 +22,8 @@ pub struct Undefined {
     pub quantities: Vec<(String, f64)>,
     /// Whether a position, a velocity, and a parameter are among them.
     contains: [bool; 3],
+    /// Whether it has a value, and no derivative.
+    without_derivative: bool,
 }
 
 /// What is too large for doubles where its argument is large.
@@ -54,6 +57,13 @@ impl Undefined {
             return "write what is bounded without it: `(1 + (u / 2).tanh()) / 2` in place of `1 / (1 + (-u).exp())`, and `1 - u.tanh().powi(2)` in place of \
                     `1 / u.cosh().powi(2)`";
         }
+        if self.without_derivative {
+            return if at_rest && self.contains_velocity() {
+                "the system is at rest there: start with a velocity; or give it a derivative at rest, `(v.norm_squared() + 1e-12).sqrt()` in place of `v.norm()`"
+            } else {
+                "begin elsewhere; or give it a derivative there, `(x.norm_squared() + 1e-12).sqrt()` in place of `x.norm()`"
+            };
+        }
         match self.contains {
             [false, false, true] => "its parameters need other values",
             [_, true, _] if at_rest => {
@@ -71,7 +81,9 @@ const LONG: core::ops::Range<f64> = 1e-5..1e16;
 
 impl fmt::Display for Undefined {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [before, after] = if self.value.is_nan() {
+        let [before, after] = if self.without_derivative {
+            ["", "has no derivative"]
+        } else if self.value.is_nan() {
             ["", "has no value"]
         } else if self.value == 0.0 {
             ["the divisor ", "is zero"]
@@ -90,7 +102,9 @@ impl fmt::Display for Undefined {
         } else {
             ""
         };
-        let says_all = self.value == 0.0 && self.quantities.iter().all(|(name, _)| *name == self.expression);
+        let says_all = !self.without_derivative
+            && self.value == 0.0
+            && self.quantities.iter().all(|(name, _)| *name == self.expression);
         if named.is_empty() || says_all {
             Ok(())
         } else {
@@ -111,11 +125,27 @@ fn short(value: f64) -> String {
 /// What has no value in the equations of the continuous system, or in their Jacobian, at a point.
 #[cold]
 pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Undefined> {
+    let origin = declaration.origin_of_point(point, &|leaf| named(declaration, leaf))?;
+    Some(told(declaration, origin, false))
+}
+
+/// What has a value in the equations of the continuous system at a point, and no derivative: the root of what is zero.
+#[cold]
+pub(crate) fn without_derivative(
+    declaration: &Declaration<'_>,
+    point: AnyPoint<'_, f64>,
+) -> Option<Undefined> {
+    let origin = declaration.without_derivative(point, &|leaf| named(declaration, leaf))?;
+    Some(told(declaration, origin, true))
+}
+
+/// A quantity, as it is written in a declaration.
+fn named(declaration: &Declaration<'_>, leaf: Leaf) -> String {
     let coordinate = |i: usize| {
         let known = declaration.coordinates().get(i);
         known.map_or_else(|| "?".to_owned(), |known| known.name.clone().into_owned())
     };
-    let name = |leaf: Leaf| match leaf {
+    match leaf {
         Leaf::Q(i) => coordinate(i),
         Leaf::V(i) => format!("dot({})", coordinate(i)),
         Leaf::A(i) => format!("ddot({})", coordinate(i)),
@@ -130,10 +160,14 @@ pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) 
             )
         }
         _ => "…".to_owned(),
-    };
-    let origin = declaration.origin_of_point(point, &name)?;
+    }
+}
+
+/// What is told of an expression.
+fn told(declaration: &Declaration<'_>, origin: Origin, without_derivative: bool) -> Undefined {
     let contains = |of: fn(&Leaf) -> bool| origin.leaves.iter().any(|(leaf, _)| of(leaf));
-    Some(Undefined {
+    Undefined {
+        without_derivative,
         contains: [
             contains(|leaf| matches!(leaf, Leaf::Q(_))),
             contains(|leaf| matches!(leaf, Leaf::V(_))),
@@ -142,9 +176,9 @@ pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) 
         quantities: origin
             .leaves
             .iter()
-            .map(|&(leaf, value)| (name(leaf), value))
+            .map(|&(leaf, value)| (named(declaration, leaf), value))
             .collect(),
         expression: origin.text,
         value: origin.value,
-    })
+    }
 }

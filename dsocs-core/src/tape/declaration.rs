@@ -5,7 +5,7 @@ use crate::number::point::{AnyLeg, AnyPoint, OwnedPoint};
 use crate::number::scalar::Scalar as _;
 use crate::samples::Samples;
 use crate::tape::Shape;
-use crate::tape::origin::{Origin, origin};
+use crate::tape::origin::{Origin, origin, without_derivative};
 use crate::tape::quantity::Quantity;
 use crate::tape::{CallData, Leaf, Number, Part, Segment, Source};
 
@@ -509,6 +509,17 @@ impl<'s> Declaration<'s> {
     ) -> Option<Origin> {
         let at = At::point(point);
         origin(self.source, Segment::Continuous, &leaves(self, &at), name)
+    }
+
+    /// What has a value in the rows of the continuous system, and no derivative.
+    #[cold]
+    pub(crate) fn without_derivative(
+        &self,
+        point: AnyPoint<'_, f64>,
+        name: &dyn Fn(Leaf) -> String,
+    ) -> Option<Origin> {
+        let at = At::point(point);
+        without_derivative(self.source, Segment::Continuous, &leaves(self, &at), name)
     }
 
     /// The continuous system's generalized constraint force, `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`, at a point.

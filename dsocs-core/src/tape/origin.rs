@@ -55,13 +55,58 @@ pub(crate) fn origin(
     }
     let mut leaves = Vec::new();
     collect(&ops, place, &values, &mut leaves);
-    let text = (1..=DEEP).rev().map(|deep| written(&ops, place, deep, name).0);
-    let short = text.clone().find(|text| text.chars().count() <= LONG);
     Some(Origin {
-        text: short.or_else(|| text.last()).unwrap_or_default(),
+        text: shortened(&ops, place, name),
         value: values[place],
         leaves,
     })
+}
+
+/// The first expression on the way to the results of a segment that has a value and no derivative there, as the root of zero, where its argument moves: it
+/// has a position, a velocity or time in it. `None` where there is none.
+pub(crate) fn without_derivative(
+    source: &dyn Source,
+    segment: Segment,
+    leaf: &dyn Fn(Leaf) -> f64,
+    name: &dyn Fn(Leaf) -> String,
+) -> Option<Origin> {
+    let bodies = source.tape().bodies();
+    let results = &bodies.get(segment as usize)?.results;
+    let (ops, places) = gathered(bodies, segment, &[]);
+    let values = values(&ops, source, leaf);
+    let results: Vec<usize> = results.iter().map(|&result| places[result]).collect();
+    let has_none = |place: &usize| match ops[*place] {
+        Op::Function(Function::Sqrt | Function::Cbrt, a) => values[a] == 0.0,
+        Op::Function(Function::Asin | Function::Acos, a) => values[a].abs() == 1.0,
+        Op::Binary(Binary::Powf, [a, b]) => {
+            values[a] == 0.0 && (0.0..1.0).contains(&values[b]) && values[b] > 0.0
+        }
+        _ => false,
+    };
+    let of = |place: usize| {
+        let mut leaves = Vec::new();
+        collect(&ops, place, &values, &mut leaves);
+        leaves
+    };
+    let moves = |place: &usize| {
+        of(*place)
+            .iter()
+            .any(|(leaf, _)| matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::T))
+    };
+    let place =
+        (needed(&ops, &results, &values).into_iter()).find(|place| has_none(place) && moves(place))?;
+    Some(Origin {
+        text: shortened(&ops, place, name),
+        value: values[place],
+        leaves: of(place),
+    })
+}
+
+/// An operation as it is written, shortened where it is long.
+fn shortened(ops: &[Op], place: usize, name: &dyn Fn(Leaf) -> String) -> String {
+    let text = (1..=DEEP).rev().map(|deep| written(ops, place, deep, name).0);
+    let short = text.clone().find(|text| text.chars().count() <= LONG);
+    short.or_else(|| text.last()).unwrap_or_default()
 }
 
 /// The places that some results need, in order.

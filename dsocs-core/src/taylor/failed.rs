@@ -42,7 +42,9 @@ impl Integrator {
         let undefined = || {
             let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
             let a = &vec![0.0; q.len()];
-            undefined::of_point(&equations.declaration(), AnyPoint { t, q, v, a })
+            let (declaration, point) = (equations.declaration(), AnyPoint { t, q, v, a });
+            undefined::of_point(&declaration, point)
+                .or_else(|| undefined::without_derivative(&declaration, point))
         };
         let open = || {
             let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());

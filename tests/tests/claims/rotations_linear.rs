@@ -592,3 +592,32 @@ fn a_top_hangs_in_all_directions() {
     println!("{long}");
     assert!(matches!(long, EquilibriumError::Setup(_)));
 }
+
+#[test]
+fn what_has_no_derivative_at_rest_is_named() {
+    let body = read(
+        "coordinates(r: rotation, x: [3]);
+         lagrangian = r.angular_velocity().norm_squared() + dot(x).norm_squared() / 2 - x[2];
+         external_forces = (0, -dot(x).norm() * (r * (r.inverse() * dot(x))));",
+    );
+    let start = |speed: f64| {
+        AnyStart::second_order(
+            &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            &[0.0, 0.0, 0.0, speed, 0.0, 0.0],
+        )
+    };
+    let linear = OperatingPoint::new(&body, start(0.0)).continuous().unwrap_err();
+    let mut flow = AnyTaylorFlow::of_tape(&body, &start(0.0), Tolerance::relative(1e-9));
+    let series = match &mut flow {
+        Ok(flow) => (flow as &mut dyn Run).to(0.1).unwrap_err().to_string(),
+        Err(error) => error.to_string(),
+    };
+    for told in [linear.to_string(), series] {
+        assert!(
+            told.contains("dot(x_0).powi(2)")
+                && told.contains(".sqrt()` has no derivative there (dot(x_0) = 0"),
+            "{told}"
+        );
+    }
+    assert!(OperatingPoint::new(&body, start(0.1)).continuous().is_ok());
+}
