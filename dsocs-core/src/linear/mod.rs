@@ -3,8 +3,8 @@
 //! An [`OperatingPoint`] is a state with the names of inputs and outputs. Its [`LinearModel`]s are the matrices `A`, `B`, `C`, `D` of
 //!
 //! ```text
-//! z' = drift + A z + B u,   y = C z + D u     of the continuous motion
-//! z  →         A z + B u,   y = C z + D u     of the paper's step
+//! z' = A z + B u,   y = C z + D u     of the continuous motion
+//! z  → A z + B u,   y = C z + D u     of the paper's step
 //! ```
 //!
 //! for small changes `z` of the state, `u` of parameters and `y` of what is measured. They are what linear control theory begins with: stability,
@@ -24,6 +24,14 @@
 //! C. C. de Wit, B. Siciliano, G. Bastin, *Theory of Robot Control*, Springer 1996, chapter 7, and of W. C. Rheinboldt, *Differential-algebraic
 //! systems as differential equations on manifolds*, Math. Comp. 43, 1984). So eigenvalues, and everything else that does not depend on the
 //! choice of coordinates, are those of any other minimal coordinates.
+//!
+//! # In motion
+//!
+//! `z` compares two motions at the same time: the one through the point, and one beside it. How the first moves is [`LinearModel::drift`]. The state of a
+//! node from the point itself, which stays, is [`LinearModel::state`]; of numbers its rate is `drift + A z + B u`, the sum of both. The turn of a
+//! rotation is seen from the body of the first motion, which turns: `ξ' = δω - ω × ξ`. So the matrix of a top that spins is that of the whole motion,
+//! and its eigenvalues tell whether the spin is stable. The turn `θ` from the attitude that stays has `θ' = ω + δω - ½ ω × θ` to first order: to predict it
+//! by `drift + A z + B u`, add `½ ω̂` to the block of `A` that takes the turn to its own rate.
 //!
 //! # Units
 //!
@@ -65,5 +73,5 @@ mod step;
 
 pub use equilibrium::{Equilibria, Equilibrium, EquilibriumError, EquilibriumSearch, Stability};
 pub use error::LinearizationError;
-pub use model::{LinearModel, LinearTime};
+pub use model::{LinearModel, LinearTime, state_change};
 pub use point::OperatingPoint;

@@ -45,7 +45,8 @@ pub struct LinearModel {
     pub c: Vec<Vec<f64>>,
     /// The matrix `D`, by rows, with a row for each output and a column for each input.
     pub d: Vec<Vec<f64>>,
-    /// How the point itself moves: `z'` there, or by how much `z` changes in the step. Zero at an equilibrium.
+    /// How the point itself moves: the rate of [`LinearModel::state`] along the motion through it, or by how much that changes in the step. Zero at an
+    /// equilibrium.
     pub drift: Vec<f64>,
     /// The outputs at the point.
     pub measured: Vec<f64>,
@@ -61,25 +62,23 @@ pub struct LinearModel {
 }
 
 impl LinearModel {
-    /// The minimal coordinates `z` of a state: what a controller multiplies. Components that are missing are taken to be those of the point.
+    /// The minimal coordinates `z` of a state: what a controller multiplies. Of a rotation it is the turn from the point, in the frame of its body, as the
+    /// axis times the angle [rad], of at most half a turn; `q` and `−q` are one attitude. Components that are missing are taken to be those of the
+    /// point.
     #[must_use]
     pub fn state(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
         let point = self.point.any();
-        let change = |x: &[f64], own: &[f64]| -> Vec<f64> {
-            let parts = own.iter().enumerate();
-            parts.map(|(i, own)| x.get(i).map_or(0.0, |x| x - own)).collect()
-        };
-        let mut both = [change(q, point.q), change(v, point.v)].concat();
-        for first in &self.rotations {
-            if q.len() >= first + SLOTS {
-                rotation::difference(&[*first], [point.q, q], &mut both);
-            } else {
-                both[*first..first + SLOTS].fill(0.0);
-            }
-        }
+        self.state_about([point.q, point.v], [q, v])
+    }
+
+    /// The same from another state, a position and a velocity: where `about` moves through the point and `to` is a motion beside it, both at one time, it is
+    /// the `z` of `z' = A z + B u`. So a controller that follows a motion takes its state about that motion.
+    #[must_use]
+    pub fn state_about(&self, about: [&[f64]; 2], to: [&[f64]; 2]) -> Vec<f64> {
+        let change = state_change(&self.rotations, about, to);
         self.projection
             .iter()
-            .map(|weights| dot(weights, &both))
+            .map(|weights| dot(weights, &change))
             .collect()
     }
 
@@ -89,6 +88,30 @@ impl LinearModel {
     pub fn eigenvalues(&self) -> Option<Vec<[f64; 2]>> {
         eigenvalues(&self.a)
     }
+}
+
+/// The change of position and velocity, one after the other, from a state to another one: what `LinearModel::projection` is multiplied with. Of a
+/// rotation, of which `rotations` has the place of its scalar, it is a zero and the turn as the axis times the angle [rad], in the frame of the body.
+/// Components that are missing in the second state do not change.
+#[must_use]
+pub fn state_change(rotations: &[usize], from: [&[f64]; 2], to: [&[f64]; 2]) -> Vec<f64> {
+    let [own, other] = [from, to];
+    let change = |own: &[f64], x: &[f64]| -> Vec<f64> {
+        let parts = own.iter().enumerate();
+        parts.map(|(i, own)| x.get(i).map_or(0.0, |x| x - own)).collect()
+    };
+    let mut both = [change(own[0], other[0]), change(own[1], other[1])].concat();
+    for first in rotations {
+        if other[0].len() >= first + SLOTS {
+            rotation::turns(&[*first], [own[0], other[0]], &mut both);
+        } else {
+            both.iter_mut()
+                .skip(*first)
+                .take(SLOTS)
+                .for_each(|change| *change = 0.0);
+        }
+    }
+    both
 }
 
 /// The columns of the matrices of a model, before they are rows.
@@ -123,13 +146,20 @@ fn states(shape: &Shape, chart: &Chart) -> Vec<Quantity> {
                 return Quantity::new("?", "");
             };
             let alone = vector.iter().filter(|part| **part != 0.0).count() == 1;
-            if let (true, false, Some(first)) = (alone, of_velocity, shape.rotation_of(along)) {
-                let axis = ["first", "second", "third"];
-                let axis = axis.get((along - first).saturating_sub(1)).unwrap_or(&"");
-                let name = own.name.rsplit_once('_').map_or(&*own.name, |(name, _)| name);
-                return Quantity {
-                    doc: format!("The turn of `{name}` about the {axis} axis of its body [rad].").into(),
-                    name: format!("turn_{}", own.name).into(),
+            if let (true, Some((body, axis))) = (alone, shape.axis_of(along)) {
+                return if of_velocity {
+                    Quantity {
+                        doc: format!(
+                            "The angular velocity of `{body}` about the {axis} axis of its body [rad/s]."
+                        )
+                        .into(),
+                        name: format!("v_{}", own.name).into(),
+                    }
+                } else {
+                    Quantity {
+                        doc: format!("The turn of `{body}` about the {axis} axis of its body [rad].").into(),
+                        name: format!("turn_{}", own.name).into(),
+                    }
                 };
             }
             let unit = own.unit().filter(|_| alone);

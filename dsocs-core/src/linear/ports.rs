@@ -64,6 +64,19 @@ impl Output {
             let Some(own) = shape.coordinates.get(i) else {
                 return Quantity::new("?", "");
             };
+            if let Some((body, axis)) = shape.axis_of(i) {
+                let (what, unit) = match prefix {
+                    "v_" => ("angular velocity", "rad/s"),
+                    "a_" => ("angular acceleration", "rad/s²"),
+                    _ => ("torque of constraints on", "N m"),
+                };
+                let of = if prefix == "force_" { "" } else { " of" };
+                return Quantity {
+                    name: format!("{prefix}{}", own.name).into(),
+                    doc: format!("The {what}{of} `{body}` about the {axis} axis of its body [{unit}].")
+                        .into(),
+                };
+            }
             let unit = own
                 .unit()
                 .map_or_else(String::new, |own| format!(" [{}]", unit(own)));

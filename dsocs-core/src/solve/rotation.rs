@@ -113,6 +113,22 @@ pub(crate) fn difference(rotations: &[usize], [from, to]: [&[f64]; 2], d: &mut [
     }
 }
 
+/// Writes the turns of rotations from one position to another, as rotation vectors in the frame of the body: of at most half a turn; `q` and `-q` are one.
+pub(crate) fn turns(rotations: &[usize], [from, to]: [&[f64]; 2], d: &mut [f64]) {
+    for &first in rotations {
+        let (Some([w, x, y, z]), Some(to)) = (slots(from, first), slots(to, first)) else {
+            continue;
+        };
+        let [scalar, vector @ ..] = product([w, -x, -y, -z], to);
+        let size = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let angle = 2.0 * size.atan2(scalar.abs());
+        // a turn so small that its square vanishes is twice the vector
+        let factor = if size > 0.0 { angle / size } else { 2.0 };
+        let [x, y, z] = vector.map(|component| component * factor.copysign(scalar));
+        put([0.0, x, y, z], first, d);
+    }
+}
+
 /// Writes the increments of rotations in the place of the changes of their quaternions, which are sums: to as many digits as these changes have. Beyond half
 /// a turn an increment is too long.
 pub(crate) fn from_changes(rotations: &[usize], from: &[f64], [d, d_low]: [&mut [f64]; 2]) {
@@ -414,6 +430,25 @@ mod tests {
         for i in 0..4 {
             assert!((e[i] - expected[i]).abs() < 1e-22, "{e:?}");
         }
+    }
+
+    #[test]
+    fn a_turn_between_two_positions_is_its_axis_times_its_angle() {
+        let from = [0.6, 0.0, 0.8, 0.0];
+        for angle in [1e-9_f64, 0.3, 1.0, 3.0, 3.14159] {
+            let axis = [0.36, -0.48, 0.8].map(|a| a * (angle / 2.0).sin());
+            let to = product(from, [(angle / 2.0).cos(), axis[0], axis[1], axis[2]]);
+            for to in [to, to.map(|q| -q)] {
+                let mut turn = [f64::NAN; 4];
+                turns(&[0], [&from, &to], &mut turn);
+                for (turn, axis) in turn.iter().zip([0.0, 0.36, -0.48, 0.8]) {
+                    assert!((turn - axis * angle).abs() < 4e-15, "{angle}: {turn:?}");
+                }
+            }
+        }
+        let mut turn = [f64::NAN; 4];
+        turns(&[0], [&from, &from.map(|q| -q)], &mut turn);
+        assert!(turn.iter().all(|turn| turn.abs() < 1e-16), "{turn:?}");
     }
 
     #[test]

@@ -103,6 +103,14 @@ impl Shape {
         rotations.find(|first| (*first..first + SLOTS).contains(&coordinate))
     }
 
+    /// The rotation and the axis of its body, in words, about which a place of a velocity turns; `None` of a number.
+    pub(crate) fn axis_of(&self, coordinate: usize) -> Option<(&str, &'static str)> {
+        let place = coordinate.checked_sub(self.rotation_of(coordinate)? + 1)?;
+        let axis = ["first", "second", "third"].get(place)?;
+        let (body, _) = self.coordinates.get(coordinate)?.name.rsplit_once('_')?;
+        Some((body, axis))
+    }
+
     /// The components of a velocity, an acceleration or a force that coordinates have.
     pub fn moving<'v>(&'v self, vector: &'v [f64]) -> impl Iterator<Item = &'v f64> {
         let components = vector.iter().enumerate();

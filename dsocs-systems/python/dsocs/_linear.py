@@ -59,13 +59,16 @@ class LinearModel:
     """The linear model of a system about a state, of its continuous motion or of the paper's step:
 
     ```text
-    z' = drift + A z + B u,   y = C z + D u      continuous, if step is None
-    z  →         A z + B u,   y = C z + D u      from a node to the next
+    z' = A z + B u,   y = C z + D u      continuous, if step is None
+    z  → A z + B u,   y = C z + D u      from a node to the next
     ```
 
     `z` is the change of the state, `u` that of the inputs from their values, `y` that of the outputs. `System.linearize` makes it. All arrays are
     of float64 and cannot be written to; units are those of the declaration. The derivatives are exact to rounding: by the implicit function theorem
     on the equations (`dsocs_core::linear` has the formula and its source).
+
+    In motion, `z` compares two motions at the same time: the one through the point, and one beside it (`state` with `about`); `drift` tells how the first
+    moves. The turn of a rotation is seen from the moving body. The guide's chapter *Linear models and equilibria* has the turn from the attitude that stays.
 
     Without constraints on positions and velocities, `z` is position and velocity. With them, it is a minimal set: coordinates along an orthonormal basis
     of the free directions, `z = projection @ change` and `change = basis.T @ z` with the change of `(q, v)`.
@@ -103,7 +106,7 @@ class LinearModel:
         self.v: Array = _fixed(told["v"], (-1,))
         #: The acceleration.
         self.a: Array = _fixed(told["a"], (-1,))
-        #: How the state itself moves: `z'` there, or by how much `z` changes in the step. Zero at an equilibrium.
+        #: How the point itself moves: the rate of `state` along the motion through it, or by how much that changes in the step. Zero at an equilibrium.
         self.drift: Array = _fixed(told["drift"], (n,))
         #: The outputs at the state.
         self.measured: Array = _fixed(told["measured"], (p,))
@@ -128,12 +131,17 @@ class LinearModel:
             return np.asarray(np.linalg.eigvals(self.A), dtype=np.complex128)
         return _complex(self._eigenvalues)
 
-    def state(self, q: VectorLike | Node, v: VectorLike | None = None) -> Array:
+    def state(self, q: VectorLike | Node, v: VectorLike | None = None, *, about: Node | None = None) -> Array:
         """The state `z` of a node, or of a position and a velocity (which is that of the model if it is not given): what a gain is multiplied with.
+
+        `about`: the node from which it is, as that of the motion that a controller follows; without it, the state about which the model is made.
 
         ```python
         run.until(10.0, control=lambda node: {"force": float(-K @ model.state(node))})
         ```
+
+        Of a rotation, it is the turn from the other attitude, in the frame of its body, as the axis times the angle [rad], of at most half a turn;
+        `q` and `-q` are one attitude.
         """
         names, rotations = self.system._names, self.system._rotations
         if isinstance(q, Node):
@@ -143,7 +151,9 @@ class LinearModel:
         else:
             place = np.array(_inputs.vector("q", _inputs.by_element("q", q, names, rotations), names, self.q.tolist()))
             rate = self.v if v is None else np.array(_inputs.vector("v", _inputs.by_element("v", v, names, rotations), names, self.v.tolist()))
-        state: Array = self.projection @ np.concatenate([place - self.q, rate - self.v])
+        origin = (self.q, self.v) if about is None else (about.q, about.v)
+        own, there = ([np.asarray(vector).tolist() for vector in each] for each in (origin, (place, rate)))
+        state: Array = self.projection @ _dsocs.state_change(rotations, own, there)
         return state
 
     def to_control(self) -> Any:

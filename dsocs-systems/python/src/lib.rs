@@ -27,7 +27,7 @@ mod _dsocs {
     #[pymodule_export]
     use crate::ensemble::ensemble;
     #[pymodule_export]
-    use crate::linear::{equilibria, linearize};
+    use crate::linear::{change, equilibria, linearize};
     #[pymodule_export]
     use crate::node::{PyNode, node_of};
     #[pymodule_export]

@@ -2,7 +2,7 @@
 
 use dsocs_core::linear::{
     Equilibrium, EquilibriumError, EquilibriumSearch, LinearModel, LinearTime, LinearizationError,
-    OperatingPoint,
+    OperatingPoint, state_change,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -112,6 +112,18 @@ pub fn linearize<'py>(
         })
     })?;
     told(py, &model.map_err(|error| of_linearization(py, &error))?)
+}
+
+/// The change from one state to another, each a position and a velocity: of a rotation, its turn.
+#[pyfunction(name = "state_change")]
+pub fn change<'py>(
+    py: Python<'py>,
+    rotations: Vec<usize>,
+    before: [Vec<f64>; 2],
+    after: [Vec<f64>; 2],
+) -> Bound<'py, PyArray1<f64>> {
+    let [from, to] = [&before, &after].map(|[q, v]| [&q[..], &v[..]]);
+    PyArray1::from_vec(py, state_change(&rotations, from, to))
 }
 
 /// What is told of an equilibrium.

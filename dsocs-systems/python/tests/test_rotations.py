@@ -170,3 +170,56 @@ def test_linear_models_and_costs_take_rotations_by_their_own_names() -> None:
     single = path.gradient(lambda last: last["r_w"] + last["v_r_x"] ** 2 + last["v_r_y"] ** 2 + last["v_r_z"] ** 2)
     assert whole.cost == pytest.approx(single.cost, rel=1e-15)
     np.testing.assert_allclose(whole.v, single.v, rtol=1e-13)
+
+
+def product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """The product of two quaternions."""
+    return np.concatenate([[p[0] * q[0] - p[1:] @ q[1:]], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])])
+
+
+POINTS = [[1.0, 0.0, 0.0, 0.0], [0.6, 0.0, 0.8, 0.0], [-0.6, 0.0, -0.8, 0.0], [0.0, 1.0, 0.0, 0.0]]
+
+
+@pytest.mark.parametrize("point", POINTS)
+def test_the_state_of_a_linear_model_is_the_turn_from_its_point(point: list[float]) -> None:
+    body = dsocs.System(BODY)
+    model = body.linearize(q=point, v=[0.0, 0.0, 0.0], inputs=["torque"])
+    assert not model.state(-np.array(point)).any()
+    for axis, angle in (([0.0, 0.0, 1.0], 1.0), ([0.0, 0.0, 1.0], 0.5), ([0.48, -0.6, 0.64], 3.0)):
+        there = product(np.array(point), np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * np.array(axis)]))
+        for q in (there, -there):
+            expected = [*(angle * np.array(axis)), 0.1, -0.2, 0.3]
+            np.testing.assert_allclose(model.state(q, [0.1, -0.2, 0.3]), expected, rtol=1e-13, atol=1e-15)
+            node = body.flow(h=0.01, q=q, v=[0.1, -0.2, 0.3])[0]
+            np.testing.assert_allclose(model.state(node), expected, rtol=1e-13, atol=1e-15)
+
+
+@pytest.mark.parametrize("point", POINTS)
+def test_a_regulator_brings_a_body_back_from_either_sign(point: list[float]) -> None:
+    linalg = pytest.importorskip("scipy.linalg")
+    body = dsocs.System(BODY)
+    model = body.linearize(q=point, v=[0.0, 0.0, 0.0], inputs=["torque"])
+    gain = model.B.T @ linalg.solve_continuous_are(model.A, model.B, np.eye(6), np.eye(3))
+    beside = product(np.array(point), np.concatenate([[np.cos(0.5)], np.sin(0.5) * np.array([2.0, -1.0, 2.0]) / 3]))
+    for q in (beside, -beside):
+        run = body.flow(h=0.01, q=q, v=[0.0, 0.0, 0.0]).until(15.0, control=lambda node: {"torque": -(gain @ model.state(node))})
+        assert abs(model.state(run[-1])).max() < 1e-2
+
+
+def test_a_model_in_motion_compares_two_motions_at_the_same_time() -> None:
+    linalg = pytest.importorskip("scipy.linalg")
+    ball = dsocs.System("coordinates(r: rotation); let w = r.angular_velocity(); lagrangian = w.norm_squared() / 2;")
+    spin, turn = np.array([0.5, -0.3, 0.2]), np.array([1e-4, -2e-4, 1.5e-4])
+    model = ball.linearize(q=[1.0, 0.0, 0.0, 0.0], v=spin)
+    np.testing.assert_allclose(model.A[:3, :3], -np.cross(spin, np.eye(3)).T, atol=1e-15)
+    beside = np.concatenate([[1.0], turn / 2])
+    first, other = (ball.flow(q=q / np.linalg.norm(q), v=spin, tolerance=1e-14).until(0.4)[-1] for q in (np.array([1.0, 0, 0, 0]), beside))
+    expected = linalg.expm(0.4 * model.A) @ [*turn, 0.0, 0.0, 0.0]
+    np.testing.assert_allclose(model.state(other, about=first), expected, atol=1e-10)
+    # what stays sees the turn itself by half of that
+    fixed = model.A.copy()
+    fixed[:3, :3] += np.cross(spin, np.eye(3)).T / 2
+    affine = np.block([[fixed, model.drift[:, None]], [np.zeros((1, 7))]])
+    short = [ball.flow(q=beside / np.linalg.norm(beside), v=spin, tolerance=1e-14).until(t)[-1] for t in (0.02, 0.01)]
+    errors = [abs(model.state(node) - (linalg.expm(t * affine) @ [*turn, 0.0, 0.0, 0.0, 1.0])[:6]).max() for node, t in zip(short, (0.02, 0.01))]
+    assert errors[0] < 1e-3 * abs(turn).max()

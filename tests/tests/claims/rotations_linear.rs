@@ -129,6 +129,18 @@ fn a_heavy_top_in_motion_has_the_model_by_hand() {
         names(&model),
         ["turn_r_x", "turn_r_y", "turn_r_z", "v_r_x", "v_r_y", "v_r_z"]
     );
+    let unit_of = |name: &str| -> (&str, Option<&str>) {
+        let mut all = model.states.iter().chain(&model.outputs);
+        let quantity = all.find(|quantity| quantity.name == name).unwrap();
+        (quantity.meaning(), quantity.unit())
+    };
+    let about = "about the first axis of its body";
+    for (name, meaning, unit) in [
+        ("turn_r_x", format!("The turn of `r` {about}"), "rad"),
+        ("v_r_x", format!("The angular velocity of `r` {about}"), "rad/s"),
+    ] {
+        assert_eq!(unit_of(name), (&*meaning, Some(unit)));
+    }
     // I dω' = I dω × ω + I ω × dω - m c × (Γ × ξ) - drag dω, and ξ' = dω + ξ × ω
     let vertical = seen(q, [0.0, 0.0, 1.0]);
     let acceleration = |turn: Vector, spin: Vector| -> Vector {
@@ -248,6 +260,71 @@ fn a_sleeping_top_goes_as_the_exponential_of_its_model() {
         }
         for (found, expected) in found.iter().zip(&expected) {
             assert!((found - expected).abs() < 1e-7, "{k}: {found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn in_motion_a_turn_is_seen_from_the_moving_body() {
+    let top = read(TOP);
+    let (q, w) = (unit([1.0, 0.3, -0.4, 0.2]), [0.6, -0.3, 2.0]);
+    let model = OperatingPoint::new(&top, AnyStart::second_order(&q, &w))
+        .continuous()
+        .unwrap();
+    let at = |z: &[f64], t: f64| -> [Vec<f64>; 2] {
+        let spin: Vec<f64> = w.iter().zip(&z[3..]).map(|(w, z)| w + z).collect();
+        let start = AnyStart::second_order(&turned(q, [z[0], z[1], z[2]]), &spin);
+        let mut flow = AnyTaylorFlow::of_tape(&top, &start, Tolerance::relative(1e-16)).unwrap();
+        let run: &mut dyn Run = &mut flow;
+        run.to(t).unwrap();
+        let mut node = OwnedNode::new(4);
+        node.take(run);
+        [node.any().q.to_vec(), node.any().v.to_vec()]
+    };
+    // the rate at the beginning, of third order in a time
+    let t = 1e-2;
+    let rate = |of: &dyn Fn(f64) -> Vec<f64>| -> Vec<f64> {
+        let [a, b, c, d] = [0.0, 1.0, 2.0, 3.0].map(|k| of(k * t));
+        let sum = |i: usize| (-11.0 * a[i] + 18.0 * b[i] - 9.0 * c[i] + 2.0 * d[i]) / (6.0 * t);
+        (0..6).map(sum).collect()
+    };
+    let part = |state: &[Vec<f64>; 2]| -> Vec<f64> { model.state(&state[0], &state[1]) };
+    let still = [0.0; 6];
+    for (found, expected) in rate(&|t| part(&at(&still, t))).iter().zip(&model.drift) {
+        assert!((found - expected).abs() < 1e-4, "{found} {expected}");
+    }
+    for k in 0..6 {
+        let z = |size: f64| -> Vec<f64> { (0..6).map(|i| if i == k { size } else { 0.0 }).collect() };
+        let size = 1e-4;
+        let about = |t: f64, z: &[f64]| -> Vec<f64> {
+            let ([q, v], [p, u]) = (at(&still, t), at(z, t));
+            model.state_about([&q, &v], [&p, &u])
+        };
+        let both = |of: &dyn Fn(f64, &[f64]) -> Vec<f64>| {
+            rate(&|t| {
+                let (after, before) = (of(t, &z(size)), of(t, &z(-size)));
+                let differences = after.iter().zip(&before);
+                differences.map(|(x, y)| (x - y) / (2.0 * size)).collect()
+            })
+        };
+        let moving = both(&about);
+        // from the attitude that stays, half of what the body turns by
+        let fixed = both(&|t, z| part(&at(z, t)));
+        let axis: Vector = core::array::from_fn(|i| f64::from(u8::from(i == k)));
+        let half = cross(w, axis).map(|x| x / 2.0);
+        for i in 0..6 {
+            let expected = model.a[i][k];
+            assert!(
+                (moving[i] - expected).abs() < 1e-4,
+                "{k}, {i}: {} {expected}",
+                moving[i]
+            );
+            let expected = expected + if i < 3 { half[i] } else { 0.0 };
+            assert!(
+                (fixed[i] - expected).abs() < 1e-4,
+                "{k}, {i}: {} {expected}",
+                fixed[i]
+            );
         }
     }
 }
