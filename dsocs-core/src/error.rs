@@ -448,6 +448,8 @@ pub struct FailedStep {
     pub singular_at: Option<f64>,
     /// The time, about, where a constraint says nothing beside those before it, or hardly anything, if that may be why the step failed.
     pub dependent: Option<(f64, DependentRow)>,
+    /// A constraint on positions that holds at the middle node and has no gradient there, if that may be why the step failed.
+    pub without_gradient: Option<DependentRow>,
     /// For [`StepFailure::NoSolution`], the rows that are not met at the minimum of the residual, each with its value there, in its
     /// units; empty otherwise.
     pub unmet: Vec<(DependentRow, f64)>,
@@ -509,6 +511,10 @@ impl StepError {
         let step = &*self.0;
         if step.singular_at.is_some() {
             return SINGULAR;
+        }
+        if step.without_gradient.is_some() {
+            return "write rows whose gradients are independent where they hold: two rows for an axis, `(r * a).inner(s * b)` and `(r * a).inner(s * c)`, in place of \
+                    `(r * a).inner(s * a) - 1`; `x` in place of `x.powi(2)`";
         }
         if step.dependent.is_some() {
             return "the motion may go on there in more than one way, and a smaller h decides by chance: end the run before, change a length a little, or \
@@ -617,6 +623,12 @@ impl fmt::Display for StepError {
                 f,
                 "; the smallest value of {row} that is reached is {}, and it has to be 0",
                 Short(left.abs())
+            )?;
+        }
+        if let Some(row) = &step.without_gradient {
+            write!(
+                f,
+                "; {row} has no gradient at q1, where it holds, so that no force belongs to it"
             )?;
         }
         if let Some((time, row)) = &step.dependent {

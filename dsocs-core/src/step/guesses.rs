@@ -7,6 +7,7 @@ use crate::kernel::report::report;
 use crate::regularity::Regularity;
 use crate::regularity::deficiency::Singularity;
 use crate::regularity::deficiency::{self, DependentRow};
+use crate::regularity::flat;
 use crate::regularity::multipliers;
 use crate::regularity::undefined;
 use crate::solve::failure::{NewtonFailure, StepFailure};
@@ -267,6 +268,15 @@ impl Step<'_> {
             third_order: self.is_of_third_order(),
             singular_at: None,
             dependent: self.dependence(cause.reason),
+            without_gradient: matches!(
+                cause.reason,
+                StepFailure::Singular
+                    | StepFailure::NotConverged
+                    | StepFailure::NoSolution
+                    | StepFailure::AmbiguousRoot
+            )
+            .then(|| flat::without_gradient(&declaration, leg.t, leg.q))
+            .flatten(),
             unmet,
             cause,
         });

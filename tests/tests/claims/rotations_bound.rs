@@ -223,3 +223,25 @@ fn a_start_off_a_constraint_is_moved_onto_it_as_that_of_an_angle_is() {
     );
     assert!((phi - angle).abs() > 1e-3);
 }
+
+#[test]
+fn a_row_that_has_no_gradient_where_it_holds_is_named() {
+    let link = Text::parse(
+        "link",
+        "coordinates(r: rotation);
+         lagrangian = r.angular_velocity().norm_squared() - (r * [0, 0.3, 1])[2];
+         holonomic = (r * [1, 0, 0])[0] - 1;",
+    )
+    .unwrap()
+    .system;
+    let start = AnyStart::second_order(&unit([1.0, 0.0, 0.05, 0.2]), &[1.0, 0.0, 0.0]).projected();
+    let told = match AnyFlow::new(&link, 0.01, &start) {
+        Ok(mut flow) => flow.run_mut().to(1.0).unwrap_err().to_string(),
+        Err(error) => error.to_string(),
+    };
+    assert!(
+        told.contains("holonomic constraint 1 has no gradient at q1, where it holds")
+            && told.contains("two rows for an axis"),
+        "{told}"
+    );
+}
