@@ -84,6 +84,10 @@ impl NewtonFailure {
 
 impl fmt::Display for NewtonFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.residual.is_empty() {
+            // no iteration was made
+            return self.reason.fmt(f);
+        }
         write!(f, "{}: {}", self.reason, History(self))
     }
 }
@@ -115,3 +119,28 @@ impl core::error::Error for NewtonFailure {}
 
 /// The history of a failed iteration.
 pub(crate) struct History<'a>(pub &'a NewtonFailure);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_without_an_iteration_has_no_history() {
+        let failure = |residual: Vec<f64>| NewtonFailure {
+            reason: StepFailure::TurnsTooFar,
+            unknowns: Vec::new(),
+            residual,
+            updates: Vec::new(),
+            other: Vec::new(),
+        };
+        assert_eq!(
+            failure(Vec::new()).to_string(),
+            StepFailure::TurnsTooFar.to_string()
+        );
+        assert!(
+            failure(vec![0.5])
+                .to_string()
+                .ends_with(": residual by row [0.5]")
+        );
+    }
+}
