@@ -93,12 +93,18 @@ pub(super) fn projected(
             &declaration.shape().rotations,
         );
         if rotations.is_empty() {
-            settled(q.clone(), &inverse, &q.value, &rows)?
+            settled(q.clone(), &[], &inverse, &q.value, &rows)?
         } else {
             // what is sought is the increment to the position on the constraints
             let given = q.lifted(None);
             let turned = |by: &[Tangent2]| rows(&rotation::moved(rotations, &given, by));
-            let by = settled(Changing::zeros(given.len()), &inverse, &q.value, &turned)?;
+            let by = settled(
+                Changing::zeros(given.len()),
+                rotations,
+                &inverse,
+                &q.value,
+                &turned,
+            )?;
             Changing::of(&rotation::moved(rotations, &given, &by.lifted(None)))
         }
     } else {
@@ -109,7 +115,13 @@ pub(super) fn projected(
         let mut rows = declaration.phase(t, &position, v);
         rows.split_off(holonomic.min(rows.len()))
     };
-    let v = settled(v.clone(), &inverse_mass(declaration, t0, &q, v), &v.value, &rows)?;
+    let v = settled(
+        v.clone(),
+        &[],
+        &inverse_mass(declaration, t0, &q, v),
+        &v.value,
+        &rows,
+    )?;
     Some((q, v))
 }
 
@@ -145,7 +157,7 @@ pub(super) fn onto_pair(
     let none = Changing::zeros(q0.value.len());
     let ends = q0.value.iter().zip(&foreseen.value);
     let around: Vec<f64> = ends.map(|(q, d)| q.abs().max(d.abs())).collect();
-    let correction = settled(none, &inverse_mass(declaration, t0, q0, v0), &around, &rows)?;
+    let correction = settled(none, &[], &inverse_mass(declaration, t0, q0, v0), &around, &rows)?;
     Some(foreseen.plus(&correction))
 }
 
@@ -179,7 +191,13 @@ fn inverse_mass(declaration: &Declaration<'_>, t: f64, q: &Changing, v: &Changin
 }
 
 /// The iteration of `start::consistency::solve`, with changes.
-fn settled(mut x: Changing, inverse: &ChangingMatrix, around: &[f64], rows: &Rows<'_>) -> Option<Changing> {
+fn settled(
+    mut x: Changing,
+    rotations: &[usize],
+    inverse: &ChangingMatrix,
+    around: &[f64],
+    rows: &Rows<'_>,
+) -> Option<Changing> {
     let largest = |x: &[f64]| x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let n = x.value.len();
     let (mut last, mut is_settled) = (f64::INFINITY, false);
@@ -210,9 +228,10 @@ fn settled(mut x: Changing, inverse: &ChangingMatrix, around: &[f64], rows: &Row
         let update = forces.times_vector(&parts);
         let of_forces = forces_change.times_vector(&parts);
         let of_parts = forces.times_vector(&parts_change);
+        let part = rotation::part_of_update(rotations, &update);
         for i in 0..n {
-            x.value[i] -= update[i];
-            x.change[i] -= of_forces[i] + of_parts[i];
+            x.value[i] -= part * update[i];
+            x.change[i] -= part * (of_forces[i] + of_parts[i]);
         }
         if is_settled {
             return Some(x);

@@ -8,6 +8,7 @@
 
 mod series;
 mod tangent;
+mod update;
 
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -18,6 +19,7 @@ use crate::solve::sum::Sum;
 
 pub(crate) use series::{about, coefficient};
 pub(crate) use tangent::{Carried, Number, body, body_covector, carried, of_nodes, turn_rates};
+pub(crate) use update::part_of_update;
 
 /// How many slots a rotation takes.
 pub(crate) const SLOTS: usize = 4;

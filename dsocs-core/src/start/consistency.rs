@@ -223,14 +223,14 @@ pub(super) fn project(
         };
         let rotations = &declaration.shape().rotations;
         if rotations.is_empty() {
-            solve(q.to_vec(), &inverse, q, &rows, &|q| {
+            solve(q.to_vec(), &[], &inverse, q, &rows, &|q| {
                 rounding::phase_sizes(declaration, t, q, v)
             })?
         } else {
             // what is sought is the increment to the position on the constraints
             let given = map(q, Tangent::splat);
             let turned = |by: &[Tangent]| rows(&rotation::moved(rotations, &given, by));
-            let by = solve(vec![0.0; q.len()], &inverse, q, &turned, &|by| {
+            let by = solve(vec![0.0; q.len()], rotations, &inverse, q, &turned, &|by| {
                 rounding::phase_sizes(declaration, t, &rotation::moved(rotations, q, by), v)
             })?;
             let mut q = rotation::moved(rotations, q, &by);
@@ -245,7 +245,7 @@ pub(super) fn project(
         let mut rows = declaration.phase(Tangent::splat(t), &map(&q, Tangent::splat), v);
         rows.split_off(declaration.holonomic().min(rows.len()))
     };
-    let v = solve(v.to_vec(), &inverse, v, &rows, &|v| {
+    let v = solve(v.to_vec(), &[], &inverse, v, &rows, &|v| {
         let mut sizes = rounding::phase_sizes(declaration, t, &q, v);
         sizes.split_off(declaration.holonomic().min(sizes.len()))
     })?;
@@ -292,11 +292,18 @@ pub(super) fn onto_pair(
     };
     // what is sought is known to the digits of the leg
     let around: Vec<f64> = q0.iter().zip(&d.hi).map(|(q, d)| q.abs().max(d.abs())).collect();
-    let correction = solve(vec![0.0; q0.len()], &inverse, &around, &rows, &|correction| {
-        let mut d = d.clone();
-        d.add(correction);
-        rounding::pair_sizes(declaration, h, leg(t0 + h, &second(declaration, q0, &d), &d))
-    })?;
+    let correction = solve(
+        vec![0.0; q0.len()],
+        &[],
+        &inverse,
+        &around,
+        &rows,
+        &|correction| {
+            let mut d = d.clone();
+            d.add(correction);
+            rounding::pair_sizes(declaration, h, leg(t0 + h, &second(declaration, q0, &d), &d))
+        },
+    )?;
     let mut d = d;
     d.add(&correction);
     let second = second(declaration, q0, &d);
@@ -369,10 +376,11 @@ pub(super) fn mass_matrix(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &
 }
 
 /// Newton's iteration for fewer rows than unknowns, along the forces of the rows: each update is the shortest by the mass
-/// matrix. What is sought is rounded like `around`, or like itself; `sizes` are those of the rows' terms. Where the rows are zero to
+/// matrix, and turns no body of `rotations` far: so a start comes to the assembly that is near. What is sought is rounded like `around`, or like itself; `sizes` are those of the rows' terms. Where the rows are zero to
 /// rounding nothing is moved.
 fn solve(
     mut x: Vec<f64>,
+    rotations: &[usize],
     inverse: &Matrix,
     around: &[f64],
     rows: &dyn Fn(&[Tangent]) -> Vec<Tangent>,
@@ -396,7 +404,11 @@ fn solve(
         }
         // rows may be dependent: the shortest update then
         let parts = metric.solve_metric(&value);
-        let update = forces.times_vector(&parts);
+        let mut update = forces.times_vector(&parts);
+        let part = rotation::part_of_update(rotations, &update);
+        if part < 1.0 {
+            update.iter_mut().for_each(|update| *update *= part);
+        }
         for (x, update) in x.iter_mut().zip(&update) {
             *x -= update;
         }

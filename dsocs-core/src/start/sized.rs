@@ -175,7 +175,8 @@ impl<const N: usize> Start<N> {
     }
 
     /// Moves the start onto the holonomic and nonholonomic constraints. Position and velocity (or both nodes) are changed by the smallest
-    /// amount in the norm of the mass matrix. Without this call, a start that violates these constraints is refused.
+    /// amount in the norm of the mass matrix, to first order: where constraints hold in several assemblies, a start that is far from them may come to
+    /// another one than the nearest. Without this call, a start that violates these constraints is refused.
     pub const fn projected(mut self) -> Self {
         self.projected = true;
         self
