@@ -266,14 +266,17 @@ fn text(entry: &mut Entry, asked: Option<&str>) -> String {
     let source = entry
         .origin()
         .map_or_else(String::new, |source| format!("  source: {source}\n"));
+    // of a rotation three numbers, as the options ask for
+    let shape = entry.kernel().shape();
+    let moving = |vector: &[f64]| joined(&shape.moving(vector).copied().collect::<Vec<f64>>());
     let start = entry.default_start().map_or_else(
         || " (and a start, `--q0` and `--v0`)".to_owned(),
-        |[q0, v0]| format!(" --q0 {} --v0 {}", joined(q0), joined(v0)),
+        |[q0, v0]| format!(" --q0 {} --v0 {}", joined(q0), moving(v0)),
     );
     let acceleration = entry
         .default_acceleration()
-        .map(|a0| format!(" --a0 {}", joined(a0)))
-        .or_else(|| Some(format!(" --near-a0 {}", joined(entry.default_near()?))))
+        .map(|a0| format!(" --a0 {}", moving(a0)))
+        .or_else(|| Some(format!(" --near-a0 {}", moving(entry.default_near()?))))
         .unwrap_or_default();
     let runs = asked.map_or_else(String::new, |asked| others(entry, asked));
     let reduced = match &reduced(entry)[..] {
@@ -393,6 +396,17 @@ fn parameters_with_values(parameters: &[(Quantity, f64)]) -> Vec<(Quantity, Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_rotation_has_three_numbers_of_velocity() {
+        let system = "coordinates(r: rotation, x);
+            lagrangian = r.angular_velocity().norm_squared() + dot(x).powi(2);
+            run { start = ([1, 0, 0, 0, 0.5], [0.6, -0.3, 3, 2]); }";
+        let parsed = dsocs_core::text::Text::parse("body", system).unwrap();
+        let mut entry = Entry::of_text("body", &parsed, parsed.runs.first());
+        let told = text(&mut entry, None);
+        assert!(told.contains("--q0 1,0,0,0,0.5 --v0 0.6,-0.3,3,2"), "{told}");
+    }
 
     #[test]
     fn units_that_cannot_be_read_are_told() {
