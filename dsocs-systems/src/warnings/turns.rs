@@ -5,6 +5,9 @@ use crate::entry::{Method, Row};
 /// A step by which a body turns so far, in rad, is rough: its error is no longer that of the order.
 const ROUGH: f64 = 1.5;
 
+/// A step cannot turn farther.
+const LONGEST: f64 = 3.0;
+
 /// A step that turns so far is taken for a good one.
 const GOOD: f64 = 0.5;
 
@@ -60,10 +63,20 @@ impl Turns {
         }
         let name = names.nth(self.rotation).unwrap_or_default();
         let name = name.strip_suffix("_w").unwrap_or(name);
+        let (time, shorter) = (self.time, rounded(GOOD / self.rate));
+        let told = if turn < LONGEST {
+            format!(
+                "`{name}` turns by {turn:.1} rad in a step at t = {time}: such a step is rough, and one of 3 rad is refused"
+            )
+        } else {
+            // that of the node; the increment of the step was shorter
+            format!(
+                "`{name}` has the angular velocity {:.3} rad/s at t = {time}, {turn:.1} rad in a step, which is more than the 3 rad that a step can turn by",
+                self.rate
+            )
+        };
         Some(format!(
-            "`{name}` turns by {turn:.1} rad in a step at t = {}: such a step is rough, and one of 3 rad is refused; take `--step {}` or less, {GOOD} rad a step",
-            self.time,
-            rounded(GOOD / self.rate),
+            "{told}; take `--step {shorter}` or less, {GOOD} rad a step"
         ))
     }
 }
@@ -92,6 +105,12 @@ mod tests {
         assert!(
             told.contains("`r` turns by 2.0 rad in a step at t = 0.5") && told.contains("`--step 0.02`"),
             "{told}"
+        );
+        let beyond = note(Method::Step, 0.2).unwrap();
+        assert!(
+            beyond.contains("20.000 rad/s at t = 0.5, 4.0 rad in a step, which is more than the 3 rad")
+                && !beyond.contains("refused"),
+            "{beyond}"
         );
         assert_eq!(note(Method::Step, 0.07), None);
         assert_eq!(note(Method::Tolerance(1e-9), 0.1), None);
