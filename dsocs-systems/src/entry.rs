@@ -282,7 +282,7 @@ impl Entry {
         self
     }
 
-    /// Moves the start onto the constraints on positions and velocities by default, by the smallest change. Without it a start that violates them is
+    /// Moves the start onto the constraints on positions and velocities by default, by the smallest change to first order. Without it a start that violates them is
     /// refused.
     #[must_use]
     pub fn projected(mut self) -> Self {

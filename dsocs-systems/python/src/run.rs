@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, TryLockError};
 
 use dsocs_core::{AnyNode, AnyPoint, Declaration, End, LastLeg, OwnedNode, RunError, Stop};
 use dsocs_systems::entry::{Method, Row, is_closed};
-use dsocs_systems::warnings::Warnings;
+use dsocs_systems::warnings::{Warnings, moved_start};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
@@ -50,6 +50,8 @@ pub(crate) struct State {
     /// What is seen in the nodes, and at how many of them.
     warnings: Warnings,
     looked: usize,
+    /// What is to be said of a start that was moved onto constraints.
+    moved: Option<String>,
 }
 
 /// What is computed of nodes when someone asks for it.
@@ -282,6 +284,7 @@ impl PyRun {
             h,
             warnings: Warnings::default(),
             looked: 0,
+            moved: None,
             motion,
         };
         // the start is known
@@ -290,6 +293,9 @@ impl PyRun {
             motion.next(&end, record)
         });
         begun.map_err(|error| of_run(py, &error))?;
+        let mut first = OwnedNode::new(state.motion.dimension());
+        state.motion.look(|run| first.take(run));
+        state.moved = moved_start(&beginning, state.motion.system().shape(), first.any().q);
         let state = Mutex::new(state);
         Ok(Self { state, names, every })
     }
@@ -509,13 +515,14 @@ impl PyRun {
         })
     }
 
-    /// What is to be said of the nodes so far: of the energy, of bodies that turn, of coordinates that go to and fro.
-    fn warnings(&self, py: Python<'_>) -> PyResult<[Option<String>; 3]> {
+    /// What is to be said of the nodes so far: of the energy, of bodies that turn, of coordinates that go to and fro, of a start that was moved far.
+    fn warnings(&self, py: Python<'_>) -> PyResult<[Option<String>; 4]> {
         self.with(|state| {
             state.watch_for_warnings(py)?;
             let coordinates = &state.motion.system().shape().coordinates;
             let names: Vec<&str> = coordinates.iter().map(|of| &*of.name).collect();
-            let notes = state.warnings.notes(&names, state.method, state.h);
+            let [energy, turns, alternation] = state.warnings.notes(&names, state.method, state.h);
+            let notes = [energy, turns, alternation, state.moved.clone()];
             Ok(notes.map(|note| note.map(|note| in_python(note.trim_start_matches("warning: ")))))
         })
     }

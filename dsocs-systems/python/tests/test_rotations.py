@@ -223,3 +223,14 @@ def test_a_model_in_motion_compares_two_motions_at_the_same_time() -> None:
     short = [ball.flow(q=beside / np.linalg.norm(beside), v=spin, tolerance=1e-14).until(t)[-1] for t in (0.02, 0.01)]
     errors = [abs(model.state(node) - (linalg.expm(t * affine) @ [*turn, 0.0, 0.0, 0.0, 1.0])[:6]).max() for node, t in zip(short, (0.02, 0.01))]
     assert errors[0] < 1e-3 * abs(turn).max()
+
+
+def test_a_start_that_is_turned_far_is_told() -> None:
+    link = dsocs.System(
+        "coordinates(r: rotation); lagrangian = r.angular_velocity().norm_squared() - (r * [0, 0, 1])[2]; holonomic = [(r * [1, 0, 0])[1], (r * [1, 0, 0])[2]];"
+    )
+    near, far = ([np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)] for angle in (0.3, 1.2))
+    with pytest.warns(dsocs.StepWarning, match=r"the start was turned far: `r` by 1.20 rad") as told:
+        link.flow(h=0.01, q=far, v=[0.0, 0.0, 0.0], project=True).until(0.1).until(0.2)
+    assert len(told) == 1
+    link.flow(h=0.01, q=near, v=[0.0, 0.0, 0.0], project=True).until(0.1)

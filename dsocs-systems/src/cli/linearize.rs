@@ -22,7 +22,7 @@ pub struct LinearizeArguments {
     /// The state, and the parameters; with `--q0` alone, the state at rest
     #[command(flatten)]
     from: StartArguments,
-    /// Move the state onto the constraints on positions and velocities, by the smallest change
+    /// Move the state onto the constraints on positions and velocities, by the smallest change to first order
     #[arg(long)]
     project: bool,
     /// The model of the step h, in s, in place of that of the continuous motion

@@ -23,7 +23,7 @@ use super::terminal::tell;
 use super::{CliError, Program, interrupt, page, progress};
 use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, UnknownName, columns};
 use crate::stability::number;
-use crate::warnings::Warnings;
+use crate::warnings::{Warnings, moved_start};
 
 /// How many nodes there are between two signs of progress.
 const PROGRESS: u64 = 1024;
@@ -150,7 +150,11 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let (mut unresolved, mut nearly_singular) = (None, None);
     let [mut may_divide, mut third] = [false; 2];
     let interrupted = interrupt::watch();
+    let (mut first, mut moved) = (true, None);
     let result = entry.run(&plan, &beginning, &mut |row| {
+        if std::mem::take(&mut first) {
+            moved = moved_start(&beginning, row.declaration.shape(), row.node.q);
+        }
         watched.look(row);
         (unresolved, nearly_singular) = (row.unresolved, row.nearly_singular);
         let shape = row.declaration.shape();
@@ -185,6 +189,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let names: Vec<&str> = entry.description().names().collect();
     let [energy, turns, alternation] = watched.warnings.notes(&names, plan.method, plan.h);
     let notes = [
+        moved,
         watched.lost.note(),
         watched.errors.note(names.iter().copied(), result.is_err()),
         energy,

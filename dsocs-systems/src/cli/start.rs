@@ -161,7 +161,7 @@ pub struct BeginArguments {
     /// How the second node follows from position and velocity [default: second-order]
     #[arg(long, value_enum)]
     pub start: Option<StartOption>,
-    /// Move the start onto the constraints on positions and velocities, by the smallest change. Without this option a start that violates
+    /// Move the start onto the constraints on positions and velocities, by the smallest change to first order. Without this option a start that violates
     /// them is refused
     #[arg(long)]
     pub project: bool,

@@ -103,6 +103,30 @@ impl Beginning {
         }
     }
 
+    /// The position that is given, where it is moved onto constraints.
+    pub(crate) fn projected_from(&self) -> Option<&[f64]> {
+        match self {
+            Self::Projected(beginning) => beginning.position(),
+            Self::At(_, beginning) | Self::Near(_, beginning) => beginning.projected_from(),
+            _ => None,
+        }
+    }
+
+    /// The position of the first node, as it is given.
+    fn position(&self) -> Option<&[f64]> {
+        match self {
+            Self::Paper { q0, .. }
+            | Self::SecondOrder { q0, .. }
+            | Self::ThirdOrder { q0, .. }
+            | Self::ThirdOrderByForce { q0, .. } => Some(q0),
+            Self::Projected(beginning) | Self::At(_, beginning) | Self::Near(_, beginning) => {
+                beginning.position()
+            }
+            // nodes are those that are meant
+            Self::Nodes { .. } | Self::ThreeNodes { .. } => None,
+        }
+    }
+
     /// The time of the start.
     pub(super) fn time(&self) -> f64 {
         match self {

@@ -3,12 +3,14 @@
 
 mod alternation;
 mod energy;
+mod start;
 mod turns;
 
 use crate::entry::{Method, Row};
 
 use alternation::Alternation;
 use energy::Energy;
+pub use start::moved_start;
 use turns::Turns;
 
 /// What is looked at in the nodes of a run.
