@@ -21,6 +21,7 @@ use crate::number::point::{AnyPoint, OwnedLeg, copy};
 use crate::regularity::{Regularity, resting};
 use crate::run::{AnyNode, NearlySingular, Run, RunError, Unresolved};
 use crate::solve::Vector;
+use crate::solve::elimination::Determinant;
 use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::Stop;
 use crate::solve::predictor::Predictor;
@@ -86,7 +87,24 @@ struct Joined {
     now: momenta::Node,
     /// The legs of each stage in the last steps.
     past: Vec<momenta::Past>,
+    /// The determinant of the equations for the acceleration where it was looked at last; `None` before.
+    looked: Option<Looked>,
 }
+
+/// A determinant that was looked at.
+#[derive(Clone, Copy, Debug)]
+struct Looked {
+    determinant: Determinant,
+    /// The number of the node.
+    index: u64,
+    /// That of the node where it is looked at again.
+    again: u64,
+}
+
+/// A determinant that changes by less than this part of itself from step to step is not near zero, and is looked at again before it has changed by so much, after so
+/// many steps at most.
+const STEADY: f64 = 0.1;
+const MOST_STEPS: f64 = 32.0;
 
 impl State {
     /// A node without its momentum.
@@ -157,6 +175,7 @@ impl<'s> Composed<'s> {
             joined = Some(Box::new(Joined {
                 now: node,
                 past: Vec::new(),
+                looked: None,
             }));
         } else {
             now = State {
@@ -209,6 +228,7 @@ impl<'s> Composed<'s> {
         self.watch_anew();
         let shape = self.kernel.shape();
         if let Some(joined) = &mut self.joined {
+            joined.looked = None;
             joined.past.clear();
             joined
                 .past
@@ -433,7 +453,7 @@ impl<'s> Composed<'s> {
 
     /// Looks for a singularity on the way of a step whose legs are joined by momenta: no equations of theirs tell a determinant.
     fn look_along(&mut self, next: &State) -> Result<(), StageError> {
-        if self.kernel.shape().kinematic == 0 {
+        if self.kernel.shape().kinematic == 0 && self.is_steady(next) {
             return Ok(());
         }
         let clock = &self.course.clock;
@@ -453,6 +473,39 @@ impl<'s> Composed<'s> {
                 Ok(())
             }
         }
+    }
+
+    /// Whether the determinant of the equations for the acceleration hardly changes from step to step, or did so when it was looked at.
+    fn is_steady(&mut self, next: &State) -> bool {
+        let index = self.course.clock.index() + 1;
+        let before = self.joined.as_ref().and_then(|joined| joined.looked);
+        if before.is_some_and(|before| index < before.again) {
+            return true;
+        }
+        let t = self.course.clock.time_of(index);
+        let multipliers = vec![0.0; self.kernel.shape().multipliers()];
+        let determinant = start::determinant_at(&self.declaration(), next.point(t), &multipliers);
+        let change = before.map_or(f64::INFINITY, |before| {
+            let [before, steps] = [
+                before.determinant.in_units_of(determinant.exponent),
+                index.saturating_sub(before.index).max(1) as f64,
+            ];
+            (determinant.value / before - 1.0).abs() / steps
+        });
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "between 1 and 32"
+        )]
+        let steps = (STEADY / change).clamp(1.0, MOST_STEPS) as u64;
+        if let Some(joined) = &mut self.joined {
+            joined.looked = Some(Looked {
+                determinant,
+                index,
+                again: index + steps,
+            });
+        }
+        change < STEADY
     }
 
     /// The error of a stage where momenta join the legs.

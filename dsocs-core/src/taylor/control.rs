@@ -243,7 +243,8 @@ impl Control {
         let size = sizes.velocity.max(way);
         let times = if is_rough { 1.0 } else { DEFECT };
         let allowed = (times * self.relative).max(LEAST_DEFECT) * size + times * self.absolute;
-        defect * h <= allowed
+        // what leaves the range of doubles is no measure of itself
+        defect * h <= allowed && allowed < f64::INFINITY
     }
 
     /// The first step, of which no step is known before: the velocity's size is the largest term of its series that the
