@@ -407,7 +407,9 @@ fn solve(
         let mut update = forces.times_vector(&parts);
         let part = rotation::part_of_update(rotations, &update);
         if part < 1.0 {
-            update.iter_mut().for_each(|update| *update *= part);
+            for update in &mut update {
+                *update *= part;
+            }
         }
         for (x, update) in x.iter_mut().zip(&update) {
             *x -= update;
