@@ -38,7 +38,7 @@ pub fn moved_start(beginning: &Beginning, shape: &Shape, q: &[f64]) -> Option<St
         .map(|(name, turn)| format!("`{name}` by {turn:.2} rad"))
         .collect();
     Some(format!(
-        "to obey the constraints the start was turned far: {}; the change is the smallest one to first order only, and where the constraints hold in several \
+        "warning: to obey the constraints the start was turned far: {}; the change is the smallest one to first order only, and where the constraints hold in several \
          assemblies, a nearer one may be meant: look at the first node, and give a start that nearly obeys them",
         each.join(", ")
     ))

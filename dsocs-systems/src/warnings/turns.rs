@@ -76,7 +76,7 @@ impl Turns {
             )
         };
         Some(format!(
-            "{told}; take `--step {shorter}` or less, {GOOD} rad a step"
+            "warning: {told}; take `--step {shorter}` or less, {GOOD} rad a step"
         ))
     }
 }
