@@ -394,12 +394,11 @@ impl Integrator {
         }
         self.next.set_order(self.order.next());
         if wanted.is_nan() || wanted < smallest {
-            core::mem::swap(&mut self.series, &mut self.next);
-            return if wanted > 0.0 {
+            return self.back(if wanted > 0.0 {
                 Outcome::TooSmall(wanted)
             } else {
                 Outcome::NotFinite
-            };
+            });
         }
         let mut trial = Trial::of(wanted.min(left.abs()), is_rough);
         let mut has_pieces = false;
@@ -455,57 +454,91 @@ impl Integrator {
                         trial = Trial::of(0.5 * ahead, trial.is_rough);
                         continue;
                     }
-                    Some(Past::End(outcome)) => {
-                        core::mem::swap(&mut self.series, &mut self.next);
-                        return outcome;
-                    }
+                    Some(Past::End(outcome)) => return self.back(outcome),
                 }
-                if let Some(projection) = &mut self.projection {
-                    projection.keep_directions();
-                }
-                if at_corner {
-                    self.arrive_at_corner(equations, h);
-                }
-                self.last = Some((self.t, h));
-                if whole {
-                    self.t = Compensated::exact([until]);
-                } else {
-                    self.t.add(&[h]);
-                }
-                core::mem::swap(&mut self.now, &mut self.tried);
-                self.known = (!at_corner).then_some(known);
-                let jump = if at_switch || is_knot || size <= smallest {
-                    self.jump_after(equations, h)
-                } else {
-                    None
+                let tau = if wanted < 1e100 { wanted } else { size };
+                let made = Made {
+                    h,
+                    until: whole.then_some(until),
+                    end: trial.end,
+                    is_knot,
+                    known,
+                    tau: tau.copysign(left),
+                    is_short: size <= smallest,
                 };
-                if at_switch {
-                    let tau = if wanted < 1e100 { wanted } else { size };
-                    self.go_over(equations, tau.copysign(left), (size <= smallest, true));
-                } else if at_corner {
-                    self.is_new = true;
-                } else if self.is_new || has_pieces {
-                    self.go_on(equations);
-                }
-                // beyond a knot the system may be another
-                if is_knot {
-                    self.begin(equations);
-                }
-                self.jump = jump;
+                self.make(equations, &made);
                 return Outcome::Good;
             }
             self.rejected += 1;
             if !self.try_again(&mut trial, !end[1].is_nan(), smallest) {
-                // back to where it was
-                core::mem::swap(&mut self.series, &mut self.next);
-                return if trial.is_rough && end[1].is_finite() {
+                return self.back(if trial.is_rough && end[1].is_finite() {
                     Outcome::TooSmall(size)
                 } else {
                     Outcome::NotFinite
-                };
+                });
             }
         }
     }
+
+    /// Takes a step that has been tried.
+    fn make(&mut self, equations: &mut dyn SeriesKernel, made: &Made) {
+        let Made { h, ref end, .. } = *made;
+        if let Some(projection) = &mut self.projection {
+            projection.keep_directions();
+        }
+        if end.at_corner {
+            self.arrive_at_corner(equations, h);
+        }
+        self.last = Some((self.t, h));
+        match made.until {
+            Some(until) => self.t = Compensated::exact([until]),
+            None => self.t.add(&[h]),
+        }
+        core::mem::swap(&mut self.now, &mut self.tried);
+        self.known = (!end.at_corner).then_some(made.known);
+        let may_jump = end.at_switch || made.is_knot || made.is_short;
+        let jump = if may_jump {
+            self.jump_after(equations, h)
+        } else {
+            None
+        };
+        if end.at_switch {
+            self.go_over(equations, made.tau, (made.is_short, true));
+        } else if end.at_corner {
+            self.is_new = true;
+        } else if self.is_new || self.watch.as_ref().is_some_and(|watch| watch.has_pieces) {
+            self.go_on(equations);
+        }
+        // beyond a knot the system may be another
+        if made.is_knot {
+            self.begin(equations);
+        }
+        self.jump = jump;
+    }
+
+    /// Goes back to where a step began that has not been made.
+    #[cold]
+    fn back(&mut self, outcome: Outcome) -> Outcome {
+        core::mem::swap(&mut self.series, &mut self.next);
+        outcome
+    }
+}
+
+/// A step that has been tried, and is good.
+struct Made {
+    /// Its length.
+    h: f64,
+    /// The time where it ends, if that is where the run was to go.
+    until: Option<f64>,
+    end: End,
+    /// Whether it ends at a knot.
+    is_knot: bool,
+    /// What the control asks of the series at its end.
+    known: Sizes,
+    /// A time in which the motion changes.
+    tau: f64,
+    /// Whether it is too short for a clock.
+    is_short: bool,
 }
 
 /// How a step ended.

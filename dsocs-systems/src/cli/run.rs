@@ -37,7 +37,7 @@ pub struct RunArguments {
     /// The step h, in s; negative to run back in time
     #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
     step: Option<f64>,
-    /// The end of the run, in s
+    /// The end of the run, in s: a time, also with `--t0`; `until` in a file is how long it takes from `--t0` on
     #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = expression::number)]
     until: Option<f64>,
     /// Where it begins, and the parameters
@@ -524,7 +524,7 @@ fn near(
         );
     }
     let factor = if may_divide {
-        "; a factor of a constraint that vanishes may be divided out, `branch = divide(factor)`"
+        "; a factor of a constraint that vanishes with positions or velocities may be divided out, `branch = divide(factor)`"
     } else {
         ""
     };

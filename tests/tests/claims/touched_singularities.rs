@@ -103,3 +103,37 @@ fn random_laws_end_where_their_determinant_touches_zero() {
     assert!(counts.passed == 0 && counts.refused == 0, "{counts:?}");
     assert!(counts.ended > 200 && counts.regular > 200, "{counts:?}");
 }
+
+declared! {
+    /// A free particle in polar coordinates, whose mass vanishes at the origin.
+    #[derive(Debug)]
+    struct Polar {};
+    coordinates(r, phi);
+    lagrangian = (dot(r).powi(2) + (r * dot(phi)).powi(2)) / 2;
+}
+
+#[test]
+fn compositions_tell_of_a_mass_that_nearly_vanishes() {
+    let mut random = Random::new(6);
+    for _ in 0..24 {
+        // on the line x = 1 - t, y = b
+        let b = 10.0_f64.powf(random.between(-5.0, -3.0));
+        let h = random.between(0.01, 0.03);
+        let r = b.hypot(1.0);
+        for method in [
+            Composition::SUZUKI_4,
+            Composition::KAHAN_LI_6,
+            Composition::KAHAN_LI_8,
+        ] {
+            let near = Start::second_order([r, b.atan()], [-1.0 / r, b / r.powi(2)]);
+            let mut flow = ComposedFlow::new(&Polar {}, h, method, near).unwrap();
+            let ended = flow.to(100.0 * h).is_err();
+            assert!(ended || flow.nearly_singular().is_some(), "{b} {h} {method:?}");
+            // far from it nothing is said
+            let far = Start::second_order([1.5_f64.sqrt(), 0.0], [-0.5, 1.0]);
+            let mut flow = ComposedFlow::new(&Polar {}, h, method, far).unwrap();
+            flow.to(100.0 * h).unwrap();
+            assert!(flow.nearly_singular().is_none(), "{h} {method:?}");
+        }
+    }
+}

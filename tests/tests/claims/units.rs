@@ -361,3 +361,17 @@ fn any_unit_of_time_will_do() {
         }
     }
 }
+
+#[test]
+fn what_leaves_the_range_of_doubles_ends_a_run() {
+    // faster by far than any clock
+    for exponent in [60, 78, 90, 120, 150] {
+        let text = format!(
+            "coordinates(x); lagrangian = 1e-{exponent} * dot(x).powi(2) / 2 - 1e{exponent} * x.powi(2) / 2;"
+        );
+        let text = dsocs_core::text::Text::parse("fast", &text).unwrap();
+        let start = Start::second_order([1.0], [0.0]);
+        let flow = dsocs_tests::text::TaylorFlow::read(&text.system, start, Tolerance::relative(1e-9));
+        assert!(flow.unwrap().to(10.0).is_err(), "{exponent}");
+    }
+}
