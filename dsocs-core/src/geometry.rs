@@ -43,7 +43,7 @@ mod continuous;
 mod error;
 mod evolution;
 mod expansion;
-mod external;
+pub(crate) mod external;
 mod form;
 mod inverse;
 mod legendre;
@@ -68,7 +68,7 @@ pub use continuous::{Variation, canonical_form, constraint_force, legendre, moti
 pub use error::GeometryError;
 pub use evolution::Evolution;
 pub use expansion::Expansion;
-pub use external::{discrete_power, external_forces, power, power_with};
+pub use external::{discrete_power, external_forces, force_roundings, power, power_with};
 pub use form::{Displacement, TwoForm};
 pub use legendre::{
     discrete_form, discrete_lagrangian, legendre_minus, legendre_plus, momentum_minus, momentum_plus,
@@ -87,12 +87,20 @@ pub use written::{rows_of_four_written, rows_of_written};
 
 use crate::kernel::Kernel;
 use crate::number::point::AnyLeg;
+use crate::regularity::lengths;
 use crate::solve::rotation;
+use crate::tape::declaration::Declaration;
 
 /// The position to which an increment leads from another one: their sum, but for rotations, which it turns.
 #[must_use]
 pub fn moved(system: &dyn Kernel, q: &[f64], d: &[f64]) -> Vec<f64> {
     rotation::moved(&system.shape().rotations, q, d)
+}
+
+/// By how much the rounding of the forces and momenta at a triple of nodes may move its second difference, by coordinate; zero of a coordinate without mass.
+#[must_use]
+pub fn roundings(system: &dyn Kernel, h: f64, triple: &Triple) -> Vec<f64> {
+    lengths::roundings(&Declaration::of(system), h, triple.leg.any(), &triple.e)
 }
 
 /// A coordinate whose increment is shorter than this part of the longest stands still.

@@ -8,6 +8,9 @@ use dsocs_systems::check::{Begin, Expected, Finding, Settings, check};
 use dsocs_systems::entry::{Kind, Symmetry};
 use dsocs_systems::{CurvedParticle, Entry, GravityTurn, PlanarChain2, systems};
 
+#[path = "check/texts.rs"]
+mod texts;
+
 /// The default settings of a system.
 fn settings(entry: &Entry) -> Settings<'_> {
     let [q0, v0] = entry.default_start().unwrap();

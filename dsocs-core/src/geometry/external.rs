@@ -3,7 +3,9 @@
 use super::array::{fixed, plus};
 use super::map::Triple;
 use crate::kernel::Kernel;
-use crate::number::point::{AnyLeg, AnyPoint};
+use crate::number::bounded::Bounded;
+use crate::number::point::{AnyLeg, AnyPoint, map};
+use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 use crate::solve::rotation;
 use crate::tape::Number;
@@ -37,6 +39,23 @@ pub(super) fn discrete<T: Number>(
         *sum = *sum + minus;
     }
     sum
+}
+
+/// By how much rounding may change the constraint force and the external forces at the second of three nodes, by coordinate: a bound on the errors of all their
+/// terms, of which much may cancel.
+#[must_use]
+pub fn force_roundings(system: &dyn Kernel, h: f64, triple: &Triple) -> Vec<f64> {
+    bounds(&Declaration::of(system), h, triple.leg.any(), &triple.e)
+}
+
+/// The same of a declaration.
+pub(crate) fn bounds(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Vec<f64> {
+    let (h, leg, e) = (Bounded::splat(h), leg.map(Bounded::splat), map(e, Bounded::splat));
+    let constraint = declaration.force(h, leg.any(), &e);
+    let external = discrete(declaration, h, leg.any(), &e);
+    let both = constraint.iter().zip(&external);
+    both.map(|(constraint, external)| constraint.error() + external.error())
+        .collect()
 }
 
 /// The power at a point of the continuous system's motion, `dE/dt = ⟨Q + f, v⟩ − ∂L/∂t`, with the constraint force `Q` and the external

@@ -1,16 +1,29 @@
 //! How far coordinates move in a step: their lengths, which make coordinates of different units comparable.
 
+use crate::geometry::external;
+use crate::number::bounded::UNIT;
 use crate::number::point::{AnyLeg, map};
 use crate::number::tangent::Tangent2;
+use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
 /// A coordinate whose legs are shorter than this part of the longest stands still.
 const STILL: f64 = 1e-3;
 
+/// Legs that are shorter than this part of the way that forces lead in a step are what rounding leaves of forces that balance, or hardly more: the terms of the
+/// equations belong to steps that are not made.
+const BALANCED: f64 = 1e6 * f64::EPSILON;
+
+/// The masses are the same at three nodes, if they differ by less than this part.
+const CONSTANT: f64 = 1e-3;
+
 /// The longer of both legs by coordinate, at least a part of the longest of all; `None` of a coordinate that has no such length.
 ///
 /// Coordinates may have units of their own. What makes their lengths comparable is the mass that moves with each: `√(∂²L/∂vᵢ²) δqᵢ`
 /// has the same unit for all.
+///
+/// Where forces balance and a motion is what rounding makes of them, its legs are no measure of the equations, as the masses are the same all along them. There
+/// it is the way that the forces would lead in a step if they did not balance.
 pub(crate) fn measured(
     declaration: &Declaration<'_>,
     h: f64,
@@ -26,6 +39,16 @@ pub(crate) fn measured(
     let weights = weights(declaration, h, leg);
     let weighted = moved.iter().zip(&weights);
     let longest = weighted.fold(0.0_f64, |longest, (moved, weight)| longest.max(weight * moved));
+    let forced = forced(declaration, h, leg, e, &weights);
+    if longest > 0.0 && longest < BALANCED * forced && has_constant_masses(declaration, h, leg, e, &weights) {
+        let lengths = moved.iter().zip(&weights);
+        return lengths
+            .map(|(&moved, weight)| {
+                let length = if *weight > 0.0 { forced / weight } else { moved };
+                (length > 0.0 && length.is_finite()).then_some(length)
+            })
+            .collect();
+    }
     let length = |i: usize| {
         let least = if weights[i] > 0.0 {
             STILL * longest / weights[i]
@@ -36,6 +59,50 @@ pub(crate) fn measured(
         (length > 0.0 && length.is_finite()).then_some(length)
     };
     (0..moved.len()).map(length).collect()
+}
+
+/// By how much the rounding of forces and momenta may move the second difference of each coordinate; zero where it has no mass.
+pub(crate) fn roundings(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Vec<f64> {
+    let weights = weights(declaration, h, leg);
+    let forced = f64::EPSILON * forced(declaration, h, leg, e, &weights);
+    let roundings = weights.iter();
+    roundings
+        .map(|&weight| if weight > 0.0 { forced / weight } else { 0.0 })
+        .collect()
+}
+
+/// How far the terms of the forces at the middle node would lead in a step if they did not balance, the most of all coordinates, each times the square root of its mass.
+fn forced(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64], weights: &[f64]) -> f64 {
+    let bounds = external::bounds(declaration, h, leg, e);
+    let ways = bounds.iter().zip(weights).map(|(bound, &weight)| {
+        let way = bound / UNIT * h * h / weight;
+        if way.is_finite() { way } else { 0.0 }
+    });
+    ways.fold(0.0, f64::max)
+}
+
+/// Whether the masses are the same at all three nodes.
+fn has_constant_masses(
+    declaration: &Declaration<'_>,
+    h: f64,
+    leg: AnyLeg<'_, f64>,
+    e: &[f64],
+    weights: &[f64],
+) -> bool {
+    let rotations = &declaration.shape().rotations;
+    let back = map(leg.d, |d| -d);
+    let on: Vec<f64> = leg.d.iter().zip(e).map(|(d, e)| d + e).collect();
+    [(-h, back), (h, on)].into_iter().all(|(after, by)| {
+        let q = rotation::moved(rotations, leg.q, &by);
+        let there = AnyLeg {
+            t: leg.t + after,
+            q: &q,
+            d: leg.d,
+        };
+        let there = self::weights(declaration, h, there);
+        let mut pairs = there.iter().zip(weights);
+        pairs.all(|(there, here)| (there - here).abs() <= CONSTANT * here)
+    })
 }
 
 /// The square root of the mass that moves with each coordinate; zero where there is none.

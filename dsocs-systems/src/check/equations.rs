@@ -2,8 +2,8 @@
 
 use dsocs_core::OwnedLeg;
 use dsocs_core::geometry::{
-    Displacement, Triple, admissible_variations, discrete_form, external_forces, legendre_minus,
-    legendre_plus, rows_of_written,
+    Displacement, Triple, admissible_variations, discrete_form, external_forces, force_roundings,
+    legendre_minus, legendre_plus, rows_of_written,
 };
 
 use super::probe::less;
@@ -92,7 +92,7 @@ fn sizes(subject: &Subject<'_>) -> Vec<f64> {
 }
 
 /// The derivative of `L_d(q0, q1) + L_d(q1, q2)` along variations of `q1`, with the work of external forces, relative to its terms; without what the rounding of
-/// the last node makes of it, from which the second leg is seen.
+/// the last node, from which the second leg is seen, and of the forces make of it.
 fn derivative(subject: &Subject<'_>, triple: &Triple, along: &[Vec<f64>], sizes: &[f64]) -> f64 {
     let covector = |triple: &Triple| -> Vec<f64> {
         let arriving = legendre_plus(subject.kernel, subject.h, triple.first());
@@ -109,7 +109,13 @@ fn derivative(subject: &Subject<'_>, triple: &Triple, along: &[Vec<f64>], sizes:
         let terms: f64 = variation.iter().zip(sizes).map(|(v, size)| v.abs() * size).sum();
         let sum = product(&here);
         let left = if sum.abs() > STATIONARY * terms {
-            (sum.abs() - rounding(subject.h, triple, |moved| product(&covector(moved)) - sum)).max(0.0)
+            let of_node = rounding(subject.h, triple, |moved| product(&covector(moved)) - sum);
+            let forces = force_roundings(subject.kernel, subject.h, triple);
+            let of_forces = variation
+                .iter()
+                .zip(forces)
+                .map(|(v, rounding)| v.abs() * rounding);
+            (sum.abs() - of_node - of_forces.sum::<f64>()).max(0.0)
         } else {
             sum.abs()
         };

@@ -1,7 +1,7 @@
 //! Whether there is a discrete flow, and whether time can be turned round.
 
 use dsocs_core::AnyLeg;
-use dsocs_core::geometry::{FlowTheorem, Triple, rows_of_written};
+use dsocs_core::geometry::{FlowTheorem, Triple, roundings, rows_of_written};
 
 use super::equations::WRITTEN;
 use super::probe::less;
@@ -176,14 +176,25 @@ fn missed(subject: &Subject<'_>, triple: &Triple, e: &[f64]) -> Missed {
     let last = triple.last(subject.h).d;
     let apart = norm(&less(e, &triple.e));
     // what rests has no legs, and steps back to itself exactly
-    let legs = match apart {
+    let mut legs = match apart {
         0.0 => 0.0,
         apart => apart / norm(&triple.leg.d).max(norm(&last)),
     };
     let d = less(&last, e);
     Missed {
         legs,
-        is_rounding: legs > REVERSED && legs <= magnified(subject, triple) && obeys(subject, triple, &d),
+        is_rounding: legs > REVERSED
+            && subject.kernel.shape().rotations.is_empty()
+            && legs <= magnified(subject, triple)
+            && obeys(subject, triple, &d),
+    }
+    // and where forces balance it is rounding that moves it
+    if legs > REVERSED {
+        let roundings = roundings(subject.kernel, subject.h, triple);
+        let mut pairs = e.iter().zip(&triple.e).zip(roundings);
+        if pairs.all(|((found, known), rounding)| (found - known).abs() <= ROUNDINGS * rounding) {
+            legs = 0.0;
+        }
     }
 }
 

@@ -5,7 +5,7 @@
 
 use dsocs_core::geometry::{
     Triple, constraint_force, constraint_multipliers, continuous_multipliers, legendre_plus, multipliers_of,
-    state_displacements,
+    roundings, state_displacements,
 };
 use dsocs_core::{Declaration, Kernel, RunError};
 
@@ -394,12 +394,17 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
                 } else {
                     constraint_multipliers(system, h, node)
                 },
+            // the roundings of the forces add up to a motion of their own
+            let moves = roundings(system, h, node);
+            let steps = ((node.leg.t - subject.start.t) / h).abs();
             ];
             // a force is a difference of momenta, over a step
             let momenta = legendre_plus(system, h, node.leg.any());
             for (k, (values, truth)) in values.iter().zip(truth).enumerate() {
                 if values.is_empty() {
                     continue;
+                    0 => moved(i) * steps * steps / 2.0,
+                    1 => moved(i) * steps / h.abs(),
                 }
                 let rounding = |i: usize| match k {
                     2 => ROUNDINGS * f64::EPSILON * momenta.get(i).map_or(0.0, |momentum| momentum.abs()),

@@ -1,0 +1,66 @@
+//! What is right does not fail in declarations that are read at run time: bodies that are damped, unstable or fast, and what hovers.
+
+use dsocs_core::text::Text;
+use dsocs_systems::check::{Finding, Settings};
+use dsocs_systems::Entry;
+
+use crate::{found, missed, settings};
+
+/// A declaration that is read.
+fn read(text: &str) -> Entry {
+    let text = Text::parse("text", text).unwrap();
+    Entry::of_text("text", &text, text.runs.first())
+}
+
+/// What is found along its motion with an initial velocity and to an end.
+fn findings(entry: &Entry, v0: Option<&[f64]>, until: Option<f64>) -> Vec<Finding> {
+    let own = settings(entry);
+    let settings = Settings {
+        v0: v0.unwrap_or(own.v0),
+        until: until.or(Some(entry.checked_end())),
+        ..own
+    };
+    entry.check(&settings).unwrap()
+}
+
+#[test]
+fn what_hovers_is_as_regular_as_what_flies() {
+    // in rounding the thrust is not the weight, and the motion is nothing else
+    let texts = [
+        "parameters { mass = 0.8, gravity = 9.81, thrust = 7.848 }
+        coordinates(r: rotation, x: [3]);
+        let w = r.angular_velocity();
+        lagrangian = 0.006 * w.norm_squared() / 2 + mass * dot(x).norm_squared() / 2 - mass * gravity * x[2];
+        external_forces = ([0, 0, 0], r * [0, 0, thrust]);
+        run { start = ([1, 0, 0, 0, 0, 0, 0], [0; 6]); step = 0.005; until = 2.0; }",
+        "parameters { mass = 0.8, gravity = 9.81, thrust = 7.848 }
+        coordinates(a, x, z);
+        lagrangian = 0.006 * dot(a).powi(2) / 2 + mass * (dot(x).powi(2) + dot(z).powi(2)) / 2 - mass * gravity * z;
+        external_forces = (0, -thrust * a.sin(), thrust * a.cos());
+        run { start = ([0, 0, 0], [0, 0, 0]); step = 0.005; until = 6.0; }",
+        "coordinates(r: rotation, x: [3]);
+        let w = r.angular_velocity();
+        lagrangian = w.norm_squared() / 2 + dot(x).norm_squared() / 2 - x[2] * 9.81;
+        external_forces = (0, [1e-17, 0, 9.81]);
+        run { start = ([0.8, 0.6, 0, 0, 0, 0, 0], [0; 6]); step = 0.01; until = 2.0; }",
+    ];
+    for text in texts {
+        let findings = findings(&read(text), None, None);
+        assert_eq!(missed(&findings), [], "{text}");
+        let smallest = found(&findings, "smallest singular value of D₃");
+        assert!(smallest.figure > 1e-4, "{smallest:?}");
+    }
+    // a mass that vanishes on the way is none of that
+    let vanishing = read(
+        "coordinates(x);
+        lagrangian = x * dot(x).powi(2) / 2 - x;
+        run { start = ([0], [1e-12]); step = 0.01; until = 0.02; }",
+    );
+    let own = settings(&vanishing);
+    let is_refused = vanishing.check(&own).map_or(true, |findings| {
+        findings
+            .iter()
+            .any(|finding| finding.check == "regularity" && !finding.ok())
+    });
+    assert!(is_refused);
+}
