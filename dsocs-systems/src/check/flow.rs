@@ -75,8 +75,8 @@ struct Missed {
     is_rounding: bool,
 }
 
-/// The step with `−h` and the inverse flow along the motion.
-pub fn reversibility(subject: &Subject<'_>, report: &mut Report) {
+/// The step with `−h` from each node. A run back as a whole would tell of the motion and not of the step: what is damped on the way there grows on the way back.
+pub fn step_back(subject: &Subject<'_>, report: &mut Report) {
     let bar = if subject.expected.reversible {
         Bar::AtMost(REVERSED)
     } else {
@@ -97,6 +97,11 @@ pub fn reversibility(subject: &Subject<'_>, report: &mut Report) {
         bar,
         subject.spread.iter().map(turned),
     );
+}
+
+/// The step with `−h` and the inverse flow along the motion.
+pub fn reversibility(subject: &Subject<'_>, report: &mut Report) {
+    step_back(subject, report);
     let mut others = 0;
     let mut back = |triple: &Triple| {
         let last = triple.last(subject.h);
@@ -180,14 +185,6 @@ fn missed(subject: &Subject<'_>, triple: &Triple, e: &[f64]) -> Missed {
         0.0 => 0.0,
         apart => apart / norm(&triple.leg.d).max(norm(&last)),
     };
-    let d = less(&last, e);
-    Missed {
-        legs,
-        is_rounding: legs > REVERSED
-            && subject.kernel.shape().rotations.is_empty()
-            && legs <= magnified(subject, triple)
-            && obeys(subject, triple, &d),
-    }
     // and where forces balance it is rounding that moves it
     if legs > REVERSED {
         let roundings = roundings(subject.kernel, subject.h, triple);
@@ -195,6 +192,14 @@ fn missed(subject: &Subject<'_>, triple: &Triple, e: &[f64]) -> Missed {
         if pairs.all(|((found, known), rounding)| (found - known).abs() <= ROUNDINGS * rounding) {
             legs = 0.0;
         }
+    }
+    let d = less(&last, e);
+    Missed {
+        legs,
+        is_rounding: legs > REVERSED
+            && subject.kernel.shape().rotations.is_empty()
+            && legs <= magnified(subject, triple)
+            && obeys(subject, triple, &d),
     }
 }
 

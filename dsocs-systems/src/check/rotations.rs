@@ -6,7 +6,7 @@ use dsocs_core::{AnyPoint, AnyStart, Declaration, Kernel, OwnedLeg, Tolerance};
 use super::contact::contact;
 use super::probe::{First, Passed, State, certified, less, passed_nodes};
 use super::third::{certificates, push_slope};
-use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, larger, probe, reached};
+use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, flow, larger, probe, reached};
 use crate::entry::{CheckFailure, Motions, Symmetry};
 use crate::stability::Bar;
 
@@ -25,9 +25,6 @@ const DRIFT: f64 = 1e-12;
 
 /// What works by less than this part of the terms works nothing.
 const NO_WORK: f64 = 1e-14;
-
-/// On the way back the start may be missed by this part of a leg.
-const REVERSED: f64 = 1e-9;
 
 /// Each of so many steps is half of the one before.
 const HALVINGS: usize = 5;
@@ -99,7 +96,6 @@ pub fn check_to(
         momenta(&subject, symmetries, &walked.legs, report);
     });
     found.of("power balance", |report| balance(&subject, report));
-    found.of("reversibility", |report| reversibility(&subject, &nodes, report));
     let whole = super::Subject::new(system, symmetries, subject.expected, settings, own)?;
     found.of("contact", |report| contact(&whole, report));
     found.of("order", |report| order(&subject, report));
@@ -108,6 +104,7 @@ pub fn check_to(
 
 /// How far the motion goes.
 fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
+    found.of("reversibility", |report| flow::step_back(&whole, report));
     let left_out = "beside a rotation what needs forms on pairs of nodes (the identities, the symplectic law) is not looked at, so far";
     reached(
         [subject.start.t, subject.until, subject.h],
@@ -285,31 +282,9 @@ fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
     Ok(if missed == 0.0 { 0.0 } else { missed / terms })
 }
 
-/// The way back from the last node.
-fn reversibility(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
-    let measured = || -> Measured {
-        let times = (subject.start.t, subject.until);
-        let back = passed_nodes(subject.kernel, subject.h, &subject.begins(), times, true)?;
-        let leg = nodes.windows(2).fold(0.0_f64, |longest, pair| {
-            less(&pair[1].q, &pair[0].q)
-                .into_iter()
-                .fold(longest, |longest, d| longest.max(d.abs()))
-        });
-        let pairs = back.iter().zip(nodes.iter().rev().skip(1));
-        let apart = pairs.flat_map(|(found, known)| less(&found.q, &known.q));
-        let apart = apart.fold(0.0, |most, apart| larger(most, apart.abs()));
-        Ok(apart / leg.max(f64::MIN_POSITIVE))
-    };
-    let bar = if subject.expected.reversible {
-        Bar::AtMost(REVERSED)
-    } else {
-        Bar::Reported
-    };
-    report.push("distance of the nodes on the way back, in legs", bar, measured());
-}
-
-/// The order: by the errors against the continuous motion or, where there is no series, by the changes from one step to the half of it.
-fn order(subject: &Subject<'_>, report: &mut Report) {
+/// The order with parts of the subject's step: by the errors against the continuous motion or, where there is no series, by the changes from one step to the
+/// half of it.
+fn order(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     let bar = Bar::AtLeast(subject.expected.order - APART);
     let runs: Measured<Vec<Vec<Passed>>> = (0..=HALVINGS)
         .map(|halving| {

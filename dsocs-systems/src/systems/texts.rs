@@ -93,24 +93,21 @@ fn bodies(entry: Entry) -> Entry {
 
 /// Two beams, four rotors, and the target.
 fn quadrotor(entry: Entry) -> Entry {
-    entry
-        // damping leads roundings away on the way back
-        .irreversible()
-        .drawn(|&[w, x, y, z, at @ ..]: &[f64; 7], parameters: &Parameters| {
-            let arm = 0.3;
-            let beams = Solid::cuboid([2.0 * arm, 0.03, 0.03]).with(&Solid::cuboid([0.03, 2.0 * arm, 0.03]));
-            let target = [0, 1, 2].map(|i| parameters.get(&format!("target_{i}")));
-            let drawing = Drawing::new()
-                .solid(Solid::ground(4.0).moved([1.0, 0.0, 0.0]))
-                .solid(Solid::axes(0.2).moved(target))
-                .solid(beams.placed(at, [w, x, y, z]));
-            let rotors = [[arm, 0.0], [0.0, arm], [-arm, 0.0], [0.0, -arm]];
-            let drawing = rotors.into_iter().fold(drawing, |drawing, [a, b]| {
-                let rotor = Solid::cylinder(0.16, 0.02).moved([a, b, 0.05]);
-                drawing.solid(rotor.placed(at, [w, x, y, z]))
-            });
-            drawing.path(at)
-        })
+    entry.drawn(|&[w, x, y, z, at @ ..]: &[f64; 7], parameters: &Parameters| {
+        let arm = 0.3;
+        let beams = Solid::cuboid([2.0 * arm, 0.03, 0.03]).with(&Solid::cuboid([0.03, 2.0 * arm, 0.03]));
+        let target = [0, 1, 2].map(|i| parameters.get(&format!("target_{i}")));
+        let drawing = Drawing::new()
+            .solid(Solid::ground(4.0).moved([1.0, 0.0, 0.0]))
+            .solid(Solid::axes(0.2).moved(target))
+            .solid(beams.placed(at, [w, x, y, z]));
+        let rotors = [[arm, 0.0], [0.0, arm], [-arm, 0.0], [0.0, -arm]];
+        let drawing = rotors.into_iter().fold(drawing, |drawing, [a, b]| {
+            let rotor = Solid::cylinder(0.16, 0.02).moved([a, b, 0.05]);
+            drawing.solid(rotor.placed(at, [w, x, y, z]))
+        });
+        drawing.path(at)
+    })
 }
 
 /// A body with its axes. About the third one it does not turn.

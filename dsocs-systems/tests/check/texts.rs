@@ -2,7 +2,8 @@
 
 use dsocs_core::text::Text;
 use dsocs_systems::check::{Finding, Settings};
-use dsocs_systems::Entry;
+use dsocs_systems::stability::Bar;
+use dsocs_systems::{Entry, systems};
 
 use crate::{found, missed, settings};
 
@@ -21,6 +22,48 @@ fn findings(entry: &Entry, v0: Option<&[f64]>, until: Option<f64>) -> Vec<Findin
         ..own
     };
     entry.check(&settings).unwrap()
+}
+
+/// A wing nut in free flight.
+const NUT: &str = "parameters { inertia = [[3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]] }
+    coordinates(r: rotation);
+    let w = r.angular_velocity();
+    lagrangian = w.inner(inertia * w) / 2;
+    run { start = ([1, 0, 0, 0], [0.001, 5.0, 0.002]); step = 0.02; until = 40.0; }";
+
+#[test]
+fn a_damped_body_steps_back_as_it_stepped() {
+    // what is damped by e²⁰ on the way there grows by as much on the way back
+    let damped = read(
+        "coordinates(r: rotation, x);
+        let w = r.angular_velocity();
+        lagrangian = w.norm_squared() / 2 + dot(x).powi(2) / 2 - x.powi(2) / 2 + r.matrix()[2][2];
+        external_forces = (-2.0 * w, -dot(x));
+        run { start = ([0.8, 0.6, 0, 0, 1], [0.3, 0.2, -0.5, 0]); step = 0.02; until = 20.0; }",
+    );
+    for findings in [
+        findings(&damped, None, None),
+        // and what is unstable, both ways
+        findings(&read(NUT), None, None),
+    ] {
+        assert_eq!(missed(&findings), []);
+        let back = found(&findings, "distance of the step with −h");
+        assert!(matches!(back.bar, Bar::AtMost(bar) if bar <= 1e-12), "{back:?}");
+    }
+}
+
+#[test]
+fn a_built_in_system_has_the_bars_of_its_text() {
+    for shipped in systems::texts::TEXTS
+        .iter()
+        .filter(|shipped| shipped.name == "quadrotor")
+    {
+        let (own, text) = (shipped.entry(&[]).unwrap(), read(shipped.text));
+        let until = Some(200.0 * own.default_step());
+        let [own, text] = [&own, &text].map(|entry| findings(entry, None, until));
+        assert_eq!(missed(&text), []);
+        assert_eq!(own, text);
+    }
 }
 
 #[test]
