@@ -79,7 +79,7 @@ pub use momentum::{asymmetry, momentum_equation, momentum_map};
 pub use pairs::{constraint_forms, pair_displacements, state_displacements};
 pub use pieces::{corners, pieces};
 pub use quadrature::mean_over;
-pub use reduction::{momentum_along, momentum_balance, reduced};
+pub use reduction::{arriving_momentum, momentum_along, momentum_balance, reduced};
 #[doc(hidden)] // until steps are solved on slices
 pub use split::{constraint_multipliers, continuous_multipliers, multipliers_of};
 pub use theorem::FlowTheorem;

@@ -56,10 +56,17 @@ pub fn reduced(system: &dyn Kernel) -> Vec<usize> {
         .collect()
 }
 
+/// The momentum `h (D₂L_d + f⁺_d)` with which a leg of the step `h` arrives at its second node, by coordinate; of a rotation a zero and three numbers in the
+/// frame of its body.
+#[must_use]
+pub fn arriving_momentum(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
+    arriving(system, h, leg).iter().map(|momentum| h * momentum).collect()
+}
+
 /// The momentum `h ⟨D₂L_d + f⁺_d, ξ⟩` with which a leg of the step `h` arrives at its second node, along a field there.
 #[must_use]
 pub fn momentum_along(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, generator: Generator<'_>) -> f64 {
-    h * product(&arriving(system, h, leg), &generator(leg.q))
+    product(&arriving_momentum(system, h, leg), &generator(leg.q))
 }
 
 /// `D₂L_d + f⁺_d` of the declared map. Beside the paper's a run takes the trapezoid's at a node where an input changes, and where the attitude makes the

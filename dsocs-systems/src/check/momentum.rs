@@ -1,6 +1,7 @@
 //! Noether's theorem, and the momentum equation.
 
-use dsocs_core::geometry::{asymmetry, constraint_forms, momentum_equation, momentum_map};
+use dsocs_core::Kernel;
+use dsocs_core::geometry::{asymmetry, constraint_forms, momentum_equation, momentum_map, momentum_plus};
 
 use super::{Report, Subject, larger, largest};
 use crate::entry::{Kind, Symmetry};
@@ -10,7 +11,7 @@ use crate::stability::Bar;
 /// their terms.
 const ROUNDING: f64 = 1e-13;
 
-/// A momentum that is conserved may drift by this much, relative to its largest value.
+/// A momentum that is conserved may drift by this much, relative to its terms.
 const DRIFT: f64 = 1e-12;
 
 /// The momentum equation of each declared symmetry: an identity where `L_d` is invariant.
@@ -51,7 +52,7 @@ pub fn law(subject: &Subject<'_>, report: &mut Report) {
             Bar::Reported
         };
         report.push(
-            format!("{name}: variation of J along the motion, relative to the largest"),
+            format!("{name}: variation of J along the motion, relative to its terms"),
             bar,
             Ok(drift(subject, symmetry)),
         );
@@ -76,17 +77,47 @@ fn is_allowed(subject: &Subject<'_>, symmetry: &Symmetry) -> bool {
     })
 }
 
-/// How much the momentum varies along the motion, relative to its largest value.
+/// How much the momentum varies along the motion, relative to its terms.
 fn drift(subject: &Subject<'_>, symmetry: &Symmetry) -> f64 {
-    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-    for leg in &subject.legs {
+    relative_variation(subject.legs.iter().map(|leg| {
         let momentum = momentum_map(&subject.flow, leg.any(), &|q| symmetry.at(q));
+        let arriving = momentum_plus(subject.kernel, subject.h, leg.any());
+        [momentum, terms(subject.kernel, &arriving, &symmetry.at(&leg.q))]
+    }))
+}
+
+/// How much a momentum varies, relative to the largest of its terms: it may be the small difference of large ones.
+pub fn relative_variation(momenta: impl Iterator<Item = [f64; 2]>) -> f64 {
+    let (mut least, mut most, mut size) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
+    for [momentum, terms] in momenta {
         (least, most) = (least.min(momentum), larger(most, momentum));
+        size = larger(size, terms);
     }
-    let size = least.abs().max(most.abs());
     if most > least || most.is_nan() {
         (most - least) / size
     } else {
         0.0
     }
+}
+
+/// How large the terms of a momentum along a generator are. Those of a rotation are taken by their lengths: its components depend on the frame of the body, and the
+/// momentum about one axis is known no better than that about the others.
+pub fn terms(kernel: &dyn Kernel, momentum: &[f64], along: &[f64]) -> f64 {
+    let shape = kernel.shape();
+    let length = |x: &[f64]| x.iter().fold(0.0_f64, |length, x| length.hypot(*x));
+    let of_rotation = |first: usize| {
+        let own = |x| -> f64 { length(<[f64]>::get(x, first..first + 4).unwrap_or_default()) };
+        own(momentum) * own(along)
+    };
+    let numbers = momentum.iter().zip(along).enumerate();
+    let numbers = numbers.filter(|(place, _)| shape.rotation_of(*place).is_none());
+    let numbers: f64 = numbers
+        .map(|(_, (momentum, along))| (momentum * along).abs())
+        .sum();
+    numbers
+        + shape
+            .rotations
+            .iter()
+            .map(|&first| of_rotation(first))
+            .sum::<f64>()
 }

@@ -4,6 +4,7 @@ use dsocs_core::geometry::{self, Triple, discrete_power};
 use dsocs_core::{AnyPoint, AnyStart, Declaration, Kernel, OwnedLeg, Tolerance};
 
 use super::contact::contact;
+use super::momentum::{relative_variation, terms};
 use super::probe::{First, Passed, State, certified, less, passed_nodes};
 use super::third::{certificates, push_slope};
 use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, flow, larger, probe, reached};
@@ -20,7 +21,7 @@ const ROUNDINGS: f64 = 4.0;
 /// The momentum equation may be missed by this part of its terms.
 const ROUNDING: f64 = 1e-13;
 
-/// A momentum on which nothing works may drift by this part of its largest value.
+/// A momentum on which nothing works may drift by this part of its terms.
 const DRIFT: f64 = 1e-12;
 
 /// What works by less than this part of the terms works nothing.
@@ -150,10 +151,10 @@ fn momenta(subject: &Subject<'_>, symmetries: &[Symmetry], legs: &[OwnedLeg<f64>
         for pair in legs.windows(2) {
             let e = less(&pair[1].d, &pair[0].d);
             let both = [pair[0].any(), pair[1].any()];
-            let [apart, work, terms] =
+            let [apart, work, all] =
                 geometry::momentum_balance(subject.kernel, subject.h, both, &e, &generator);
-            missed = larger(missed, if apart == 0.0 { 0.0 } else { apart.abs() / terms });
-            works = larger(works, if work == 0.0 { 0.0 } else { work.abs() / terms });
+            missed = larger(missed, if apart == 0.0 { 0.0 } else { apart.abs() / all });
+            works = larger(works, if work == 0.0 { 0.0 } else { work.abs() / all });
         }
         let name = symmetry.name();
         report.push(
@@ -161,24 +162,20 @@ fn momenta(subject: &Subject<'_>, symmetries: &[Symmetry], legs: &[OwnedLeg<f64>
             Bar::AtMost(ROUNDING),
             Ok(missed),
         );
-        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-        for leg in legs {
-            let momentum = geometry::momentum_along(subject.kernel, subject.h, leg.any(), &generator);
-            (least, most) = (least.min(momentum), larger(most, momentum));
-        }
-        let size = least.abs().max(most.abs());
+        let momenta = legs.iter().map(|leg| {
+            let arriving = geometry::arriving_momentum(subject.kernel, subject.h, leg.any());
+            let along = generator(&leg.q);
+            let momentum = arriving.iter().zip(&along).map(|(p, along)| p * along).sum();
+            [momentum, terms(subject.kernel, &arriving, &along)]
+        });
         report.push(
-            format!("{name}: variation of J along the motion, relative to the largest"),
+            format!("{name}: variation of J along the motion, relative to its terms"),
             if works <= NO_WORK {
                 Bar::AtMost(DRIFT)
             } else {
                 Bar::Reported
             },
-            Ok(if most > least || most.is_nan() {
-                (most - least) / size
-            } else {
-                0.0
-            }),
+            Ok(relative_variation(momenta)),
         );
     }
 }

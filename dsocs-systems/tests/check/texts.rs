@@ -107,3 +107,21 @@ fn what_hovers_is_as_regular_as_what_flies() {
     });
     assert!(is_refused);
 }
+
+#[test]
+fn a_momentum_is_measured_with_all_axes_of_its_rotation() {
+    let nut = read(NUT);
+    // one component is 1e-4 and less of the others
+    for (v0, until) in [([0.0, 0.001, 5.0, 0.002], 40.0), ([0.0, 1e-8, 0.0, 3.0], 20.0)] {
+        let findings = findings(&nut, Some(&v0), Some(until));
+        let momenta: Vec<&Finding> = findings
+            .iter()
+            .filter(|finding| finding.what.contains("variation of J"))
+            .collect();
+        assert_eq!(momenta.len(), 3);
+        for momentum in momenta {
+            assert!(momentum.holds() && momentum.figure < 1e-13, "{momentum:?}");
+            assert!(momentum.bar != Bar::Reported, "{momentum:?}");
+        }
+    }
+}
