@@ -77,28 +77,25 @@ pub type Errors = [Vec<Vec<f64>>; 4];
 
 /// The order on the system's own motion.
 pub fn order(subject: &Subject<'_>, report: &mut Report) {
-    with_finer_steps(subject, report, fit);
+    with_finer_steps(subject.h, subject.excuse().is_some(), report, &|parts, report| {
+        fit(subject, parts, report);
+    });
 }
 
-/// Measures with the subject's step and, where a bar is missed on a motion without jumps, with parts of it: errors fall as a power of the step only where
+/// Measures with a step and, where a bar is missed on a motion without jumps, with parts of it: errors fall as a power of the step only where
 /// it is short enough. What misses its bar with all of them is told as it was first.
-pub fn with_finer_steps(
-    subject: &Subject<'_>,
-    report: &mut Report,
-    measure: fn(&Subject<'_>, u32, &mut Report),
-) {
+pub fn with_finer_steps(h: f64, is_excused: bool, report: &mut Report, measure: &dyn Fn(u32, &mut Report)) {
     let attempt = |parts: u32| {
         let mut attempt = Report {
             check: report.check,
             findings: Vec::new(),
         };
-        measure(subject, parts, &mut attempt);
+        measure(parts, &mut attempt);
         attempt
     };
     let first = attempt(1);
     let holds = |attempt: &Report| attempt.findings.iter().all(Finding::holds);
-    let is_open =
-        subject.excuse().is_some() || first.findings.iter().any(|finding| finding.failure.is_some());
+    let is_open = is_excused || first.findings.iter().any(|finding| finding.failure.is_some());
     let finer = if holds(&first) || is_open {
         None
     } else {
@@ -106,7 +103,7 @@ pub fn with_finer_steps(
             let mut finer = attempt(parts);
             finer.note(&format!(
                 "fitted from h = {:.1e} on: with larger steps the errors do not fall as a power of the step yet",
-                subject.h.abs() / f64::from(parts)
+                h.abs() / f64::from(parts)
             ));
             holds(&finer).then_some(finer)
         })
@@ -394,19 +391,20 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
                 } else {
                     constraint_multipliers(system, h, node)
                 },
-            // the roundings of the forces add up to a motion of their own
-            let moves = roundings(system, h, node);
-            let steps = ((node.leg.t - subject.start.t) / h).abs();
             ];
             // a force is a difference of momenta, over a step
             let momenta = legendre_plus(system, h, node.leg.any());
+            // the roundings of the forces add up to a motion of their own
+            let moves = roundings(system, h, node);
+            let steps = ((node.leg.t - subject.start.t) / h).abs();
             for (k, (values, truth)) in values.iter().zip(truth).enumerate() {
                 if values.is_empty() {
                     continue;
+                }
+                let moved = |i: usize| ROUNDINGS * moves.get(i).copied().unwrap_or(0.0);
+                let rounding = |i: usize| match k {
                     0 => moved(i) * steps * steps / 2.0,
                     1 => moved(i) * steps / h.abs(),
-                }
-                let rounding = |i: usize| match k {
                     2 => ROUNDINGS * f64::EPSILON * momenta.get(i).map_or(0.0, |momentum| momentum.abs()),
                     _ => 0.0,
                 };

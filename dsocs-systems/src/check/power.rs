@@ -43,7 +43,9 @@ pub fn balance(subject: &Subject<'_>, report: &mut Report) {
         Bar::AtMost(IDENTITY),
         identity,
     );
-    with_finer_steps(subject, report, discrete);
+    with_finer_steps(subject.h, subject.excuse().is_some(), report, &|parts, report| {
+        discrete(subject, parts, report);
+    });
 }
 
 /// The order of the discrete balance, with parts of the subject's step.

@@ -5,6 +5,7 @@ use dsocs_core::{AnyPoint, AnyStart, Declaration, Kernel, OwnedLeg, Tolerance};
 
 use super::contact::contact;
 use super::momentum::{relative_variation, terms};
+use super::order::with_finer_steps;
 use super::probe::{First, Passed, State, certified, less, passed_nodes};
 use super::third::{certificates, push_slope};
 use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, flow, larger, probe, reached};
@@ -87,7 +88,9 @@ pub fn check_to(
     let (nodes, regularity, hard) = certified(kernel, subject.h, &subject.begins(), subject.until)?;
     let walked = probe::legs(kernel, subject.h, (&subject.start, subject.first), subject.until)?;
     let held = walked.held.iter().filter(|held| **held).count();
-    let mut found = Found::new(excuse(hard, held, nodes.len().saturating_sub(1)));
+    let excuse = excuse(hard, held, nodes.len().saturating_sub(1));
+    let is_excused = excuse.is_some();
+    let mut found = Found::new(excuse);
     found.of("window", |report| window(&subject, &nodes, report));
     found.of("regularity", |report| {
         certificates(["D₃", "D₁"], &regularity, report);
@@ -96,16 +99,24 @@ pub fn check_to(
     found.of("momentum law", |report| {
         momenta(&subject, symmetries, &walked.legs, report);
     });
-    found.of("power balance", |report| balance(&subject, report));
+    found.of("power balance", |report| {
+        with_finer_steps(subject.h, is_excused, report, &|parts, report| {
+            balance(&subject, parts, report);
+        });
+    });
     let whole = super::Subject::new(system, symmetries, subject.expected, settings, own)?;
+    found.of("reversibility", |report| flow::step_back(&whole, report));
     found.of("contact", |report| contact(&whole, report));
-    found.of("order", |report| order(&subject, report));
+    found.of("order", |report| {
+        with_finer_steps(subject.h, is_excused, report, &|parts, report| {
+            order(&subject, parts, report);
+        });
+    });
     Ok(found.findings)
 }
 
 /// How far the motion goes.
 fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
-    found.of("reversibility", |report| flow::step_back(&whole, report));
     let left_out = "beside a rotation what needs forms on pairs of nodes (the identities, the symplectic law) is not looked at, so far";
     reached(
         [subject.start.t, subject.until, subject.h],
@@ -237,11 +248,11 @@ fn reduced(kernel: &dyn Kernel) -> Vec<Symmetry> {
     all
 }
 
-/// The energy at nodes against the sum of the power of the forces: the order of what is missed.
-fn balance(subject: &Subject<'_>, report: &mut Report) {
+/// The energy at nodes against the sum of the power of the forces: the order of what is missed, with parts of the subject's step.
+fn balance(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     let measured: Measured<Vec<[f64; 2]>> = (0..HALVINGS)
         .map(|halving| {
-            let h = subject.h / f64::from(1_u32 << halving);
+            let h = subject.h / f64::from(parts << halving);
             Ok([h.abs(), missed_power(subject, h)?])
         })
         .collect();
@@ -283,14 +294,16 @@ fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
 /// half of it.
 fn order(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     let bar = Bar::AtLeast(subject.expected.order - APART);
+    let part = |halving: usize| f64::from(parts << halving);
     let runs: Measured<Vec<Vec<Passed>>> = (0..=HALVINGS)
         .map(|halving| {
-            let h = subject.h / f64::from(1_u32 << halving);
             let times = (subject.start.t, subject.until);
+            let h = subject.h / part(halving);
             passed_nodes(subject.kernel, h, &subject.begins(), times, false)
         })
         .collect();
-    let known = continuous(subject);
+    let largest = subject.h / part(0);
+    let known = continuous(subject, largest);
     let what = match known {
         Ok(_) => "slope of the errors of position",
         Err(_) => "slope of the changes of position from step to step",
@@ -303,7 +316,7 @@ fn order(subject: &Subject<'_>, parts: u32, report: &mut Report) {
                 Ok(known) => distance((&pair[0], parts), (known, 1)),
                 Err(_) => distance((&pair[0], parts), (&pair[1], 2 * parts)),
             };
-            [(subject.h / parts as f64).abs(), apart]
+            [(largest / parts as f64).abs(), apart]
         });
         pairs.collect()
     });
@@ -320,12 +333,12 @@ fn distance((one, by): (&[Passed], usize), (other, by_other): (&[Passed], usize)
     apart.fold(0.0, |most, apart| larger(most, apart.abs()))
 }
 
-/// The continuous motion at the nodes of the largest step.
-fn continuous(subject: &Subject<'_>) -> Measured<Vec<Passed>> {
+/// The continuous motion at the nodes of a step.
+fn continuous(subject: &Subject<'_>, h: f64) -> Measured<Vec<Passed>> {
     let beginning = subject.start.beginning(subject.first);
     let mut run = subject
         .system
-        .continuous(&beginning, Tolerance::relative(TOLERANCE), Some(subject.h))?;
+        .continuous(&beginning, Tolerance::relative(TOLERANCE), Some(h))?;
     let mut nodes = Vec::new();
     run.walk_to(subject.until, &mut |run| {
         nodes.push(probe::passed(run));

@@ -125,3 +125,16 @@ fn a_momentum_is_measured_with_all_axes_of_its_rotation() {
         }
     }
 }
+
+#[test]
+fn the_order_of_a_rough_spin_is_fitted_where_errors_fall_as_a_power() {
+    let nut = read(NUT);
+    for (v0, until) in [([0.0, 30.0, 40.0, 50.0], 2.0), ([0.0, 60.0, 80.0, 10.0], 0.5)] {
+        let findings = findings(&nut, Some(&v0), Some(until));
+        assert_eq!(missed(&findings), []);
+        let order = findings.iter().rfind(|finding| finding.check == "order").unwrap();
+        let note = order.note.as_deref().unwrap_or_default();
+        assert!(note.contains("fitted from h = 5.0e-3"), "{order:?}");
+        assert!(order.figure > 1.9 && order.figure < 2.1, "{order:?}");
+    }
+}
