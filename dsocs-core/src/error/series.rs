@@ -19,6 +19,10 @@ const UNHELD: &str = "No values between the two sides are found that hold it the
     of sides lead there, or where the factor of a constraint vanishes at rest. Let the run end before; or replace the jump by a steep smooth function, such as \
     `(v / 0.001).tanh()` for `v.signum()`; or take steps of a fixed length, which pass such a place with an error of the first order";
 
+/// What is to be done where something jumps from both sides, and no expansion shows what.
+const UNSEEN: &str = "It may be a quotient by a norm that vanishes there, as that of friction along `slip / slip.norm()`, which has no value where the slip ends, \
+    or a function of your own. Let the run end before; or replace it by a smooth one, such as `slip / (slip.norm_squared() + 1e-6).sqrt()`";
+
 /// Why a run by Taylor series failed.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -49,6 +53,14 @@ pub enum SeriesFailure {
     Stalls {
         /// How many steps in a row were looked at.
         steps: u64,
+        /// How far they led.
+        led: f64,
+    },
+    /// The motion goes back and forth about a place where the acceleration jumps, and no expansion shows what jumps.
+    #[error("{steps} steps, which led {led:e} further, ended with another acceleration than their series")]
+    BackAndForth {
+        /// How many steps ended so.
+        steps: u32,
         /// How far they led.
         led: f64,
     },
@@ -214,6 +226,12 @@ impl fmt::Display for SeriesError {
             (SeriesFailure::Stalls { steps, led }, _) => write!(
                 f,
                 "the motion gets no further than t = {t}: the last {steps} steps led {led:.1e} s on: {singular}"
+            ),
+            (SeriesFailure::BackAndForth { steps, led }, _) => write!(
+                f,
+                "the motion goes back and forth at t = {t}, ({}) = {q:?}, with the velocity {v:?}: {steps} steps, which led {led:.1e} s on, ended \
+                 with another acceleration than their series tell, however short they were. Something jumps there from both sides. {UNSEEN}",
+                coordinates.join(", ")
             ),
             (SeriesFailure::TooManySteps { steps, last, mean }, _) if *last < COLLAPSED * mean => write!(
                 f,

@@ -60,7 +60,10 @@ pub fn reduced(system: &dyn Kernel) -> Vec<usize> {
 /// frame of its body.
 #[must_use]
 pub fn arriving_momentum(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
-    arriving(system, h, leg).iter().map(|momentum| h * momentum).collect()
+    arriving(system, h, leg)
+        .iter()
+        .map(|momentum| h * momentum)
+        .collect()
 }
 
 /// The momentum `h ⟨D₂L_d + f⁺_d, ξ⟩` with which a leg of the step `h` arrives at its second node, along a field there.

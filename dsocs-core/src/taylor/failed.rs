@@ -2,6 +2,7 @@
 
 use super::integrator::{Integrator, LOOK_EVERY};
 use super::recurrences::SeriesKernel;
+use super::rounding;
 use crate::error::series::{FailedSeries, SeriesError, SeriesFailure};
 use crate::number::point::AnyPoint;
 use crate::regularity::{deficiency, undefined};
@@ -12,7 +13,43 @@ use crate::step::singular;
 /// It does not where so many steps lead no further than this part of the way so far.
 const STALLED: f64 = 1e-9;
 
+/// A step ends with another acceleration than its series tells if they differ by this part of it, and after so many of these, each of which is shorter
+/// than its series allows, the motion goes back and forth about a place where the acceleration jumps.
+const TORN: f64 = 0.5;
+const BACK_AND_FORTH: u32 = 16;
+
 impl Integrator {
+    /// Counts the step that has been tried, if its acceleration at the end is not that of its series though longer ones were tried before, and that is no
+    /// rounding; and takes one that is good at once from the count. No series shows what jumps there, as a quotient by a norm does that passes zero.
+    #[cold]
+    pub(super) fn count_torn(
+        &mut self,
+        equations: &dyn SeriesKernel,
+        ([acceleration, defect], size): ([f64; 2], f64),
+        tries: u32,
+    ) {
+        if tries == 0 {
+            // what is passed once, as a jump of a function of the user's, is forgotten
+            self.torn.0 = self.torn.0.saturating_sub(1);
+        } else if defect >= TORN * acceleration
+            && !self.is_rounding(equations, (defect, size), tries.max(rounding::TRIES))
+        {
+            if self.torn.0 == 0 {
+                self.torn.1 = self.t.hi[0];
+            }
+            self.torn.0 += 1;
+        }
+    }
+
+    /// Why the motion is not to go on, where it goes back and forth about a place.
+    pub(super) fn goes_back_and_forth(&self) -> Option<SeriesFailure> {
+        let (steps, since) = self.torn;
+        (steps >= BACK_AND_FORTH).then(|| SeriesFailure::BackAndForth {
+            steps,
+            led: (self.t.hi[0] - since).abs(),
+        })
+    }
+
     /// Why the motion is not to go on, where it makes steps and gets no further, or has made as many as it may.
     #[cold]
     pub(super) fn has_stalled(&mut self) -> Option<SeriesFailure> {
@@ -52,6 +89,14 @@ impl Integrator {
             let zero = vec![0.0; q.len()];
             let a = if a.iter().all(|a| a.is_finite()) { a } else { &zero };
             deficiency::near_point(&equations.declaration(), AnyPoint { t, q, v, a })
+        };
+        // what jumps may be what the equations hardly determine
+        let cause = match cause {
+            SeriesFailure::BackAndForth { steps, led } if open().is_some() => SeriesFailure::Stalls {
+                steps: steps.into(),
+                led,
+            },
+            cause => cause,
         };
         SeriesError::new(FailedSeries {
             step: self.steps,

@@ -55,6 +55,7 @@ impl Run for AnyTaylorFlow<'_> {
     /// rounding.
     fn reverse(&mut self) -> Result<(), RunError> {
         self.motion.arrived = None;
+        self.motion.torn.0 = 0;
         self.motion.clock.turn();
         // at a knot or a switch the motion back is that of the other piece
         if !self.motion.knots.is_empty() || self.motion.watch.is_some() {

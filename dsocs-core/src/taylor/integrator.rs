@@ -87,6 +87,8 @@ pub(crate) struct Integrator {
     pub(super) began: f64,
     /// How many steps there were when it was last asked whether the motion gets on, and the time then.
     pub(super) looked: (u64, f64),
+    /// How many more steps ended with another acceleration than their series tell than were good at once, and the time before them.
+    pub(super) torn: (u32, f64),
     /// How often the motion was expanded on the way to it.
     pub(super) expansions: u32,
     /// Position, velocity and acceleration at the current node, where nodes lie on a grid.
@@ -159,6 +161,7 @@ impl Integrator {
             corner: None,
             began: t0,
             looked: (0, t0),
+            torn: (0, t0),
             expansions: 0,
             on_grid: None,
             shown: t0,
@@ -186,6 +189,7 @@ impl Integrator {
         self.jump = None;
         self.known = None;
         self.corner = None;
+        self.torn.0 = 0;
         if self.watch.is_some() {
             watch::each(equations, |_, _, switch| {
                 switch.set(0.0);
@@ -332,6 +336,9 @@ impl Integrator {
             let cause = SeriesFailure::Sticks { switch, is_declared };
             return Err(self.failed(equations, cause).into());
         }
+        if let Some(cause) = self.goes_back_and_forth() {
+            return Err(self.failed(equations, cause).into());
+        }
         if let Some((switch, by)) = self.jump.clone() {
             return Err(self.failed(equations, SeriesFailure::Jumps { switch, by }).into());
         }
@@ -455,6 +462,9 @@ impl Integrator {
                         continue;
                     }
                     Some(Past::End(outcome)) => return self.back(outcome),
+                }
+                if trial.tries > 0 || self.torn.0 > 0 {
+                    self.count_torn(equations, (end, size), trial.tries);
                 }
                 let tau = if wanted < 1e100 { wanted } else { size };
                 let made = Made {

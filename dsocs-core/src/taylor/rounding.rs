@@ -12,7 +12,10 @@ const ROUNDINGS: f64 = 8.0;
 
 /// It is not asked where, in the time of the step, it moves the position by more than so many roundings, unless so many shorter steps have been tried.
 const MOST: f64 = 1e6;
-const TRIES: u32 = 2;
+pub(super) const TRIES: u32 = 2;
+
+/// A step at whose end the velocity is so many times what its beginning tells leads elsewhere: what rounding makes of the acceleration there says nothing of it.
+const GROWS: f64 = 2.0;
 
 /// By how many roundings time, position and velocity are moved.
 const BESIDE: [[f64; 3]; 3] = [[1.0, 1.0, -1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]];
@@ -29,8 +32,10 @@ impl Integrator {
     ) -> bool {
         let control = &self.control;
         let moved = defect * size * size;
-        let is_small = moved <= MOST * f64::EPSILON * control.size(self.tried.q());
-        if defect.is_nan() || !(is_small || tries >= TRIES) {
+        let is_small = moved <= MOST * f64::EPSILON * control.size(self.now.q());
+        let pace = control.size(self.now.v()) + control.size(self.series.velocity_of(1)) * size;
+        let leads_on = control.size(self.tried.v()) <= GROWS * pace;
+        if defect.is_nan() || !(is_small || tries >= TRIES) || !leads_on {
             return false;
         }
         let declaration = equations.declaration();

@@ -2,7 +2,7 @@
 
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::Text;
-use dsocs_core::{AnyFlow, AnyStart, OwnedNode, Run, Tolerance, Unresolved};
+use dsocs_core::{AnyFlow, AnyStart, OwnedNode, Run, RunError, SeriesFailure, Tolerance, Unresolved};
 
 use crate::dop853;
 use crate::rotations::{Vector, cross, dot, joined, matrix, part, plus, rate, times, unit};
@@ -251,4 +251,55 @@ fn what_is_held_beside_a_rotation_leaves_it_as_it_is() {
         (found[0][4] - 1.0 / 0.6).abs() < 1e-14 && found[1][4].abs() < 1e-15,
         "{found:?}"
     );
+}
+
+/// A ball that slides until it rolls, with a friction along the slip: the force has no value where the slip ends, and the motion that goes on is none of either side.
+#[test]
+fn a_friction_along_a_slip_ends_the_motion_where_the_slip_ends() {
+    let text = Text::parse(
+        "ball",
+        "parameters { mass = 1.0, radius = 0.1, inertia = 0.004, mu = 0.2, gravity = 9.81 }
+        coordinates(r: rotation, x: [2]);
+        let o = r * r.angular_velocity();
+        lagrangian = inertia * o.norm_squared() / 2 + mass * dot(x).norm_squared() / 2;
+        let slip = dot(x) + radius * [-o[1], o[0]];
+        let f = -mu * mass * gravity * slip / slip.norm();
+        external_forces = (r.inverse() * [radius * f[1], -radius * f[0], 0], f);",
+    )
+    .unwrap();
+    let (q0, v0) = ([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 5.0, 0.0, 2.0, 1.0]);
+    // the slip (1.5, 1) falls by μ g (1 + m ρ²/J) in a second
+    let ends = 1.5_f64.hypot(1.0) / (0.2 * 9.81 * 3.5);
+    for tolerance in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-14] {
+        let start = AnyStart::second_order(&q0, &v0);
+        let mut flow = AnyTaylorFlow::of_tape(&text.system, &start, Tolerance::relative(tolerance)).unwrap();
+        let run: &mut dyn Run = &mut flow;
+        let mut steps = 0;
+        let error = loop {
+            match run.advance() {
+                Ok(_) => steps += 1,
+                Err(error) => break error,
+            }
+            assert!(steps < 200, "{tolerance:e}");
+        };
+        let RunError::Series(error) = error else {
+            panic!("{tolerance:e}: {error}");
+        };
+        let failed = error.details();
+        assert!(
+            matches!(failed.cause, SeriesFailure::BackAndForth { .. }),
+            "{tolerance:e}: {error}"
+        );
+        assert!(
+            (failed.time - ends).abs() < 2e3 * tolerance.max(1e-13),
+            "{tolerance:e}: {} {ends}",
+            failed.time
+        );
+        // the state is that where the slip ends
+        let norm: f64 = failed.q[..4].iter().map(|x| x * x).sum();
+        assert!(
+            (norm - 1.0).abs() < 1e-9 && failed.v[2] < 17.0,
+            "{tolerance:e}: {error}"
+        );
+    }
 }
