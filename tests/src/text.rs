@@ -135,39 +135,61 @@ static FOUND: LazyLock<Mutex<Found>> = LazyLock::new(Mutex::default);
 ///
 /// If the declaration has mistakes: it says which.
 pub fn read<D: Declared>(declared: &D) -> &'static TapeKernel {
-    let values = declared.values();
-    let mut text = String::new();
-    if !D::PARAMETERS.is_empty() {
-        text.push_str("parameters {");
-        for (name, lengths) in D::PARAMETERS {
-            let lengths = lengths.iter().rev();
-            let zeros = lengths.fold("0".to_owned(), |zeros, length| format!("[{zeros}; {length}]"));
-            // writing to a string does not fail
-            let _ = write!(text, " {name} = {zeros},");
-        }
-        text.push_str(" }\n");
-    }
-    text.push_str(D::STATEMENTS);
-    let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
-    let plain: &TapeKernel =
-        found
-            .entry((text.clone(), Vec::new()))
-            .or_insert_with(|| match Text::parse(D::NAME, &text) {
-                Ok(text) => Box::leak(Box::new(text.system)),
-                Err(error) => panic!("{error}"),
-            });
-    let bits = values.iter().map(|value| value.to_bits()).collect();
-    found.entry((text, bits)).or_insert_with(|| {
-        let mut system = plain.clone();
-        for (place, &value) in values.iter().enumerate() {
-            if let Some(parameter) = system.parameter_mut(place) {
-                *parameter = value;
-            }
-        }
+    let written = Written {
+        name: D::NAME,
+        parameters: D::PARAMETERS,
+        statements: D::STATEMENTS,
+        values: declared.values(),
+    };
+    written.read(&|_system| {
         #[cfg(feature = "compiled")]
-        declared.is_the_compiled_one(&system);
-        Box::leak(Box::new(system))
+        declared.is_the_compiled_one(_system);
     })
+}
+
+/// A declaration without its type: so it is read by code that is compiled once.
+struct Written {
+    name: &'static str,
+    parameters: &'static [(&'static str, &'static [usize])],
+    statements: &'static str,
+    values: Vec<f64>,
+}
+
+impl Written {
+    /// The system, handed to `first` if nobody has asked for it with these values before.
+    fn read(&self, first: &dyn Fn(&TapeKernel)) -> &'static TapeKernel {
+        let mut text = String::new();
+        if !self.parameters.is_empty() {
+            text.push_str("parameters {");
+            for (name, lengths) in self.parameters {
+                let lengths = lengths.iter().rev();
+                let zeros = lengths.fold("0".to_owned(), |zeros, length| format!("[{zeros}; {length}]"));
+                // writing to a string does not fail
+                let _ = write!(text, " {name} = {zeros},");
+            }
+            text.push_str(" }\n");
+        }
+        text.push_str(self.statements);
+        let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
+        let plain: &TapeKernel =
+            found
+                .entry((text.clone(), Vec::new()))
+                .or_insert_with(|| match Text::parse(self.name, &text) {
+                    Ok(text) => Box::leak(Box::new(text.system)),
+                    Err(error) => panic!("{error}"),
+                });
+        let bits = self.values.iter().map(|value| value.to_bits()).collect();
+        found.entry((text, bits)).or_insert_with(|| {
+            let mut system = plain.clone();
+            for (place, &value) in self.values.iter().enumerate() {
+                if let Some(parameter) = system.parameter_mut(place) {
+                    *parameter = value;
+                }
+            }
+            first(&system);
+            Box::leak(Box::new(system))
+        })
+    }
 }
 
 /// A system with `N` coordinates, read or compiled.

@@ -3,14 +3,12 @@
 #![allow(clippy::float_cmp)] // orders are compared as they are given
 
 #[allow(dead_code)] // the paper's systems are written by hand for other tests
-use dsocs_core::taylor::{TaylorFlow, Tolerance};
-use dsocs_core::{
-    ComposedFlow, Composition, Flow, RunError, SetupError, StageFailure, Start, Stepper, Symmetry, System,
-    dsocs,
-};
+use dsocs_core::taylor::Tolerance;
+use dsocs_core::{Composition, Kernel, RunError, SetupError, StageFailure, Start, Stepper, Symmetry};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
-use dsocs_tests::fit;
+use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow, read};
+use dsocs_tests::{declared, fit};
 
 use crate::dop853;
 use crate::systems::{maps, mass};
@@ -155,12 +153,13 @@ fn there_and_back<S: System<2>>(
         flow.advance().unwrap();
     }
     flow.reverse().unwrap();
-    assert_eq!(flow.h(), -h);
+    assert_eq!(flow.clock().step(), Some(-h));
     for _ in 0..steps {
         flow.advance().unwrap();
     }
-    assert!(flow.time().abs() < 1e-12);
-    let back = distance(flow.position(), start.0).max(distance(flow.velocity(), start.1));
+    let last = flow.node();
+    assert!(last.t.abs() < 1e-12);
+    let back = distance(last.q, start.0).max(distance(last.v, start.1));
     println!("{method}: {steps} steps of {h} there and back: {back:.1e}");
     back
 }
@@ -254,90 +253,94 @@ fn kept(steps: u32) {
     }
 }
 
-/// A particle on a line, damped.
-#[dsocs {
+declared! {
+    /// A particle on a line, damped.
+    struct Damped {
+        damping: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + damping * dot(x) + x;
     constraint_forces = [(1,)];
-}]
-struct Damped {
-    damping: f64,
 }
 
-/// A particle on a line whose energy falls by friction: a switch of the width `small`.
-#[dsocs {
+declared! {
+    /// A particle on a line whose energy falls by friction: a switch of the width `small`.
+    struct Friction {
+        friction: f64,
+        small: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     let energy = (dot(x).powi(2) + x.powi(2)) / 2;
     kinematic = dot(energy) + friction * dot(x) * (dot(x) / small).tanh();
     constraint_forces = [(1,)];
     branch = divide(dot(x));
-}]
-struct Friction {
-    friction: f64,
-    small: f64,
 }
 
-/// A potential that depends on the velocity: a charge in a magnetic field, with a gauge that depends on the position.
-#[dsocs {
+declared! {
+    /// A potential that depends on the velocity: a charge in a magnetic field, with a gauge that depends on the position.
+    struct Charge {
+        field: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + field / 2 * (x * dot(y) - y * dot(x));
     phi_lagrangian = paper;
-}]
-struct Charge {
-    field: f64,
 }
 
-/// A spring with the midpoint rule.
-#[dsocs {
+declared! {
+    /// A spring with the midpoint rule.
+    struct Midpoint {
+        stiffness: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - stiffness / 2 * x.powi(2);
     phi_lagrangian = |q0, q1| ((q0 + q1) / 2, (q1 - q0) / h);
-}]
-struct Midpoint {
-    stiffness: f64,
 }
 
-/// The paper's maps, written out.
-#[dsocs {
+declared! {
+    /// The paper's maps, written out.
+    struct Written {
+        stiffness: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - stiffness / 2 * x.powi(2);
     kinematic = ddot(x) + x.sin() * dot(x);
     constraint_forces = [(1,)];
     phi_lagrangian = |q0, q1| (q0, (q1 - q0) / h);
     phi_kinematic = |q0, q1, q2| (q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2));
-}]
-struct Written {
-    stiffness: f64,
 }
 
-/// A velocity from one side.
-#[dsocs {
+declared! {
+    /// A velocity from one side.
+    struct OneSided {}
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + dot(x);
     constraint_forces = [(1,)];
     phi_kinematic = |q0, q1, q2| (q1, (q1 - q0) / h, (q2 - 2 * q1 + q0) / h.powi(2));
-}]
-struct OneSided {}
+}
 
 #[test]
 fn the_attribute_finds_out_what_can_be_composed() {
+    let of = |system: &dyn Kernel| system.shape().symmetry;
+    let (ratio, gravity, curvature) = (1.0, 9.81, 1.0);
+    let double = mass::DoublePendulum { ratio, gravity };
+    let constrained = mass::Constrained { ratio, gravity };
     for (found, expected) in [
-        (CurvedParticle::<Wavy>::SYMMETRY, Symmetry::AnyLegs),
-        (InertiaWheelPendulum::SYMMETRY, Symmetry::AnyLegs),
-        (Damped::SYMMETRY, Symmetry::AnyLegs),
-        (Written::SYMMETRY, Symmetry::AnyLegs),
-        (PlanarChain8::SYMMETRY, Symmetry::Momenta),
-        (Midpoint::SYMMETRY, Symmetry::Momenta),
-        (mass::DoublePendulum::SYMMETRY, Symmetry::Momenta),
-        (mass::Constrained::SYMMETRY, Symmetry::Momenta),
-        (Charge::SYMMETRY, Symmetry::Momenta),
-        (OneSided::SYMMETRY, Symmetry::KinematicMap),
-        (maps::Weighted::SYMMETRY, Symmetry::LagrangianMap),
-        (maps::Forward::SYMMETRY, Symmetry::KinematicMap),
-        (maps::Mixed::SYMMETRY, Symmetry::VariationalMap),
+        (of(&field()), Symmetry::AnyLegs),
+        (of(&InertiaWheelPendulum::default()), Symmetry::AnyLegs),
+        (of(read(&Damped { damping: 1.0 })), Symmetry::AnyLegs),
+        (of(read(&Written { stiffness: 1.0 })), Symmetry::AnyLegs),
+        (of(&PlanarChain8::default()), Symmetry::Momenta),
+        (of(read(&Midpoint { stiffness: 1.0 })), Symmetry::Momenta),
+        (of(&double), Symmetry::Momenta),
+        (of(&constrained), Symmetry::Momenta),
+        (of(read(&Charge { field: 1.0 })), Symmetry::Momenta),
+        (of(read(&OneSided {})), Symmetry::KinematicMap),
+        (of(&maps::Weighted { weight: 0.25 }), Symmetry::LagrangianMap),
+        (of(&maps::Forward { curvature }), Symmetry::KinematicMap),
+        (of(&maps::Mixed { curvature }), Symmetry::VariationalMap),
     ] {
         assert_eq!(found, expected);
     }
@@ -371,7 +374,7 @@ fn run(system: &impl System<1>, method: Composition, h: f64, until: f64) -> Resu
             let RunError::Stage(error) = &failure.error else {
                 panic!("{failure}")
             };
-            assert_eq!(flow.index() + 1, failure.trajectory.len() as u64);
+            assert_eq!(flow.clock().index() + 1, failure.trajectory.len() as u64);
             let text = error.to_string();
             assert!(
                 text.contains("back in time") && text.contains("order 2"),

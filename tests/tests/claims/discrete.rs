@@ -3,9 +3,11 @@
 use dsocs_core::__private::Declaration;
 use dsocs_core::geometry::discrete_lagrangian;
 use dsocs_core::taylor::{TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Leg, Start, StepFailure, Stepper, System, dsocs};
+use dsocs_core::{Leg, Start, StepFailure, Stepper, System, dsocs};
 use dsocs_systems::InertiaWheelPendulum;
+use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
+use dsocs_tests::text::{self, Flow};
 
 /// A pendulum whose length depends on its angle: a mass matrix that depends on the position.
 macro_rules! varying {
@@ -87,7 +89,7 @@ fn expressions_on_legs_are_of_second_order_without_a_map() {
     assert!((order - 2.0).abs() < 0.07, "{order}");
 }
 
-fn run<S: System<N>, const N: usize>(
+fn run<S: text::System<N>, const N: usize>(
     system: &S,
     q0: [f64; N],
     q1: [f64; N],
@@ -115,29 +117,29 @@ fn a_name_a_formula_and_a_leg_are_the_same_map() {
     }
 }
 
-/// The harmonic oscillator with its exact discrete Lagrangian, the action along the motion between two nodes, by the step.
-#[dsocs {
+declared! {
+    /// The harmonic oscillator with its exact discrete Lagrangian, the action along the motion between two nodes, by the step.
+    struct Oscillator;
     coordinates(x);
     lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
     discrete_lagrangian = ((x[0].powi(2) + x[1].powi(2)) * h.cos() - 2 * x[0] * x[1]) / (2 * h * h.sin());
-}]
-struct Oscillator;
+}
 
-/// The same with the trapezoid, written out.
-#[dsocs {
+declared! {
+    /// The same with the trapezoid, written out.
+    struct WrittenOut;
     coordinates(x);
     lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
     discrete_lagrangian = ((x[1] - x[0]) / h).powi(2) / 2 - (x[0].powi(2) + x[1].powi(2)) / 4;
-}]
-struct WrittenOut;
+}
 
-/// The same by name.
-#[dsocs {
+declared! {
+    /// The same by name.
+    struct Named;
     coordinates(x);
     lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
     phi_lagrangian = trapezoid;
-}]
-struct Named;
+}
 
 #[test]
 fn the_exact_discrete_lagrangian_gives_the_motion_itself() {
@@ -155,7 +157,7 @@ fn the_exact_discrete_lagrangian_gives_the_motion_itself() {
             d: [f64::cos(h) - 1.0],
         };
         let action = -(2.0 * h).sin() / (4.0 * h);
-        assert!((discrete_lagrangian(&Oscillator, h, leg.any()) - action).abs() < 1e-12 / h);
+        assert!((discrete_lagrangian(text::read(&Oscillator), h, leg.any()) - action).abs() < 1e-12 / h);
     }
 }
 

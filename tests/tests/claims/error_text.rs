@@ -4,36 +4,37 @@ use std::error::Error;
 use std::fs;
 use std::path::Path;
 
-use dsocs_core::prelude::*;
-use dsocs_core::{Composition, Samples};
+use dsocs_core::{Composition, Inputs, Samples, Start, Stepper, Tolerance};
+use dsocs_tests::declared;
+use dsocs_tests::text::{ComposedFlow, Flow, TaylorFlow};
 
-/// A mass on a rod, with a push that may be no number.
-#[dsocs {
+declared! {
+    /// A mass on a rod, with a push that may be no number.
+    #[derive(Clone)]
+    struct Rod {
+        length: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
     holonomic = x.powi(2) + y.powi(2) - length.powi(2);
-}]
-#[derive(Clone)]
-struct Rod {
-    length: f64,
 }
 
-/// A mass that falls into a singularity.
-#[dsocs {
+declared! {
+    /// A mass that falls into a singularity.
+    struct Hole;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     external_forces = -1 / x.powi(2);
-}]
-struct Hole;
+}
 
-/// An oscillator, or a uniform motion: two roots at every step.
-#[dsocs {
+declared! {
+    /// An oscillator, or a uniform motion: two roots at every step.
+    struct Either;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = (dot(x) - 0.8) * (ddot(x) + x);
     constraint_forces = [(1,)];
-}]
-struct Either;
+}
 
 /// The error of a program that ends with it.
 fn of(main: impl FnOnce() -> Result<(), Box<dyn Error>>) -> Box<dyn Error> {

@@ -8,13 +8,13 @@ use dsocs_core::geometry::{
     legendre_minus, legendre_plus, momentum_equation, momentum_map, momentum_minus, momentum_plus,
     pair_displacements, rows_of_written, theta_minus, theta_plus,
 };
-use dsocs_core::{
-    AnyFlow, AnyLeg, AnyStart, Flow, Leg, Real, Regularity, SetupError, Start, Stepper, System, dsocs,
-};
+use dsocs_core::{AnyFlow, AnyLeg, AnyStart, Leg, Real, Regularity, SetupError, Start, Stepper, dsocs};
 use dsocs_systems::{
     Curvature, CurvedParticle, GravityTurn, InertiaWheelPendulum, MagneticParticle, PlanarChain2,
     SphericalPendulum, Wavy,
 };
+use dsocs_tests::declared;
+use dsocs_tests::text::{Flow, System, read};
 
 /// The triples of a motion's first steps.
 fn triples<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>, steps: usize) -> Vec<Triple> {
@@ -139,15 +139,15 @@ fn the_tangent_map_is_the_derivative_of_the_step() {
     tangent_is_the_derivative(&InertiaWheelPendulum::default(), 0.1, turning, 1e-6, 1e-8);
 }
 
-/// A curvature as `Wavy`, spelled out in the declaration.
-#[dsocs {
+declared! {
+    /// A curvature as `Wavy`, spelled out in the declaration.
+    struct Plain;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - (1 + x.sin() * y.cos() / 2);
     variational = [(dot(x), dot(y))];
-}]
-struct Plain;
+}
 
 /// Functions of users' are differentiated by differences of eighth order; those leave a few digits less than rounding.
 #[test]
@@ -164,7 +164,7 @@ fn functions_of_the_users_cost_two_digits_at_most() {
     let at = |tangent: Result<_, GeometryError>| -> dsocs_core::geometry::TangentMap { tangent.unwrap() };
     let (opaque, plain) = (
         DiscreteFlow::new(&wavy, 0.1).unwrap(),
-        DiscreteFlow::new(&Plain, 0.1).unwrap(),
+        DiscreteFlow::new(read(&Plain), 0.1).unwrap(),
     );
     let opaque = at(opaque.tangent(&opaque.forward(leg.any()).unwrap()));
     let plain = at(plain.tangent(&plain.forward(leg.any()).unwrap()));
@@ -192,12 +192,12 @@ fn hill<R: Real>(x: R, y: R) -> R {
 }]
 struct Opaque;
 
-#[dsocs {
+declared! {
+    struct Spelled;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - ((x * y).sin() + x * x);
     phi_lagrangian = |q0, q1| ((q0 + q1) / 2, (q1 - q0) / h);
-}]
-struct Spelled;
+}
 
 /// `D₁D₂L_d = −1/h² − H/4` with the potential's second derivatives `H` at the midpoint. Differences of differences of a user's
 /// function, over parts of a leg, leave eleven digits of it.
@@ -218,7 +218,7 @@ fn the_form_is_the_mixed_derivative() {
         [cos - x * y * sin, -x * x * sin],
     ];
     for (form, bar) in [
-        (discrete_form(&Spelled, h, leg.any()), 1e-15),
+        (discrete_form(read(&Spelled), h, leg.any()), 1e-15),
         (discrete_form(&Opaque, h, leg.any()), 1e-11),
     ] {
         for (i, row) in hessian.iter().enumerate() {
@@ -280,16 +280,16 @@ fn legendre_transforms_are_momenta() {
     assert!((plus[0] - wanted).abs() < 1e-14, "{} {wanted}", plus[0]);
 }
 
-/// The kinematic map of one side alone: the step with `−h` is another map.
-#[dsocs {
+declared! {
+    /// The kinematic map of one side alone: the step with `−h` is another map.
+    struct OneSided;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x * y;
     let squared = dot(x).powi(2) + dot(y).powi(2) + 0.5;
     kinematic = dot(x) * ddot(y) - ddot(x) * dot(y) - squared.powf(1.5) * x.cos();
     variational = [(dot(x) + y, dot(y))];
     phi_kinematic = |q0, q1, q2| (q2, (q2 - q1) / h, (q2 - 2 * q1 + q0) / h.powi(2));
-}]
-struct OneSided;
+}
 
 /// How far `F⁻¹∘F` and `F∘F⁻¹` are from the identity, in legs.
 fn inverted<S: System<N>, const N: usize>(system: &S, h: f64, leg: Leg<f64, N>, e: [f64; N]) -> f64 {
@@ -333,11 +333,11 @@ fn the_inverse_leads_back() {
         println!("{name}: {figure:.1e}");
         assert!(figure < 1e-14, "{name}: {figure:e}");
     }
-    let map = DiscreteFlow::new(&OneSided, 0.1).unwrap();
+    let map = DiscreteFlow::new(read(&OneSided), 0.1).unwrap();
     let triple = map.forward_near(leg.any(), &one_sided).unwrap();
     // the step with −h is not its inverse
     assert!(map.irreversibility(&triple).unwrap() > 1e-3);
-    let map = DiscreteFlow::new(&Spelled, 0.1).unwrap();
+    let map = DiscreteFlow::new(read(&Spelled), 0.1).unwrap();
     assert!(map.irreversibility(&map.forward(leg.any()).unwrap()).unwrap() < 1e-15);
 }
 
@@ -464,21 +464,21 @@ fn the_theorem_is_granted_along_the_papers_motions_and_not_at_rest() {
     assert!(!theorem.grants_flow(), "{theorem:?}");
 }
 
-/// A pendulum on a rod, in Cartesian coordinates.
-#[dsocs {
+declared! {
+    /// A pendulum on a rod, in Cartesian coordinates.
+    struct Rod;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
     holonomic = (x.powi(2) + y.powi(2) - 1) / 2;
-}]
-struct Rod;
+}
 
-/// The particle of Bates, Śniatycki and others, `ż = y ẋ`.
-#[dsocs {
+declared! {
+    /// The particle of Bates, Śniatycki and others, `ż = y ẋ`.
+    struct Nonholonomic;
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - y.powi(2) / 2;
     nonholonomic = dot(z) - y * dot(x);
-}]
-struct Nonholonomic;
+}
 
 /// The largest `dξ` along the pairs that are allowed, the largest defect of the law, and how many directions are allowed.
 fn allowed<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>) -> ([f64; 2], usize) {

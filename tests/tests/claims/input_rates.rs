@@ -1,7 +1,9 @@
 //! Inputs that a `dot(…)` of the declaration has passed over: their own rates would be missing, so they cannot change in a run.
 
-use dsocs_core::prelude::*;
+use dsocs_core::prelude::{Inputs, Node, RunError, Start, Stepper, Tolerance, dsocs};
 use dsocs_core::{Composition, DerivativeError, Ensemble, InputError, Path, Samples};
+use dsocs_tests::declared;
+use dsocs_tests::text::{ComposedFlow, Flow, TaylorFlow};
 
 use crate::dop853;
 
@@ -22,22 +24,22 @@ struct Crane {
     push: f64,
 }
 
-/// The length is a function of time.
-#[dsocs {
+declared! {
+    /// The length is a function of time.
+    #[derive(Clone)]
+    struct Winch {
+        cart: f64,
+        load: f64,
+        base: f64,
+        swing: f64,
+        rate: f64,
+        gravity: f64,
+    }
     coordinates(x, theta);
     let length = base + swing * (rate * t).sin();
     let across = x + length * theta.sin();
     let up = -length * theta.cos();
     lagrangian = cart / 2 * dot(x).powi(2) + load / 2 * (dot(across).powi(2) + dot(up).powi(2)) - load * gravity * up;
-}]
-#[derive(Clone)]
-struct Winch {
-    cart: f64,
-    load: f64,
-    base: f64,
-    swing: f64,
-    rate: f64,
-    gravity: f64,
 }
 
 /// The length is given by samples.
@@ -55,18 +57,18 @@ struct Sampled {
     gravity: f64,
 }
 
-/// A motor on `y` makes a function decrease.
-#[dsocs {
+declared! {
+    /// A motor on `y` makes a function decrease.
+    #[derive(Clone)]
+    struct Law {
+        stiffness: f64,
+        gain: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let lyapunov = (dot(x).powi(2) + dot(y).powi(2) + stiffness * (x.powi(2) + y.powi(2))) / 2;
     kinematic = dot(lyapunov) + gain * dot(y).powi(2);
     constraint_forces = [(0, 1)];
-}]
-#[derive(Clone)]
-struct Law {
-    stiffness: f64,
-    gain: f64,
 }
 
 const CRANE: Crane = Crane {

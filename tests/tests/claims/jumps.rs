@@ -3,9 +3,11 @@
 
 use dsocs_core::taylor::TaylorEnsemble;
 use dsocs_core::{
-    Flow, Jump, RunError, Samples, SeriesError, SeriesFailure, Start, Stepper, System, TaylorFlow, Tolerance,
+    Jump, RunError, Samples, SeriesError, SeriesFailure, Start, Stepper, System, TaylorFlow, Tolerance,
     Unresolved, dsocs,
 };
+use dsocs_tests::declared;
+use dsocs_tests::text::{self, Flow};
 
 /// A bead on a wire that is bent at the origin.
 #[dsocs {
@@ -49,14 +51,14 @@ struct Turned {
     slope: f64,
 }
 
-/// A blade whose direction has a corner there, which no velocity feels.
-#[dsocs {
+declared! {
+    /// A blade whose direction has a corner there, which no velocity feels.
+    struct Corner {
+        slope: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     nonholonomic = dot(y) - slope * x.abs() * dot(x);
-}]
-struct Corner {
-    slope: f64,
 }
 
 /// A mass that jumps with the place or with the time, and a potential that does.
@@ -109,12 +111,12 @@ struct Belt {
     speed: f64,
 }
 
-/// A spring that begins at the origin: only the derivative of its force jumps.
-#[dsocs {
+declared! {
+    /// A spring that begins at the origin: only the derivative of its force jumps.
+    struct Buffer {}
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 3 * x.max(0).powi(2) - y.powi(4) / 4;
-}]
-struct Buffer {}
+}
 
 /// Where the velocity of a motion would have to jump: the time, the velocity before, and why.
 fn jump<S: System<2> + Sync>(system: &S, start: [[f64; 2]; 2], tolerance: f64) -> (f64, [f64; 2], Jump) {
@@ -266,7 +268,7 @@ fn where_only_the_acceleration_jumps_the_motion_goes_on() {
     assert!((end.q[0] - (-0.5 + 1.25 + 1.5 - 0.25)).abs() < 1e-11, "{end:?}");
     let corner = Corner { slope: 0.5 };
     let start = Start::second_order([0.5, 0.0], [-1.0, -0.25]);
-    let mut flow = TaylorFlow::new(&corner, start, Tolerance::relative(1e-12)).unwrap();
+    let mut flow = text::TaylorFlow::new(&corner, start, Tolerance::relative(1e-12)).unwrap();
     let end = flow.to(1.5).unwrap();
     assert!(end.q[0] < -0.4 && (end.energy - 0.53125).abs() < 1e-11, "{end:?}");
 }
@@ -274,7 +276,7 @@ fn where_only_the_acceleration_jumps_the_motion_goes_on() {
 /// A discrete flow steps across a jump of the velocity, and counts the step.
 #[test]
 fn steps_across_a_jump_are_counted() {
-    fn counted<S: System<2>>(system: &S, [q, v]: [[f64; 2]; 2], h: f64) -> Option<Unresolved> {
+    fn counted<S: text::System<2>>(system: &S, [q, v]: [[f64; 2]; 2], h: f64) -> Option<Unresolved> {
         let mut flow = Flow::new(system, h, Start::second_order(q, v)).unwrap();
         flow.to(0.9).unwrap();
         flow.unresolved()

@@ -2,12 +2,14 @@
 //! a fit of their errors gives.
 
 use dsocs_core::geometry::constraint_force;
-use dsocs_core::taylor::{TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Node, Point, Real, Start, Stepper, System, dsocs};
+use dsocs_core::taylor::Tolerance;
+use dsocs_core::{Node, Point, Real, Start, Stepper};
 use dsocs_systems::{
     CartPole, Curvature, CurvedParticle, GravityTurn, MagneticParticle, PlanarChain2, SphericalPendulum,
 };
+use dsocs_tests::declared;
 use dsocs_tests::fit::{local_slopes, slope};
+use dsocs_tests::text::{Flow, System, TaylorFlow};
 
 use crate::dop853;
 
@@ -295,17 +297,17 @@ fn the_gravity_turn_is_its_exact_solution() {
     }
 }
 
-/// The same by the rule's name, solved with multipliers.
-#[dsocs {
+declared! {
+    /// The same by the rule's name, solved with multipliers.
+    struct ByName {
+        mass: f64,
+        gravity: f64,
+        acceleration: f64,
+    }
     coordinates(x, y);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - mass * gravity * y;
     kinematic = (dot(x) * ddot(x) + dot(y) * ddot(y)) / (dot(x).powi(2) + dot(y).powi(2)).sqrt() - acceleration;
     variational = chetaev;
-}]
-struct ByName {
-    mass: f64,
-    gravity: f64,
-    acceleration: f64,
 }
 
 #[test]

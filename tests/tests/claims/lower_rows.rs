@@ -2,9 +2,11 @@
 //! small part of what `g(q1)` is, `c(φ⁻¹(q1, q2))`, then `Q − Σ λ α(q1)` for any multipliers.
 
 use dsocs_core::__private::Declaration as Tape;
-use dsocs_core::{Leg, System, dsocs};
+use dsocs_core::Leg;
 use dsocs_systems::{Sleigh, Sphere};
+use dsocs_tests::declared;
 use dsocs_tests::independent::{self, Declaration, Number, map2};
+use dsocs_tests::text::System;
 use proptest::prelude::*;
 
 use crate::draws::{self, sized, vector};
@@ -54,7 +56,7 @@ fn compare<S: System<N>, P: Lower<N>, const N: usize>(system: &S, by_hand: &P) {
             q,
             core::array::from_fn(|i| q[i] + leg.d[i] + e[i]),
         ];
-        let declaration = Tape::of(system);
+        let declaration = Tape::of(system.kernel());
         let constraints = by_hand.constraints(h, nodes);
         // all different
         let multipliers: Vec<f64> = (1..=constraints.len()).map(|k| multiplier * k as f64).collect();
@@ -154,19 +156,19 @@ fn a_holonomic_row_stands_at_the_last_node() {
     compare(&sphere, &Ball(sphere));
 }
 
-/// A disk that rolls, with constraints along its heading and across it: no coefficient is nowhere zero.
-#[dsocs {
+declared! {
+    /// A disk that rolls, with constraints along its heading and across it: no coefficient is nowhere zero.
+    struct Disk {
+        mass: f64,
+        inertia: f64,
+        turning: f64,
+    }
     coordinates(x, y, theta, phi);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) + inertia / 2 * dot(theta).powi(2) + turning / 2 * dot(phi).powi(2);
     nonholonomic = [
         phi.cos() * dot(x) + phi.sin() * dot(y) - phi * dot(theta),
         phi.sin() * dot(x) - phi.cos() * dot(y) - x * dot(theta),
     ];
-}]
-struct Disk {
-    mass: f64,
-    inertia: f64,
-    turning: f64,
 }
 
 impl Declaration<4> for Disk {
@@ -207,8 +209,11 @@ fn several_nonholonomic_rows_have_their_own_forms() {
     compare(&disk(), &disk());
 }
 
-/// Constraints of all three orders in one declaration.
-#[dsocs {
+declared! {
+    /// Constraints of all three orders in one declaration.
+    struct Orders {
+        mass: f64,
+    }
     coordinates(x, y, z, w, u);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + (1 + x.powi(2)) * dot(z).powi(2)) + dot(w).powi(2) / 3 - 2 * y + x * w + dot(u).powi(2) - u * z;
     holonomic = x.powi(2) + y.powi(3) - 1;
@@ -216,9 +221,6 @@ fn several_nonholonomic_rows_have_their_own_forms() {
     kinematic = ddot(w) + 0.3 * dot(w) + w - x * ddot(y);
     constraint_forces = [(0, x, 0, y, 0)];
     phi_lagrangian = midpoint;
-}]
-struct Orders {
-    mass: f64,
 }
 
 struct ByHand(f64);

@@ -5,6 +5,8 @@ use std::ops::ControlFlow;
 
 use dsocs_core::{Flow, Leg, Real, Regularity, Start, Stepper, dsocs};
 use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum};
+use dsocs_tests::declared;
+use dsocs_tests::text::read;
 
 #[test]
 fn units_are_of_no_account() {
@@ -46,14 +48,14 @@ fn drag<R: Real>(v: R) -> R {
 }]
 struct Opaque;
 
-/// The same, spelled out.
-#[dsocs {
+declared! {
+    /// The same, spelled out.
+    struct Plain;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + dot(x) * (dot(x).powi(2) + 1).sqrt();
     constraint_forces = [(1,)];
-}]
-struct Plain;
+}
 
 /// With one row and one coordinate `D₃` is `1/h² + c/2h` and `D₁` is `1/h² − c/2h`, with the drag's slope `c` at the central
 /// velocity, both in one unit.
@@ -69,7 +71,7 @@ fn functions_of_the_users_are_seen_through() {
     let c = (2.0 * v * v + 1.0) / (v * v + 1.0).sqrt();
     let wanted = (1.0 / h + c / 2.0) / (1.0 / h - c / 2.0);
     let quotient = |at: Regularity| at.forward / at.backward;
-    let plain = quotient(Regularity::of(&Plain, h, leg.any(), &[e]));
+    let plain = quotient(Regularity::of(read(&Plain), h, leg.any(), &[e]));
     assert!((plain - wanted).abs() < 1e-14, "{plain} {wanted}");
     let opaque = quotient(Regularity::of(&Opaque, h, leg.any(), &[e]));
     assert!((opaque - wanted).abs() < 1e-11, "{opaque} {wanted}");

@@ -1,25 +1,27 @@
 //! A constraint with two solutions at every step: both are found on request, a run follows the one it is on or says that
 //! it cannot tell, and never goes over to the other in silence.
 
-use dsocs_core::{Flow, Guess, RunError, Start, StepFailure, Stepper, dsocs};
+use dsocs_core::{Guess, RunError, Start, StepFailure, Stepper};
+use dsocs_tests::declared;
+use dsocs_tests::text::Flow;
 
-/// An oscillator, or a uniform motion: `(v − drift)(a + x) = 0`.
-///
-/// With the second difference `e` the discrete solutions are `e = −h² x₁` and `e = 2(h drift − d)`.
-#[dsocs {
+declared! {
+    /// An oscillator, or a uniform motion: `(v − drift)(a + x) = 0`.
+    ///
+    /// With the second difference `e` the discrete solutions are `e = −h² x₁` and `e = 2(h drift − d)`.
+    struct Either {
+        drift: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = (dot(x) - drift) * (ddot(x) + x);
     constraint_forces = [(1,)];
-}]
-struct Either {
-    drift: f64,
 }
 
 const H: f64 = 0.1;
 
 /// The next nodes of the oscillator and of the uniform motion.
-fn solutions(system: &Either, flow: &Flow<'_, 1>) -> [f64; 2] {
+fn solutions(system: &Either, flow: &dsocs_core::Flow<'_, 1>) -> [f64; 2] {
     let leg = flow.leg();
     let (q, d) = (leg.q[0], leg.d[0]);
     [q + (d - H * H * q), q + (2.0 * H * system.drift - d)]
@@ -175,14 +177,14 @@ fn follows(system: &Either, h: f64, start: Start<1>) -> bool {
     on_it
 }
 
-/// The size of the acceleration is given, as in a ride at a fair.
-#[dsocs {
+declared! {
+    /// The size of the acceleration is given, as in a ride at a fair.
+    struct Felt {}
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
     kinematic = ddot(x).powi(2) + ddot(y).powi(2) - 12_f64.powi(2);
     constraint_forces = [(1, 0)];
-}]
-struct Felt {}
+}
 
 /// The first step goes on with the solution that the start found near the acceleration that was said, however far that was from it.
 #[test]

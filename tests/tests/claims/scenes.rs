@@ -2,10 +2,12 @@
 //! parameters make the topology, and held against a second formulation in double the precision that shares nothing with the
 //! attribute or the solver ([`dsocs_tests::scenes`]).
 
-use dsocs_core::{Flow, Start, Stepper as _, System, dsocs};
+use dsocs_core::{Start, Stepper as _, System, dsocs};
+use dsocs_tests::declared;
 use dsocs_tests::scenes::hold::{Found, hold};
 use dsocs_tests::scenes::random::{Case, Random, linkage, robot, train, tree};
 use dsocs_tests::scenes::scene::{Law, Map, Scene, Spring};
+use dsocs_tests::text;
 
 /// How many steps each scene makes.
 const STEPS: usize = 100;
@@ -356,14 +358,14 @@ fn a_far_root_is_not_taken_where_the_determinant_departs() {
     assert!(found.wrong().is_empty() && found.steps > 68, "{found:?}");
 }
 
-/// Two masses with a spring between them, and one of them on a pendulum's potential.
-#[dsocs {
+declared! {
+    /// Two masses with a spring between them, and one of them on a pendulum's potential.
+    struct Tied {
+        stiffness: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + y.cos() - stiffness / 2 * (x - y).powi(2);
     phi_lagrangian = midpoint;
-}]
-struct Tied {
-    stiffness: f64,
 }
 
 /// The row of `x` is linear in both second differences; the shorter coefficient is that of `y`, and zero without the spring.
@@ -372,7 +374,7 @@ fn a_spring_without_stiffness() {
     for stiffness in [1.0, 1e-8, 0.0] {
         let tied = Tied { stiffness };
         let start = Start::second_order([0.5, 0.3], [0.2, -0.1]);
-        let mut flow = Flow::new(&tied, 0.01, start).unwrap();
+        let mut flow = text::Flow::new(&tied, 0.01, start).unwrap();
         let last = flow.to(1.0).unwrap();
         println!("stiffness {stiffness}: {:?}", last.q);
         if stiffness < 1e-3 {

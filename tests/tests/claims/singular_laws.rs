@@ -3,9 +3,11 @@
 //! Random laws whose determinant depends on positions and velocities are held against their closed form, which is followed here by the method of
 //! Runge and Kutta with steps that become short where the determinant does.
 
-use dsocs_core::prelude::*;
+use dsocs_core::prelude::{Ensemble, RunError, Start, Stepper, Tolerance, dsocs};
 use dsocs_core::{NearlySingular, SeriesFailure, StepFailure};
+use dsocs_tests::declared;
 use dsocs_tests::scenes::random::Random;
+use dsocs_tests::text::{Flow, TaylorFlow};
 
 /// A pole on a cart, whose motor enforces the decrease of a function that is singular on its way.
 #[dsocs {
@@ -79,21 +81,21 @@ fn ensembles_and_compositions_end_there_too() {
     }
 }
 
-/// Two coupled masses under a law that prescribes an acceleration, with a coefficient that depends on the state.
-#[dsocs {
+declared! {
+    /// Two coupled masses under a law that prescribes an acceleration, with a coefficient that depends on the state.
+    #[derive(Debug)]
+    struct Law {
+        m: [f64; 3],
+        k: [f64; 2],
+        c: [f64; 6],
+        g: [f64; 3],
+    }
     coordinates(x, y);
     lagrangian = (m[0] * dot(x).powi(2) + m[1] * dot(y).powi(2)) / 2 + m[2] * dot(x) * dot(y) * y.cos()
         - k[0] * x.powi(2) / 2 - k[1] * (y - x).powi(2) / 2;
     kinematic = (c[0] + c[1] * x + c[2] * y.sin() + c[3] * dot(x) + c[4] * dot(y)) * ddot(x) + c[5] * (ddot(y) - ddot(x))
         + g[0] * dot(x) + g[1] * x + g[2] * y;
     constraint_forces = [(1, 0)];
-}]
-#[derive(Debug)]
-struct Law {
-    m: [f64; 3],
-    k: [f64; 2],
-    c: [f64; 6],
-    g: [f64; 3],
 }
 
 /// Position and velocity.
@@ -270,8 +272,13 @@ fn many_random_laws() {
     assert!(counts.silent <= 10, "{counts:?}");
 }
 
-/// A regulator whose constraint has a factor that is not divided out.
-#[dsocs {
+declared! {
+    /// A regulator whose constraint has a factor that is not divided out.
+    struct Undivided {
+        stiffness: f64,
+        gain: f64,
+        loss: f64,
+    }
     coordinates(x, y);
     let kinetic = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let potential = stiffness / 2 * (x.powi(2) + (y - x).powi(2));
@@ -279,11 +286,6 @@ fn many_random_laws() {
     kinematic = dot(kinetic + potential) + (gain + loss) * dot(y).powi(2);
     external_forces = (0, -loss * dot(y));
     constraint_forces = [(0, 1)];
-}]
-struct Undivided {
-    stiffness: f64,
-    gain: f64,
-    loss: f64,
 }
 
 #[test]
@@ -305,8 +307,13 @@ fn a_factor_that_vanishes_is_told_and_the_motion_goes_on() {
     assert!(told > 0);
 }
 
-/// The same with a brake in the ground that the constraint knows nothing of: there is no motion where its factor is zero.
-#[dsocs {
+declared! {
+    /// The same with a brake in the ground that the constraint knows nothing of: there is no motion where its factor is zero.
+    struct Forgotten {
+        stiffness: f64,
+        gain: f64,
+        loss: f64,
+    }
     coordinates(x, y);
     let kinetic = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let potential = stiffness / 2 * (x.powi(2) + (y - x).powi(2));
@@ -314,11 +321,6 @@ fn a_factor_that_vanishes_is_told_and_the_motion_goes_on() {
     kinematic = dot(kinetic + potential) + gain * dot(y).powi(2);
     external_forces = (-loss * dot(x), 0);
     constraint_forces = [(0, 1)];
-}]
-struct Forgotten {
-    stiffness: f64,
-    gain: f64,
-    loss: f64,
 }
 
 #[test]
@@ -337,31 +339,31 @@ fn a_power_of_friction_that_was_forgotten_ends_the_motion_at_rest() {
     }
 }
 
-/// A particle on an incline, pushed across its path so that the curvature of the path changes at a constant rate.
-#[dsocs {
+declared! {
+    /// A particle on an incline, pushed across its path so that the curvature of the path changes at a constant rate.
+    struct Rate {
+        gravity: f64,
+        rate: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
     let curvature = (dot(x) * ddot(y) - dot(y) * ddot(x)) / (dot(x).powi(2) + dot(y).powi(2)).powf(1.5);
     kinematic = dot(curvature) - rate;
     constraint_forces = [(-dot(y), dot(x))];
-}]
-struct Rate {
-    gravity: f64,
-    rate: f64,
 }
 
-/// The same with the curvature itself.
-#[dsocs {
+declared! {
+    /// The same with the curvature itself.
+    struct Curvature {
+        gravity: f64,
+        first: f64,
+        rate: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
     let curvature = (dot(x) * ddot(y) - dot(y) * ddot(x)) / (dot(x).powi(2) + dot(y).powi(2)).powf(1.5);
     kinematic = curvature - first - rate * t;
     constraint_forces = [(-dot(y), dot(x))];
-}]
-struct Curvature {
-    gravity: f64,
-    first: f64,
-    rate: f64,
 }
 
 #[test]
@@ -423,8 +425,12 @@ fn a_row_of_third_order_asks_at_rest_how_the_motion_goes_on() {
     }
 }
 
-/// A four-bar linkage: a crank, a coupler and a rocker on the ground.
-#[dsocs {
+declared! {
+    /// A four-bar linkage: a crank, a coupler and a rocker on the ground.
+    struct FourBar {
+        weight: f64,
+        bars: [f64; 4],
+    }
     coordinates(a, b, c);
     lagrangian = (dot(a).powi(2) + dot(b).powi(2) + dot(c).powi(2)) / 2 + 0.3 * dot(a) * dot(b) * (a - b).cos()
         - weight * (a.sin() + b.sin() / 2);
@@ -432,10 +438,6 @@ fn a_row_of_third_order_asks_at_rest_how_the_motion_goes_on() {
         bars[0] * a.cos() + bars[1] * b.cos() - bars[2] * c.cos() - bars[3],
         bars[0] * a.sin() + bars[1] * b.sin() - bars[2] * c.sin(),
     ];
-}]
-struct FourBar {
-    weight: f64,
-    bars: [f64; 4],
 }
 
 #[test]

@@ -1,12 +1,26 @@
 //! Nothing is said of smooth motions: of random scenes, from rest and from motion, no step is told to be too long for what switches, nor a singularity to
 //! be near.
 
-use dsocs_core::prelude::*;
-use dsocs_core::{ComposedFlow, Composition, System};
+use dsocs_core::{Composition, Start, Stepper};
+use dsocs_tests::declared;
 use dsocs_tests::scenes::random::Random;
+use dsocs_tests::text::{ComposedFlow, Flow, System};
 
-/// Three coupled coordinates under forces that are smooth, some of them from nothing; and with pieces that none of the motions comes to.
-#[dsocs {
+declared! {
+    /// Three coupled coordinates under forces that are smooth, some of them from nothing; and with pieces that none of the motions comes to.
+    struct Scene {
+        mass: [f64; 3],
+        coupling: f64,
+        spring: [f64; 3],
+        quartic: [f64; 3],
+        torque: [f64; 3],
+        drag: [f64; 3],
+        bend: [f64; 9],
+        square: [f64; 9],
+        cube: [f64; 9],
+        beat: [f64; 9],
+        rate: f64,
+    }
     coordinates(q: [3]);
     let kinetic = sum(0..3, |i| mass[i] / 2 * dot(q[i]).powi(2)) + coupling * dot(q[0]) * dot(q[1]) * (q[0] - q[2]).cos();
     let potential = sum(0..3, |i| spring[i] / 2 * q[i].powi(2) + quartic[i] * q[i].powi(4));
@@ -16,36 +30,23 @@ use dsocs_tests::scenes::random::Random;
         bend[3 * i + j] * q[j].sin() + square[3 * i + j] * q[j].powi(2) + cube[3 * i + j] * dot(q[j]).powi(3)
             + beat[3 * i + j] * (rate * t).sin() * q[j].cos()
     }));
-}]
-struct Scene {
-    mass: [f64; 3],
-    coupling: f64,
-    spring: [f64; 3],
-    quartic: [f64; 3],
-    torque: [f64; 3],
-    drag: [f64; 3],
-    bend: [f64; 9],
-    square: [f64; 9],
-    cube: [f64; 9],
-    beat: [f64; 9],
-    rate: f64,
 }
 
-/// The same without coupling, by the paper's maps, with a stop far away.
-#[dsocs {
+declared! {
+    /// The same without coupling, by the paper's maps, with a stop far away.
+    struct Driven {
+        spring: f64,
+        bend: f64,
+        square: f64,
+        cube: f64,
+        drag: f64,
+        torque: f64,
+        spin: f64,
+    }
     coordinates(x, phi);
     let far = if x > 1e3 { 1 } else { 0 };
     lagrangian = dot(x).powi(2) / 2 + dot(phi).powi(2) / 2 - spring / 2 * x.powi(2) - far * (x - 1e3).powi(2);
     external_forces = (-bend * phi.sin() + square * phi.powi(2) + cube * phi.powi(3) - drag * dot(x), torque - spin * (dot(phi) + 1e3).abs());
-}]
-struct Driven {
-    spring: f64,
-    bend: f64,
-    square: f64,
-    cube: f64,
-    drag: f64,
-    torque: f64,
-    spin: f64,
 }
 
 /// A number that is as likely zero.

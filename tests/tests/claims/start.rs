@@ -4,10 +4,11 @@
 
 use std::f64::consts::SQRT_2;
 
-use dsocs_core::{Flow, SetupError, Start, Stepper, dsocs};
+use dsocs_core::{SetupError, Start, Stepper};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::closed_form::pendulum::{self, START};
 use dsocs_tests::declared;
+use dsocs_tests::text::Flow;
 
 fn close(found: [f64; 2], expected: [f64; 2], tolerance: f64) {
     for i in 0..2 {
@@ -122,17 +123,17 @@ fn the_exact_start_is_on_the_continuous_motion() {
     }
 }
 
-/// A body on a spring with a second one that drives it, under a law that says nothing at rest.
-#[dsocs {
+declared! {
+    /// A body on a spring with a second one that drives it, under a law that says nothing at rest.
+    struct Driven {
+        body: f64,
+        wheel: f64,
+        ratio: f64,
+    }
     coordinates(x, y);
     lagrangian = body / 2 * dot(x).powi(2) + wheel / 2 * (dot(x) + ratio * dot(y)).powi(2);
     kinematic = dot(dot(x).powi(2) / 2 + x.powi(2) / 2) + dot(x).powi(2);
     constraint_forces = [(0, 1)];
-}]
-struct Driven {
-    body: f64,
-    wheel: f64,
-    ratio: f64,
 }
 
 #[test]
@@ -158,14 +159,14 @@ fn a_law_that_says_nothing_at_rest_is_refused_whatever_the_other_rows_are() {
     }
 }
 
-/// The same with a constraint that is written as its quotient by the velocity, and so says something at rest.
-#[dsocs {
+declared! {
+    /// The same with a constraint that is written as its quotient by the velocity, and so says something at rest.
+    struct Divided {}
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x * y;
     kinematic = ddot(x) + x + dot(x);
     constraint_forces = [(1, 0)];
-}]
-struct Divided {}
+}
 
 #[test]
 fn a_step_of_first_order_does_not_rest_where_a_law_says_nothing() {
@@ -225,12 +226,9 @@ declared! {
 fn the_only_acceleration_is_found_where_newton_fails_from_zero() {
     let start = Start::second_order([0.3], [0.1]);
     for value in [8.0, -27.0, 1e-9, 1e9] {
-        let end = dsocs_tests::text::Flow::new(&Cubed { value }, 0.01, start)
-            .unwrap()
-            .to(0.1)
-            .unwrap();
+        let end = Flow::new(&Cubed { value }, 0.01, start).unwrap().to(0.1).unwrap();
         assert!((end.a[0] / value.cbrt() - 1.0).abs() < 1e-9, "{value}: {end:?}");
     }
     // one of two has to be chosen
-    assert!(dsocs_tests::text::Flow::new(&Squared { value: 4.0 }, 0.01, start).is_err());
+    assert!(Flow::new(&Squared { value: 4.0 }, 0.01, start).is_err());
 }

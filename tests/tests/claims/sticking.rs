@@ -2,20 +2,22 @@
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
-use dsocs_core::{Ensemble, Flow, Inputs, Path, Start, Stepper, Stop, System, dsocs};
+use dsocs_core::{AnyPath, Ensemble, Inputs, Start, Stepper, Stop, dsocs};
+use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
+use dsocs_tests::text::{Flow, System, read};
 use proptest::prelude::*;
 
-/// A block on a slope.
-#[dsocs {
+declared! {
+    /// A block on a slope.
+    struct Block {
+        mass: f64,
+        slope: f64,
+        friction: f64,
+    }
     coordinates(x);
     lagrangian = mass * (dot(x).powi(2) / 2 - 9.81 * x * slope.sin());
     external_forces = -friction * mass * 9.81 * slope.cos() * dot(x).signum();
-}]
-struct Block {
-    mass: f64,
-    slope: f64,
-    friction: f64,
 }
 
 #[test]
@@ -78,18 +80,18 @@ fn a_block_on_a_slope_rests_below_the_limit_and_slides_above() {
     }
 }
 
-/// A block on a belt, held by a spring; friction falls with the relative velocity.
-#[dsocs {
+declared! {
+    /// A block on a belt, held by a spring; friction falls with the relative velocity.
+    struct Belt {
+        stiff: f64,
+        speed: f64,
+        dry: f64,
+        fall: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - stiff * x.powi(2) / 2;
     let slip = dot(x) - speed;
     external_forces = -(dry - fall * slip.abs()) * slip.signum();
-}]
-struct Belt {
-    stiff: f64,
-    speed: f64,
-    dry: f64,
-    fall: f64,
 }
 
 impl Belt {
@@ -182,15 +184,15 @@ fn stick_and_slip_on_a_belt_has_its_period_to_second_order() {
     assert!(order > 1.8, "{order} {errors:?}");
 }
 
-/// A belt that swings: a mass that it takes along, as long as friction can.
-#[dsocs {
+declared! {
+    /// A belt that swings: a mass that it takes along, as long as friction can.
+    struct Shaker {
+        reach: f64,
+        dry: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     external_forces = -dry * (dot(x) - reach * t.sin()).signum();
-}]
-struct Shaker {
-    reach: f64,
-    dry: f64,
 }
 
 #[test]
@@ -457,17 +459,17 @@ fn blocks_in_a_row_stick_alone_and_together() {
     }
 }
 
-/// An arm with two links and dry friction in both joints.
-#[dsocs {
+declared! {
+    /// An arm with two links and dry friction in both joints.
+    struct Arm {
+        weight: f64,
+        dry: [f64; 2],
+    }
     coordinates(alpha, beta);
     let kinetic = dot(alpha).powi(2) + dot(beta).powi(2) / 2 + (alpha - beta).cos() * dot(alpha) * dot(beta);
     lagrangian = kinetic + weight * (2 * alpha.cos() + beta.cos());
     let elbow = dry[1] * (dot(beta) - dot(alpha)).signum();
     external_forces = (elbow - dry[0] * dot(alpha).signum(), -elbow);
-}]
-struct Arm {
-    weight: f64,
-    dry: [f64; 2],
 }
 
 #[test]
@@ -512,16 +514,16 @@ fn joints_of_an_arm_stick_alone_and_together() {
     assert!(found.iter().all(|steps| *steps > 20), "{found:?}");
 }
 
-/// A rod from the floor to a wall along which its ends slide with friction: one motion, two frictions.
-#[dsocs {
+declared! {
+    /// A rod from the floor to a wall along which its ends slide with friction: one motion, two frictions.
+    struct Tied {
+        push: f64,
+        dry: [f64; 2],
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + push * x;
     holonomic = 2 * x - y;
     external_forces = (-dry[0] * dot(x).signum(), -dry[1] * dot(y).signum());
-}]
-struct Tied {
-    push: f64,
-    dry: [f64; 2],
 }
 
 #[test]
@@ -556,17 +558,17 @@ fn frictions_that_are_tied_to_each_other_hold_together() {
     }
 }
 
-/// A block on a slope that holds it: friction is a part of the force of the slope.
-#[dsocs {
+declared! {
+    /// A block on a slope that holds it: friction is a part of the force of the slope.
+    struct Pressed {
+        slope: f64,
+        friction: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
     holonomic = y + slope * x;
     let s = friction * dot(x).signum();
     constraint_forces = [(slope - s, 1 + s * slope)];
-}]
-struct Pressed {
-    slope: f64,
-    friction: f64,
 }
 
 #[test]
@@ -612,16 +614,16 @@ fn friction_by_the_force_of_a_constraint_holds_within_its_cone() {
     }
 }
 
-/// A prescribed motion: friction in a constraint.
-#[dsocs {
+declared! {
+    /// A prescribed motion: friction in a constraint.
+    struct Prescribed {
+        stiff: f64,
+        dry: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + stiff * x + dry * dot(x).signum();
     constraint_forces = [1];
-}]
-struct Prescribed {
-    stiff: f64,
-    dry: f64,
 }
 
 #[test]
@@ -654,14 +656,14 @@ fn a_constraint_with_friction_comes_to_rest_where_it_should() {
     }
 }
 
-/// Two masses on springs, whose energy without friction the step keeps to the last bit: kinetic energy of a leg, and the spring's of its ends' product.
-#[dsocs {
+declared! {
+    /// Two masses on springs, whose energy without friction the step keeps to the last bit: kinetic energy of a leg, and the spring's of its ends' product.
+    struct Springs {
+        dry: [f64; 2],
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 2 * x.powi(2) - (y - x).powi(2) / 2;
     external_forces = (-dry[0] * dot(x).signum(), -dry[1] * dot(y).signum());
-}]
-struct Springs {
-    dry: [f64; 2],
 }
 
 proptest! {
@@ -673,7 +675,7 @@ proptest! {
     ) {
         let springs = Springs { dry };
         let mut flow = Flow::new(&springs, h, Start::second_order(start, [0.0; 2])).unwrap();
-        let energy = |flow: &Flow<'_, 2>| {
+        let energy = |flow: &dsocs_core::Flow<'_, 2>| {
             let ([d, e], [x, y]) = (flow.leg().d, *flow.position());
             let (before, between) = ([x - d, y - e], y - x);
             let potential = 2.0 * x * before[0] + between * (before[1] - before[0]) / 2.0;
@@ -754,19 +756,20 @@ fn what_rests_rests_for_ever_and_no_derivative_is_told() {
     assert_eq!(*flow.position(), rests);
     flow.advance().unwrap();
     assert_eq!(*flow.position(), rests);
-    assert!(Path::new(&block, 0.01, Start::second_order([0.25], [0.0]), 1.0).is_err());
+    let start = Start::second_order([0.25], [0.0]).into();
+    assert!(AnyPath::new(read(&block), 0.01, &start, 1.0).is_err());
 }
 
-/// A block on the floor that is pushed.
-#[dsocs {
+declared! {
+    /// A block on the floor that is pushed.
+    #[derive(Clone)]
+    struct Pushed {
+        push: f64,
+        dry: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     external_forces = push - dry * dot(x).signum();
-}]
-#[derive(Clone)]
-struct Pushed {
-    push: f64,
-    dry: f64,
 }
 
 #[test]

@@ -2,9 +2,9 @@
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
-use dsocs_core::{DerivativeError, Ensemble, Path, Real, Start, Stepper, Stop, Tolerance, dsocs};
+use dsocs_core::{AnyPath, DerivativeError, Ensemble, Real, Start, Stepper, Stop, Tolerance, dsocs};
 use dsocs_tests::declared;
-use dsocs_tests::text::{Flow, System, TaylorFlow};
+use dsocs_tests::text::{Flow, System, TaylorFlow, read};
 use proptest::prelude::*;
 
 /// A prescribed motion with dry friction, by the sign of the velocity.
@@ -198,16 +198,16 @@ fn the_motion_is_that_of_the_declaration() {
     }
 }
 
-/// Two masses on a floor with dry friction, coupled by a spring and by their inertia.
-#[dsocs {
+declared! {
+    /// Two masses on a floor with dry friction, coupled by a spring and by their inertia.
+    struct Two {
+        inertia: f64,
+        stiff: f64,
+        dry: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + inertia * dot(x) * dot(y) - (x - y).powi(2) / 2 - stiff * y.powi(2) / 2;
     external_forces = (-dry * dot(x).signum(), -0.7 * dry * dot(y).signum());
-}]
-struct Two {
-    inertia: f64,
-    stiff: f64,
-    dry: f64,
 }
 
 declared! {
@@ -288,12 +288,12 @@ fn a_jump_has_no_derivative() {
         dry: 0.6,
     };
     let start = Start::second_order([1.0, -0.5], [0.0; 2]);
-    let failed = Path::new(&two, 0.01, start, 10.0).unwrap_err();
+    let failed = AnyPath::new(read(&two), 0.01, &start.into(), 10.0).unwrap_err();
     let DerivativeError::Jump { index, time } = failed else {
         panic!("{failed}");
     };
     let mut flow = Flow::new(&two, 0.01, start).unwrap();
     while flow.advance().unwrap().stop != Stop::Jump {}
     assert_eq!((index as u64, time), (flow.index() - 1, flow.node().t));
-    assert!(Path::new(&two, 0.01, start, time - 0.02).is_ok());
+    assert!(AnyPath::new(read(&two), 0.01, &start.into(), time - 0.02).is_ok());
 }

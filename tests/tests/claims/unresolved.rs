@@ -1,6 +1,8 @@
 //! A force that is switched between two nodes leaves no trace in the rows: the step says so, and only then.
 
-use dsocs_core::{Flow, Real, Samples, Start, Stepper, TaylorFlow, Tolerance, dsocs};
+use dsocs_core::{Real, Samples, Start, Stepper, TaylorFlow, Tolerance, dsocs};
+use dsocs_tests::declared;
+use dsocs_tests::text::Flow;
 
 /// A pendulum with dry friction in its joint, a switch of the width `1/k` in the velocity.
 #[dsocs {
@@ -133,14 +135,14 @@ fn a_wall_is_a_switch_too() {
     assert_eq!(run(2.0), None);
 }
 
-/// A mass on a spring with dry friction, which jumps.
-#[dsocs {
+declared! {
+    /// A mass on a spring with dry friction, which jumps.
+    struct Jump {
+        dry: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - 20 * x.powi(2);
     external_forces = -dry * dot(x).signum();
-}]
-struct Jump {
-    dry: f64,
 }
 
 #[test]

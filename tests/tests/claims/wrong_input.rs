@@ -1,7 +1,9 @@
 //! Wrong input is an error that says what is wrong, and a run that fails keeps what it had computed.
 
-use dsocs_core::{Flow, Real, RunError, SetupError, Start, StepFailure, Stepper, System, dsocs};
+use dsocs_core::{Real, RunError, SetupError, Start, StepFailure, Stepper};
 use dsocs_systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum};
+use dsocs_tests::declared;
+use dsocs_tests::text::{Flow, System};
 
 const GOOD: Start<2> = Start::paper([0.0, 0.0], [1.0, 1.0]);
 
@@ -177,31 +179,31 @@ fn sharp_turns_have_a_root_and_it_is_found_or_failure_is_admitted() {
     }
 }
 
-/// One mass for two coordinates: nothing is to be divided.
-#[dsocs {
+declared! {
+    /// One mass for two coordinates: nothing is to be divided.
+    struct OneMass;
     coordinates(x, y);
     lagrangian = (dot(x) + dot(y)).powi(2) / 2;
-}]
-struct OneMass;
+}
 
-/// A constraint that leaves the other equation nothing to determine.
-#[dsocs {
+declared! {
+    /// A constraint that leaves the other equation nothing to determine.
+    struct Whole;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     kinematic = ddot(x) + ddot(y) - 1;
     variational = [(1, 1)];
-}]
-struct Whole;
+}
 
-/// The same, with a factor that is divided out.
-#[dsocs {
+declared! {
+    /// The same, with a factor that is divided out.
+    struct Divided;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     kinematic = (dot(x) - 5) * (ddot(x) + ddot(y) - 1);
     variational = [(1, 1)];
     branch = divide(dot(x) - 5);
-}]
-struct Divided;
+}
 
 /// A factor to divide out is asked for where there is a constraint that may have one, and none is declared.
 #[test]
@@ -209,7 +211,7 @@ fn advice_is_for_the_system() {
     fn text<S: System<2>>(system: &S) -> String {
         let mut flow = Flow::new(system, 0.1, Start::nodes([0.0, 0.0], [0.1, 0.2])).unwrap();
         let Err(error) = flow.advance() else {
-            panic!("{} has a step", S::NAME)
+            panic!("{} has a step", system.name())
         };
         let step = error.failed_step().unwrap();
         assert_eq!(step.cause.reason, StepFailure::Singular, "{error}");

@@ -1,7 +1,9 @@
 //! The knife edge against its closed form, the cycloid.
 
-use dsocs_core::{Flow, Node, Start, Stepper, dsocs};
+use dsocs_core::{Node, Start, Stepper};
 use dsocs_systems::KnifeEdge;
+use dsocs_tests::declared;
+use dsocs_tests::text::Flow;
 
 use super::{continuous, distance, fitted, is_second, order, start};
 
@@ -22,16 +24,16 @@ fn a_cycloid_from_rest() {
     is_second(order(&edge, start, t, &STEPS, |q| distance(q, &exact)));
 }
 
-/// The same with the paper's map: the constraint is imposed at the first node of each leg.
-#[dsocs {
+declared! {
+    /// The same with the paper's map: the constraint is imposed at the first node of each leg.
+    struct OneSided {
+        inertia: f64,
+        slope: f64,
+    }
     coordinates(x, y, phi);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + inertia * dot(phi).powi(2)) / 2 + slope * x;
     nonholonomic = dot(x) * phi.sin() - dot(y) * phi.cos();
     phi_lagrangian = paper;
-}]
-struct OneSided {
-    inertia: f64,
-    slope: f64,
 }
 
 /// Without a map the step is of order 2, and so much nearer; the paper's has to be asked for.

@@ -6,12 +6,11 @@ mod reference;
 
 use std::cell::Cell;
 
-use dsocs_core::{
-    ComposedFlow, Composition, Ensemble, Flow, Inputs, Path, Start, Stepper, Stop, System, TaylorFlow,
-    Tolerance, dsocs,
-};
+use dsocs_core::{AnyPath, Composition, Ensemble, Inputs, Start, Stepper, Stop, Tolerance, dsocs};
+use dsocs_tests::declared;
 use dsocs_tests::fit::slope;
 use dsocs_tests::scenes::random::Random;
+use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow, read};
 use reference::{Kind, Motion, Reference, Scene};
 
 /// Two stacks of two blocks, on belts that run, swing, and are faster at some places; friction falls with the slip.
@@ -646,60 +645,60 @@ fn lanes_on_moving_surfaces_are_flows() {
     }
 }
 
-/// A mass on a spring, on a surface whose speed depends on time and place.
-#[dsocs {
+declared! {
+    /// A mass on a spring, on a surface whose speed depends on time and place.
+    #[derive(Clone)]
+    struct Ends {
+        stiff: f64,
+        dry: f64,
+        reach: f64,
+        by_place: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - stiff * x.powi(2) / 2;
     external_forces = -dry * (dot(x) - (reach * (2 * t).sin() + by_place * x)).signum();
-}]
-#[derive(Clone)]
-struct Ends {
-    stiff: f64,
-    dry: f64,
-    reach: f64,
-    by_place: f64,
 }
 
-/// The same with the force in the middle of a leg.
-#[dsocs {
+declared! {
+    /// The same with the force in the middle of a leg.
+    struct Middle {
+        stiff: f64,
+        dry: f64,
+        reach: f64,
+        by_place: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - stiff * x.powi(2) / 2;
     external_forces = -dry * (dot(x) - (reach * (2 * t).sin() + by_place * x)).signum();
     phi_lagrangian = midpoint;
-}]
-struct Middle {
-    stiff: f64,
-    dry: f64,
-    reach: f64,
-    by_place: f64,
 }
 
-/// The same as a constraint on the acceleration, which stands at nodes.
-#[dsocs {
+declared! {
+    /// The same as a constraint on the acceleration, which stands at nodes.
+    struct Law {
+        stiff: f64,
+        dry: f64,
+        reach: f64,
+        by_place: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + stiff * x + dry * (dot(x) - (reach * (2 * t).sin() + by_place * x)).signum();
     constraint_forces = [1];
-}]
-struct Law {
-    stiff: f64,
-    dry: f64,
-    reach: f64,
-    by_place: f64,
 }
 
-/// The same by a comparison, and beside a constraint.
-#[dsocs {
+declared! {
+    /// The same by a comparison, and beside a constraint.
+    struct Tied {
+        stiff: f64,
+        dry: f64,
+        reach: f64,
+        by_place: f64,
+    }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 4 - stiff * x.powi(2) / 2;
     holonomic = y - x;
     external_forces = (if dot(x) > reach * (2 * t).sin() + by_place * x { -dry } else { dry }, 0);
-}]
-struct Tied {
-    stiff: f64,
-    dry: f64,
-    reach: f64,
-    by_place: f64,
 }
 
 impl Scene<1> for Ends {
@@ -851,14 +850,14 @@ fn units_change_nothing() {
     }
 }
 
-/// A block on a belt that slows down, pulled back by a force that grows.
-#[dsocs {
+declared! {
+    /// A block on a belt that slows down, pulled back by a force that grows.
+    struct Slowing {
+        dry: f64,
+    }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     external_forces = -t - dry * (dot(x) - (0.5 - 0.1 * t)).signum();
-}]
-struct Slowing {
-    dry: f64,
 }
 
 #[test]
@@ -883,6 +882,7 @@ fn a_release_from_a_belt_that_slows_down_is_exact() {
         }
         assert_eq!(flow.unresolved(), None);
         // derivatives of a path do not know of sides
-        assert!(Path::new(&slowing, h, Start::second_order([0.0], [0.5]), 2.0).is_err());
+        let start = Start::second_order([0.0], [0.5]).into();
+        assert!(AnyPath::new(read(&slowing), h, &start, 2.0).is_err());
     }
 }

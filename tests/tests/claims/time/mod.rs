@@ -375,16 +375,16 @@ fn forms_and_fields_may_depend_on_time() {
     is_known("fields", &RodByFields, start, 5.0, &[x, y], 1e-12);
 }
 
-/// A rate of change that is declared, with its partial derivative in time: `dot(e)` of an expression with `t`.
-#[dsocs {
+declared! {
+    /// A rate of change that is declared, with its partial derivative in time: `dot(e)` of an expression with `t`.
+    struct Follower;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     let wanted = x - (1.2 * t).sin() * t;
     kinematic = ddot(x) - dot(dot((1.2 * t).sin() * t)) + 2 * dot(wanted) + wanted;
     constraint_forces = [(1,)];
     observe = [wanted];
-}]
-struct Follower;
+}
 
 /// What deviates from the curve in time dies out critically damped.
 #[test]
