@@ -78,6 +78,11 @@ impl Chain {
                 );
             }
             torque = plus(torque, product(&transposed(r), brake));
+            let (swings, knowns) = (swing(i, above), known(i, above));
+            let upper = i.checked_sub(1).map(|upper| {
+                let joint = self.bodies[upper].joints[1];
+                (swing(upper, joint), known(upper, joint))
+            });
             for row in 0..3 {
                 let newton = &mut equations[place(i, 0) + row];
                 newton[place(i, 0) + row] = body.mass;
@@ -99,16 +104,15 @@ impl Chain {
                 let joint = &mut equations[place(i, 2) + row];
                 joint[place(i, 0) + row] = 1.0;
                 for column in 0..3 {
-                    joint[place(i, 1) + column] = swing(i, above)[row][column];
+                    joint[place(i, 1) + column] = swings[row][column];
                 }
-                joint[9 * count] = -known(i, above)[row];
-                if i > 0 {
-                    let of_upper = self.bodies[i - 1].joints[1];
+                joint[9 * count] = -knowns[row];
+                if let Some((swings, knowns)) = &upper {
                     joint[place(i - 1, 0) + row] = -1.0;
                     for column in 0..3 {
-                        joint[place(i - 1, 1) + column] = -swing(i - 1, of_upper)[row][column];
+                        joint[place(i - 1, 1) + column] = -swings[row][column];
                     }
-                    joint[9 * count] += known(i - 1, of_upper)[row];
+                    joint[9 * count] += knowns[row];
                 }
             }
         }
