@@ -6,16 +6,16 @@ use super::random::{Case, Random};
 use super::scene::Scene;
 
 /// The unit roundoff of `f64`.
-pub(super) const UNIT: f64 = f64::EPSILON / 2.0;
+pub const UNIT: f64 = f64::EPSILON / 2.0;
 
 /// How large the perturbations are by which the condition of a motion is measured.
-pub(super) const PERTURBATION: f64 = 1e-11;
+pub const PERTURBATION: f64 = 1e-11;
 
 /// How many motions are perturbed.
-pub(super) const TWINS: u64 = 2;
+pub const TWINS: u64 = 2;
 
 /// Takes a figure if it is larger, or not a number.
-pub(super) fn take(figure: &mut f64, value: f64) {
+pub fn take(figure: &mut f64, value: f64) {
     // what is not a number stays
     if value > *figure || value.is_nan() {
         *figure = value;
@@ -29,7 +29,7 @@ struct Twin {
 }
 
 /// The exact motion, step by step, with others beside it by which its condition is measured.
-pub(super) struct Exact<'a> {
+pub struct Exact<'a> {
     case: &'a Case,
     /// Its last leg.
     pub leg: Leg,
@@ -65,6 +65,7 @@ impl<'a> Exact<'a> {
     }
 
     /// Its solution, and whether it is short enough for the solution to be the only one nearby.
+    #[must_use]
     pub fn solution(&self) -> (Option<Solution>, bool) {
         let step = self.step();
         let continuous = step.continuous();
@@ -122,6 +123,7 @@ impl<'a> Exact<'a> {
     }
 
     /// What rounding does to each coordinate of the last node.
+    #[must_use]
     pub fn units(&self) -> Vec<f64> {
         let pairs = self.condition.iter().zip(&self.leg.q);
         pairs
