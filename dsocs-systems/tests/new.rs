@@ -1,6 +1,6 @@
 //! `dsocs new`: the crate that it writes builds, runs, and is checked.
 //!
-//! It is built in the target folder of the workspace and with its profile, so that dependencies are built once.
+//! It is built in the target folder of the workspace, so that what others wrote is built once; without optimization, since it takes few steps.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -30,12 +30,8 @@ fn build(crate_folder: &Path, name: &str) -> PathBuf {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("..");
     let built = Command::new(env!("CARGO"))
         .args(["build", "--offline", "--message-format", "short"])
-        .args(["--config", "profile.dev.opt-level=1"])
         .args(["--config", "profile.dev.debug=false"])
         .args(["--config", "profile.dev.lto='off'"])
-        .args(["--config", "profile.dev.package.'*'.opt-level=0"])
-        .args(["--config", "profile.dev.package.dsocs-core.opt-level=2"])
-        .args(["--config", "profile.dev.package.dsocs-systems.opt-level=1"])
         .env("CARGO_TARGET_DIR", &target)
         .current_dir(crate_folder)
         .output()
