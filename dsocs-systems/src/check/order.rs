@@ -417,9 +417,9 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
             }
         }
         let [.., of_multipliers] = &mut found;
-        let largest = of_multipliers.iter().copied().fold(0.0, larger);
-        if let Some(place) = of_multipliers.iter().position(|error| *error == largest)
-            && largest > DIFFERENCES
+        let largest = of_multipliers.iter().enumerate();
+        if let Some((place, largest)) = largest.max_by(|(_, one), (_, other)| one.total_cmp(other))
+            && *largest > DIFFERENCES
         {
             let rounding = multiplier_rounding(system, h, &nodes[place], &scales[3]);
             for error in of_multipliers.iter_mut().filter(|error| **error <= rounding) {

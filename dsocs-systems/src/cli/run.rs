@@ -214,14 +214,28 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         finish(table)?;
         pictures.finish(titles.each_ref().map(String::as_str), &about, &notes)?;
     }
-    let place = || place(arguments);
+    ended(
+        result,
+        (rows, place(arguments)),
+        notes,
+        interrupted.load(Ordering::Relaxed),
+    )
+}
+
+/// How a run ended that has written so many rows somewhere.
+fn ended(
+    result: Result<(), RunFailure>,
+    (rows, place): (u64, String),
+    notes: Vec<String>,
+    is_interrupted: bool,
+) -> Result<(), CliError> {
     match result {
-        Ok(()) if interrupted.load(Ordering::Relaxed) => Err(CliError::Interrupted { rows, place: place() }),
+        Ok(()) if is_interrupted => Err(CliError::Interrupted { rows, place }),
         Ok(()) => Ok(()),
         Err(failure) if rows > 0 => Err(CliError::Partial {
             failure: Box::new(failure),
             rows,
-            place: place(),
+            place,
             notes,
         }),
         Err(failure) => Err(failure.into()),

@@ -371,7 +371,7 @@ fn what_leaves_the_range_of_doubles_ends_a_run() {
         );
         let text = dsocs_core::text::Text::parse("fast", &text).unwrap();
         let start = Start::second_order([1.0], [0.0]);
-        let flow = dsocs_tests::text::TaylorFlow::read(&text.system, start, Tolerance::relative(1e-9));
+        let flow = TaylorFlow::read(&text.system, start, Tolerance::relative(1e-9));
         assert!(flow.unwrap().to(10.0).is_err(), "{exponent}");
     }
 }
