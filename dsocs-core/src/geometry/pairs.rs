@@ -8,22 +8,36 @@ use crate::kernel::Kernel;
 use crate::number::point::AnyLeg;
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
+use crate::regularity::lengths::weights;
 use crate::solve::dense::{Matrix, length};
 use crate::tape::declaration::Declaration;
 
 /// A singular value of the constraints' derivative below this part of the largest is zero.
 const INDEPENDENT: f64 = 1e-10;
 
-/// An orthonormal basis of the displacements `(δq0, δq1)` of a pair along which holonomic constraints of both nodes and
+/// A basis of the displacements `(δq0, δq1)` of a pair along which holonomic constraints of both nodes and
 /// nonholonomic ones of the pair keep their values: the tangent space of the discrete flow's domain `C_d`. (Holonomic constraints are
 /// kept at their values, so the submanifold is the one through the pair; paper, remark on discrete holonomic systems.)
 ///
-/// Constraints of second order do not restrict pairs. If there are no others, the basis has all directions, two for each coordinate.
+/// Coordinates may have units of their own. So the basis is orthogonal where each is multiplied by the square root of its mass. Constraints of second order do
+/// not restrict pairs. If there are no others, the basis has all directions, two for each coordinate.
 #[must_use]
 pub fn pair_displacements(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> Vec<Displacement> {
     let (declaration, units, h) = (Declaration::of(system), units(leg), Tangent::splat(h));
     let n = units.len();
-    kernel(n, declaration.lower(), &|k| {
+    let weights = weights(&declaration, h.value(), leg);
+    let most = weights.iter().copied().fold(0.0, f64::max);
+    let length = |&weight: &f64| {
+        // what has no mass of its own moves with what has
+        let length = if weight > 0.0 {
+            weight.recip()
+        } else {
+            most.recip()
+        };
+        if length.is_finite() { length } else { 1.0 }
+    };
+    let lengths: Vec<f64> = weights.iter().map(length).collect();
+    kernel(&lengths, declaration.lower(), &|k| {
         let (unit, size) = (Displacement::unit(n, k), units[k % n]);
         // q0 = q1 − d
         let by = minus(&unit.second, &unit.first);
@@ -48,7 +62,8 @@ pub fn constraint_forms(system: &dyn Kernel, h: f64, triple: &Triple) -> Vec<Vec
 pub fn state_displacements(system: &dyn Kernel, t: f64, q: &[f64], v: &[f64]) -> Vec<Displacement> {
     let declaration = Declaration::of(system);
     let rows = declaration.holonomic() + declaration.lower();
-    kernel(declaration.dimension(), rows, &|k| {
+    let ones = vec![1.0; declaration.dimension()];
+    kernel(&ones, rows, &|k| {
         let unit = Displacement::unit(declaration.dimension(), k);
         let (q, v) = (moving(q, &unit.first), moving(v, &unit.second));
         let rows = declaration.phase(Tangent::splat(t), &q, &v);
@@ -56,16 +71,17 @@ pub fn state_displacements(system: &dyn Kernel, t: f64, q: &[f64], v: &[f64]) ->
     })
 }
 
-/// An orthonormal basis of the kernel of rows on displacements of `n` coordinates, of which `column` gives the entries for one
-/// coordinate; all units where there are none.
-fn kernel(n: usize, rows: usize, column: &dyn Fn(usize) -> Vec<f64>) -> Vec<Displacement> {
+/// A basis of the kernel of rows on displacements of coordinates, of which `column` gives the entries for one, orthonormal where coordinates are measured by
+/// lengths; all units where there are no rows.
+fn kernel(lengths: &[f64], rows: usize, column: &dyn Fn(usize) -> Vec<f64>) -> Vec<Displacement> {
+    let n = lengths.len();
     if rows == 0 {
         return (0..2 * n).map(|k| Displacement::unit(n, k)).collect();
     }
     let columns: Vec<Vec<f64>> = (0..2 * n).map(column).collect();
     // with rows of zeros the decomposition gives a basis of the whole space
     let height = columns.iter().map(Vec::len).fold(2 * n, usize::max);
-    let entry = |i: usize, j: usize| columns[j].get(i).copied().unwrap_or(0.0);
+    let entry = |i: usize, j: usize| columns[j].get(i).map_or(0.0, |entry| entry * lengths[j % n]);
     let mut matrix = Matrix::from_fn(height, 2 * n, entry);
     for i in 0..height {
         let size = length(&matrix.row(i).collect::<Vec<_>>());
@@ -78,7 +94,11 @@ fn kernel(n: usize, rows: usize, column: &dyn Fn(usize) -> Vec<f64>) -> Vec<Disp
     let kernel = decomposed.values.iter().zip(&decomposed.right);
     kernel
         .filter(|(value, _)| **value <= INDEPENDENT * largest)
-        .map(|(_, row)| displacement(n, row))
+        .map(|(_, row)| {
+            let own = row.iter().enumerate();
+            let own: Vec<f64> = own.map(|(j, part)| part * lengths[j % n]).collect();
+            displacement(n, &own)
+        })
         .collect()
 }
 

@@ -138,3 +138,18 @@ fn the_order_of_a_rough_spin_is_fitted_where_errors_fall_as_a_power() {
         assert!(order.figure > 1.9 && order.figure < 2.1, "{order:?}");
     }
 }
+
+#[test]
+fn what_constraints_change_is_seen_in_any_units() {
+    // masses of twenty decades
+    let beside = read(
+        "coordinates(x, y);
+        lagrangian = 0.5e12 * dot(x).powi(2) + 0.5e-8 * dot(y).powi(2) - 0.5e12 * x.powi(2) - 0.5e-6 * (y - 1e-6 * x).powi(2);
+        nonholonomic = [dot(y) - 1e-6 * dot(x) * (1 + t)];
+        run { start = ([1000.0, 0.001], [0, 0]); step = 0.01; until = 1.0; }",
+    );
+    let findings = findings(&beside, None, None);
+    assert_eq!(missed(&findings), []);
+    let change = found(&findings, "dξ along the pairs");
+    assert!(change.figure > 1e-3, "{change:?}");
+}
