@@ -1,6 +1,7 @@
 //! `dsocs new`: the crate that it writes builds, runs, and is checked.
 //!
 //! It is built in the target folder of the workspace, so that what others wrote is built once; without optimization, since it takes few steps.
+//! The stranger's crate of the tests (`front_door`) has the same profile, and with it the same engine.
 
 use std::fs;
 use std::path::{Path, PathBuf};

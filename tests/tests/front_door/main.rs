@@ -1,6 +1,7 @@
 //! A stranger's crate gets everything: outside the workspace, with a system that nobody here has declared, and a `main` of one line.
 //!
-//! The crate is built with the target folder of the workspace and its profile, so that dependencies are built once.
+//! The crate is built in the target folder of the workspace, so that what others wrote is built once, with the profile of the crates that `dsocs new` writes
+//! (`dsocs-systems/tests/new.rs`), so that its engine is built once for them all: without optimization, since they take few steps.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -32,8 +33,7 @@ impl Crate {
         let manifest = format!(
             "[package]\nname = \"front-door-beads\"\nversion = \"0.1.0\"\nedition = \"2024\"\n\n\
              [dependencies]\ndsocs-core = {{ path = \"{}\" }}\ndsocs-systems = {{ path = \"{}\", default-features = false, features = [\"cli\"] }}\n\n\
-             [profile.dev]\nopt-level = 1\ndebug = false\nlto = \"off\"\n\n\
-             [profile.dev.package]\n\"*\" = {{ opt-level = 0 }}\ndsocs-core = {{ opt-level = 2 }}\ndsocs-systems = {{ opt-level = 1 }}\n\n\
+             [profile.dev]\ndebug = false\nlto = \"off\"\n\n\
              [workspace]\n",
             member("dsocs-core").display(),
             member("dsocs-systems").display(),
