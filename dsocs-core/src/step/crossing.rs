@@ -177,18 +177,31 @@ impl OnWay<'_> {
         }
     }
 
-    /// How much the acceleration changes close to a place, if most of it does so there: relative to itself, else 0. What rests and what moves are not compared.
+    /// How much the acceleration changes close to a place where it does not jump, if most of it does so there: relative to itself, else 0. What rests and what moves are not
+    /// compared.
     fn near_jump(&self, [before, after]: [f64; 2]) -> f64 {
         if self.declarations[0].sides() > 0 {
             return 0.0;
         }
-        let places = [0.0, before - CLOSE, before, after + CLOSE, 1.0].map(|part| self.acceleration(part));
-        let [Some(first), Some(left), Some(here), Some(right), Some(last)] = places else {
+        let places = [0.0, before - CLOSE, before, after, after + CLOSE, 1.0];
+        let [
+            Some(first),
+            Some(left),
+            Some(here),
+            Some(there),
+            Some(right),
+            Some(last),
+        ] = places.map(|part| self.acceleration(part))
+        else {
             return 0.0;
         };
         let largest = |a: &Vector| a.iter().fold(0.0_f64, |largest, a| largest.max(a.abs()));
         let sizes = [&first, &left, &here, &right, &last].map(|at| largest(&at.a));
         let size = sizes.into_iter().fold(0.0, f64::max);
+        // a jump that costs no order
+        if largest(&here.a.zip(&there.a, |here, there| there - here)) > jumps::TOLD * size {
+            return 0.0;
+        }
         let across = left.a.zip(&right.a, |left, right| right - left);
         let middle = left.a.zip(&right.a, |left, right| 0.5 * (left + right));
         let change = largest(&across).max(largest(&here.a.zip(&middle, |here, middle| here - middle)));
