@@ -149,6 +149,7 @@ pub use crate::number::instructions::Instructions;
 pub use crate::number::point::{AnyLeg, AnyPoint, Leg, OwnedLeg, OwnedPoint, Point};
 pub use crate::number::real::Real;
 pub use crate::regularity::deficiency::{Deficiency, DependentRow};
+pub use crate::regularity::dependence::least_independent;
 pub use crate::regularity::undefined::Undefined;
 pub use crate::solve::failure::{NewtonFailure, StepFailure};
 pub use crate::solve::newton::Stop;

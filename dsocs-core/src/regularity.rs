@@ -5,6 +5,7 @@
 //! are from singular is told by their smallest singular values.
 
 pub(crate) mod deficiency;
+pub(crate) mod dependence;
 pub(crate) mod flat;
 pub(crate) mod lengths;
 pub(crate) mod multipliers;

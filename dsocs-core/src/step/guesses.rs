@@ -7,6 +7,7 @@ use crate::kernel::report::report;
 use crate::regularity::Regularity;
 use crate::regularity::deficiency::Singularity;
 use crate::regularity::deficiency::{self, DependentRow};
+use crate::regularity::dependence::NEARLY_DEPENDENT;
 use crate::regularity::flat;
 use crate::regularity::multipliers;
 use crate::regularity::undefined;
@@ -16,7 +17,7 @@ use crate::solve::predictor::Predictor;
 use crate::solve::{Vector, is_finite, rotation};
 use crate::start::place::Place;
 use crate::start::{self, Begins, third};
-use crate::step::singular::{self, NEARLY_DEPENDENT};
+use crate::step::singular;
 
 /// How far a guess is from the straight line, in units of the longest leg, coordinate by coordinate.
 const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];

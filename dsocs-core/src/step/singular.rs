@@ -6,7 +6,8 @@
 
 use core::cell::Cell;
 
-use crate::regularity::deficiency::{self, DependentRow, Singularity};
+use crate::regularity::deficiency::{DependentRow, Singularity};
+use crate::regularity::dependence::dependent_row;
 use crate::solve::Vector;
 use crate::start::place::{Place, Way};
 use crate::start::{self, Determined};
@@ -45,9 +46,6 @@ const VANISHES: f64 = 0.05;
 
 /// A constraint whose part that is independent of those before it is below this part of what it was is dependent.
 pub(crate) const DEPENDENT: f64 = 1e-6;
-
-/// The same on a way that is straight, and so not quite that of the motion.
-pub(crate) const NEARLY_DEPENDENT: f64 = 1e-2;
 
 /// A determinant that falls to this part of itself between two places touches zero there.
 const TOUCHES: f64 = 1e-6;
@@ -152,59 +150,6 @@ fn minimum(function: &dyn Fn(f64) -> f64, [mut from, mut to]: [f64; 2]) -> f64 {
         }
     }
     0.5 * (from + to)
-}
-
-/// The first constraint of positions or velocities whose part that is independent of those before it is, at a place, below a part of what it says at
-/// another.
-fn dependent_row(
-    declaration: &Declaration<'_>,
-    place: &Place,
-    other: &Place,
-    dependent: f64,
-) -> Option<DependentRow> {
-    let sizes: Vec<f64> = slopes(declaration, other)
-        .iter()
-        .map(|row| product(row, row).sqrt())
-        .collect();
-    let mut independent: Vec<Vec<f64>> = Vec::new();
-    for (k, (mut row, size)) in slopes(declaration, place).into_iter().zip(sizes).enumerate() {
-        for other in &independent {
-            let along = product(&row, other) / product(other, other);
-            for (entry, other) in row.iter_mut().zip(other) {
-                *entry -= along * other;
-            }
-        }
-        if product(&row, &row).sqrt() <= dependent * size {
-            return Some(deficiency::row(declaration, k));
-        }
-        independent.push(row);
-    }
-    None
-}
-
-/// The first constraint of positions or velocities that says nothing at a place beside those before it, or hardly anything, by what it says beside the
-/// place.
-#[cold]
-pub(crate) fn dependent_at(declaration: &Declaration<'_>, place: &Place) -> Option<DependentRow> {
-    let beside = Place {
-        q: Vector::of(&deficiency::beside(&place.q, 1.0)),
-        ..place.clone()
-    };
-    dependent_row(declaration, place, &beside, NEARLY_DEPENDENT)
-}
-
-/// The slopes of the constraints on positions and velocities, by the velocity.
-fn slopes(declaration: &Declaration<'_>, Place { t, q, v, .. }: &Place) -> Vec<Vec<f64>> {
-    let lower = declaration.lower();
-    let mut rows = vec![0.0; lower * (1 + q.len())];
-    declaration.phase_slopes(true, *t, q, v, &mut rows);
-    let slopes = rows.get(lower..).unwrap_or(&[]).chunks_exact(q.len().max(1));
-    slopes.map(<[f64]>::to_vec).collect()
-}
-
-/// The sum of products.
-fn product(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 /// The first singularity on a way through some places that no motion leads past, with accelerations looked for near one.

@@ -5,10 +5,9 @@ use super::recurrences::SeriesKernel;
 use super::rounding;
 use crate::error::series::{FailedSeries, SeriesError, SeriesFailure};
 use crate::number::point::AnyPoint;
-use crate::regularity::{deficiency, undefined};
+use crate::regularity::{deficiency, dependence, undefined};
 use crate::solve::Vector;
 use crate::start::place::Place;
-use crate::step::singular;
 
 /// It does not where so many steps lead no further than this part of the way so far.
 const STALLED: f64 = 1e-9;
@@ -144,7 +143,7 @@ impl Integrator {
         }
         let time = self.t.hi[0];
         let place = Place::of_phase(time, Vector::of(self.now.q()), Vector::of(self.now.v()));
-        let row = singular::dependent_at(&equations.declaration(), &place)?;
+        let row = dependence::dependent_at(&equations.declaration(), &place)?;
         Some(SeriesFailure::Dependent { time, row })
     }
 }

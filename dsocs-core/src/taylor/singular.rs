@@ -7,6 +7,7 @@
 
 use super::integrator::{Integrator, Outcome};
 use super::recurrences::SeriesKernel;
+use crate::regularity::dependence;
 use crate::solve::Vector;
 use crate::start::place::Place;
 use crate::start::{Determined, determinant_at};
@@ -87,7 +88,7 @@ impl Integrator {
         } else {
             let time = self.t.hi[0] + h;
             let place = Place::of_phase(time, Vector::of(self.tried.q()), Vector::of(self.tried.v()));
-            (time, singular::dependent_at(&declaration, &place)?)
+            (time, dependence::dependent_at(&declaration, &place)?)
         };
         let ahead = (time - self.t.hi[0]).abs();
         Some(if ahead > PAST * h.abs() && ahead < h.abs() {

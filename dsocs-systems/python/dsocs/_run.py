@@ -40,7 +40,7 @@ class Run(Nodes):
     def __init__(self, system: System, setup: Setup) -> None:
         super().__init__(system, setup)
         self._history: list[tuple[Any, ...]] = []
-        self._told = [0] * 6
+        self._told = [0] * 7
         self._failure: str | None = None
 
     @property

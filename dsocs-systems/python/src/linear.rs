@@ -116,12 +116,12 @@ pub fn linearize<'py>(
 
 /// The change from one state to another, each a position and a velocity: of a rotation, its turn.
 #[pyfunction(name = "state_change")]
-pub fn change<'py>(
-    py: Python<'py>,
+pub fn change(
+    py: Python<'_>,
     rotations: Vec<usize>,
     before: [Vec<f64>; 2],
     after: [Vec<f64>; 2],
-) -> Bound<'py, PyArray1<f64>> {
+) -> Bound<'_, PyArray1<f64>> {
     let [from, to] = [&before, &after].map(|[q, v]| [&q[..], &v[..]]);
     PyArray1::from_vec(py, state_change(&rotations, from, to))
 }

@@ -515,14 +515,15 @@ impl PyRun {
         })
     }
 
-    /// What is to be said of the nodes so far: of the energy, of bodies that turn, of coordinates that go to and fro, of a start that was moved far.
-    fn warnings(&self, py: Python<'_>) -> PyResult<[Option<String>; 4]> {
+    /// What is to be said of the nodes so far: of the energy, of bodies that turn, of coordinates that go to and fro, of constraints that nearly depend on each other, of a start that was
+    /// moved far.
+    fn warnings(&self, py: Python<'_>) -> PyResult<[Option<String>; 5]> {
         self.with(|state| {
             state.watch_for_warnings(py)?;
             let coordinates = &state.motion.system().shape().coordinates;
             let names: Vec<&str> = coordinates.iter().map(|of| &*of.name).collect();
-            let [energy, turns, alternation] = state.warnings.notes(&names, state.method, state.h);
-            let notes = [energy, turns, alternation, state.moved.clone()];
+            let [energy, turns, alternation, dependence] = state.warnings.notes(&names, state.method, state.h);
+            let notes = [energy, turns, alternation, dependence, state.moved.clone()];
             Ok(notes.map(|note| note.map(|note| in_python(note.trim_start_matches("warning: ")))))
         })
     }

@@ -187,7 +187,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     });
     bar.finish_and_clear();
     let names: Vec<&str> = entry.description().names().collect();
-    let [energy, turns, alternation] = watched.warnings.notes(&names, plan.method, plan.h);
+    let [energy, turns, alternation, dependence] = watched.warnings.notes(&names, plan.method, plan.h);
     let notes = [
         moved,
         watched.lost.note(),
@@ -195,6 +195,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         energy,
         turns,
         alternation,
+        dependence,
         unresolved.map(|found| switched(found, third, plan.method)),
         nearly_singular.map(|found| near(found, may_divide, third)),
         arguments.accuracy.note(),

@@ -3,6 +3,7 @@
 
 mod alternation;
 mod checks;
+mod dependence;
 mod energy;
 mod inputs;
 mod jumps;

@@ -1,0 +1,49 @@
+//! Constraints that nearly depend on each other, which limit what a tolerance can ask for.
+
+use dsocs_core::{DependentRow, least_independent};
+
+use crate::entry::{Method, Row};
+
+/// The least independent constraint of a run.
+#[derive(Default)]
+pub struct Dependence {
+    /// The number of the node that is looked at next: each is twice as far as the one before.
+    next: u64,
+    /// It, the part of it that is independent, and when.
+    least: Option<(DependentRow, f64, f64)>,
+}
+
+impl Dependence {
+    /// Looks at a node.
+    #[inline]
+    pub fn look(&mut self, row: &Row<'_>) {
+        if row.node.index >= self.next {
+            self.look_at_constraints(row);
+        }
+    }
+
+    #[cold]
+    fn look_at_constraints(&mut self, row: &Row<'_>) {
+        self.next = 2 * row.node.index + 1;
+        let (t, q, v) = (row.node.t, row.node.q, row.node.v);
+        if let Some((constraint, part)) = least_independent(&row.declaration, t, q, v)
+            && self.least.as_ref().is_none_or(|(_, least, _)| part < *least)
+        {
+            self.least = Some((constraint, part, t));
+        }
+    }
+
+    /// What is to be said of a run to a tolerance.
+    pub fn note(&self, method: Method) -> Option<String> {
+        let (Method::Tolerance(tolerance), Some((constraint, part, t))) = (method, &self.least) else {
+            return None;
+        };
+        let known = f64::EPSILON / part;
+        (known > tolerance).then(|| {
+            format!(
+                "warning: {constraint} says nothing beside those before it but for a part of {part:.0e}, at t = {t}: the motion and the forces are known to about {known:.0e} at best, \
+                 whatever the tolerance (leave the constraint out, or write what is left of it alone)"
+            )
+        })
+    }
+}

@@ -1,0 +1,33 @@
+//! Constraints that nearly depend on each other, in runs to a tolerance.
+
+use super::attempt;
+
+/// What a run of a ball on a sphere says whose second constraint is nearly the first one.
+fn said(beside: f64, tolerance: &str) -> String {
+    let text = format!(
+        "coordinates(x, y, z); lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - 9.81 * z + 0.3 * x * y; let ball = x.powi(2) + y.powi(2) + z.powi(2) - 1; \
+         holonomic = [ball, ball + {beside:?} * (z - 0.3 * x)]; \
+         run {{ start = ([0.95782628522115132, 0.0, 0.28734788556634538], [0.0, 1.0, 0.0]); step = 0.01; until = 2; }}"
+    );
+    let (succeeds, [_, warnings]) = attempt(&text, "run", &["--tolerance", tolerance]);
+    assert!(succeeds, "{beside} {tolerance}: {warnings}");
+    warnings
+}
+
+#[test]
+fn a_tolerance_that_rounding_does_not_allow_is_told() {
+    for (beside, tolerance) in [(1e-12, "1e-9"), (1e-9, "1e-12")] {
+        let warnings = said(beside, tolerance);
+        assert!(
+            warnings.contains("holonomic constraint 2 says nothing beside those before it but for a part of"),
+            "{beside} {tolerance}: {warnings}"
+        );
+    }
+}
+
+#[test]
+fn what_is_independent_enough_is_not() {
+    for (beside, tolerance) in [(1.0, "1e-14"), (1e-3, "1e-12"), (1e-6, "1e-9")] {
+        assert_eq!(said(beside, tolerance), "", "{beside} {tolerance}");
+    }
+}
