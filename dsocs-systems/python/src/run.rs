@@ -522,7 +522,8 @@ impl PyRun {
             state.watch_for_warnings(py)?;
             let coordinates = &state.motion.system().shape().coordinates;
             let names: Vec<&str> = coordinates.iter().map(|of| &*of.name).collect();
-            let [energy, turns, alternation, dependence] = state.warnings.notes(&names, state.method, state.h);
+            let [energy, turns, alternation, dependence] =
+                state.warnings.notes(&names, state.method, state.h);
             let notes = [energy, turns, alternation, dependence, state.moved.clone()];
             Ok(notes.map(|note| note.map(|note| in_python(note.trim_start_matches("warning: ")))))
         })
