@@ -63,7 +63,7 @@ pub struct LinearModel {
 
 impl LinearModel {
     /// The minimal coordinates `z` of a state: what a controller multiplies. Of a rotation it is the turn from the point, in the frame of its body, as the
-    /// axis times the angle [rad], of at most half a turn; `q` and `−q` are one attitude. Components that are missing are taken to be those of the
+    /// axis times the angle in rad, of at most half a turn; `q` and `−q` are one attitude. Components that are missing are taken to be those of the
     /// point.
     #[must_use]
     pub fn state(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
@@ -91,7 +91,7 @@ impl LinearModel {
 }
 
 /// The change of position and velocity, one after the other, from a state to another one: what `LinearModel::projection` is multiplied with. Of a
-/// rotation, of which `rotations` has the place of its scalar, it is a zero and the turn as the axis times the angle [rad], in the frame of the body.
+/// rotation, of which `rotations` has the place of its scalar, it is a zero and the turn as the axis times the angle in rad, in the frame of the body.
 /// Components that are missing in the second state do not change.
 #[must_use]
 pub fn state_change(rotations: &[usize], from: [&[f64]; 2], to: [&[f64]; 2]) -> Vec<f64> {
