@@ -109,7 +109,7 @@ fn checks_measure_the_order_the_power_and_the_way_back() {
         let told = told.unwrap_or_else(|error| panic!("{error}"));
         for figure in [
             "errors of position",
-            "on the way back",
+            "the step with −h",
             "norms from 1",
             "between nodes",
         ] {
