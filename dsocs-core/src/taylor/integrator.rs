@@ -448,7 +448,7 @@ impl Integrator {
                 && (self.control.good(&sizes, end, size, trial.is_rough)
                     || self.is_rounding(equations, (end[1], size), trial.tries));
             // a jump of the acceleration is passed in a step that no clock would see
-            if good || (size <= smallest && !trial.is_rough && self.next.is_finite()) {
+            if good || (size <= smallest && self.next.is_finite()) {
                 let h = self.beyond(equations, &trial, h);
                 match self.past(
                     equations,
@@ -481,11 +481,7 @@ impl Integrator {
             }
             self.rejected += 1;
             if !self.try_again(&mut trial, !end[1].is_nan(), smallest) {
-                return self.back(if trial.is_rough && end[1].is_finite() {
-                    Outcome::TooSmall(size)
-                } else {
-                    Outcome::NotFinite
-                });
+                return self.back(Outcome::NotFinite);
             }
         }
     }

@@ -32,8 +32,10 @@ impl Integrator {
     ) -> bool {
         let control = &self.control;
         let moved = defect * size * size;
-        let is_small = moved <= MOST * f64::EPSILON * control.size(self.now.q());
-        let pace = control.size(self.now.v()) + control.size(self.series.velocity_of(1)) * size;
+        // where a motion begins anew, as from rest, its beginning tells nothing
+        let from = if self.is_new { &self.tried } else { &self.now };
+        let is_small = moved <= MOST * f64::EPSILON * control.size(from.q());
+        let pace = control.size(from.v()) + control.size(self.series.velocity_of(1)) * size;
         let leads_on = control.size(self.tried.v()) <= GROWS * pace;
         if defect.is_nan() || !(is_small || tries >= TRIES) || !leads_on {
             return false;
