@@ -30,6 +30,7 @@ use crate::start::Begins;
 use crate::start::place::Place;
 use crate::start::{self, Given, Phase};
 use crate::step::singular::{self, Change};
+use crate::step::switches;
 use crate::step::{Failing, Step};
 use crate::tape::Symmetry;
 use crate::tape::declaration::Declaration;
@@ -101,10 +102,8 @@ struct Looked {
     again: u64,
 }
 
-/// A determinant that changes by less than this part of itself from step to step is not near zero, and is looked at again before it has changed by so much, after so
-/// many steps at most.
+/// A determinant that changes by less than this part of itself from step to step is not near zero, and is looked at again before it has changed by so much.
 const STEADY: f64 = 0.1;
-const MOST_STEPS: f64 = 32.0;
 
 impl State {
     /// A node without its momentum.
@@ -497,7 +496,7 @@ impl<'s> Composed<'s> {
             clippy::cast_sign_loss,
             reason = "between 1 and 32"
         )]
-        let steps = (STEADY / change).clamp(1.0, MOST_STEPS) as u64;
+        let steps = (STEADY / change).clamp(1.0, switches::MOST) as u64;
         if let Some(joined) = &mut self.joined {
             joined.looked = Some(Looked {
                 determinant,

@@ -6,6 +6,8 @@
 //! polynomial of low degree does: a force that grows from nothing, as after a start from rest, or that has a multiple zero, is bent on the scale of any step. The same holds
 //! for a constraint or a Lagrangian with pieces: of these the acceleration is looked at. See [`crate::step::jumps`].
 
+use core::cell::LazyCell;
+
 use super::discrete::Discrete;
 use super::jumps::{between, first_half};
 use crate::number::bounded::Bounded;
@@ -103,17 +105,20 @@ fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f
         force
     };
     let forces: Vec<Vector> = jumps::places().map(force).collect();
-    // the sum of a function and its limit is rounding where it is none
-    let is_rounding = |values: &[f64], i: usize| {
-        let [least, most] = jumps::range(values.iter().copied());
-        let errors = jumps::places().map(|part| {
+    let errors = LazyCell::new(|| {
+        let bounds = jumps::places().map(|part| {
             let Place { t, q, v, .. } = way(part);
             let mut force = vec![Bounded::splat(0.0); e.len()];
             let [q, v] = [&q, &v].map(|x| map(x, Bounded::splat));
             declaration.external_forces(Bounded::splat(t), &q, &v, &mut force);
-            force[i].error()
+            Vector::from_fn(e.len(), |i| force[i].error())
         });
-        most - least <= errors.fold(0.0, f64::max)
+        bounds.fold(Vector::zero(e.len()), |most, bound| most.zip(&bound, f64::max))
+    });
+    // the sum of a function and its limit is rounding where it is none
+    let is_rounding = |values: &[f64], i: usize| {
+        let [least, most] = jumps::range(values.iter().copied());
+        most - least <= errors[i]
     };
     let arrives = declaration.arriving(h, leg);
     let leaves = declaration.arriving(

@@ -81,7 +81,7 @@ impl OnWay<'_> {
             return self.third(&declaration, t, [&q, &v, &a]);
         }
         let of = |a: Vector, reach: &[f64], rates: Vec<f64>| {
-            let size = a.iter().fold(0.0_f64, |size, a| size.max(a.abs()));
+            let size = largest(&a);
             let noise = Vector::from_fn(a.len(), |i| {
                 let reach = reach.get(i).map_or(0.0, |reach| NOISE * reach);
                 jumps::rounding(self.h, v[i] * self.h)
@@ -130,8 +130,7 @@ impl OnWay<'_> {
         let mut all = third::lower_acceleration(declaration, t, [q, v, a])?;
         let jerk = third::jerk(declaration, t, [q, v, &all], &vec![0.0; n])?;
         all.extend(jerk);
-        let size = |of: &[f64]| of.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-        let sizes = [size(&all[..n]), size(&all[n..])];
+        let sizes = [largest(&all[..n]), largest(&all[n..])];
         let noise = Vector::from_fn(2 * n, |i| {
             let of_acceleration = jumps::rounding(self.h, v[i % n] * self.h);
             let of_own = of_acceleration / if i < n { 1.0 } else { self.h.abs() };
@@ -151,10 +150,9 @@ impl OnWay<'_> {
         else {
             return f64::INFINITY;
         };
-        let size = here.a.iter().fold(0.0_f64, |size, a| size.max(a.abs()));
+        let size = largest(&here.a);
         let ends = first.a.zip(&last.a, |first, last| first + part * (last - first));
-        let apart = here.a.zip(&ends, |here, ends| here - ends);
-        let apart = apart.iter().fold(0.0_f64, |size, a| size.max(a.abs()));
+        let apart = largest(&here.a.zip(&ends, |here, ends| here - ends));
         if apart > 0.25 * size { apart / size } else { 0.0 }
     }
 
@@ -195,7 +193,6 @@ impl OnWay<'_> {
         else {
             return 0.0;
         };
-        let largest = |a: &Vector| a.iter().fold(0.0_f64, |largest, a| largest.max(a.abs()));
         let sizes = [&first, &left, &here, &right, &last].map(|at| largest(&at.a));
         let size = sizes.into_iter().fold(0.0, f64::max);
         // a jump that costs no order
@@ -212,7 +209,7 @@ impl OnWay<'_> {
     fn is_bounded(&self, [before, after]: [f64; 2]) -> bool {
         let sizes = [before - 9.0 * LOST, before, after, after + 9.0 * LOST].map(|part| {
             let at = self.acceleration(part)?;
-            Some(at.a.iter().fold(0.0_f64, |size, a| size.max(a.abs())))
+            Some(largest(&at.a))
         });
         let [Some(left), Some(before), Some(after), Some(right)] = sizes else {
             return false;
@@ -270,7 +267,6 @@ impl OnWay<'_> {
     /// Whether an acceleration without a bound is larger beside a place than at a small distance from it.
     fn grows(&self, [_, before, after, _]: [f64; 4], beside: [&Vector; 2]) -> bool {
         let near = [before - NEAR, after + NEAR].map(|part| self.acceleration(part));
-        let largest = |a: &Vector| a.iter().fold(0.0_f64, |largest, a| largest.max(a.abs()));
         near.iter().zip(beside).any(|(near, beside)| {
             let beside = largest(beside);
             !beside.is_finite() || near.as_ref().is_none_or(|near| beside > GROWS * largest(&near.a))
@@ -342,6 +338,11 @@ impl OnWay<'_> {
     fn has_cause(&self, parts: [f64; 4], a: &[f64]) -> bool {
         differ(parts.map(|part| self.causes(part, a)), &[])
     }
+}
+
+/// The largest absolute value.
+fn largest(a: &[f64]) -> f64 {
+    a.iter().fold(0.0_f64, |largest, a| largest.max(a.abs()))
 }
 
 /// Whether any of some quantities jumps between the second and the third of four places: by more than a part of itself or of its terms, and by more than it

@@ -22,6 +22,20 @@ pub(crate) struct Origin {
     pub(crate) leaves: Vec<(Leaf, f64)>,
 }
 
+/// The operations of a segment, their values, and the places of its results.
+fn evaluated(
+    source: &dyn Source,
+    segment: Segment,
+    leaf: &dyn Fn(Leaf) -> f64,
+) -> Option<(Vec<Op>, Vec<f64>, Vec<usize>)> {
+    let bodies = source.tape().bodies();
+    let results = &bodies.get(segment as usize)?.results;
+    let (ops, places) = gathered(bodies, segment, &[]);
+    let values = values(&ops, source, leaf);
+    let results = results.iter().map(|&result| places[result]).collect();
+    Some((ops, values, results))
+}
+
 /// The origin of the first result of a segment that is not finite; where all are, of the first number on the way to them that is not, since a
 /// derivative of a result may not be finite for this reason. Nothing where all numbers are finite, or where a leaf is not.
 pub(crate) fn origin(
@@ -30,11 +44,7 @@ pub(crate) fn origin(
     leaf: &dyn Fn(Leaf) -> f64,
     name: &dyn Fn(Leaf) -> String,
 ) -> Option<Origin> {
-    let bodies = source.tape().bodies();
-    let results = &bodies.get(segment as usize)?.results;
-    let (ops, places) = gathered(bodies, segment, &[]);
-    let values = values(&ops, source, leaf);
-    let results: Vec<usize> = results.iter().map(|&result| places[result]).collect();
+    let (ops, values, results) = evaluated(source, segment, leaf)?;
     let wrong = |place: &usize| !values[*place].is_finite();
     let mut place = match results.iter().copied().find(wrong) {
         Some(result) => result,
@@ -70,11 +80,7 @@ pub(crate) fn without_derivative(
     leaf: &dyn Fn(Leaf) -> f64,
     name: &dyn Fn(Leaf) -> String,
 ) -> Option<Origin> {
-    let bodies = source.tape().bodies();
-    let results = &bodies.get(segment as usize)?.results;
-    let (ops, places) = gathered(bodies, segment, &[]);
-    let values = values(&ops, source, leaf);
-    let results: Vec<usize> = results.iter().map(|&result| places[result]).collect();
+    let (ops, values, results) = evaluated(source, segment, leaf)?;
     let has_none = |place: &usize| match ops[*place] {
         Op::Function(Function::Sqrt | Function::Cbrt, a) => values[a] == 0.0,
         Op::Function(Function::Asin | Function::Acos, a) => values[a].abs() >= 1.0,

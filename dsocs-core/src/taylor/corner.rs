@@ -41,7 +41,7 @@ impl Integrator {
     /// tell become shorter and shorter, and never come there.
     pub(super) fn comes_to_corner(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> Option<f64> {
         let (order, limits) = (self.series.order(), self.control.limits);
-        let mut watch = self.watch.take().unwrap_or_default();
+        let mut watch = self.watch.take_if(|watch| watch.has_bounds)?;
         let mut nearest = f64::INFINITY;
         watch::each(equations, |_, _, switch| {
             if switch.is_bounded()

@@ -43,6 +43,8 @@ const BEYOND: f64 = 1e-3;
 pub(super) struct Watch {
     /// Whether a sign may decide between pieces; else there are steep functions alone.
     pub has_pieces: bool,
+    /// Whether a value has a bound, as a root has.
+    pub(super) has_bounds: bool,
     crossings: Vec<Crossing>,
     touched: Vec<Touched>,
     /// The time of the last switch, or of the start.
@@ -191,6 +193,7 @@ impl Integrator {
                 part = at_most * place;
                 [at_switch, at_corner] = kind;
             }
+            watch.has_bounds |= switch.is_bounded();
             switch.hold();
         });
         self.watch = Some(watch);

@@ -236,10 +236,11 @@ impl State {
 
     /// Looks at the nodes that were not looked at yet for what the command line warns of.
     fn watch_for_warnings(&mut self, py: Python<'_>) -> PyResult<()> {
-        let is_closed = is_closed(self.motion.system().shape()) && self.changes.is_empty();
+        let [looks, asks_between] = self.warnings.looks();
+        let is_closed = asks_between && is_closed(self.motion.system().shape()) && self.changes.is_empty();
         // what does work between nodes that are not kept is not known
-        let is_seen = is_closed || self.record.every() == 1;
-        if matches!(self.method, Method::Tolerance(_)) || !is_seen {
+        let is_seen = is_closed || !asks_between || self.record.every() == 1;
+        if !looks || !is_seen {
             return Ok(());
         }
         let mut warnings = std::mem::take(&mut self.warnings);
@@ -274,6 +275,7 @@ impl PyRun {
         let shape = motion.system().shape();
         let names = Names::of(shape, motion.kernel());
         let (observed, forms) = (shape.observables.len(), shape.forms);
+        let warnings = Warnings::of(method, shape);
         let mut state = State {
             record: Record::new(motion.dimension(), every),
             observed: Derived::new(observed),
@@ -282,7 +284,7 @@ impl PyRun {
             leg: LastLeg::default(),
             method,
             h,
-            warnings: Warnings::default(),
+            warnings,
             looked: 0,
             moved: None,
             motion,

@@ -118,3 +118,15 @@ def test_energies_have_a_unit_where_coordinates_have_one() -> None:
     assert bare.units["energy"] is None and bare.units["force_x"] is None
     assert swing.units["energy"] == "J" and swing.units["force_theta"] == "N m"
     np.testing.assert_array_equal(list(bare.units), bare.columns)
+
+
+def test_constraints_that_nearly_depend_on_each_other_are_told_where_the_tolerance_asks_for_more() -> None:
+    ball = dsocs.System("""
+        coordinates(x, y, z);
+        lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - 9.81 * z;
+        let ball = x.powi(2) + y.powi(2) + z.powi(2) - 1;
+        holonomic = [ball, ball + 1e-9 * (z - 0.3 * x)];
+    """)
+    flow = ball.flow(tolerance=1e-12, q=[0.95782628522115132, 0.0, 0.28734788556634538], v=[0.0, 1.0, 0.0])
+    with pytest.warns(dsocs.StepWarning, match="holonomic constraint 2 says nothing beside those before it"):
+        flow.until(1.0)

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use dsocs_core::{NearlySingular, RunError, Stop, Unresolved};
+use dsocs_core::{NearlySingular, RunError, Shape, Stop, Unresolved};
 use serde_json::{Map, Value, json};
 
 use super::accuracy::{AccuracyArguments, Errors};
@@ -146,15 +146,12 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     );
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
-    let mut watched = Watched::default();
+    let mut watched = Watched::of(plan.method, entry.kernel().shape());
     let (mut unresolved, mut nearly_singular) = (None, None);
     let [mut may_divide, mut third] = [false; 2];
     let interrupted = interrupt::watch();
-    let (mut first, mut moved) = (true, None);
+    let mut moved = None;
     let result = entry.run(&plan, &beginning, &mut |row| {
-        if std::mem::take(&mut first) {
-            moved = moved_start(&beginning, row.declaration.shape(), row.node.q);
-        }
         watched.look(row);
         (unresolved, nearly_singular) = (row.unresolved, row.nearly_singular);
         let shape = row.declaration.shape();
@@ -164,6 +161,9 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         }
         let index = row.node.index;
         if index % PROGRESS == 0 {
+            if index == 0 {
+                moved = moved_start(&beginning, shape, row.node.q);
+            }
             bar.set_position(index);
         }
         let is_written = index % arguments.every == 0;
@@ -244,7 +244,6 @@ fn ended(
 }
 
 /// What is looked at in every node, of which something may be said in the end.
-#[derive(Default)]
 struct Watched {
     lost: Lost,
     errors: Errors,
@@ -252,6 +251,15 @@ struct Watched {
 }
 
 impl Watched {
+    /// Of a run of a system by a method.
+    fn of(method: Method, shape: &Shape) -> Self {
+        Self {
+            lost: Lost::default(),
+            errors: Errors::default(),
+            warnings: Warnings::of(method, shape),
+        }
+    }
+
     /// Looks at a node.
     fn look(&mut self, row: &Row<'_>) {
         self.lost.look(row);

@@ -2,7 +2,7 @@
 
 use dsocs_core::{DependentRow, least_independent};
 
-use crate::entry::{Method, Row};
+use crate::entry::Row;
 
 /// The least independent constraint of a run.
 #[derive(Default)]
@@ -34,10 +34,8 @@ impl Dependence {
     }
 
     /// What is to be said of a run to a tolerance.
-    pub fn note(&self, method: Method) -> Option<String> {
-        let (Method::Tolerance(tolerance), Some((constraint, part, t))) = (method, &self.least) else {
-            return None;
-        };
+    pub fn note(&self, tolerance: f64) -> Option<String> {
+        let (constraint, part, t) = self.least.as_ref()?;
         let known = f64::EPSILON / part;
         (known > tolerance).then(|| {
             format!(

@@ -7,6 +7,8 @@ mod energy;
 mod start;
 mod turns;
 
+use dsocs_core::Shape;
+
 use crate::entry::{Method, Row};
 
 use alternation::Alternation;
@@ -17,33 +19,85 @@ use turns::Turns;
 
 /// What is looked at in the nodes of a run.
 #[derive(Default)]
-pub struct Warnings {
-    energy: Energy,
-    turns: Turns,
-    alternation: Alternation,
-    dependence: Dependence,
+pub struct Warnings(Looks);
+
+#[derive(Default)]
+#[expect(clippy::large_enum_variant, reason = "there is one for a run")]
+enum Looks {
+    /// In those of steps of a fixed length.
+    Steps {
+        energy: Energy,
+        turns: Turns,
+        alternation: Alternation,
+    },
+    /// In those of a run to a tolerance whose constraints may depend on each other.
+    Constraints(f64, Dependence),
+    #[default]
+    Nothing,
 }
 
 impl Warnings {
+    /// For the method of a run of a system.
+    #[must_use]
+    pub fn of(method: Method, shape: &Shape) -> Self {
+        Self(match method {
+            Method::Tolerance(tolerance) if shape.holonomic + shape.nonholonomic > 1 => {
+                Looks::Constraints(tolerance, Dependence::default())
+            }
+            Method::Tolerance(_) => Looks::Nothing,
+            Method::Step | Method::Composed(_) => Looks::Steps {
+                energy: Energy::default(),
+                turns: Turns::default(),
+                alternation: Alternation::default(),
+            },
+        })
+    }
+
+    /// Whether nodes are looked at, and whether all that happens between them is to be known.
+    #[must_use]
+    pub fn looks(&self) -> [bool; 2] {
+        [
+            !matches!(self.0, Looks::Nothing),
+            matches!(self.0, Looks::Steps { .. }),
+        ]
+    }
+
     /// Looks at the next node.
     #[inline]
     pub fn look(&mut self, row: &Row<'_>) {
-        self.energy.look(row);
-        self.turns.look(row);
-        self.alternation.look(row);
-        self.dependence.look(row);
+        match &mut self.0 {
+            Looks::Steps {
+                energy,
+                turns,
+                alternation,
+            } => {
+                energy.look(row);
+                turns.look(row);
+                alternation.look(row);
+            }
+            Looks::Constraints(_, dependence) => dependence.look(row),
+            Looks::Nothing => {}
+        }
     }
 
-    /// What is to be said of a run with the step `h`, in the words of the command line, with the names of the coordinates: of its energy, of bodies that turn, and of coordinates
+    /// What is to be said of a run with the step `h`, in the words of the command line, with the names of the coordinates: of its energy, of bodies that turn, of coordinates
     /// that go to and fro, and of constraints that nearly depend on each other.
     #[must_use]
     pub fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 4] {
         let names = || names.iter().copied();
-        [
-            self.energy.note(method, h),
-            self.turns.note(names(), method, h),
-            self.alternation.note(names(), method),
-            self.dependence.note(method),
-        ]
+        match &self.0 {
+            Looks::Steps {
+                energy,
+                turns,
+                alternation,
+            } => [
+                energy.note(method, h),
+                turns.note(names(), method, h),
+                alternation.note(names(), method),
+                None,
+            ],
+            Looks::Constraints(tolerance, dependence) => [None, None, None, dependence.note(*tolerance)],
+            Looks::Nothing => [None, None, None, None],
+        }
     }
 }
