@@ -487,6 +487,7 @@ impl Integrator {
     }
 
     /// Takes a step that has been tried.
+    #[inline]
     fn make(&mut self, equations: &mut dyn SeriesKernel, made: &Made) {
         let Made { h, ref end, .. } = *made;
         if let Some(projection) = &mut self.projection {

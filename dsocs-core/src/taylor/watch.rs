@@ -182,16 +182,11 @@ impl Integrator {
         each(equations, |_, _, switch| {
             // a corner and a switch may be at the same place
             let at_most = if at_corner { BESIDE_CORNER * part } else { part };
-            let reach = switch.reach(order, h * at_most, &limits, &mut watch.crossings);
-            let (place, kind) = match reach {
-                Reach::Whole => (1.0, None),
-                Reach::Shorter(place) => (place, Some([false, false])),
-                Reach::Crossing(place) => (place, Some([true, false])),
-                Reach::Corner(place) => (place, Some([false, true])),
-            };
-            if let Some(kind) = kind {
-                part = at_most * place;
-                [at_switch, at_corner] = kind;
+            match switch.reach(order, h * at_most, &limits, &mut watch.crossings) {
+                Reach::Whole => {}
+                Reach::Shorter(place) => (part, at_switch, at_corner) = (at_most * place, false, false),
+                Reach::Crossing(place) => (part, at_switch, at_corner) = (at_most * place, true, false),
+                Reach::Corner(place) => (part, at_switch, at_corner) = (at_most * place, false, true),
             }
             watch.has_bounds |= switch.is_bounded();
             switch.hold();
