@@ -346,7 +346,10 @@ impl Integrator {
             self.weigh(equations);
         }
         let rejected = self.rejected;
-        let outcome = if let Some(last) = self.corner.take() {
+        // a motion goes on anew from a corner
+        let outcome = if self.is_new
+            && let Some(last) = self.corner.take()
+        {
             self.step_from_corner(equations, (until, left), last)
         } else if self.rests() {
             self.step_at_rest(equations, (until, left), smallest)
@@ -487,7 +490,6 @@ impl Integrator {
     }
 
     /// Takes a step that has been tried.
-    #[inline]
     fn make(&mut self, equations: &mut dyn SeriesKernel, made: &Made) {
         let Made { h, ref end, .. } = *made;
         if let Some(projection) = &mut self.projection {
