@@ -43,7 +43,7 @@ mod continuous;
 mod error;
 mod evolution;
 mod expansion;
-pub(crate) mod external;
+mod external;
 mod form;
 mod inverse;
 mod legendre;

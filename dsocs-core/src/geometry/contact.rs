@@ -3,7 +3,6 @@
 use super::array::{along, moving, moving_leg};
 use super::continuous::legendre;
 use super::expansion::Expansion;
-use super::external::discrete;
 use super::legendre::{legendre_minus, legendre_plus, product};
 use super::map::Triple;
 use super::nodes::{extent, moves, moving_position};
@@ -262,12 +261,9 @@ impl<'s> Place<'s> {
     /// The forces of `L_d`, and the external ones.
     fn forces(&self) -> [Vec<Gap>; 2] {
         let leg = self.triple.first().map(Bounded::splat);
-        let found = discrete(
-            &self.declaration,
-            Bounded::splat(self.h),
-            leg.any(),
-            &bounded(&self.triple.e),
-        );
+        let found =
+            self.declaration
+                .external_force(Bounded::splat(self.h), leg.any(), &bounded(&self.triple.e));
         let gap = |i: usize, x: Bounded, y: Bounded| Gap {
             apart: x.lane(0) - y.lane(0),
             size: self.sizes[i],

@@ -5,7 +5,7 @@ use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use super::legendre::{discrete_form, mixed};
 use super::map::{DiscreteFlow, TangentMap, Triple};
-use super::{external, units};
+use super::units;
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 
@@ -166,7 +166,7 @@ fn force_slopes(flow: &DiscreteFlow<'_>, triple: &Triple, tangent: &TangentMap) 
         for (found, (leg, by)) in found.iter_mut().zip(moved) {
             let e = moving(e, &times(unit, &by));
             let mut force = declaration.force(h, leg.any(), &e);
-            let external = external::discrete(&declaration, h, leg.any(), &e);
+            let external = declaration.external_force(h, leg.any(), &e);
             for (force, external) in force.iter_mut().zip(external) {
                 *force = *force + external;
             }

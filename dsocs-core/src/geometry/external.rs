@@ -3,12 +3,9 @@
 use super::array::{fixed, plus};
 use super::map::Triple;
 use crate::kernel::Kernel;
-use crate::number::bounded::Bounded;
-use crate::number::point::{AnyLeg, AnyPoint, map};
-use crate::number::scalar::Scalar as _;
+use crate::number::point::AnyPoint;
 use crate::number::tangent::Tangent;
-use crate::solve::rotation;
-use crate::tape::Number;
+use crate::regularity::rounding;
 use crate::tape::declaration::Declaration;
 
 /// The discrete external force at the second of three nodes, `f⁻_d(q1, q2) + f⁺_d(q0, q1)`, in units of `L` per unit of the
@@ -16,46 +13,14 @@ use crate::tape::declaration::Declaration;
 /// section 3.2.)
 #[must_use]
 pub fn external_forces(system: &dyn Kernel, h: f64, triple: &Triple) -> Vec<f64> {
-    discrete(&Declaration::of(system), h, triple.leg.any(), &triple.e)
-}
-
-/// The same for any number.
-pub(super) fn discrete<T: Number>(
-    declaration: &Declaration<'_>,
-    h: T,
-    leg: AnyLeg<'_, T>,
-    e: &[T],
-) -> Vec<T> {
-    let d: Vec<T> = leg.d.iter().zip(e).map(|(&d, &e)| d + e).collect();
-    let q = rotation::moved(&declaration.shape().rotations, leg.q, &d);
-    let last = AnyLeg {
-        t: leg.t + h,
-        q: &q,
-        d: &d,
-    };
-    let [_, mut sum] = declaration.discrete_external_forces(h, leg);
-    let [minus, _] = declaration.discrete_external_forces(h, last);
-    for (sum, minus) in sum.iter_mut().zip(minus) {
-        *sum = *sum + minus;
-    }
-    sum
+    Declaration::of(system).external_force(h, triple.leg.any(), &triple.e)
 }
 
 /// By how much rounding may change the constraint force and the external forces at the second of three nodes, by coordinate: a bound on the errors of all their
 /// terms, of which much may cancel.
 #[must_use]
 pub fn force_roundings(system: &dyn Kernel, h: f64, triple: &Triple) -> Vec<f64> {
-    bounds(&Declaration::of(system), h, triple.leg.any(), &triple.e)
-}
-
-/// The same of a declaration.
-pub(crate) fn bounds(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Vec<f64> {
-    let (h, leg, e) = (Bounded::splat(h), leg.map(Bounded::splat), map(e, Bounded::splat));
-    let constraint = declaration.force(h, leg.any(), &e);
-    let external = discrete(declaration, h, leg.any(), &e);
-    let both = constraint.iter().zip(&external);
-    both.map(|(constraint, external)| constraint.error() + external.error())
-        .collect()
+    rounding::force_bounds(&Declaration::of(system), h, triple.leg.any(), &triple.e)
 }
 
 /// The power at a point of the continuous system's motion, `dE/dt = ⟨Q + f, v⟩ − ∂L/∂t`, with the constraint force `Q` and the external
@@ -86,7 +51,7 @@ pub fn discrete_power(system: &dyn Kernel, h: f64, triple: &Triple) -> f64 {
     let declaration = Declaration::of(system);
     let leg = triple.leg.any();
     let constraint = declaration.force(h, leg, &triple.e);
-    let external = discrete(&declaration, h, leg, &triple.e);
+    let external = declaration.external_force(h, leg, &triple.e);
     let point = declaration.point(h, leg, &triple.e);
     let AnyPoint { t, q, v, .. } = point.any();
     of_force(&declaration, (t, q, v), &plus(&constraint, &external))

@@ -1,9 +1,9 @@
 //! How far coordinates move in a step: their lengths, which make coordinates of different units comparable.
 
-use crate::geometry::external;
 use crate::number::bounded::UNIT;
 use crate::number::point::{AnyLeg, map};
 use crate::number::tangent::Tangent2;
+use crate::regularity::rounding;
 use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
@@ -73,7 +73,7 @@ pub(crate) fn roundings(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f
 
 /// How far the terms of the forces at the middle node would lead in a step if they did not balance, the most of all coordinates, each times the square root of its mass.
 fn forced(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64], weights: &[f64]) -> f64 {
-    let bounds = external::bounds(declaration, h, leg, e);
+    let bounds = rounding::force_bounds(declaration, h, leg, e);
     let ways = bounds.iter().zip(weights).map(|(bound, &weight)| {
         let way = bound / UNIT * h * h / weight;
         if way.is_finite() { way } else { 0.0 }

@@ -42,3 +42,18 @@ pub(crate) fn first_pair_bounds(declaration: &Declaration<'_>, h: f64, leg: AnyL
     let rows = of_first_pair(declaration, Bounded::splat(h), leg.map(Bounded::splat).any());
     rows.into_iter().map(Bounded::error).collect()
 }
+
+/// By how much rounding may change the constraint force and the external forces at the second of three nodes, by coordinate.
+pub(crate) fn force_bounds(
+    declaration: &Declaration<'_>,
+    h: f64,
+    leg: AnyLeg<'_, f64>,
+    e: &[f64],
+) -> Vec<f64> {
+    let (h, leg, e) = (Bounded::splat(h), leg.map(Bounded::splat), map(e, Bounded::splat));
+    let constraint = declaration.force(h, leg.any(), &e);
+    let external = declaration.external_force(h, leg.any(), &e);
+    let both = constraint.iter().zip(&external);
+    both.map(|(constraint, external)| constraint.error() + external.error())
+        .collect()
+}

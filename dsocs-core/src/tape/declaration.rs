@@ -4,6 +4,7 @@ use crate::number::bounded::Bounded;
 use crate::number::point::{AnyLeg, AnyPoint, OwnedPoint};
 use crate::number::scalar::Scalar as _;
 use crate::samples::Samples;
+use crate::solve::rotation;
 use crate::tape::Shape;
 use crate::tape::origin::{Origin, origin, without_derivative};
 use crate::tape::quantity::Quantity;
@@ -654,6 +655,23 @@ impl<'s> Declaration<'s> {
         );
         let arriving = forces.split_off(self.dimension());
         [forces, arriving]
+    }
+
+    /// The discrete external force at the second of three nodes, `f⁻_d(q1, q2) + f⁺_d(q0, q1)`, by the second difference.
+    pub(crate) fn external_force<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> Vec<T> {
+        let d: Vec<T> = leg.d.iter().zip(e).map(|(&d, &e)| d + e).collect();
+        let q = rotation::moved(&self.shape().rotations, leg.q, &d);
+        let last = AnyLeg {
+            t: leg.t + h,
+            q: &q,
+            d: &d,
+        };
+        let [_, mut sum] = self.discrete_external_forces(h, leg);
+        let [minus, _] = self.discrete_external_forces(h, last);
+        for (sum, minus) in sum.iter_mut().zip(minus) {
+            *sum = *sum + minus;
+        }
+        sum
     }
 
     /// How many arguments there are of functions that jump with the velocity.

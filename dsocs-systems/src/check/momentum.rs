@@ -9,10 +9,10 @@ use crate::stability::Bar;
 
 /// The discrete Lagrangian may change by this much along a symmetry, and the momentum equation be missed by it, relative to
 /// their terms.
-const ROUNDING: f64 = 1e-13;
+pub const ROUNDING: f64 = 1e-13;
 
 /// A momentum that is conserved may drift by this much, relative to its terms.
-const DRIFT: f64 = 1e-12;
+pub const DRIFT: f64 = 1e-12;
 
 /// The momentum equation of each declared symmetry: an identity where `L_d` is invariant.
 pub fn identity(subject: &Subject<'_>, report: &mut Report) {

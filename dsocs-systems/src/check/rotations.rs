@@ -4,7 +4,7 @@ use dsocs_core::geometry::{self, Triple, discrete_power};
 use dsocs_core::{AnyPoint, AnyStart, Declaration, Kernel, OwnedLeg, Tolerance};
 
 use super::contact::contact;
-use super::momentum::{relative_variation, terms};
+use super::momentum::{DRIFT, ROUNDING, relative_variation, terms};
 use super::order::with_finer_steps;
 use super::probe::{First, Passed, State, certified, less, passed_nodes};
 use super::third::{certificates, push_slope};
@@ -18,12 +18,6 @@ const SAME: f64 = 1e-9;
 
 /// A norm may be so many roundings from one.
 const ROUNDINGS: f64 = 4.0;
-
-/// The momentum equation may be missed by this part of its terms.
-const ROUNDING: f64 = 1e-13;
-
-/// A momentum on which nothing works may drift by this part of its terms.
-const DRIFT: f64 = 1e-12;
 
 /// What works by less than this part of the terms works nothing.
 const NO_WORK: f64 = 1e-14;
