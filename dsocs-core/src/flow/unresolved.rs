@@ -31,8 +31,9 @@ impl Discrete<'_> {
 
     /// Whether a solution is near its prediction: a force that switches shows first there.
     pub(super) fn foresees(&self, z: &[f64], e: &[f64]) -> bool {
-        let last = self.course.has_solved.then(|| self.course.vectors.e());
-        predictor::continues(z.len(), last, e, FORESEEN)
+        let vectors = &self.course.vectors;
+        let past = self.course.has_solved.then(|| [vectors.before(), vectors.e()]);
+        predictor::continues(z.len(), past, e, FORESEEN)
             && (z.is_empty() || self.course.predictor.foresees(z, FORESEEN))
     }
 

@@ -69,7 +69,7 @@ pub(crate) struct Arrays<'c, const N: usize> {
     pub e: &'c mut [f64; N],
     /// Of third order: the second difference that ends with the last node.
     pub second: [&'c mut [f64; N]; 2],
-    /// Of third order: the second difference that the last step went on from.
+    /// Where forces may switch, the second difference of the step before; of third order, the one that the last step went on from.
     pub before: &'c mut [f64; N],
 }
 
@@ -79,7 +79,7 @@ pub(crate) struct Solved<'c, const N: usize> {
     pub leg: Leg<f64, N>,
     /// Its second difference; of third order, the third.
     pub e: &'c [f64; N],
-    /// Of third order: the second difference that it went on from.
+    /// Where forces may switch, the second difference of the step before; of third order, the one that it went on from.
     pub before: &'c [f64; N],
 }
 
@@ -217,6 +217,7 @@ impl Vectors {
         let n = self.increments;
         self.numbers.copy_within(Q * n..(Q + 1) * n, SOLVED_Q * n);
         self.numbers.copy_within(D * n..(D + 1) * n, SOLVED_D * n);
+        self.numbers.copy_within(E * n..(E + 1) * n, BEFORE * n);
         self.set(E, e);
         self.set_leg(q, d);
     }
@@ -237,7 +238,7 @@ impl Vectors {
         self.sum(SECOND)
     }
 
-    /// Of third order: the second difference that the last step went on from.
+    /// Where forces may switch, the second difference of the step before; of third order, the one that the last step went on from.
     pub fn before(&self) -> &[f64] {
         self.vector(BEFORE)
     }
@@ -306,8 +307,8 @@ impl Course {
     ) -> Self {
         let [q, d] = [leg.q, leg.d].map(|vector| Sum::exact(Vector::of(vector)));
         let mut course = Self::new(shape, (h, constants.into()), leg.t, (&q, &d));
-        course.vectors.set(BEFORE, past);
         course.vectors.commit(&q, &d, e);
+        course.vectors.set(BEFORE, past);
         (course.solved_at, course.has_solved) = (leg.t, true);
         course
     }

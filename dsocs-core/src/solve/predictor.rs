@@ -295,11 +295,18 @@ pub(crate) fn foresees(guess: &[f64], z: &[f64], part: f64) -> bool {
         .all(|(z, guess)| (z - guess).abs() <= part * z.abs())
 }
 
-/// Whether a second difference changes little from the last one to the next, if unknowns do not tell it: parts that are known without a root need no unknowns,
-/// and have no prediction.
+/// Whether a second difference follows from the last two, if unknowns do not tell it: parts that are known without a root need no unknowns,
+/// and have no prediction. It follows where it is near the last one, or near the line through both: that passes zero as a motion does.
 #[inline]
-pub(crate) fn continues(unknowns: usize, last: Option<&[f64]>, e: &[f64], part: f64) -> bool {
-    unknowns >= e.len() || last.is_some_and(|last| foresees(last, e, part))
+pub(crate) fn continues(unknowns: usize, past: Option<[&[f64]; 2]>, e: &[f64], part: f64) -> bool {
+    unknowns >= e.len()
+        || past.is_some_and(|[before, last]| {
+            e.iter().zip(before).zip(last).all(|((e, before), last)| {
+                let near = |guess: f64| (e - guess).abs() <= part * e.abs();
+                // false for a NaN
+                near(*last) || near(2.0 * last - before)
+            })
+        })
 }
 
 impl<U: Unknown<f64>> Arrays<'_, U> {

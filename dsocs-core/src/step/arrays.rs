@@ -142,13 +142,18 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
                 let found = numbers.get(hot.places.rows.clone()).unwrap_or_default();
                 if let Some((first, rest)) = found.split_first_chunk() {
                     rows = *first;
-                    jacobian = *rest.as_chunks().0.first_chunk().unwrap_or(&jacobian);
+                    for (row, found) in jacobian.iter_mut().zip(rest.chunks_exact(M.max(1))) {
+                        row.copy_from_slice(found);
+                    }
                 }
             } else if let Some((first, rest)) = hot.residual.places().split_first_chunk() {
                 let at = |place: u32| numbers.get(place as usize).copied().unwrap_or(f64::NAN);
                 rows = first.map(at);
-                let rest = rest.as_chunks().0.first_chunk().unwrap_or(&[[0; M]; M]);
-                jacobian = rest.map(|row| row.map(at));
+                for (row, places) in jacobian.iter_mut().zip(rest.chunks_exact(M.max(1))) {
+                    for (entry, &place) in row.iter_mut().zip(places) {
+                        *entry = at(place);
+                    }
+                }
             }
             Linearization { rows, jacobian }
         });
@@ -224,10 +229,10 @@ pub(super) fn smooth(
         };
     }
     Some(of! {
-        1: 1, 2;
-        2: 1, 2, 3;
-        3: 1, 2, 3, 4;
-        4: 1, 2, 3, 4;
+        1: 0, 1, 2;
+        2: 0, 1, 2, 3;
+        3: 0, 1, 2, 3, 4;
+        4: 0, 1, 2, 3, 4;
         5: 5;
         6: 6;
         7: 7;

@@ -420,12 +420,13 @@ pub(crate) fn smooth<K: Walked, Z: Unknowns>(
             return Halt::Asks(Question::NotFinite);
         }
         if may_switch || shape.jumps {
-            let last = course.has_solved.then_some(&e[..]);
-            let foreseen = continues(m, last, found, FORESEEN) && foresees(guess.as_ref(), z, FORESEEN);
+            let past = course.has_solved.then_some([&before[..], &e[..]]);
+            let foreseen = continues(m, past, found, FORESEEN) && foresees(guess.as_ref(), z, FORESEEN);
             if may_switch && !foreseen {
                 return Halt::Asks(Question::Unforeseen);
             }
             course.looked = false;
+            before.copy_from_slice(e);
         }
         let scales = scales.as_ref().map(AsRef::as_ref);
         course

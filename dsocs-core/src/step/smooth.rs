@@ -287,13 +287,14 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, course: &mut Cours
             break Halt::Asks(Question::NotFinite);
         }
         if may_switch || system.may_jump() {
-            let last = course.has_solved.then_some(&e[..]);
-            let foreseen = predictor::continues(z.as_ref().len(), last, &found, FORESEEN)
+            let past = course.has_solved.then_some([&vectors.before[..], &e[..]]);
+            let foreseen = predictor::continues(z.as_ref().len(), past, &found, FORESEEN)
                 && predictor::foresees(solved.guess.as_ref(), z.as_ref(), FORESEEN);
             if may_switch && !foreseen {
                 break Halt::Asks(Question::Unforeseen);
             }
             course.looked = false;
+            *vectors.before = *e;
         }
         solved.push(&mut past, rows.are_watched());
         state = next;
