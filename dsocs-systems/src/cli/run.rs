@@ -23,7 +23,7 @@ use super::terminal::tell;
 use super::{CliError, Program, interrupt, page, progress};
 use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, UnknownName, columns};
 use crate::stability::number;
-use crate::warnings::{Warnings, moved_start};
+use crate::warnings::{Warnings, moved_start, passed_inputs};
 
 /// How many nodes there are between two signs of progress.
 const PROGRESS: u64 = 1024;
@@ -190,6 +190,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let [energy, turns, alternation, dependence] = watched.warnings.notes(&names, plan.method, plan.h);
     let notes = [
         moved,
+        passed_inputs(&plan, arguments.from.t0()),
         watched.lost.note(),
         watched.errors.note(names.iter().copied(), result.is_err()),
         energy,
@@ -327,6 +328,15 @@ impl Pictures {
     /// Takes the number of a node and, if anything is asked for, the values of all columns there.
     #[inline]
     fn push(&mut self, index: u64, values: &[f64]) {
+        // most runs ask for none
+        if self.plot.is_some() || self.picture.is_some() || self.report.is_some() {
+            self.draw(index, values);
+        }
+    }
+
+    /// Takes them.
+    #[inline(never)]
+    fn draw(&mut self, index: u64, values: &[f64]) {
         if let Some(plot) = &mut self.plot {
             plot.push(index, values);
         }

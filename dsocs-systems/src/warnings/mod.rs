@@ -4,6 +4,7 @@
 mod alternation;
 mod dependence;
 mod energy;
+mod inputs;
 mod start;
 mod turns;
 
@@ -14,6 +15,7 @@ use crate::entry::{Method, Row};
 use alternation::Alternation;
 use dependence::Dependence;
 use energy::Energy;
+pub use inputs::passed_inputs;
 pub use start::moved_start;
 use turns::Turns;
 

@@ -87,3 +87,61 @@ fn a_law_goes_on_where_a_mass_changes() {
         }
     }
 }
+
+#[test]
+fn values_that_never_hold_are_told_and_no_others() {
+    let text = "parameters { u = 0.0 } coordinates(x); lagrangian = dot(x).powi(2) / 2; let held = 1 * u; external_forces = held; observe = [held]; \
+        run { start = ([0.0], [0.0]); step = 0.01; until = 2; }";
+    let mut draw = 7_u64;
+    let mut next = || {
+        draw = draw.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (draw >> 40) as f64 / (1_u64 << 24) as f64
+    };
+    let (mut told, mut silent) = (0, 0);
+    for case in 0..24 {
+        let coarse = case % 3 == 0;
+        let (mut plan, mut t, mut values) = (String::new(), 0.1, Vec::new());
+        while t < 1.5 {
+            let value = 1.0 + values.len() as f64;
+            plan += &format!("{t},{value}\n");
+            values.push(value);
+            // now and then at a node
+            t += if coarse {
+                0.05 + 0.1 * next()
+            } else {
+                0.03 * next()
+            };
+            t = if next() < 0.3 {
+                (t * 100.0).round() / 100.0 + 0.01
+            } else {
+                t
+            };
+        }
+        let method: &[&str] =
+            [&["--order", "2"][..], &["--order", "4"], &["--tolerance", "1e-9"]][case / 3 % 3];
+        let way: &[&str] = if case % 2 == 0 {
+            &[]
+        } else {
+            &["--step=-0.01", "--t0", "2", "--until", "0"]
+        };
+        let all = [&["--input", "u=plan.csv", "--columns", "held"], method, way].concat();
+        let (succeeds, [table, warnings]) = attempt_with(&[("plan.csv", plan.clone())], text, "run", &all);
+        assert!(succeeds, "{plan}: {warnings}");
+        let held: Vec<f64> = table.lines().skip(1).map(|line| line.parse().unwrap()).collect();
+        let passed = values.iter().filter(|value| !held.contains(value)).count();
+        let expected = match passed {
+            0 => None,
+            1 => Some("a value of the input `u` never held".to_owned()),
+            _ => Some(format!("{passed} values of the input `u` never held")),
+        };
+        match expected {
+            None => assert!(!warnings.contains("never held"), "{all:?} {plan}: {warnings}"),
+            Some(expected) => assert!(
+                warnings.contains(&expected),
+                "{all:?} {plan}: {expected}; {warnings}"
+            ),
+        }
+        if passed > 0 { told += 1 } else { silent += 1 }
+    }
+    assert!(told >= 8 && silent >= 4, "{told} {silent}");
+}

@@ -1,0 +1,46 @@
+//! Inputs that change more often than there are nodes at which they could.
+
+use crate::entry::{HeldInput, Plan};
+
+/// Times that differ by less than this part of a step are the same to a run with inputs.
+const SAME_TIME: f64 = 1e-6;
+
+/// What is to be said of a run that begins at the time `t0` and whose inputs have values that never hold: those between whose time and that of the next value there is no node.
+#[must_use]
+pub fn passed_inputs(plan: &Plan, t0: f64) -> Option<String> {
+    plan.inputs.iter().find_map(|input| passed(input, plan, t0))
+}
+
+/// The same of one input.
+fn passed(input: &HeldInput, plan: &Plan, t0: f64) -> Option<String> {
+    let steps = |t: f64| (t - t0) / plan.h;
+    let end = steps(plan.until);
+    let is_passed = |place: usize| {
+        let [[from, value], [to, next]] = [input.values[place], input.values[place + 1]];
+        let before = place.checked_sub(1).map(|before| input.values[before][1]);
+        let (one, other) = (steps(from), steps(to));
+        let (first, last) = (one.min(other), one.max(other));
+        let is_of_run = last > SAME_TIME && first < end - SAME_TIME;
+        // back in time a value holds up to its own time and not at it, which the same nodes lie in
+        let node = (first - SAME_TIME).ceil();
+        is_of_run && node.max(0.0) >= last - SAME_TIME && value != next && Some(value) != before
+    };
+    let passed: Vec<usize> = (0..input.values.len().saturating_sub(1))
+        .filter(|&place| is_passed(place))
+        .collect();
+    let shortest = passed
+        .iter()
+        .map(|&place| input.values[place + 1][0] - input.values[place][0])
+        .fold(f64::INFINITY, f64::min);
+    let &first = passed.first()?;
+    let [t, value] = input.values[first];
+    let (count, rest) = match passed.len() {
+        1 => ("a value".to_owned(), "it"),
+        count => (format!("{count} values"), "the first of them"),
+    };
+    Some(format!(
+        "warning: {count} of the input `{name}` never held: a value holds from the next node on, and between {rest}, {value} at t = {t}, and the next \
+         there is none (a `--step` of {shortest:e} has nodes for all; or declare `{name}` as samples in the text, which are looked at between nodes, too)",
+        name = input.parameter,
+    ))
+}
