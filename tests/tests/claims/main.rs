@@ -63,6 +63,7 @@ mod run;
 mod scenes;
 mod scenes_table;
 mod scenes_written;
+mod signs_written;
 mod singular_laws;
 mod small_unknowns;
 mod smooth_scenes;

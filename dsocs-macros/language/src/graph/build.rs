@@ -2,6 +2,8 @@
 
 #![allow(clippy::float_cmp)] // coefficients are compared with exact ones and zeros
 
+use core::f64::consts::FRAC_PI_2;
+
 use proc_macro2::TokenStream;
 
 use super::{Bits, Callee, Comparison, Graph, Leaf, Node, NodeId, Unary};
@@ -172,12 +174,51 @@ impl Graph {
             *power = bounded(power.saturating_add(more));
         });
         collected.retain(|&(_, exponent)| exponent != 0);
+        if let Some((scale, factors)) = self.with_signs(&collected) {
+            let product = self.product(&factors);
+            return self.scale(coefficient * scale, product);
+        }
         let base = match collected[..] {
             [] => return self.constant(coefficient),
             [(node, 1)] => node,
             _ => self.intern(Node::Product(collected)),
         };
         self.scale(coefficient, base)
+    }
+
+    /// A number and factors in the place of others of which one is divided by its absolute value, or this by it: their quotient is a sign.
+    fn with_signs(&mut self, factors: &[(NodeId, i32)]) -> Option<(f64, Vec<(NodeId, i32)>)> {
+        factors.iter().enumerate().find_map(|(place, &(size, power))| {
+            let &Node::Unary(Unary::Abs, argument) = self.node(size) else {
+                return None;
+            };
+            let mut others = factors.iter().enumerate();
+            let (other, ratio) = others.find_map(|(other, &(factor, n))| {
+                let is_across = (n < 0) != (power < 0);
+                Some((other, is_across.then(|| self.ratio(factor, argument))??))
+            })?;
+            let common = power.abs().min(factors[other].1.abs());
+            let mut factors = factors.to_vec();
+            factors[place].1 -= common * power.signum();
+            factors[other].1 += common * power.signum();
+            if common % 2 != 0 {
+                factors.push((self.unary(Unary::Signum, argument), 1));
+            }
+            Some((ratio.powi(-common * power.signum()), factors))
+        })
+    }
+
+    /// The number that an expression is multiplied by in another one, `a = c b`, if the terms of both show it.
+    fn ratio(&self, a: NodeId, b: NodeId) -> Option<f64> {
+        if a == b {
+            return Some(1.0);
+        }
+        let ((terms, constant), (others, other)) = (self.terms(a), self.terms(b));
+        let ratio = terms.first()?.1 / others.first()?.1;
+        let fits = |c: f64, other: f64| (c - ratio * other).abs() <= 4.0 * f64::EPSILON * c.abs();
+        let mut both = terms.iter().zip(&others);
+        let fit = both.all(|((term, c), (same, other))| term == same && fits(*c, *other));
+        (terms.len() == others.len() && fit && fits(constant, other)).then_some(ratio)
     }
 
     pub(crate) fn unary(&mut self, op: Unary, a: NodeId) -> NodeId {
@@ -187,8 +228,52 @@ impl Graph {
                 let pieces = self.of_pieces(a, |graph, piece| graph.unary(Unary::Sqrt, piece));
                 pieces.unwrap_or_else(|| self.sqrt(a))
             }
+            None if op == Unary::Signum => {
+                let argument = self.of_same_sign(a);
+                match self.as_constant(argument) {
+                    Some(value) => self.constant(op.apply(value)),
+                    None => self.intern(Node::Unary(op, argument)),
+                }
+            }
             None => self.intern(Node::Unary(op, a)),
         }
+    }
+
+    /// A simpler expression that has the sign of another one where neither is zero: `s` for `s³`, `|s| s` and `∛s`. A multiple zero, and one at which a derivative is infinite,
+    /// are known to few digits.
+    fn of_same_sign(&mut self, a: NodeId) -> NodeId {
+        let (terms, constant) = self.terms(a);
+        let &[(term, c)] = &terms[..] else {
+            return a;
+        };
+        if constant != 0.0 {
+            return a;
+        }
+        let factors = self.factors(term);
+        let mut signs = Vec::with_capacity(factors.len());
+        for &(factor, n) in &factors {
+            // what parameters make zero is zero always
+            if self.is_fixed(factor) {
+                signs.push((factor, n));
+                continue;
+            }
+            let argument = match *self.node(factor) {
+                Node::Unary(Unary::Abs | Unary::Sqrt | Unary::Exp | Unary::Cosh, _) => continue,
+                Node::Unary(
+                    Unary::Cbrt | Unary::Sinh | Unary::Tanh | Unary::Atan | Unary::Asin,
+                    argument,
+                ) => self.of_same_sign(argument),
+                _ => factor,
+            };
+            if n % 2 != 0 {
+                signs.push((argument, 1));
+            }
+        }
+        if signs == factors {
+            return a;
+        }
+        let product = self.product(&signs);
+        self.scale(c, product)
     }
 
     /// A square root without the squares of parameters and of the step that all terms of its argument share:
@@ -318,7 +403,28 @@ impl Graph {
     pub(crate) fn atan2(&mut self, y: NodeId, x: NodeId) -> NodeId {
         match (self.as_constant(y), self.as_constant(x)) {
             (Some(y), Some(x)) => self.constant(y.atan2(x)),
+            // then the angle jumps where the ordinate changes its sign, and is constant elsewhere
+            (None, Some(0.0)) => {
+                let side = self.unary(Unary::Signum, y);
+                self.scale(FRAC_PI_2, side)
+            }
             _ => self.intern(Node::Atan2(y, x)),
+        }
+    }
+
+    /// What holds where a comparison of velocities does not, without a piece that belongs to equality alone: `B` for `if s < 0 { B } else { C }` after `if s > 0 { A }`. At
+    /// equality a function that jumps with the velocity may have any value between its two sides (Filippov).
+    fn without_instant(&self, op: Comparison, [left, right]: [NodeId; 2], otherwise: NodeId) -> NodeId {
+        let is_of_velocity = [left, right]
+            .iter()
+            .any(|&side| self.leaves(side).any(|leaf| matches!(leaf, Leaf::V(_))));
+        match self.node(otherwise) {
+            &Node::Select(Comparison::Lt, [l, r, then, _])
+                if op == Comparison::Lt && is_of_velocity && [l, r] == [right, left] =>
+            {
+                then
+            }
+            _ => otherwise,
         }
     }
 
@@ -330,6 +436,15 @@ impl Graph {
         then: NodeId,
         otherwise: NodeId,
     ) -> NodeId {
+        if then == otherwise {
+            return then;
+        }
+        let (left, right) = match (self.as_constant(left), self.as_constant(right)) {
+            (Some(0.0), None) => (left, self.of_same_sign(right)),
+            (None, Some(0.0)) => (self.of_same_sign(left), right),
+            _ => (left, right),
+        };
+        let otherwise = self.without_instant(op, [left, right], otherwise);
         if then == otherwise {
             return then;
         }

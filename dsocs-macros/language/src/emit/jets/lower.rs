@@ -1,10 +1,11 @@
 //! From the expression graph to sequences of Taylor coefficients.
 
+use core::f64::consts::FRAC_PI_2;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::running::Sums;
 use super::sequence::{Argument, Bound, Constant, Inverse, Op, Sequence, Sequences};
-use crate::graph::{Graph, Node, NodeId, Unary};
+use crate::graph::{Comparison, Graph, Node, NodeId, Unary};
 use crate::hash::HashMap;
 use crate::passes::share::{Factor, Product, Shared};
 
@@ -111,15 +112,10 @@ impl<'g> Lower<'g> {
                 value
             }
             Node::Powf(base, exponent) => self.powf(base, exponent),
-            Node::Atan2(y, x) => {
-                let radius = [self.graph.powi(x, 2), self.graph.powi(y, 2)];
-                let radius = self.graph.sum(&radius);
-                let (y, x) = (self.lower(y), self.lower(x));
-                let radius = self.lower(radius);
-                let angle = self.sequences.push(Op::Atan2(y, x, radius));
-                self.watch_bound(angle, Bound::Half);
-                angle
+            Node::Atan2(y, x) if self.graph.is_fixed(x) && self.graph.as_constant(x).is_none() => {
+                self.angle_beside(y, x)
             }
+            Node::Atan2(y, x) => self.angle(y, x),
             Node::Select(op, nodes) => {
                 let parts = nodes.map(|part| self.lower(part));
                 let difference = Argument::Difference(parts[0], parts[1]);
@@ -131,6 +127,36 @@ impl<'g> Lower<'g> {
                 self.sequences.push(Op::Call { callee, args, wrt })
             }
         }
+    }
+
+    /// The angle of a point.
+    fn angle(&mut self, y: NodeId, x: NodeId) -> Sequence {
+        let radius = [self.graph.powi(x, 2), self.graph.powi(y, 2)];
+        let radius = self.graph.sum(&radius);
+        let (y, x) = (self.lower(y), self.lower(x));
+        let radius = self.lower(radius);
+        let angle = self.sequences.push(Op::Atan2(y, x, radius));
+        self.watch_bound(angle, Bound::Half);
+        angle
+    }
+
+    /// The angle of a point whose abscissa is fixed by the parameters. Where these make it zero, the angle is a quarter of a turn with the sign of the ordinate, which
+    /// its series cannot tell.
+    fn angle_beside(&mut self, y: NodeId, x: NodeId) -> Sequence {
+        let [none, one] = [0.0, 1.0].map(|value| self.graph.constant(value));
+        let size = self.graph.unary(Unary::Abs, x);
+        let is_zero = self.graph.select(Comparison::Le, size, none, one, none);
+        let is_other = self.graph.sub(one, is_zero);
+        let abscissa = self.graph.add(x, is_zero);
+        let angle = self.angle(y, abscissa);
+        // whose sign does not change where it is not asked for
+        let ordinate = self.graph.mul(is_zero, y);
+        let ordinate = self.graph.add(ordinate, is_other);
+        let side = self.graph.unary(Unary::Signum, ordinate);
+        let side = self.lower(side);
+        let quarter = self.graph.scale(FRAC_PI_2, is_zero);
+        self.sequences
+            .push(Op::Linear(None, vec![(quarter, side), (is_other, angle)]))
     }
 
     /// `constant + Σ coefficient · term`, where constant factors of terms join their coefficients; if something runs of what moves, it is all of that.

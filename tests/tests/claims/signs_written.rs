@@ -1,0 +1,115 @@
+//! The sign of an expression, however it is written, is one function: dry friction on a belt, and a force that points to a place, are the same motion for all of them.
+
+use dsocs_core::text::Text;
+use dsocs_core::{Flow, Start, Stepper, Tolerance};
+use dsocs_tests::text::TaylorFlow;
+use proptest::prelude::*;
+
+use super::draws;
+
+/// The sign of `s`, in the words of many authors.
+const WRITTEN: [&str; 14] = [
+    "s.signum()",
+    "s.powi(3).signum()",
+    "(s * s.abs()).signum()",
+    "s.cbrt().signum()",
+    "(1e-3 * s.sinh()).signum()",
+    "s / s.abs()",
+    "s / (s * s).sqrt()",
+    "(2 / pi) * s.atan2(0)",
+    "(if s >= 0 { 1 } else { -1 })",
+    "(if s > 0 { 1 } else if s < 0 { -1 } else { 0 })",
+    "(if s < 0 { -1 } else if s > 0 { 1 } else { 0 })",
+    "(if s.powi(3) > 0 { 1 } else { -1 })",
+    "(if s * s.abs() < 0 { -1 } else { 1 })",
+    "(2 / pi) * s.atan2(none)",
+];
+
+fn declared(sign: &str, s: &str, force: f64, potential: &str) -> Text {
+    let text = format!(
+        "parameters {{ none = 0.0 }} coordinates(x); lagrangian = dot(x).powi(2) / 2 - {potential}; let s = {s}; \
+         external_forces = -{force:?} * {sign};"
+    );
+    Text::parse("written", &text).unwrap()
+}
+
+/// The errors of the Taylor flow at a tolerance of 1e-10, and of steps of 1 ms.
+fn errors(text: &Text, start: Start<1>, until: f64, expected: [f64; 2]) -> [f64; 2] {
+    let error = |q: f64, v: f64| (q - expected[0]).abs().max((v - expected[1]).abs());
+    let mut continuous = TaylorFlow::read(&text.system, start, Tolerance::relative(1e-10)).unwrap();
+    let reached = continuous.to(until).map(|_| ());
+    let node = continuous.node();
+    let continuous = if reached.is_ok() {
+        error(node.q[0], node.v[0])
+    } else {
+        f64::NAN
+    };
+    let steps = (until / 1e-3).round();
+    let mut steps_of = Flow::of(&text.system, until / steps, start).unwrap();
+    let run = steps_of.run_mut();
+    for _ in 0..steps as u64 {
+        if run.advance().is_err() {
+            return [continuous, f64::NAN];
+        }
+    }
+    let mut node = dsocs_core::OwnedNode::new(1);
+    node.take(run);
+    let node = node.any();
+    [continuous, error(node.q[0], node.v[0])]
+}
+
+#[test]
+fn friction_is_the_same_however_its_sign_is_written() {
+    // a block on a spring slips from rest until it is as fast as the belt, rests on it until the spring is as strong as the friction, and slips back
+    draws::test(6, 91, [0.5..1.5, 0.1..0.45], &|[dry, belt]: [f64; 2]| {
+        let sticks = (belt / dry).asin();
+        let slips = sticks + dry * (belt / dry).asin().cos() / belt;
+        let later = 4.0;
+        let expected = [dry + belt * f64::sin(later), belt * f64::cos(later)];
+        // an abscissa that only parameters make zero tells of no rest
+        for sign in &WRITTEN[..WRITTEN.len() - 1] {
+            let text = declared(sign, &format!("dot(x) - {belt:?}"), dry, "x * x / 2");
+            let start = Start::second_order([0.0], [0.0]);
+            let [continuous, steps] = errors(&text, start, slips + later, expected);
+            prop_assert!(continuous < 1e-8, "{sign} {dry} {belt}: {continuous:e}");
+            prop_assert!(steps < 3e-3, "{sign} {dry} {belt}: {steps:e}");
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn a_force_to_a_place_is_the_same_however_its_sign_is_written() {
+    // parts of parabolas
+    draws::test(6, 92, [0.5..2.0, -0.5..0.5, 5.0..9.0], &|[
+        force,
+        place,
+        until,
+    ]: [f64; 3]| {
+        let quarter = f64::sqrt(2.0 / force);
+        let (passed, within) = ((until / quarter) as i64, until % quarter);
+        let way = match passed % 4 {
+            0 => [1.0 - force * within * within / 2.0, -force * within],
+            1 => {
+                let left = quarter - within;
+                [force * left * left / 2.0 - 1.0, -force * left]
+            }
+            2 => [force * within * within / 2.0 - 1.0, force * within],
+            _ => {
+                let left = quarter - within;
+                [1.0 - force * left * left / 2.0, force * left]
+            }
+        };
+        for sign in WRITTEN {
+            let text = declared(sign, &format!("x - {place:?}"), force, "0 * x");
+            let start = Start::second_order([place + 1.0], [0.0]);
+            let [continuous, steps] = errors(&text, start, until, [place + way[0], way[1]]);
+            prop_assert!(
+                continuous < 1e-8,
+                "{sign} {force} {place} {until}: {continuous:e}"
+            );
+            prop_assert!(steps < 3e-2, "{sign} {force} {place} {until}: {steps:e}");
+        }
+        Ok(())
+    });
+}
