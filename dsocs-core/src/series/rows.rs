@@ -334,30 +334,38 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
 impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
     /// The same where some coordinates are rotations.
     #[inline(always)]
-    pub fn push_turning(&mut self, k: usize, rotations: &[usize], q: &mut [T; N], v: &mut [T; N], a: [T; N]) {
+    pub fn push_turning<const FUSED: bool>(
+        &mut self,
+        k: usize,
+        rotations: &[usize],
+        q: &mut [T; N],
+        v: &mut [T; N],
+        a: [T; N],
+    ) {
         let next = (k + 1).min(MAX_ORDER);
         self.push(k, q, v, a);
         for &first in rotations {
-            self.turn(next, first);
+            self.turn::<FUSED>(next, first);
             let slots = first..first + rotation::SLOTS;
             if let (Some(to), Some(from)) = (q.get_mut(slots.clone()), self.q[next].get(slots)) {
                 to.copy_from_slice(from);
             }
             if next == self.order {
-                self.turn(next + 1, first);
+                self.turn::<FUSED>(next + 1, first);
             }
         }
     }
 
     /// Sets the coefficients of order `k` of a rotation, from those below.
     #[inline(always)]
-    fn turn(&mut self, k: usize, first: usize) {
+    fn turn<const FUSED: bool>(&mut self, k: usize, first: usize) {
         let row = |table: &[[T; N]; ROWS], j: usize| {
             let slots = table[j].get(first..).and_then(|row| row.first_chunk().copied());
             slots.unwrap_or([T::splat(f64::NAN); rotation::SLOTS])
         };
         let scale = T::splat(RECIPROCALS[k]);
-        let turned = rotation::coefficient(k - 1, scale, |j| row(self.q, j), |j| row(self.v, j));
+        let add = |sum: T, x: T, y: T| add_product::<FUSED, T>(sum, x, y);
+        let turned = rotation::coefficient(k - 1, scale, |j| row(self.q, j), |j| row(self.v, j), add);
         for (to, x) in self.q[k].iter_mut().skip(first).zip(turned) {
             *to = x;
         }

@@ -183,6 +183,13 @@ impl Control {
         self.relative
     }
 
+    /// The binary logarithm of the step after which a coefficient of order `k` makes a term as large as the relative tolerance.
+    #[inline(always)]
+    pub(super) fn log_for(&self, coefficient: f64, k: usize) -> f64 {
+        let least = const { 1.0 - f64::MANTISSA_DIGITS as f64 };
+        (self.log.max(least) - log2(coefficient)) * RECIPROCALS[k]
+    }
+
     /// Sets what components are multiplied by before they are compared.
     pub(super) fn weigh(&mut self, weights: &[f64]) {
         self.weights.copy_from_slice(weights);

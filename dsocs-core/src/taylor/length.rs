@@ -60,15 +60,10 @@ impl Integrator {
         if rotations.is_empty() {
             return wanted;
         }
-        let (p, tolerance) = (self.order.current(), self.control.relative().max(f64::EPSILON));
-        let [below, last] = [p - 1, p].map(|k| self.largest_turn(rotations, k));
-        // roots are taken only where they decide; false also where something is no number
-        let power = wanted.powi(i32::try_from(p - 1).unwrap_or(i32::MAX));
-        if below * power <= tolerance && last * power * wanted <= tolerance {
-            return wanted;
-        }
-        let of_order = |largest: f64, k: usize| (tolerance / largest).powf(1.0 / k as f64);
-        let turns = of_order(below, p - 1).min(of_order(last, p));
+        let p = self.order.current();
+        let log = |k: usize| self.control.log_for(self.largest_turn(rotations, k), k);
+        let turns = exp2(log(p - 1).min(log(p)));
+        // false also where it is no number
         if wanted > turns { turns } else { wanted }
     }
 

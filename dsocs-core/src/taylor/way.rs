@@ -99,8 +99,9 @@ impl Way {
             for k in 1..TURNS {
                 let known = quaternion;
                 let scale = self.h / k as f64;
+                let spin = |j: usize| spin.map(|component| component[j]);
                 quaternion[k] =
-                    rotation::coefficient(k - 1, scale, |j| known[j], |j| spin.map(|component| component[j]));
+                    rotation::coefficient(k - 1, scale, |j| known[j], spin, |sum, x, y| sum + x * y);
             }
             self.quaternions.push((first, quaternion));
         }

@@ -9,24 +9,25 @@ use crate::number::scalar::Scalar;
 /// `(k + 1) q_{k+1} = ½ Σ q_j∘(0, ω_{k-j})`.
 ///
 /// The sums are those of each component of `ω` with all four of `q`, which stand side by side in a register; of even and odd `j` by themselves, as one sum
-/// alone would wait for itself.
+/// alone would wait for itself. `add_product` adds to its first argument the product of the others.
 #[inline(always)]
 pub(crate) fn coefficient<T: Scalar>(
     k: usize,
     scale: T,
     q: impl Fn(usize) -> [T; SLOTS],
     w: impl Fn(usize) -> [T; SLOTS],
+    add_product: impl Fn(T, T, T) -> T + Copy,
 ) -> [T; SLOTS] {
     let mut sums = [[[T::splat(0.0); SLOTS]; 3]; 2];
     let mut j = 0;
     while j < k {
         let [even, odd] = &mut sums;
-        add_turn(even, q(j), w(k - j));
-        add_turn(odd, q(j + 1), w(k - j - 1));
+        add_turn(even, q(j), w(k - j), add_product);
+        add_turn(odd, q(j + 1), w(k - j - 1), add_product);
         j += 2;
     }
     if j == k {
-        add_turn(&mut sums[0], q(j), w(0));
+        add_turn(&mut sums[0], q(j), w(0), add_product);
     }
     // what stands side by side in the loop does not here, and the compiler would give up the one for the other
     let [[x, y, z], [x_odd, y_odd, z_odd]] = core::hint::black_box(sums);
@@ -43,10 +44,15 @@ pub(crate) fn coefficient<T: Scalar>(
 
 /// Adds the products of each component of an angular velocity with a quaternion.
 #[inline(always)]
-fn add_turn<T: Scalar>(sums: &mut [[T; SLOTS]; 3], q: [T; SLOTS], w: [T; SLOTS]) {
+fn add_turn<T: Scalar>(
+    sums: &mut [[T; SLOTS]; 3],
+    q: [T; SLOTS],
+    w: [T; SLOTS],
+    add_product: impl Fn(T, T, T) -> T,
+) {
     for a in 0..3 {
         for i in 0..SLOTS {
-            sums[a][i] = sums[a][i] + q[i] * w[a + 1];
+            sums[a][i] = add_product(sums[a][i], q[i], w[a + 1]);
         }
     }
 }

@@ -97,13 +97,15 @@ impl Turning {
     }
 
     /// Sets the coefficients of order `k` in a row, from those below, and those of the angular velocity.
-    fn advance(&mut self, k: usize, q: &mut [f64], v: Option<&[f64]>) {
+    #[inline(always)]
+    fn advance<const FUSED: bool>(&mut self, k: usize, q: &mut [f64], v: Option<&[f64]>) {
         let count = self.rotations.len();
         for (place, &first) in self.rotations.iter().enumerate() {
             let of = |table: &[[f64; SLOTS]], j: usize| table[j * count + place];
             let (known_q, known_w) = (&self.q, &self.w);
             let scale = RECIPROCALS[k];
-            let turned = rotation::coefficient(k - 1, scale, |j| of(known_q, j), |j| of(known_w, j));
+            let add = |sum: f64, x: f64, y: f64| add_product::<FUSED, f64>(sum, x, y);
+            let turned = rotation::coefficient(k - 1, scale, |j| of(known_q, j), |j| of(known_w, j), add);
             for (to, x) in q.iter_mut().skip(first).zip(turned) {
                 *to = x;
             }
@@ -343,7 +345,7 @@ impl Expansion<'_, '_> {
             1,
             [&mut q[n..], &mut *v],
         );
-        turn::<1>(tables, &self.lists.coordinates, 1, [&mut q[n..], v]);
+        turn::<FUSED, 1>(tables, &self.lists.coordinates, 1, [&mut q[n..], v]);
     }
 
     /// The orders beyond.
@@ -362,10 +364,10 @@ impl Expansion<'_, '_> {
             // of two coefficients those of this order, by turns: a literal each, so that no place is computed
             if k % 2 == 0 {
                 order_of::<FUSED, EAGER, 0, 1>(self.series, self.lists, self.factors, self.tables, k, row);
-                turn::<1>(self.tables, &self.lists.coordinates, k + 1, [q, v]);
+                turn::<FUSED, 1>(self.tables, &self.lists.coordinates, k + 1, [q, v]);
             } else {
                 order_of::<FUSED, EAGER, 1, 0>(self.series, self.lists, self.factors, self.tables, k, row);
-                turn::<0>(self.tables, &self.lists.coordinates, k + 1, [q, v]);
+                turn::<FUSED, 0>(self.tables, &self.lists.coordinates, k + 1, [q, v]);
             }
         }
         // a position is ahead of its velocity
@@ -373,13 +375,13 @@ impl Expansion<'_, '_> {
         for (q, v) in q.iter_mut().zip(velocities).take(n) {
             *q = v * RECIPROCALS[order + 1];
         }
-        self.tables.turning.advance(order + 1, q, None);
+        self.tables.turning.advance::<FUSED>(order + 1, q, None);
     }
 }
 
 /// The coefficients of order `k` of rotations, in the place of what the velocity would say; they stand at `TURN` of their sequences.
 #[inline(always)]
-fn turn<const TURN: usize>(
+fn turn<const FUSED: bool, const TURN: usize>(
     tables: &mut Tables,
     coordinates: &[[Place; 3]],
     k: usize,
@@ -391,7 +393,7 @@ fn turn<const TURN: usize>(
     if turning.rotations.is_empty() {
         return;
     }
-    turning.advance(k, q, Some(v));
+    turning.advance::<FUSED>(k, q, Some(v));
     for &first in &turning.rotations {
         for i in first..first + SLOTS {
             if let (Some(&[place, ..]), Some(x)) = (coordinates.get(i), q.get(i)) {

@@ -6,6 +6,7 @@
 //!
 //! One more comes when code is written, over all products of a method: [`share`], which parts of them are computed once.
 
+mod attitude;
 mod clear;
 mod collapse;
 mod distribute;
@@ -18,6 +19,7 @@ pub(crate) mod share;
 pub(crate) mod sparse;
 mod together;
 
+use attitude::Attitudes;
 use clear::Cleared;
 use collapse::{Collapse, Variables};
 use eliminate::{Elimination, Rule};
@@ -251,6 +253,15 @@ pub(crate) fn motion(
     graph.rewrite_all(&mut all, &mut Collapse::new(Variables::Motion));
     graph.rewrite_all(&mut all, &mut Simplify::default());
     graph.rewrite_all(&mut all, &mut Merge::default());
+
+    // attitudes: forms in the components of quaternions share their products, where that leaves fewer
+    if !graph.rotations().is_empty() {
+        let mut turned = all.clone();
+        graph.rewrite_all(&mut turned, &mut Attitudes::default());
+        if cost(graph, &turned) < cost(graph, &all) {
+            all = turned;
+        }
+    }
 
     // horner: rows that stay are multiplied out and gathered, where that leaves fewer products
     let rows = motion::gathered(graph, &all[n..], cost);

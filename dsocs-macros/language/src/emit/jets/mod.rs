@@ -173,7 +173,7 @@ impl Writer<'_> {
         if first.is_empty() {
             (quote!(push), TokenStream::new())
         } else {
-            (quote!(push_turning), quote!(&[#(#first),*],))
+            (quote!(push_turning::<__FUSED>), quote!(&[#(#first),*],))
         }
     }
 

@@ -36,7 +36,8 @@ impl Horner {
         Some(gather(graph, terms.collect(), Ties::Last))
     }
 
-    fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Rc<Polynomial>> {
+    /// An expression multiplied out; `None` if it has too many terms.
+    pub(crate) fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Rc<Polynomial>> {
         if let Some(known) = self.known.get(&id) {
             return known.clone();
         }

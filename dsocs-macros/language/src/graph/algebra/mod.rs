@@ -8,7 +8,7 @@
 
 mod gather;
 mod group;
-mod horner;
+pub(crate) mod horner;
 mod merge;
 mod simplify;
 
