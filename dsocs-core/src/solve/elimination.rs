@@ -299,6 +299,9 @@ trait Kind<T, R, const M: usize> {
     /// Whether columns are taken out of the rows above, too.
     const ABOVE: bool = false;
 
+    /// Whether rows are left as they are where their entry is zero, as most are of bodies that are joined to few others.
+    const SKIPS: bool = false;
+
     /// Brings the row with the largest entry in column `k`, from row `k` down, to the place `k`.
     fn bring_up(&mut self, a: &mut [[T; M]; M], x: &mut [R; M], k: usize);
 
@@ -344,6 +347,7 @@ struct Inverse<const FUSED: bool> {
 
 impl<const FUSED: bool, const M: usize> Kind<f64, [f64; M], M> for Inverse<FUSED> {
     const ABOVE: bool = true;
+    const SKIPS: bool = true;
 
     #[inline(always)]
     fn bring_up(&mut self, a: &mut [[f64; M]; M], x: &mut [[f64; M]; M], k: usize) {
@@ -410,6 +414,12 @@ fn take_all_out<T: Scalar, R: Copy, K: Kind<T, R, M>, const M: usize>(
     }
 }
 
+/// Whether an entry is zero in every lane.
+#[inline(always)]
+fn is_zero<T: Scalar>(entry: T) -> bool {
+    every_lane(entry, |x| x == 0.0)
+}
+
 /// Takes column `k` out of the other rows, the one with its largest entry first.
 #[inline(always)]
 #[allow(clippy::needless_range_loop)] // with a literal `k` no loop and no index is left of it
@@ -424,7 +434,7 @@ fn take_out<T: Scalar, R: Copy, K: Kind<T, R, M>, const M: usize>(
     inverse[k] = a[k][k].recip();
     let first = if K::ABOVE { 0 } else { k + 1 };
     for i in first..M {
-        if i == k {
+        if i == k || (K::SKIPS && M > FEW && is_zero(a[i][k])) {
             continue;
         }
         let factor = a[i][k] * inverse[k];

@@ -222,7 +222,7 @@ impl Control {
     /// The binary logarithm of the velocity's size in a step of the last one's length.
     #[inline(always)]
     pub(super) fn log_size(&self, sizes: &Sizes, last: f64) -> f64 {
-        log2(sizes.velocity.max(sizes.acceleration * last.abs()) + self.floor)
+        log2(larger(sizes.velocity, sizes.acceleration * last.abs()) + self.floor)
     }
 
     /// The binary logarithm of the step of order `p`, from two coefficients of the velocity: infinite where they vanish,
@@ -246,10 +246,10 @@ impl Control {
     /// tells of the error.
     #[inline(always)]
     pub(super) fn good(&self, sizes: &Sizes, [end, defect]: [f64; 2], h: f64, is_rough: bool) -> bool {
-        let way = sizes.acceleration.max(end) * h;
-        let size = sizes.velocity.max(way);
+        let way = larger(sizes.acceleration, end) * h;
+        let size = larger(sizes.velocity, way);
         let times = if is_rough { 1.0 } else { DEFECT };
-        let allowed = (times * self.relative).max(LEAST_DEFECT) * size + times * self.absolute;
+        let allowed = larger(times * self.relative, LEAST_DEFECT) * size + times * self.absolute;
         // what leaves the range of doubles is no measure of itself
         defect * h <= allowed && allowed < f64::INFINITY
     }

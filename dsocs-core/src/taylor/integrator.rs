@@ -410,7 +410,8 @@ impl Integrator {
                 Outcome::NotFinite
             });
         }
-        let mut trial = Trial::of(wanted.min(left.abs()), is_rough);
+        let way = left.abs();
+        let mut trial = Trial::of(if wanted < way { wanted } else { way }, is_rough);
         let mut has_pieces = false;
         if let Some(watch) = &self.watch {
             has_pieces = watch.has_pieces;

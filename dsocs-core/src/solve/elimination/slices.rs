@@ -2,8 +2,8 @@
 
 use super::many;
 use super::{
-    Determinant, LARGEST_DETERMINANT, Pivots, SMALLEST_DETERMINANT, exchange_where, inverse_power_of_two,
-    is_safe, sign_of,
+    Determinant, FEW, LARGEST_DETERMINANT, Pivots, SMALLEST_DETERMINANT, exchange_where,
+    inverse_power_of_two, is_safe, sign_of,
 };
 use crate::number::scalar::Scalar;
 use crate::solve::Vector;
@@ -251,6 +251,9 @@ pub(crate) fn inverse<const FUSED: bool>(
                 .zip(right_below.chunks_exact_mut(width)),
         );
         for (other, right) in others {
+            if size > FEW && other[k] == 0.0 {
+                continue;
+            }
             let factor = other[k] * pivots[k];
             for (lower, upper) in other[k + 1..].iter_mut().zip(&row[k + 1..]) {
                 *lower = minus(*lower, factor, *upper);
