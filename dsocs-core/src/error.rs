@@ -176,6 +176,30 @@ pub enum SetupError {
         /// The value.
         value: f64,
     },
+    /// A parameter lies below the smallest normal number, where numbers have lost digits.
+    #[error(
+        "parameter `{name}` is {value:e}: below 2.2e-308 numbers have fewer digits, and below 5e-324 none; measure in larger units, or multiply the Lagrangian and \
+         the forces by a number, which changes no motion"
+    )]
+    SubnormalParameter {
+        /// The parameter's name.
+        name: Cow<'static, str>,
+        /// The value.
+        value: f64,
+    },
+    /// The equations are so small that products in them have lost their digits.
+    #[error(
+        "the equations at the start are so small that numbers have no digits left for them: the acceleration {acceleration:.3e} of `{coordinate}` is known to {lost:.0e}, since products \
+         fall below 2.2e-308; measure in larger units, or multiply the Lagrangian and the forces by a number, which changes no motion"
+    )]
+    Underflow {
+        /// The coordinate's name.
+        coordinate: Cow<'static, str>,
+        /// Its acceleration.
+        acceleration: f64,
+        /// By how much it may be wrong.
+        lost: f64,
+    },
     /// The steps of this system cannot be composed.
     #[error(
         "{method} is not possible here: {reason}; take the step of order 2 (Flow){}",

@@ -10,6 +10,7 @@ pub(crate) mod place;
 mod rest;
 mod sized;
 pub(crate) mod third;
+mod underflow;
 
 pub use any::AnyStart;
 pub(crate) use begin::{
@@ -20,3 +21,4 @@ pub(crate) use begin::{
 pub(crate) use determined::{Determined, check as check_determined, determinant_at, determined};
 pub(crate) use impulse::velocity_after;
 pub use sized::Start;
+pub(crate) use underflow::check as check_underflow;

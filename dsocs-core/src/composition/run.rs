@@ -167,6 +167,7 @@ impl<'s> Composed<'s> {
         }
         declaration.prepare();
         let Phase { t0, q0, v0, near } = start.phase(&declaration)?;
+        start::check_underflow(&declaration, (t0, &q0, &v0), Some(h))?;
         let (now, joined);
         if symmetry == Symmetry::Momenta {
             let node = Momenta::of(declaration).start(t0, (Sum::exact(q0), v0), near.as_deref())?;

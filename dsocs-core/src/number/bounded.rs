@@ -12,14 +12,23 @@ use crate::number::scalar::Scalar;
 /// The unit round-off of double precision, `2⁻⁵³`.
 pub(crate) const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// A value and a bound of its error.
+/// The distance of neighbours among numbers below the smallest normal one, which have fewer digits: a product that falls there is known to half of it.
+pub(crate) const QUANTUM: f64 = f64::from_bits(1);
+
+/// A value and a bound of its error: of all that rounding does if `ROUNDS`, else of what is lost only because products fall below the smallest normal number.
 #[derive(Clone, Copy, Debug)]
-pub struct Bounded {
+pub struct Bound<const ROUNDS: bool> {
     value: f64,
     error: f64,
 }
 
-impl Bounded {
+/// A value and a bound of its rounding error.
+pub type Bounded = Bound<true>;
+
+/// A value and a bound of what it has lost by products that fall below the smallest normal number.
+pub(crate) type Underflowing = Bound<false>;
+
+impl<const ROUNDS: bool> Bound<ROUNDS> {
     /// The bound of the error.
     pub(crate) fn error(self) -> f64 {
         self.error
@@ -27,10 +36,21 @@ impl Bounded {
 
     /// A result whose operation rounds to within `ulps` units, with `inherited` error from its operands.
     fn rounded(value: f64, inherited: f64, units: f64) -> Self {
+        let own = if ROUNDS { units * UNIT * value.abs() } else { 0.0 };
         Self {
             value,
-            error: inherited + units * UNIT * value.abs(),
+            error: inherited + own,
         }
+    }
+
+    /// The same of an operation whose result may fall below the smallest normal number; `is_exact` where a zero is one.
+    fn scaled(value: f64, inherited: f64, units: f64, is_exact: bool) -> Self {
+        let lost = if value.abs() < f64::MIN_POSITIVE && !is_exact {
+            QUANTUM
+        } else {
+            0.0
+        };
+        Self::rounded(value, inherited + lost, units)
     }
 
     /// A function of one variable with slope at most `slope` at the value.
@@ -46,7 +66,7 @@ impl Bounded {
     }
 }
 
-impl Add for Bounded {
+impl<const ROUNDS: bool> Add for Bound<ROUNDS> {
     type Output = Self;
 
     #[inline(never)] // as in [`crate::number::tangent`]
@@ -55,7 +75,7 @@ impl Add for Bounded {
     }
 }
 
-impl Sub for Bounded {
+impl<const ROUNDS: bool> Sub for Bound<ROUNDS> {
     type Output = Self;
 
     #[inline(never)] // as in [`crate::number::tangent`]
@@ -64,28 +84,29 @@ impl Sub for Bounded {
     }
 }
 
-impl Mul for Bounded {
+impl<const ROUNDS: bool> Mul for Bound<ROUNDS> {
     type Output = Self;
 
     #[inline(never)] // as in [`crate::number::tangent`]
     fn mul(self, other: Self) -> Self {
         let inherited = self.value.abs() * other.error + other.value.abs() * self.error;
-        Self::rounded(self.value * other.value, inherited, 1.0)
+        let is_exact = self.value == 0.0 || other.value == 0.0;
+        Self::scaled(self.value * other.value, inherited, 1.0, is_exact)
     }
 }
 
-impl Div for Bounded {
+impl<const ROUNDS: bool> Div for Bound<ROUNDS> {
     type Output = Self;
 
     #[inline(never)] // as in [`crate::number::tangent`]
     fn div(self, other: Self) -> Self {
         let value = self.value / other.value;
         let inherited = (self.error + value.abs() * other.error) / other.value.abs();
-        Self::rounded(value, inherited, 1.0)
+        Self::scaled(value, inherited, 1.0, self.value == 0.0)
     }
 }
 
-impl Neg for Bounded {
+impl<const ROUNDS: bool> Neg for Bound<ROUNDS> {
     type Output = Self;
 
     #[inline(never)]
@@ -97,7 +118,7 @@ impl Neg for Bounded {
     }
 }
 
-impl Scalar for Bounded {
+impl<const ROUNDS: bool> Scalar for Bound<ROUNDS> {
     const LANES: usize = 1;
 
     fn splat(value: f64) -> Self {
@@ -243,7 +264,7 @@ impl Scalar for Bounded {
         } else {
             (value * self.value.ln()).abs() * exponent.error
         };
-        Self::rounded(value, base + power, 2.0)
+        Self::scaled(value, base + power, 2.0, self.value == 0.0)
     }
 
     fn powi(self, exponent: i32) -> Self {
@@ -253,11 +274,8 @@ impl Scalar for Bounded {
         } else {
             value * f64::from(exponent) / self.value
         };
-        Self::rounded(
-            value,
-            slope.abs() * self.error,
-            f64::from(exponent.unsigned_abs()),
-        )
+        let units = f64::from(exponent.unsigned_abs());
+        Self::scaled(value, slope.abs() * self.error, units, self.value == 0.0)
     }
 
     fn atan2(self, x: Self) -> Self {

@@ -1,7 +1,7 @@
 //! The rounding errors of rows, and how large their terms are.
 
-use crate::number::bounded::{Bounded, UNIT};
-use crate::number::point::{AnyLeg, map};
+use crate::number::bounded::{Bounded, UNIT, Underflowing};
+use crate::number::point::{AnyLeg, AnyPoint, map};
 use crate::number::scalar::Scalar as _;
 use crate::regularity::multipliers::of_step;
 use crate::regularity::stacked::{of_first_pair, stacked};
@@ -56,4 +56,20 @@ pub(crate) fn force_bounds(
     let both = constraint.iter().zip(&external);
     both.map(|(constraint, external)| constraint.error() + external.error())
         .collect()
+}
+
+/// What each row of [`Declaration::continuous`] loses, because products fall below the smallest normal number.
+pub(crate) fn continuous_underflow(
+    declaration: &Declaration<'_>,
+    point: AnyPoint<'_, f64>,
+    multipliers: &[f64],
+) -> Vec<f64> {
+    let (t, multipliers) = (
+        Underflowing::splat(point.t),
+        map(multipliers, Underflowing::splat),
+    );
+    let [q, v, a] = [point.q, point.v, point.a].map(|x| map(x, Underflowing::splat));
+    let (q, v, a) = (&q[..], &v[..], &a[..]);
+    let rows = declaration.continuous(AnyPoint { t, q, v, a }, &multipliers);
+    rows.into_iter().map(Underflowing::error).collect()
 }

@@ -334,6 +334,11 @@ impl NaturalSizes {
         })
     }
 
+    /// The size of each unknown.
+    pub fn sizes(&self) -> &[f64] {
+        &self.sizes
+    }
+
     /// Whether they say how unknowns are coupled, and not that the rows hardly determine them: near a double root, or where
     /// there is nearly one, natural sizes are large without bound.
     pub fn are_usual(&self) -> bool {

@@ -5,6 +5,7 @@ use super::determined;
 use super::elsewhere;
 use super::rest;
 use super::third::{self, Free};
+use super::underflow;
 use crate::error::SetupError;
 use crate::number::point::{AnyPoint, map, moved};
 use crate::number::scalar::Scalar as _;
@@ -175,6 +176,7 @@ impl Given {
         }
         let q = rotation::moved_sum(rotations, &Sum::exact(q0.clone()), &d);
         check_vector(declaration, "q1", &q.hi)?;
+        underflow::check(declaration, (t0, &q0, &v0), Some(h))?;
         Ok(Beginning {
             q0,
             v0,
@@ -386,20 +388,17 @@ impl Beginning {
     }
 }
 
-/// Checks that the parameters are finite.
+/// Checks that the parameters are finite, and have all their digits.
 pub(crate) fn check_parameters(declaration: &Declaration<'_>) -> Result<(), SetupError> {
     let mut parameters = declaration.parameters().iter().enumerate();
     let wrong = parameters.find_map(|(place, parameter)| {
-        let value = declaration.value(place);
-        (!value.is_finite()).then_some((parameter, value))
+        let (name, value) = (parameter.name.clone(), declaration.value(place));
+        if value.is_subnormal() {
+            return Some(SetupError::SubnormalParameter { name, value });
+        }
+        (!value.is_finite()).then_some(SetupError::Parameter { name, value })
     });
-    match wrong {
-        Some((parameter, value)) => Err(SetupError::Parameter {
-            name: parameter.name.clone(),
-            value,
-        }),
-        None => Ok(()),
-    }
+    wrong.map_or(Ok(()), Err)
 }
 
 /// The acceleration of the continuous system at a start, which has to be finite, and determined by the equations: where they are singular to the rounding

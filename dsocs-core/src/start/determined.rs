@@ -1,6 +1,6 @@
 //! Whether the equations for the acceleration determine it.
 
-use super::acceleration;
+use super::{acceleration, underflow};
 use crate::error::SetupError;
 use crate::number::point::AnyPoint;
 use crate::regularity::deficiency;
@@ -60,6 +60,7 @@ pub(crate) fn check(
     (t, q0, v0): (f64, &[f64], &[f64]),
     a: &[f64],
 ) -> Result<(), SetupError> {
+    underflow::check(declaration, (t, q0, v0), None)?;
     let Some(here) = determined(declaration, (t, q0, v0), a) else {
         return Ok(());
     };

@@ -6,7 +6,7 @@ use super::link::{Kind, Program, Register};
 use super::read::{Binary, Comparison, Function};
 use super::table::{piece, polynomial};
 use super::{Leaf, Source};
-use crate::number::bounded::Bounded;
+use crate::number::bounded::{Bounded, Underflowing};
 use crate::number::double::Double;
 use crate::number::lanes::Lanes;
 use crate::number::real::Real;
@@ -106,6 +106,7 @@ numbers!(
     f64: |value, _| value;
     Lanes: |value, _| Self::splat(value);
     Bounded: |value, _| Self::splat(value);
+    Underflowing: |value, _| Self::splat(value);
     Double: |value, _| Self::splat(value);
     Tangent: Self::new,
         fn polynomial(self, samples: &Samples) -> [Self; 5] {

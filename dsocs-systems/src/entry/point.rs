@@ -231,7 +231,7 @@ pub fn code(failure: &RunFailure) -> &'static str {
         SetupError::Inconsistent { .. } | SetupError::Projection { .. } => "inconsistent-start",
         SetupError::Acceleration { .. } => "no-acceleration",
         SetupError::Singular { .. } => "singular",
-        SetupError::Parameter { .. } => "parameter",
+        SetupError::Parameter { .. } | SetupError::SubnormalParameter { .. } => "parameter",
         _ => "setup",
     };
     match failure {

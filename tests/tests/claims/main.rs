@@ -84,6 +84,7 @@ mod taylor_tangents;
 mod third_order;
 mod time;
 mod touched_singularities;
+mod underflow;
 mod units;
 mod unresolved;
 mod vectors;

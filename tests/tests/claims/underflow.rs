@@ -1,0 +1,145 @@
+//! A factor before the Lagrangian and the forces changes no motion. Where it is so small that products in the equations have lost their digits, a run
+//! is refused at its start; else it is that without the factor.
+
+use dsocs_core::{Composition, SetupError, Start, Stepper as _, Tolerance};
+use dsocs_tests::declared;
+use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
+
+declared! {
+    /// Two masses on springs.
+    struct Springs {
+        first: f64,
+        second: f64,
+    }
+    coordinates(x, y);
+    lagrangian = first * second * (dot(x).powi(2) / 2 + dot(y).powi(2) - x.powi(2) / 2 - (x - y).powi(2) - y.powi(4) / 4);
+}
+
+declared! {
+    /// A mass on a circle.
+    struct Circle {
+        first: f64,
+        second: f64,
+    }
+    coordinates(x, y);
+    lagrangian = first * second * (dot(x).powi(2) / 2 + dot(y).powi(2) / 2 - y);
+    holonomic = x.powi(2) + y.powi(2) - 1;
+}
+
+/// Where a run ends, or why it was refused.
+type Ended = Result<Vec<f64>, SetupError>;
+
+/// The ends of runs of three methods.
+fn ends<S: System<2>>(system: &S, [q0, v0]: [[f64; 2]; 2]) -> [Ended; 3] {
+    let start = || Start::second_order(q0, v0);
+    let (h, until) = (0.01, 4.0);
+    [
+        Flow::new(system, h, start()).map(|mut flow| flow.to(until).unwrap().q.to_vec()),
+        TaylorFlow::new(system, start(), Tolerance::relative(1e-11))
+            .map(|mut flow| flow.to(until).unwrap().q.to_vec()),
+        ComposedFlow::new(system, h, Composition::SUZUKI_4, start())
+            .map(|mut flow| flow.to(until).unwrap().q.to_vec()),
+    ]
+}
+
+/// Holds runs with factors against that without.
+fn hold<S: System<2>>(name: &str, of: impl Fn(f64, f64) -> S, start: [[f64; 2]; 2]) {
+    // constraints of positions do not compose
+    let natural = ends(&of(1.0, 1.0), start).map(Result::ok);
+    assert!(natural[0].is_some() && natural[1].is_some(), "{name}");
+    let mut refused = [0; 3];
+    for exponent in (900..=1160).step_by(4) {
+        let factor = 2.0_f64.powi(-exponent / 2);
+        let all = ends(&of(factor, factor), start).into_iter().zip(&natural);
+        let known = all
+            .enumerate()
+            .filter_map(|(place, (end, natural))| Some((place, end, natural.as_ref()?)));
+        for (place, end, natural) in known {
+            match end {
+                Ok(end) => {
+                    // a series divides the factor out where it can
+                    assert!(
+                        exponent < 1060 || place == 1,
+                        "{name}, method {place}: 2^-{exponent} is not refused"
+                    );
+                    for (x, y) in end.iter().zip(natural) {
+                        assert!(
+                            (x - y).abs() < 1e-7,
+                            "{name}, method {place}: 2^-{exponent}: {x} for {y}"
+                        );
+                    }
+                }
+                Err(error) => {
+                    assert!(exponent > 970, "{name}, method {place}: 2^-{exponent}: {error}");
+                    assert!(
+                        matches!(
+                            error,
+                            SetupError::Underflow { .. } | SetupError::Acceleration { .. }
+                        ),
+                        "{name}: {error}"
+                    );
+                    refused[place] += 1;
+                }
+            }
+        }
+    }
+    assert!(
+        refused[0] > 20 && (refused[2] > 20 || natural[2].is_none()),
+        "{refused:?}"
+    );
+}
+
+#[test]
+fn a_factor_that_leaves_no_digits_is_refused() {
+    let springs = |first, second| Springs { first, second };
+    hold("springs", springs, [[1.0, 0.3], [0.0, 0.5]]);
+    // where no force acts at first
+    hold("springs", springs, [[0.0; 2], [1.0, 0.0]]);
+    let circle = |first, second| Circle { first, second };
+    hold("circle", circle, [[1.0, 0.0], [0.0, 0.3]]);
+}
+
+#[test]
+fn parameters_below_the_normal_numbers_are_refused() {
+    for first in [1e-320, 5e-324, 2e-308, -1e-310] {
+        let system = Springs { first, second: 1.0 };
+        for end in ends(&system, [[1.0, 0.0], [0.0; 2]]) {
+            assert!(
+                matches!(&end, Err(SetupError::SubnormalParameter { name, .. }) if name == "first"),
+                "{first}: {end:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_small_and_has_its_digits_runs() {
+    // states that hardly move, a force that has died away, and nothing at all
+    for (q0, v0) in [
+        ([1e-200, 0.0], [0.0; 2]),
+        ([1e-310, 0.0], [0.0; 2]),
+        ([0.0; 2], [1e-300, 0.0]),
+        ([0.0; 2], [0.0; 2]),
+        ([1.0, 1e-250], [0.0, 1e-320]),
+    ] {
+        for end in ends(
+            &Springs {
+                first: 1.0,
+                second: 1.0,
+            },
+            [q0, v0],
+        ) {
+            assert!(end.is_ok(), "{q0:?}, {v0:?}: {end:?}");
+        }
+        // a mass of 1e-100
+        for end in ends(
+            &Springs {
+                first: 1e-50,
+                second: 1e-50,
+            },
+            [q0.map(|x| x.max(1e-100)), v0],
+        ) {
+            assert!(end.is_ok(), "{q0:?}, {v0:?}: {end:?}");
+        }
+    }
+}
