@@ -342,7 +342,7 @@ impl Integrator {
         if let Some((switch, by)) = self.jump.clone() {
             return Err(self.failed(equations, SeriesFailure::Jumps { switch, by }).into());
         }
-        if self.steps >= self.weights.next {
+        if self.steps >= self.weights.next || self.have_fallen() {
             self.weigh(equations);
         }
         let rejected = self.rejected;

@@ -21,6 +21,10 @@ const ABOVE_ROUNDING: f64 = 100.0;
 /// Weights are looked at again after as many steps as were made, between these numbers.
 const AGAIN: [u64; 2] = [8, 1024];
 
+/// Where the largest velocity has fallen to this part of what it was, as after a body has passed close to another one or to the pole of its angles, velocities
+/// are compared by what they are now.
+const FALLEN: f64 = 1e-2;
+
 /// So often the first step is looked at.
 const FIRST: u32 = 6;
 
@@ -37,6 +41,8 @@ pub(super) struct Weights {
     pub(super) are_used: bool,
     /// The largest velocity when they were found.
     pub(super) largest: f64,
+    /// Whether velocities have fallen once: they may rise and fall again.
+    has_fallen: bool,
     /// Rows, their rounding errors, and their Jacobian.
     rows: Vec<f64>,
     bounds: Vec<f64>,
@@ -53,6 +59,7 @@ impl Weights {
             found: vec![1.0; dimension],
             are_used: false,
             largest: 0.0,
+            has_fallen: false,
             rows: vec![0.0; dimension],
             bounds: vec![0.0; dimension],
             jacobian: vec![0.0; dimension * dimension],
@@ -94,6 +101,19 @@ impl Weights {
 }
 
 impl Integrator {
+    /// Whether velocities have fallen far below those that the weights belong to.
+    #[inline]
+    pub(super) fn have_fallen(&self) -> bool {
+        self.weights.are_used && self.is_far_below()
+    }
+
+    fn is_far_below(&self) -> bool {
+        let (Some(known), Some((_, h))) = (&self.known, self.last) else {
+            return false;
+        };
+        known.velocity.max(known.acceleration * h.abs()) < FALLEN * self.weights.largest
+    }
+
     /// Looks how large velocities are, and sets the weights of those that are much smaller than the largest.
     #[cold]
     #[inline(never)]
@@ -105,6 +125,12 @@ impl Integrator {
         if shape.is_of_third_order() || shape.multipliers() > 0 || self.projection.is_some() {
             self.weights.stop();
             return;
+        }
+        self.weights.has_fallen |= self.have_fallen();
+        if self.weights.has_fallen {
+            self.weights.sizes.fill(0.0);
+            // beside such a place each step is many times as long as the one before
+            self.weights.next = self.steps + 1;
         }
         if let Some((_, h)) = self.last {
             self.weigh_by(equations, h.abs());
@@ -132,7 +158,15 @@ impl Integrator {
         let sizes = &self.weights.sizes;
         let largest = sizes.iter().copied().fold(0.0, f64::max);
         let is_small = |size: f64| size > 0.0 && size < LEAST * largest;
-        if !sizes.iter().any(|&size| is_small(size)) || !largest.is_finite() {
+        if !largest.is_finite() {
+            return false;
+        }
+        if !sizes.iter().any(|&size| is_small(size)) {
+            if self.weights.are_used {
+                self.weights.found.fill(1.0);
+                self.weights.apply(&mut self.control);
+                self.known = None;
+            }
             return false;
         }
         let Self {

@@ -1,6 +1,7 @@
 //! What the whole thing proves, one file per claim: `cargo test -p dsocs-tests --test claims FILE::` runs one.
 
 mod advice;
+mod angles_at_the_pole;
 mod belts_that_jump;
 mod cells;
 mod chain;
