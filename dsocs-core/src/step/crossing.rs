@@ -299,8 +299,8 @@ impl OnWay<'_> {
         differ(all, &terms)
     }
 
-    /// What makes the motion: the generalized force `∂L/∂q + f`, the kinematic rows with an acceleration, of third order with a jerk after it, and the forms of
-    /// the constraint forces.
+    /// What makes the motion: the generalized force `∂L/∂q + f`, the kinematic rows with an acceleration, of third order with a jerk after it, the forms of
+    /// the constraint forces, and the mass.
     fn causes(&self, part: f64, motion: &[f64]) -> Vec<f64> {
         let Place { t, q, v, a: own } = (self.way)(part);
         let (a, j) = motion.split_at(q.len());
@@ -330,11 +330,14 @@ impl OnWay<'_> {
         let lower = shape.holonomic + shape.nonholonomic;
         causes.extend(rows.into_iter().skip(lower).take(shape.kinematic));
         causes.extend(declaration.continuous_forms(point).into_iter().flatten());
+        let mass = start::mass_matrix(&declaration, (t, &q, &v));
+        causes.extend((0..q.len()).flat_map(|i| mass.row(i).collect::<Vec<_>>()));
         causes
     }
 
     /// Whether anything that makes the motion jumps at a place, to a part of itself. A corner of a constraint's curvature or of a mass makes the acceleration jump,
-    /// and costs no order: the discrete equations balance momenta.
+    /// and costs no order: the discrete equations balance momenta. A mass that jumps with the velocity, whose momentum does not, costs that of the velocity at the
+    /// nodes beside the place, which is the mean of those of two legs.
     fn has_cause(&self, parts: [f64; 4], a: &[f64]) -> bool {
         differ(parts.map(|part| self.causes(part, a)), &[])
     }

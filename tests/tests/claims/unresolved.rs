@@ -1,6 +1,8 @@
 //! A force that is switched between two nodes leaves no trace in the rows: the step says so, and only then.
 
-use dsocs_core::{Real, Samples, Start, Stepper, TaylorFlow, Tolerance, dsocs};
+use std::f64::consts::PI;
+
+use dsocs_core::{Real, Samples, Start, Stepper, TaylorFlow, Tolerance, Unresolved, dsocs};
 use dsocs_tests::declared;
 use dsocs_tests::text::Flow;
 
@@ -201,4 +203,69 @@ fn smooth_functions_of_the_user_do_not_jump() {
         flow.to(until).unwrap();
         assert_eq!(flow.unresolved(), None, "h = {h}");
     }
+}
+
+declared! {
+    /// Masses on a spring that are heavier one way than the other: their momentum goes on where they turn, and their acceleration jumps.
+    struct Ratchet {
+        heavy: f64,
+        smooth: f64,
+    }
+    coordinates(x, y);
+    let mass = if dot(x) > 0 { heavy } else { 1 };
+    lagrangian = mass * dot(x).powi(2) / 2 - x.powi(2) / 2 + smooth * x.powi(4) + dot(y).powi(2) / 2 - y.powi(2) / 8;
+}
+
+/// The velocity of a mass that is heavier one way, from rest at 1 on.
+fn ratchet(heavy: f64, t: f64) -> f64 {
+    let slow = heavy.sqrt();
+    let left = t % (PI + slow * PI);
+    if left < PI {
+        -left.sin()
+    } else {
+        ((left - PI) / slow).sin() / slow
+    }
+}
+
+#[test]
+fn a_mass_that_jumps_with_the_velocity_is_told_at_each_turn() {
+    for heavy in [0.5, 1.3, 2.0, 8.0_f64] {
+        let period = PI * (1.0 + heavy.sqrt());
+        let until = 2.2 * period;
+        for h in [0.02, 0.0071, 0.003] {
+            let system = Ratchet { heavy, smooth: 0.0 };
+            let start = Start::second_order([1.0, 0.3], [0.0, 0.2]);
+            let mut flow = Flow::new(&system, h, start).unwrap();
+            let (mut off, mut beside) = (0.0_f64, 0.0_f64);
+            for node in &flow.until(until).unwrap() {
+                let error = (node.v[0] - ratchet(heavy, node.t)).abs();
+                let to_turn = [0.0, PI].map(|turn| {
+                    let apart = (node.t - turn).rem_euclid(period);
+                    apart.min(period - apart)
+                });
+                if to_turn.into_iter().fold(f64::INFINITY, f64::min) < 1.01 * h && node.t > h {
+                    beside = beside.max(error);
+                } else {
+                    off = off.max(error);
+                }
+            }
+            // what is of the first order is told, and nothing else is
+            assert!(off < 20.0 * h * h * heavy.max(1.0), "{heavy}, {h}: {off:e}");
+            assert!(beside > 10.0 * h * h * 0.1, "{heavy}, {h}: {beside:e}");
+            let mut flow = Flow::new(&system, h, start).unwrap();
+            flow.to(until).unwrap();
+            let Unresolved { steps, first, .. } = flow.unresolved().unwrap();
+            assert!((first - PI).abs() <= 1.01 * h, "{heavy}, {h}: {first}");
+            // four turns, each in one step or in two that share it
+            assert!((4..=8).contains(&steps), "{heavy}, {h}: {steps}");
+        }
+    }
+    // the same mass both ways
+    let system = Ratchet {
+        heavy: 1.0,
+        smooth: 0.05,
+    };
+    let mut flow = Flow::new(&system, 0.01, Start::second_order([1.0, 0.3], [0.0, 0.2])).unwrap();
+    flow.to(20.0).unwrap();
+    assert_eq!(flow.unresolved(), None);
 }
