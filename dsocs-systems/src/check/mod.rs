@@ -6,6 +6,7 @@
 
 mod contact;
 mod continuous;
+mod dependence;
 mod equations;
 mod extrapolation;
 mod flow;
@@ -23,16 +24,20 @@ pub(crate) mod third;
 use std::error::Error;
 
 use dsocs_core::__private::TapeKernel;
-use dsocs_core::{NearlySingular, System, Unresolved};
+use dsocs_core::{NearlySingular, RunError, System, Unresolved};
 
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, Typed};
 use crate::stability::{Bar, number, told};
 
+use dependence::Dependent;
 use probe::{Hard, Passed, State};
 use subject::{Subject, states_at};
 
 /// So many steps are made unless an end is given.
 const STEPS: f64 = 40.0;
+
+/// A motion ends by itself if the continuous one does so within as many steps.
+const ENDS_NEAR: f64 = 8.0;
 
 /// What is expected of a system.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -262,6 +267,7 @@ pub(crate) fn check_to(
         ("order", order::order),
     ];
     let mut found = Found::new(subject.excuse());
+    found.dependent = subject.dependent.as_ref();
     for (check, measure) in checks {
         found.of(check, |report| measure(&subject, report));
     }
@@ -269,17 +275,20 @@ pub(crate) fn check_to(
 }
 
 /// What the checks of a motion find.
-struct Found {
+#[derive(Default)]
+struct Found<'s> {
     findings: Vec<Finding>,
     /// Why what is said of the motion as a whole is not required.
     excuse: Option<String>,
+    /// The constraint of which hardly anything is left beside the others.
+    dependent: Option<&'s Dependent>,
 }
 
-impl Found {
+impl Found<'_> {
     fn new(excuse: Option<String>) -> Self {
         Self {
-            findings: Vec::new(),
             excuse,
+            ..Self::default()
         }
     }
 
@@ -293,6 +302,11 @@ impl Found {
         if OF_THE_MOTION.contains(&check) {
             for finding in report.findings.iter_mut().filter(|finding| !finding.ok()) {
                 finding.excuse.clone_from(&self.excuse);
+            }
+        }
+        if let Some(dependent) = self.dependent {
+            for finding in report.findings.iter_mut().filter(|finding| !finding.ok()) {
+                finding.excuse = dependent.excuse(finding);
             }
         }
         self.findings.extend(report.findings);
@@ -312,21 +326,18 @@ fn reached([from, until, h]: [f64; 3], nodes: &[Passed], left_out: &str, report:
 
 /// How far the motion goes.
 fn window(subject: &Subject<'_>, report: &mut Report) {
-    let bar = if subject.own_end {
-        Bar::AtLeast((subject.asked - subject.start.t).abs() * (1.0 - 1e-9) - subject.h.abs())
-    } else {
-        Bar::Reported
-    };
+    let asked = (subject.asked - subject.start.t).abs();
     report.push(
-        format!(
-            "time that the motion reaches, of {} s",
-            (subject.asked - subject.start.t).abs()
-        ),
-        bar,
+        format!("time that the motion reaches, of {asked} s"),
+        Bar::AtLeast(asked * (1.0 - 1e-9) - subject.h.abs()),
         Ok((subject.until - subject.start.t).abs()),
     );
     if let Some(ended) = &subject.ended {
         report.note(&format!("{ended}; what follows is about the motion up to there"));
+        let excuse = ends_itself(subject).or_else(|| subject.excuse());
+        if let Some(last) = report.findings.last_mut().filter(|last| !last.holds()) {
+            last.excuse = excuse;
+        }
     }
     if subject.kernel.shape().external_forces || subject.hard.unresolved.is_some() {
         let steps = subject.hard.unresolved.map_or(0, |unresolved| unresolved.steps);
@@ -353,6 +364,24 @@ fn window(subject: &Subject<'_>, report: &mut Report) {
              steps are left out of what follows about single triples",
         );
     }
+}
+
+/// Why a motion need not reach the end of its window, if the continuous one ends about there, too.
+fn ends_itself(subject: &Subject<'_>) -> Option<String> {
+    let end = [subject.asked];
+    let exact = probe::exact_as_far(subject.system, subject.h, &subject.start, &end, 1e-12);
+    let ended = exact.ok()?.1?;
+    let RunError::Series(series) = &ended else {
+        return None;
+    };
+    let t = series.details().time;
+    let apart = (t - subject.until).abs();
+    (apart <= ENDS_NEAR * subject.h.abs()).then(|| {
+        format!(
+            "not required here: the theorem is about a motion as long as there is one, and the continuous motion ends, too, at t = {}: {ended}; to see it required, end before (`--until`)",
+            number(t)
+        )
+    })
 }
 
 /// The laws that hold for every triple by construction: they hold the code of the constraint force and of the tangent map against that of `L_d`.

@@ -7,7 +7,7 @@
 use dsocs_core::geometry::{Triple, discrete_power, mean_over, power};
 use dsocs_core::{AnyPoint, Declaration, OwnedLeg};
 
-use super::order::{AT_CORNER, SCATTER, above, excuse, fitted, with_finer_steps};
+use super::order::{AT_CORNER, FINER, SCATTER, above, excuse, fitted, with_finer_steps};
 use super::probe::{State, expansion, less, walk};
 use super::{Measured, Report, Subject, larger, largest};
 use crate::entry::Motions;
@@ -43,7 +43,9 @@ pub fn balance(subject: &Subject<'_>, report: &mut Report) {
         Bar::AtMost(IDENTITY),
         identity,
     );
-    with_finer_steps(subject.h, subject.excuse().is_some(), report, &|parts, report| {
+    let of = (subject.h, subject.excuse().is_some());
+    let is_too_long = || subject.followed().is_some();
+    with_finer_steps(of, report, &is_too_long, &|parts, report| {
         discrete(subject, parts, report);
     });
 }
@@ -51,7 +53,18 @@ pub fn balance(subject: &Subject<'_>, report: &mut Report) {
 /// The order of the discrete balance, with parts of the subject's step.
 fn discrete(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     let steps: Vec<f64> = (0..HALVINGS).map(|k| subject.h / f64::from(parts << k)).collect();
-    let measured: Measured<Vec<[f64; 2]>> = steps.iter().map(|&h| discrete_defect(subject, h)).collect();
+    let mut span = (subject.until - subject.start.t)
+        .abs()
+        .min(STEPS * subject.h.abs());
+    if subject.ended.is_some() {
+        // beside the place where a motion ends, errors need not fall as a power of the step yet, and a smaller step may end before
+        span *= 0.75;
+    }
+    if let (true, Some(until)) = (parts > FINER[1], subject.followed()) {
+        span = span.min((until - subject.start.t).abs());
+    }
+    let measured: Measured<Vec<[f64; 2]>> =
+        steps.iter().map(|&h| discrete_defect(subject, h, span)).collect();
     let defects = match measured {
         Ok(defects) => defects,
         Err(error) => {
@@ -122,13 +135,10 @@ fn defect(system: &dyn Motions, state: &State, h: f64, power: &dyn Fn(AnyPoint<'
 }
 
 /// The largest difference of the energy at a node of the discrete motion with the step `h` from that at the first one and what
-/// the power has changed since, by the trapezoidal rule, relative to the energy's terms; and by how much it changes in one step, at most.
-fn discrete_defect(subject: &Subject<'_>, h: f64) -> Measured<[f64; 2]> {
+/// the power has changed since, up to a time `span` later, by the trapezoidal rule, relative to the energy's terms; and by how much it changes in one step, at most.
+fn discrete_defect(subject: &Subject<'_>, h: f64, span: f64) -> Measured<[f64; 2]> {
     let system = subject.kernel;
     let declaration = Declaration::of(system);
-    let span = (subject.until - subject.start.t)
-        .abs()
-        .min(STEPS * subject.h.abs());
     let (mut before, mut last): (Option<OwnedLeg<f64>>, Option<[f64; 2]>) = (None, None);
     let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
     let (mut defect, mut jump): (f64, f64) = (0.0, 0.0);

@@ -94,7 +94,7 @@ pub fn check_to(
         momenta(&subject, symmetries, &walked.legs, report);
     });
     found.of("power balance", |report| {
-        with_finer_steps(subject.h, is_excused, report, &|parts, report| {
+        with_finer_steps((subject.h, is_excused), report, &|| false, &|parts, report| {
             balance(&subject, parts, report);
         });
     });
@@ -102,7 +102,7 @@ pub fn check_to(
     found.of("reversibility", |report| flow::step_back(&whole, report));
     found.of("contact", |report| contact(&whole, report));
     found.of("order", |report| {
-        with_finer_steps(subject.h, is_excused, report, &|parts, report| {
+        with_finer_steps((subject.h, is_excused), report, &|| false, &|parts, report| {
             order(&subject, parts, report);
         });
     });

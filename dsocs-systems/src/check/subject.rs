@@ -1,12 +1,14 @@
 //! A system with the motion that it is checked on: its legs, triples and states.
 
+use std::cell::OnceCell;
 use std::ops::Range;
 
 use dsocs_core::geometry::{DiscreteFlow, Triple, corners, moved};
 use dsocs_core::{AnyPoint, Kernel, OwnedLeg};
 
+use super::dependence::Dependent;
 use super::probe::{self, First, Hard, State, Walked, less};
-use super::{Expected, Settings, excuse, larger};
+use super::{Expected, Settings, excuse, larger, order};
 use crate::entry::{CheckFailure, Motions, Symmetry};
 
 /// So many triples of the motion are looked at, evenly spread, at most.
@@ -44,8 +46,6 @@ pub struct Subject<'a> {
     pub until: f64,
     /// Why that is not the end.
     pub ended: Option<String>,
-    /// Whether the end was the system's own.
-    pub own_end: bool,
     /// The steps in which what the theorems assume does not hold.
     pub hard: Hard,
     /// In how many steps a function jumps, or something rests where one does.
@@ -66,6 +66,10 @@ pub struct Subject<'a> {
     pub early: Vec<Triple>,
     /// States of the continuous motion, evenly spread.
     pub states: Vec<State>,
+    /// The constraint that says least beside the others, where it says so little that its rounding shows.
+    pub dependent: Option<Dependent>,
+    /// The time up to which the step follows the motion, if that is but a small part of the window.
+    pub followed: OnceCell<Option<f64>>,
 }
 
 impl<'a> Subject<'a> {
@@ -109,10 +113,11 @@ impl<'a> Subject<'a> {
             asked,
             until: walked.until,
             ended: walked.ended,
-            own_end: settings.until.is_none(),
             hard: walked.hard,
             held: walked.held.iter().filter(|held| **held).count(),
             states: states(system, h, &start, walked.until),
+            dependent: Dependent::along(kernel, h, &walked.legs),
+            followed: OnceCell::new(),
             start,
             first,
             places,
@@ -152,6 +157,11 @@ impl<'a> Subject<'a> {
         pairs
             .map(|(before, now)| corners(self.kernel, [*before, *now]))
             .sum()
+    }
+
+    /// The time up to which the step follows the motion at all, if that is but a small part of the window: there it is too long by far for errors that fall as a power of it.
+    pub fn followed(&self) -> Option<f64> {
+        *self.followed.get_or_init(|| order::hardly_followed(self))
     }
 
     /// Which assumption of the theorems on the motion as a whole does not hold on it, if one does not.

@@ -41,6 +41,9 @@ const PIECE: f64 = 10.0;
 /// the larger ones, and where it begins at rest, with legs that are hardly more than the rounding of positions, the largest: the best of them counts.
 const MOVED: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-1, 1.0];
 
+/// A leg that is this part of the position is rounding.
+const RESTS: f64 = 1e4 * f64::EPSILON;
+
 /// A coordinate whose leg is shorter than this part of all stands still.
 const STILL: f64 = 1e-3;
 
@@ -180,7 +183,10 @@ fn quotient(flow: &DiscreteFlow<'_>, triple: &Triple, law: &Evolution) -> Result
     // both legs: the first is zero where a force begins to act on what is at rest
     let legs = triple.leg.d.iter().chain(&last);
     let size = match legs.fold(0.0_f64, |size, d| size.hypot(*d)) {
-        0.0 => flow.h().abs(),
+        // as what rests but for rounding, on an unstable equilibrium
+        size if size <= RESTS * triple.leg.q.iter().fold(0.0, |most, q| larger(most, q.abs())) => {
+            flow.h().abs()
+        }
         size => size,
     };
     let mut apart = 0.0;

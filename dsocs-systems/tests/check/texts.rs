@@ -1,7 +1,8 @@
 //! What is right does not fail in declarations that are read at run time: bodies that are damped, unstable or fast, and what hovers.
 
 use dsocs_core::text::Text;
-use dsocs_systems::check::{Finding, Settings};
+use dsocs_systems::check::{Expected, Finding, Settings, check_tape};
+use dsocs_systems::entry::Kind;
 use dsocs_systems::stability::Bar;
 use dsocs_systems::{Entry, systems};
 
@@ -152,4 +153,58 @@ fn what_constraints_change_is_seen_in_any_units() {
     assert_eq!(missed(&findings), []);
     let change = found(&findings, "dξ along the pairs");
     assert!(change.figure > 1e-3, "{change:?}");
+}
+
+/// The checks of a text in which another order than that of the step is expected miss it.
+#[test]
+fn what_is_open_hides_no_other_order() {
+    for (kind, orders, text) in [
+        // a mass that nearly vanishes, whose errors fall as the third power where the step is not yet short enough
+        (
+            Kind::Unconstrained,
+            &[(1.0, true), (2.0, false)][..],
+            "coordinates(x);
+            lagrangian = dot(x).powi(4) / 4 + 1e-3 * dot(x).powi(2) / 2 - x.powi(2) / 2;
+            run { start = ([1], [0]); step = 0.01; until = 1; }",
+        ),
+        // rows that nearly depend on each other
+        (
+            Kind::Holonomic,
+            &[(1.0, true), (2.0, false), (3.0, true)],
+            "coordinates(x, y, z);
+            lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - 9.81 * y;
+            holonomic = [z - 0.3 * x, z - 0.3 * x + 1e-8 * (y - x.powi(2))];
+            run { start = ([1, 1, 0.3], [0, 0, 0]); step = 0.01; until = 1; }",
+        ),
+        // a motion that ends by itself
+        (
+            Kind::Unconstrained,
+            &[(1.0, true), (2.0, false), (3.0, true)],
+            "coordinates(x);
+            lagrangian = dot(x).powi(2) / 2 - 2 * x * x.sqrt() / 3;
+            run { start = ([1], [-2.5]); step = 0.01; until = 5; }",
+        ),
+    ] {
+        let (entry, read) = (read(text), Text::parse("text", text).unwrap());
+        let until = Some(entry.checked_end());
+        for &(order, fails) in orders {
+            let expected = Expected {
+                kind,
+                order,
+                reversible: true,
+            };
+            let settings = Settings {
+                until,
+                ..settings(&entry)
+            };
+            let findings = check_tape(&read.system, &[], expected, &settings).unwrap();
+            let of_order =
+                |finding: &&Finding| !finding.ok() && finding.what.starts_with("distance of that from");
+            assert_eq!(
+                findings.iter().any(|finding| of_order(&finding)),
+                fails,
+                "{order}: {text}"
+            );
+        }
+    }
 }

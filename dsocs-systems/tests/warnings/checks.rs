@@ -212,3 +212,95 @@ fn forces_that_are_not_ideal_need_not_keep_the_symplectic_form() {
     let (succeeds, [table, words]) = attempt(text, "check", &[]);
     assert!(succeeds, "{table} {words}");
 }
+
+/// Asserts that something fails.
+#[track_caller]
+fn fails(text: &str, arguments: &[&str], what: &str) {
+    let (passes, table) = check(text, arguments);
+    let failed = table
+        .lines()
+        .any(|line| line.contains(what) && line.contains("FAILED"));
+    assert!(!passes && failed, "{text} {arguments:?}: {table}");
+}
+
+#[test]
+fn a_start_that_rounding_decides_is_open() {
+    let scenes = [
+        "coordinates(theta); lagrangian = dot(theta).powi(2) / 2 + 9.81 * theta.cos(); run { start = ([pi], [0]); step = 0.01; until = 20; }",
+        "coordinates(x, theta); lagrangian = dot(x).powi(2) + dot(x) * dot(theta) * theta.cos() + dot(theta).powi(2) / 2 + 9.81 * theta.cos(); \
+         run { start = ([0, pi], [0, 0]); step = 0.01; until = 15; }",
+    ];
+    for scene in scenes {
+        is_open(scene, "beside an unstable equilibrium");
+    }
+    // beside it nothing is open
+    holds(
+        "coordinates(theta); lagrangian = dot(theta).powi(2) / 2 + 9.81 * theta.cos(); run { start = ([3.1], [0]); step = 0.01; until = 4; }",
+    );
+}
+
+#[test]
+fn a_motion_that_changes_too_quickly_for_a_fit_is_open() {
+    for small in ["1e-3", "3e-4"] {
+        let text = format!(
+            "coordinates(x); lagrangian = dot(x).powi(4) / 4 + {small} * dot(x).powi(2) / 2 - x.powi(2) / 2; \
+             run {{ start = ([1], [0]); step = 0.01; until = 1; }}"
+        );
+        is_open(&text, "a small part of the window only");
+    }
+}
+
+#[test]
+fn constraints_that_nearly_depend_on_each_other_are_open() {
+    let scenes = [
+        (
+            "holonomic = [x.powi(2) + y.powi(2) + z.powi(2) - 1, x.powi(2) + y.powi(2) + z.powi(2) - 1 + eps * (z - 0.3 * x)]",
+            "([0.9, 0.3, 0.27], [0, 0.5, 0])",
+        ),
+        (
+            "holonomic = [z - 0.3 * x, z - 0.3 * x + eps * (y - x.powi(2))]",
+            "([1, 1, 0.3], [0, 0, 0])",
+        ),
+        (
+            "nonholonomic = [dot(z) - y * dot(x), dot(z) - y * dot(x) + eps * (dot(y) - z * dot(x))]",
+            "([1, 1, 0.3], [1, 0.3, 1])",
+        ),
+    ];
+    for (rows, start) in scenes {
+        for eps in ["1e-6", "1e-8", "1e-9"] {
+            let text = format!(
+                "parameters {{ eps = {eps} }} coordinates(x, y, z); lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - 9.81 * y; \
+                 {rows}; run {{ start = {start}; project = true; step = 0.01; until = 1; }}"
+            );
+            let table = passes(&text, &[]);
+            assert!(
+                eps == "1e-6" || table.contains("says nothing beside those before it"),
+                "{text}: {table}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_motion_that_ends_by_itself_is_open_and_one_that_a_step_loses_fails() {
+    let ends = [
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2 + x.sqrt(); run { start = ([1], [-2.5]); step = 0.01; until = 5; }",
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 2 * x * x.sqrt() / 3; run { start = ([1], [-2.5]); step = 0.01; until = 5; }",
+        "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (1 - x.powi(2)).sqrt() - y.powi(2); \
+         run { start = ([0, 1], [0.7, 0]); step = 0.01; until = 5; }",
+    ];
+    for text in ends {
+        for arguments in [&[][..], &["--until", "3"]] {
+            let table = passes(text, arguments);
+            assert!(
+                table.contains("the continuous motion ends, too"),
+                "{text} {arguments:?}: {table}"
+            );
+        }
+    }
+    // a wall that throws the motion back, and a step across it
+    let wall = "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 1 / x.sqrt(); run { start = ([9], [-20]); step = 0.1; until = 2; }";
+    for arguments in [&[][..], &["--until", "1"]] {
+        fails(wall, arguments, "time that the motion reaches");
+    }
+}
