@@ -117,5 +117,7 @@ pub use control::Tolerance;
 pub use ensemble::TaylorEnsemble;
 pub use estimate::Estimates;
 pub use flow::{AnyTaylorFlow, TaylorFlow};
+#[doc(hidden)]
+pub use motion::rounding;
 pub use motion::{AnyGlobalError, GlobalError, Motion};
 pub use tangents::TaylorTangents;

@@ -148,8 +148,8 @@ impl<'s, const N: usize> GlobalError<'s, N> {
     ///
     /// As [`Motion::new`].
     pub fn new<S: System<N>>(system: &'s S, start: Start<N>, until: f64) -> Result<Self, RunError> {
-        let begin = |tolerance| TaylorFlow::new(system, start, tolerance).map(|flow| flow.any);
-        AnyGlobalError::of(&begin, until).map(Self)
+        let begin = move |tolerance| TaylorFlow::new(system, start, tolerance).map(|flow| flow.any);
+        AnyGlobalError::of(Box::new(begin), until).map(Self)
     }
 
     /// The absolute difference of each coordinate between the position `q` and the continuous motion at the time `t`. The times have
@@ -164,20 +164,41 @@ impl<'s, const N: usize> GlobalError<'s, N> {
         Ok(distances)
     }
 
-    /// The uncertainty of the continuous motion itself, up to the last time. Estimated errors below it are meaningless.
+    /// The uncertainty of the continuous motion itself, up to the last time: no less than what rounding makes of a position and a time. Estimated errors below it are
+    /// meaningless.
     #[must_use]
     pub fn uncertainty(&self) -> f64 {
         self.0.uncertainty()
     }
 }
 
+/// Begins a continuous motion to a tolerance.
+type Begin<'s> = dyn Fn(Tolerance) -> Result<AnyTaylorFlow<'s>, SetupError> + 's;
+
 /// [`GlobalError`] of a system without its type.
-#[derive(Debug)]
 pub struct AnyGlobalError<'s> {
+    /// Begins them.
+    begin: Box<Begin<'s>>,
+    /// Up to when.
+    until: f64,
+    /// Whether they are those to the larger tolerances.
+    is_coarse: bool,
     /// The motions, the one that counts first.
     motions: [AnyMotion<'s>; 2],
     /// The largest distance of the two so far.
     uncertainty: f64,
+    /// The time that was asked for last, and the position then.
+    last: Option<(f64, Vec<f64>)>,
+}
+
+// by hand, because of the function
+impl core::fmt::Debug for AnyGlobalError<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("GlobalError")
+            .field("motions", &self.motions)
+            .field("uncertainty", &self.uncertainty)
+            .finish_non_exhaustive()
+    }
 }
 
 impl<'s> AnyGlobalError<'s> {
@@ -188,31 +209,51 @@ impl<'s> AnyGlobalError<'s> {
         Tolerance::relative(1e-17).order(22),
     ];
 
+    /// Those where no motion can be computed to these, as beside a corner that hides in an angle, of which rounding leaves no place.
+    const COARSE: [Tolerance; 2] = [Tolerance::relative(1e-13), Tolerance::relative(1e-12)];
+
     /// The error of motions of a system that was read from a text, from a start up to the time `until`.
     ///
     /// # Errors
     ///
     /// As [`Motion::new`].
     pub fn of_tape(system: &'s TapeKernel, start: &AnyStart, until: f64) -> Result<Self, RunError> {
-        Self::of(
-            &|tolerance| AnyTaylorFlow::of_tape(system, start, tolerance),
-            until,
-        )
+        let start = start.clone();
+        let begin = move |tolerance| AnyTaylorFlow::of_tape(system, &start, tolerance);
+        Self::of(Box::new(begin), until)
     }
 
     /// The error of motions up to the time `until` from those that a function begins.
-    fn of(
-        begin: &dyn Fn(Tolerance) -> Result<AnyTaylorFlow<'s>, SetupError>,
-        until: f64,
-    ) -> Result<Self, RunError> {
-        let [first, second] = Self::REFERENCES;
+    fn of(begin: Box<Begin<'s>>, until: f64) -> Result<Self, RunError> {
+        let motions = motions(&*begin, Self::REFERENCES, until)?;
         Ok(Self {
-            motions: [
-                AnyMotion::of(begin(first), until)?,
-                AnyMotion::of(begin(second), until)?,
-            ],
+            begin,
+            until,
+            is_coarse: false,
+            motions,
             uncertainty: 0.0,
+            last: None,
         })
+    }
+
+    /// The positions of both motions at a time.
+    fn positions(&mut self, t: f64, dimension: usize) -> Result<[Vec<f64>; 2], RunError> {
+        let [first, second] = &mut self.motions;
+        let (mut truth, mut other) = (vec![f64::NAN; dimension], vec![f64::NAN; dimension]);
+        first.position(t, &mut truth)?;
+        second.position(t, &mut other)?;
+        Ok([truth, other])
+    }
+
+    /// Goes on by motions to larger tolerances. Returns whether there are some.
+    #[cold]
+    fn coarsen(&mut self) -> bool {
+        if self.is_coarse {
+            return false;
+        }
+        self.is_coarse = true;
+        let found = motions(&*self.begin, Self::COARSE, self.until);
+        found.map(|found| self.motions = found).is_ok()
     }
 
     /// Puts the absolute differences from the continuous motion at the time `t` in the place of a position. The times have to be in the order of the
@@ -222,20 +263,49 @@ impl<'s> AnyGlobalError<'s> {
     ///
     /// [`RunError`] if the continuous motion cannot be computed up to `t`.
     pub fn replace(&mut self, t: f64, q: &mut [f64]) -> Result<(), RunError> {
-        let [first, second] = &mut self.motions;
-        let (mut truth, mut other) = (vec![f64::NAN; q.len()], vec![f64::NAN; q.len()]);
-        first.position(t, &mut truth)?;
-        second.position(t, &mut other)?;
-        for ((q, truth), other) in q.iter_mut().zip(truth).zip(other) {
-            self.uncertainty = self.uncertainty.max((truth - other).abs());
+        let [truth, other] = match self.positions(t, q.len()) {
+            Err(_) if self.coarsen() => self.positions(t, q.len())?,
+            found => found?,
+        };
+        let last = self.last.take();
+        for (i, (q, (truth, other))) in q.iter_mut().zip(truth.iter().zip(&other)).enumerate() {
+            let rate = last
+                .as_ref()
+                .map_or(0.0, |(before, last)| (truth - last[i]) / (t - before));
+            self.uncertainty = (self.uncertainty)
+                .max((truth - other).abs())
+                .max(rounding(t, *truth, rate));
             *q = (*q - truth).abs();
         }
+        self.last = Some((t, truth));
         Ok(())
     }
 
-    /// The uncertainty of the continuous motion itself, up to the last time.
+    /// The uncertainty of the continuous motion itself, up to the last time: no less than what rounding makes of a position and a time.
     #[must_use]
     pub fn uncertainty(&self) -> f64 {
         self.uncertainty
     }
+}
+
+/// Motions to two tolerances up to a time.
+fn motions<'s>(
+    begin: &Begin<'s>,
+    [first, second]: [Tolerance; 2],
+    until: f64,
+) -> Result<[AnyMotion<'s>; 2], RunError> {
+    Ok([
+        AnyMotion::of(begin(first), until)?,
+        AnyMotion::of(begin(second), until)?,
+    ])
+}
+
+/// What rounding makes of a position that is reached at a time, with a velocity: two motions may agree in every digit that they have, and these are rounded, as those of the
+/// time are.
+#[doc(hidden)]
+#[must_use]
+pub fn rounding(t: f64, q: f64, v: f64) -> f64 {
+    let moved = (v * t).abs();
+    // a velocity that has no value is that of two equal times
+    f64::EPSILON * (q.abs() + if moved.is_finite() { moved } else { 0.0 })
 }

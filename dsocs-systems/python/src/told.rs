@@ -8,7 +8,7 @@ use std::time::Instant;
 use dsocs_core::{Regularity, Samples};
 use dsocs_systems::check::{Begin, Settings};
 use dsocs_systems::cli;
-use dsocs_systems::entry::{Beginning, HeldInput, Plan, Row};
+use dsocs_systems::entry::{Beginning, HeldInput, Plan, Row, RunFailure};
 use dsocs_systems::stability::Bar;
 use dsocs_systems::systems;
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
@@ -160,14 +160,20 @@ pub fn estimate(
         estimate: true,
         ..plan(h, until, (order, tolerance), held)?
     };
-    let (mut errors, mut uncertainty) = (Vec::new(), 0.0);
+    let (mut errors, mut uncertainty, mut unknown) = (Vec::new(), 0.0, None);
     run_again(py, text, &values, &plan, &begins, &mut |row| {
         if row.node.index.is_multiple_of(every) {
             errors.extend_from_slice(row.errors);
         }
         uncertainty = row.uncertainty;
+        if unknown.is_none() {
+            unknown = row.unknown.cloned();
+        }
     })?;
-    Ok((errors, uncertainty))
+    match unknown {
+        Some(error) => Err(of_failure(py, &RunFailure::Estimate(error))),
+        None => Ok((errors, uncertainty)),
+    }
 }
 
 /// The findings of the checks of a motion, each as a dict.

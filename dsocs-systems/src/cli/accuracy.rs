@@ -132,11 +132,17 @@ pub struct Errors {
     time: f64,
     /// How well the motion is known.
     uncertainty: f64,
+    /// Why it is not known beyond that time.
+    unknown: Option<String>,
 }
 
 impl Errors {
     /// Looks at a node.
     pub fn look(&mut self, row: &Row<'_>) {
+        if let Some(unknown) = row.unknown {
+            self.unknown.get_or_insert_with(|| unknown.to_string());
+            return;
+        }
         if row.errors.is_empty() {
             return;
         }
@@ -155,25 +161,34 @@ impl Errors {
     /// What is to be said, of a run that may have ended early.
     pub fn note<'a>(&self, coordinates: impl Iterator<Item = &'a str>, ended_early: bool) -> Option<String> {
         if self.largest.is_empty() {
-            return None;
+            let why = self.unknown.as_ref()?;
+            return Some(format!("warning: the error cannot be estimated: {why}"));
         }
         let coordinates = coordinates.zip(&self.largest).zip(&self.last);
         let parts: Vec<String> = coordinates
             .map(|((name, (largest, t)), last)| {
-                let end = if ended_early { "then" } else { "at the end" };
+                let end = if ended_early || self.unknown.is_some() {
+                    "then"
+                } else {
+                    "at the end"
+                };
                 format!("{name} {largest:.1e} (at t = {t}; {last:.1e} {end})")
             })
             .collect();
-        let until = if ended_early {
+        let until = if ended_early || self.unknown.is_some() {
             format!(" up to t = {}", self.time)
         } else {
             String::new()
         };
-        Some(format!(
+        let note = format!(
             "note: the largest errors{until} are {}; the motion they are measured against is known to {:.0e}",
             parts.join(", "),
             self.uncertainty
-        ))
+        );
+        Some(match &self.unknown {
+            Some(why) => format!("{note}\nwarning: beyond, the errors cannot be estimated: {why}"),
+            None => note,
+        })
     }
 }
 

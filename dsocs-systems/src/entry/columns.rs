@@ -1,6 +1,6 @@
 //! The nodes of a run as rows of a table.
 
-use dsocs_core::{AnyNode, Declaration, NearlySingular, Regularity, Shape, Unresolved};
+use dsocs_core::{AnyNode, Declaration, NearlySingular, Regularity, RunError, Shape, Unresolved};
 
 use super::description::Description;
 use super::plan::Plan;
@@ -27,6 +27,8 @@ pub struct Row<'a> {
     pub errors: &'a [f64],
     /// The uncertainty of the reference motion from which the errors are computed.
     pub uncertainty: f64,
+    /// Why there are no errors any more, which are NaN then: the continuous motion cannot be computed so far.
+    pub unknown: Option<&'a RunError>,
 }
 
 impl<'a> Row<'a> {
@@ -53,6 +55,7 @@ impl<'a> Row<'a> {
             nearly_singular: None,
             errors: &[],
             uncertainty: 0.0,
+            unknown: None,
         }
     }
 

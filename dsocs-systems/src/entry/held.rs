@@ -1,6 +1,6 @@
 //! Inputs that are held: how a run is given their values, and the continuous motion under them that errors are measured against.
 
-use dsocs_core::taylor::AnyGlobalError;
+use dsocs_core::taylor::{AnyGlobalError, rounding};
 use dsocs_core::{OwnedNode, Run, RunError, SetupError};
 
 use super::beginning::Beginning;
@@ -69,10 +69,11 @@ impl Errors for HeldErrors<'_> {
             }
         }
         let [truth, other] = self.nodes.each_ref().map(|node| node.any().q);
-        for (truth, other) in truth.iter().zip(other) {
-            // over short legs both may agree to the last digit, which still is a rounded one
-            let rounding = f64::EPSILON * truth.abs();
-            self.uncertainty = self.uncertainty.max((truth - other).abs()).max(rounding);
+        let v = self.nodes[0].any().v;
+        for ((truth, other), v) in truth.iter().zip(other).zip(v) {
+            self.uncertainty = (self.uncertainty)
+                .max((truth - other).abs())
+                .max(rounding(t, *truth, *v));
         }
         Ok(q.iter().zip(truth).map(|(q, truth)| (q - truth).abs()).collect())
     }

@@ -138,7 +138,7 @@ fn hand_on(
     let mut node = OwnedNode::new(run.kernel().shape().dimension());
     let is_driven = !plan.inputs.is_empty();
     let is_open = !is_closed && !matches!(plan.method, Method::Tolerance(_));
-    let mut failed = None;
+    let mut unknown = None;
     let mut take = |run: &dyn Run| {
         node.take(run);
         let node = node.any();
@@ -160,24 +160,21 @@ fn hand_on(
         let Some(error) = &mut error else {
             return sink(&row);
         };
-        match error.at(node.t, node.q) {
-            Ok(errors) => {
-                (row.errors, row.uncertainty) = (&errors, error.uncertainty());
-                sink(&row)
-            }
-            Err(error) => {
-                failed = Some(error);
-                ControlFlow::Break(())
+        let mut errors = vec![f64::NAN; node.q.len()];
+        if unknown.is_none() {
+            match error.at(node.t, node.q) {
+                Ok(found) => errors = found,
+                // the run goes on without
+                Err(why) => unknown = Some(why),
             }
         }
+        (row.errors, row.uncertainty, row.unknown) = (&errors, error.uncertainty(), unknown.as_ref());
+        sink(&row)
     };
     if is_driven {
         driven(run, plan, &mut take)?;
     } else {
         run.walk(plan.until, &mut |run| Ok(take(run)))?;
     }
-    match failed {
-        Some(error) => Err(RunFailure::Estimate(error)),
-        None => Ok(()),
-    }
+    Ok(())
 }

@@ -196,15 +196,21 @@ impl Energy {
         let grows = if is_given || !exploded(first) || !exploded(before) {
             None
         } else if first != 0.0 {
-            Some(format!("{first:.3} at the start"))
+            let first = if first.abs() >= 1e-2 {
+                format!("{first:.3}")
+            } else {
+                format!("{first:.1e}")
+            };
+            Some(format!("{first} at the start"))
         } else if self.growth.nodes >= FEW {
             Some(format!("0 at the start, and {before:.1e} at t = {then},"))
         } else {
             None
         };
         if let Some(before) = grows {
+            let changes = if largest < first { "falls" } else { "grows" };
             return Some(format!(
-                "warning: the energy grows from {before} to {largest:.1e} at t = {t}: unless something drives the system \
+                "warning: the energy {changes} from {before} to {largest:.1e} at t = {t}: unless something drives the system \
                  that far, the step h = {h} is too long for it (a smaller `--step`; `--estimate-error` measures what it costs). If half the \
                  step gives the same energy, look at the signs of the forces"
             ));
@@ -304,6 +310,22 @@ mod tests {
             for until in [1.0, 300.0] {
                 assert_eq!(note(&driven(stiffness, pull), &[0.0], 0.01, until), None);
             }
+        }
+    }
+
+    #[test]
+    fn an_energy_below_that_of_the_start_falls() {
+        // a spring that pushes, beside a step that is too long for one that pulls
+        let pushed = entry(
+            "coordinates(x, y); lagrangian = dot(x).powi(2) / 2 - dot(y).powi(2) / 2 - 50 * x.powi(2) + 50 * y.powi(2);",
+            &[],
+        );
+        for (q0, words) in [
+            ([0.0, 1e-3], "the energy falls from -5.0e-5 at the start to -"),
+            ([1e-3, 0.0], "the energy grows from 5.0e-5 at the start to "),
+        ] {
+            let told = note(&pushed, &q0, 0.21, 20.0).unwrap();
+            assert!(told.contains(words), "{told}");
         }
     }
 
