@@ -5,6 +5,7 @@ mod alternation;
 mod checks;
 mod dependence;
 mod energy;
+mod estimates;
 mod inputs;
 mod jumps;
 mod samples;
