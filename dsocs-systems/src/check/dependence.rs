@@ -37,9 +37,7 @@ impl Dependent {
         let mut least: Option<Self> = None;
         for leg in legs.iter().step_by(every) {
             let v: Vec<f64> = leg.d.iter().map(|d| d / h).collect();
-            let Some((row, part)) = least_independent(&declaration, leg.t, &leg.q, &v) else {
-                return None;
-            };
+            let (row, part) = least_independent(&declaration, leg.t, &leg.q, &v)?;
             if part < least.as_ref().map_or(LEFT, |least| least.part) {
                 let (t, leg) = (leg.t, f64::INFINITY);
                 least = Some(Self { row, part, t, leg });
@@ -61,11 +59,11 @@ impl Dependent {
     pub fn excuse(&self, finding: &Finding) -> Option<String> {
         let is_rounding = match finding.bar {
             _ if finding.failure.is_some() => self.part < HARDLY,
-            // of whole numbers and of roots
+            // of whole numbers
             Bar::AtMost(0.0) => self.part < HARDLY,
-            Bar::AtLeast(_) if finding.check == "roots" => finding.figure <= self.known() / self.leg,
-            // relative to a leg, what is known is so much less
+            // relative to a leg, what is known is so much less; two roots that are one are as near to each other
             Bar::AtMost(_) => finding.figure <= self.known() / self.leg,
+            Bar::AtLeast(_) if finding.check == "roots" => finding.figure <= self.known() / self.leg,
             Bar::AtLeast(_) | Bar::Reported => false,
         };
         let (row, part, t) = (&self.row, self.part, number(self.t));
