@@ -159,7 +159,7 @@ fn jumps_between_two_nodes_are_counted_each_once() {
         };
         let found = run(1.0).unwrap();
         assert_eq!(found.steps, 3, "{h}: {found:?}");
-        let turn = std::f64::consts::PI / 40_f64.sqrt();
+        let turn = PI / 40_f64.sqrt();
         assert!((found.first - turn).abs() <= 1.01 * h, "{h}: {found:?}");
         // a hundredth of the acceleration at a turn is told, and what hardly matters is not
         assert_eq!(run(0.1).map(|found| found.steps), Some(3), "{h}");
