@@ -66,14 +66,17 @@ impl Dependent {
             Bar::AtLeast(_) if finding.check == "roots" => finding.figure <= self.known() / self.leg,
             Bar::AtLeast(_) | Bar::Reported => false,
         };
+        is_rounding.then(|| self.reason())
+    }
+
+    /// What the constraint leaves unknown.
+    pub fn reason(&self) -> String {
         let (row, part, t) = (&self.row, self.part, number(self.t));
-        is_rounding.then(|| {
-            format!(
-                "not required here: the theorem is about constraints that are independent, and {row} says nothing beside those before it but for a part of {part:.0e}, at t = {t}: what is \
-                 measured is known to about {:.0e} only, relative to a leg to {:.0e}; leave the constraint out, or write what is left of it alone",
-                self.known(),
-                self.known() / self.leg
-            )
-        })
+        format!(
+            "not required here: the theorem is about constraints that are independent, and {row} says nothing beside those before it but for a part of {part:.0e}, at t = {t}: what is \
+             measured is known to about {:.0e} only, relative to a leg to {:.0e}; leave the constraint out, or write what is left of it alone",
+            self.known(),
+            self.known() / self.leg
+        )
     }
 }

@@ -9,6 +9,7 @@ use dsocs_core::geometry::{
 };
 use dsocs_core::{Declaration, Kernel, RunError};
 
+use super::dependence::Dependent;
 use super::probe::{First, State, less};
 use super::{Finding, Measured, Report, Subject, larger, probe};
 use crate::entry::Kind;
@@ -47,6 +48,9 @@ const HARDLY: usize = 8;
 
 /// A start that is moved by so many roundings is as good; what that makes of a motion is no error of a step.
 const MOVED: [f64; 2] = [4.0, 3.0];
+
+/// It decides a motion that becomes another one by this part of its extent.
+const DECIDED: f64 = 1e-3;
 
 /// An error is rounding that is not larger than so many times that.
 const OF_ROUNDING: f64 = 10.0;
@@ -375,14 +379,19 @@ fn starts_at_rounding(subject: &Subject<'_>) -> Option<String> {
         relative.fold(0.0, |most, (apart, extent)| larger(most, apart.abs() / extent))
     });
     let apart = apart.fold(0.0, larger);
-    (finest <= OF_ROUNDING * apart).then(|| {
+    // what is small is rounding of a step that is too short, unless constraints make more of it
+    let dependent = subject.dependent.as_ref();
+    if finest > OF_ROUNDING * apart || (apart < DECIDED && dependent.is_none()) {
+        return None;
+    }
+    Some(dependent.map(Dependent::reason).unwrap_or_else(|| {
         format!(
             "not required here: the theorem is about the motion from a start, and this one is known to rounding only: a start that differs from t = {} on by its last digits leads to a \
              motion that is {apart:.0e} of its extent away by t = {}, as those of other steps are: so it is beside an unstable equilibrium; to see it required, start a little beside it",
             number(*t),
             number(times[last - 1])
         )
-    })
+    }))
 }
 
 /// The place from which on errors are rounding, because they have stopped falling.
