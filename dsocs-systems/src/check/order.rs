@@ -9,7 +9,6 @@ use dsocs_core::geometry::{
 };
 use dsocs_core::{Declaration, Kernel, RunError};
 
-use super::dependence::Dependent;
 use super::probe::{First, State, less};
 use super::{Finding, Measured, Report, Subject, larger, probe};
 use crate::entry::Kind;
@@ -384,14 +383,15 @@ fn starts_at_rounding(subject: &Subject<'_>) -> Option<String> {
     if finest > OF_ROUNDING * apart || (apart < DECIDED && dependent.is_none()) {
         return None;
     }
-    Some(dependent.map(Dependent::reason).unwrap_or_else(|| {
-        format!(
-            "not required here: the theorem is about the motion from a start, and this one is known to rounding only: a start that differs from t = {} on by its last digits leads to a \
+    if let Some(dependent) = dependent {
+        return Some(dependent.reason());
+    }
+    Some(format!(
+        "not required here: the theorem is about the motion from a start, and this one is known to rounding only: a start that differs from t = {} on by its last digits leads to a \
              motion that is {apart:.0e} of its extent away by t = {}, as those of other steps are: so it is beside an unstable equilibrium; to see it required, start a little beside it",
-            number(*t),
-            number(times[last - 1])
-        )
-    }))
+        number(*t),
+        number(times[last - 1])
+    ))
 }
 
 /// The place from which on errors are rounding, because they have stopped falling.
