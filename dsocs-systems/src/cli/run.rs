@@ -187,21 +187,20 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     });
     bar.finish_and_clear();
     let names: Vec<&str> = entry.description().names().collect();
-    let [energy, turns, alternation, dependence] = watched.warnings.notes(&names, plan.method, plan.h);
-    let notes = [
+    let of_run = [
         moved,
         passed_inputs(&plan, arguments.from.t0()),
         watched.lost.note(),
         watched.errors.note(names.iter().copied(), result.is_err()),
-        energy,
-        turns,
-        alternation,
-        dependence,
+    ];
+    let of_steps = [
         unresolved.map(|found| switched(found, third, plan.method)),
         nearly_singular.map(|found| near(found, may_divide, third)),
         arguments.accuracy.note(),
     ];
-    let notes: Vec<String> = notes.into_iter().flatten().collect();
+    let looked_at = watched.warnings.notes(&names, plan.method, plan.h);
+    let notes = of_run.into_iter().chain(looked_at).chain(of_steps);
+    let notes: Vec<String> = notes.flatten().collect();
     // what ended a run is told before what is to be said of it up to there
     let fails_on_the_way = result.is_err() && rows > 0;
     if !fails_on_the_way {

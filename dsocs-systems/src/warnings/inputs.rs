@@ -12,6 +12,7 @@ pub fn passed_inputs(plan: &Plan, t0: f64) -> Option<String> {
 }
 
 /// The same of one input.
+#[allow(clippy::float_cmp)] // a value that is given again is the same number
 fn passed(input: &HeldInput, plan: &Plan, t0: f64) -> Option<String> {
     let steps = |t: f64| (t - t0) / plan.h;
     let end = steps(plan.until);

@@ -103,7 +103,7 @@ fn values_that_never_hold_are_told_and_no_others() {
         let (mut plan, mut t, mut values) = (String::new(), 0.1, Vec::new());
         while t < 1.5 {
             let value = 1.0 + values.len() as f64;
-            plan += &format!("{t},{value}\n");
+            plan.extend([t.to_string(), ",".to_owned(), value.to_string(), "\n".to_owned()]);
             values.push(value);
             // now and then at a node
             t += if coarse {

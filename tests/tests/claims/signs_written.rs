@@ -25,6 +25,9 @@ const WRITTEN: [&str; 14] = [
     "(2 / pi) * s.atan2(none)",
 ];
 
+/// So many steps of a fixed length go to the end.
+const STEPS: u32 = 8000;
+
 fn declared(sign: &str, s: &str, force: f64, potential: &str) -> Text {
     let text = format!(
         "parameters {{ none = 0.0 }} coordinates(x); lagrangian = dot(x).powi(2) / 2 - {potential}; let s = {s}; \
@@ -33,7 +36,7 @@ fn declared(sign: &str, s: &str, force: f64, potential: &str) -> Text {
     Text::parse("written", &text).unwrap()
 }
 
-/// The errors of the Taylor flow at a tolerance of 1e-10, and of steps of 1 ms.
+/// The errors of the Taylor flow at a tolerance of 1e-10, and of steps of about 1 ms.
 fn errors(text: &Text, start: Start<1>, until: f64, expected: [f64; 2]) -> [f64; 2] {
     let error = |q: f64, v: f64| (q - expected[0]).abs().max((v - expected[1]).abs());
     let mut continuous = TaylorFlow::read(&text.system, start, Tolerance::relative(1e-10)).unwrap();
@@ -44,10 +47,9 @@ fn errors(text: &Text, start: Start<1>, until: f64, expected: [f64; 2]) -> [f64;
     } else {
         f64::NAN
     };
-    let steps = (until / 1e-3).round();
-    let mut steps_of = Flow::of(&text.system, until / steps, start).unwrap();
-    let run = steps_of.run_mut();
-    for _ in 0..steps as u64 {
+    let mut steps = Flow::of(&text.system, until / f64::from(STEPS), start).unwrap();
+    let run = steps.run_mut();
+    for _ in 0..STEPS {
         if run.advance().is_err() {
             return [continuous, f64::NAN];
         }
@@ -87,19 +89,16 @@ fn a_force_to_a_place_is_the_same_however_its_sign_is_written() {
         until,
     ]: [f64; 3]| {
         let quarter = f64::sqrt(2.0 / force);
-        let (passed, within) = ((until / quarter) as i64, until % quarter);
-        let way = match passed % 4 {
-            0 => [1.0 - force * within * within / 2.0, -force * within],
-            1 => {
-                let left = quarter - within;
-                [force * left * left / 2.0 - 1.0, -force * left]
-            }
-            2 => [force * within * within / 2.0 - 1.0, force * within],
-            _ => {
-                let left = quarter - within;
-                [1.0 - force * left * left / 2.0, force * left]
-            }
+        // half of a turn goes as the other half, mirrored, and back in time as it came
+        let (half, within) = (until % (4.0 * quarter) >= 2.0 * quarter, until % (2.0 * quarter));
+        let side = if half { -1.0 } else { 1.0 };
+        let left = 2.0 * quarter - within;
+        let way = if within < quarter {
+            [1.0 - force * within * within / 2.0, -force * within]
+        } else {
+            [force * left * left / 2.0 - 1.0, -force * left]
         };
+        let way = way.map(|x| side * x);
         for sign in WRITTEN {
             let text = declared(sign, &format!("x - {place:?}"), force, "0 * x");
             let start = Start::second_order([place + 1.0], [0.0]);
