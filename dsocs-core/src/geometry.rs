@@ -60,7 +60,7 @@ mod theorem;
 mod written;
 
 #[allow(unused_imports)] // named in the documentation
-use crate::{number::point::Leg, number::tangent::Tangent, system::System};
+use crate::{number::point::Leg, system::System};
 
 pub use admissible::admissible_variations;
 pub use contact::{Contact, Gap};
@@ -86,8 +86,11 @@ pub use theorem::FlowTheorem;
 pub use written::{rows_of_four_written, rows_of_written};
 
 use crate::kernel::Kernel;
-use crate::number::point::AnyLeg;
+use crate::number::point::{AnyLeg, map};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
 use crate::regularity::lengths;
+use crate::regularity::multipliers::of_step;
 use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
@@ -101,6 +104,23 @@ pub fn moved(system: &dyn Kernel, q: &[f64], d: &[f64]) -> Vec<f64> {
 #[must_use]
 pub fn roundings(system: &dyn Kernel, h: f64, triple: &Triple) -> Vec<f64> {
     lengths::roundings(&Declaration::of(system), h, triple.leg.any(), &triple.e)
+}
+
+/// Whether the rows of a step depend on the time itself, and not only on the positions and the step.
+#[must_use]
+pub fn depends_on_time(system: &dyn Kernel, h: f64, triple: &Triple) -> bool {
+    let declaration = Declaration::of(system);
+    let (leg, e) = (triple.leg.any(), &triple.e);
+    let multipliers = of_step(&declaration, h, leg, e);
+    let fixed = |x: &[f64]| map(x, Tangent::splat);
+    let [q, d, e, multipliers] = [leg.q, leg.d, e, &multipliers].map(fixed);
+    let moved = AnyLeg {
+        t: Tangent::new(leg.t, 1.0),
+        q: &q,
+        d: &d,
+    };
+    let rows = declaration.declared(Tangent::splat(h), moved, &e, &multipliers);
+    rows.iter().any(|row| row.derivative() != 0.0)
 }
 
 /// A coordinate whose increment is shorter than this part of the longest stands still.

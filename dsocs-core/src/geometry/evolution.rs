@@ -6,6 +6,7 @@ use super::form::{Displacement, TwoForm};
 use super::legendre::{discrete_form, mixed};
 use super::map::{DiscreteFlow, TangentMap, Triple};
 use super::units;
+use crate::number::point::AnyLeg;
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 
@@ -79,6 +80,31 @@ impl Evolution {
             let entry = |form: &TwoForm| form.blocks[a][b][i][j];
             entry(&self.after) - entry(&self.before) - entry(&self.d_xi)
         })
+    }
+
+    /// By how much the terms of the law change with the last digits of the time, the nodes and the increments, relative to them: as where a velocity is
+    /// near to that of light, or a time is large beside a period.
+    #[must_use]
+    pub fn rounding(&self, flow: &DiscreteFlow<'_>, triple: &Triple) -> f64 {
+        let last = |x: f64| x.abs().next_up() - x.abs();
+        let next = triple.last(flow.h);
+        let legs = [triple.first(), next.any()];
+        let of_leg = legs.map(|leg| {
+            let here = discrete_form(flow.system(), flow.h, leg);
+            let change = |moved: AnyLeg<'_, f64>| {
+                let there = discrete_form(flow.system(), flow.h, moved);
+                self.relative(&|a, i, b, j| there.blocks[a][b][i][j] - here.blocks[a][b][i][j])
+            };
+            let t = leg.t + last(leg.t);
+            let mut sum = change(AnyLeg { t, ..leg });
+            for i in 0..leg.d.len() {
+                let moved = |x: &[f64]| plus(x, &along(x.len(), i, last(x[i])));
+                let (q, d) = (moved(leg.q), moved(leg.d));
+                sum += change(AnyLeg { q: &q, ..leg }) + change(AnyLeg { d: &d, ..leg });
+            }
+            sum
+        });
+        larger(of_leg[0], of_leg[1])
     }
 
     /// The size of `dξ`, relative to the terms: that of rounding if the flow is symplectic.

@@ -2,7 +2,7 @@
 
 use super::array::{along, moving, moving_leg, times};
 use crate::kernel::Kernel;
-use crate::number::bounded::Bounded;
+use crate::number::bounded::{Bounded, UNIT};
 use crate::number::double::Double;
 use crate::number::point::OwnedLeg;
 use crate::number::scalar::Scalar as _;
@@ -30,7 +30,7 @@ const FOUR_NODES: [[f64; 4]; 4] = [
 /// The values of the declared rows of a step at three nodes, the second at the time `t`. Each comes with the size that rounding explains.
 ///
 /// The first number of each pair is the row, evaluated in twice the precision from the nodes alone, with exact differences of
-/// the nodes. The second number says how far the row can be from zero for three reasons: each component of the nodes was rounded
+/// the nodes. The second number says how far the row can be from zero for three reasons: the time and each component of the nodes were rounded
 /// to the nearest double; the second difference was known to one unit of rounding of itself or of a leg; and the row was solved in
 /// doubles. Rows that call your own Rust functions are evaluated in the precision of doubles only.
 ///
@@ -128,7 +128,8 @@ fn written(
     }
     let bounded = |x: &[f64]| -> Vec<Bounded> { x.iter().copied().map(Bounded::splat).collect() };
     let bounded_leg = OwnedLeg {
-        t: Bounded::splat(t),
+        // of a node's time the last digit is rounded
+        t: Bounded::known(t, UNIT * t.abs()),
         q: bounded(&rounded.q),
         d: bounded(&rounded.d),
     };

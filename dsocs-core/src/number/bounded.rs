@@ -29,6 +29,11 @@ pub type Bounded = Bound<true>;
 pub(crate) type Underflowing = Bound<false>;
 
 impl<const ROUNDS: bool> Bound<ROUNDS> {
+    /// A value that is known to within an error.
+    pub(crate) fn known(value: f64, error: f64) -> Self {
+        Self { value, error }
+    }
+
     /// The bound of the error.
     pub(crate) fn error(self) -> f64 {
         self.error

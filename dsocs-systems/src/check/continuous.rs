@@ -15,6 +15,9 @@ use super::{Measured, larger};
 /// The tolerance of the integration, relative to the sizes of what is integrated.
 const TOLERANCE: f64 = 1e-13;
 
+/// Where the time is large beside the window, it is that of so many roundings of the time.
+const ROUNDINGS: f64 = 8.0;
+
 /// Terms below this part of the largest are faint.
 const FAINT: f64 = 1e-4;
 
@@ -156,13 +159,21 @@ pub fn law(system: &dyn Kernel, start: &State, until: f64) -> Measured<[f64; 2]>
         near,
     };
     let units = Units::new(&before, until);
-    let end = integrate(
-        &mut |state, rate| equations.rate(state, rate),
-        &|state| units.sizes(state, count),
-        state,
-        until,
-        TOLERANCE,
-    )?;
+    let run = |tolerance| {
+        integrate(
+            &mut |state, rate| equations.rate(state, rate),
+            &|state| units.sizes(state, count),
+            state.clone(),
+            until,
+            tolerance,
+        )
+    };
+    // no rate is known better than the time at which it is taken
+    let of_time = ROUNDINGS * f64::EPSILON * t.abs() / until.abs();
+    let end = match run(TOLERANCE) {
+        Err(_) if of_time > TOLERANCE => run(of_time)?,
+        end => end?,
+    };
     let after = canonical_form(kernel, t + until, &end[..n], &end[n..2 * n]);
     let mut entries = Vec::new();
     let mut place = 2 * n * (1 + count);

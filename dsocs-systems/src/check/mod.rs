@@ -4,6 +4,7 @@
 //! *bar*). Where an equation should hold to rounding, the figure is relative to the size of the equation's terms, and the bar is a
 //! small multiple of the unit round-off.
 
+mod coarse;
 mod contact;
 mod continuous;
 mod dependence;
@@ -29,6 +30,7 @@ use dsocs_core::{NearlySingular, RunError, System, Unresolved};
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, Typed};
 use crate::stability::{Bar, number, told};
 
+use coarse::Coarse;
 use dependence::Dependent;
 use probe::{Hard, Passed, State};
 use subject::{Subject, states_at};
@@ -268,6 +270,7 @@ pub(crate) fn check_to(
     ];
     let mut found = Found::new(subject.excuse());
     found.dependent = subject.dependent.as_ref();
+    found.coarse = Some(&subject.coarse);
     for (check, measure) in checks {
         found.of(check, |report| measure(&subject, report));
     }
@@ -282,6 +285,8 @@ struct Found<'s> {
     excuse: Option<String>,
     /// The constraint of which hardly anything is left beside the others.
     dependent: Option<&'s Dependent>,
+    /// What the rounding of times and positions makes of a leg.
+    coarse: Option<&'s Coarse>,
 }
 
 impl Found<'_> {
@@ -307,6 +312,11 @@ impl Found<'_> {
         if let Some(dependent) = self.dependent {
             for finding in report.findings.iter_mut().filter(|finding| !finding.ok()) {
                 finding.excuse = dependent.excuse(finding);
+            }
+        }
+        if let Some(coarse) = self.coarse {
+            for finding in report.findings.iter_mut().filter(|finding| !finding.ok()) {
+                finding.excuse = coarse.excuse(finding);
             }
         }
         self.findings.extend(report.findings);

@@ -7,7 +7,7 @@ use dsocs_core::geometry::{
     Triple, constraint_force, constraint_multipliers, continuous_multipliers, legendre_plus, multipliers_of,
     roundings, state_displacements,
 };
-use dsocs_core::{Declaration, Kernel, RunError};
+use dsocs_core::{Declaration, Kernel, OwnedPoint, RunError};
 
 use super::probe::{First, State, less};
 use super::{Finding, Measured, Report, Subject, larger, probe};
@@ -441,18 +441,26 @@ fn growth(subject: &Subject<'_>) -> Measured<[f64; 2]> {
     let times = |k: u32| t + (subject.until - t) * f64::from(k) / 200.0;
     let times: Vec<f64> = (1..=200).map(times).collect();
     let exact = probe::exact(subject.system, subject.h, &subject.start, &times, TOLERANCE)?;
-    let extent = exact
-        .iter()
-        .flat_map(|point| less(point.any().q, q0))
-        .map(f64::abs)
-        .fold(0.0, larger);
+    // positions and velocities in units of how far each goes and how fast it is, whatever those of the declaration are
+    let sizes = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        let own: Vec<f64> = (0..q0.len()).map(of).collect();
+        moving(own)
+    };
+    let most_of = |of: &dyn Fn(&OwnedPoint<f64>) -> f64| exact.iter().map(of).fold(0.0, larger);
+    let extents = sizes(&|i| most_of(&|point| (point.any().q[i] - q0[i]).abs()));
+    let speeds = sizes(&|i| most_of(&|point| point.any().v[i].abs()));
+    let size = |x: &[f64], units: &[f64]| {
+        let parts = x.iter().zip(units).filter(|(x, _)| **x != 0.0);
+        parts.fold(0.0, |most, (x, unit)| larger(most, x.abs() / unit))
+    };
     let mut most = [0.0; 2];
     for displacement in state_displacements(subject.kernel, t, q0, v0) {
+        let own = larger(
+            size(&displacement.first, &extents),
+            size(&displacement.second, &speeds),
+        );
         let moved = |x: &[f64], by: &[f64]| -> Vec<f64> {
-            x.iter()
-                .zip(by)
-                .map(|(x, by)| x + CHANGED * extent * by)
-                .collect()
+            x.iter().zip(by).map(|(x, by)| x + CHANGED / own * by).collect()
         };
         let start = State {
             t,
@@ -465,10 +473,9 @@ fn growth(subject: &Subject<'_>) -> Measured<[f64; 2]> {
             continue;
         };
         for (k, (point, other)) in exact.iter().zip(&other).enumerate() {
-            let apart = less(point.any().q, other.any().q);
-            let apart = apart.into_iter().map(f64::abs).fold(0.0, larger);
+            let apart = size(&less(point.any().q, other.any().q), &extents);
             let half = usize::from(2 * k >= exact.len());
-            most[half] = larger(most[half], apart / (CHANGED * extent));
+            most[half] = larger(most[half], apart / CHANGED);
         }
     }
     Ok([larger(most[0], most[1]), most[1] / most[0]])
@@ -520,6 +527,7 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
         })
         .collect();
     let scales: [Vec<f64>; 4] = core::array::from_fn(|k| scales(k, &truth, &subject.start.q));
+    let is_coarse = subject.coarse.known().is_some();
     let mut errors: Errors = Default::default();
     for halving in 0..HALVINGS {
         let parts = finest << halving;
@@ -531,6 +539,7 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
             (part * parts, count),
         )?;
         let mut found: [Vec<f64>; 4] = Default::default();
+        let mut of_forces = 0.0;
         for (node, truth) in nodes.iter().zip(&truth) {
             let declaration = Declaration::of(system);
             let values = [
@@ -556,11 +565,20 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
                 if values.is_empty() {
                     continue;
                 }
-                let moved = |i: usize| ROUNDINGS * moves.get(i).copied().unwrap_or(0.0);
+                // all of one sign they are a bound that leaves no error where the time is large: there it is the fit that tells rounding
+                let worst = if is_coarse { 0.0 } else { ROUNDINGS };
+                let moved = |i: usize| worst * moves.get(i).copied().unwrap_or(0.0);
+                let of_momentum = |i: usize| {
+                    ROUNDINGS * f64::EPSILON * momenta.get(i).map_or(0.0, |momentum| momentum.abs())
+                };
+                if k == 2 && is_coarse {
+                    let relative = |i: usize| coarser(node, h, i) * of_momentum(i) / scales[k][i];
+                    of_forces = (0..values.len()).map(relative).fold(of_forces, larger);
+                }
                 let rounding = |i: usize| match k {
                     0 => moved(i) * steps * steps / 2.0,
                     1 => moved(i) * steps / h.abs(),
-                    2 => ROUNDINGS * f64::EPSILON * momenta.get(i).map_or(0.0, |momentum| momentum.abs()),
+                    2 => of_momentum(i),
                     _ => 0.0,
                 };
                 let apart = values.iter().zip(truth).zip(&scales[k]).enumerate();
@@ -571,12 +589,15 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
                 found[k].push(relative.fold(0.0, larger));
             }
         }
-        let [.., of_multipliers] = &mut found;
+        let [.., forces, of_multipliers] = &mut found;
+        for error in forces.iter_mut().filter(|error| **error <= of_forces) {
+            *error = 0.0;
+        }
         let largest = of_multipliers.iter().enumerate();
         if let Some((place, largest)) = largest.max_by(|(_, one), (_, other)| one.total_cmp(other))
             && *largest > DIFFERENCES
         {
-            let rounding = multiplier_rounding(system, h, &nodes[place], &scales[3]);
+            let rounding = multiplier_rounding(system, h, &nodes[place], &scales[3], is_coarse);
             for error in of_multipliers.iter_mut().filter(|error| **error <= rounding) {
                 *error = 0.0;
             }
@@ -598,12 +619,13 @@ fn steps_to(subject: &Subject<'_>, until: f64) -> usize {
 }
 
 /// How well multipliers are known at a triple of nodes, in units of their scales: to what the rounding of a force makes of them, which is that of momenta over a step.
-fn multiplier_rounding(system: &dyn Kernel, h: f64, node: &Triple, scales: &[f64]) -> f64 {
+fn multiplier_rounding(system: &dyn Kernel, h: f64, node: &Triple, scales: &[f64], is_coarse: bool) -> f64 {
     let momenta = legendre_plus(system, h, node.leg.any());
     let mut all = vec![0.0; scales.len()];
     for (i, momentum) in momenta.iter().enumerate() {
         let mut force = vec![0.0; momenta.len()];
-        force[i] = ROUNDINGS * f64::EPSILON * momentum.abs();
+        let known = if is_coarse { coarser(node, h, i) } else { 1.0 };
+        force[i] = ROUNDINGS * f64::EPSILON * known * momentum.abs();
         let multipliers = multipliers_of(system, h, node, &force);
         for (all, multiplier) in all.iter_mut().zip(multipliers) {
             *all += multiplier.abs();
@@ -611,6 +633,18 @@ fn multiplier_rounding(system: &dyn Kernel, h: f64, node: &Triple, scales: &[f64
     }
     let relative = all.iter().zip(scales).map(|(all, scale)| all / scale);
     relative.fold(0.0, larger)
+}
+
+/// How many times less a momentum is known than to its own digits where constraints hold positions: to those of the position and the time, if these are large
+/// beside a leg and a step.
+fn coarser(node: &Triple, h: f64, i: usize) -> f64 {
+    let component = |x: &[f64]| x.get(i).map_or(0.0, |x| x.abs());
+    let (q, d) = (component(&node.leg.q), component(&node.leg.d));
+    if d > 0.0 {
+        1.0 + q / d + (node.leg.t / h).abs()
+    } else {
+        1.0
+    }
 }
 
 /// How large each component of a quantity becomes: of positions, how far they go.
@@ -623,12 +657,14 @@ fn scales(k: usize, truth: &[[Vec<f64>; 4]], q0: &[f64]) -> Vec<f64> {
             .map(|truth| (truth[k][i] - from).abs())
             .fold(0.0, larger)
     };
-    let extents: Vec<f64> = (0..components).map(extent).collect();
-    // a component that stands still is told relative to the one that moves most
+    moving((0..components).map(extent).collect())
+}
+
+/// What some components make, but of one that stands still what the one makes that moves most.
+fn moving(extents: Vec<f64>) -> Vec<f64> {
     let most = extents.iter().fold(0.0, |most, &x| larger(most, x));
-    extents
-        .into_iter()
-        .map(|extent| if extent > 1e-3 * most { extent } else { most })
+    let own = extents.into_iter();
+    own.map(|extent| if extent > 1e-3 * most { extent } else { most })
         .collect()
 }
 

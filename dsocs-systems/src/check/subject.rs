@@ -6,6 +6,7 @@ use std::ops::Range;
 use dsocs_core::geometry::{DiscreteFlow, Triple, corners, moved};
 use dsocs_core::{AnyPoint, Kernel, OwnedLeg};
 
+use super::coarse::Coarse;
 use super::dependence::Dependent;
 use super::probe::{self, First, Hard, State, Walked, less};
 use super::{Expected, Settings, excuse, larger, order};
@@ -68,6 +69,8 @@ pub struct Subject<'a> {
     pub states: Vec<State>,
     /// The constraint that says least beside the others, where it says so little that its rounding shows.
     pub dependent: Option<Dependent>,
+    /// What the rounding of times and positions makes of a leg.
+    pub coarse: Coarse,
     /// The time up to which the step follows the motion, if that is but a small part of the window.
     pub followed: OnceCell<Option<f64>>,
 }
@@ -104,6 +107,7 @@ impl<'a> Subject<'a> {
         Ok(Self {
             system,
             kernel,
+            coarse: Coarse::along(kernel, h, &walked.legs, &at_places),
             triples: at_places,
             spread: at_spread,
             early: at_early,

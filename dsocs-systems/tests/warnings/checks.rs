@@ -304,3 +304,62 @@ fn a_motion_that_ends_by_itself_is_open_and_one_that_a_step_loses_fails() {
         fails(wall, arguments, "time that the motion reaches");
     }
 }
+
+#[test]
+fn roundings_of_a_late_time_and_of_a_far_place_are_no_failures() {
+    let hoop = "parameters { w = 2.0 } coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y; \
+        holonomic = x * (w * t).sin() - y * (w * t).cos(); \
+        run { start = ([0.5, 0.0], [0.0, 1.0]); step = 0.01; until = 1.0; project = true; }";
+    let oscillator = "parameters { w = 2.0 } coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; \
+        external_forces = (w * t).cos() - 0.1 * dot(x); run { start = ([1.0], [0.0]); step = 0.01; until = 10.0; }";
+    let shaken = "parameters { a = 0.05, w = 100.0 } coordinates(th); let y = a * (w * t).cos(); \
+        lagrangian = ((dot(th) * th.cos()).powi(2) + (dot(th) * th.sin() + dot(y)).powi(2)) / 2 + 9.81 * (th.cos() - y); \
+        run { start = ([3.0], [0.0]); step = 0.001; until = 2.0; }";
+    let belt = "parameters { w = 3.0, T0 = 1000000.0 } coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; \
+        external_forces = (w * (t - T0)).cos() - 0.3 * (dot(x) - 0.5 + 0.1 * (t - T0)).signum(); \
+        run { start = ([0.0], [0.0]); step = 0.01; until = 2.0; }";
+    for (text, times) in [
+        (hoop, &["1000", "10000", "1000000"][..]),
+        (oscillator, &["-1000000", "100000000"]),
+        (shaken, &["10000", "1000000"]),
+        (belt, &["1000000"]),
+    ] {
+        for t0 in times {
+            passes(text, &["--t0", t0]);
+        }
+    }
+    // which rounding it is is told
+    let table = passes(hoop, &["--t0", "1000000"]);
+    assert!(
+        table.contains("the rounding of the time at 1.0e6 is 1e-10, 1e-8 of a step"),
+        "{table}"
+    );
+    let far = "parameters { X = 4500000.0, Y = 600000.0, l = 2.0 } coordinates(x, y); \
+        lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y; holonomic = (x - X).powi(2) + (y - Y).powi(2) - l.powi(2); \
+        run { start = ([4500002.0, 600000.0], [0.0, 0.0]); step = 0.01; until = 5.0; }";
+    let table = passes(far, &[]);
+    assert!(
+        table.contains("the rounding of the positions at 4.5e6 is 5e-10"),
+        "{table}"
+    );
+    // near to the speed of light the terms of the law change with the last digit of the velocity
+    passes(
+        "parameters { c = 299792458.0, m = 9.109e-31, q = 1.602e-19, E = 1e9 } coordinates(x); \
+         lagrangian = -m * c.powi(2) * (1 - dot(x).powi(2) / c.powi(2)).sqrt() + q * E * x; \
+         run { start = ([0.0], [0.0]); step = 1e-13; until = 1e-10; }",
+        &[],
+    );
+}
+
+#[test]
+fn growth_does_not_depend_on_units() {
+    // a comet in metres and seconds: its speed is 1e-8 of its distance as a number, and a change of one is not one of the other
+    let comet = "parameters { GM = 1.32712440018e20, m = 5.972e24 } coordinates(x, y); \
+        lagrangian = m / 2 * (dot(x).powi(2) + dot(y).powi(2)) + GM * m / (x.powi(2) + y.powi(2)).sqrt(); \
+        run { start = ([1.471e11, 0.0], [0.0, 3000.0]); step = 86400.0; until = 3.2e7; }";
+    let table = passes(comet, &[]);
+    assert!(
+        table.contains("a small change of the start has grown") && !table.contains("that is chaos"),
+        "{table}"
+    );
+}
