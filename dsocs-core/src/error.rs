@@ -8,7 +8,7 @@ use std::borrow::Cow;
 
 use thiserror::Error;
 
-use crate::error::series::SeriesError;
+use crate::error::series::{FORKS, SeriesError};
 use crate::number::composition::Composition;
 use crate::number::message::{Magnitude, Numbers, Rounded, Short};
 use crate::regularity::Regularity;
@@ -609,6 +609,7 @@ impl StepError {
                  such as a curvature, may change its sign; for the motion on which it goes on, prescribe it itself, as a row of second order with \
                  its value as a function of `t`, or begin another run behind the rest (`Start::third_order`)"
             }
+            StepFailure::Forks => FORKS,
             StepFailure::NotConverged if step.may_divide => {
                 "try a smaller h and check that the start is consistent with the constraints; if two roots meet, name \
                  the factor that belongs to the unwanted one with `branch = divide(factor)`"
@@ -629,7 +630,11 @@ impl fmt::Display for StepError {
             step.index,
             Rounded(step.time),
             step.h,
-            if step.other.is_empty() { "" } else { "unique " },
+            if step.other.is_empty() && step.cause.reason != StepFailure::Forks {
+                ""
+            } else {
+                "unique "
+            },
             Told(step.deficiency.as_ref(), step.undefined.as_ref(), &step.cause),
             step.coordinates.join(", "),
             Numbers(&step.q0),

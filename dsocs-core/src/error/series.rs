@@ -23,6 +23,10 @@ const UNHELD: &str = "No values between the two sides are found that hold it the
 const UNSEEN: &str = "It may be a quotient by a norm that vanishes there, as that of friction along `slip / slip.norm()`, which has no value where the slip ends, \
     or a function of your own. Let the run end before; or replace it by a smooth one, such as `slip / (slip.norm_squared() + 1e-6).sqrt()`";
 
+/// What is to be done where what rests is led away from rest on both sides.
+pub(crate) const FORKS: &str = "say which: begin with a velocity, however small, to the side that is meant (`--v0`, or a run from here), or with a force that is \
+    larger than the jump; and if it is to be friction, give it the sign that is against the velocity";
+
 /// Why a run by Taylor series failed.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -89,6 +93,10 @@ pub enum SeriesFailure {
         /// Whether the declaration itself has functions of pieces: otherwise it is one of your own that jumps.
         is_declared: bool,
     },
+    /// What is at rest is led away from it by a force that jumps with the velocity, as one along it, to either side: there are three motions, and one of them
+    /// stays at rest.
+    #[error("what is at rest may go either way, or stay")]
+    Forks,
     /// The velocity, or the position, would have to jump: what holds beyond a switch, or beyond a time at which steps end, does not go on from
     /// what was before.
     #[error("the {} would have to jump", .by.what())]
@@ -149,6 +157,8 @@ pub struct FailedSeries {
     pub deficiency: Option<Deficiency>,
     /// Whether a factor of a constraint may be why: whether there is a kinematic constraint.
     pub may_divide: bool,
+    /// Whether the declaration calls functions of your own.
+    pub calls: bool,
     /// The relative tolerance of a step.
     pub tolerance: f64,
     /// What happened.
@@ -185,6 +195,7 @@ impl fmt::Display for SeriesError {
             undefined,
             deficiency,
             may_divide,
+            calls,
             tolerance,
             cause,
             ..
@@ -192,6 +203,7 @@ impl fmt::Display for SeriesError {
         let singular = Singular {
             deficiency: deficiency.as_ref(),
             may_divide: *may_divide,
+            calls: *calls,
             tolerance: *tolerance,
             at: (q, v),
         };
@@ -252,6 +264,12 @@ impl fmt::Display for SeriesError {
                     if *is_declared { UNHELD } else { UNDECLARED }
                 )
             }
+            (SeriesFailure::Forks, _) => write!(
+                f,
+                "the motion is not unique beyond t = {t}, ({}) = {q:?}, with the velocity {v:?}: what is at rest may go either way, or stay, since a force \
+                 jumps with the velocity and leads away from rest on both of its sides; {FORKS}",
+                coordinates.join(", ")
+            ),
             (SeriesFailure::Jumps { switch, by }, _) => {
                 let what = by.what();
                 write!(
@@ -318,6 +336,8 @@ struct Singular<'a> {
     deficiency: Option<&'a Deficiency>,
     /// Whether a factor of a constraint may be why.
     may_divide: bool,
+    /// Whether the declaration calls functions of the user's.
+    calls: bool,
     /// The relative tolerance of a step.
     tolerance: f64,
     /// The position and the velocity.
@@ -355,10 +375,13 @@ impl fmt::Display for Singular<'_> {
                  that it forgets has to be added to it",
             )
         } else {
-            f.write_str(
-                ", or the tolerance is too small. If a function of your own branches there, let it compare the numbers that it is given, not \
-                 their values",
-            )
+            f.write_str(", or the tolerance is too small")?;
+            if self.calls {
+                f.write_str(
+                    ". If a function of your own branches there, let it compare the numbers that it is given, not their values",
+                )?;
+            }
+            Ok(())
         }
     }
 }

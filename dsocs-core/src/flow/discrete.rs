@@ -168,8 +168,16 @@ impl<'s> Discrete<'s> {
         self.catch_up();
         let outlook = self.is_to_look().then(|| self.outlook());
         let is_near = outlook == Some(Outlook::Sided);
-        if is_near && let Some(report) = self.solve_sided(None, false) {
-            return report;
+        if self.begins_at_fork() {
+            return Err(self.forked());
+        }
+        if is_near {
+            if let Some(report) = self.solve_sided(None, false) {
+                return report;
+            }
+            if self.forks() {
+                return Err(self.forked());
+            }
         }
         if let Some(before) = self.before.take() {
             let report = self.solve_changed(before)?;
@@ -338,6 +346,17 @@ impl<'s> Discrete<'s> {
             q0: &self.moved(&course.vectors.q(), &course.vectors.d().negated()).hi,
         };
         self.next_step().error(&failing, cause)
+    }
+
+    /// The error of a step from a rest that a force leads away from on both sides.
+    #[cold]
+    fn forked(&self) -> StepError {
+        let step = self.next_step();
+        let z = step.unknown(
+            &Vector::zero(self.shape().increments),
+            &vec![0.0; self.shape().multipliers()],
+        );
+        self.failed(step.refused(StepFailure::Forks, &z))
     }
 
     /// The error of a step whose rows have a root that leads to no finite node.

@@ -86,6 +86,29 @@ impl Discrete<'_> {
         Ok(())
     }
 
+    /// The error of a step that was solved with sides, of which none changes, if it leads over a singularity: its determinant is not among those of the steps
+    /// that are solved without.
+    #[cold]
+    pub(super) fn passes_singularity(&self, e: &[f64], z: &[f64]) -> Option<StepError> {
+        if self.shape().is_of_third_order() {
+            return None;
+        }
+        let (way, declaration, h) = (self.way(e), self.declaration(), self.course.h);
+        let near = Vector::of(e).map(|e| e / (h * h));
+        let solved: SmallVec<[_; 4]> = way.iter().map(|place| place.solve(&declaration, &near)).collect();
+        let mut pairs = solved.windows(2);
+        let changes = pairs.any(|pair| match pair {
+            [Some(one), Some(other)] => singular::are_opposite(one, other),
+            _ => true,
+        });
+        if !changes {
+            return None;
+        }
+        let singularity = singular::on_the_way(&declaration, &way, &near)?;
+        let cause = self.next_step().refused(StepFailure::PassesSingularity, z);
+        Some(self.failed(cause).at(singularity))
+    }
+
     /// Whether a step of third order with a third difference turns back, as where the motion passes through rest: one of its legs goes against the
     /// one before, as the masses measure it. And whether the legs before were slowing down to it.
     fn turns_back(&self, e: &[f64]) -> [bool; 2] {

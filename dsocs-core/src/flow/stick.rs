@@ -7,7 +7,7 @@ use crate::error::StepError;
 use crate::kernel::report::{Guess, StepReport};
 use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::multipliers;
-use crate::regularity::resting;
+use crate::regularity::resting::{self, AtPoint};
 use crate::regularity::sides::Piece;
 use crate::regularity::sticking::{self, Contact, Outlook, Solution};
 use crate::solve::Vector;
@@ -30,6 +30,8 @@ pub(super) struct Contacts {
     earlier: Vec<Piece>,
     /// The number of the step on whose first leg the arguments were looked at last.
     seen: u64,
+    /// Whether the start is at rest and a force leads away from it on both sides.
+    forks: bool,
 }
 
 impl Contacts {
@@ -62,7 +64,10 @@ impl Contacts {
                 }
             }
         }
+        let resting = sticking::zero(declaration, *t0, q0, v0);
+        let point = AtPoint::new(*declaration, (*t0, q0, v0));
         Some(Box::new(Self {
+            forks: h > 0.0 && resting.contains(&true) && point.forks(&resting, multipliers, h),
             earlier: pieces.clone(),
             pieces,
             sides: None,
@@ -231,6 +236,27 @@ impl Discrete<'_> {
         })
     }
 
+    /// Whether the next step is the first, and what rests at the start is led away from rest on both sides.
+    pub(super) fn begins_at_fork(&self) -> bool {
+        let forks = self.contacts.as_ref().is_some_and(|contacts| contacts.forks);
+        forks && self.course.index() == self.first_step()
+    }
+
+    /// Whether what rests where the next step begins is led away from rest on both sides: the motion is not unique.
+    #[cold]
+    pub(super) fn forks(&self) -> bool {
+        let (leg, h) = (self.next_leg(), self.course.h);
+        let zero = self.resting();
+        let v = Vector::of(leg.d).map(|d| d / h);
+        h > 0.0
+            && zero.contains(&true)
+            && AtPoint::new(self.declaration(), (self.course.time(), leg.q, &v)).forks(
+                &zero,
+                self.shape().multipliers(),
+                h,
+            )
+    }
+
     /// Whether something rests on the last leg.
     fn rests(&self) -> bool {
         let contacts = self.contacts.as_ref();
@@ -290,7 +316,7 @@ impl Discrete<'_> {
         let report = match self.before.take() {
             None => self.solve_with(&mut contacts, &guess, none),
             Some(before) => {
-                let report = self.solve_between(&mut contacts, &before, &guess);
+                let report = self.solve_between(&mut contacts, &before, &guess).map(Ok);
                 if report.is_none() {
                     self.before = Some(before);
                 }
@@ -298,11 +324,16 @@ impl Discrete<'_> {
             }
         };
         self.contacts = Some(contacts);
-        report.map(Ok)
+        report
     }
 
     /// Solves the step from a guess of its second difference.
-    fn solve_with(&mut self, contacts: &mut Contacts, guess: &[f64], none: bool) -> Option<StepReport> {
+    fn solve_with(
+        &mut self,
+        contacts: &mut Contacts,
+        guess: &[f64],
+        none: bool,
+    ) -> Option<Result<StepReport, StepError>> {
         let (solution, is_declared) = {
             let contact = self.contact(self.declaration(), contacts);
             let solution = contact.solve(guess, &vec![0.0; self.shape().multipliers()])?;
@@ -315,6 +346,14 @@ impl Discrete<'_> {
             }
             (solution, is_declared)
         };
+        if !solution.rests() && !solution.switches {
+            let z = self
+                .step_from(self.next_leg())
+                .unknown(&solution.e, &solution.multipliers);
+            if let Some(error) = self.passes_singularity(&solution.e, &z) {
+                return Some(Err(error));
+            }
+        }
         let stop = match (solution.rests(), solution.switches) {
             (true, false) => Stop::Sticks,
             (true, true) => Stop::Jump,
@@ -340,7 +379,7 @@ impl Discrete<'_> {
         contacts.pieces = solution.pieces;
         contacts.seen = index + 1;
         contacts.sides = (!is_declared).then_some((index + 1, solution.sides));
-        Some(report)
+        Some(Ok(report))
     }
 
     /// Solves the step where inputs change: each of their values holds in one half of it.

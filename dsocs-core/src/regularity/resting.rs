@@ -4,6 +4,7 @@
 //! [`crate::regularity::sides`] for the rates of what is zero. As long as the same arguments stay at zero, accelerations, multipliers and sides solve
 //! equations that are as smooth as what was declared.
 
+use crate::number::bounded::{Bounded, UNIT};
 use crate::number::larger;
 use crate::number::point::{AnyPoint, map, moved};
 use crate::number::scalar::Scalar as _;
@@ -22,6 +23,9 @@ const LAST: f64 = 1e-9;
 
 /// Equations for sides whose singular values are below this depend on each other.
 const DEPENDENT: f64 = 1e-9;
+
+/// What changes a velocity by less than this part of its terms is rounding.
+const FAINT: f64 = 1e-9;
 
 /// A point where arguments may be zero.
 pub(crate) struct AtPoint<'a> {
@@ -160,6 +164,58 @@ impl<'a> AtPoint<'a> {
         };
         (0..sides)
             .map(|g| larger(self.rate(g, a).abs(), reach(g)))
+            .collect()
+    }
+
+    /// Whether a side of an argument that is zero leads away from zero at either of its bounds, whatever the others do: then the motion may go to either side, or
+    /// stay, as with a force along the velocity. Forward in time, and with what it does in a `time`: what is rounding of the velocity is no force.
+    #[cold]
+    pub(crate) fn forks(&self, zero: &[bool], multipliers: usize, time: f64) -> bool {
+        let n = self.q.len();
+        let sides: Vec<f64> = zero
+            .iter()
+            .zip(&self.drift)
+            .map(|(zero, argument)| {
+                if *zero {
+                    0.0
+                } else {
+                    Piece::of(argument.value()).side()
+                }
+            })
+            .collect();
+        let mut x = vec![0.0; n + multipliers];
+        for last in [false, true] {
+            let at = self.linearize(&x, &sides, zero);
+            let Some(inverse) = sides::inverse(at.by_unknowns) else {
+                return false;
+            };
+            let newton = inverse.times_vector(&at.rows);
+            if !last {
+                for (x, newton) in x.iter_mut().zip(&newton) {
+                    *x -= newton;
+                }
+                continue;
+            }
+            let b = at.slopes.times(&inverse.times(&at.by_sides));
+            let moved = at.slopes.times_vector(&newton);
+            let velocities = self.sizes();
+            return (0..zero.len()).filter(|&g| zero[g]).any(|g| {
+                let others = (0..zero.len()).filter(|&k| k != g && zero[k]);
+                let others: f64 = others.map(|k| b[(g, k)].abs()).sum();
+                let away = -b[(g, g)] - others - (at.arguments[g] - moved[g]).abs();
+                b[(g, g)] < 0.0 && away > 0.0 && -b[(g, g)] * time > FAINT * velocities[g]
+            });
+        }
+        false
+    }
+
+    /// How large the terms of the arguments are.
+    fn sizes(&self) -> Vec<f64> {
+        let (q, v) = (map(self.q, Bounded::splat), map(self.v, Bounded::splat));
+        let arguments = self.declaration.side_arguments(Bounded::splat(self.t), &q, &v);
+        arguments
+            .into_iter()
+            .map(|argument| argument.error() / UNIT)
             .collect()
     }
 

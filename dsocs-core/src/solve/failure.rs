@@ -25,6 +25,9 @@ pub enum StepFailure {
     /// The motion passes through rest, where a constraint of third order holds whatever the third derivative is. Behind it there are two motions: one
     /// that is smooth, and one with what the constraint prescribes going on, such as a curvature.
     PassesRest,
+    /// What is at rest is led away from it by a force that jumps with the velocity, as one along it, to either side: there are three motions, and one of them
+    /// stays at rest.
+    Forks,
     /// A rotation turns by half a turn or more in the step: which way round is not known then.
     TurnsTooFar,
     /// There are two solutions, near or far apart, and neither the guess nor the past decides which one belongs to the motion.
@@ -40,6 +43,7 @@ impl fmt::Display for StepFailure {
             Self::NoSolution => "what is declared cannot be met here",
             Self::PassesSingularity => "the equations become singular on the way of this step",
             Self::PassesRest => "the motion passes through rest, where a constraint of third order does not determine how it goes on",
+            Self::Forks => "what is at rest may go either way, or stay: a force jumps with the velocity and leads away from rest on both of its sides",
             Self::TurnsTooFar => "a rotation turns by half a turn or more in this step",
             Self::AmbiguousRoot => "there are two solutions, and the nodes before do not decide which of them continues the motion",
             Self::Degenerate => "a denominator or a factor of a declared equation is zero",

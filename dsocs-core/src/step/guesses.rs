@@ -225,6 +225,7 @@ impl Step<'_> {
             | StepFailure::AmbiguousRoot
             | StepFailure::PassesSingularity
             | StepFailure::PassesRest
+            | StepFailure::Forks
             | StepFailure::TurnsTooFar
             | StepFailure::NoSolution => None,
         };

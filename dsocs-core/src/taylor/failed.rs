@@ -119,6 +119,8 @@ impl Integrator {
             .then(open)
             .flatten(),
             may_divide: equations.declaration().constraints()[2] > 0,
+            // the first group is that of the declaration itself
+            calls: equations.groups() > 1,
             tolerance: self.control.relative(),
             cause,
         })

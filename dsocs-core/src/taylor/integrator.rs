@@ -199,6 +199,7 @@ impl Integrator {
         equations.expand(&mut self.next);
         if self.watch.is_some() && !(rests && self.rest(equations, None)) {
             self.begin_at_switch(equations);
+            self.look_for_forks(equations);
         }
     }
 
@@ -328,6 +329,9 @@ impl Integrator {
             && let Some(cause) = self.has_stalled()
         {
             return Err(self.failed(equations, cause).into());
+        }
+        if self.watch.as_ref().is_some_and(|watch| watch.forks) {
+            return Err(self.failed(equations, SeriesFailure::Forks).into());
         }
         if let Some(switch) = self.watch.as_ref().and_then(|watch| watch.stuck.clone())
             && !self.rest(equations, None)

@@ -148,6 +148,24 @@ impl Integrator {
         true
     }
 
+    /// Looks whether the motion is unique where some arguments are zero.
+    #[cold]
+    pub(super) fn look_for_forks(&mut self, equations: &dyn SeriesKernel) {
+        let declaration = equations.declaration();
+        if declaration.sides() == 0 || !self.clock.is_forward() {
+            return;
+        }
+        let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
+        let zero = sides::zero(&declaration, t, q, v);
+        let forks = zero.contains(&true) && {
+            let multipliers = declaration.shape().multipliers();
+            AtPoint::new(declaration, (t, q, v)).forks(&zero, multipliers, self.time_scale())
+        };
+        if let Some(watch) = &mut self.watch {
+            watch.forks = forks;
+        }
+    }
+
     /// A time in which the motion changes.
     fn time_scale(&self) -> f64 {
         let order = self.order().min(self.next.order());
@@ -297,6 +315,30 @@ impl Integrator {
         None
     }
 
+    /// The first part of a way, up to another one, behind which what rests may go to either side.
+    fn first_fork(
+        &self,
+        equations: &dyn SeriesKernel,
+        sticking: &Sticking,
+        way: &Way,
+        until: f64,
+    ) -> Option<f64> {
+        let declaration = equations.declaration();
+        let multipliers = declaration.shape().multipliers();
+        let zero: Vec<bool> = sticking
+            .pieces
+            .iter()
+            .map(|piece| *piece == Piece::Between)
+            .collect();
+        let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
+        let forks = |x: f64| {
+            let (q, v) = way.at((q, v), x);
+            let point = AtPoint::new(declaration, (t + x * way.h, &q, &v));
+            point.forks(&zero, multipliers, way.h)
+        };
+        forks(until).then(|| first([0.0, until], &forks))
+    }
+
     /// Makes one step in which something rests.
     #[cold]
     pub(super) fn step_at_rest(
@@ -326,7 +368,9 @@ impl Integrator {
         sticking.step = size * longer.clamp(CHANGES[0], CHANGES[1]);
         let event = self.first_event(equations, &mut sticking, &way);
         let part = event.map_or(1.0, |(part, _)| part);
-        let whole = size == left && event.is_none();
+        let fork = self.first_fork(equations, &sticking, &way, part);
+        let whole = size == left && event.is_none() && fork.is_none();
+        let (event, part) = fork.map_or((event, part), |part| (None, part));
         self.take(equations, &way, part);
         if whole {
             self.t = Compensated::exact([until]);
@@ -395,6 +439,7 @@ impl Integrator {
         }
         if let Some(watch) = &mut self.watch {
             watch.rested = Some(last);
+            watch.forks |= fork.is_some();
         }
         Outcome::Good
     }

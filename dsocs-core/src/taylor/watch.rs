@@ -53,6 +53,8 @@ pub(super) struct Watch {
     pub(super) short: u32,
     /// The switch where no piece continues the motion.
     pub stuck: Option<Cow<'static, str>>,
+    /// Whether the motion is not unique beyond the current point: it is at rest, and a force leads away from it on both sides.
+    pub(super) forks: bool,
     /// What rests at the current point.
     pub(super) sticking: Option<Box<Sticking>>,
     /// What rested on the last step.

@@ -509,14 +509,14 @@ fn switched(
         ["end the run before", "a smaller `--step`"]
     } else {
         [
-            "`--tolerance` ends where the motion does",
+            "`--tolerance` goes on where the force is finite, and ends where the motion does",
             "`--tolerance` goes on from the place of the jump itself; or a smaller `--step`; `--estimate-error` measures what it costs",
         ]
     };
     let (plural, first) = (if steps == 1 { "" } else { "s" }, number(first));
     if largest.is_infinite() {
         return format!(
-            "warning: a force is infinite, or the velocity has to jump, within {steps} step{plural} that the run has passed, first about t = {first}: what \
+            "warning: a force is infinite, or very large for a short time, or the velocity has to jump, within {steps} step{plural} that the run has passed, first about t = {first}: what \
              comes after depends on where the nodes lie ({ends})"
         );
     }

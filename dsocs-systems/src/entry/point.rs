@@ -224,6 +224,7 @@ pub fn code(failure: &RunFailure) -> &'static str {
         Some(StepFailure::AmbiguousRoot) => "ambiguous-root",
         Some(StepFailure::PassesSingularity) => "singularity",
         Some(StepFailure::PassesRest) => "rest",
+        Some(StepFailure::Forks) => "fork",
         Some(StepFailure::TurnsTooFar) => "turn",
         _ => other,
     };

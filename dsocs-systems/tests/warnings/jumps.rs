@@ -587,3 +587,110 @@ fn what_is_declared_and_sticks_is_not_asked_to_be_declared() {
         assert!(!told.contains("Declare it so"), "{text}: {told}");
     }
 }
+
+#[test]
+fn what_is_led_away_from_rest_on_both_sides_asks_which() {
+    let methods: [&[&str]; 3] = [&[], &["--order", "4"], &["--tolerance", "1e-9"]];
+    // a force along the velocity; friction that turns into one while a mass rests; on a belt, and beside another mass
+    let scenes = [
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = 0.5 * dot(x).signum();",
+            "([0], [0])",
+            0.0,
+        ),
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = 0.3 + 0.5 * dot(x).signum();",
+            "([0], [0])",
+            0.0,
+        ),
+        (
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = (t - 1) * dot(x).signum();",
+            "([0], [0.1])",
+            1.0,
+        ),
+        (
+            "coordinates(x); lagrangian = 1.7 * dot(x).powi(2) / 2; external_forces = (t.powi(2) - 1) * (dot(x) - 0.4).signum();",
+            "([0], [0.3])",
+            1.0,
+        ),
+        (
+            "coordinates(x, y); lagrangian = (dot(x).powi(2) + 2 * dot(y).powi(2)) / 2 - y.powi(2) / 2; \
+             external_forces = (3 * (t - 1) * dot(x).signum(), -0.1 * dot(y));",
+            "([0, 0.1], [0, 0])",
+            1.0,
+        ),
+    ];
+    for (scene, start, _) in scenes {
+        for method in methods {
+            let text = format!("{scene} run {{ start = {start}; step = 0.01; until = 3; }}");
+            let (succeeds, told) = attempt(&text, "run", method);
+            assert!(
+                !succeeds && told[1].contains("what is at rest may go either way, or stay"),
+                "{text} {method:?}: {told:?}"
+            );
+        }
+    }
+    // Taylor's method ends at the time itself
+    for (scene, start, time) in &scenes[2..4] {
+        let text = format!("{scene} run {{ start = {start}; step = 0.01; until = 3; }}");
+        let (_, [_, told]) = attempt(&text, "run", &["--tolerance", "1e-9"]);
+        let (_, after) = told.split_once("not unique beyond t = ").unwrap();
+        let found: f64 = after.split_once(',').unwrap().0.parse().unwrap();
+        assert!((found - time).abs() < 1e-6, "{text}: {told}");
+    }
+    // what goes one way only, what is held, and friction from rest ask nothing
+    for scene in [
+        "external_forces = 0.6 + 0.5 * dot(x).signum();",
+        "external_forces = (t - 1) * dot(x).signum() + 0.01;",
+        "external_forces = 0.4 * t - 0.5 * dot(x).signum();",
+        "external_forces = -dot(x) - 0.5 * (dot(x) - 0.2 * t).signum();",
+        "external_forces = 0.5 * dot(x) * dot(x).abs();",
+    ] {
+        for method in methods {
+            let text = format!(
+                "coordinates(x); lagrangian = dot(x).powi(2) / 2; {scene} run {{ start = ([0], [0]); step = 0.01; until = 3; }}"
+            );
+            let (succeeds, told) = attempt(&text, "run", method);
+            assert!(succeeds, "{text} {method:?}: {told:?}");
+        }
+    }
+}
+
+#[test]
+fn a_step_that_is_solved_with_sides_does_not_lead_over_a_singularity() {
+    // a sliding rod whose friction is that of its normal force (Painlevé): its determinant vanishes at t = 0.0658418, where the motion ends
+    let text = "parameters { mu = 1.8, g = 9.81 } coordinates(x, y, th); \
+        lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + dot(th).powi(2) / 6 - g * y; let slip = dot(x - th.cos()); \
+        holonomic = y - th.sin(); let s = mu * slip.signum(); constraint_forces = [(-s, 1, -th.cos() - s * th.sin())]; \
+        run { start = ([0.0, 0.74570521217672026, 2.3], [3.0, 0.0, 0.0]); step = 0.001; until = 0.2; }";
+    for k in 0..40 {
+        let h = 2e-4 * 10_f64.powf(0.025 * f64::from(k) + 0.0017);
+        let (succeeds, told) = attempt(text, "run", &["--step", &format!("{h:.9}")]);
+        // one that comes so near to it that the acceleration on its way stays finite is told
+        assert!(
+            !succeeds || told[1].contains("nearly singular"),
+            "{h}: {}",
+            told[1]
+        );
+    }
+    for step in ["0.0005", "0.000279236"] {
+        let (succeeds, told) = attempt(text, "run", &["--step", step]);
+        assert!(
+            !succeeds && told[1].contains("the acceleration grows without bound"),
+            "{step}: {}",
+            told[1]
+        );
+    }
+}
+
+#[test]
+fn nothing_is_said_of_functions_that_a_text_cannot_have() {
+    let text = "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (x.powi(2) + y.powi(2)) / 2; \
+        let phi = y.atan2(x); external_forces = (0.1 * phi.cos(), 0.1 * phi.sin()); \
+        run { start = ([0.5, 0.0], [0.0, 0.0]); step = 0.01; until = 6.0; }";
+    let (succeeds, told) = attempt(text, "run", &["--tolerance", "1e-9"]);
+    assert!(
+        !succeeds && told[1].contains("not smooth") && !told[1].contains("a function of your own"),
+        "{told:?}"
+    );
+}
