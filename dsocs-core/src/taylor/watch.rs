@@ -39,6 +39,10 @@ const BESIDE_CORNER: f64 = 0.99;
 const BEYOND: f64 = 1e-3;
 
 /// What a motion needs whose system has switches.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "facts that do not depend on each other"
+)]
 #[derive(Debug, Default)]
 pub(super) struct Watch {
     /// Whether a sign may decide between pieces; else there are steep functions alone.
