@@ -539,7 +539,6 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
             (part * parts, count),
         )?;
         let mut found: [Vec<f64>; 4] = Default::default();
-        let mut of_forces = 0.0;
         for (node, truth) in nodes.iter().zip(&truth) {
             let declaration = Declaration::of(system);
             let values = [
@@ -568,17 +567,10 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
                 // all of one sign they are a bound that leaves no error where the time is large: there it is the fit that tells rounding
                 let worst = if is_coarse { 0.0 } else { ROUNDINGS };
                 let moved = |i: usize| worst * moves.get(i).copied().unwrap_or(0.0);
-                let of_momentum = |i: usize| {
-                    ROUNDINGS * f64::EPSILON * momenta.get(i).map_or(0.0, |momentum| momentum.abs())
-                };
-                if k == 2 && is_coarse {
-                    let relative = |i: usize| coarser(node, h, i) * of_momentum(i) / scales[k][i];
-                    of_forces = (0..values.len()).map(relative).fold(of_forces, larger);
-                }
                 let rounding = |i: usize| match k {
                     0 => moved(i) * steps * steps / 2.0,
                     1 => moved(i) * steps / h.abs(),
-                    2 => of_momentum(i),
+                    2 => ROUNDINGS * f64::EPSILON * momenta.get(i).map_or(0.0, |momentum| momentum.abs()),
                     _ => 0.0,
                 };
                 let apart = values.iter().zip(truth).zip(&scales[k]).enumerate();
@@ -589,24 +581,42 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
                 found[k].push(relative.fold(0.0, larger));
             }
         }
-        let [.., forces, of_multipliers] = &mut found;
-        for error in forces.iter_mut().filter(|error| **error <= of_forces) {
-            *error = 0.0;
-        }
-        let largest = of_multipliers.iter().enumerate();
-        if let Some((place, largest)) = largest.max_by(|(_, one), (_, other)| one.total_cmp(other))
-            && *largest > DIFFERENCES
-        {
-            let rounding = multiplier_rounding(system, h, &nodes[place], &scales[3], is_coarse);
-            for error in of_multipliers.iter_mut().filter(|error| **error <= rounding) {
-                *error = 0.0;
-            }
-        }
+        forget_rounding((system, h, is_coarse), &nodes, &mut found, &scales);
         for (errors, found) in errors.iter_mut().zip(found) {
             errors.push(found);
         }
     }
     Ok((times, errors, ended))
+}
+
+/// Sets to zero what is rounding among the errors of forces, where positions or times are large, and of multipliers.
+fn forget_rounding(
+    (system, h, is_coarse): (&dyn Kernel, f64, bool),
+    nodes: &[Triple],
+    found: &mut [Vec<f64>; 4],
+    scales: &[Vec<f64>; 4],
+) {
+    let [.., forces, of_multipliers] = found;
+    let mut of_forces = 0.0;
+    for node in nodes.iter().filter(|_| is_coarse) {
+        let momenta = legendre_plus(system, h, node.leg.any());
+        for (i, (momentum, scale)) in momenta.iter().zip(&scales[2]).enumerate() {
+            let rounding = ROUNDINGS * f64::EPSILON * momentum.abs();
+            of_forces = larger(of_forces, coarser(node, h, i) * rounding / scale);
+        }
+    }
+    for error in forces.iter_mut().filter(|error| **error <= of_forces) {
+        *error = 0.0;
+    }
+    let largest = of_multipliers.iter().enumerate();
+    if let Some((place, largest)) = largest.max_by(|(_, one), (_, other)| one.total_cmp(other))
+        && *largest > DIFFERENCES
+    {
+        let rounding = multiplier_rounding(system, h, &nodes[place], &scales[3], is_coarse);
+        for error in of_multipliers.iter_mut().filter(|error| **error <= rounding) {
+            *error = 0.0;
+        }
+    }
 }
 
 /// How many steps lead to a time, at least two.
