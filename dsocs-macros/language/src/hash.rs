@@ -1,3 +1,3 @@
 //! Maps and sets that hash quickly: their keys are small numbers, which nobody chooses to collide.
 
-pub(crate) use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
+pub(crate) use rustc_hash::{FxBuildHasher, FxHashMap as HashMap, FxHashSet as HashSet};

@@ -87,7 +87,8 @@ pub(crate) struct Program<'g> {
     stages: Vec<usize>,
     known: HashMap<Op, Value>,
     lowered: HashMap<NodeId, Value>,
-    node_stages: HashMap<NodeId, usize>,
+    /// When the nodes that depend on a set of leaves are known.
+    set_stages: HashMap<usize, usize>,
     shared: Shared,
     /// The shared parts that are lowered.
     parts: HashMap<usize, Value>,
@@ -169,7 +170,7 @@ impl<'g> Program<'g> {
             stages: Vec::new(),
             known: HashMap::default(),
             lowered: HashMap::default(),
-            node_stages: HashMap::default(),
+            set_stages: HashMap::default(),
             shared: Shared::default(),
             parts: HashMap::default(),
             early: HashMap::default(),
@@ -278,12 +279,9 @@ impl<'g> Program<'g> {
     }
 
     fn node_stage(&mut self, id: NodeId) -> usize {
-        if let Some(&stage) = self.node_stages.get(&id) {
-            return stage;
-        }
-        let stage = self.graph.leaves(id).map(self.stage_of).max().unwrap_or(0);
-        self.node_stages.insert(id, stage);
-        stage
+        let (graph, stage_of) = (self.graph, self.stage_of);
+        let stage = || graph.leaves(id).map(stage_of).max().unwrap_or(0);
+        *self.set_stages.entry(graph.leaf_set(id)).or_insert_with(stage)
     }
 
     /// A sum's terms, or a product as the only term, split into what is known early and the rest.

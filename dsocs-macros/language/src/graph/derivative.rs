@@ -1,6 +1,8 @@
 //! Dual numbers, expanded at compile time: each node's tangent, and nothing where it is structurally zero.
 
+use super::rotation::SLOTS;
 use super::{Graph, Leaf, Node, NodeId, Unary};
+use crate::hash::HashMap;
 use crate::limits;
 
 /// In which direction a derivative is taken.
@@ -10,6 +12,28 @@ pub(super) enum Direction {
     Of(Leaf),
     /// Of the motion: `q` moves with `v`, `v` with `a`, `a` with `j`, and time with itself.
     Time,
+}
+
+/// Which nodes move in a direction.
+enum Moving {
+    /// Those that depend on one of some leaves, by their bits.
+    With { bits: [usize; 2 * SLOTS], count: usize },
+    /// Those that move with time.
+    WithTime,
+}
+
+impl Moving {
+    fn contains(&self, graph: &Graph, id: NodeId) -> bool {
+        match self {
+            Self::With { bits, count } => {
+                let set = graph.dependence[id.index()];
+                bits[..*count].iter().any(|&bit| graph.sets.contains(set, bit))
+            }
+            Self::WithTime => graph
+                .leaves(id)
+                .any(|leaf| matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::A(_) | Leaf::T)),
+        }
+    }
 }
 
 impl Graph {
@@ -28,32 +52,47 @@ impl Graph {
 
     /// Whether a node moves with a leaf: depends on it, or on what turns with it.
     pub(crate) fn moves(&self, id: NodeId, leaf: Leaf) -> bool {
-        self.moving(Direction::Of(leaf))(self, id)
+        self.moving(Direction::Of(leaf)).contains(self, id)
     }
 
-    /// Whether nodes move in a direction.
-    fn moving(&self, direction: Direction) -> impl Fn(&Self, NodeId) -> bool + use<> {
-        let bits = match direction {
-            Direction::Of(leaf) => Some(self.turning(leaf).map(|leaf| self.leaf_bits.get(&leaf?).copied())),
-            Direction::Time => None,
-        };
-        move |graph, id| match bits {
-            Some(bits) => {
-                let mut bits = bits.into_iter().flatten();
-                bits.any(|bit| graph.dependence[id.index()].contains(bit))
+    /// Which nodes move in a direction.
+    fn moving(&self, direction: Direction) -> Moving {
+        match direction {
+            Direction::Of(leaf) => {
+                let mut bits = [usize::MAX; 2 * SLOTS];
+                let turning = self.turning(leaf).into_iter().flatten();
+                let found = turning.filter_map(|leaf| self.leaf_bits.get(&leaf));
+                let count = found.zip(&mut bits).map(|(&bit, place)| *place = bit).count();
+                Moving::With { bits, count }
             }
-            None => graph
-                .leaves(id)
-                .any(|leaf| matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::A(_) | Leaf::T)),
+            Direction::Time => Moving::WithTime,
         }
     }
 
     fn tangent(&mut self, id: NodeId, direction: Direction) -> NodeId {
-        if let Some(&known) = self.derivatives.get(&(id, direction)) {
-            return known;
-        }
-        if !self.moving(direction)(self, id) {
+        let moving = self.moving(direction);
+        if !moving.contains(self, id) {
             return self.constant(0.0);
+        }
+        let mut known = self.derivatives.remove(&direction).unwrap_or_default();
+        let result = self.tangent_with(id, (direction, &moving), &mut known);
+        self.derivatives.insert(direction, known);
+        result
+    }
+
+    fn tangent_with(
+        &mut self,
+        id: NodeId,
+        of: (Direction, &Moving),
+        known: &mut HashMap<NodeId, NodeId>,
+    ) -> NodeId {
+        let (direction, moving) = of;
+        // most nodes do not move with a leaf
+        if !moving.contains(self, id) {
+            return self.constant(0.0);
+        }
+        if let Some(&known) = known.get(&id) {
+            return known;
         }
         let result = match *self.keep(id) {
             Node::Constant(_) | Node::Param(_) => self.constant(0.0),
@@ -67,22 +106,22 @@ impl Graph {
             Node::Sum(_, ref terms) => {
                 // to see that a term stays takes an eighth of what an operation does
                 limits::spend(terms.len() / 8);
-                let moves = self.moving(direction);
-                let mut moving: Vec<_> = terms
-                    .iter()
-                    .filter(|&&(term, _)| moves(self, term))
-                    .map(|&(term, c)| (term, c.get()))
-                    .collect();
-                for (term, _) in &mut moving {
-                    *term = self.tangent(*term, direction);
+                let mut tangents = Vec::new();
+                for &(term, c) in terms {
+                    if moving.contains(self, term) {
+                        tangents.push((self.tangent_with(term, of, known), c.get()));
+                    }
                 }
-                self.linear(0.0, &moving)
+                self.linear(0.0, &tangents)
             }
             Node::Product(ref factors) => {
                 let mut terms = Vec::new();
                 let mut rest = Vec::with_capacity(factors.len() + 1);
                 for (k, &(base, exponent)) in factors.iter().enumerate() {
-                    let tangent = self.tangent(base, direction);
+                    if !moving.contains(self, base) {
+                        continue;
+                    }
+                    let tangent = self.tangent_with(base, of, known);
                     if self.is_zero(tangent) {
                         continue;
                     }
@@ -96,12 +135,12 @@ impl Graph {
             }
             Node::Unary(op, a) => {
                 let outer = self.unary_derivative(op, a, id);
-                let tangent = self.tangent(a, direction);
+                let tangent = self.tangent_with(a, of, known);
                 self.mul(outer, tangent)
             }
-            Node::Powf(a, b) => self.powf_derivative(id, a, b, direction),
+            Node::Powf(a, b) => self.powf_derivative(id, [a, b], of, known),
             Node::Atan2(y, x) => {
-                let (dy, dx) = (self.tangent(y, direction), self.tangent(x, direction));
+                let (dy, dx) = (self.tangent_with(y, of, known), self.tangent_with(x, of, known));
                 let squares = [self.powi(x, 2), self.powi(y, 2)];
                 let radius = self.sum(&squares);
                 let (left, right) = (self.mul(x, dy), self.mul(y, dx));
@@ -109,7 +148,10 @@ impl Graph {
                 self.div(turn, radius)
             }
             Node::Select(op, [left, right, then, otherwise]) => {
-                let (then, otherwise) = (self.tangent(then, direction), self.tangent(otherwise, direction));
+                let (then, otherwise) = (
+                    self.tangent_with(then, of, known),
+                    self.tangent_with(otherwise, of, known),
+                );
                 self.select(op, left, right, then, otherwise)
             }
             Node::Call {
@@ -119,7 +161,7 @@ impl Graph {
             } => {
                 let mut terms = Vec::new();
                 for (place, &arg) in args.iter().enumerate() {
-                    let tangent = self.tangent(arg, direction);
+                    let tangent = self.tangent_with(arg, of, known);
                     if self.is_zero(tangent) {
                         continue;
                     }
@@ -132,7 +174,7 @@ impl Graph {
                 self.sum(&terms)
             }
         };
-        self.derivatives.insert((id, direction), result);
+        known.insert(id, result);
         result
     }
 
@@ -203,15 +245,21 @@ impl Graph {
         }
     }
 
-    fn powf_derivative(&mut self, id: NodeId, a: NodeId, b: NodeId, direction: Direction) -> NodeId {
+    fn powf_derivative(
+        &mut self,
+        id: NodeId,
+        [a, b]: [NodeId; 2],
+        of: (Direction, &Moving),
+        known: &mut HashMap<NodeId, NodeId>,
+    ) -> NodeId {
         let mut terms = Vec::new();
-        let base_tangent = self.tangent(a, direction);
+        let base_tangent = self.tangent_with(a, of, known);
         if !self.is_zero(base_tangent) {
             let lower = self.linear(-1.0, &[(b, 1.0)]);
             let power = self.powf(a, lower);
             terms.push(self.product(&[(b, 1), (power, 1), (base_tangent, 1)]));
         }
-        let exponent_tangent = self.tangent(b, direction);
+        let exponent_tangent = self.tangent_with(b, of, known);
         if !self.is_zero(exponent_tangent) {
             let log = self.unary(Unary::Ln, a);
             terms.push(self.product(&[(id, 1), (log, 1), (exponent_tangent, 1)]));

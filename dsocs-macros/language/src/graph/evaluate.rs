@@ -1,6 +1,6 @@
 //! The values of expressions, in numbers.
 
-use super::{Comparison, Graph, Leaf, Node, NodeId};
+use super::{Comparison, Graph, Leaf, Node, NodeId, for_parts};
 
 impl Graph {
     /// The values of some expressions, at values of the leaves and of the parameters; `None` where a function of the user's comes in,
@@ -19,9 +19,7 @@ impl Graph {
         // an expression is made after its parts, so in the order of their numbers
         for place in (0..count).rev() {
             if needed[place] {
-                for part in Self::parts_of(&self.nodes[place]) {
-                    needed[part.index()] = true;
-                }
+                for_parts(&self.nodes[place], |part| needed[part.index()] = true);
             }
         }
         let mut values = vec![f64::NAN; count];

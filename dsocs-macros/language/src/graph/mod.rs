@@ -26,14 +26,18 @@ mod nonzero;
 mod power;
 mod rewrite;
 pub(crate) mod rotation;
+mod sets;
 
 use std::collections::BTreeMap;
+use std::hash::BuildHasher;
 use std::rc::Rc;
 
 use proc_macro2::{Ident, Span, TokenStream};
 
-use crate::hash::{HashMap, HashSet};
+use crate::hash::{FxBuildHasher, HashMap, HashSet};
 use crate::limits;
+
+use sets::{Set, Sets};
 
 pub(crate) use build::collect;
 pub(crate) use difference::Change;
@@ -260,57 +264,20 @@ pub(crate) enum Node {
     },
 }
 
-/// The set of leaves that a node depends on, as bits.
-#[derive(Clone, Default, PartialEq, Eq, Debug)]
-struct Dependence(Vec<u64>);
-
-impl Dependence {
-    fn insert(&mut self, bit: usize) {
-        let word = bit / 64;
-        if self.0.len() <= word {
-            self.0.resize(word + 1, 0);
-        }
-        self.0[word] |= 1 << (bit % 64);
-    }
-
-    fn contains(&self, bit: usize) -> bool {
-        self.0
-            .get(bit / 64)
-            .is_some_and(|word| word >> (bit % 64) & 1 == 1)
-    }
-
-    /// The bits that are set, in order.
-    fn bits(&self) -> impl Iterator<Item = usize> {
-        self.0.iter().enumerate().flat_map(|(place, &word)| {
-            let mut left = word;
-            std::iter::from_fn(move || {
-                let bit = (left != 0).then(|| left.trailing_zeros() as usize)?;
-                left &= left - 1;
-                Some(64 * place + bit)
-            })
-        })
-    }
-
-    fn extend(&mut self, other: &Self) {
-        if self.0.len() < other.0.len() {
-            self.0.resize(other.0.len(), 0);
-        }
-        for (word, more) in self.0.iter_mut().zip(&other.0) {
-            *word |= more;
-        }
-    }
-}
-
 /// All expressions of one declaration.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Graph {
     nodes: Vec<Rc<Node>>,
-    dependence: Vec<Dependence>,
+    sets: Sets,
+    /// For every node, the leaves that it depends on.
+    dependence: Vec<Set>,
     /// For every node, the leaves that decide which side of a jump it is on.
-    deciding: Vec<Dependence>,
+    deciding: Vec<Set>,
     /// How many operations there are below each node, one in the other.
     depths: Vec<u32>,
-    known: HashMap<Rc<Node>, NodeId>,
+    /// The last node of each hash, and for every node the one before it with the same.
+    known: HashMap<u64, NodeId>,
+    before: Vec<Option<NodeId>>,
     leaves: Vec<Leaf>,
     leaf_bits: HashMap<Leaf, usize>,
     params: Vec<TokenStream>,
@@ -319,11 +286,13 @@ pub(crate) struct Graph {
     numbers: Vec<String>,
     callees: Vec<Callee>,
     callee_texts: BTreeMap<String, usize>,
-    derivatives: HashMap<(NodeId, derivative::Direction), NodeId>,
+    derivatives: HashMap<derivative::Direction, HashMap<NodeId, NodeId>>,
     /// The first slots of the coordinates that are rotations (see [`mod@rotation`]).
     rotations: Vec<usize>,
     /// What [`Graph::split`] makes of sums.
     splits: HashMap<NodeId, (f64, NodeId)>,
+    /// What [`Graph::power_of_step`] has found.
+    powers: HashMap<NodeId, i32>,
     residues: identity::Residues,
 }
 
@@ -401,8 +370,7 @@ impl Graph {
 
     /// Whether an expression depends on the parameters alone.
     pub(crate) fn is_fixed(&self, id: NodeId) -> bool {
-        // no bit is ever taken away, and a word is there for the sake of a bit
-        self.dependence[id.index()].0.is_empty()
+        self.dependence[id.index()] == Set::EMPTY
     }
 
     /// Whether any expression has a leaf.
@@ -413,19 +381,20 @@ impl Graph {
     pub(crate) fn depends_on(&self, id: NodeId, leaf: Leaf) -> bool {
         self.leaf_bits
             .get(&leaf)
-            .is_some_and(|&bit| self.dependence[id.index()].contains(bit))
+            .is_some_and(|&bit| self.sets.contains(self.dependence[id.index()], bit))
     }
 
     /// Whether a node may jump where a leaf changes: a derivative does not tell, it is that of one side.
     pub(crate) fn jumps_with(&self, id: NodeId, leaf: Leaf) -> bool {
         self.leaf_bits
             .get(&leaf)
-            .is_some_and(|&bit| self.deciding[id.index()].contains(bit))
+            .is_some_and(|&bit| self.sets.contains(self.deciding[id.index()], bit))
     }
 
     /// The leaves with which a node may jump.
     pub(crate) fn deciding(&self, id: NodeId) -> impl Iterator<Item = Leaf> {
-        self.deciding[id.index()].bits().map(|bit| self.leaves[bit])
+        let bits = self.sets.bits(self.deciding[id.index()]);
+        bits.map(|bit| self.leaves[bit])
     }
 
     /// Whether a node may call a function of the user's of a leaf that is asked for.
@@ -451,8 +420,13 @@ impl Graph {
 
     /// Every leaf that a node depends on.
     pub(crate) fn leaves(&self, id: NodeId) -> impl Iterator<Item = Leaf> {
-        let dependence = &self.dependence[id.index()];
-        dependence.bits().map(|bit| self.leaves[bit])
+        let bits = self.sets.bits(self.dependence[id.index()]);
+        bits.map(|bit| self.leaves[bit])
+    }
+
+    /// The number of the set of these leaves: nodes with the same number depend on the same leaves.
+    pub(crate) fn leaf_set(&self, id: NodeId) -> usize {
+        self.dependence[id.index()].index()
     }
 
     /// The highest derivative of a coordinate that a node depends on; `None` if it depends on no coordinate.
@@ -462,12 +436,7 @@ impl Graph {
 
     /// The nodes that a node is made of.
     pub(crate) fn parts(&self, id: NodeId) -> Vec<NodeId> {
-        Self::parts_of(self.node(id))
-    }
-
-    /// The nodes that a node that may not be known yet is made of.
-    fn parts_of(node: &Node) -> Vec<NodeId> {
-        match node {
+        match self.node(id) {
             Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => Vec::new(),
             Node::Sum(_, terms) => terms.iter().map(|&(term, _)| term).collect(),
             Node::Product(factors) => factors.iter().map(|&(factor, _)| factor).collect(),
@@ -478,45 +447,84 @@ impl Graph {
         }
     }
 
+    /// The node that is equal to one, if there is one.
+    fn find(&self, hash: u64, node: &Node) -> Option<NodeId> {
+        let mut found = self.known.get(&hash).copied();
+        while let Some(id) = found {
+            if *self.nodes[id.index()] == *node {
+                return Some(id);
+            }
+            found = self.before[id.index()];
+        }
+        None
+    }
+
     fn intern(&mut self, node: Node) -> NodeId {
-        if let Some(&id) = self.known.get(&node) {
+        let hash = FxBuildHasher.hash_one(&node);
+        if let Some(id) = self.find(hash, &node) {
             return id;
         }
-        let parts = Self::parts_of(&node);
-        limits::spend(1 + parts.len());
-        let depth = parts.iter().map(|part| self.depths[part.index()]).max();
-        let depth = depth.map_or(0, |depth| depth + 1);
+        let (mut count, mut depth) = (0, 0);
+        for_parts(&node, |part| {
+            count += 1;
+            depth = depth.max(self.depths[part.index()] + 1);
+        });
+        limits::spend(1 + count);
         limits::descend(depth);
         let id = NodeId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
-        let node = Rc::new(node);
-        self.nodes.push(Rc::clone(&node));
-        self.depths.push(depth);
-        let mut dependence = Dependence::default();
-        if let Node::Leaf(leaf) = *node {
+        let dependence = if let Node::Leaf(leaf) = node {
             let bit = self.leaves.len();
             self.leaves.push(leaf);
             self.leaf_bits.insert(leaf, bit);
-            dependence.insert(bit);
-        }
-        let mut deciding = Dependence::default();
-        for part in parts {
-            dependence.extend(&self.dependence[part.index()]);
-            deciding.extend(&self.deciding[part.index()]);
-        }
+            self.sets.single(bit)
+        } else {
+            union(&mut self.sets, &self.dependence, &node)
+        };
+        let mut deciding = union(&mut self.sets, &self.deciding, &node);
         // what is kept of a node grows with the number of leaves
-        limits::spend(dependence.0.len() + deciding.0.len());
-        match *node {
-            Node::Unary(Unary::Signum, a) => deciding.extend(&self.dependence[a.index()]),
-            Node::Select(_, [left, right, ..]) => {
-                deciding.extend(&self.dependence[left.index()]);
-                deciding.extend(&self.dependence[right.index()]);
-            }
-            _ => {}
+        limits::spend(self.sets.size(dependence) + self.sets.size(deciding));
+        let compared: &[NodeId] = match &node {
+            Node::Unary(Unary::Signum, a) => &[*a],
+            Node::Select(_, [left, right, ..]) => &[*left, *right],
+            _ => &[],
+        };
+        if !compared.is_empty() {
+            let compared = compared.iter().map(|part| self.dependence[part.index()]);
+            deciding = self.sets.union(compared.chain([deciding]));
         }
+        self.nodes.push(Rc::new(node));
+        self.depths.push(depth);
         self.dependence.push(dependence);
         self.deciding.push(deciding);
-        self.known.insert(node, id);
+        self.before.push(self.known.insert(hash, id));
         id
+    }
+}
+
+/// Does something with the nodes that a node is made of.
+fn for_parts(node: &Node, mut with: impl FnMut(NodeId)) {
+    match node {
+        Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => {}
+        Node::Sum(_, terms) => terms.iter().for_each(|&(term, _)| with(term)),
+        Node::Product(factors) => factors.iter().for_each(|&(factor, _)| with(factor)),
+        Node::Unary(_, a) => with(*a),
+        Node::Powf(a, b) | Node::Atan2(a, b) => [*a, *b].into_iter().for_each(with),
+        Node::Select(_, parts) => parts.iter().copied().for_each(with),
+        Node::Call { args, .. } => args.iter().copied().for_each(with),
+    }
+}
+
+/// The union of the sets that belong to the parts of a node.
+fn union(sets: &mut Sets, of: &[Set], node: &Node) -> Set {
+    let of = |id: NodeId| of[id.index()];
+    match node {
+        Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => Set::EMPTY,
+        Node::Sum(_, terms) => sets.union(terms.iter().map(|&(term, _)| of(term))),
+        Node::Product(factors) => sets.union(factors.iter().map(|&(factor, _)| of(factor))),
+        Node::Unary(_, a) => of(*a),
+        Node::Powf(a, b) | Node::Atan2(a, b) => sets.union([of(*a), of(*b)]),
+        Node::Select(_, parts) => sets.union(parts.iter().map(|&part| of(part))),
+        Node::Call { args, .. } => sets.union(args.iter().map(|&arg| of(arg))),
     }
 }
 

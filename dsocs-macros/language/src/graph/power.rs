@@ -13,8 +13,10 @@ const OF_INCREMENT: i32 = 1;
 impl Graph {
     /// The least power of `h` in an expression of a step, on a smooth motion: an increment is of the first, a second difference of the second. Terms that
     /// cancel are not seen, and functions are taken to be of power 0. `None` where the expression is zero.
-    pub(crate) fn power_of_step(&self, id: NodeId) -> Option<i32> {
-        let power = self.power(id, &mut HashMap::default());
+    pub(crate) fn power_of_step(&mut self, id: NodeId) -> Option<i32> {
+        let mut known = std::mem::take(&mut self.powers);
+        let power = self.power(id, &mut known);
+        self.powers = known;
         (power != OF_ZERO).then_some(power)
     }
 

@@ -6,14 +6,17 @@
 //! of its own, until no two products have a pair in common.
 
 pub(super) mod nested;
+mod product;
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::collections::{BTreeSet, BinaryHeap};
 use std::rc::Rc;
 
 use crate::graph::{Bits, NodeId};
 use crate::hash::HashMap;
 use crate::limits;
+
+pub(crate) use product::Product;
 
 /// What a product is made of.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -25,9 +28,6 @@ pub(crate) enum Factor {
     /// A shared part, by its place.
     Part(usize),
 }
-
-/// A product: factors and how often they occur.
-pub(crate) type Product = BTreeMap<Factor, u32>;
 
 /// The shared parts and what every product becomes with them.
 #[derive(Default)]
@@ -308,9 +308,9 @@ mod tests {
             node: graph.leaf(Leaf::Z(3)),
             inverse: true,
         };
-        let value = BTreeMap::from([(n.clone(), 1), (r.clone(), 3)]);
-        let by_x = BTreeMap::from([(n.clone(), 1), (r.clone(), 5), (x, 1)]);
-        let by_y = BTreeMap::from([(n, 1), (r, 5), (y, 1)]);
+        let value = Product::from([(n.clone(), 1), (r.clone(), 3)]);
+        let by_x = Product::from([(n.clone(), 1), (r.clone(), 5), (x, 1)]);
+        let by_y = Product::from([(n, 1), (r, 5), (y, 1)]);
         let shared = Shared::find(BTreeSet::from([value.clone(), by_x.clone(), by_y.clone()]));
         let (value, by_x, by_y) = (shared.product(value), shared.product(by_x), shared.product(by_y));
         assert_eq!(size(&value), 1, "the value is a part of its own");

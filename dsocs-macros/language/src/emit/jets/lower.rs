@@ -1,7 +1,7 @@
 //! From the expression graph to sequences of Taylor coefficients.
 
 use core::f64::consts::FRAC_PI_2;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::running::Sums;
 use super::sequence::{Argument, Bound, Constant, Inverse, Op, Sequence, Sequences};
@@ -492,7 +492,7 @@ pub(super) fn split(graph: &Graph, term: NodeId) -> (Factors, Factors) {
 }
 
 fn as_product(factors: &[(NodeId, i32)]) -> Product {
-    let mut product: Product = BTreeMap::new();
+    let mut product = Product::new();
     for &(node, n) in factors {
         product.insert(Factor::Node { node, inverse: n < 0 }, n.unsigned_abs());
     }

@@ -167,7 +167,7 @@ impl Lower<'_> {
             let factor = self
                 .graph
                 .scale(sign * running.common.0.get() * early.0.get(), factor);
-            if let (1, Some((Factor::Early(size, factors), _))) = (list.len(), list.first_key_value()) {
+            if let (1, Some((Factor::Early(size, factors), _))) = (list.len(), list.iter().next()) {
                 let (c, sequence) = self.term(&(*size, Rc::clone(factors)));
                 terms.push((self.graph.mul(factor, c), sequence));
             } else {

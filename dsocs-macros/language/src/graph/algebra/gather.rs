@@ -8,13 +8,12 @@
 //! What belongs to one coordinate is never multiplied out, nor is what is affine in coordinates: the difference of two positions has
 //! digits that they do not have.
 
-use std::collections::BTreeSet;
 use std::rc::Rc;
 
-use super::horner::{Monomial, Polynomial, Ties, add, gather, multiply, single};
+use super::horner::{Monomial, Polynomial, Ties, add, count, gather, multiply, places, single};
 use super::{group, simplify};
 use crate::graph::{Graph, Leaf, Node, NodeId};
-use crate::hash::HashMap;
+use crate::hash::{HashMap, HashSet};
 
 /// Systems with fewer coordinates are left alone.
 const FEWEST: usize = 4;
@@ -75,7 +74,7 @@ fn spares(graph: &Graph, before: &[NodeId], after: &[NodeId]) -> bool {
 
 /// How many sums and products some expressions take, each computed once.
 fn operations(graph: &Graph, outputs: &[NodeId]) -> usize {
-    let (mut seen, mut open, mut count) = (BTreeSet::new(), outputs.to_vec(), 0);
+    let (mut seen, mut open, mut count) = (HashSet::default(), outputs.to_vec(), 0);
     while let Some(id) = open.pop() {
         if !seen.insert(id) || is_early(graph, id) {
             continue;
@@ -101,11 +100,7 @@ fn is_early(graph: &Graph, id: NodeId) -> bool {
 
 /// How many coordinates an expression depends on.
 fn coordinates(graph: &Graph, id: NodeId) -> usize {
-    graph
-        .leaves(id)
-        .filter_map(Leaf::place)
-        .collect::<BTreeSet<_>>()
-        .len()
+    count(&places(graph, id)) as usize
 }
 
 /// Whether a sum is never multiplied out.

@@ -173,9 +173,10 @@ fn most_shared(graph: &Graph, terms: &[(Monomial, NodeId)], ties: Ties) -> Optio
 }
 
 /// Places of coordinates, as bits.
-type Places = Vec<u64>;
+pub(super) type Places = Vec<u64>;
 
-fn count(places: &Places) -> u32 {
+/// How many places there are.
+pub(super) fn count(places: &Places) -> u32 {
     places.iter().map(|word| word.count_ones()).sum()
 }
 
@@ -207,7 +208,7 @@ fn coordinates_beside(
 }
 
 /// The coordinates that an expression depends on.
-fn places(graph: &Graph, id: NodeId) -> Places {
+pub(super) fn places(graph: &Graph, id: NodeId) -> Places {
     let mut places = Places::new();
     for place in graph.leaves(id).filter_map(Leaf::place) {
         if places.len() <= place / 64 {
