@@ -15,6 +15,7 @@ pub(crate) use place::Place;
 pub(crate) use tape::{Calls, Segment, number};
 
 use std::collections::BTreeSet;
+use std::rc::Rc;
 
 use crate::graph::{Bits, Comparison, Graph, Leaf, Node, NodeId, Unary};
 use crate::hash::{HashMap, HashSet};
@@ -24,6 +25,12 @@ use crate::passes::share::{self, Factor, Product, Shared};
 /// An operation of a [`Program`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
 pub(crate) struct Value(u32);
+
+impl Value {
+    fn index(self) -> usize {
+        self.0 as usize
+    }
+}
 
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 enum Op {
@@ -49,14 +56,22 @@ enum Op {
 
 impl Op {
     fn parts(&self) -> Vec<Value> {
+        let mut parts = Vec::new();
+        self.for_parts(|part| parts.push(part));
+        parts
+    }
+
+    /// Does something with what it reads.
+    fn for_parts(&self, mut with: impl FnMut(Value)) {
         match self {
-            Self::Constant(_) | Self::Leaf(_) | Self::Param(_) => Vec::new(),
-            Self::Neg(a) | Self::Recip(a) | Self::Powi(a, _) | Self::Unary(_, a) => vec![*a],
+            Self::Constant(_) | Self::Leaf(_) | Self::Param(_) => {}
+            Self::Neg(a) | Self::Recip(a) | Self::Powi(a, _) | Self::Unary(_, a) => with(*a),
             Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Powf(a, b) | Self::Atan2(a, b) => {
-                vec![*a, *b]
+                with(*a);
+                with(*b);
             }
-            Self::Select(_, parts) => parts.to_vec(),
-            Self::Call { args, .. } => args.clone(),
+            Self::Select(_, parts) => parts.iter().copied().for_each(with),
+            Self::Call { args, .. } => args.iter().copied().for_each(with),
         }
     }
 }
@@ -95,7 +110,7 @@ pub(crate) struct Program<'g> {
     /// What terms know early, as far as it is lowered.
     early: HashMap<Early, Value>,
     /// What of a sum is computed as running sums; see [`running`].
-    running: HashMap<NodeId, Vec<running::Running>>,
+    running: HashMap<NodeId, Vec<Rc<running::Running>>>,
     running_parts: Shared,
     /// The shared partial sums that are lowered.
     running_values: HashMap<usize, Value>,
@@ -258,19 +273,21 @@ impl<'g> Program<'g> {
         &self.ops[value.0 as usize]
     }
 
+    /// All values, in order.
+    fn values(&self) -> impl Iterator<Item = Value> + use<> {
+        let count = u32::try_from(self.ops.len()).unwrap_or(u32::MAX);
+        (0..count).map(Value)
+    }
+
     fn push(&mut self, op: Op) -> Value {
         if let Some(&value) = self.known.get(&op) {
             return value;
         }
-        let own = match &op {
+        let mut stage = match &op {
             Op::Leaf(leaf) => (self.stage_of)(*leaf),
             _ => 0,
         };
-        let stage = op
-            .parts()
-            .into_iter()
-            .map(|part| self.stage(part))
-            .fold(own, usize::max);
+        op.for_parts(|part| stage = stage.max(self.stage(part)));
         let value = Value(u32::try_from(self.ops.len()).unwrap_or(u32::MAX));
         self.ops.push(op.clone());
         self.stages.push(stage);
@@ -286,21 +303,30 @@ impl<'g> Program<'g> {
 
     /// A sum's terms, or a product as the only term, split into what is known early and the rest.
     fn terms(&mut self, terms: &[(NodeId, Bits)]) -> Vec<Term> {
+        let (graph, nothing) = (self.graph, Rc::default());
         terms
             .iter()
             .map(|&(node, c)| {
-                let factors = match self.graph.node(node) {
-                    Node::Product(factors) => factors.clone(),
-                    _ => vec![(node, 1)],
-                };
                 let stage = self.node_stage(node);
-                let (late, early): (Vec<_>, Vec<_>) = factors
-                    .into_iter()
-                    .partition(|&(factor, _)| self.node_stage(factor) == stage);
+                let (mut late, mut early) = (Vec::new(), Vec::new());
+                match graph.node(node) {
+                    Node::Product(factors) => {
+                        for &(factor, n) in factors {
+                            let is_late = self.node_stage(factor) == stage;
+                            (if is_late { &mut late } else { &mut early }).push((factor, n));
+                        }
+                    }
+                    _ => late.push((node, 1)),
+                }
+                let early = if early.is_empty() {
+                    Rc::clone(&nothing)
+                } else {
+                    early.into()
+                };
                 Term {
                     stage,
                     negative: c.get() < 0.0,
-                    early: (Bits::new(c.get().abs()), early.into()),
+                    early: (Bits::new(c.get().abs()), early),
                     late,
                 }
             })
@@ -345,7 +371,7 @@ impl<'g> Program<'g> {
             }
             let parts = self.graph.parts(id);
             let terms = match self.graph.node(id) {
-                Node::Sum(_, terms) => self.apart(id, terms).1,
+                Node::Sum(_, terms) => self.beside_running(id, terms),
                 Node::Product(_) => vec![(id, Bits::new(1.0))],
                 _ => Vec::new(),
             };
@@ -401,8 +427,9 @@ impl<'g> Program<'g> {
 
     fn lower_sum(&mut self, id: NodeId, constant: Bits, terms: &[(NodeId, Bits)]) -> Value {
         let mut sum = (constant.get() != 0.0).then(|| self.push(Op::Constant(constant)));
-        let (mut running, others) = self.apart(id, terms);
-        running.sort_by_key(|running| running.stage);
+        let others = self.beside_running(id, terms);
+        let running = self.running.get(&id).cloned().unwrap_or_default();
+        // by when they become known
         let mut running = running.into_iter().peekable();
         for group in self.groups(&others) {
             while let Some(first) = running.next_if(|running| running.stage <= group[0].stage) {
@@ -505,8 +532,8 @@ impl<'g> Program<'g> {
 
     /// A product of factors and shared parts, what is known first first.
     fn lower_shared(&mut self, product: Product) -> Value {
-        let product = self.shared.product(product);
-        self.lower_factors(&product)
+        let shared = self.shared.written(&product).cloned();
+        self.lower_factors(&shared.unwrap_or(product))
     }
 
     fn lower_factors(&mut self, product: &Product) -> Value {
@@ -605,20 +632,22 @@ impl<'g> Program<'g> {
         // parts stand before what they are parts of
         let mut fixed: Vec<bool> = Vec::with_capacity(self.ops.len());
         for op in &self.ops {
-            let is_fixed = !matches!(op, Op::Leaf(_)) && op.parts().iter().all(|part| fixed[part.0 as usize]);
+            let mut is_fixed = !matches!(op, Op::Leaf(_));
+            op.for_parts(|part| is_fixed &= fixed[part.index()]);
             fixed.push(is_fixed);
         }
         let mut frontier = BTreeSet::new();
-        let mut seen = BTreeSet::new();
+        let mut seen = vec![false; self.ops.len()];
         let mut open: Vec<Value> = outputs.to_vec();
         while let Some(value) = open.pop() {
-            if !seen.insert(value) || matches!(self.op(value), Op::Constant(_)) {
+            if std::mem::replace(&mut seen[value.index()], true) || matches!(self.op(value), Op::Constant(_))
+            {
                 continue;
             }
-            if fixed[value.0 as usize] {
+            if fixed[value.index()] {
                 frontier.insert(value);
             } else {
-                open.extend(self.op(value).parts());
+                self.op(value).for_parts(|part| open.push(part));
             }
         }
         frontier
@@ -633,16 +662,17 @@ impl<'g> Program<'g> {
         given: &BTreeSet<Value>,
     ) -> BTreeSet<Value> {
         let mut frontier = BTreeSet::new();
-        let mut seen = BTreeSet::new();
+        let mut seen = vec![false; self.ops.len()];
         let mut open: Vec<Value> = outputs.to_vec();
         while let Some(value) = open.pop() {
-            if !seen.insert(value) || matches!(self.op(value), Op::Constant(_)) {
+            if std::mem::replace(&mut seen[value.index()], true) || matches!(self.op(value), Op::Constant(_))
+            {
                 continue;
             }
             if self.stage(value) <= stage {
                 frontier.insert(value);
             } else if !given.contains(&value) {
-                open.extend(self.op(value).parts());
+                self.op(value).for_parts(|part| open.push(part));
             }
         }
         frontier

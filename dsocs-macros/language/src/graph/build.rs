@@ -158,7 +158,9 @@ impl Graph {
                 continue;
             }
             let (scale, base) = self.split(node);
-            coefficient *= scale.powi(exponent);
+            if scale != 1.0 {
+                coefficient *= scale.powi(exponent);
+            }
             match self.node(base) {
                 Node::Constant(_) => {}
                 Node::Product(inner) => {

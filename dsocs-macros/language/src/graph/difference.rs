@@ -34,8 +34,8 @@ impl Graph {
             return change;
         }
         let zero = self.constant(0.0);
-        let change = match self.node(id).clone() {
-            Node::Leaf(leaf) => leaves.get(&leaf).copied().unwrap_or(Change {
+        let change = match &*self.keep(id) {
+            Node::Leaf(leaf) => leaves.get(leaf).copied().unwrap_or(Change {
                 before: id,
                 after: id,
                 delta: zero,
@@ -62,7 +62,7 @@ impl Graph {
                         Node::Sum(_, terms) => {
                             let terms: Vec<_> = parts
                                 .iter()
-                                .zip(&terms)
+                                .zip(terms)
                                 .map(|(part, term)| (part.delta, term.1.get()))
                                 .collect();
                             self.linear(0.0, &terms)
@@ -70,7 +70,7 @@ impl Graph {
                         Node::Product(factors) => {
                             let powers: Vec<_> = parts
                                 .iter()
-                                .zip(&factors)
+                                .zip(factors)
                                 .map(|(&part, factor)| self.power_change(part, factor.1))
                                 .collect();
                             // with what does not change outside, several sums share the change
@@ -81,7 +81,7 @@ impl Graph {
                             let factors: Vec<_> = fixed.chain([(change, 1)]).collect();
                             self.product(&factors)
                         }
-                        Node::Unary(op, _) => self.unary_change(op, parts[0], before, after),
+                        Node::Unary(op, _) => self.unary_change(*op, parts[0], before, after),
                         _ => self.sub(after, before),
                     }
                 };

@@ -3,7 +3,7 @@
 //! A [`Pass`] says what becomes of a node; [`Graph::rewrite`] takes it through an expression. Putting expressions in the
 //! place of leaves is the simplest pass ([`Graph::substitute`]); those that make code faster are in [`crate::passes`].
 
-use super::{Graph, Leaf, Node, NodeId};
+use super::{Graph, Leaf, Node, NodeId, for_parts};
 
 use crate::hash::HashMap;
 
@@ -64,9 +64,14 @@ impl Graph {
 
     /// The same operation on what becomes of its parts.
     pub(crate) fn rewrite_parts(&mut self, id: NodeId, pass: &mut impl Pass) -> NodeId {
-        let before = self.parts(id);
-        let parts: Vec<_> = before.iter().map(|&part| self.rewrite(part, pass)).collect();
-        if parts == before && self.is_settled(id) {
+        let node = self.keep(id);
+        let (mut parts, mut same) = (Vec::new(), true);
+        for_parts(&node, |part| {
+            let rewritten = self.rewrite(part, pass);
+            same &= rewritten == part;
+            parts.push(rewritten);
+        });
+        if same && self.is_settled(id) {
             return id;
         }
         self.rebuild(id, &parts)

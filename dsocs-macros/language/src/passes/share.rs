@@ -93,10 +93,15 @@ impl Shared {
 
     /// The product in terms of shared parts.
     pub(crate) fn product(&self, product: Product) -> Product {
-        if size(&product) < 2 {
-            return product;
+        self.written(&product).cloned().unwrap_or(product)
+    }
+
+    /// The same, where it was among the products in which parts were looked for.
+    pub(crate) fn written(&self, product: &Product) -> Option<&Product> {
+        if size(product) < 2 {
+            return None;
         }
-        self.products.get(&product).cloned().unwrap_or(product)
+        self.products.get(product)
     }
 
     /// A shared part, in terms of others.

@@ -154,8 +154,7 @@ impl Program<'_> {
     /// For every operation, the number of its kind, where sums of any number of alike terms are alike.
     fn kinds_of_values(&self) -> Vec<usize> {
         let mut kinds = Kinds::new();
-        let values = (0..self.ops.len()).map(|place| Value(u32::try_from(place).unwrap_or(u32::MAX)));
-        values
+        self.values()
             .map(|value| {
                 let kind = match (self.op(value), self.alike(value, None)) {
                     (Op::Constant(bits), _) => Kind::Constant(*bits),

@@ -29,11 +29,11 @@ impl Program<'_> {
         self.running_parts = running::shared(candidates.iter().map(|(_, running)| &running.sums));
         for (sum, running) in candidates {
             let shares = |list: &Product| {
-                let list = self.running_parts.product(list.clone());
+                let list = self.running_parts.written(list).unwrap_or(list);
                 list.keys().any(|factor| matches!(factor, Factor::Part(_)))
             };
             if running.sums.pieces.iter().any(|(_, list)| shares(list)) {
-                self.running.entry(sum).or_default().push(running);
+                self.running.entry(sum).or_default().push(Rc::new(running));
             }
         }
     }
@@ -46,12 +46,12 @@ impl Program<'_> {
         };
         let split = self.terms(terms);
         let mut by_stage: BTreeMap<usize, Vec<(NodeId, Item)>> = BTreeMap::new();
-        for (&(node, _), term) in terms.iter().zip(&split) {
+        for (&(node, _), term) in terms.iter().zip(split) {
             let size = term.early.0.get();
             let item = Item {
                 coefficient: if term.negative { -size } else { size },
                 early: term.early.1.to_vec(),
-                late: term.late.clone(),
+                late: term.late,
             };
             by_stage.entry(term.stage).or_default().push((node, item));
         }
@@ -67,22 +67,22 @@ impl Program<'_> {
         running.collect()
     }
 
-    /// The running sums of a sum, and its other terms.
-    pub(super) fn apart(&self, sum: NodeId, terms: &[(NodeId, Bits)]) -> (Vec<Running>, Vec<(NodeId, Bits)>) {
+    /// The terms of a sum that are in none of its running sums.
+    pub(super) fn beside_running(&self, sum: NodeId, terms: &[(NodeId, Bits)]) -> Vec<(NodeId, Bits)> {
         let Some(running) = self.running.get(&sum) else {
-            return (Vec::new(), terms.to_vec());
+            return terms.to_vec();
         };
         let inside = |node| running.iter().any(|running| running.terms.contains(node));
         let others = terms.iter().filter(|(node, _)| !inside(node)).copied();
-        (running.clone(), others.collect())
+        others.collect()
     }
 
     /// The value of a running sum, without its sign.
     pub(super) fn lower_running(&mut self, running: &running::Running) -> Value {
         let mut sum: Option<Value> = None;
         for (early, list) in &running.pieces {
-            let list = self.running_parts.product(list.clone());
-            let list = self.lower_list(&list);
+            let shared = self.running_parts.written(list).cloned();
+            let list = self.lower_list(shared.as_ref().unwrap_or(list));
             let piece = self.times_early(early, list);
             sum = Some(self.add(sum, false, piece));
         }

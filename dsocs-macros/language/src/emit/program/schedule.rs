@@ -1,8 +1,6 @@
 //! Which operations some results need, and in which order.
 
-use std::collections::BTreeSet;
-
-use crate::hash::HashMap;
+use crate::hash::HashSet;
 
 use super::{Given, Op, Program, Value};
 
@@ -12,7 +10,7 @@ pub(super) struct Schedule {
     /// What is computed, read or loaded, in order; no numbers.
     pub(super) values: Vec<Value>,
     /// Reciprocals that are not computed: the product that reads one is a division.
-    pub(super) folded: BTreeSet<Value>,
+    pub(super) folded: HashSet<Value>,
 }
 
 /// What a product is.
@@ -43,27 +41,30 @@ impl Schedule {
 impl Program<'_> {
     /// What has to be computed for `outputs` where some values are given.
     pub(super) fn schedule(&self, outputs: &[Value], given: &Given) -> Schedule {
-        let mut needed = BTreeSet::new();
-        let mut uses: HashMap<Value, usize> = HashMap::default();
+        let mut needed = vec![false; self.ops.len()];
+        let mut uses = vec![0_u32; self.ops.len()];
         let mut open: Vec<Value> = outputs.to_vec();
-        for &output in outputs {
-            *uses.entry(output).or_default() += 2; // an output is never folded into another operation
+        for output in outputs {
+            uses[output.index()] += 2; // an output is never folded into another operation
         }
         while let Some(value) = open.pop() {
-            if !needed.insert(value) || given.contains_key(&value) {
+            if std::mem::replace(&mut needed[value.index()], true) || given.contains_key(&value) {
                 continue;
             }
-            for part in self.op(value).parts() {
-                *uses.entry(part).or_default() += 1;
+            self.op(value).for_parts(|part| {
+                uses[part.index()] += 1;
                 open.push(part);
-            }
+            });
         }
+        let needed: Vec<Value> = self
+            .values()
+            .zip(needed)
+            .filter_map(|(value, needed)| needed.then_some(value))
+            .collect();
         let quotient = |value: Value| {
-            matches!(self.op(value), Op::Recip(_))
-                && uses.get(&value) == Some(&1)
-                && !given.contains_key(&value)
+            matches!(self.op(value), Op::Recip(_)) && uses[value.index()] == 1 && !given.contains_key(&value)
         };
-        let mut folded = BTreeSet::new();
+        let mut folded = HashSet::default();
         for &value in &needed {
             if given.contains_key(&value) {
                 continue;

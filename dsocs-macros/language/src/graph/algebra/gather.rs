@@ -10,7 +10,7 @@
 
 use std::rc::Rc;
 
-use super::horner::{Monomial, Polynomial, Ties, add, count, gather, multiply, places, single};
+use super::horner::{Monomial, Polynomial, Ties, add, gather, multiply, single};
 use super::{group, simplify};
 use crate::graph::{Graph, Leaf, Node, NodeId};
 use crate::hash::{HashMap, HashSet};
@@ -98,9 +98,19 @@ fn is_early(graph: &Graph, id: NodeId) -> bool {
     graph.leaves(id).all(|leaf| leaf == Leaf::H)
 }
 
-/// How many coordinates an expression depends on.
+/// How many coordinates an expression depends on, as far as it matters: at most three.
 fn coordinates(graph: &Graph, id: NodeId) -> usize {
-    count(&places(graph, id)) as usize
+    let (mut found, mut count) = ([0; 3], 0);
+    for place in graph.leaves(id).filter_map(Leaf::place) {
+        if !found[..count].contains(&place) {
+            found[count] = place;
+            count += 1;
+            if count == found.len() {
+                break;
+            }
+        }
+    }
+    count
 }
 
 /// Whether a sum is never multiplied out.
@@ -110,14 +120,19 @@ pub(super) fn is_whole(graph: &Graph, sum: NodeId) -> bool {
 
 /// Whether a sum is of coordinates, each with a fixed factor.
 fn is_affine(graph: &Graph, sum: NodeId) -> bool {
-    let (terms, _) = graph.terms(sum);
-    terms.iter().all(|&(term, _)| {
-        let factors = graph.factors(term);
-        let mut moving = factors.iter().filter(|&&(factor, _)| !graph.is_fixed(factor));
-        let first = moving.next();
-        moving.next().is_none()
-            && first.is_none_or(|&(factor, n)| n == 1 && matches!(graph.node(factor), Node::Leaf(_)))
-    })
+    let is_leaf = |factor: NodeId| graph.is_fixed(factor) || matches!(graph.node(factor), Node::Leaf(_));
+    let is_affine = |term: NodeId| match graph.node(term) {
+        Node::Product(factors) => {
+            let mut moving = factors.iter().filter(|&&(factor, _)| !graph.is_fixed(factor));
+            let first = moving.next();
+            moving.next().is_none() && first.is_none_or(|&(factor, n)| n == 1 && is_leaf(factor))
+        }
+        _ => is_leaf(term),
+    };
+    match graph.node(sum) {
+        Node::Sum(_, terms) => terms.iter().all(|&(term, _)| is_affine(term)),
+        _ => is_affine(sum),
+    }
 }
 
 /// Expressions, multiplied out.

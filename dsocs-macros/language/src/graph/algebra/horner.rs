@@ -173,10 +173,9 @@ fn most_shared(graph: &Graph, terms: &[(Monomial, NodeId)], ties: Ties) -> Optio
 }
 
 /// Places of coordinates, as bits.
-pub(super) type Places = Vec<u64>;
+type Places = Vec<u64>;
 
-/// How many places there are.
-pub(super) fn count(places: &Places) -> u32 {
+fn count(places: &Places) -> u32 {
     places.iter().map(|word| word.count_ones()).sum()
 }
 
@@ -208,7 +207,7 @@ fn coordinates_beside(
 }
 
 /// The coordinates that an expression depends on.
-pub(super) fn places(graph: &Graph, id: NodeId) -> Places {
+fn places(graph: &Graph, id: NodeId) -> Places {
     let mut places = Places::new();
     for place in graph.leaves(id).filter_map(Leaf::place) {
         if places.len() <= place / 64 {

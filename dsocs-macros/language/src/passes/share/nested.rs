@@ -42,12 +42,16 @@ impl Nested {
         let members = members(&lists);
         let words = members.first().map_or(0, Vec::len);
         let few = lists.len().saturating_mul(lists.len()).saturating_mul(words) / 2 <= MOST_COMPARED;
+        // of powers nothing is said
+        let is_plain: Vec<bool> = lists
+            .iter()
+            .map(|list| list.values().all(|&count| count == 1))
+            .collect();
         let mut inner = vec![(Vec::new(), Product::new()); lists.len()];
         let mut uses = vec![0_usize; lists.len()];
         for place in 0..lists.len() {
-            // of powers nothing is said
-            inner[place] = if few && lists[place].values().all(|&count| count == 1) {
-                inside(&lists, &members, place)
+            inner[place] = if few && is_plain[place] {
+                inside(&lists, &is_plain, &members, place)
             } else {
                 (Vec::new(), lists[place].clone())
             };
@@ -112,14 +116,13 @@ impl Nested {
 }
 
 /// The largest lists in one, which have nothing in common, and the rest of it. Lists stand by their sizes, the largest first.
-fn inside(lists: &[Product], members: &[Members], place: usize) -> (Vec<usize>, Product) {
+fn inside(lists: &[Product], is_plain: &[bool], members: &[Members], place: usize) -> (Vec<usize>, Product) {
     let mut rest = members[place].clone();
     let mut left = lists[place].len();
     let mut found = Vec::new();
     for (other, inner) in members.iter().enumerate().skip(place + 1) {
-        // of powers nothing is said
         let count = lists[other].len();
-        if count > left || size(&lists[other]) as usize > count {
+        if count > left || !is_plain[other] {
             continue;
         }
         if inner.iter().zip(&rest).all(|(inner, rest)| inner & !rest == 0) {
