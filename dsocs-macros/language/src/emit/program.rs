@@ -361,7 +361,7 @@ impl<'g> Program<'g> {
     /// Finds the partial products that the expressions share; to be called once, before anything is lowered.
     pub(crate) fn plan(&mut self, outputs: &[NodeId]) {
         self.plan_running(&self.sums(outputs));
-        let mut products = BTreeSet::new();
+        let mut products = Vec::new();
         let mut seen = HashSet::default();
         let mut planned: HashSet<Early> = HashSet::default();
         let mut open = outputs.to_vec();
@@ -391,7 +391,7 @@ impl<'g> Program<'g> {
                 let mut found = |product: Product| {
                     // what is no product shares nothing
                     if share::size(&product) > 1 {
-                        products.insert(product);
+                        products.push(product);
                     }
                 };
                 for term in &group {

@@ -7,10 +7,10 @@
 //!
 //! Here sums are grouped. Programs and Taylor series write them, each in its own way.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use super::share::{Factor, Product, Shared, nested};
+use super::share::{Factor, Product, Shared, in_order, nested};
 use crate::graph::{Bits, NodeId};
 
 /// Sums of fewer terms are written term by term.
@@ -54,10 +54,8 @@ impl Running {
 
 /// The parts that the sums of some groups share.
 pub(crate) fn shared<'r>(running: impl Iterator<Item = &'r Running>) -> Shared {
-    let lists: BTreeSet<Product> = running
-        .flat_map(|running| &running.pieces)
-        .map(|(_, list)| list.clone())
-        .collect();
+    let lists = running.flat_map(|running| &running.pieces);
+    let lists = in_order(lists.map(|(_, list)| list.clone()));
     let pairs: usize = lists.iter().map(|list| list.len() * list.len()).sum();
     if pairs <= FEW_PAIRS {
         return Shared::find(lists);

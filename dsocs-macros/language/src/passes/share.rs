@@ -9,7 +9,7 @@ pub(super) mod nested;
 mod product;
 
 use std::cmp::Reverse;
-use std::collections::{BTreeSet, BinaryHeap};
+use std::collections::BinaryHeap;
 use std::rc::Rc;
 
 use crate::graph::{Bits, NodeId};
@@ -38,27 +38,15 @@ pub(crate) struct Shared {
 
 impl Shared {
     /// Finds the shared parts of some products: again and again the pair of factors that most products have.
-    pub(crate) fn find(products: BTreeSet<Product>) -> Self {
-        Self::find_beyond(products, 0)
+    pub(crate) fn find(products: impl IntoIterator<Item = Product>) -> Self {
+        Self::find_beyond(in_order(products), 0)
     }
 
-    /// The same where products are already made of so many parts: those that are found are counted from there on.
-    fn find_beyond(products: BTreeSet<Product>, known: usize) -> Self {
+    /// The same where products, in order and each once, are already made of so many parts: those that are found are counted from there on.
+    fn find_beyond(products: Vec<Product>, known: usize) -> Self {
         let originals: Vec<Product> = products.into_iter().filter(|product| size(product) > 1).collect();
-        let mut numbers: HashMap<&Factor, u32> = HashMap::default();
-        for factor in originals.iter().flat_map(Product::keys) {
-            numbers.insert(factor, 0);
-        }
-        let mut factors: Vec<&Factor> = numbers.keys().copied().collect();
-        factors.sort_unstable();
-        for (number, &factor) in factors.iter().enumerate() {
-            numbers.insert(factor, narrow(number));
-        }
-        let numbered = originals.iter().map(|product| {
-            let factors = product.iter();
-            factors.map(|(factor, &count)| (numbers[factor], count)).collect()
-        });
-        let mut search = Search::new(numbered.collect(), factors.len());
+        let (factors, numbered) = numbered(&originals);
+        let mut search = Search::new(numbered, factors.len());
         let mut parts = Vec::new();
         while let Some((pair, holders)) = search.most_frequent() {
             let part = narrow(factors.len() + parts.len());
@@ -108,6 +96,35 @@ impl Shared {
     pub(crate) fn part(&self, place: usize) -> Product {
         self.parts.get(place).cloned().unwrap_or_default()
     }
+}
+
+/// The factors of some products in order, and the products by their numbers.
+fn numbered(products: &[Product]) -> (Vec<&Factor>, Vec<Numbered>) {
+    let mut numbers: HashMap<&Factor, u32> = HashMap::default();
+    for factor in products.iter().flat_map(Product::keys) {
+        numbers.insert(factor, 0);
+    }
+    let mut factors: Vec<&Factor> = numbers.keys().copied().collect();
+    factors.sort_unstable();
+    for (number, &factor) in factors.iter().enumerate() {
+        numbers.insert(factor, narrow(number));
+    }
+    let numbered = products.iter().map(|product| {
+        let factors = product.iter();
+        factors.map(|(factor, &count)| (numbers[factor], count)).collect()
+    });
+    let numbered = numbered.collect();
+    (factors, numbered)
+}
+
+/// Some products in order, each once. By the numbers of their factors: products that begin with the same factors are many.
+pub(crate) fn in_order(products: impl IntoIterator<Item = Product>) -> Vec<Product> {
+    let products: Vec<Product> = products.into_iter().collect();
+    let (_, numbered) = numbered(&products);
+    let mut order: Vec<(Numbered, Product)> = numbered.into_iter().zip(products).collect();
+    order.sort_unstable_by(|(a, _), (b, _)| a.cmp(b));
+    order.dedup_by(|(a, _), (b, _)| a == b);
+    order.into_iter().map(|(_, product)| product).collect()
 }
 
 /// Factors by their numbers, in the order of [`Factor`], and how often they occur; by number.
@@ -316,7 +333,7 @@ mod tests {
         let value = Product::from([(n.clone(), 1), (r.clone(), 3)]);
         let by_x = Product::from([(n.clone(), 1), (r.clone(), 5), (x, 1)]);
         let by_y = Product::from([(n, 1), (r, 5), (y, 1)]);
-        let shared = Shared::find(BTreeSet::from([value.clone(), by_x.clone(), by_y.clone()]));
+        let shared = Shared::find([value.clone(), by_x.clone(), by_y.clone()]);
         let (value, by_x, by_y) = (shared.product(value), shared.product(by_x), shared.product(by_y));
         assert_eq!(size(&value), 1, "the value is a part of its own");
         assert_eq!(

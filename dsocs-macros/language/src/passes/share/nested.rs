@@ -3,10 +3,8 @@
 //! The sums along a chain are one inside the other, and so are those over the branches of a tree: each is the largest of those inside of it and a
 //! term or two. To look at sums as wholes finds that in a time that is that of comparing them, where there are too many pairs of terms to look at.
 
-use std::collections::BTreeSet;
-
-use super::{Factor, Product, Shared, size};
-use crate::hash::HashMap;
+use super::{Factor, Numbered, Product, Shared, in_order, numbered, size};
+use crate::hash::{HashMap, HashSet};
 
 /// With more words to be compared, no sum is looked for in another.
 const MOST_COMPARED: usize = 50_000_000;
@@ -25,7 +23,7 @@ pub(crate) struct Nested {
 impl Nested {
     /// Looks for lists in others. Each takes the largest that it contains, then the largest that what is left of it contains, and so on. What of a
     /// list no other has is apart from the rest, which others may have.
-    pub(crate) fn of(given: BTreeSet<Product>) -> Self {
+    pub(crate) fn of(given: impl IntoIterator<Item = Product>) -> Self {
         let given: Vec<Product> = given.into_iter().filter(|list| size(list) > 1).collect();
         let mut counts: HashMap<&Factor, usize> = HashMap::default();
         for factor in given.iter().flat_map(Product::keys) {
@@ -35,11 +33,11 @@ impl Nested {
             let common = list.iter().filter(|(factor, _)| counts[factor] > 1);
             common.map(|(factor, &count)| (factor.clone(), count)).collect()
         };
-        let mut all: BTreeSet<Product> = given.iter().map(common).filter(|list| size(list) > 1).collect();
-        all.extend(given.iter().cloned());
-        let mut lists: Vec<Product> = all.into_iter().collect();
+        let common = given.iter().map(common).filter(|list| size(list) > 1);
+        let mut lists = in_order(common.chain(given.iter().cloned()));
         lists.sort_by_key(|list| core::cmp::Reverse(list.len()));
-        let members = members(&lists);
+        let (factors, numbered) = numbered(&lists);
+        let members = members(&numbered, factors.len());
         let words = members.first().map_or(0, Vec::len);
         let few = lists.len().saturating_mul(lists.len()).saturating_mul(words) / 2 <= MOST_COMPARED;
         // of powers nothing is said
@@ -51,7 +49,10 @@ impl Nested {
         let mut uses = vec![0_usize; lists.len()];
         for place in 0..lists.len() {
             inner[place] = if few && is_plain[place] {
-                inside(&lists, &is_plain, &members, place)
+                let (inside, rest) = inside(&numbered, &is_plain, &members, place);
+                let rest = rest.into_iter();
+                let rest = rest.map(|(factor, count)| (factors[factor as usize].clone(), count));
+                (inside, rest.collect())
             } else {
                 (Vec::new(), lists[place].clone())
             };
@@ -60,8 +61,9 @@ impl Nested {
             }
         }
         // what is a part of one list alone, and none that was asked for, is written there
-        let asked: BTreeSet<&Product> = given.iter().collect();
-        let is_part = |place: usize| uses[place] > 1 || uses[place] == 1 && asked.contains(&lists[place]);
+        let asked: HashSet<&Product> = given.iter().collect();
+        let is_asked: Vec<bool> = lists.iter().map(|list| asked.contains(list)).collect();
+        let is_part = |place: usize| uses[place] > 1 || uses[place] == 1 && is_asked[place];
         let mut parts = Vec::new();
         let mut written: Vec<Product> = vec![Product::new(); lists.len()];
         // smaller lists come later
@@ -77,9 +79,10 @@ impl Nested {
             }
             written[place] = own;
         }
-        let lists = lists.iter().cloned().zip(written);
+        let lists = lists.iter().cloned().zip(written).zip(is_asked);
+        let lists = lists.filter_map(|(list, is_asked)| is_asked.then_some(list));
         Self {
-            lists: lists.filter(|(list, _)| asked.contains(list)).collect(),
+            lists: lists.collect(),
             parts,
         }
     }
@@ -104,7 +107,7 @@ impl Nested {
     /// The lists with these parts, and with those that what is left of them shares.
     pub(crate) fn with_pairs(self) -> Shared {
         let written = self.lists.iter().map(|(_, written)| written);
-        let all: BTreeSet<Product> = written.chain(&self.parts).cloned().collect();
+        let all = in_order(written.chain(&self.parts).cloned());
         let mut found = Shared::find_beyond(all, self.parts.len());
         let mut parts: Vec<Product> = self.parts.into_iter().map(|part| found.product(part)).collect();
         let lists = self.lists.into_iter();
@@ -116,7 +119,12 @@ impl Nested {
 }
 
 /// The largest lists in one, which have nothing in common, and the rest of it. Lists stand by their sizes, the largest first.
-fn inside(lists: &[Product], is_plain: &[bool], members: &[Members], place: usize) -> (Vec<usize>, Product) {
+fn inside(
+    lists: &[Numbered],
+    is_plain: &[bool],
+    members: &[Members],
+    place: usize,
+) -> (Vec<usize>, Numbered) {
     let mut rest = members[place].clone();
     let mut left = lists[place].len();
     let mut found = Vec::new();
@@ -133,25 +141,19 @@ fn inside(lists: &[Product], is_plain: &[bool], members: &[Members], place: usiz
             found.push(other);
         }
     }
-    let taken = |factor: &Factor| found.iter().any(|&other| lists[other].contains_key(factor));
-    let rest = lists[place].iter().filter(|(factor, _)| !taken(factor));
-    let rest = rest.map(|(factor, &count)| (factor.clone(), count)).collect();
+    let is_left = |&&(factor, _): &&(u32, u32)| rest[factor as usize / 64] >> (factor % 64) & 1 == 1;
+    let rest = lists[place].iter().filter(is_left).copied();
+    let rest = rest.collect();
     (found, rest)
 }
 
-/// The factors of each list, by numbers.
-fn members(lists: &[Product]) -> Vec<Members> {
-    let mut numbers: HashMap<&Factor, usize> = HashMap::default();
-    for factor in lists.iter().flat_map(Product::keys) {
-        let next = numbers.len();
-        numbers.entry(factor).or_insert(next);
-    }
-    let words = numbers.len().div_ceil(64);
-    let of = |list: &Product| {
+/// The factors of each list, of so many in all, as bits.
+fn members(lists: &[Numbered], factors: usize) -> Vec<Members> {
+    let words = factors.div_ceil(64);
+    let of = |list: &Numbered| {
         let mut members = vec![0; words];
-        for factor in list.keys() {
-            let number = numbers[factor];
-            members[number / 64] |= 1 << (number % 64);
+        for &(factor, _) in list {
+            members[factor as usize / 64] |= 1 << (factor % 64);
         }
         members
     };
@@ -160,6 +162,7 @@ fn members(lists: &[Product]) -> Vec<Members> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
     use std::rc::Rc;
 
     use super::*;

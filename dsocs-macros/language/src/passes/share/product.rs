@@ -33,10 +33,6 @@ impl Product {
         Some(&mut self.0[place].1)
     }
 
-    pub(crate) fn contains_key(&self, factor: &Factor) -> bool {
-        self.place(factor).is_ok()
-    }
-
     /// The number of different factors.
     pub(crate) fn len(&self) -> usize {
         self.0.len()
