@@ -138,12 +138,18 @@ pub struct Errors {
 
 impl Errors {
     /// Looks at a node.
+    #[inline]
     pub fn look(&mut self, row: &Row<'_>) {
+        // most runs estimate none
+        if row.unknown.is_some() || !row.errors.is_empty() {
+            self.take(row);
+        }
+    }
+
+    /// Takes the errors of a node, or why they are not known.
+    fn take(&mut self, row: &Row<'_>) {
         if let Some(unknown) = row.unknown {
             self.unknown.get_or_insert_with(|| unknown.to_string());
-            return;
-        }
-        if row.errors.is_empty() {
             return;
         }
         self.largest.resize(row.errors.len(), (0.0, row.node.t));

@@ -92,14 +92,18 @@ pub fn is_closed(shape: &Shape) -> bool {
 const TERMS_EVERY: u64 = 16;
 
 /// The power of a node's constraint force and, at some nodes, the sum of the energy's terms.
+#[inline]
 pub(super) fn balance(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> (f64, Option<f64>) {
     let power: f64 = node.force.iter().zip(node.v).map(|(force, v)| force * v).sum();
     // their mean is wanted, which some nodes tell as well
-    let terms = node.index.is_multiple_of(TERMS_EVERY).then(|| {
-        let lagrangian = declaration.lagrangian(node.t, node.q, node.v);
-        node.energy.abs() + 2.0 * lagrangian.abs()
-    });
-    (power, terms)
+    let is_looked_at = node.index.is_multiple_of(TERMS_EVERY);
+    (power, is_looked_at.then(|| terms(declaration, node)))
+}
+
+/// The sum of the energy's terms at a node.
+#[inline(never)]
+fn terms(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> f64 {
+    node.energy.abs() + 2.0 * declaration.lagrangian(node.t, node.q, node.v).abs()
 }
 
 /// A column of a run's table.
