@@ -65,7 +65,7 @@ pub struct HeldInput {
 
 impl HeldInput {
     /// The value at a time. A time that is one of the plan's to within rounding is that time.
-    pub(super) fn at(&self, t: f64, h: f64) -> Option<f64> {
+    pub(crate) fn at(&self, t: f64, h: f64) -> Option<f64> {
         held_value(&self.values, t, h)
     }
 }

@@ -2,9 +2,6 @@
 
 use crate::entry::{HeldInput, Plan};
 
-/// Times that differ by less than this part of a step are the same to a run with inputs.
-const SAME_TIME: f64 = 1e-6;
-
 /// What is to be said of a run that begins at the time `t0` and whose inputs have values that never hold: those between whose time and that of the next value there is no node.
 #[must_use]
 pub fn passed_inputs(plan: &Plan, t0: f64) -> Option<String> {
@@ -19,12 +16,16 @@ fn passed(input: &HeldInput, plan: &Plan, t0: f64) -> Option<String> {
     let is_passed = |place: usize| {
         let [[from, value], [to, next]] = [input.values[place], input.values[place + 1]];
         let before = place.checked_sub(1).map(|before| input.values[before][1]);
-        let (one, other) = (steps(from), steps(to));
-        let (first, last) = (one.min(other), one.max(other));
-        let is_of_run = last > SAME_TIME && first < end - SAME_TIME;
-        // back in time a value holds up to its own time and not at it, which the same nodes lie in
-        let node = (first - SAME_TIME).ceil();
-        is_of_run && node.max(0.0) >= last - SAME_TIME && value != next && Some(value) != before
+        // back in time a value is met from its end
+        let first = steps(from).min(steps(to));
+        let is_of_run = (0.0..end).contains(&first);
+        // if it holds at any node, then at the first one there
+        let holds = || {
+            [0.0, 1.0, 2.0]
+                .map(|k| input.at(t0 + (first.floor() + k) * plan.h, plan.h))
+                .contains(&Some(value))
+        };
+        is_of_run && value != next && Some(value) != before && !holds()
     };
     let passed: Vec<usize> = (0..input.values.len().saturating_sub(1))
         .filter(|&place| is_passed(place))
@@ -41,7 +42,8 @@ fn passed(input: &HeldInput, plan: &Plan, t0: f64) -> Option<String> {
     };
     Some(format!(
         "warning: {count} of the input `{name}` never held: a value holds from the next node on, and between {rest}, {value} at t = {t}, and the next \
-         there is none (a `--step` of {shortest:e} has nodes for all; or declare `{name}` as samples in the text, which are looked at between nodes, too)",
+         there is none (a `--step` of {step:.1e} has nodes for all; or declare `{name}` as samples in the text, which are looked at between nodes, too)",
         name = input.parameter,
+        step = 0.9 * shortest,
     ))
 }
