@@ -1,4 +1,4 @@
-//! The options that choose how a motion is computed, and what is said of its errors.
+//! The options that choose the method, its order or tolerance, and whether errors are estimated.
 
 use clap::Args;
 use dsocs_core::Composition;
@@ -25,11 +25,12 @@ pub struct AccuracyArguments {
 /// The unit round-off of double precision, `2⁻⁵³`.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// Above this tolerance the errors of the steps may add up to some per cent in a run of a hundred turns: with 1e-3 a particle on a circle
-/// loses 5 per cent of its speed.
+/// A larger tolerance lets the errors of the steps add up to some per cent in a run of a hundred turns: with
+/// 1e-3 a particle on a circle loses 5 per cent of its speed.
 const LOOSE: f64 = 1e-4;
 
-/// A tolerance that can be reached; what is no tolerance is left for what refuses it.
+/// The tolerance, raised to the unit round-off; zero, negative numbers and NaN stay, and the method refuses
+/// them.
 fn reachable(tolerance: f64) -> f64 {
     if tolerance > 0.0 {
         tolerance.max(UNIT)
@@ -56,7 +57,8 @@ impl AccuracyArguments {
         }
     }
 
-    /// What is to be said of a tolerance that cannot be reached, or is so large that little may be left of the motion.
+    /// A note on a tolerance that was raised to the unit round-off, or that is so large that the motion may
+    /// drift far.
     pub fn note(&self) -> Option<String> {
         let tolerance = self.tolerance?;
         if reachable(tolerance) > tolerance {
@@ -124,15 +126,15 @@ impl AccuracyArguments {
 /// The largest estimated error of each coordinate.
 #[derive(Default)]
 pub struct Errors {
-    /// The error, its time, and how well the motion was known by then; by coordinate.
+    /// The largest error and the time of its node, by coordinate.
     largest: Vec<(f64, f64)>,
-    /// The errors at the last node.
+    /// The errors at the last node that has them, by coordinate.
     last: Vec<f64>,
-    /// Its time.
+    /// The time of that node.
     time: f64,
-    /// How well the motion is known.
+    /// The uncertainty of the reference motion at that node.
     uncertainty: f64,
-    /// Why it is not known beyond that time.
+    /// Why the reference motion ends there.
     unknown: Option<String>,
 }
 
@@ -164,7 +166,7 @@ impl Errors {
         self.uncertainty = row.uncertainty;
     }
 
-    /// What is to be said, of a run that may have ended early.
+    /// A note of the largest errors by coordinate, or a warning that none could be estimated.
     pub fn note<'a>(&self, coordinates: impl Iterator<Item = &'a str>, ended_early: bool) -> Option<String> {
         if self.largest.is_empty() {
             let why = self.unknown.as_ref()?;

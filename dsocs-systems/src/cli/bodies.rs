@@ -1,19 +1,19 @@
-//! The bodies that turn in a system which says nothing of how it is drawn: a box with axes for each rotation.
+//! The drawing of a system with rotations that declares none: a box with axes for each rotation.
 
 use crate::entry::{Description, Drawing, Solid};
 
-/// The edges of a box, in parts of its size: three that differ, so that one sees how it stands.
+/// The edges of a box, relative to its size: all different, so that its attitude can be seen.
 const EDGES: [f64; 3] = [1.0, 0.7, 0.4];
-/// The length of its axes, in parts of its size.
+/// The length of its axes, relative to its size.
 const AXES: f64 = 0.9;
-/// How far bodies without a place stand from each other, in parts of their size.
+/// The distance between bodies without a position, relative to their size.
 const APART: f64 = 2.2;
-/// The size of a box beside the room that all move in.
+/// The size of a box, relative to the range of the positions.
 const SIZE: f64 = 0.12;
 
-/// Where the numbers of the bodies stand among the coordinates.
+/// The indices of each body's attitude and position among the coordinates.
 pub struct Bodies {
-    /// The first number of each rotation, and the first of its place, if it has one.
+    /// The index of the first number of each rotation, and of its position, if it has one.
     places: Vec<(usize, Option<usize>)>,
 }
 
@@ -42,7 +42,7 @@ impl Bodies {
         (!places.is_empty()).then_some(Self { places })
     }
 
-    /// The drawings at some positions.
+    /// The drawings at these positions.
     pub fn drawings<'q>(&self, positions: impl Iterator<Item = &'q [f64]> + Clone) -> Vec<Drawing> {
         let placed = || self.places.iter().filter_map(|&(_, place)| place);
         let range = |first: usize, i: usize| {
@@ -68,7 +68,7 @@ impl Bodies {
         positions.map(|q| self.drawing(q, size)).collect()
     }
 
-    /// The drawing at a position, of boxes of a size.
+    /// The drawing at a position, of boxes of this size.
     pub fn drawing(&self, q: &[f64], size: f64) -> Drawing {
         let mut aside = 0.0;
         self.places

@@ -1,4 +1,4 @@
-//! `check`: the paper's theorems on a system, as figures.
+//! `check`: the paper's theorems, measured on a system.
 
 use std::ffi::OsStr;
 use std::io::Write;
@@ -15,7 +15,7 @@ use crate::check::{Begin, Finding, Settings};
 use crate::entry::Entry;
 use crate::stability::{Bar, number};
 
-/// What `check` takes.
+/// The arguments of `check`.
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct CheckArguments {
@@ -45,7 +45,7 @@ pub struct CheckArguments {
     out: Option<PathBuf>,
 }
 
-/// The motion that is looked at.
+/// The motion that is checked.
 pub(super) struct Motion {
     h: f64,
     until: Option<f64>,
@@ -57,7 +57,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// As a check takes it.
+    /// The motion in the form that a check takes.
     pub(super) fn settings(&self) -> Settings<'_> {
         Settings {
             h: self.h,
@@ -132,7 +132,7 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
         let findings = match entry.check(&settings) {
             Ok(findings) => findings,
             Err(failure) if is_one => return Err(failure.into()),
-            // the others are checked all the same
+            // the other systems are checked all the same
             Err(failure) => {
                 missed += 1;
                 let failure = CliError::from(failure).to_string();
@@ -171,7 +171,7 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
     Ok(())
 }
 
-/// The figures as a table, and below it what is said of them.
+/// The figures as a table, with remarks below it.
 pub(super) fn text(findings: &[Finding]) -> String {
     let mut text = table(findings).to_string();
     text.push('\n');
@@ -181,7 +181,7 @@ pub(super) fn text(findings: &[Finding]) -> String {
     text
 }
 
-/// What is said of the figures, each remark once, with what it is said of.
+/// The remarks on the figures, each once, with the checks that it belongs to.
 fn remarks(findings: &[Finding]) -> Vec<(&str, Vec<String>)> {
     let mut remarks: Vec<(&str, Vec<String>)> = Vec::new();
     let mut say = |remark, of: String| match remarks.iter_mut().find(|(said, _)| *said == remark) {

@@ -1,4 +1,4 @@
-//! Where the rows of a run go.
+//! The destination of a run's rows: a file, standard output, or none.
 
 use std::io::{self, BufWriter, Stdout, Write};
 use std::path::Path;
@@ -7,20 +7,20 @@ use super::CliError;
 use super::output::OutputFile;
 use super::table::TableFormat;
 
-/// Where rows go.
+/// The destination of rows.
 pub enum Destination {
     /// To a file.
     File(OutputFile),
     /// To standard output.
     Stdout(BufWriter<Stdout>),
-    /// Nowhere.
+    /// Rows are dropped.
     Nowhere,
 }
 
 impl Destination {
-    /// The place that was asked for, and the format it wants. A file is begun, so that a place that cannot be written
-    /// is found before the run. Without a file rows go to standard output, unless nobody asked for rows. The format that is
-    /// given goes before the one that the file's name asks for.
+    /// The destination that was asked for, and the format of the table. A file is created at once, so that a
+    /// path that cannot be written is found before the run. Without a file rows go to standard output, unless
+    /// no rows are wanted. A given format has precedence over that of the file's name.
     ///
     /// # Errors
     ///
@@ -49,7 +49,7 @@ impl Destination {
         }
     }
 
-    /// The error of this place.
+    /// An error of writing, with this destination.
     pub fn failed(&self, error: io::Error) -> CliError {
         match self {
             Self::File(file) => file.failed(error),

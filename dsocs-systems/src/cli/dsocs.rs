@@ -1,4 +1,4 @@
-//! The command `dsocs`: what every program over a list of systems does, and the paper.
+//! The command `dsocs`: the commands that every program over a list of systems has, and those of the paper.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -27,7 +27,7 @@ struct Arguments {
     paper: paper::PaperArguments,
 }
 
-/// What `dsocs` does.
+/// The commands of `dsocs`.
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Reproduce the paper's figures and tables (the default)
@@ -41,16 +41,16 @@ enum Command {
     Common(super::Command),
 }
 
-/// The command line of `dsocs`: as [`super::main`], with the paper's figures as the command that is meant where none is given, and the
-/// hard cases of `stability`.
+/// The command line of `dsocs`: as [`super::main`], with `paper` as the command where none is given, and with
+/// the hard cases of `stability`.
 #[must_use]
 pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
     let called: Vec<OsString> = std::env::args_os().collect();
     ExitCode::from(called_by(&called, entries))
 }
 
-/// The same for words that are not those of this process, the name of the program first; gives the exit status. The package of another language calls
-/// it. Words that cannot be read end the process.
+/// The command line for given words, the name of the program first; returns the exit status. Called by the
+/// package of another language. Words that cannot be read end the process.
 #[must_use]
 pub fn called_by(called: &[OsString], entries: impl IntoIterator<Item = Entry>) -> u8 {
     let arguments: Arguments = super::arguments(called);

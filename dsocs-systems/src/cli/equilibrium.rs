@@ -13,7 +13,7 @@ use super::start::{Component, assignment, component, vector};
 use super::{CliError, Program, expression, terminal};
 use crate::entry::Entry;
 
-/// What `equilibrium` takes.
+/// The arguments of `equilibrium`.
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct EquilibriumArguments {

@@ -1,4 +1,4 @@
-//! What can go wrong on the command line, and the exit status it gives.
+//! Errors of the command line, and the exit status of each.
 
 use std::borrow::Cow;
 use std::io;
@@ -14,7 +14,7 @@ use dsocs_core::linear::{EquilibriumError, LinearizationError};
 use dsocs_core::text::TextError;
 use dsocs_core::{RunError, SetupError, StepFailure, Symmetry, Undefined};
 
-/// What has no value, where that is why a run does not begin.
+/// The expression without a value, where a run does not begin because of one.
 fn undefined(failure: &RunFailure) -> Option<&Undefined> {
     match failure {
         RunFailure::Setup(SetupError::Acceleration { undefined, .. }) => undefined.as_deref(),
@@ -34,7 +34,7 @@ fn options(failure: &RunFailure) -> Cow<'static, str> {
     }
 }
 
-/// The options that give what an expression is made of other values.
+/// The options that set the position, velocity and parameters in an expression.
 fn options_of_undefined(undefined: &Undefined) -> String {
     let options = [
         (undefined.contains_position(), "`--q0`"),
@@ -51,10 +51,11 @@ fn options_of_undefined(undefined: &Undefined) -> String {
     }
 }
 
-/// The same of other errors.
+/// The options that do what any other error advises.
 fn options_of_others(failure: &RunFailure) -> &'static str {
     match failure {
-        // a missing mass or row is no matter of the start, and rows that repeat each other do so for all values of the parameters
+        // a missing mass or row does not depend on the start, and rows that repeat each other do so at all
+        // values of the parameters
         RunFailure::Setup(SetupError::Acceleration {
             deficiency: Some(deficiency),
             at_any_velocity,
@@ -68,7 +69,7 @@ fn options_of_others(failure: &RunFailure) -> &'static str {
                 _ => "",
             }
         }
-        // the root is no matter of the start, nor is a position without a value of the velocity
+        // a multiple root does not depend on the start, nor does a position at which no velocity has a value
         RunFailure::Setup(SetupError::Acceleration { cause, .. }) if cause.is_at_multiple_root() => "",
         RunFailure::Setup(SetupError::Acceleration {
             at_any_velocity: true,
@@ -133,7 +134,7 @@ fn options_of_others(failure: &RunFailure) -> &'static str {
     }
 }
 
-/// The same of a check, which begins with position and velocity.
+/// The options that do what an error of a check advises; a check begins with position and velocity.
 fn options_of_check(failure: &CheckFailure) -> Cow<'static, str> {
     match failure {
         CheckFailure::Setup(error @ SetupError::Acceleration { .. }) => {
@@ -172,7 +173,7 @@ fn numbered(options: &[&str], count: usize, rotations: usize) -> String {
     let options: Vec<_> = options
         .iter()
         .map(|option| {
-            // of a rotation four numbers of position, and three of velocity
+            // a rotation has four numbers of position, and three of velocity
             let count = if *option == "--q0" {
                 count
             } else {
@@ -191,10 +192,10 @@ pub enum CliError {
     /// A name does not exist.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
-    /// A text file is no system.
+    /// A text file does not declare a system.
     #[error(transparent)]
     Text(#[from] TextError),
-    /// What is to be watched is no file.
+    /// The name to be watched is not that of a text file.
     #[error(
         "expected a text file, such as `swing.dsocs`, found `{0}`: what is compiled does not change while it runs"
     )]
@@ -202,7 +203,7 @@ pub enum CliError {
     /// No page can be shown at a port of this machine.
     #[error("cannot show a page at a port of this machine: {0}")]
     Port(io::Error),
-    /// A system is more than a text can say.
+    /// A system contains something that a text file cannot express.
     #[error(transparent)]
     NoText(#[from] NoText),
     /// A system has no linear model at a state.
@@ -219,12 +220,12 @@ pub enum CliError {
         /// The value.
         value: f64,
     },
-    /// A file is no plan of an input.
+    /// A file is not a plan of an input.
     #[error("{file} is no plan of an input: {reason}")]
     Plan {
         /// The file.
         file: String,
-        /// Why not.
+        /// The reason.
         reason: String,
     },
     /// The program has no systems.
@@ -233,7 +234,7 @@ pub enum CliError {
     /// A system's entry contradicts its declaration: a mistake of the program, not of its call.
     #[error(transparent)]
     Entry(#[from] EntryError),
-    /// Which of several systems is meant is not said.
+    /// There are several systems, and none was named.
     #[error("which system? known: {}", .known.join(", "))]
     Which {
         /// The systems.
@@ -253,9 +254,9 @@ pub enum CliError {
         options: Vec<&'static str>,
         /// The coordinates.
         coordinates: Vec<String>,
-        /// How many rotations are among them.
+        /// The number of rotations among them.
         rotations: usize,
-        /// How a text says it, if the system was read from one.
+        /// The advice for a text file, if the system was read from one.
         in_text: &'static str,
     },
     /// A crate cannot have this name.
@@ -275,7 +276,7 @@ pub enum CliError {
     NoCase {
         /// The number.
         number: u8,
-        /// Those that there are.
+        /// The numbers of the known cases.
         known: Vec<String>,
     },
     /// An option of one system was given for several.
@@ -284,14 +285,14 @@ pub enum CliError {
         /// The option.
         option: &'static str,
     },
-    /// The components of a vector are not all told, or not in one way.
+    /// The components of a vector are incomplete, or given in two ways at once.
     #[error(
         "`{option}`: {reason}; expected a number for each coordinate, or `name=number` for those that differ from the system's own start"
     )]
     Components {
         /// The option.
         option: &'static str,
-        /// What is wrong.
+        /// The problem.
         reason: String,
     },
     /// Options that do not go together.
@@ -301,7 +302,7 @@ pub enum CliError {
         option: &'static str,
         /// The other.
         other: String,
-        /// Why not.
+        /// The reason.
         reason: &'static str,
     },
     /// The name of an output file does not say its format.
@@ -309,39 +310,39 @@ pub enum CliError {
         "the name `{0}` does not say the format of the table: a name ends in .csv or .json, or `--format csv` and `--format json` say it"
     )]
     TableFormat(String),
-    /// Measured values are written as JSON, and the table of orders as Markdown, too.
+    /// The measured values are written as JSON, and the table of orders also as Markdown.
     #[error(
         "`{0}` is no name for the measured values, which are written as JSON: it has to end in .json (the table of `check --orders` may end in .md)"
     )]
     NotJson(String),
-    /// A path has two columns.
+    /// A path does not have two columns.
     #[error("`--path` takes two columns, as in `--path x,y`; {found} given")]
     Path {
-        /// How many were given.
+        /// The number of columns given.
         found: usize,
     },
-    /// The name of a page's file does not say that it is one.
+    /// The name of a page's file does not end in `.html`.
     #[error("`{0}` is no page: a report's file name ends in .html")]
     PageFormat(String),
-    /// A picture is asked of a system that is not drawn.
+    /// A picture is asked of a system without a drawing.
     #[error(
         "nothing says how `{0}` is drawn: `--plot` draws its columns; in Rust, `Entry::drawn` says it, and what turns in space (`r: rotation`) is drawn by itself"
     )]
     NoPicture(String),
-    /// A file that is to be read cannot be.
+    /// A file cannot be read.
     #[error("cannot read {}: {cause}", .path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         cause: String,
     },
-    /// A file that is to be written cannot be.
+    /// A file cannot be written.
     #[error("cannot write {}: {cause}", .path.display())]
     Write {
         /// The file or folder.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         cause: io::Error,
     },
     /// Standard output cannot be written.
@@ -353,7 +354,7 @@ pub enum CliError {
     /// A run ended early or did not begin.
     #[error("{failure}{}", options(.failure))]
     Run {
-        /// Why.
+        /// The cause.
         failure: RunFailure,
     },
     /// A run ended early after some of it had been written.
@@ -363,24 +364,24 @@ pub enum CliError {
         .notes.iter().flat_map(|note| ["\n", note]).collect::<String>()
     )]
     Partial {
-        /// Why.
+        /// The cause.
         failure: Box<RunFailure>,
-        /// How many rows.
+        /// The number of rows written.
         rows: u64,
-        /// Where.
+        /// The destination.
         place: String,
-        /// What is to be said of them.
+        /// Notes on the rows written.
         notes: Vec<String>,
     },
     /// A run was interrupted; some of it had been written.
     #[error("interrupted; what was computed before ({rows} row{}) is written to {place}", if *.rows == 1 { "" } else { "s" })]
     Interrupted {
-        /// How many rows.
+        /// The number of rows written.
         rows: u64,
-        /// Where.
+        /// The destination.
         place: String,
     },
-    /// A sweep does not begin or go on.
+    /// A sweep cannot begin or go on.
     #[cfg(feature = "sweep")]
     #[error(transparent)]
     Sweep(#[from] crate::sweep::SweepError),
@@ -412,7 +413,7 @@ pub enum CliError {
         if *.missed == 1 { " does" } else { "s do" }
     )]
     Bars {
-        /// How many.
+        /// The number of values.
         missed: usize,
     },
     /// An experiment of the paper failed.
@@ -427,7 +428,7 @@ pub enum CliError {
 dsocs_core::debug_is_message!(CliError);
 
 impl CliError {
-    /// An error of standard output; a reader that has gone is told apart.
+    /// An error of standard output; one that is closed by its reader becomes `Closed`.
     #[must_use]
     pub fn stdout(error: io::Error) -> Self {
         if error.kind() == io::ErrorKind::BrokenPipe {
@@ -437,8 +438,8 @@ impl CliError {
         }
     }
 
-    /// The exit status: 2 for what should be asked differently, 1 for what failed on the way, 0 if only the reader of
-    /// standard output has gone.
+    /// The exit status: 2 for wrong arguments, 1 for a failure on the way, 0 if only the reader of standard
+    /// output has gone.
     #[must_use]
     pub fn status(&self) -> u8 {
         match self {
@@ -501,7 +502,7 @@ impl CliError {
     }
 }
 
-/// What the library advises in Rust, and what is said for it where options say the same.
+/// Advice in terms of Rust, and its replacement on the command line.
 const IN_RUST: [(&str, &str); 11] = [
     (" (linear::OperatingPoint)", ""),
     (" (`Start::projected`)", ""),
@@ -519,7 +520,7 @@ const IN_RUST: [(&str, &str); 11] = [
     ),
 ];
 
-/// A message without names of Rust, and without the numbers that the system has for its errors, ` (os error 2)`.
+/// A message without names of Rust, and without the operating system's error numbers, ` (os error 2)`.
 fn plain(message: &str) -> String {
     let mut parts = message.split(" (os error ");
     let mut plain = parts.next().unwrap_or_default().to_owned();

@@ -1,9 +1,9 @@
 //! Numbers on the command line: `1e-3`, and small expressions such as `-pi/2` or `(1 + sqrt(5))/2`.
 
-/// How deep parentheses and signs may be nested.
+/// The deepest nesting of parentheses and signs.
 const DEPTH: usize = 64;
 
-/// What can be written.
+/// The grammar, as an error message gives it.
 const GRAMMAR: &str = "numbers, pi, sqrt(…), 30deg, + - * / and parentheses";
 
 /// Reads a number or an expression.
@@ -22,11 +22,11 @@ pub fn number(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What is left to be read.
+/// The text that is still to be read.
 struct Reader<'a> {
     /// The text.
     rest: &'a str,
-    /// How deep in parentheses and signs it stands.
+    /// The current nesting of parentheses and signs.
     depth: usize,
 }
 
@@ -94,7 +94,7 @@ impl Reader<'_> {
         Ok(value)
     }
 
-    /// What has no sign, and may be in degrees.
+    /// A value with the unit that may follow it: degrees become radians.
     fn in_degrees(&mut self, value: f64) -> f64 {
         if self.take("deg") || self.take("°") {
             value.to_radians()

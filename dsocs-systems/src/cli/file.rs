@@ -12,7 +12,7 @@ use crate::entry::{Entry, UnknownName};
 /// The ending of a text file with a system.
 const ENDING: &str = ".dsocs";
 
-/// What text files are read with.
+/// The options for text files.
 #[derive(Debug, Clone, Args)]
 pub struct FileArguments {
     /// A number in place of the one that a text file gives a constant (`const n = 3;`)
@@ -20,7 +20,7 @@ pub struct FileArguments {
     pub constants: Vec<(String, f64)>,
 }
 
-/// `n=8`.
+/// Reads `n=8`.
 fn constant(text: &str) -> Result<(String, f64), String> {
     let parts = text.split_once('=');
     let constant =
@@ -28,12 +28,12 @@ fn constant(text: &str) -> Result<(String, f64), String> {
     constant.ok_or_else(|| "expected a name and a number, n=8".to_owned())
 }
 
-/// The text file that a name is; `None` if it is no name of a file.
+/// The text file that a name denotes; `None` if it is no name of a file.
 pub fn path(name: &str) -> Option<PathBuf> {
     parts(name).map(|(file, _)| PathBuf::from(file))
 }
 
-/// The text file and the run that a name says.
+/// The text file and the run that a name denotes, as in `swing.dsocs:fast`.
 pub fn parts(name: &str) -> Option<(String, Option<&str>)> {
     match name.rsplit_once(&format!("{ENDING}:")) {
         Some((stem, run)) => Some((format!("{stem}{ENDING}"), Some(run))),
@@ -41,7 +41,8 @@ pub fn parts(name: &str) -> Option<(String, Option<&str>)> {
     }
 }
 
-/// What is said of a name that is none of a system and of no text file: of a file or a folder of that name, or of a text file that is meant.
+/// A hint for a name that is neither of a system nor of a text file: a file or folder of that name, or the
+/// text file that may be meant.
 pub fn instead(name: &str) -> Option<String> {
     let stem = name.split(':').next().unwrap_or(name);
     let path = Path::new(stem);
@@ -66,7 +67,8 @@ pub fn instead(name: &str) -> Option<String> {
     }
 }
 
-/// The system in a text file, with the first of its runs: `swing.dsocs`; or with the run of a name: `swing.dsocs:fast`. `None` if it is no name of a file.
+/// The system in a text file: with its default run (`swing.dsocs`), or with the run named
+/// (`swing.dsocs:fast`). `None` if the name is not that of a file.
 pub fn entry(name: &str, constants: &[(String, f64)]) -> Result<Option<Entry>, CliError> {
     let Some((file, run)) = parts(name) else {
         return Ok(None);
@@ -89,7 +91,7 @@ pub fn entry(name: &str, constants: &[(String, f64)]) -> Result<Option<Entry>, C
     Ok(Some(Entry::of_text(own_name(&file), &text, chosen)))
 }
 
-/// The name of the system in a file.
+/// The name of the system in a file, from the file's name.
 fn own_name(file: &str) -> String {
     let stem = Path::new(file).file_stem();
     let own = stem.map_or_else(|| file.to_owned(), |stem| stem.to_string_lossy().into_owned());

@@ -1,4 +1,5 @@
-//! What errors advise on the command line, followed to the letter; and that no number is shown where there is none.
+//! Tests of the advice in error messages: each option that an error names is tried and helps; and no message
+//! shows NaN as a number.
 
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
@@ -11,14 +12,14 @@ use super::{Arguments, CliError, Program};
 use crate::check::{Begin, Settings};
 use crate::entry::{Drawing, Entry};
 
-/// A weight on a spring, whose mass may be zero.
+/// A weight on a spring; the mass may be zero.
 const WEIGHT: &str = "
     parameters { mass = 1 }
     coordinates(x);
     lagrangian = mass * dot(x).powi(2) / 2 - x.powi(2) / 2;
 ";
 
-/// A servo, whose gain may be zero.
+/// A servo; the gain may be zero.
 const SERVO: &str = "
     parameters { gain = 1 }
     coordinates(x);
@@ -27,7 +28,7 @@ const SERVO: &str = "
     constraint_forces = [(1,)];
 ";
 
-/// A particle with a curvature, which it has none of at rest.
+/// A particle with a prescribed curvature, which is undefined at rest.
 const TURN: &str = "
     parameters { curvature = 1 }
     coordinates(x, y);
@@ -37,7 +38,7 @@ const TURN: &str = "
     variational = [(dot(x), dot(y))];
 ";
 
-/// A curvature that grows, and so a constraint of third order.
+/// A curvature that grows at a prescribed rate, a constraint of third order.
 const BEND: &str = "
     parameters { rate = 0.1 }
     coordinates(x, y);
@@ -64,21 +65,21 @@ const ROD: &str = "
     holonomic = x.powi(2) + y.powi(2) - length.powi(2);
 ";
 
-/// A potential that ends at the origin.
+/// A potential whose domain ends at the origin.
 const EDGE: &str = "
     parameters { strength = 1e-3 }
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 + strength * x.ln();
 ";
 
-/// A cone, whose tip may be rounded.
+/// A potential in the form of a cone, whose tip may be rounded.
 const CONE: &str = "
     parameters { tip = 0 }
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (x.powi(2) + y.powi(2) + tip.powi(2)).sqrt();
 ";
 
-/// A servo's law, squared: its two solutions are one.
+/// A servo's law, squared: a double root.
 const SQUARED: &str = "
     parameters { rate = 1 }
     coordinates(x);
@@ -87,7 +88,7 @@ const SQUARED: &str = "
     constraint_forces = [(1,)];
 ";
 
-/// An acceleration of which only the size is given.
+/// A constraint that gives only the size of an acceleration.
 const UNSIGNED: &str = "
     parameters { rate = 1 }
     coordinates(x);
@@ -96,7 +97,7 @@ const UNSIGNED: &str = "
     constraint_forces = [(1,)];
 ";
 
-/// Dry friction, in which the mass comes to rest.
+/// Dry friction, under which the mass comes to rest.
 const DRY: &str = "
     parameters { dry = 0.5 }
     coordinates(x);
@@ -104,7 +105,7 @@ const DRY: &str = "
     external_forces = -dry * dot(x).signum();
 ";
 
-/// Friction made smooth, as far as a parameter says.
+/// Smoothed friction; a parameter is the width of the smoothing.
 const RUBBED: &str = "
     parameters { smoothing = 0.1 }
     coordinates(x);
@@ -121,7 +122,7 @@ const LAW: &str = "
     constraint_forces = [(1,)];
 ";
 
-/// A law for two carts on springs that forgets the friction of the first one.
+/// A Lyapunov constraint for two carts on springs that leaves out the friction of the first one.
 const FORGOTTEN: &str = "
     parameters { friction = 0.3 }
     coordinates(x, y);
@@ -133,7 +134,7 @@ const FORGOTTEN: &str = "
     external_forces = (-friction * dot(x), 0);
 ";
 
-/// A law whose motor acts on nothing that the law speaks of.
+/// A constraint on one coordinate whose force acts on the other one only, if the gain is zero.
 const IDLE: &str = "
     parameters { gain = 1 }
     coordinates(x, y);
@@ -150,7 +151,7 @@ const PUSHED: &str = "
     external_forces = (strength * t.sin(), 0);
 ";
 
-/// A mass on springs, whose number is no number of the type `f64`.
+/// A mass on springs; their number is a field that is not `f64`.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - springs * stiffness * x.powi(2) / 2;
@@ -161,7 +162,7 @@ struct Springs {
     springs: u32,
 }
 
-/// A system that is read.
+/// An entry from a text.
 fn entry(name: &str, text: &str) -> Entry {
     Entry::of_text(name, &Text::parse(name, text).unwrap(), None)
 }
@@ -204,7 +205,7 @@ fn entries() -> Vec<Entry> {
     .collect()
 }
 
-/// What a command answers; rows go to a file.
+/// Carries out a command whose rows go to a file.
 fn execute(folder: &Path, words: &str) -> Result<(), CliError> {
     let out = folder.join(if words.starts_with("check") {
         "a.json"
@@ -342,7 +343,7 @@ fn advice_is_followed_to_the_letter() {
     }
 }
 
-/// Commands that are refused or end early, and what is said of it.
+/// Commands that are refused or end early, and the words that their messages contain.
 const WORDS: &[(&str, &[&str])] = &[
     (
         "run rubbed --set smoothing=0",
@@ -433,7 +434,7 @@ fn a_mistake_in_an_entry_is_that_of_its_system_alone() {
     }
 }
 
-/// What is printed of a check and of the hard cases of a system.
+/// The output of a check and of the hard cases of a system.
 fn printed(entry: &Entry, until: f64, h: f64) -> String {
     let [q0, v0] = entry.default_start().unwrap();
     let settings = Settings {
@@ -474,14 +475,14 @@ fn no_number_is_shown_where_there_is_none() {
         let until = if entry.name() == "dry" { 4.0 } else { 0.3 };
         for h in [0.01, -0.01] {
             let text = printed(&entry, until * f64::signum(h), h);
-            // what the hard cases put in for a number
+            // the hard cases substitute NaN for a parameter and say so
             let text = text.replace("set to NaN", "");
             assert!(!text.contains("NaN"), "{}: {text}", entry.name());
         }
     }
 }
 
-/// What is printed for arguments that cannot be read.
+/// The message for arguments that cannot be read.
 fn refused(words: &str) -> String {
     let given = || core::iter::once("dsocs").chain(words.split(' '));
     let error = Arguments::try_parse_from(given()).unwrap_err();
@@ -509,10 +510,10 @@ fn options_by_their_names_elsewhere_lead_to_those_here() {
         );
         assert!(!text.contains("-- --"), "{words}: {text}");
     }
-    // a command without that option is told of none
+    // a command without that option gets no hint
     let text = refused("list --dt 0.1");
     assert!(!text.contains("--step"), "{text}");
-    // a slip of the finger is told of by clap itself
+    // a misspelt option is corrected by clap itself
     let text = refused("run dry --untill 1");
     assert!(text.contains("'--until'"), "{text}");
     let text = refused("check dry --input dry=a.csv");

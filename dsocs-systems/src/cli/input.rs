@@ -1,4 +1,4 @@
-//! `--input NAME=FILE`: a parameter that is held from time to time.
+//! `--input NAME=FILE`: a parameter whose value is held between the times in a file.
 
 use std::path::Path;
 

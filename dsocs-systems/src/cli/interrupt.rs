@@ -1,4 +1,4 @@
-//! Interruption by a signal: a run that is interrupted completes its files with what it has.
+//! Interruption by a signal: a run that is interrupted completes its files with the rows it has.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,8 +9,8 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// The handler is set once a process.
 static WATCHED: Once = Once::new();
 
-/// Watches for SIGINT, SIGTERM and SIGHUP (Ctrl-C elsewhere) from now on. The first one is told by the flag that is given
-/// back; a second one ends the process.
+/// Watches for SIGINT, SIGTERM and SIGHUP (Ctrl-C elsewhere) from now on. The first one sets the flag that is
+/// returned; a second one ends the process.
 ///
 /// Where no handler can be set, signals end the process as ever, and the flag is never set.
 pub fn watch() -> &'static AtomicBool {

@@ -1,8 +1,8 @@
-//! What columns are called in figures and on pages.
+//! Labels of columns in figures and on pages.
 
 use crate::entry::Column;
 
-/// The label of a column, with its unit where it is known; what stands in `_{}` is a subscript.
+/// The label of a column, with its unit where it is known; `_{}` marks a subscript.
 pub fn label(column: &Column) -> String {
     let name = short(&column.name);
     match &column.unit {
@@ -26,7 +26,7 @@ pub fn short(column: &str) -> String {
     }
 }
 
-/// A label without marks, for where there are no subscripts.
+/// A label without the marks of subscripts, for plain text.
 pub fn plain(label: &str) -> String {
     label.replace("_{", "_").replace('}', "")
 }

@@ -13,7 +13,7 @@ use super::start::StartArguments;
 use super::{CliError, Program, expression, terminal};
 use crate::entry::{Beginning, Entry};
 
-/// What `linearize` takes.
+/// The arguments of `linearize`.
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct LinearizeArguments {
@@ -40,7 +40,7 @@ pub struct LinearizeArguments {
     format: ModelFormat,
 }
 
-/// How a model, or equilibria, are written.
+/// The format in which a model, or equilibria, are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ModelFormat {
     /// Tables for people
@@ -79,14 +79,14 @@ pub fn linearize(arguments: &LinearizeArguments, program: &mut Program) -> Resul
         .map_err(CliError::stdout)
 }
 
-/// The state.
+/// The state at which the system is linearized.
 fn beginning(arguments: &LinearizeArguments, entry: &Entry) -> Result<Beginning, CliError> {
     let from = &arguments.from;
     let q0 = from.q0(entry)?;
     let mut beginning = match from.third_order(entry, &q0)? {
         Some(beginning) => beginning,
         None => Beginning::SecondOrder {
-            // a position of one's own is meant at rest
+            // a position alone means a state at rest
             v0: if from.gives_only_position() {
                 vec![0.0; q0.len()]
             } else {

@@ -11,7 +11,7 @@ use super::number::{joined, shortest};
 use super::{CliError, Program, terminal};
 use crate::entry::{Entry, Kind};
 
-/// What `list` takes.
+/// The arguments of `list`.
 #[derive(Args, Debug)]
 pub struct ListArguments {
     /// A system, or a text file, `swing.dsocs`, whose coordinates, parameters, runs and defaults are shown; without it, one line for each system
@@ -22,7 +22,7 @@ pub struct ListArguments {
     format: Format,
 }
 
-/// How to write the list.
+/// The format of the list.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Format {
     /// A table for people
@@ -31,14 +31,14 @@ enum Format {
     Json,
 }
 
-/// A system, as it is listed.
+/// A system in the list.
 #[derive(Serialize)]
 struct Listed<'a> {
     /// The name that `run` takes.
     name: &'a str,
     /// The kind of its constraints.
     kind: Kind,
-    /// What it is.
+    /// Its summary.
     summary: &'a str,
     /// Where it comes from.
     source: Option<&'a str>,
@@ -46,9 +46,9 @@ struct Listed<'a> {
     coordinates: Vec<&'a str>,
     /// The coordinates' units.
     units: Vec<Option<&'a str>>,
-    /// What the coordinates are.
+    /// The meanings of the coordinates.
     meanings: Vec<&'a str>,
-    /// The coordinates whose positions are in no equation.
+    /// The cyclic coordinates: their positions are in no equation.
     reduced: Vec<String>,
     /// The parameters.
     parameters: Vec<ListedParameter>,
@@ -57,41 +57,41 @@ struct Listed<'a> {
     samples: Vec<ListedTable<'a>>,
     /// The observed expressions.
     observables: Vec<&'a str>,
-    /// Their units.
+    /// The units of the observed expressions.
     observable_units: Vec<Option<&'a str>>,
-    /// What they are.
+    /// The meanings of the observed expressions.
     observable_meanings: Vec<&'a str>,
-    /// What a run takes unless told otherwise.
+    /// The defaults of a run.
     defaults: Defaults<'a>,
 }
 
-/// A parameter, as it is listed.
+/// A parameter in the list.
 #[derive(Serialize)]
 struct ListedParameter {
     /// The name that `--set` takes.
     name: String,
-    /// The value unless set.
+    /// The value unless it is set.
     default: f64,
     /// The unit, if the declaration tells it.
     unit: Option<String>,
-    /// What it is.
+    /// Its meaning.
     description: String,
 }
 
-/// A table of samples, as it is listed.
+/// A table of samples in the list.
 #[derive(Serialize)]
 struct ListedTable<'a> {
     /// The name of the parameter.
     name: &'a str,
     /// The file, as the text names it.
     file: &'a str,
-    /// How it is interpolated.
+    /// The kind of interpolation.
     interpolation: &'static str,
-    /// What it is, with its unit.
+    /// Its meaning and unit.
     description: &'a str,
 }
 
-/// What a run takes unless told otherwise.
+/// The defaults of a run.
 #[derive(Serialize)]
 struct Defaults<'a> {
     /// The step.
@@ -112,18 +112,18 @@ fn names(quantities: &[Quantity]) -> Vec<&str> {
     quantities.iter().map(|quantity| &*quantity.name).collect()
 }
 
-/// Their units.
+/// The units of quantities.
 fn units(quantities: &[Quantity]) -> Vec<Option<&str>> {
     quantities.iter().map(Quantity::unit).collect()
 }
 
-/// What they are.
+/// The meanings of quantities.
 fn meanings(quantities: &[Quantity]) -> Vec<&str> {
     quantities.iter().map(Quantity::meaning).collect()
 }
 
 impl<'a> Listed<'a> {
-    /// What is listed of a system.
+    /// The record of a system in the list.
     fn new(entry: &'a mut Entry) -> Self {
         let parameters = entry.parameters().into_iter();
         let parameters = parameters.map(|(parameter, default)| ListedParameter {
@@ -205,7 +205,7 @@ pub fn list(arguments: &ListArguments, program: &mut Program) -> Result<(), CliE
         .map_err(CliError::stdout)
 }
 
-/// The systems kind by kind, a line for each. Those that the program has as texts are not read for it.
+/// The systems kind by kind, a line for each. Systems that the program holds as texts are not parsed for it.
 fn by_kind(program: &Program) -> String {
     let own = program.entries.iter();
     let own = own.map(|entry| (entry.kind(), entry.name(), entry.summary()));
@@ -237,7 +237,7 @@ fn by_kind(program: &Program) -> String {
     )
 }
 
-/// A system, for people. A text file was asked for by a name.
+/// A system, for people; `asked` is the name by which a text file was asked for.
 fn text(entry: &mut Entry, asked: Option<&str>) -> String {
     let mut table = terminal::table(presets::NOTHING);
     let parameters = entry.parameters();
@@ -266,7 +266,7 @@ fn text(entry: &mut Entry, asked: Option<&str>) -> String {
     let source = entry
         .origin()
         .map_or_else(String::new, |source| format!("  source: {source}\n"));
-    // of a rotation three numbers, as the options ask for
+    // three numbers for a rotation, as the options expect
     let shape = entry.kernel().shape();
     let moving = |vector: &[f64]| joined(&shape.moving(vector).copied().collect::<Vec<f64>>());
     let start = entry.default_start().map_or_else(
@@ -305,7 +305,7 @@ fn text(entry: &mut Entry, asked: Option<&str>) -> String {
     )
 }
 
-/// The tables of samples of a system that was read from a text, with their files and how they are interpolated.
+/// The tables of samples of a system that was read from a text, with their files and interpolations.
 fn tables(entry: &Entry) -> Vec<(Quantity, String)> {
     let tables = entry.tables();
     tables
@@ -341,7 +341,8 @@ fn others(entry: &Entry, asked: &str) -> String {
     }
 }
 
-/// What is said of a quantity whose unit cannot be read: brackets that do not belong together, or that do not end the comment.
+/// A warning about a quantity whose unit cannot be read: brackets that do not match, or that do not end the
+/// comment.
 fn broken_unit(quantity: &Quantity) -> Option<String> {
     let doc = quantity.doc.trim_end().trim_end_matches('.');
     let warn = |why: String| {

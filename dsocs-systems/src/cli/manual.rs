@@ -1,4 +1,5 @@
-//! `completions` and `man`: what shells and readers of manuals want, generated from the parser of the arguments.
+//! `completions` and `man`: completions for shells and pages of the manual, generated from the parser of the
+//! arguments.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -9,7 +10,7 @@ use clap_mangen::Man;
 
 use super::{CliError, Program, output};
 
-/// What `completions` takes.
+/// The arguments of `completions`.
 #[derive(Args, Debug)]
 pub struct CompletionsArguments {
     /// The shell
@@ -17,7 +18,7 @@ pub struct CompletionsArguments {
     shell: Shell,
 }
 
-/// What `man` takes.
+/// The arguments of `man`.
 #[derive(Args, Debug)]
 pub struct ManArguments {
     /// The command whose page is written, one of those that `--help` lists [default: the page of the program]

@@ -1,4 +1,4 @@
-//! `plot`: what people look at first in a sweep: a map over two quantities that vary, curves over one.
+//! `plot`: the figure of a sweep: a map over two quantities that vary, or curves over one.
 
 use std::io::Write;
 use std::ops::Range;
@@ -17,14 +17,15 @@ use crate::sweep::{Axis as Varied, Content};
 const MAP: [f64; 2] = [760.0, 600.0];
 /// Width and height of a panel of curves, in pixels.
 const CURVES: [f64; 2] = [900.0, 280.0];
-/// No map has more cells than this across or up: more are not seen. A cell then shows the mean of its points.
+/// The largest number of cells of a map across or up: more could not be seen. A cell then shows the mean of
+/// its points.
 const CELLS: usize = 500;
-/// So many cells have the quantities of a list that are not evenly spaced.
+/// The number of cells for a quantity whose values are not evenly spaced.
 const UNEVEN: usize = 400;
-/// So many panels there are at most, unless columns are asked for.
+/// The largest number of panels, unless columns are asked for.
 const PANELS: usize = 4;
 
-/// What `plot` takes.
+/// The arguments of `plot`.
 #[derive(Args, Debug)]
 pub struct MapArguments {
     /// The folder of a sweep
@@ -102,7 +103,7 @@ pub fn plot(arguments: &MapArguments) -> Result<(), CliError> {
     file.finish()
 }
 
-/// The quantities across and, in a map, up, by their places.
+/// The quantities across and, in a map, up, by their indices.
 fn axes(arguments: &MapArguments, content: &Content) -> Result<(usize, Option<usize>), CliError> {
     let all = content.axes();
     let find = |name: &str| {
@@ -150,7 +151,7 @@ fn shown(arguments: &MapArguments, content: &Content) -> Vec<String> {
 
 /// The points that a figure shows.
 struct Data {
-    /// The values across, and up.
+    /// The values of the quantities across, and up.
     places: [Vec<f64>; 2],
     /// The columns that are shown.
     values: Vec<Vec<f64>>,
@@ -161,7 +162,7 @@ struct Data {
 }
 
 impl Data {
-    /// Reads the points where quantities that are not shown are where they are to be.
+    /// Reads the points at which the quantities that are not shown have their chosen values.
     fn read(
         arguments: &MapArguments,
         content: &Content,
@@ -184,7 +185,7 @@ impl Data {
         let values = all.split_off(axes.len());
         let mut kept = vec![true; all.first().map_or(0, Vec::len)];
         for (place, axis) in axes.iter().enumerate() {
-            // by chance, no two points have the same value
+            // at random points, no two have the same value
             if place == x || Some(place) == y || !content.is_grid() {
                 continue;
             }
@@ -261,7 +262,7 @@ impl Data {
         });
         let cells = [cuts[0].cells.len(), cuts[1].cells.len()];
         let colours = scaled(self.labels[column].clone(), log);
-        // the sum and the number of values, by the distinct places
+        // the sum and the number of values, by cell
         let size = [cuts[0].count, cuts[1].count];
         let mut sums = vec![(0.0, 0_u32); size[0] * size[1]];
         for ((&x, &y), &value) in self.places[0]
@@ -308,23 +309,23 @@ impl Data {
     }
 }
 
-/// How an axis of a map is cut into cells.
+/// The division of a map's axis into cells.
 struct Cut {
-    /// The values that are told apart, in order; empty where places are by chance.
+    /// The distinct values, in order; empty where points are random.
     distinct: Vec<f64>,
-    /// How many places there are.
+    /// The number of distinct values, or of cells where points are random.
     count: usize,
-    /// The places that each cell shows.
+    /// The range of distinct values that each cell shows.
     cells: Vec<Range<usize>>,
-    /// Where the first cell begins and the last one ends.
+    /// The lower edge of the first cell and the upper edge of the last.
     edges: [f64; 2],
     /// Whether the scale is logarithmic.
     logarithmic: bool,
 }
 
 impl Cut {
-    /// By the values of a grid: a cell for each, cells of several where there are too many, and where values are not evenly spaced each
-    /// place of the picture shows the nearest.
+    /// Cells for a grid: one for each value, or for several values where there are too many. Where values are
+    /// not evenly spaced, each cell shows the nearest value.
     fn of_grid(values: &[f64], logarithmic: bool) -> Self {
         let distinct = distinct(values);
         let count = distinct.len();
@@ -378,7 +379,7 @@ impl Cut {
         }
     }
 
-    /// By equal parts, about four points to a cell.
+    /// Cells for random points: of equal width, about four points to a cell.
     fn of_chance(values: &[f64], logarithmic: bool) -> Self {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most a thousand
         let count = ((values.len() as f64 / 4.0).sqrt() as usize).clamp(4, 200);
@@ -397,7 +398,7 @@ impl Cut {
         }
     }
 
-    /// The place of a value.
+    /// The index of a value among the distinct values, or of its cell where points are random.
     fn place(&self, x: f64) -> Option<usize> {
         if !self.distinct.is_empty() {
             return self.distinct.binary_search_by(|value| value.total_cmp(&x)).ok();
@@ -438,7 +439,7 @@ fn scaled(label: String, logarithmic: bool) -> Axis {
     }
 }
 
-/// The label of a column: what it is of, and where.
+/// The label of a column: the quantity, and when it is taken.
 fn named(column: &str, unit: Option<&str>) -> String {
     let (name, when) = match column.split_once('_') {
         Some(("end", name)) => (name, " at the end"),

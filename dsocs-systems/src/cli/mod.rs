@@ -104,13 +104,13 @@ struct Arguments {
     file: file::FileArguments,
 }
 
-/// What is said of commands that are not there.
+/// The help text on commands that are missing without the feature `sweep`.
 #[cfg(not(feature = "sweep"))]
 const NO_SWEEP: &str = "Many runs by a plan, here or on a cluster (`sweep`, `plot`): they need the feature `sweep` of dsocs-systems. \
     In a crate of your own, write it into `Cargo.toml`: `dsocs-systems = { …, features = [\"cli\", \"sweep\"] }`. In a checkout of dsocs: \
     `cargo run --release --features sweep -- sweep --help`";
 
-/// What every program does.
+/// The commands that every program has.
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Run one system and write its trajectory
@@ -142,7 +142,7 @@ enum Command {
 }
 
 impl Command {
-    /// Does it.
+    /// Carries out the command.
     fn execute(&self, program: &mut Program) -> Result<(), CliError> {
         match self {
             Self::Run(arguments) => run::run(arguments, program),
@@ -163,21 +163,22 @@ impl Command {
     }
 }
 
-/// The systems that the command line was given, and how it was called.
+/// The program's systems, and its call.
 struct Program {
     /// The program's name.
     name: String,
     /// The systems, at least one.
     entries: Vec<Entry>,
-    /// What is wrong with each of them.
+    /// The mistake of each entry, if it has one.
     mistakes: Vec<Option<EntryError>>,
-    /// The systems that it has as texts, which are read when they are asked for.
+    /// The systems that it holds as texts, which are parsed when they are asked for.
     shipped: &'static [Shipped],
-    /// The places of the systems that were read from text files, by the names that they were asked by.
+    /// The systems that were read from text files: the name that was asked for, and the index among the
+    /// entries.
     read: Vec<(String, usize)>,
     /// The syntax of its arguments.
     syntax: fn() -> clap::Command,
-    /// Numbers in place of those that text files give their constants.
+    /// Values that replace those of constants in text files.
     constants: Vec<(String, f64)>,
     /// Whether it is `dsocs`, whose systems have hard cases with known answers.
     #[cfg(all(feature = "dsocs", not(test)))]
@@ -199,7 +200,7 @@ pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
     ExitCode::from(finish(result))
 }
 
-/// Options by their names elsewhere, and what each is here.
+/// Names of options in other programs, and the option that each is here.
 const ELSEWHERE: [(&str, &str); 22] = [
     ("--dt", "--step"),
     ("--h", "--step"),
@@ -225,13 +226,13 @@ const ELSEWHERE: [(&str, &str); 22] = [
     ("--force", "--input"),
 ];
 
-/// What the words by which the program was called ask for; ends it where they cannot be read.
+/// The arguments in the words of the call; ends the program where they cannot be read.
 fn arguments<P: Parser>(called: &[OsString]) -> P {
     let words = called.iter().map(|word| word.to_string_lossy().into_owned());
     P::try_parse_from(called).unwrap_or_else(|error| led(error, &P::command(), words).exit())
 }
 
-/// An error of the arguments, with the option that is meant where one was given by its name elsewhere.
+/// An error of the arguments, with a hint where an option was given by its name in another program.
 fn led(mut error: clap::Error, syntax: &clap::Command, given: impl Iterator<Item = String>) -> clap::Error {
     let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg) else {
         return error;
@@ -304,7 +305,8 @@ impl Program {
         (self.syntax)().name(self.name.clone())
     }
 
-    /// Looks for mistakes in the entries. An entry with a mistake is refused where it is asked for; the others are as good as ever.
+    /// Looks for mistakes in the entries. An entry with a mistake is refused when it is asked for; the others
+    /// can be used.
     fn verified(self) -> Result<Self, CliError> {
         if self.entries.is_empty() {
             return Err(CliError::NoSystems);
@@ -326,7 +328,7 @@ impl Program {
         })
     }
 
-    /// The system at a place, unless something is wrong with it.
+    /// The system at an index, or its mistake.
     fn at(&mut self, place: usize) -> Result<&mut Entry, CliError> {
         match self.mistakes.get(place) {
             Some(Some(mistake)) => Err(mistake.clone().into()),
@@ -334,13 +336,13 @@ impl Program {
         }
     }
 
-    /// The system of a name, or in a text file.
+    /// The system of this name, or in the text file of this name.
     fn find(&mut self, name: &str) -> Result<&mut Entry, CliError> {
         let place = self.place(name)?;
         self.at(place)
     }
 
-    /// The place of the system of a name. One in a text file is read, and comes last.
+    /// The index of the system of this name. One in a text file is read, and comes last.
     fn place(&mut self, name: &str) -> Result<usize, CliError> {
         if let Some(place) = self.entries.iter().position(|entry| entry.name() == name) {
             return Ok(place);
@@ -374,7 +376,7 @@ impl Program {
         own.chain(shipped)
     }
 
-    /// Reads all systems that the program has as texts.
+    /// Parses all systems that the program holds as texts.
     fn read_shipped(&mut self) -> Result<(), CliError> {
         let shipped = self.shipped;
         shipped
@@ -382,14 +384,14 @@ impl Program {
             .try_for_each(|shipped| self.place(shipped.name).map(drop))
     }
 
-    /// Forgets the systems of text files, which are read again.
+    /// Drops the systems of text files, which are read again.
     fn forget_beyond(&mut self, entries: usize) {
         self.read.clear();
         self.entries.truncate(entries);
         self.mistakes.truncate(entries);
     }
 
-    /// The systems in which nothing is wrong, for commands that take all. Those that are left out are told.
+    /// The systems without mistakes, for commands that take all. Each system that is left out is reported.
     fn sound(&mut self) -> Vec<&mut Entry> {
         for mistake in self.mistakes.iter().flatten() {
             terminal::tell(format_args!("warning: a system is left out: {mistake}"));
@@ -399,7 +401,7 @@ impl Program {
         sound.map(|(entry, _)| entry).collect()
     }
 
-    /// The system of a name; without one, the only system that there is.
+    /// The system of a name; without a name, the only system.
     fn one(&mut self, name: Option<&str>) -> Result<&mut Entry, CliError> {
         match name {
             Some(name) => self.find(name),
@@ -410,7 +412,7 @@ impl Program {
         }
     }
 
-    /// The systems of some names; without any, all that there are.
+    /// The systems of these names; without names, all systems.
     fn some(&mut self, names: &[String]) -> Result<Vec<&mut Entry>, CliError> {
         if names.is_empty() {
             self.read_shipped()?;

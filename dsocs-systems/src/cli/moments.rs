@@ -1,19 +1,19 @@
-//! Some nodes of a run, so few that they can be kept.
+//! A sample of the nodes of a run, of bounded size.
 
-/// Nodes at equal distances, no more than a number of them however long the run is, and the last one.
+/// Nodes at equal distances, at most a given number of them however long the run is, and the last one.
 pub struct Moments {
-    /// How many there are at most.
+    /// The largest number of nodes kept.
     most: usize,
-    /// Every so many nodes one is kept.
+    /// The distance of two kept nodes, in steps.
     every: u64,
     /// The values at the nodes that are kept.
     rows: Vec<Vec<f64>>,
-    /// Those at the last node, if it is none of them.
+    /// The values at the last node, if it is not among them.
     last: Option<Vec<f64>>,
 }
 
 impl Moments {
-    /// None yet; there will be at most `most` and the last one.
+    /// An empty sample of at most `most` nodes and the last one.
     pub fn new(most: usize) -> Self {
         Self {
             most: most.max(2),
@@ -45,7 +45,7 @@ impl Moments {
         self.rows.push(values);
     }
 
-    /// What is kept, in the order of the nodes.
+    /// The values that were kept, in the order of the nodes.
     pub fn into_rows(mut self) -> Vec<Vec<f64>> {
         self.rows.extend(self.last);
         self.rows
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn they_are_bounded_and_keep_the_first_and_the_last() {
-        // numbers of nodes are exact
+        // the numbers of nodes are exact
         #[allow(clippy::float_cmp)]
         for count in [1, 2, 99, 100, 101, 12_345] {
             let mut moments = Moments::new(100);

@@ -9,44 +9,44 @@ use super::page::{self, Cell, Page, Scene, rounded};
 use crate::entry::{Column, Description, Drawing, Entry};
 use crate::figure::{Axis, BLUE, Curve, Envelope, Figure, Panel, Style};
 
-/// Width and height of a figure, in pixels: as it is read on a telephone.
+/// Width and height of a figure, in pixels: readable on a telephone.
 const SIZE: [f64; 2] = [400.0, 230.0];
 /// Width and height of the figure of a path, in pixels.
 const PATH: [f64; 2] = [560.0, 460.0];
-/// So many numbers the script reads at most: a page stays below a megabyte.
+/// The largest number of numbers for the script: a page stays below a megabyte.
 const NUMBERS: usize = 36_000;
-/// So many points all figures have at most.
+/// The largest number of points in all figures together.
 const POINTS: usize = 28_000;
-/// So many significant digits the script reads.
+/// The number of significant digits for the script.
 const DIGITS: usize = 8;
 
-/// A page in the making. What it keeps of a run does not grow with the run.
+/// A page in the making. Its memory does not grow with the run.
 pub struct MotionPage {
     /// The moments that the slider goes through.
     moments: Moments,
-    /// What is shown of them.
+    /// The system and its figures.
     shown: Shown,
 }
 
-/// Takes a position and gives the drawing there.
+/// Draws the mechanism at a position.
 type Draw = dyn Fn(&[f64]) -> Drawing;
 
-/// What a page shows of a run.
+/// The columns, drawings and figures on the page of a run.
 struct Shown {
     /// The columns, time first.
     columns: Vec<Column>,
-    /// What the declaration says.
+    /// The description of the system.
     description: Description,
     /// The mechanism's drawing at a position.
     draw: Option<Box<Draw>>,
-    /// What is drawn where nothing says how the mechanism is: the bodies that turn.
+    /// The bodies that rotate, for a system without a drawing of its own.
     bodies: Option<Bodies>,
-    /// The figures of all columns but time.
+    /// The figures of all columns but time, as envelopes.
     envelopes: Vec<Envelope>,
 }
 
 impl MotionPage {
-    /// Begins with no moment.
+    /// A page without moments.
     pub fn new(
         columns: &[Column],
         description: &Description,
@@ -82,18 +82,18 @@ impl MotionPage {
         self.moments.push(index, values.to_vec());
     }
 
-    /// Whether there is a mechanism to be seen.
+    /// Whether the mechanism can be drawn.
     pub fn is_drawn(&self) -> bool {
         self.shown.draw.is_some() || self.shown.bodies.is_some()
     }
 
-    /// A picture of the mechanism at some moments, as SVG; none if nothing is seen.
+    /// A picture of the mechanism at some moments, as SVG; `None` if nothing can be drawn.
     pub fn picture(self, title: &str) -> Option<String> {
         let rows = &self.moments.into_rows();
         Some(self.shown.scene(rows)?.picture(title))
     }
 
-    /// The page. `about` is what is said of the run, `notes` what it told.
+    /// The page. `about` describes the run, `notes` are its messages.
     pub fn finish(
         self,
         [name, kind, summary]: [&str; 3],
@@ -139,7 +139,7 @@ impl MotionPage {
 }
 
 impl Shown {
-    /// The mechanism over a motion, if it is drawn.
+    /// The mechanism over a motion, if it can be drawn.
     fn scene(&self, rows: &[Vec<f64>]) -> Option<Scene> {
         let count = self.description.coordinates.len();
         let positions = rows.iter().map(|row| &row[1..=count]);
@@ -149,7 +149,8 @@ impl Shown {
         }
     }
 
-    /// The mechanism, or where nothing says how it is drawn, a path. Gives the numbers of the moments, and what is needed to show bodies in space.
+    /// The mechanism, or a path where it has no drawing. Returns the numbers of the moments, and the data for
+    /// bodies in space.
     fn mechanism(&self, page: &mut Page, rows: &[Vec<f64>]) -> (Value, Option<Value>) {
         let scene = self.scene(rows);
         page.heading(if scene.is_some() {
@@ -246,11 +247,11 @@ impl Shown {
         }
     }
 
-    /// The columns by what they are.
+    /// The columns by kind: coordinates, velocities and so on.
     fn groups(&self) -> Vec<(&'static str, Vec<usize>)> {
         let count = self.description.coordinates.len();
         let observed = self.description.observables.len();
-        // a rotation has four coordinates, and three of velocity and force
+        // a rotation has four coordinates, and three components of velocity and force
         let moving = count - self.description.rotations.len();
         let lengths = [
             ("Coordinates", count),
@@ -285,7 +286,7 @@ impl Shown {
         groups
     }
 
-    /// Where each column begins and ends, and between what it lies: what can be read without a script.
+    /// The first, last, least and greatest value of each column: readable without a script.
     fn summary(&self, page: &mut Page, rows: &[Vec<f64>]) {
         let number = |x: f64| Cell::Number(rounded(x, 7).to_string().replace("null", "–").replace('-', "−"));
         let cells = self.columns.iter().enumerate().map(|(place, column)| {
@@ -322,8 +323,8 @@ impl Shown {
     }
 }
 
-/// The columns of the path that is drawn where nothing says how the mechanism is: two lengths, else the first two coordinates,
-/// else the coordinate and its velocity.
+/// The columns of the path that is shown for a mechanism without a drawing: two lengths, else the first two
+/// coordinates, else the coordinate and its velocity.
 fn path_columns(description: &Description) -> [usize; 2] {
     let coordinates = &description.coordinates;
     let lengths = coordinates
@@ -336,7 +337,7 @@ fn path_columns(description: &Description) -> [usize; 2] {
     }
 }
 
-/// What is said of a run, as rows of a table.
+/// The description of a run as rows of a table.
 fn told(about: &Map<String, Value>) -> Vec<(String, String)> {
     let plain = |value: &Value| match value {
         Value::String(text) => text.clone(),

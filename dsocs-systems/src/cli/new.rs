@@ -11,7 +11,7 @@ use super::{CliError, Program, output};
 /// The crate's `main.rs`.
 const MAIN: &str = include_str!("new/main.rs.txt");
 
-/// What `new` takes.
+/// The arguments of `new`.
 #[derive(Args, Debug)]
 pub struct NewArguments {
     /// The folder of the new crate; its last part is the crate's name unless `--name` gives another
@@ -32,8 +32,8 @@ pub struct NewArguments {
 ///
 /// # Errors
 ///
-/// [`CliError`] if the name is none for a crate, the folder has something in it, there is no checkout where one is given, or a
-/// file cannot be written.
+/// [`CliError`] if the name is not allowed for a crate, the folder is not empty, there is no checkout where
+/// one is given, or a file cannot be written.
 pub fn new(arguments: &NewArguments, program: &mut Program) -> Result<(), CliError> {
     let folder = &arguments.path;
     let name = name(arguments)?;
@@ -46,7 +46,7 @@ pub fn new(arguments: &NewArguments, program: &mut Program) -> Result<(), CliErr
         Some(from) => {
             let entry = program.find(from)?;
             let beside = Path::new(from).parent().unwrap_or(Path::new(""));
-            // those beside the text; others stay where they are
+            // files beside the text are copied; others stay where they are
             let is_beside = |file: &&str| {
                 Path::new(file)
                     .components()
@@ -122,7 +122,8 @@ fn name(arguments: &NewArguments) -> Result<String, CliError> {
     }
 }
 
-/// The folder, whole and without links, if it is a checkout of dsocs. A crate unpacked from a registry has no such neighbours.
+/// The canonical path of the folder, if it is a checkout of dsocs. A crate unpacked from a registry has no
+/// such neighbours.
 fn checkout(folder: &Path) -> Option<PathBuf> {
     let whole = fs::canonicalize(folder).ok()?;
     let there = |package: &str| whole.join(package).join("Cargo.toml").is_file();

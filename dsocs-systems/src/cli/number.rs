@@ -13,7 +13,7 @@ pub fn shortest(x: f64) -> String {
 
 /// A number in six digits at most, for people.
 pub fn six(x: f64) -> String {
-    // adding zero takes the sign from a negative one
+    // adding zero removes the sign of a negative zero
     format!("{x:.5e}")
         .parse()
         .map_or_else(|_| x.to_string(), |rounded: f64| shortest(rounded + 0.0))

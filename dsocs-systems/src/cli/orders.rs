@@ -1,4 +1,4 @@
-//! `check --orders`: the orders of the parts, as tables.
+//! `check --orders`: the orders of the parts of the discretization, as tables.
 
 use std::io::Write;
 use std::path::Path;
@@ -28,7 +28,7 @@ const COLUMNS: [&str; 8] = [
 struct Measured {
     /// Its name.
     name: String,
-    /// What is measured of it, in a line.
+    /// The title of its table, in a line.
     title: String,
     /// The step.
     h: f64,
@@ -91,7 +91,7 @@ pub fn orders(arguments: &CheckArguments, entries: Vec<&mut Entry>) -> Result<()
     Ok(())
 }
 
-/// Writes the values, or the table.
+/// Writes the values as JSON, or the table as Markdown.
 fn write(path: &Path, all: &[Measured], failed: &[(String, String)]) -> Result<(), CliError> {
     if path.extension().is_some_and(|ending| ending == "md") {
         return output::write(path, markdown(all).as_bytes());
@@ -107,7 +107,7 @@ fn write(path: &Path, all: &[Measured], failed: &[(String, String)]) -> Result<(
     output::write(path, format!("{all:#}\n").as_bytes())
 }
 
-/// An order in a table, to so many decimals.
+/// An order in a table, to this number of decimals.
 fn rounded(order: &Order, decimals: usize) -> String {
     match order {
         Order::Exact => "exact".to_owned(),
@@ -119,12 +119,12 @@ fn rounded(order: &Order, decimals: usize) -> String {
     }
 }
 
-/// The same to two decimals.
+/// An order in a table, to two decimals.
 fn shown(order: &Order) -> String {
     rounded(order, 2)
 }
 
-/// The lowest of the orders of some parts; nothing if the system has none of them.
+/// The lowest of the orders of some parts; empty if the system has none of them.
 fn lowest(orders: &Orders, parts: &[Part], decimals: usize) -> String {
     let found = parts.iter().filter_map(|part| orders.of(*part));
     let least = found.reduce(|least, order| match (least.number(), order.number()) {
@@ -185,7 +185,7 @@ fn markdown(all: &[Measured]) -> String {
     text
 }
 
-/// The table over systems and maps, and what is said of it.
+/// The table over systems and maps, with notes below it.
 fn overview(all: &[Measured]) -> String {
     let mut table = terminal::table(presets::UTF8_FULL_CONDENSED);
     table.set_header(COLUMNS.map(|column| column.replace('`', "")));
@@ -219,7 +219,7 @@ fn overview(all: &[Measured]) -> String {
     format!("{table}\n{}", remarks.collect::<String>())
 }
 
-/// The colour of an order that is seen.
+/// The colour of a row: green if the orders hold, yellow if they are acceptable, red if not.
 fn colour(variant: &Variant) -> Color {
     match &variant.orders {
         Ok(orders) if orders.holds() => Color::Green,
@@ -292,7 +292,7 @@ fn single(of: &Measured) -> String {
         1 => "1 state".to_owned(),
         states => format!("{states} states"),
     };
-    // a sum of steps
+    // the end of the run is a sum of steps: its rounding is not shown
     let until = number((orders.until * 1e4).round() / 1e4);
     let lines = notes(orders, &of.declaration).into_iter();
     let lines = lines.map(|line| line + "\n");
@@ -303,7 +303,7 @@ fn single(of: &Measured) -> String {
     )
 }
 
-/// What is said below the table of a system.
+/// The notes below the table of a system.
 fn notes(orders: &Orders, declaration: &str) -> Vec<String> {
     let lowering = orders.lowering.iter();
     let mut notes: Vec<String> = lowering.map(|part| lowered(*part, orders, declaration)).collect();
@@ -340,14 +340,14 @@ fn map_of(part: Part, declaration: &str) -> String {
     };
     let given = |statement| statement_of(declaration, statement).map(str::to_owned);
     match given(statement) {
-        // the map of C_V is that of C_K unless it is said
+        // the map of C_V is that of C_K unless declared
         None if part == Part::Displacements => given("phi_kinematic").unwrap_or_else(|| "default".to_owned()),
         None => "default".to_owned(),
         Some(map) => map.split_whitespace().collect::<Vec<_>>().join(" "),
     }
 }
 
-/// What is said of a part that lowers the order.
+/// A note on a part that lowers the order.
 fn lowered(part: Part, orders: &Orders, declaration: &str) -> String {
     let order = orders.of(part).map_or_else(String::new, shown);
     let map = map_of(part, declaration);
@@ -400,7 +400,7 @@ fn value(variant: &Variant) -> Value {
     })
 }
 
-/// An order as JSON: its power with the steps of the fit, `"exact"`, or why there is none.
+/// An order as JSON: its power with the steps of the fit, `"exact"`, or the reason why there is none.
 fn encoded(order: &Order) -> Value {
     match order {
         Order::Exact => Value::from("exact"),

@@ -16,11 +16,11 @@ use crate::temporary::temporary;
 pub struct OutputFile {
     /// The target.
     path: PathBuf,
-    /// Where it is written.
+    /// The file that is written meanwhile.
     place: Place,
 }
 
-/// Where a file is written.
+/// The file that is written until the target is complete.
 enum Place {
     /// To a temporary file, which takes the target's name at the end.
     Beside(BufWriter<NamedTempFile>),
@@ -52,7 +52,8 @@ impl OutputFile {
                     _ => Path::new("."),
                 };
                 fs::create_dir_all(folder).map_err(failed)?;
-                // before the first file of this process: its own parts are no news
+                // only before the first file of this process, whose own temporary files are not to be
+                // reported
                 TOLD.call_once(|| tell_of_parts(folder));
                 Place::Beside(BufWriter::new(temporary(folder, PART).map_err(failed)?))
             }
@@ -82,7 +83,7 @@ impl OutputFile {
         &self.path
     }
 
-    /// The error of this file.
+    /// An error of writing this file.
     pub fn failed(&self, cause: io::Error) -> CliError {
         CliError::Write {
             path: self.path.clone(),
@@ -107,13 +108,13 @@ impl Write for OutputFile {
     }
 }
 
-/// The beginning and the end of a temporary file's name.
+/// The prefix and the suffix of a temporary file's name.
 const PART: [&str; 2] = [".dsocs-", ".part"];
 
-/// Whether temporary files of others have been looked for.
+/// Whether temporary files of other runs have been looked for.
 static TOLD: Once = Once::new();
 
-/// Tells of temporary files that are there already: a run that was killed cannot take its own away.
+/// Reports temporary files that are there already: a run that was killed could not remove its own.
 fn tell_of_parts(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else {
         return;
@@ -143,11 +144,11 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), CliError> {
     file.finish()
 }
 
-/// Makes a folder and tries whether files can be written to it.
+/// Makes a folder and tests whether files can be written to it.
 ///
 /// # Errors
 ///
-/// [`CliError::Write`] if not.
+/// [`CliError::Write`] if they cannot.
 pub fn check_folder(folder: &Path) -> Result<(), CliError> {
     fs::create_dir_all(folder)
         .and_then(|()| temporary(folder, PART)?.write_all(b"test"))

@@ -15,9 +15,9 @@ pub struct Picture {
     file: OutputFile,
     /// Its format.
     format: Format,
-    /// What is kept of the run.
+    /// The moments kept of the run, and the drawing.
     motion: MotionPage,
-    /// What it shows.
+    /// The title.
     title: String,
 }
 

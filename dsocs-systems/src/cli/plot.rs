@@ -15,14 +15,14 @@ const WIDTH: f64 = 900.0;
 /// Height of a panel, in pixels, and the least height of the figure.
 const HEIGHTS: [f64; 2] = [240.0, 420.0];
 
-/// More panels than this stand in two columns.
+/// The largest number of panels in one column; more stand in two.
 const TALL: usize = 6;
-/// So many points of a path are kept, at most.
+/// The largest number of points of a path.
 const PATH: usize = 8000;
 /// Width and height of the figure of a path, in pixels.
 const SQUARE: [f64; 2] = [760.0, 722.0];
 
-/// A figure in the making. What it keeps of a run does not grow with the run.
+/// A figure in the making. Its memory does not grow with the run.
 pub struct Plot {
     /// The file.
     file: OutputFile,
@@ -124,7 +124,7 @@ impl Plot {
                 _ => Axis::linear(""),
             };
             let width = if points.len() > 600 { 0.7 } else { 1.3 };
-            // the panels of a column have one axis of time, below the last of them
+            // the panels of a column share one axis of time, below the last of them
             let time = if index + columns >= count {
                 Axis {
                     label: "t [s]".to_owned(),

@@ -9,7 +9,7 @@ pub fn bar(length: u64, message: &str) -> ProgressBar {
     with("{msg:24} {wide_bar} {percent:>3} % {eta:>4}", length, message)
 }
 
-/// A bar for `length` units of work that says how many there are in a second.
+/// A bar for `length` units of work that shows the rate per second.
 #[cfg(feature = "sweep")]
 pub fn counted(length: u64, message: &str) -> ProgressBar {
     with(
@@ -19,7 +19,7 @@ pub fn counted(length: u64, message: &str) -> ProgressBar {
     )
 }
 
-/// A bar that looks as the template says.
+/// A bar with this template.
 fn with(template: &str, length: u64, message: &str) -> ProgressBar {
     let target = if std::io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()
@@ -27,7 +27,7 @@ fn with(template: &str, length: u64, message: &str) -> ProgressBar {
         ProgressDrawTarget::hidden()
     };
     let bar = ProgressBar::with_draw_target(Some(length), target).with_message(message.to_owned());
-    // the template is fixed; if a later version of the crate does not take it, its own will do
+    // the template is fixed; if a later version of the crate rejects it, the crate's own is used
     match ProgressStyle::with_template(template) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,

@@ -1,4 +1,5 @@
-//! Systems with rotations on the command line: how many numbers there are of what, and what is said where they are others.
+//! Tests of systems with rotations on the command line: the number of components of each vector, and the
+//! messages where it is wrong.
 
 use clap::Parser;
 use dsocs_core::text::Text;
@@ -13,7 +14,7 @@ const TOP: &str = "
     lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 - (r * [0.2, 0.1, 1])[2] + dot(x).powi(2) / 2;
 ";
 
-/// What a command writes to a file, with these words, for a system.
+/// The file that a command with these words writes for a system.
 fn written(text: &str, words: &str, ending: &str) -> Result<String, CliError> {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join(ending).display().to_string();
@@ -116,7 +117,8 @@ fn checks_measure_the_order_the_power_and_the_way_back() {
             assert!(told.contains(figure), "{told}");
         }
     }
-    // where something is held, the motion has no way back, and says why that is not required
+    // where dry friction holds the body, the motion cannot be reversed, and the check says why that is not
+    // required
     let held = format!(
         "{TOP} let turn = r.inverse() * [0, 0, 1]; external_forces = (-0.8 * w.inner(turn).signum() * turn, 0);"
     );
@@ -159,7 +161,7 @@ fn momenta_are_measured_along_what_is_reduced() {
             let (equation, variation) = (of("ΔJ − h⟨Q + f, ξ⟩"), of("variation of J"));
             assert_eq!(equation["relation"], "<=");
             assert_eq!(equation["ok"], true, "{equation}");
-            // where the constraint works along it, the momentum is only reported
+            // where the constraint acts along the symmetry, the momentum is only reported
             assert_eq!(variation["relation"].is_null(), !conserved, "{variation}");
             assert_eq!(variation["ok"], true, "{variation}");
             assert_eq!(

@@ -25,10 +25,10 @@ use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, Unkn
 use crate::stability::number;
 use crate::warnings::{Warnings, moved_start, passed_inputs};
 
-/// How many nodes there are between two signs of progress.
+/// The number of nodes between two updates of the progress bar.
 const PROGRESS: u64 = 1024;
 
-/// What `run` takes.
+/// The arguments of `run`.
 #[derive(Args, Clone, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct RunArguments {
@@ -95,14 +95,14 @@ impl RunArguments {
         self.system.as_deref()
     }
 
-    /// The files that are written.
+    /// The files that were asked for.
     fn files(&self) -> impl Iterator<Item = &PathBuf> {
         [&self.out, &self.plot, &self.picture, &self.report]
             .into_iter()
             .flatten()
     }
 
-    /// The same with a page of the run, which is where the second part says: at this place unless another was asked for.
+    /// The arguments with a page: at the path that was asked for, else at `otherwise`; and that path.
     pub fn with_page(self, otherwise: PathBuf) -> (Self, PathBuf) {
         let page = self.report.clone().unwrap_or(otherwise);
         let report = Some(page.clone());
@@ -114,8 +114,8 @@ impl RunArguments {
 ///
 /// # Errors
 ///
-/// [`CliError`] if what was asked for does not exist, cannot be written or cannot be computed. What was computed is
-/// written all the same.
+/// [`CliError`] if a name does not exist, a file cannot be written or the run fails. The rows before a
+/// failure are written all the same.
 pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliError> {
     let entry = program.one(arguments.system.as_deref())?;
     arguments.from.set(entry)?;
@@ -201,7 +201,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let looked_at = watched.warnings.notes(&names, plan.method, plan.h);
     let notes = of_run.into_iter().chain(looked_at).chain(of_steps);
     let notes: Vec<String> = notes.flatten().collect();
-    // what ended a run is told before what is to be said of it up to there
+    // the cause of the end is told before the notes on the part that was computed
     let fails_on_the_way = result.is_err() && rows > 0;
     if !fails_on_the_way {
         for note in &notes {
@@ -223,7 +223,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     )
 }
 
-/// How a run ended that has written so many rows somewhere.
+/// The result of a run that has written so many rows to a place.
 fn ended(
     result: Result<(), RunFailure>,
     (rows, place): (u64, String),
@@ -243,7 +243,7 @@ fn ended(
     }
 }
 
-/// What is looked at in every node, of which something may be said in the end.
+/// The observers of every node, which give notes at the end.
 struct Watched {
     lost: Lost,
     errors: Errors,
@@ -251,7 +251,7 @@ struct Watched {
 }
 
 impl Watched {
-    /// Of a run of a system by a method.
+    /// The observers for a run of a system by a method.
     fn of(method: Method, shape: &Shape) -> Self {
         Self {
             lost: Lost::default(),
@@ -268,7 +268,7 @@ impl Watched {
     }
 }
 
-/// What shows a run beside its table.
+/// The figure, the picture and the page of a run.
 struct Pictures {
     /// The figure.
     plot: Option<Plot>,
@@ -279,7 +279,7 @@ struct Pictures {
 }
 
 impl Pictures {
-    /// Begins what is asked for.
+    /// Creates those that were asked for.
     fn create(
         arguments: &RunArguments,
         entry: &mut Entry,
@@ -303,7 +303,7 @@ impl Pictures {
             None => None,
         };
         let report = match &arguments.report {
-            // a place that cannot be written is found before the run
+            // a path that cannot be written is found before the run
             Some(path) => {
                 page::check_name(path)?;
                 let file = OutputFile::create(path)?;
@@ -319,7 +319,7 @@ impl Pictures {
         })
     }
 
-    /// Whether anything is asked for.
+    /// Whether any was asked for.
     fn any(&self) -> bool {
         self.plot.is_some() || self.picture.is_some() || self.report.is_some()
     }
@@ -327,13 +327,13 @@ impl Pictures {
     /// Takes the number of a node and, if anything is asked for, the values of all columns there.
     #[inline]
     fn push(&mut self, index: u64, values: &[f64]) {
-        // most runs ask for none
+        // most runs have none
         if self.plot.is_some() || self.picture.is_some() || self.report.is_some() {
             self.draw(index, values);
         }
     }
 
-    /// Takes them.
+    /// Takes a node; out of line, because most runs have no pictures.
     #[inline(never)]
     fn draw(&mut self, index: u64, values: &[f64]) {
         if let Some(plot) = &mut self.plot {
@@ -362,8 +362,9 @@ impl Pictures {
     }
 }
 
-/// The page of a run that has been made: what `run --report` writes. `rows` has the values of all [`columns`] at each node, in their order, and after them those of the parameters
-/// that changed on the way, whose names are `changed`; `notes` is what the run told.
+/// The page of a finished run, as `run --report` writes it. `rows` has the values of all [`columns`] at each
+/// node, in their order, and after them those of the parameters that changed on the way, whose names are
+/// `changed`; `notes` are the messages of the run.
 ///
 /// ```
 /// use dsocs_core::text::Text;
@@ -419,7 +420,7 @@ pub fn run_page(
     page.finish(titles(entry).each_ref().map(String::as_str), &about, notes)
 }
 
-/// The run that is asked for.
+/// The plan of the run that was asked for.
 fn plan(arguments: &RunArguments, entry: &Entry) -> Result<Plan, CliError> {
     let accuracy = &arguments.accuracy;
     let (nodes, start) = (arguments.q1.is_some(), arguments.begin.start.is_some());
@@ -441,10 +442,10 @@ fn plan(arguments: &RunArguments, entry: &Entry) -> Result<Plan, CliError> {
     })
 }
 
-/// A run of more steps than these is told before it begins.
+/// A run of more steps is announced before it begins.
 const MANY: f64 = 1e8;
 
-/// What is to be said of a run that takes long.
+/// A note on a run of many steps.
 fn long(plan: &Plan, t0: f64) -> Option<String> {
     let steps = ((plan.until - t0) / plan.h).abs();
     (steps > MANY && !matches!(plan.method, Method::Tolerance(_))).then(|| {
@@ -458,14 +459,15 @@ fn long(plan: &Plan, t0: f64) -> Option<String> {
 /// The nodes at which a certified run is not regular.
 #[derive(Default)]
 struct Lost {
-    /// Number, time, and which flows are not granted, of the first.
+    /// The first of them: its number, its time, and which of the flows (forward, backward) is not granted.
     first: Option<(u64, f64, &'static str)>,
-    /// How many there are.
+    /// The number of such nodes.
     count: u64,
 }
 
 impl Lost {
-    /// Looks at a node; the start has no step to be regular, nor has, of third order, the node after it, about which the start has said the acceleration.
+    /// Looks at a node. The start has no step that could be regular; of third order, neither has the node
+    /// after it, which the given acceleration determines.
     fn look(&mut self, row: &Row<'_>) {
         let third = row.declaration.shape().is_of_third_order();
         let Some(regularity) = row.regularity.filter(|_| row.node.stop != Stop::Start) else {
@@ -483,7 +485,7 @@ impl Lost {
         self.count += 1;
     }
 
-    /// What is to be said.
+    /// The note at the end of the run.
     fn note(&self) -> Option<String> {
         let (index, t, which) = self.first?;
         Some(format!(
@@ -494,7 +496,7 @@ impl Lost {
     }
 }
 
-/// What is to be said of steps within which something jumps.
+/// A warning about steps within which a function jumps.
 fn switched(
     Unresolved {
         steps,
@@ -504,7 +506,7 @@ fn switched(
     third: bool,
     method: Method,
 ) -> String {
-    // no method follows the continuous motion of third order
+    // no method follows the continuous motion of a third-order system
     let [ends, goes_on] = if third {
         ["end the run before", "a smaller `--step`"]
     } else {
@@ -520,7 +522,7 @@ fn switched(
              comes after depends on where the nodes lie ({ends})"
         );
     }
-    // a jump in a derivative of the Lagrangian costs the step of order 2 nothing
+    // a jump in a derivative of the Lagrangian does not lower the order of the step of order 2
     let at_best = if matches!(method, Method::Composed(_)) {
         ", or of the second at best,"
     } else {
@@ -532,7 +534,7 @@ fn switched(
     )
 }
 
-/// What is to be said of steps in which the equations were nearly singular.
+/// A warning about steps in which the equations were nearly singular.
 fn near(
     NearlySingular {
         steps,
@@ -567,7 +569,7 @@ fn near(
     )
 }
 
-/// Where the rows of a run go, for people.
+/// The destinations of a run's rows, for people.
 fn place(arguments: &RunArguments) -> String {
     let places: Vec<String> = arguments.files().map(|path| path.display().to_string()).collect();
     if places.is_empty() {
@@ -644,7 +646,7 @@ fn path_of(names: Option<&[String]>, all: &[Column]) -> Result<Option<[usize; 2]
     Ok(Some(pair))
 }
 
-/// The start, as it is told.
+/// The start as JSON.
 fn start(beginning: &Beginning) -> Value {
     match beginning {
         Beginning::Paper { q0, v0 } => json!({"rule": "paper", "q0": q0, "v0": v0}),
@@ -677,7 +679,7 @@ fn start(beginning: &Beginning) -> Value {
     }
 }
 
-/// What is said of a run before its rows, where the format has a place for it.
+/// The description of a run that precedes its rows in JSON.
 fn about(entry: &mut Entry, plan: &Plan, beginning: &Beginning) -> Map<String, Value> {
     let start = start(beginning);
     let accuracy = match plan.method {

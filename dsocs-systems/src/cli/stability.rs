@@ -1,4 +1,4 @@
-//! `stability`: hard cases, the figure reached in each, and the bar.
+//! `stability`: hard cases, the figure measured in each, and its limit.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -14,11 +14,11 @@ use crate::check::{Begin, Settings};
 use crate::stability::CASES;
 use crate::stability::{Bar, Row, any, number};
 
-/// The case whose rival is not built unless the feature `peers` is on.
+/// The case that compares with another code, which is built only with the feature `peers`.
 #[cfg(all(feature = "dsocs", not(test)))]
 const BESIDE: u8 = 11;
 
-/// What `stability` takes.
+/// The arguments of `stability`.
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct StabilityArguments {
@@ -44,13 +44,13 @@ pub struct StabilityArguments {
     cases: Option<Vec<u8>>,
 }
 
-/// Measures the hard cases: of the systems that are named, or of all; in `dsocs`, where none is named, those that the systems of
-/// the library have beside.
+/// Measures the hard cases of the systems that are named, or of all. In `dsocs`, where none is named,
+/// measures the library's own hard cases.
 ///
 /// # Errors
 ///
 /// [`CliError`] if a system or a case does not exist, the folder cannot be written (which is tried before anything is computed),
-/// or if a bar is missed.
+/// or if a limit is missed.
 pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Result<(), CliError> {
     #[cfg(all(feature = "dsocs", not(test)))]
     if program.is_dsocs && arguments.systems.is_empty() {
@@ -121,9 +121,9 @@ fn library(arguments: &StabilityArguments) -> Result<(), CliError> {
 }
 
 impl StabilityArguments {
-    /// The cases that are asked for.
+    /// The cases that were asked for.
     fn chosen<'a, C>(&self, cases: &'a [C], number: fn(&C) -> u8) -> Result<Vec<&'a C>, CliError> {
-        // an unknown number would measure nothing, and nothing would be below its bar
+        // an unknown number would measure nothing, and nothing would miss its limit
         let asked = self.cases.iter().flatten();
         for asked in asked {
             if cases.iter().all(|case| number(case) != *asked) {
@@ -140,7 +140,7 @@ impl StabilityArguments {
         Ok(cases.iter().filter(chosen).collect())
     }
 
-    /// Refuses options that are meant for the motion of a system where none is named.
+    /// Refuses options for the motion of a system where none is named.
     #[cfg(all(feature = "dsocs", not(test)))]
     fn for_systems_alone(&self) -> Result<(), CliError> {
         self.from.for_systems(usize::MAX)?;
@@ -172,7 +172,7 @@ impl StabilityArguments {
     }
 }
 
-/// What stands for the measurement of the row above; in JSON every row speaks for itself.
+/// The prefix of a row whose measurement is that of the row above; in JSON it is written out.
 const SAME: &str = "the same";
 
 /// The rows as JSON.

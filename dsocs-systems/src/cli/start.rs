@@ -1,4 +1,4 @@
-//! The options that say where a motion begins and what the parameters are.
+//! The options for the start of a motion and for the parameters.
 
 use clap::{Args, ValueEnum};
 use dsocs_core::{AnyFlow, OwnedNode};
@@ -86,7 +86,7 @@ pub fn vector(
     if named == 0 {
         let mut numbers: Vec<f64> = given.iter().map(|component| component.value).collect();
         let shape = entry.kernel().shape();
-        // of a rotation three numbers, in the frame of its body
+        // a rotation has three numbers, in the frame of its body
         if !is_position(option) && numbers.len() + shape.rotations.len() == shape.dimension() {
             for &first in shape.rotations.iter() {
                 numbers.insert(first, 0.0);
@@ -143,12 +143,12 @@ pub fn vector(
     parts.collect::<Result<_, _>>().map(Some)
 }
 
-/// Whether an option gives a position: of a rotation four numbers, and three elsewhere.
+/// Whether an option gives a position, in which a rotation has four numbers; elsewhere it has three.
 fn is_position(option: &str) -> bool {
     matches!(option, "--q0" | "--q1" | "--guess")
 }
 
-/// The names of those that are given.
+/// The names of the components that are given.
 fn named_of(names: &[&str], given: &[Option<f64>]) -> String {
     let named = names.iter().zip(given).filter(|(_, given)| given.is_some());
     let named: Vec<_> = named.map(|(name, _)| *name).collect();
@@ -167,7 +167,7 @@ pub struct BeginArguments {
     pub project: bool,
 }
 
-/// How the second node follows from position and velocity.
+/// The rule that gives the second node from position and velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum StartOption {
     /// q1 = q0 + h v0
@@ -177,7 +177,7 @@ pub enum StartOption {
 }
 
 impl BeginArguments {
-    /// As a check takes it.
+    /// The start in the form that a check takes.
     pub fn begin(&self, entry: &Entry) -> Begin {
         Begin {
             paper: self.start == Some(StartOption::Paper),
@@ -245,7 +245,8 @@ impl StartArguments {
         vector("--a0", self.a0.as_deref(), entry.default_acceleration(), entry)
     }
 
-    /// The acceleration that is meant where there are several, if the options or the entry say it.
+    /// The acceleration near which a solution is looked for, where there are several, if the options or the
+    /// entry have one.
     ///
     /// # Errors
     ///
@@ -272,7 +273,8 @@ impl StartArguments {
         Ok(Some(Beginning::ThirdOrder { q0, v0, a0 }))
     }
 
-    /// The initial acceleration of what begins with no other: itself, that which belongs to a constraint force, or the one that is meant where there are several.
+    /// The initial acceleration: the one given, the one that belongs to a given constraint force, or the one
+    /// near which a solution is looked for.
     ///
     /// # Errors
     ///
@@ -296,7 +298,7 @@ impl StartArguments {
         self.t0
     }
 
-    /// Refuses options that can be meant for one system alone.
+    /// Refuses options that apply to one system only.
     ///
     /// # Errors
     ///
@@ -316,7 +318,7 @@ impl StartArguments {
         }
     }
 
-    /// What is to be said where there is no start.
+    /// The error for a missing start.
     fn missing(&self, entry: &Entry) -> CliError {
         let options = [("--q0", self.q0.is_none()), ("--v0", self.v0.is_none())];
         let options = options.into_iter().filter(|&(_, missing)| missing);

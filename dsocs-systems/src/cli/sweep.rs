@@ -12,7 +12,7 @@ use clap::Args;
 use super::{CliError, Program, file, interrupt, progress};
 use crate::sweep::{Options, Plan, Shard, Status, Sweep, SweepError, status};
 
-/// What `sweep` takes.
+/// The arguments of `sweep`.
 #[derive(Args, Debug)]
 pub struct SweepArguments {
     /// The plan, a .toml file; not needed with `--status`
@@ -36,7 +36,7 @@ pub struct SweepArguments {
     threads: Option<u16>,
 }
 
-/// Computes a sweep, or says what is missing.
+/// Computes a sweep, or reports its missing parts.
 ///
 /// # Errors
 ///
@@ -129,7 +129,7 @@ fn shard(arguments: &SweepArguments) -> Result<Shard, CliError> {
     }
 }
 
-/// How many threads there are for a share.
+/// The number of threads for a share.
 fn threads(shard: &Shard) -> usize {
     if shard.count() == 1 && shard.origin().is_empty() {
         return thread::available_parallelism().map_or(1, usize::from);
@@ -138,7 +138,7 @@ fn threads(shard: &Shard) -> usize {
     own.ok().and_then(|text| text.parse().ok()).unwrap_or(1)
 }
 
-/// Says what is missing.
+/// Reports the missing parts.
 fn tell(status: &Status) -> Result<(), CliError> {
     let missing = &status.missing;
     let shown: Vec<String> = missing.iter().take(SHOWN).map(u64::to_string).collect();
@@ -165,7 +165,7 @@ fn tell(status: &Status) -> Result<(), CliError> {
     }
 }
 
-/// So many missing parts are named.
+/// The largest number of missing parts that are named.
 const SHOWN: usize = 20;
 
 /// The ending of a plural.

@@ -31,7 +31,7 @@ impl TableFormat {
         match ending.as_deref() {
             Some("csv") => Ok(Self::Csv),
             Some("json") => Ok(Self::Json),
-            // a device has no ending
+            // a device's name has no extension
             _ if path.exists() && !path.is_file() && !path.is_dir() => Ok(Self::Csv),
             _ => Err(CliError::TableFormat(path.display().to_string())),
         }
@@ -40,21 +40,21 @@ impl TableFormat {
 
 /// Writes a table. Its head is written with the first row: a run that does not begin writes nothing.
 pub struct TableWriter<W: Write> {
-    /// What goes before the rows, until it is written.
+    /// The part before the rows, until it is written.
     head: Option<Head>,
-    /// What writes.
+    /// The writer of the format.
     sink: Sink<W>,
 }
 
-/// What goes before the rows of a table.
+/// The part of a table before its rows.
 struct Head {
-    /// What is said of the rows, if the format has a place for it.
+    /// The description of the rows, written if the format has a place for it.
     about: Map<String, Value>,
     /// The names of the columns.
     columns: Vec<String>,
 }
 
-/// What writes a table.
+/// A writer of one of the formats.
 enum Sink<W: Write> {
     /// As CSV.
     Csv(Box<csv::Writer<W>>),
@@ -75,7 +75,7 @@ impl<W: Write> TableWriter<W> {
         }
     }
 
-    /// What the table is written to.
+    /// The writer below the table.
     pub fn get_ref(&self) -> &W {
         match &self.sink {
             Sink::Csv(writer) => writer.get_ref(),
@@ -87,7 +87,7 @@ impl<W: Write> TableWriter<W> {
     ///
     /// # Errors
     ///
-    /// What writing gives.
+    /// Those of the writer.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
         let head = self.head.take();
         match &mut self.sink {
@@ -115,11 +115,11 @@ impl<W: Write> TableWriter<W> {
         }
     }
 
-    /// Ends the table and gives back what it was written to.
+    /// Ends the table and returns the writer below it.
     ///
     /// # Errors
     ///
-    /// What writing gives.
+    /// Those of the writer.
     pub fn finish(self) -> io::Result<W> {
         match self.sink {
             Sink::Csv(writer) => writer.into_inner().map_err(|error| {
@@ -151,7 +151,7 @@ impl Head {
     }
 }
 
-/// The input or output error inside, whose kind says whether a pipe is broken.
+/// The I/O error inside, whose kind tells whether a pipe is broken.
 fn plain(error: csv::Error) -> io::Error {
     match error.into_kind() {
         csv::ErrorKind::Io(error) => error,

@@ -1,4 +1,4 @@
-//! What standard output is, and tables that suit it; what is said on standard error.
+//! Output on a terminal: messages on standard error, and tables with colours where they are wanted.
 
 use std::ffi::OsStr;
 use std::fmt::Display;
@@ -6,7 +6,7 @@ use std::io::{IsTerminal, Write as _};
 
 use comfy_table::{Table, TableStyle};
 
-/// Says something on standard error. If nobody listens there, nothing is said.
+/// Writes a message to standard error. An error of writing is ignored.
 pub fn tell(what: impl Display) {
     let _ = writeln!(std::io::stderr(), "{what}");
 }

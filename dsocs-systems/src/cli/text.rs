@@ -1,4 +1,5 @@
-//! `text`: a system as a text file. One that was read from a file is the text of that file, word for word, unless `--const` changes it.
+//! `text`: a system as a text file. A system that was read from a file is written word for word, unless
+//! `--const` changes it.
 
 use std::io::Write as _;
 
@@ -6,7 +7,7 @@ use clap::Args;
 
 use super::{CliError, Program};
 
-/// What is written.
+/// The arguments of `text`.
 #[derive(Debug, Args)]
 pub struct TextArguments {
     /// The system's name, a text file, or the folder or a Parquet file of a sweep; it may be left out if there is only one system
@@ -30,7 +31,8 @@ pub fn text(arguments: &TextArguments, program: &mut Program) -> Result<(), CliE
         .map_err(CliError::stdout)
 }
 
-/// The text that a sweep has of its system, if a sweep is meant. What a terminal would obey is left out: anybody may have written it.
+/// The declaration that a sweep holds of its system, if a sweep is named. Control characters are left out:
+/// the file may come from anybody.
 #[cfg(feature = "sweep")]
 fn swept(name: Option<&str>, program: &Program) -> Result<Option<String>, CliError> {
     let is_known = |name: &str| program.entries.iter().any(|entry| entry.name() == name);
@@ -45,7 +47,7 @@ fn swept(name: Option<&str>, program: &Program) -> Result<Option<String>, CliErr
     Ok(Some(crate::sweep::text(path)?.chars().filter(seen).collect()))
 }
 
-/// Without the feature `sweep` there is none.
+/// Without the feature `sweep` nothing is read from sweeps.
 #[cfg(not(feature = "sweep"))]
 #[allow(clippy::unnecessary_wraps)] // as with the feature
 fn swept(_: Option<&str>, _: &Program) -> Result<Option<String>, CliError> {

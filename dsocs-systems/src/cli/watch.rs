@@ -17,7 +17,7 @@ use super::page::{self, Page};
 use super::run::{RunArguments, run};
 use super::{CliError, Program, file, interrupt};
 
-/// What `watch` takes.
+/// The arguments of `watch`.
 #[derive(Args, Debug)]
 pub struct WatchArguments {
     /// What is run
@@ -28,10 +28,10 @@ pub struct WatchArguments {
     port: u16,
 }
 
-/// The files are looked at so often.
+/// The interval at which the files are checked.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// What is seen of a file without reading it: when it was changed, and its length; `None` if it is not there.
+/// The time of the last change of a file, and its length; `None` if there is no file.
 type Stamp = Option<(SystemTime, u64)>;
 
 /// Runs a text file at every save.
@@ -63,7 +63,7 @@ pub fn watch(arguments: &WatchArguments, program: &mut Program) -> Result<(), Cl
     let mut good = None;
     while !interrupted.load(Ordering::Relaxed) {
         let now = Some(stamps(&files));
-        // a file that is being written is let be: it is read when two looks see the same, and what is saved after that has another stamp
+        // a file is read when two checks in a row see the same stamp: it may still be being written
         if now == shown || now != last {
             last = now;
             thread::sleep(EVERY);
@@ -79,7 +79,7 @@ pub fn watch(arguments: &WatchArguments, program: &mut Program) -> Result<(), Cl
             Ok(needed) => needed,
             Err(error) => &with_missing(&files, &text, error),
         };
-        // what has not been looked at may have changed since it was read
+        // files that are newly needed may have changed since they were read
         if *needed != files {
             files.clone_from(needed);
             last = None;
@@ -112,12 +112,12 @@ pub fn watch(arguments: &WatchArguments, program: &mut Program) -> Result<(), Cl
     Ok(())
 }
 
-/// A file that the text names.
+/// The path of a file that the text names.
 fn beside(text: &Path, named: impl AsRef<Path>) -> PathBuf {
     text.parent().unwrap_or(Path::new("")).join(named)
 }
 
-/// The files, with one that keeps the text from being read.
+/// The files, with one whose absence keeps the text from being read.
 fn with_missing(files: &[PathBuf], text: &Path, error: &CliError) -> Vec<PathBuf> {
     let missing = match error {
         CliError::Text(TextError::Mistakes { files, .. }) => files.as_slice(),
@@ -128,7 +128,7 @@ fn with_missing(files: &[PathBuf], text: &Path, error: &CliError) -> Vec<PathBuf
     files.iter().cloned().chain(missing).collect()
 }
 
-/// What is seen of the files.
+/// The stamps of the files.
 fn stamps(files: &[PathBuf]) -> Vec<Stamp> {
     let stamp = |file: &PathBuf| {
         let metadata = fs::metadata(file).ok()?;
@@ -137,7 +137,7 @@ fn stamps(files: &[PathBuf]) -> Vec<Stamp> {
     files.iter().map(stamp).collect()
 }
 
-/// A page that begins with an error, above what is below it.
+/// A page that begins with an error, above the page `below` if there is one.
 fn wrong(name: &str, error: &str, below: Option<&String>, told: &str) -> String {
     let error = format!("error: {error}");
     if let Some(below) = below {

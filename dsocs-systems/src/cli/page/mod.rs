@@ -1,4 +1,4 @@
-//! Pages: each is one HTML file that asks for no other, and that can be read without JavaScript.
+//! HTML pages: each is one file that loads no other, and that can be read without JavaScript.
 
 pub mod provenance;
 mod scene;
@@ -13,21 +13,21 @@ use serde_json::{Map, Value};
 
 use super::CliError;
 
-/// How a page looks.
+/// The style sheet of a page.
 const STYLE: &str = include_str!("page.css");
 
-/// What moves on a page.
+/// The script of a page.
 const SCRIPT: &str = include_str!("page.js");
 
-/// What a page may load: nothing but what it has in itself.
+/// The content security policy: a page loads nothing from outside.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
 /// A page in the making.
 pub struct Page {
-    /// What is written so far.
+    /// The HTML so far.
     text: String,
-    /// What the script reads.
+    /// The data for the script, by key.
     data: Map<String, Value>,
 }
 
@@ -48,7 +48,7 @@ impl Page {
         }
     }
 
-    /// Adds what is HTML already.
+    /// Adds HTML.
     pub fn add(&mut self, html: impl AsRef<str>) {
         self.text.push_str(html.as_ref());
         self.text.push('\n');
@@ -59,24 +59,24 @@ impl Page {
         self.add(format!("<h2>{}</h2>", escaped(heading)));
     }
 
-    /// Adds a paragraph; what stands between backticks is code.
+    /// Adds a paragraph; text between backticks is code.
     pub fn paragraph(&mut self, text: &str) {
         self.add(format!("<p>{}</p>", coded(text)));
     }
 
-    /// Adds text as it stands, line by line.
+    /// Adds preformatted text.
     pub fn preformatted(&mut self, text: &str) {
         self.add(format!("<pre>{}</pre>", escaped(text)));
     }
 
-    /// Gives the script something to read.
+    /// Adds data for the script.
     pub fn data(&mut self, key: &str, value: Value) {
         self.data.insert(key.to_owned(), value);
     }
 
     /// The whole page.
     pub fn finish(self) -> String {
-        // a string of the data must not end the element that it stands in
+        // a string in the data must not close the script element
         let data = Value::Object(self.data).to_string().replace('<', "\\u003c");
         format!(
             "{}</main>\n<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
@@ -85,13 +85,13 @@ impl Page {
     }
 }
 
-/// A finished page with a script more, which may ask the server that shows the page.
+/// A finished page with another script, which may send requests to the server of the page.
 pub fn asking(html: &str, script: &str) -> String {
     html.replacen(POLICY, &format!("{POLICY}; connect-src 'self'"), 1)
         .replacen("</body>", &format!("<script>{script}</script>\n</body>"), 1)
 }
 
-/// A finished page that begins with an error, and what is to be said of the rest.
+/// A finished page with an error at its top, and a paragraph on the rest of the page.
 pub fn headed(html: &str, error: &str, told: &str) -> String {
     let (error, told) = (escaped(error), escaped(told));
     let first = format!("<main>\n<pre class=\"error\">{error}</pre>\n<p>{told}</p>\n");
@@ -119,12 +119,12 @@ pub enum Cell {
     Text(String),
     /// A number, which stands at the right.
     Number(String),
-    /// Whether a bar is met.
+    /// Whether a limit is met.
     #[cfg(all(feature = "dsocs", not(test)))]
     Verdict(bool),
 }
 
-/// A table with a caption. Columns whose head begins with `#` have numbers.
+/// A table with a caption. A head that begins with `#` marks a column of numbers.
 pub fn table(caption: &str, head: &[&str], rows: impl IntoIterator<Item = Vec<Cell>>) -> String {
     let mut html = "<div class=\"scroll\"><table>\n".to_owned();
     if !caption.is_empty() {
@@ -160,7 +160,7 @@ pub fn table(caption: &str, head: &[&str], rows: impl IntoIterator<Item = Vec<Ce
     html
 }
 
-/// Text as it stands between tags and in attributes.
+/// Text escaped for HTML, between tags and in attributes.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
@@ -168,7 +168,7 @@ pub fn escaped(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// Text with code between backticks.
+/// Escaped text; parts between backticks become code.
 fn coded(text: &str) -> String {
     let parts = escaped(text);
     let parts = parts.split('`').enumerate();
@@ -179,12 +179,12 @@ fn coded(text: &str) -> String {
     parts.collect()
 }
 
-/// A label with its subscripts, which stand in `_{}`.
+/// A label with `_{}` as subscripts, in HTML.
 pub fn marked(label: &str) -> String {
     escaped(label).replace("_{", "<sub>").replace('}', "</sub>")
 }
 
-/// A number rounded to some significant digits, as data for the script; null for what is not finite.
+/// A number rounded to some significant digits, as data for the script; null if it is not finite.
 pub fn rounded(x: f64, digits: usize) -> Value {
     let text = format!("{x:.*e}", digits.saturating_sub(1));
     text.parse::<f64>()

@@ -1,10 +1,10 @@
-//! Where the numbers of a page come from: version, machine, date, command.
+//! The origin of a page's numbers: version, machine, date, command.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::{Cell, table};
 
-/// The table of where a page's numbers come from. What is `more` stands first.
+/// The table of the origin of a page's numbers. The rows of `more` come first.
 pub fn provenance(more: impl IntoIterator<Item = (String, String)>) -> String {
     let own = [
         ("program", format!("dsocs {}", env!("CARGO_PKG_VERSION"))),
@@ -43,7 +43,7 @@ fn command() -> String {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned();
-    // that of a notebook's kernel says nothing but where the notebook lies
+    // the command of a notebook's kernel only tells the path of the notebook
     if std::env::args_os().any(|argument| argument.to_string_lossy().contains("ipykernel")) {
         return "a notebook".to_owned();
     }

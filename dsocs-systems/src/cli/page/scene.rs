@@ -8,19 +8,19 @@ use super::rounded;
 use super::space::{Camera, Seen};
 use crate::entry::{Drawing, Shape};
 
-/// Width and greatest height of the picture, in pixels.
+/// Width and largest height of the picture, in pixels.
 const SIZE: [f64; 2] = [560.0, 460.0];
 /// Space around the mechanism, in pixels.
 const MARGIN: f64 = 24.0;
 /// Radius of a mass, in pixels.
 const BOB: f64 = 7.0;
 
-/// How many moments a picture shows.
+/// The number of moments in a picture.
 const MOMENTS: usize = 4;
-/// How strong the first of them is.
+/// The opacity of the first of them.
 const WEAKEST: f64 = 0.25;
 
-/// How a picture looks that is a file of its own: as on a page.
+/// The style sheet of a picture in a file of its own: as on a page.
 const STYLE: &str = ".rod { stroke: #1b1b1b; stroke-width: 3; stroke-linecap: round; } .bob { fill: #0072B2; } \
     .wheel { fill: #0072B2; fill-opacity: .15; stroke: #0072B2; stroke-width: 2; } .face { stroke: #1b1b1b; stroke-opacity: .5; stroke-width: .6; stroke-linejoin: round; } \
     .edge { fill: none; stroke-width: 2.5; stroke-linecap: round; } .ground { stroke-width: .7; } .trail { fill: none; stroke: #9ecae1; stroke-width: 1.2; stroke-linejoin: round; } .tracer { fill: #4a90b8; }";
@@ -29,18 +29,18 @@ const STYLE: &str = ".rod { stroke: #1b1b1b; stroke-width: 3; stroke-linecap: ro
 pub struct Scene {
     /// A drawing for each moment.
     drawings: Vec<Drawing>,
-    /// From where bodies in space are seen, if there are any.
+    /// The camera, if there are bodies in space.
     camera: Option<Camera>,
-    /// Pixels to a metre, and where the origin stands.
+    /// The scale, in pixels per metre.
     scale: f64,
-    /// Where the origin stands, in pixels.
+    /// The position of the origin, in pixels.
     origin: [f64; 2],
     /// Width and height of the picture, in pixels.
     size: [f64; 2],
 }
 
 impl Scene {
-    /// The scene of these drawings; none if nothing is to be seen.
+    /// The scene of these drawings; `None` if they show nothing.
     pub fn new(drawings: Vec<Drawing>) -> Option<Self> {
         let camera = Camera::new(&drawings);
         let corners: Vec<[f64; 2]> = match &camera {
@@ -68,7 +68,7 @@ impl Scene {
         if x[0] > x[1] {
             return None;
         }
-        // a mechanism that does not move in one direction keeps some room there
+        // a direction without motion gets some room all the same
         let largest = (x[1] - x[0]).max(y[1] - y[0]).max(1e-300);
         let [x, y] = [x, y].map(|[from, to]| {
             let half = ((to - from) / 2.0).max(0.1 * largest);
@@ -92,7 +92,7 @@ impl Scene {
         })
     }
 
-    /// The numbers of each moment, for the script.
+    /// The coordinates of the shapes at each moment, for the script.
     pub fn frames(&self) -> Value {
         let frame = |drawing: &Drawing| {
             let shown = drawing.shapes().iter().filter(|shape| self.shows(shape));
@@ -102,7 +102,7 @@ impl Scene {
         self.drawings.iter().map(frame).collect()
     }
 
-    /// The picture: paths, the last moment in pale, the first one, which the script moves.
+    /// The picture: paths, the last moment in pale, and the first moment, which the script moves.
     pub fn svg(&self, title: &str) -> String {
         let [width, height] = self.size;
         let mut svg = format!(
@@ -123,7 +123,7 @@ impl Scene {
         svg
     }
 
-    /// A picture by itself: paths, and the mechanism at some moments, the later the stronger.
+    /// A picture by itself: paths, and the mechanism at some moments, later ones more opaque.
     pub fn picture(&self, title: &str) -> String {
         let [width, height] = self.size;
         let mut svg = format!(
@@ -174,17 +174,17 @@ impl Scene {
         svg.push_str("</g>\n");
     }
 
-    /// What the script needs to show bodies in space.
+    /// The data that the script needs to show bodies in space.
     pub fn space(&self) -> Option<Value> {
         Some(self.camera.as_ref()?.told(self.drawings.first()?))
     }
 
-    /// Whether a shape is shown: bodies in space, or what lies in a plane.
+    /// Whether a shape is shown: in a scene with bodies in space only those, else only plane shapes.
     fn shows(&self, shape: &Shape) -> bool {
         self.camera.is_some() == shape.corners().is_none()
     }
 
-    /// The place of a shape that is a point, in pixels.
+    /// The position of a point shape in the picture, in pixels.
     fn spot(&self, shape: &Shape) -> Option<[f64; 2]> {
         match shape {
             Shape::Point(at) | Shape::Trail(at) => Some(self.place(*at)),
@@ -193,7 +193,7 @@ impl Scene {
         }
     }
 
-    /// A face as it is seen.
+    /// A face of a body, as SVG.
     fn face(&self, face: &Seen) -> String {
         let corners = face.corners.iter().map(|&corner| {
             let [x, y] = self.place(corner);
@@ -209,12 +209,12 @@ impl Scene {
         format!("<polygon class=\"{class}\" points=\"{corners}\" style=\"{paint}:{colour}\"/>\n")
     }
 
-    /// The place of a point, in pixels.
+    /// The position of a point in the picture, in pixels.
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [self.origin[0] + self.scale * x, self.origin[1] - self.scale * y]
     }
 
-    /// A shape; what the script moves is of the class `shape`.
+    /// A shape as SVG; shapes that the script moves have the class `shape`.
     fn shape(&self, shape: &Shape, class: &str) -> String {
         let kind = shape.kind();
         match *shape {
@@ -243,7 +243,7 @@ impl Scene {
                     self.scale * radius
                 )
             }
-            // its faces are shown one by one
+            // its faces are written one by one
             Shape::Solid(_) => String::new(),
         }
     }

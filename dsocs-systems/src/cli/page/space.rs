@@ -1,34 +1,36 @@
-//! Bodies in space on a page: seen in perspective, the faces that look at the eye, the nearest body last.
+//! Bodies in space on a page: in perspective, only the faces towards the eye, the nearest body drawn last.
 //!
-//! Bodies are convex: the plane of a face that stands between two of them says which cannot hide the other.
+//! Bodies are convex. A plane of a face that separates two of them tells which one cannot hide the other.
 
 use serde_json::{Value, json};
 
 use super::rounded;
 use crate::entry::{Drawing, Face, Shape, Solid};
 
-/// From where one looks: the angle about the vertical, from the first axis, and the angle above the ground, in degrees.
+/// The direction of the eye, in degrees: the angle about the vertical from the first axis, and the angle
+/// above the ground.
 const EYE: [f64; 2] = [-58.0, 20.0];
-/// How far the eye is from the middle, in radii of what is seen.
+/// The distance of the eye from the centre of the scene, in radii of the scene.
 const DISTANCE: f64 = 4.0;
-/// The brightness of a face that the light misses; one that faces it has 1.
+/// The brightness of a face turned away from the light; one that faces it has 1.
 const SHADE: f64 = 0.62;
-/// Where the light comes from, to the right, upward and towards the eye.
+/// The direction of the light: its components to the right, upward and towards the eye.
 const LIGHT: [f64; 3] = [-0.42, 0.76, 0.5];
-/// By so much of its distance from the eye a corner may lie behind a plane that it touches: the script's numbers are rounded.
+/// The tolerance of a corner that touches a plane, relative to the distance of the eye: the script's numbers
+/// are rounded.
 const TOUCHES: f64 = 1e-4;
 
-/// From where the bodies are seen.
+/// The camera.
 pub struct Camera {
-    /// What it looks at.
+    /// The centre of the scene.
     centre: [f64; 3],
     /// The directions to the right, upward and towards the eye.
     axes: [[f64; 3]; 3],
-    /// How far the eye is from there.
+    /// The distance of the eye from the centre.
     distance: f64,
 }
 
-/// A face as it is seen.
+/// A face as the camera sees it.
 pub struct Seen {
     /// Its corners in the plane, in m.
     pub corners: Vec<[f64; 2]>,
@@ -36,17 +38,17 @@ pub struct Seen {
     pub fill: [f64; 3],
     /// Whether it is a line of the ground.
     pub is_ground: bool,
-    /// How far it is.
+    /// The distance of its middle behind the centre of the scene, along the line of sight.
     depth: f64,
 }
 
-/// A convex body, or a line, where it stands.
+/// A convex body, or a line, in space.
 struct Part {
     /// Its corners.
     corners: Vec<[f64; 3]>,
     /// The planes of its faces.
     planes: Vec<Plane>,
-    /// How far its middle is.
+    /// The distance of its middle behind the centre of the scene, along the line of sight.
     depth: f64,
     /// Whether it lies on the ground, which is behind everything.
     is_ground: bool,
@@ -55,12 +57,12 @@ struct Part {
 }
 
 impl Part {
-    /// Whether it is in front of another, for an eye at a point.
+    /// Whether it is in front of another, for an eye at this point.
     fn is_before(&self, other: &Self, eye: [f64; 3], touches: f64) -> bool {
         if self.is_ground || other.is_ground {
             return other.is_ground && !self.is_ground;
         }
-        // a line hides no other, and what is in a body is not seen
+        // a line hides no line, and what is inside a body is not seen
         if self.planes.is_empty() && other.planes.is_empty() || other.contains(self, touches) {
             return false;
         }
@@ -71,7 +73,7 @@ impl Part {
             && (other.cannot_hide(self, eye, touches) || self.depth < other.depth)
     }
 
-    /// Whether a plane of a face has the other on the eye's side and this on its far side.
+    /// Whether the plane of a face has the other part on the eye's side and this one on its far side.
     fn cannot_hide(&self, other: &Self, eye: [f64; 3], touches: f64) -> bool {
         let is_beyond =
             |plane: &Plane, part: &Self| part.corners.iter().all(|&corner| plane.side(corner) > -touches);
@@ -80,7 +82,7 @@ impl Part {
         self.planes.iter().any(outside) || other.planes.iter().any(inside)
     }
 
-    /// Whether it is a body that has the other in it.
+    /// Whether it is a body that contains the other part.
     fn contains(&self, other: &Self, touches: f64) -> bool {
         let is_within = |&corner: &[f64; 3]| self.planes.iter().all(|plane| plane.side(corner) < touches);
         !self.planes.is_empty() && other.corners.iter().all(is_within)
@@ -96,14 +98,14 @@ struct Plane {
 }
 
 impl Plane {
-    /// How far a point is outside.
+    /// The distance of a point from the plane, positive outside.
     fn side(&self, point: [f64; 3]) -> f64 {
         inner(self.normal, less(point, self.at))
     }
 }
 
 impl Camera {
-    /// The camera for drawings of bodies in space; none if there is no such body.
+    /// The camera for drawings of bodies in space; `None` if there is no such body.
     pub fn new(drawings: &[Drawing]) -> Option<Self> {
         let corners = drawings.iter().flat_map(Drawing::shapes).flat_map(corners);
         let finite: Vec<[f64; 3]> = corners
@@ -133,7 +135,8 @@ impl Camera {
         })
     }
 
-    /// Where a point is seen, in m of the plane through the middle, and how far it is in front of it.
+    /// The projection of a point: its position in the plane through the centre, in m, and its distance in
+    /// front of that plane.
     pub fn seen(&self, point: [f64; 3]) -> ([f64; 2], f64) {
         let from = less(point, self.centre);
         let [right, up, near] = self.axes.map(|axis| inner(axis, from));
@@ -141,13 +144,13 @@ impl Camera {
         ([scale * right, scale * up], near)
     }
 
-    /// The corners of what is drawn in space, as they are seen.
+    /// The projections of all corners that are drawn in space.
     pub fn corners(&self, drawing: &Drawing) -> Vec<[f64; 2]> {
         let corners = drawing.shapes().iter().flat_map(corners);
         corners.map(|corner| self.seen(corner).0).collect()
     }
 
-    /// The faces of a drawing that are seen, those of the farthest body first.
+    /// The visible faces of a drawing, those of the farthest body first.
     pub fn faces(&self, drawing: &Drawing) -> Vec<Seen> {
         let parts = drawing.shapes().iter().flat_map(|shape| match shape {
             Shape::Solid(solid) => self.parts(solid),
@@ -168,7 +171,7 @@ impl Camera {
         let mut left: Vec<usize> = (0..parts.len()).collect();
         let mut order = Vec::new();
         while !left.is_empty() {
-            // one that hides no other; where they hide each other in a ring, the farthest
+            // a part that hides no other; where parts hide each other in a ring, the farthest
             let last = left
                 .iter()
                 .position(|&one| left.iter().all(|&other| one == other || !hides[one][other]));
@@ -197,7 +200,7 @@ impl Camera {
         parts.map(|faces| self.part(&faces)).collect()
     }
 
-    /// A part of these faces.
+    /// A part of a body, with these faces.
     fn part(&self, faces: &[(&Face, Vec<[f64; 3]>)]) -> Part {
         let corners: Vec<[f64; 3]> = faces.iter().flat_map(|(_, corners)| corners).copied().collect();
         let nearness = corners.iter().map(|&corner| self.seen(corner).1).sum::<f64>();
@@ -224,7 +227,7 @@ impl Camera {
         }
     }
 
-    /// A face with its corners where they stand, if one sees it.
+    /// The projection of a face with these corners in space, if it is visible.
     fn face(&self, face: &Face, corners: &[[f64; 3]]) -> Option<Seen> {
         let count = corners.len() as f64;
         let (places, near): (Vec<[f64; 2]>, Vec<f64>) =
@@ -249,7 +252,7 @@ impl Camera {
         })
     }
 
-    /// How bright a face is.
+    /// The brightness of a face.
     fn light(&self, corners: &[[f64; 3]]) -> f64 {
         let normal = normal(corners);
         let size = inner(normal, normal).sqrt();
@@ -261,7 +264,7 @@ impl Camera {
         SHADE + (1.0 - SHADE) * (falls / size).max(0.0)
     }
 
-    /// What the script needs: the camera, and of each shape its kind and its faces.
+    /// The data for the script: the camera, and for each shape its kind and its faces.
     pub fn told(&self, drawing: &Drawing) -> Value {
         let shapes = drawing.shapes().iter().filter_map(|shape| match shape {
             Shape::Solid(solid) => Some(solid.faces().iter().map(told_face).collect()),
@@ -283,7 +286,7 @@ impl Seen {
     }
 }
 
-/// A face for the script: its colour, whether it is of the ground, its corners one after the other.
+/// A face for the script: its colour, whether it is a line of the ground, and the coordinates of its corners.
 fn told_face(face: &Face) -> Value {
     let corners: Value = face.corners.iter().flatten().map(|&x| rounded(x, 5)).collect();
     json!([face.colour.rgb(), face.colour.is_ground(), corners])
@@ -338,10 +341,10 @@ mod tests {
         let faces = camera.faces(&drawing);
         assert_eq!(faces.len(), 6);
         let height = |face: &Seen| face.corners.iter().map(|corner| corner[1]).sum::<f64>();
-        // the eye is above the ground, so what is nearer is seen lower
+        // the eye is above the ground, so nearer points are seen lower
         let [last, first] = [&faces[3..], &faces[..3]].map(|faces| faces.iter().map(height).sum::<f64>());
         assert!(last < first, "{last} {first}");
-        // a plate on the front of a large body is seen, and one on its back is not
+        // a plate on the front of a large body is visible, and one on its back is not
         for (side, is_seen) in [(-1.0, true), (1.0, false)] {
             let plate = Solid::cuboid([0.2, 0.1, 0.2]).moved([0.9, 1.05 * side, -0.9]);
             let drawing = Drawing::new().solid(plate).solid(Solid::cuboid([2.0; 3]));

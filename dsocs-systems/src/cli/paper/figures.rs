@@ -7,10 +7,10 @@ use crate::particle::CurvedParticle;
 
 /// The windows in which the particle is compared with the exact solution, in s.
 const WINDOWS: [[f64; 2]; 2] = [[0.0, 20.0], [480.0, 500.0]];
-/// How many points an exact curve has in a window.
+/// The number of points of an exact curve in a window.
 const FINE: u32 = 400;
 
-/// The figures with their files' names.
+/// The figures with the names of their files.
 pub fn all(results: &Results) -> Vec<(&'static str, Figure)> {
     vec![
         ("particle-path", particle_path(results)),

@@ -19,7 +19,7 @@ use crate::reference::Reference;
 
 pub use figures::all as figures;
 
-/// What `dsocs paper` takes.
+/// The arguments of `dsocs paper`.
 #[derive(Args, Debug)]
 pub struct PaperArguments {
     /// The folder for figures and numbers
@@ -27,7 +27,7 @@ pub struct PaperArguments {
     out: PathBuf,
 }
 
-/// Everything behind the figures.
+/// The results behind the figures.
 pub struct Results {
     /// The particle's motion.
     particle: Vec<Node<2>>,
@@ -37,7 +37,7 @@ pub struct Results {
     pendulum: Vec<Moment>,
     /// The pendulum's errors.
     pub pendulum_errors: Vec<ErrorRow>,
-    /// Those with smaller steps, which no figure shows.
+    /// The pendulum's errors with smaller steps, which no figure shows.
     pendulum_further: Vec<ErrorRow>,
     /// The pendulum's continuous motion.
     reference: Reference,

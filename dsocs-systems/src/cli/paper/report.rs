@@ -1,4 +1,4 @@
-//! What `dsocs paper` says on the terminal.
+//! The report of `dsocs paper` on the terminal.
 
 use std::io::Write;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::experiment::{ErrorRow, StartRule, slope, slope_between};
 use crate::figure::Format;
 use crate::pendulum::InertiaWheelPendulum;
 
-/// Prints the tables of errors and where everything is.
+/// Prints the tables of errors and the places of the files.
 ///
 /// # Errors
 ///
@@ -65,7 +65,7 @@ fn tables(results: &Results, reference: f64) -> String {
     )
 }
 
-/// Where the paper's slope of the pendulum comes from.
+/// An explanation of the slope that the paper found for the pendulum.
 fn explained(rows: &[ErrorRow]) -> String {
     let over = |most: f64, least: f64| slope_between(rows, StartRule::Paper, [least, most]);
     let last = rows.iter().fold(f64::INFINITY, |last, row| last.min(row.h));

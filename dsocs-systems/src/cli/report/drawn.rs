@@ -1,4 +1,4 @@
-//! Bodies in space on the page: at some moments of the default motion.
+//! Pictures of bodies in space on the page, at some moments of the default motion.
 
 use std::ops::ControlFlow;
 
@@ -8,7 +8,7 @@ use crate::cli::motion::MotionPage;
 use crate::cli::page::Page;
 use crate::entry::{Beginning, Entry, Method, Plan, columns};
 
-/// The start of a system, as it is checked: moved onto the constraints where the system says so.
+/// The start of a system in the checks: projected onto the constraints where the system asks for it.
 pub fn begin(entry: &Entry) -> Begin {
     Begin {
         projected: entry.projects(),
@@ -51,7 +51,7 @@ pub fn picture(page: &mut Page, entry: &mut Entry) -> Result<(), CliError> {
     })?;
     let title = format!("{}: {}", entry.name(), entry.summary());
     if let Some(svg) = motion.picture(&title) {
-        // no wider than a narrow page
+        // at most as wide as a narrow page
         let svg = svg.replacen("<svg ", "<svg style=\"max-width:100%;height:auto\" ", 1);
         page.add(format!(
             "<figure>{svg}<figcaption>{} at some moments of its run to t = {} s</figcaption></figure>",

@@ -1,5 +1,5 @@
-//! `dsocs report`: one page with the paper's figures and tables, speed against error, the theorems, the hard cases, and where all that
-//! comes from.
+//! `dsocs report`: one page with the paper's figures and tables, speed against error, the theorems, the hard
+//! cases, and the origin of the numbers.
 
 mod drawn;
 mod speed;
@@ -20,7 +20,7 @@ use crate::stability::{Bar, CASES};
 /// The systems whose theorems are shown unless others are named.
 const SYSTEMS: [&str; 2] = ["particle", "pendulum"];
 
-/// What `report` takes.
+/// The arguments of `report`.
 #[derive(Args, Debug)]
 pub struct ReportArguments {
     /// Systems of `list` on which the theorems are checked [default: the paper's two]
@@ -90,7 +90,7 @@ pub fn report(arguments: &ReportArguments, program: &mut Program) -> Result<(), 
     Ok(())
 }
 
-/// What each of the paper's figures shows, and the size at which a page shows it, in pixels.
+/// The paper's figures: the name of each, its caption, and its width and height on a page, in pixels.
 const FIGURES: [(&str, &str, [f64; 2]); 5] = [
     (
         "particle-path",
@@ -174,7 +174,7 @@ fn errors(caption: &str, rows: &[ErrorRow]) -> String {
     )
 }
 
-/// The theorems on some systems. Gives how many bars are missed.
+/// The theorems on some systems. Returns the number of limits missed.
 fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<usize, CliError> {
     page.heading("The theorems");
     page.paragraph(
@@ -219,7 +219,7 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
     Ok(missed)
 }
 
-/// The hard cases. Gives how many bars are missed.
+/// The hard cases. Returns the number of limits missed.
 fn hard_cases(page: &mut Page, numbers: Option<&[u8]>) -> usize {
     page.heading("Hard cases");
     page.paragraph("The quick form of each; `dsocs stability` runs the long one.");
@@ -245,12 +245,12 @@ fn hard_cases(page: &mut Page, numbers: Option<&[u8]>) -> usize {
     missed
 }
 
-/// What is measured, and why there is no figure of it.
+/// A measurement, with the reason where it failed.
 fn explained(what: &str, failure: Option<&str>) -> String {
     failure.map_or_else(|| what.to_owned(), |failure| format!("{what}: {failure}"))
 }
 
-/// A figure, its bar, and whether it is met.
+/// A figure, its limit, and whether it is met.
 fn figures_of(figure: f64, bar: Bar, ok: bool) -> [Cell; 3] {
     let (bar, verdict) = match bar {
         Bar::AtMost(bar) => (format!("≤ {}", number(bar)), Cell::Verdict(ok)),

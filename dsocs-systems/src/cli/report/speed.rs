@@ -1,4 +1,5 @@
-//! Speed against error: measured here for this program's methods, or read from what the bench `work_precision` wrote.
+//! Speed against error: measured here for this program's methods, or read from a file of the bench
+//! `work_precision`.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -16,13 +17,13 @@ use crate::figure::{Axis, BLUE, Curve, Figure, GREEN, Legend, PURPLE, Panel, Sty
 /// The problems, their ends in s.
 const PROBLEMS: [(&str, f64); 2] = [("particle", 100.0), ("pendulum", 100.0)];
 
-/// A run is timed so often; the shortest time counts.
+/// The number of timings of each run, of which the shortest counts.
 const REPEATS: usize = 3;
 
 /// Width and height of a figure, in pixels.
 const SIZE: [f64; 2] = [560.0, 440.0];
 
-/// A solution: how long it took, and how far it is off.
+/// A solution: its computing time and its error.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Point {
     /// The problem.
@@ -37,7 +38,7 @@ pub struct Point {
     seconds: f64,
 }
 
-/// Reads what the bench wrote.
+/// Reads a file of the bench.
 ///
 /// # Errors
 ///
@@ -181,7 +182,7 @@ pub fn show(page: &mut Page, points: &[Point], read: bool) {
     page.add("</details>");
 }
 
-/// The figure of a problem, and its points with what is said of each.
+/// The figure of a problem, and the labels of its points.
 fn figure(points: &[&Point]) -> (Figure, Value) {
     const COLOURS: [&str; 12] = [
         BLUE, GREEN, VERMILION, PURPLE, "#E69F00", "#56B4E9", "#999999", "#000000", "#A6761D", "#66A61E",

@@ -9,36 +9,37 @@ use std::time::{Duration, Instant, SystemTime};
 
 use crate::cli::page;
 
-/// The page asks so often whether there is a new one.
+/// The interval at which a page asks whether there is a new one.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// A request has so many bytes at most.
+/// The largest length of a request, in bytes.
 const LONGEST_REQUEST: usize = 8192;
 
-/// A request is there after this time, or is none.
+/// The time that a request may take to arrive.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// So many requests are answered at once; those beyond are turned away. A browser opens six.
+/// The largest number of requests answered at once; more are turned away. A browser opens six.
 const MOST_AT_ONCE: usize = 32;
 
-/// Shows one page at a port of the loopback interface, which other machines do not reach. Other users of this machine do.
+/// Shows one page at a port of the loopback interface. Other machines cannot reach it; other users of this
+/// machine can.
 pub struct Server {
     address: SocketAddr,
     shared: Arc<Shared>,
 }
 
-/// What the threads share that answer.
+/// The state that the answering threads share.
 struct Shared {
     /// The page, and its number.
     page: Mutex<(u128, Arc<str>)>,
-    /// How many requests are being answered.
+    /// The number of requests being answered.
     busy: AtomicUsize,
-    /// What a browser calls this server.
+    /// The names by which a browser may call this server.
     hosts: [String; 2],
 }
 
 impl Server {
-    /// Begins to show a page at a port; 0 is one that is free.
+    /// Begins to show a page at a port; 0 chooses a free one.
     ///
     /// # Errors
     ///
@@ -46,7 +47,7 @@ impl Server {
     pub fn start(port: u16, html: &str) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         let address = listener.local_addr()?;
-        // a page that an earlier program showed at this port has another number
+        // the first number differs from those of an earlier program at this port
         let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let first = since.unwrap_or_default().as_nanos();
         let shared = Arc::new(Shared {
@@ -61,7 +62,7 @@ impl Server {
                 // counts down when it is dropped, whether the thread begins or not
                 let busy = Busy(Arc::clone(&answering));
                 if answering.busy.load(Ordering::Relaxed) <= MOST_AT_ONCE {
-                    // whoever asked and has gone misses nothing
+                    // if the thread cannot be started, the request is dropped
                     let _ = thread::Builder::new().spawn(move || answer(&stream, &busy.0));
                 }
             }
@@ -74,7 +75,7 @@ impl Server {
         self.address
     }
 
-    /// Shows another page; those that are open reload.
+    /// Shows another page; open pages reload.
     pub fn show(&self, html: &str) {
         let mut page = self.shared.page.lock().unwrap_or_else(PoisonError::into_inner);
         let number = page.0 + 1;
@@ -91,7 +92,7 @@ impl Drop for Busy {
     }
 }
 
-/// A page that reloads as soon as there is another number.
+/// A page with a script that reloads it as soon as the server's number differs.
 fn numbered(html: &str, number: u128) -> Arc<str> {
     let script = format!(
         "setInterval(async () => {{ try {{ const answer = await fetch('/number'); \
@@ -111,7 +112,7 @@ fn answer(mut stream: &TcpStream, shared: &Shared) -> io::Result<()> {
     let host = fields.find(|(name, _)| name.eq_ignore_ascii_case("host"));
     let mut words = request.split(' ');
     let (status, kind, body): (_, _, Arc<str>) = match (host, words.next(), words.next()) {
-        // a page of another origin whose name leads here reads nothing
+        // a request under another host's name, such as by DNS rebinding, gets nothing
         (Some((_, host)), ..) if !shared.hosts.iter().any(|own| own == host.trim()) => refused(),
         (None, ..) => refused(),
         (_, Some("GET"), Some("/")) => {
