@@ -1,4 +1,5 @@
-//! Times that are large beside a step, and positions that are large beside a leg: their last digits show in what is measured relative to these.
+//! The rounding of large times and positions, relative to a step and to a leg: it limits the digits of
+//! figures that are relative to these.
 
 use dsocs_core::geometry::{FlowTheorem, Triple, depends_on_time};
 use dsocs_core::{Kernel, OwnedLeg};
@@ -7,35 +8,36 @@ use super::probe::less;
 use super::{Finding, larger};
 use crate::stability::{Bar, number};
 
-/// What is measured is known to so many roundings.
+/// The error of a figure, in units of the rounding of a time or position.
 const ROUNDINGS: f64 = 4.0;
 
-/// Below this part of a step or of a leg, a rounding is as small as those of the numbers that all bars know.
+/// A relative rounding below this is covered by the bars of all checks.
 const FINE: f64 = 1e-14;
 
-/// A time is large that is so many times as long as the motion, or as many steps as the second.
+/// A time is large if it exceeds this many durations of the motion, or this many steps.
 const LATE: [f64; 2] = [8.0, 1e6];
 
-/// Positions are large that are so many times as far as the motion goes.
+/// Positions are large if they exceed this many times the extent of the motion.
 const FAR: f64 = 1e3;
 
-/// A leg that is a smaller part of the position is rounding: there something rests.
+/// A leg below this part of the position is rounding: the motion rests there.
 const RESTS: f64 = 1e4 * f64::EPSILON;
 
-/// What the rounding of times and of positions makes of a motion.
+/// The rounding of times and positions along a motion.
 pub struct Coarse {
-    /// The last time, and half of its last digit.
+    /// The largest time, and half a unit in its last place.
     time: [f64; 2],
-    /// The largest coordinate, and half of its last digit.
+    /// The largest coordinate, and half a unit in its last place.
     place: [f64; 2],
-    /// What these are of a step, if the time is large and anything depends on it, and of the shortest leg, if positions are large.
+    /// The rounding of the time relative to a step, and of positions relative to the shortest leg; zero
+    /// unless they are large.
     parts: [f64; 2],
-    /// What is left of the least singular value of `D₁` beside the largest.
+    /// The smallest over the largest singular value of `D₁`, at the triple where it is least.
     left: f64,
 }
 
 impl Coarse {
-    /// That along a motion, with triples of it.
+    /// The rounding along a motion with these legs; `triples` are sampled from it.
     pub fn along(kernel: &dyn Kernel, h: f64, legs: &[OwnedLeg<f64>], triples: &[Triple]) -> Self {
         let size = |x: &[f64]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
         let half = |x: f64| x * f64::EPSILON / 2.0;
@@ -71,17 +73,17 @@ impl Coarse {
         }
     }
 
-    /// To what part of a step or of a leg the motion is known, where that is less than to the digits of a number.
+    /// The relative error of the motion, in steps and legs, if it is larger than that of other checks.
     pub fn known(&self) -> Option<f64> {
         let known = ROUNDINGS * (self.parts[0] + self.parts[1]);
         (known > FINE).then_some(known)
     }
 
-    /// Why a figure need not meet its bar, if it misses it by no more than these roundings make of it.
+    /// The reason why a figure need not meet its bar, if it misses it by no more than this rounding.
     pub fn excuse(&self, finding: &Finding) -> Option<String> {
         let known = self.known()?;
         let is_rounding = match finding.bar {
-            // a step back whose equations are singular to rounding
+            // no step back was found, and its equations are singular to rounding
             _ if finding.failure.is_some() => finding.check == "reversibility" && self.left <= known,
             Bar::AtMost(bar) => bar > 0.0 && finding.figure <= known,
             Bar::AtLeast(_) | Bar::Reported => false,
@@ -89,7 +91,7 @@ impl Coarse {
         is_rounding.then(|| self.reason())
     }
 
-    /// Which numbers are rounded to what.
+    /// The sizes and roundings of the times and positions, in words.
     pub fn reason(&self) -> String {
         let parts = [
             (
@@ -130,7 +132,7 @@ impl Coarse {
 mod tests {
     use super::*;
 
-    /// What is measured against a bar.
+    /// A figure with its bar.
     fn finding(bar: Bar, figure: f64) -> Finding {
         Finding {
             check: "equations",
@@ -156,7 +158,7 @@ mod tests {
         assert!(coarse.excuse(&finding(Bar::AtMost(1e-12), 1e-9)).is_some());
         assert_eq!(coarse.excuse(&finding(Bar::AtMost(1e-12), 1e-7)), None);
         assert_eq!(coarse.excuse(&finding(Bar::AtMost(1e-12), f64::NAN)), None);
-        // no order, no count and no step that is not found
+        // a lower order, a count and a step without solution are not excused
         assert_eq!(coarse.excuse(&finding(Bar::AtLeast(1.9), 1.8)), None);
         assert_eq!(coarse.excuse(&finding(Bar::AtMost(0.0), 1e-9)), None);
         let without = Finding {
@@ -165,7 +167,7 @@ mod tests {
             ..finding(Bar::AtMost(1e-12), f64::NAN)
         };
         assert_eq!(coarse.excuse(&without), None);
-        // and nothing where the time is not large
+        // nothing is excused where the time is not large
         assert_eq!(late(1.0, 0.0).excuse(&finding(Bar::AtMost(1e-12), 2e-12)), None);
     }
 }

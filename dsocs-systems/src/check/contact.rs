@@ -1,14 +1,15 @@
-//! How closely the discrete system touches the continuous one: its equations at nodes of the true motion.
+//! The order of contact: the residuals of the discrete equations at nodes of the continuous motion.
 //!
-//! Three nodes `q(t − h), q(t), q(t + h)` of the continuous motion do not solve the discrete equations, and what is left falls with a
-//! power of `h`: the order of contact. Of `L_d` it is that of the force at a node, which does not see total derivatives (the literal
-//! difference of `h L_d` from the action does: [orders](super::orders) measures it, too).
+//! Three nodes `q(t − h), q(t), q(t + h)` of the continuous motion do not solve the discrete equations. Their
+//! residual falls with a power of `h`, the order of contact. For `L_d` it is that of the force at a node,
+//! which does not depend on total derivatives (the difference of `h L_d` from the action does:
+//! [orders](super::orders) measures it, too).
 
 use super::orders::{Changes, Order, Part, contacts, expansions};
 use super::{Measured, Report, Subject};
 use crate::stability::Bar;
 
-/// How far the order may be below the declared one.
+/// The largest deficit of the order against the declared one.
 const BELOW: f64 = 0.1;
 
 /// The orders of contact.
@@ -40,7 +41,7 @@ pub fn contact(subject: &Subject<'_>, report: &mut Report) {
             _ => continue,
         };
         match of.order {
-            // what holds exactly has no order
+            // an equation that holds exactly has no order
             Order::Exact => {}
             Order::Power { power, .. } => report.push(what, bar, Ok(power)),
             Order::Unknown(reason) => report.push(what, Bar::Reported, Err(reason.into())),

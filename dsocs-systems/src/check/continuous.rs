@@ -12,16 +12,17 @@ use super::extrapolation::integrate;
 use super::probe::State;
 use super::{Measured, larger};
 
-/// The tolerance of the integration, relative to the sizes of what is integrated.
+/// The tolerance of the integration, relative to the sizes of the components.
 const TOLERANCE: f64 = 1e-13;
 
-/// Where the time is large beside the window, it is that of so many roundings of the time.
+/// Where the time is large beside the window, the tolerance is this many roundings of the time.
 const ROUNDINGS: f64 = 8.0;
 
-/// Terms below this part of the largest are faint.
+/// Terms below this part of the largest are replaced by it: the error of the quadrature does not shrink with
+/// them.
 const FAINT: f64 = 1e-4;
 
-/// The motion with its variations and `dν` for every pair of them.
+/// The equations of the motion with its variations and `dν` for every pair of them.
 struct Equations<'a> {
     /// The system.
     system: &'a dyn Kernel,
@@ -29,7 +30,7 @@ struct Equations<'a> {
     n: usize,
     /// The number of variations.
     count: usize,
-    /// Near which the acceleration is, where there may be several.
+    /// The acceleration near which a solution is looked for, where there may be several.
     near: Option<&'a [f64]>,
 }
 
@@ -45,7 +46,7 @@ fn displacement(n: usize, state: &[f64], k: usize) -> Displacement {
 impl Equations<'_> {
     /// The rate of change of a state.
     fn rate(&self, state: &[f64], rate: &mut [f64]) {
-        // the last of a state is the time
+        // the last component of a state is the time
         let (Some(&t), Some(clock)) = (state.last(), rate.last_mut()) else {
             return;
         };
@@ -99,7 +100,7 @@ impl Units {
         let masses: Vec<f64> = masses.map(|(i, row)| row[i].abs()).collect();
         let most = masses.iter().fold(0.0_f64, |most, mass| most.max(*mass));
         let length = |&mass: &f64| {
-            // what has no mass of its own moves with what has
+            // a coordinate without a mass of its own is measured with the largest mass
             let mass = if mass > 0.0 { mass } else { most };
             if mass > 0.0 { mass.sqrt().recip() } else { 1.0 }
         };
@@ -116,7 +117,7 @@ impl Units {
         parts.fold(0.0, larger)
     }
 
-    /// The sizes of the components of a state with so many displacements.
+    /// The sizes of the components of a state with `count` displacements.
     fn sizes(&self, state: &[f64], count: usize) -> Vec<f64> {
         let n = self.lengths.len();
         let (moved, rest) = state.split_at(2 * n * (1 + count));
@@ -133,14 +134,14 @@ impl Units {
             let others = blocks.iter().skip(1).take(k);
             sizes.extend(others.map(|second| first * second / self.time));
         }
-        // the last of a state is the time
+        // the last component of a state is the time
         sizes.extend(rest.last().map(|t| larger(t.abs(), self.time)));
         sizes
     }
 }
 
-/// By how much the law is missed after the time `until`, and how large `dν` is, both relative to the terms of the law, on the
-/// displacements that constraints of lower order allow.
+/// The defect of the law after the time `until`, and the size of `dν`, both relative to the terms of the law,
+/// on the displacements that constraints of lower order allow.
 pub fn law(system: &dyn Kernel, start: &State, until: f64) -> Measured<[f64; 2]> {
     let (kernel, t, near) = (system, start.t, start.near.as_deref());
     let allowed = state_displacements(kernel, t, &start.q, &start.v);
@@ -188,7 +189,7 @@ pub fn law(system: &dyn Kernel, start: &State, until: f64) -> Measured<[f64; 2]>
             place += 1;
         }
     }
-    // where terms nearly vanish, what the quadrature leaves does not
+    // where the terms nearly vanish, the error of the quadrature does not
     let least = FAINT * entries.iter().fold(0.0, |most, entry| larger(most, entry[2]));
     let (mut missed, mut change) = (0.0, 0.0);
     for [apart, d_nu, terms] in entries {

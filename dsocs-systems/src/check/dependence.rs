@@ -1,35 +1,36 @@
-//! Constraints that nearly depend on each other: what is measured with them is known to the rounding of a number over what is left of one beside the others.
+//! Constraints that nearly depend on each other. The rounding of figures grows as the reciprocal of the part
+//! of a constraint that is independent of the others.
 
 use dsocs_core::{Declaration, DependentRow, Kernel, OwnedLeg, least_independent};
 
 use super::Finding;
 use crate::stability::{Bar, number};
 
-/// So much of a constraint has to be left beside the others, or it is said.
+/// A constraint is reported if a smaller part of it is independent of the others.
 const LEFT: f64 = 1e-4;
 
-/// Where less is left, its square is no more than rounding: no rank is known, and no root from another one.
+/// Below this part, its square is rounding: neither a rank nor two distinct roots can be found.
 const HARDLY: f64 = 1e-7;
 
-/// What is measured is known to so many roundings over what is left.
+/// The error of a figure, in units of rounding over the independent part.
 const ROUNDINGS: f64 = 64.0;
 
-/// Constraints are looked at in so many places of a motion.
+/// The largest number of nodes at which constraints are tested.
 const PLACES: usize = 24;
 
-/// The constraint that says least beside those before it.
+/// The constraint with the smallest part that is independent of those before it.
 pub struct Dependent {
     row: DependentRow,
-    /// What is left of it.
+    /// The norm of its independent part, relative to the constraint.
     part: f64,
-    /// When.
+    /// The time at which it is smallest, in s.
     t: f64,
-    /// The shortest part of a position that a leg is.
+    /// The shortest leg, relative to the position.
     leg: f64,
 }
 
 impl Dependent {
-    /// That along a motion, if little is left of it.
+    /// That constraint along a motion, if its independent part is small.
     pub fn along(kernel: &dyn Kernel, h: f64, legs: &[OwnedLeg<f64>]) -> Option<Self> {
         let declaration = Declaration::of(kernel);
         let every = legs.len().div_ceil(PLACES).max(1);
@@ -50,18 +51,18 @@ impl Dependent {
         least.map(|least| Self { leg, ..least })
     }
 
-    /// To what part of itself a position is known.
+    /// The relative error of a position.
     pub fn known(&self) -> f64 {
         ROUNDINGS * f64::EPSILON / self.part
     }
 
-    /// Why a figure need not meet its bar, if it misses it by no more than rounding makes of it.
+    /// The reason why a figure need not meet its bar, if it misses it by no more than rounding.
     pub fn excuse(&self, finding: &Finding) -> Option<String> {
         let is_rounding = match finding.bar {
             _ if finding.failure.is_some() => self.part < HARDLY,
-            // of whole numbers
+            // counts
             Bar::AtMost(0.0) => self.part < HARDLY,
-            // relative to a leg, what is known is so much less; two roots that are one are as near to each other
+            // relative to a leg the error is larger; two roots that coincide are apart by as much
             Bar::AtMost(_) => finding.figure <= self.known() / self.leg,
             Bar::AtLeast(_) if finding.check == "roots" => finding.figure <= self.known() / self.leg,
             Bar::AtLeast(_) | Bar::Reported => false,
@@ -69,7 +70,7 @@ impl Dependent {
         is_rounding.then(|| self.reason())
     }
 
-    /// What the constraint leaves unknown.
+    /// The constraint, its independent part and the error, in words.
     pub fn reason(&self) -> String {
         let (row, part, t) = (&self.row, self.part, number(self.t));
         format!(

@@ -1,4 +1,5 @@
-//! Whether the motion obeys the paper's principle: equations and action, each by other code than that which made the motion.
+//! The paper's principle along the motion: the equations in 32 digits, and the variation of the action from
+//! `L_d` alone.
 
 use dsocs_core::OwnedLeg;
 use dsocs_core::geometry::{
@@ -10,10 +11,10 @@ use super::probe::less;
 use super::{Report, Subject, larger, largest};
 use crate::stability::Bar;
 
-/// A row at the written nodes may be so many times what their rounding makes of it.
+/// The largest residual of a row at the written nodes, relative to the rounding of its terms.
 pub const WRITTEN: f64 = 2.0;
 
-/// The derivative of the action may be this part of its terms.
+/// The largest derivative of the action, relative to its terms.
 const STATIONARY: f64 = 1e-12;
 
 /// The equations at the nodes as they are written, and the discrete action.
@@ -54,7 +55,7 @@ pub fn equations(subject: &Subject<'_>, report: &mut Report) {
     }
 }
 
-/// The three nodes about a place of the motion, as they are written.
+/// The three nodes at `place` of the motion, as written.
 pub fn nodes(legs: &[OwnedLeg<f64>], place: usize) -> [Vec<f64>; 3] {
     let first = match place.checked_sub(1) {
         Some(before) => legs[before].q.clone(),
@@ -63,7 +64,8 @@ pub fn nodes(legs: &[OwnedLeg<f64>], place: usize) -> [Vec<f64>; 3] {
     [first, legs[place].q.clone(), legs[place + 1].q.clone()]
 }
 
-/// The largest row at three nodes, the second at the time `t`, over what their rounding explains.
+/// The largest residual of the rows at three nodes, of which the second is at the time `t`, relative to the
+/// rounding of their terms.
 fn written(subject: &Subject<'_>, t: f64, nodes: [&[f64]; 3]) -> f64 {
     let rows = rows_of_written(subject.kernel, t, subject.h, nodes);
     rows.iter().fold(0.0, |most, &[row, explained]| {
@@ -91,8 +93,8 @@ fn sizes(subject: &Subject<'_>) -> Vec<f64> {
     sizes
 }
 
-/// The derivative of `L_d(q0, q1) + L_d(q1, q2)` along variations of `q1`, with the work of external forces, relative to its terms; without what the rounding of
-/// the last node, from which the second leg is seen, and of the forces make of it.
+/// The derivative of `L_d(q0, q1) + L_d(q1, q2)` along variations of `q1`, with the work of external forces,
+/// relative to its terms; less the effect of the rounding of the last node and of the forces.
 fn derivative(subject: &Subject<'_>, triple: &Triple, along: &[Vec<f64>], sizes: &[f64]) -> f64 {
     let covector = |triple: &Triple| -> Vec<f64> {
         let arriving = legendre_plus(subject.kernel, subject.h, triple.first());
@@ -124,7 +126,8 @@ fn derivative(subject: &Subject<'_>, triple: &Triple, along: &[Vec<f64>], sizes:
     most
 }
 
-/// How much something changes at most with a triple that is moved by the rounding of its last node.
+/// The sum of the changes of a function of a triple, as each coordinate of its last node changes by a
+/// rounding.
 fn rounding(h: f64, triple: &Triple, change: impl Fn(&Triple) -> f64) -> f64 {
     let last = triple.last(h).q;
     let moves = last.iter().enumerate().map(|(i, q)| {

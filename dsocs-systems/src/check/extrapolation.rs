@@ -6,16 +6,16 @@
 
 use super::{Measured, larger};
 
-/// How many runs of the midpoint rule a step is extrapolated from.
+/// The number of runs of the midpoint rule from which a step is extrapolated.
 const RUNS: usize = 8;
 
-/// A step is tried again with a smaller one at most so often in a row, and there are at most so many steps.
+/// The largest number of refusals of a step in a row, and of steps.
 const LIMITS: [usize; 2] = [60, 1_000];
 
 /// Writes the rate of change of a state, its first argument, into the second.
 pub(super) type Rate<'r> = &'r mut dyn FnMut(&[f64], &mut [f64]);
 
-/// The sizes that errors of a state's components are relative to.
+/// The sizes of a state's components; errors are relative to them.
 pub(super) type Sizes<'s> = &'s dyn Fn(&[f64]) -> Vec<f64>;
 
 /// The state after the time `until`, with an error per step below `tolerance`, relative to the sizes of the state's components.
@@ -37,7 +37,7 @@ pub(super) fn integrate(
         if t == until {
             return Ok(state);
         }
-        // a rest that is hardly longer than the step is done in one
+        // a remainder that is hardly longer than the step is done in one
         let last = (until - t).abs() <= 1.01 * h.abs();
         if last {
             h = until - t;
@@ -65,7 +65,7 @@ pub(super) fn integrate(
 
 /// A step: the state at its end, and the last correction of the extrapolation, relative to the sizes of the state's components.
 fn step(rate: Rate<'_>, sizes: Sizes<'_>, state: &[f64], h: f64) -> (Vec<f64>, f64) {
-    // the last row of the scheme: at `k`, what is free of the first `k` even powers
+    // the last row of the scheme: entry `k` is free of the first `k` even powers
     let mut row: Vec<Vec<f64>> = Vec::with_capacity(RUNS);
     let substeps = |run: usize| 2 * (run + 1);
     for run in 0..RUNS {

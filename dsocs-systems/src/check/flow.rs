@@ -1,4 +1,4 @@
-//! Whether there is a discrete flow, and whether time can be turned round.
+//! The conditions for a discrete flow, and its inverse: the step with `−h`.
 
 use dsocs_core::AnyLeg;
 use dsocs_core::geometry::{FlowTheorem, Triple, roundings, rows_of_written};
@@ -8,16 +8,17 @@ use super::probe::less;
 use super::{Measured, Report, Subject, larger, smallest};
 use crate::stability::Bar;
 
-/// The step with `−h`, and the inverse flow, may miss the first node by this part of a leg.
+/// The largest distance, in legs, between the first node and that of the step with `−h` or of the inverse
+/// flow.
 const REVERSED: f64 = 1e-12;
 
-/// So many units of rounding are in the equations of a step, of which each is a sum of some terms.
+/// The error of the equations of a step, in units of rounding: each is a sum of some terms.
 const ROUNDINGS: f64 = 8.0;
 
-/// How far from a first node its neighbourhood is looked at, relative to the second difference.
+/// Distances from the known solution at which the search for it begins, relative to the second difference.
 const NEARBY: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
 
-/// A first node that is so much nearer is another one.
+/// A first node that is nearer by this factor is another solution.
 const NEW: f64 = 1e-3;
 
 /// The conditions of the discrete-flow theorem along the motion.
@@ -66,16 +67,17 @@ pub fn regularity(subject: &Subject<'_>, report: &mut Report) {
     );
 }
 
-/// How far a first node that was found is from the first node of a triple.
+/// The distance of a first node that was found from the first node of a triple.
 #[derive(Clone, Copy)]
 struct Missed {
-    /// In legs.
+    /// The distance, in legs.
     legs: f64,
-    /// Whether that is rounding: it may be so far, by the condition of `D₁`, and all equations hold there, too.
+    /// Whether it is rounding: no larger than the condition of `D₁` allows, with all equations satisfied.
     is_rounding: bool,
 }
 
-/// The step with `−h` from each node. A run back as a whole would tell of the motion and not of the step: what is damped on the way there grows on the way back.
+/// The step with `−h` from each node. A whole run back would measure the motion and not the step: a mode that
+/// is damped forward grows backward.
 pub fn step_back(subject: &Subject<'_>, report: &mut Report) {
     let bar = if subject.expected.reversible {
         Bar::AtMost(REVERSED)
@@ -113,7 +115,8 @@ pub fn reversibility(subject: &Subject<'_>, report: &mut Report) {
             Ok(first) => first.legs,
             Err(_) => f64::INFINITY,
         };
-        // where another first node leads to the same pair, this one has to be found from nearby, in a neighbourhood that may be small
+        // where another first node leads to the same pair, the search has to begin near this one: its
+        // neighbourhood may be small
         let mut nearby = first;
         for part in NEARBY {
             let near: Vec<f64> = triple.e.iter().map(|e| e + part * e.abs()).collect();
@@ -128,7 +131,7 @@ pub fn reversibility(subject: &Subject<'_>, report: &mut Report) {
         Ok(nearby?)
     };
     let inverse: Vec<Measured<Missed>> = subject.spread.iter().map(&mut back).collect();
-    // what a step across a switch forgets, no step back remembers
+    // a step across a switch loses information, so no step back needs to find its first node
     let hardest: Vec<Measured<Missed>> = subject.triples.iter().map(back).collect();
     push(
         report,
@@ -150,7 +153,7 @@ pub fn reversibility(subject: &Subject<'_>, report: &mut Report) {
     }
 }
 
-/// Takes in the largest distance, but for those that are rounding.
+/// Reports the largest distance, without those that are rounding.
 fn push(report: &mut Report, what: &str, bar: Bar, distances: impl Iterator<Item = Measured<Missed>>) {
     let (mut largest, mut rounding, mut count) = (0.0, 0.0, 0);
     for missed in distances {
@@ -175,17 +178,17 @@ fn push(report: &mut Report, what: &str, bar: Bar, distances: impl Iterator<Item
     }
 }
 
-/// How far the first node that belongs to a second difference is from that of a triple.
+/// The distance of the first node that belongs to the second difference `e` from that of a triple.
 fn missed(subject: &Subject<'_>, triple: &Triple, e: &[f64]) -> Missed {
     let norm = |x: &[f64]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
     let last = triple.last(subject.h).d;
     let apart = norm(&less(e, &triple.e));
-    // what rests has no legs, and steps back to itself exactly
+    // at rest the legs are zero, and the step back is exact
     let mut legs = match apart {
         0.0 => 0.0,
         apart => apart / norm(&triple.leg.d).max(norm(&last)),
     };
-    // and where forces balance it is rounding that moves it
+    // where forces balance, the node moves by rounding
     if legs > REVERSED {
         let roundings = roundings(subject.kernel, subject.h, triple);
         let mut pairs = e.iter().zip(&triple.e).zip(roundings);
@@ -203,16 +206,16 @@ fn missed(subject: &Subject<'_>, triple: &Triple, e: &[f64]) -> Missed {
     }
 }
 
-/// How far rounding in the equations may move the first node, in legs.
+/// The effect of rounding in the equations on the first node, in legs.
 fn magnified(subject: &Subject<'_>, triple: &Triple) -> f64 {
     let at = FlowTheorem::at(subject.kernel, subject.h, triple.leg.any(), &triple.e).regularity;
     ROUNDINGS * f64::EPSILON * at.largest_backward / at.backward
 }
 
-/// Whether a triple with another first increment obeys the equations to rounding: those of the step and, by the step before, the
-/// constraints of the first pair of nodes.
+/// Whether a triple with another first increment `d` satisfies the equations to rounding: those of the step
+/// and, at the time before, the constraints of the first pair of nodes.
 ///
-/// The condition of `D₁` alone would let pass, in the directions in which it is not singular, what is no rounding there.
+/// The condition of `D₁` alone would also excuse errors in directions in which it is not singular.
 fn obeys(subject: &Subject<'_>, triple: &Triple, d: &[f64]) -> bool {
     let AnyLeg { t, q: q1, .. } = triple.leg.any();
     let after = triple.last(subject.h).d;

@@ -35,13 +35,13 @@ use dependence::Dependent;
 use probe::{Hard, Passed, State};
 use subject::{Subject, states_at};
 
-/// So many steps are made unless an end is given.
+/// The number of steps of a motion, unless an end is given.
 const STEPS: f64 = 40.0;
 
-/// A motion ends by itself if the continuous one does so within as many steps.
+/// A motion may end early if the continuous one ends within this many steps.
 const ENDS_NEAR: f64 = 8.0;
 
-/// What is expected of a system.
+/// The properties that a system is expected to have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
     /// The kind of its constraints. Without constraints, and with only holonomic ones, the flow is symplectic.
@@ -52,7 +52,7 @@ pub struct Expected {
     pub reversible: bool,
 }
 
-/// How the motion begins with its position and velocity.
+/// The start of the motion, from its position and velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Begin {
     /// Whether the second node is the paper's, `q1 = q0 + h v0`. With it the motion is of first order, otherwise of second order.
@@ -61,7 +61,7 @@ pub struct Begin {
     pub projected: bool,
 }
 
-/// The motion to look at.
+/// The motion that is checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings<'a> {
     /// The step, in s.
@@ -74,9 +74,10 @@ pub struct Settings<'a> {
     pub q0: &'a [f64],
     /// The initial velocity.
     pub v0: &'a [f64],
-    /// The initial acceleration, where a constraint is of third order; otherwise near which the acceleration is looked for.
+    /// The initial acceleration, where a constraint is of third order; otherwise the acceleration near which
+    /// a solution is looked for.
     pub a0: Option<&'a [f64]>,
-    /// How it begins with these.
+    /// The rule for the second node, and projection onto the constraints.
     pub begin: Begin,
 }
 
@@ -85,17 +86,18 @@ pub struct Settings<'a> {
 pub struct Finding {
     /// The check.
     pub check: &'static str,
-    /// What is measured.
+    /// The quantity that is measured.
     pub what: String,
     /// The measured value; NaN where there is none.
     pub figure: f64,
     /// The limit that the figure has to meet.
     pub bar: Bar,
-    /// Why there is no figure: always said where there is none.
+    /// The reason, if there is no figure.
     pub failure: Option<String>,
     /// A remark.
     pub note: Option<String>,
-    /// Why the figure need not meet its bar: which assumption of the theorem does not hold on this motion, and what to try.
+    /// The reason why the figure need not meet its bar: the assumption of the theorem that does not hold on
+    /// this motion, and what to try.
     pub excuse: Option<String>,
 }
 
@@ -106,14 +108,14 @@ impl Finding {
         self.failure.is_none() && self.bar.holds(self.figure)
     }
 
-    /// Whether it reaches its bar, or need not.
+    /// Whether it reaches its bar, or is excused.
     #[must_use]
     pub fn ok(&self) -> bool {
         self.holds() || self.excuse.is_some()
     }
 }
 
-/// What a measurement gives.
+/// A measured value, or the reason why there is none.
 type Measured<T = f64> = Result<T, Box<dyn Error>>;
 
 /// The figures of one check.
@@ -125,7 +127,7 @@ struct Report {
 }
 
 impl Report {
-    /// Takes in a figure, or why there is none.
+    /// Adds a figure, or the reason why there is none.
     fn push(&mut self, what: impl Into<String>, bar: Bar, measured: Measured) {
         let (figure, failure) = told(measured);
         self.findings.push(Finding {
@@ -139,7 +141,7 @@ impl Report {
         });
     }
 
-    /// Says something about the last figure.
+    /// Adds a remark on the last figure.
     fn note(&mut self, note: &str) {
         if let Some(last) = self.findings.last_mut() {
             let before = last.note.take().map(|before| before + "; ");
@@ -147,7 +149,7 @@ impl Report {
         }
     }
 
-    /// Takes in several figures that are measured together.
+    /// Adds several figures that are measured together.
     fn push_all<const K: usize>(&mut self, whats: [(&str, Bar); K], measured: &Measured<[f64; K]>) {
         for (place, (what, bar)) in whats.into_iter().enumerate() {
             let figure = match measured {
@@ -159,8 +161,8 @@ impl Report {
     }
 }
 
-/// Why what the theorems say of a motion as a whole is not required of one of so many steps in which functions jump, or so many of which hold something, or come
-/// near to a singularity.
+/// The reason why the theorems on a motion as a whole are not required of one in whose steps functions jump
+/// or hold something at rest, or come near to a singularity.
 fn excuse(hard: Hard, held: usize, steps: usize) -> Option<String> {
     if let Some(NearlySingular { first, .. }) = hard.nearly_singular {
         return Some(format!(
@@ -182,7 +184,7 @@ fn excuse(hard: Hard, held: usize, steps: usize) -> Option<String> {
     ))
 }
 
-/// The checks of what the theorems say of the motion as a whole, and not of each triple of nodes.
+/// The checks of the motion as a whole, not of each triple of nodes.
 const OF_THE_MOTION: [&str; 7] = [
     "roots",
     "symplectic law",
@@ -218,7 +220,7 @@ pub fn check<S: System<N>, const N: usize>(
     check_to(&Typed::new(system), symmetries, expected, &settings, own)
 }
 
-/// The same for a system that was not compiled, from the start of the settings.
+/// Checks a system that was not compiled, from the start of the settings.
 ///
 /// # Errors
 ///
@@ -233,7 +235,7 @@ pub fn check_tape(
     check_to(kernel, symmetries, expected, settings, STEPS * settings.h)
 }
 
-/// Position and velocity on the constraints, near to those of the settings.
+/// Position and velocity on the constraints, projected from those of the settings.
 pub(crate) fn projected(
     system: &dyn Motions,
     settings: &Settings<'_>,
@@ -242,8 +244,8 @@ pub(crate) fn projected(
     Ok([state.q, state.v])
 }
 
-/// The same from the start of the settings, with the acceleration near one where there are several, and to the end `own` unless the settings
-/// say another.
+/// Checks any system from the start of the settings, with the acceleration near the given one where there are
+/// several; to the end `own` unless the settings give another.
 pub(crate) fn check_to(
     system: &dyn Motions,
     symmetries: &[Symmetry],
@@ -277,15 +279,15 @@ pub(crate) fn check_to(
     Ok(found.findings)
 }
 
-/// What the checks of a motion find.
+/// The findings of the checks of a motion, and the reasons that excuse them.
 #[derive(Default)]
 struct Found<'s> {
     findings: Vec<Finding>,
-    /// Why what is said of the motion as a whole is not required.
+    /// The reason why checks of the motion as a whole are not required.
     excuse: Option<String>,
-    /// The constraint of which hardly anything is left beside the others.
+    /// The constraint that is nearly dependent on the others.
     dependent: Option<&'s Dependent>,
-    /// What the rounding of times and positions makes of a leg.
+    /// The rounding of large times and positions.
     coarse: Option<&'s Coarse>,
 }
 
@@ -297,7 +299,7 @@ impl Found<'_> {
         }
     }
 
-    /// Makes a check.
+    /// Carries out a check.
     fn of(&mut self, check: &'static str, measure: impl FnOnce(&mut Report)) {
         let mut report = Report {
             check,
@@ -323,7 +325,7 @@ impl Found<'_> {
     }
 }
 
-/// How far a motion goes whose checks are fewer, and what they leave out.
+/// Reports the time that a motion reaches, for systems with fewer checks; `left_out` says which are left out.
 fn reached([from, until, h]: [f64; 3], nodes: &[Passed], left_out: &str, report: &mut Report) {
     let asked = (until - from).abs();
     report.push(
@@ -334,7 +336,7 @@ fn reached([from, until, h]: [f64; 3], nodes: &[Passed], left_out: &str, report:
     report.note(left_out);
 }
 
-/// How far the motion goes.
+/// The time that the motion reaches.
 fn window(subject: &Subject<'_>, report: &mut Report) {
     let asked = (subject.asked - subject.start.t).abs();
     report.push(
@@ -376,7 +378,7 @@ fn window(subject: &Subject<'_>, report: &mut Report) {
     }
 }
 
-/// Why a motion need not reach the end of its window, if the continuous one ends about there, too.
+/// The reason why a motion need not reach the end of its window: the continuous one ends there, too.
 fn ends_itself(subject: &Subject<'_>) -> Option<String> {
     let end = [subject.asked];
     let exact = probe::exact_as_far(subject.system, subject.h, &subject.start, &end, 1e-12);
@@ -394,7 +396,8 @@ fn ends_itself(subject: &Subject<'_>) -> Option<String> {
     })
 }
 
-/// The laws that hold for every triple by construction: they hold the code of the constraint force and of the tangent map against that of `L_d`.
+/// Laws that hold at every triple, whatever the motion: they test the code of the constraint force and of the
+/// tangent map against that of `L_d`.
 fn identities(subject: &Subject<'_>, report: &mut Report) {
     symplectic::identity(subject, report);
     momentum::identity(subject, report);
@@ -414,7 +417,7 @@ fn largest<T>(of: impl IntoIterator<Item = T>, mut figure: impl FnMut(T) -> Meas
     Ok(largest)
 }
 
-/// The smallest of some figures, without those that have no value; why there is none if that leaves none.
+/// The smallest of some figures, without NaN; an error if all are NaN.
 fn smallest(figures: impl Iterator<Item = f64>) -> Measured {
     let least = figures.filter(|figure| !figure.is_nan()).reduce(f64::min);
     least.ok_or_else(|| "it has no value anywhere along the motion".into())

@@ -7,11 +7,11 @@ use super::{Report, Subject, larger, largest};
 use crate::entry::{Kind, Symmetry};
 use crate::stability::Bar;
 
-/// The discrete Lagrangian may change by this much along a symmetry, and the momentum equation be missed by it, relative to
-/// their terms.
+/// The largest change of the discrete Lagrangian along a symmetry, and the largest defect of the momentum
+/// equation, relative to their terms.
 pub const ROUNDING: f64 = 1e-13;
 
-/// A momentum that is conserved may drift by this much, relative to its terms.
+/// The largest drift of a conserved momentum, relative to its terms.
 pub const DRIFT: f64 = 1e-12;
 
 /// The momentum equation of each declared symmetry: an identity where `L_d` is invariant.
@@ -29,7 +29,7 @@ pub fn identity(subject: &Subject<'_>, report: &mut Report) {
     }
 }
 
-/// The invariance of `L_d` under each declared symmetry, and what the motion does to its momentum.
+/// The invariance of `L_d` under each declared symmetry, and the drift of its momentum along the motion.
 pub fn law(subject: &Subject<'_>, report: &mut Report) {
     if subject.symmetries.is_empty() {
         report.push("symmetries that are declared", Bar::Reported, Ok(0.0));
@@ -77,7 +77,7 @@ fn is_allowed(subject: &Subject<'_>, symmetry: &Symmetry) -> bool {
     })
 }
 
-/// How much the momentum varies along the motion, relative to its terms.
+/// The variation of the momentum along the motion, relative to its terms.
 fn drift(subject: &Subject<'_>, symmetry: &Symmetry) -> f64 {
     relative_variation(subject.legs.iter().map(|leg| {
         let momentum = momentum_map(&subject.flow, leg.any(), &|q| symmetry.at(q));
@@ -86,7 +86,8 @@ fn drift(subject: &Subject<'_>, symmetry: &Symmetry) -> f64 {
     }))
 }
 
-/// How much a momentum varies, relative to the largest of its terms: it may be the small difference of large ones.
+/// The largest minus the smallest value of a momentum, over its largest terms: it may be a small difference
+/// of large ones.
 pub fn relative_variation(momenta: impl Iterator<Item = [f64; 2]>) -> f64 {
     let (mut least, mut most, mut size) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
     for [momentum, terms] in momenta {
@@ -100,8 +101,9 @@ pub fn relative_variation(momenta: impl Iterator<Item = [f64; 2]>) -> f64 {
     }
 }
 
-/// How large the terms of a momentum along a generator are. Those of a rotation are taken by their lengths: its components depend on the frame of the body, and the
-/// momentum about one axis is known no better than that about the others.
+/// The size of the terms of a momentum along a generator. For a rotation it is the product of their norms:
+/// its components depend on the frame of the body, and the momentum about one axis is known no better than
+/// that about the others.
 pub fn terms(kernel: &dyn Kernel, momentum: &[f64], along: &[f64]) -> f64 {
     let shape = kernel.shape();
     let length = |x: &[f64]| x.iter().fold(0.0_f64, |length, x| length.hypot(*x));

@@ -1,7 +1,7 @@
 //! The order of the scheme, by a fit of its errors against the Taylor flow.
 //!
-//! Errors are compared as far as the largest step follows the motion at all. Beyond, a chaotic motion forgets its start within the error
-//! of any step, and a fit there would tell of chaos and not of the scheme.
+//! Errors are compared up to the time until which the largest step follows the motion. Beyond, a chaotic
+//! motion loses its start within the error of any step, and a fit would measure chaos and not the scheme.
 
 use dsocs_core::geometry::{
     Triple, constraint_force, constraint_multipliers, continuous_multipliers, legendre_plus, multipliers_of,
@@ -14,86 +14,96 @@ use super::{Finding, Measured, Report, Subject, larger, probe};
 use crate::entry::Kind;
 use crate::stability::{Bar, number};
 
-/// Each of so many steps is half of the one before.
+/// The number of steps, each half of the one before.
 const HALVINGS: u32 = 6;
 
-/// An error below this part of the motion's extent may be rounding, and is left out of the fit.
+/// An error of position below this part of the motion's extent may be rounding, and is left out of the fit.
 const PLATEAU: f64 = 1e-11;
 
-/// The same for velocities, forces and multipliers, which are quotients of differences of nodes.
+/// As `PLATEAU`, for velocities, forces and multipliers, which are quotients of differences of nodes.
 const DIFFERENCES: f64 = 1e-8;
 
-/// A force is not known better than to so many roundings of the momentum of a leg over its step.
+/// The rounding of a force, in roundings of the momentum of a leg over its step.
 const ROUNDINGS: f64 = 8.0;
 
-/// A larger error may be rounding too, where it stops falling: below this part, and hardly less than with twice the step. Where a factor that
-/// was divided out passes through zero, rounding is divided by it.
+/// An error is also rounding, where it stops falling, if it is below the first number, and more than the
+/// second times the error with twice the step. Where a factor that was divided out passes through zero,
+/// rounding is divided by it.
 const STOPS: [f64; 2] = [1e-6, core::f64::consts::FRAC_1_SQRT_2];
 
-/// Where a fit misses its bar it is tried with these parts of the step.
+/// Divisors of the step that are tried where a fit misses its bar.
 pub const FINER: [u32; 2] = [4, 16];
 
-/// And where the step follows the motion for but a small part of the window, which is as long then, with these.
+/// Further divisors, for a step that follows the motion for a small part of the window only; the window is
+/// then as long as that part.
 const FINEST: [u32; 5] = [64, 256, 1024, 4096, 16384];
 
-/// Slopes that differ by more are not those of a power.
+/// Slopes of finer steps that differ by more show no power.
 const SETTLED: f64 = 0.1;
 
-/// Some of them have to come so near to what is required.
+/// One of them has to come this near to the required slope.
 const NEARLY: f64 = 0.5;
 
-/// So small a part is one of so many.
+/// A small part of the window is less than one over this number.
 const HARDLY: usize = 8;
 
-/// A start that is moved by so many roundings is as good; what that makes of a motion is no error of a step.
+/// Relative changes of the start, in roundings, alternating by component: a start that is as good. The
+/// resulting change of the motion is no error of a step.
 const MOVED: [f64; 2] = [4.0, 3.0];
 
-/// It decides a motion that becomes another one by this part of its extent.
+/// A change of the motion above this part of its extent means that rounding of the start decides it.
 const DECIDED: f64 = 1e-3;
 
-/// An error is rounding that is not larger than so many times that.
+/// An error up to this many times the change by rounding is rounding.
 const OF_ROUNDING: f64 = 10.0;
 
-/// How far the fitted order may be from the declared one.
+/// The largest distance of the fitted order from the declared one.
 const APART: f64 = 0.1;
 
-/// How far it may be where the motion passes corners: the error of a step across one is of the order of the others, with a factor that depends on where the
-/// nodes lie, from zero to its largest value. So errors stay below a multiple of the power and do not follow it, and their fit scatters; an order that is
-/// lower by one is still told.
+/// The distance that is allowed where the motion passes corners. The error of a step across a corner has the
+/// order of the others, with a factor between zero and its largest value that depends on where the nodes lie.
+/// So errors stay below a multiple of the power and do not follow it, and their fit scatters; an order that
+/// is lower by one is still found.
 pub const SCATTER: f64 = 0.9;
 
-/// By how much the order of a quantity is lower at the node beside a corner, where the acceleration may jump and, with the corner of a constraint, the force.
+/// The loss of order of each quantity of [`Errors`] at the node beside a corner, where the acceleration may
+/// jump and, with the corner of a constraint, the force.
 pub const AT_CORNER: [f64; 4] = [0.0, 1.0, 2.0, 2.0];
 
 /// The tolerance of the continuous motion.
 const TOLERANCE: f64 = 1e-15;
 
-/// The motion is followed as long as the largest step's error is below this part of its extent.
+/// The largest error of the largest step, relative to the motion's extent, up to which the motion is
+/// followed.
 const FOLLOWED: f64 = 0.02;
 
-/// The order is fitted to so many of the smallest errors that are above rounding: larger steps may be too large for a power law.
+/// The number of errors in a fit: the smallest that are above rounding. Larger steps may be too large for a
+/// power law.
 const FITTED: usize = 4;
 
-/// Errors are taken over so many of the largest steps, at most: a longer motion says no more of the order, and its finest steps are 32 times as many.
+/// The largest number of steps over which errors are taken: more add nothing to the order, and the finest
+/// steps are 32 times as many.
 const STEPS: usize = 20_000;
 
-/// There are at most so many nodes at which errors are taken.
+/// The largest number of nodes at which errors are taken.
 const NODES: usize = 2000;
 
-/// By how much the start is changed to see how much of it is forgotten, relative to the extent.
+/// The change of the start from which its growth is measured, relative to the extent.
 const CHANGED: f64 = 1e-9;
 
-/// A change of the start that grows more than the first, and so many times as the second in the second half of the window,
-/// grows exponentially; or more than the third, by which it is as large as the motion.
+/// A change of the start grows exponentially if it grows by more than the first factor, and in the second
+/// half of the window to more than the second times that of the first half; or by more than the third factor,
+/// at which it is as large as the motion.
 const CHAOS: [f64; 3] = [1e3, 30.0, 1e7];
 
-/// The motion is followed by the step that is halved so often: the largest one that counts, if all errors are above rounding.
+/// The number of halvings of the step that has to follow the motion: the largest one in the fit, if all
+/// errors are above rounding.
 pub const FOLLOWER: usize = 2;
 
-/// What is compared.
+/// The quantities that are compared.
 const NAMES: [&str; 4] = ["position", "velocity", "force", "multipliers"];
 
-/// Errors by quantity, step and node, each relative to the component's largest value.
+/// Errors by quantity, step and node, each relative to the component's scale.
 pub type Errors = [Vec<Vec<f64>>; 4];
 
 /// The order on the system's own motion.
@@ -111,16 +121,16 @@ pub fn order(subject: &Subject<'_>, report: &mut Report) {
     }
 }
 
-/// The time up to which the step follows the motion, if that is a small part of the window.
+/// The time up to which the step follows the motion, if it is a small part of the window.
 pub fn hardly_followed(subject: &Subject<'_>) -> Option<f64> {
     let (times, errors, _) = errors(subject, 1).ok()?;
     let last = followed(&errors[0][FOLLOWER]);
     (last * HARDLY <= times.len()).then(|| times[last - 1])
 }
 
-/// Measures with a step and, where a bar is missed on a motion without jumps, with parts of it: errors fall as a power of the step only where
-/// it is short enough. What misses its bar with all of them is told as it was first.
-/// Where the step is too long to follow the motion, still smaller parts are tried.
+/// Measures with the step and, where a bar is missed on a motion without jumps, with parts of it: errors fall
+/// as a power of the step only where it is short enough. A figure that misses its bar with all parts is
+/// reported as first measured. Still smaller parts are tried where the step is too long to follow the motion.
 pub fn with_finer_steps(
     (h, is_excused): (f64, bool),
     report: &mut Report,
@@ -156,7 +166,7 @@ pub fn with_finer_steps(
             return;
         }
     }
-    // all slopes, and how far what misses its bar is from that, at best
+    // the slopes, and the least distance of each from its bar
     let figures = |attempt: &Report| {
         attempt
             .findings
@@ -179,7 +189,7 @@ pub fn with_finer_steps(
     for parts in FINEST.into_iter().take_while(|_| is_too_long()) {
         let finer = attempt(parts);
         let now = figures(&finer);
-        // what is at rounding has no slope, or that of the same steps as before
+        // errors at rounding have no slope, or that of the same steps as before
         let is_rounding = now.len() < first.findings.len() || now == before;
         if holds(&finer) && !is_rounding {
             report.findings.extend(fitted_from(finer, parts));
@@ -254,7 +264,8 @@ fn fit(subject: &Subject<'_>, parts: u32, report: &mut Report) {
         }
         if points.len() < 3 {
             if k == 0 && points.is_empty() {
-                // constraints that leave nothing to move freely, or a motion that every step follows exactly, as a parabola
+                // constraints may leave no free motion, or every step may follow the motion exactly, as on a
+                // parabola
                 report.push(
                     "errors of position, which are rounding at every step",
                     Bar::AtMost(plateau),
@@ -320,7 +331,7 @@ fn fit(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     }
 }
 
-/// Why the last figure, an order that misses its bar by a distance, need not meet it, if the motion passes corners.
+/// Excuses the last figure, an order that misses its bar by `distance`, if the motion passes corners.
 pub fn excuse(subject: &Subject<'_>, distance: f64, allowed: f64, report: &mut Report) {
     let Some(last) = report.findings.last_mut().filter(|last| !last.holds()) else {
         return;
@@ -346,8 +357,9 @@ pub fn excuse(subject: &Subject<'_>, distance: f64, allowed: f64, report: &mut R
     }
 }
 
-/// Why no order is required of a motion that the rounding of its start decides, as that from an unstable equilibrium does: a start that is as good leads to a motion
-/// that is as far from this one as those of small steps are.
+/// The reason why no order is required of a motion that the rounding of its start decides, as near an
+/// unstable equilibrium: another start within rounding leads as far from the motion as the errors of the
+/// steps are.
 fn starts_at_rounding(subject: &Subject<'_>) -> Option<String> {
     let (times, errors, _) = errors(subject, 1).ok()?;
     let last = followed(&errors[0][FOLLOWER]);
@@ -378,7 +390,7 @@ fn starts_at_rounding(subject: &Subject<'_>) -> Option<String> {
         relative.fold(0.0, |most, (apart, extent)| larger(most, apart.abs() / extent))
     });
     let apart = apart.fold(0.0, larger);
-    // what is small is rounding of a step that is too short, unless constraints make more of it
+    // a small change is rounding of a step that is too short, unless dependent constraints enlarge it
     let dependent = subject.dependent.as_ref();
     if finest > OF_ROUNDING * apart || (apart < DECIDED && dependent.is_none()) {
         return None;
@@ -394,7 +406,7 @@ fn starts_at_rounding(subject: &Subject<'_>) -> Option<String> {
     ))
 }
 
-/// The place from which on errors are rounding, because they have stopped falling.
+/// The index from which on errors have stopped falling and are rounding.
 fn stops(points: &[[f64; 2]]) -> Option<usize> {
     let stops = |pair: &[[f64; 2]]| pair[1][1] < STOPS[0] && pair[1][1] > STOPS[1] * pair[0][1];
     Some(points.windows(2).position(stops)? + 1)
@@ -408,7 +420,7 @@ fn worst(errors: &[Vec<f64>]) -> f64 {
         .fold(0.0, |most, &error| larger(most, error))
 }
 
-/// Why errors are not compared beyond a time.
+/// The reason why errors are not compared beyond a time.
 fn beyond(subject: &Subject<'_>, parts: u32, until: f64) -> String {
     let said = format!(
         "errors are compared up to t = {}: beyond, that of h = {} is more than {FOLLOWED} of the motion's extent",
@@ -428,7 +440,8 @@ fn beyond(subject: &Subject<'_>, parts: u32, until: f64) -> String {
     }
 }
 
-/// How many times a small change of the start grows, at most, over the window; and how many times more than in its first half.
+/// The largest growth of a small change of the start over the window; and that in its second half relative to
+/// its first.
 fn growth(subject: &Subject<'_>) -> Measured<[f64; 2]> {
     let State {
         t,
@@ -441,7 +454,8 @@ fn growth(subject: &Subject<'_>) -> Measured<[f64; 2]> {
     let times = |k: u32| t + (subject.until - t) * f64::from(k) / 200.0;
     let times: Vec<f64> = (1..=200).map(times).collect();
     let exact = probe::exact(subject.system, subject.h, &subject.start, &times, TOLERANCE)?;
-    // positions and velocities in units of how far each goes and how fast it is, whatever those of the declaration are
+    // positions in units of their extents, velocities in units of the largest speeds, whatever the units of
+    // the declaration
     let sizes = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
         let own: Vec<f64> = (0..q0.len()).map(of).collect();
         moving(own)
@@ -481,7 +495,7 @@ fn growth(subject: &Subject<'_>) -> Measured<[f64; 2]> {
     Ok([larger(most[0], most[1]), most[1] / most[0]])
 }
 
-/// How many nodes the largest step follows the motion, at least two.
+/// The number of nodes over which the largest step follows the motion, at least two.
 pub fn followed(errors: &[f64]) -> usize {
     let lost = errors
         .iter()
@@ -489,7 +503,8 @@ pub fn followed(errors: &[f64]) -> usize {
     lost.unwrap_or(errors.len()).max(2).min(errors.len())
 }
 
-/// Times, and the errors there of every quantity with every step, the first of which is a part of the subject's.
+/// The times, and the errors there of every quantity with every step. The first step is the subject's over
+/// `finest`.
 pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors, Option<RunError>)> {
     let h = subject.h;
     let coarse = match subject.followed.get() {
@@ -502,7 +517,7 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
         .map(|k| subject.start.t + (k as f64 * f64::from(part)) * h)
         .collect();
     let (exact, ended) = probe::exact_as_far(subject.system, h, &subject.start, &times, TOLERANCE)?;
-    // beside the place where a motion ends, errors need not fall as a power of the step yet
+    // just before the end of a motion, errors need not fall as a power of the step yet
     let count = match &ended {
         Some(_) => exact.len() * 3 / 4,
         None => exact.len(),
@@ -555,16 +570,17 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
                     constraint_multipliers(system, h, node)
                 },
             ];
-            // a force is a difference of momenta, over a step
+            // a force is the difference of two momenta over a step
             let momenta = legendre_plus(system, h, node.leg.any());
-            // the roundings of the forces add up to a motion of their own
+            // the rounding of the forces adds up to a motion
             let moves = roundings(system, h, node);
             let steps = ((node.leg.t - subject.start.t) / h).abs();
             for (k, (values, truth)) in values.iter().zip(truth).enumerate() {
                 if values.is_empty() {
                     continue;
                 }
-                // all of one sign they are a bound that leaves no error where the time is large: there it is the fit that tells rounding
+                // a bound that adds all roundings with one sign would leave no error where the time is large:
+                // there the fit finds the rounding
                 let worst = if is_coarse { 0.0 } else { ROUNDINGS };
                 let moved = |i: usize| worst * moves.get(i).copied().unwrap_or(0.0);
                 let rounding = |i: usize| match k {
@@ -589,7 +605,7 @@ pub fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors,
     Ok((times, errors, ended))
 }
 
-/// Sets to zero what is rounding among the errors of forces, where positions or times are large, and of multipliers.
+/// Sets errors that are rounding to zero: of forces, where positions or times are large, and of multipliers.
 fn forget_rounding(
     (system, h, is_coarse): (&dyn Kernel, f64, bool),
     nodes: &[Triple],
@@ -619,7 +635,7 @@ fn forget_rounding(
     }
 }
 
-/// How many steps lead to a time, at least two.
+/// The number of steps up to a time, at least two.
 fn steps_to(subject: &Subject<'_>, until: f64) -> usize {
     let times = subject.legs.iter().map(|leg| (leg.t - subject.start.t).abs());
     times
@@ -628,7 +644,8 @@ fn steps_to(subject: &Subject<'_>, until: f64) -> usize {
         .clamp(2, STEPS)
 }
 
-/// How well multipliers are known at a triple of nodes, in units of their scales: to what the rounding of a force makes of them, which is that of momenta over a step.
+/// The rounding of multipliers at a triple of nodes, in units of their scales: it comes from that of the
+/// force, which is that of momenta over a step.
 fn multiplier_rounding(system: &dyn Kernel, h: f64, node: &Triple, scales: &[f64], is_coarse: bool) -> f64 {
     let momenta = legendre_plus(system, h, node.leg.any());
     let mut all = vec![0.0; scales.len()];
@@ -645,8 +662,8 @@ fn multiplier_rounding(system: &dyn Kernel, h: f64, node: &Triple, scales: &[f64
     relative.fold(0.0, larger)
 }
 
-/// How many times less a momentum is known than to its own digits where constraints hold positions: to those of the position and the time, if these are large
-/// beside a leg and a step.
+/// The factor by which the rounding of a momentum is larger than that of its own digits, where constraints
+/// hold positions: that of the position relative to a leg, and of the time relative to a step.
 fn coarser(node: &Triple, h: f64, i: usize) -> f64 {
     let component = |x: &[f64]| x.get(i).map_or(0.0, |x| x.abs());
     let (q, d) = (component(&node.leg.q), component(&node.leg.d));
@@ -657,7 +674,8 @@ fn coarser(node: &Triple, h: f64, i: usize) -> f64 {
     }
 }
 
-/// How large each component of a quantity becomes: of positions, how far they go.
+/// The scale of each component of a quantity: its largest value, and for positions the largest distance from
+/// the start.
 fn scales(k: usize, truth: &[[Vec<f64>; 4]], q0: &[f64]) -> Vec<f64> {
     let components = truth.first().map_or(0, |truth| truth[k].len());
     let extent = |i: usize| {
@@ -670,7 +688,7 @@ fn scales(k: usize, truth: &[[Vec<f64>; 4]], q0: &[f64]) -> Vec<f64> {
     moving((0..components).map(extent).collect())
 }
 
-/// What some components make, but of one that stands still what the one makes that moves most.
+/// The extents of components; one that stands still has that of the component that moves most.
 fn moving(extents: Vec<f64>) -> Vec<f64> {
     let most = extents.iter().fold(0.0, |most, &x| larger(most, x));
     let own = extents.into_iter();
@@ -678,8 +696,8 @@ fn moving(extents: Vec<f64>) -> Vec<f64> {
         .collect()
 }
 
-/// The last of some points, smaller ones after larger ones, that are above the plateau of rounding; `None` where they are too few for a
-/// slope.
+/// The last points, in order of decreasing steps, that are above the plateau of rounding; `None` if they are
+/// too few for a slope.
 pub fn above(plateau: f64, mut points: Vec<[f64; 2]>) -> Option<Vec<[f64; 2]>> {
     points.retain(|[_, value]| *value > plateau || value.is_nan());
     let last = points.split_off(points.len().saturating_sub(FITTED));

@@ -1,8 +1,9 @@
-//! The energy and what changes it: `dE/dt = ⟨Q + f, v⟩ − ∂L/∂t`, with the constraint force `Q` and the external forces `f`.
+//! The energy balance: `dE/dt = ⟨Q + f, v⟩ − ∂L/∂t`, with the constraint force `Q` and the external forces
+//! `f`.
 //!
-//! Along the continuous motion this is an identity, and holds the code of the energy against that of the forces. Along the
-//! discrete one the energy at the nodes and the sum of `h` times the power differ by an error of the step, whose order is
-//! fitted.
+//! Along the continuous motion this is an identity, which tests the code of the energy against that of the
+//! forces. Along the discrete one the energy at the nodes and the sum of `h` times the power differ by an
+//! error of the step, whose order is fitted.
 
 use dsocs_core::geometry::{Triple, discrete_power, mean_over, power};
 use dsocs_core::{AnyPoint, Declaration, OwnedLeg};
@@ -13,25 +14,26 @@ use super::{Measured, Report, Subject, larger, largest};
 use crate::entry::Motions;
 use crate::stability::Bar;
 
-/// The identity may be missed by this much, relative to the energy's terms: what the series and the quadrature leave.
+/// The largest defect of the identity, relative to the energy's terms: the error of the series and the
+/// quadrature.
 const IDENTITY: f64 = 1e-11;
 
-/// Each of so many steps is half of the one before.
+/// The number of steps, each half of the one before.
 const HALVINGS: u32 = 6;
 
 /// A defect below this part of the energy's terms may be rounding.
 const PLATEAU: f64 = 1e-10;
 
-/// The balance is drawn up over so many of the largest steps, at most.
+/// The largest duration of the balance, in steps of the system.
 const STEPS: f64 = 2000.0;
 
-/// A jump of the energy differs by less than this part of itself from that with another step.
+/// Two jumps of the energy, with successive steps, are the same if they differ by less than this part.
 const SAME: f64 = 0.1;
 
-/// How far the order may be below the declared one.
+/// The largest deficit of the order against the declared one.
 const BELOW: f64 = 0.1;
 
-/// Both balances.
+/// The continuous identity and the discrete balance.
 pub fn balance(subject: &Subject<'_>, report: &mut Report) {
     let identity = largest(&subject.states, |state| {
         defect(subject.system, state, subject.h, &|point| {
@@ -57,7 +59,8 @@ fn discrete(subject: &Subject<'_>, parts: u32, report: &mut Report) {
         .abs()
         .min(STEPS * subject.h.abs());
     if subject.ended.is_some() {
-        // beside the place where a motion ends, errors need not fall as a power of the step yet, and a smaller step may end before
+        // just before the end of a motion, errors need not fall as a power of the step yet, and a smaller
+        // step may end earlier
         span *= 0.75;
     }
     if let (true, Some(until)) = (parts > FINER[1], subject.followed()) {
@@ -88,7 +91,7 @@ fn discrete(subject: &Subject<'_>, parts: u32, report: &mut Report) {
         Bar::AtLeast(subject.expected.order - BELOW),
         Ok(slope),
     );
-    // an energy is as that of the velocity
+    // the order at a corner is lowered as that of the velocity
     excuse(
         subject,
         subject.expected.order - slope,
@@ -105,7 +108,8 @@ fn discrete(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     }
 }
 
-/// By how much the energy jumps in one step, relative to its terms, if that is the same with the two finest steps and makes most of what is missed.
+/// The jump of the energy in one step, relative to its terms, if it is the same with the two finest steps and
+/// is most of the defect.
 fn jump(defects: &[[f64; 2]]) -> Option<f64> {
     let [.., [_, before], [missed, jump]] = defects else {
         return None;
@@ -114,8 +118,8 @@ fn jump(defects: &[[f64; 2]]) -> Option<f64> {
     is_one.then_some(*jump)
 }
 
-/// By how much a power misses the change of the energy along a piece of the continuous motion from a state, relative to the
-/// terms: about a step, or as far as the series reaches.
+/// The defect of a power against the change of the energy along a piece of the continuous motion from a
+/// state, relative to the terms. The piece is a step, or shorter where the series does not reach.
 fn defect(system: &dyn Motions, state: &State, h: f64, power: &dyn Fn(AnyPoint<'_, f64>) -> f64) -> Measured {
     let motion = expansion(system, state)?;
     // a series knows its second derivative to fewer digits at its end
@@ -126,7 +130,7 @@ fn defect(system: &dyn Motions, state: &State, h: f64, power: &dyn Fn(AnyPoint<'
         let point = motion.point(s);
         let AnyPoint { t, q, v, .. } = point.any();
         let energy = declaration.energy(t, q, v);
-        // E + L is the other term
+        // E + L is the other term of the energy
         [energy, energy.abs() + 2.0 * declaration.lagrangian(t, q, v).abs()]
     });
     let terms = from[1] + to[1] + sum.abs();
@@ -134,8 +138,9 @@ fn defect(system: &dyn Motions, state: &State, h: f64, power: &dyn Fn(AnyPoint<'
     Ok(if missed == 0.0 { 0.0 } else { missed / terms })
 }
 
-/// The largest difference of the energy at a node of the discrete motion with the step `h` from that at the first one and what
-/// the power has changed since, up to a time `span` later, by the trapezoidal rule, relative to the energy's terms; and by how much it changes in one step, at most.
+/// The largest difference between the change of the energy since the first node and the work of the power, by
+/// the trapezoidal rule, relative to the energy's terms, over the discrete motion with the step `h` up to the
+/// time `span`; and the largest change in one step.
 fn discrete_defect(subject: &Subject<'_>, h: f64, span: f64) -> Measured<[f64; 2]> {
     let system = subject.kernel;
     let declaration = Declaration::of(system);
@@ -182,7 +187,8 @@ mod tests {
 
     use super::*;
 
-    /// Everything that changes the energy: a drive in the Lagrangian, friction, and a constraint that moves.
+    /// A system in which everything changes the energy: a drive in the Lagrangian, friction, and a moving
+    /// constraint.
     #[dsocs {
         coordinates(x, y);
         lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (1 + t.sin() / 2) * (x.powi(2) + y.powi(2)) / 2;
@@ -210,7 +216,7 @@ mod tests {
         let found = |power: &dyn Fn(AnyPoint<'_, f64>) -> f64| defect(motions, &state, 0.1, power).unwrap();
         let right = found(&|point| power(&system, point));
         assert!(right < 1e-14, "{right:e}");
-        // without the drive, without the friction, without the constraint's force
+        // each power lacks one term: the drive, the friction, the constraint's force
         let square = |x: &[f64]| x[0] * x[0] + x[1] * x[1];
         let drive = |point: AnyPoint<'_, f64>| point.t.cos() / 4.0 * square(point.q);
         let friction = |point: AnyPoint<'_, f64>| -0.3 * square(point.v);

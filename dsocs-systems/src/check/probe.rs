@@ -1,4 +1,4 @@
-//! What the checks ask of a system beside its geometry: motions, discrete and continuous.
+//! Discrete and continuous motions of a system, for the checks.
 
 use std::ops::ControlFlow;
 
@@ -20,13 +20,13 @@ pub struct State {
     pub q: Vec<f64>,
     /// The velocity.
     pub v: Vec<f64>,
-    /// Near which the acceleration is, where there may be several.
+    /// The acceleration near which a solution is looked for, where there may be several.
     pub near: Option<Vec<f64>>,
-    /// The motion about it, where runs begin with two nodes of the motion.
+    /// The expansion of the motion about it, where runs begin with two nodes of the motion.
     pub ahead: Option<Expansion>,
 }
 
-/// How the second node follows from a state.
+/// The rule for the second node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum First {
     /// `q1 = q0 + h v0 + h²/2 a0`.
@@ -37,7 +37,8 @@ pub enum First {
     Exact,
 }
 
-/// Is shown the number, the time and the leg of a position, and whether a function jumps or holds something in the step that led there, and says whether the motion goes on.
+/// A visitor of the nodes: gets the number, the time and the leg, and whether a function jumps or holds
+/// something in the step there; returns whether the motion goes on.
 type Walker<'w> = &'w mut dyn FnMut(u64, f64, AnyLeg<'_, f64>, bool) -> bool;
 
 /// The nodes of a motion of third order, the regularity of its steps, and those in which something jumps.
@@ -92,29 +93,29 @@ impl State {
         }
     }
 
-    /// The same moved onto the constraints of positions and velocities.
+    /// The beginning, projected onto the constraints of positions and velocities.
     fn moved(&self) -> Beginning {
         Beginning::Projected(Box::new(self.beginning(First::SecondOrder)))
     }
 
-    /// The start of a run of third order, with the acceleration that is said.
+    /// The start of a run of third order, with the given acceleration.
     pub fn third_order(&self) -> Result<AnyStart, SetupError> {
         let a0 = self.near.as_ref().ok_or(SetupError::FreeAcceleration)?;
         Ok(AnyStart::third_order(&self.q, &self.v, a0).at(self.t))
     }
 }
 
-/// The steps of a motion in which what the theorems assume does not hold.
+/// The steps of a motion in which assumptions of the theorems do not hold.
 #[derive(Clone, Copy, Default)]
 pub struct Hard {
-    /// Those that were too long for what jumps.
+    /// Steps that did not resolve a jump.
     pub unresolved: Option<Unresolved>,
-    /// Those near a singularity.
+    /// Steps near a singularity.
     pub nearly_singular: Option<NearlySingular>,
 }
 
 impl Hard {
-    /// Those of a run so far.
+    /// The hard steps of a run so far.
     fn of(run: &dyn Run) -> Self {
         Self {
             unresolved: run.unresolved(),
@@ -123,7 +124,7 @@ impl Hard {
     }
 }
 
-/// Walks along the discrete motion from a state, from the second node on. Gives its hard steps.
+/// Walks along the discrete motion from a state, from the second node on. Returns its hard steps.
 pub fn walk(
     system: &dyn Kernel,
     h: f64,
@@ -144,7 +145,7 @@ pub fn walk(
     (Hard::of(flow.run()), Ok(()))
 }
 
-/// A state on the constraints of positions and velocities, near to one that may violate them.
+/// The projection of a state onto the constraints of positions and velocities.
 pub fn projected(system: &dyn Kernel, h: f64, state: &State) -> Result<State, CheckFailure> {
     let flow = AnyFlow::new(system, h, &state.moved().start())?;
     let Passed { q, v, .. } = passed(flow.run());
@@ -218,7 +219,7 @@ pub fn passed_nodes(
     Ok(nodes)
 }
 
-/// What the checks look at of the node where a run stands.
+/// Time, position and velocity at the node where a run stands.
 pub fn passed(run: &dyn Run) -> Passed {
     let mut node = OwnedNode::new(run.kernel().shape().dimension());
     node.take(run);
@@ -230,13 +231,13 @@ pub fn passed(run: &dyn Run) -> Passed {
     }
 }
 
-/// The legs of a motion, and why there are no more.
+/// The legs of a motion, and the reason why there are no more.
 pub struct Walked {
     /// The legs, at least three.
     pub legs: Vec<OwnedLeg<f64>>,
     /// The time that is reached.
     pub until: f64,
-    /// Why the end is not.
+    /// The reason why the end was not reached.
     pub ended: Option<String>,
     /// Its hard steps.
     pub hard: Hard,
@@ -248,11 +249,12 @@ pub struct Walked {
 pub fn legs(system: &dyn Kernel, h: f64, start: (&State, First), until: f64) -> Result<Walked, CheckFailure> {
     let (mut legs, mut held, mut reached) = (Vec::new(), Vec::new(), start.0.t);
     let mut holding = false;
-    // a time that is the end to within rounding is the end
+    // a time that equals the end to rounding is the end
     let last = until - 1e-6 * h;
     let (hard, walked) = walk(system, h, start, &mut |_, time, leg, is_held| {
         if !legs.is_empty() {
-            // what is held on the last leg of a step is held on the first of the next one, which may let it go
+            // a coordinate held on the last leg of a step is held on the first of the next one, which may
+            // release it
             held.push(is_held || holding);
             holding = is_held;
         }
@@ -274,7 +276,7 @@ pub fn legs(system: &dyn Kernel, h: f64, start: (&State, First), until: f64) -> 
     })
 }
 
-/// By how much a vector is more than another one.
+/// The difference of two vectors.
 pub fn less(x: &[f64], y: &[f64]) -> Vec<f64> {
     x.iter().zip(y).map(|(x, y)| x - y).collect()
 }
@@ -300,7 +302,7 @@ pub fn nodes(
     });
     match walked {
         Ok(()) => Ok(nodes),
-        // not the motion to check
+        // this error is not of the motion to check
         Err(CheckFailure::Setup(error)) => Err(error.into()),
         Err(CheckFailure::Run(error)) => Err(error.into()),
         Err(error) => Err(error.into()),
@@ -321,7 +323,7 @@ pub fn exact(
     }
 }
 
-/// The same as far as there is a continuous motion, and why it ends before the last time if it does.
+/// The continuous motion as far as it exists, and the reason why it ends before the last time, if it does.
 pub fn exact_as_far(
     system: &dyn Motions,
     h: f64,

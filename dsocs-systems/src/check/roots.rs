@@ -1,4 +1,4 @@
-//! Solutions and modes of a step that belong to no motion of the continuous system.
+//! Solutions and modes of a step without a counterpart in the continuous motion.
 
 use dsocs_core::geometry::{DiscreteFlow, Triple, pair_displacements};
 
@@ -6,26 +6,26 @@ use super::probe::expansion;
 use super::{Measured, Report, Subject, larger};
 use crate::stability::Bar;
 
-/// Two solutions nearer than this part of a leg cannot be told from one another.
+/// The smallest distance of two solutions that are told apart, in legs.
 const APART: f64 = 1e-6;
 
-/// A solution that is this many legs away is not in question.
+/// Solutions that are farther away, in legs, are ignored.
 const FAR: f64 = 10.0;
 
-/// How far guesses are from the solution, in legs.
+/// Distances of the guesses from the solution along a coordinate, in legs.
 const GUESSES: [f64; 4] = [0.03, 0.3, 1.0, 5.0];
 
-/// A coordinate whose leg is shorter than this part of the longest stands still.
+/// A coordinate stands still if its leg is shorter than this part of the longest.
 const STILL: f64 = 1e-3;
 
-/// A change of a leg may change the next second difference by this part of it: less and less with a smaller step, unless a
-/// mode of the step has no counterpart.
+/// The largest change of the next second difference, relative to a change of the leg: it decreases with the
+/// step, unless a mode of the step has no counterpart.
 const MODE: f64 = 0.5;
 
-/// The step is made smaller by 4 at most so often.
+/// The number of times that the step is divided by 4.
 const QUARTERS: i32 = 10;
 
-/// The other roots along the motion, and modes without a counterpart.
+/// The nearest other root of each step, and modes without a counterpart.
 pub fn roots(subject: &Subject<'_>, report: &mut Report) {
     let distances: Vec<f64> = subject
         .triples
@@ -56,7 +56,7 @@ pub fn roots(subject: &Subject<'_>, report: &mut Report) {
 
 /// The longer of both legs by coordinate.
 fn lengths(triple: &Triple) -> Vec<f64> {
-    // the time does not matter
+    // the time is not used
     let last = triple.last(0.0);
     let legs = triple.leg.d.iter().zip(&last.d);
     let own: Vec<f64> = legs.map(|(first, last)| first.abs().max(last.abs())).collect();
@@ -71,7 +71,7 @@ fn lengths(triple: &Triple) -> Vec<f64> {
     own.iter().map(length).collect()
 }
 
-/// The distance of the nearest other solution of a step that is found, in legs.
+/// The distance of the nearest other solution of a step, in legs, if one is found.
 fn other(flow: &DiscreteFlow<'_>, triple: &Triple) -> Option<f64> {
     let lengths = lengths(triple);
     let mut nearest: Option<f64> = None;
@@ -85,7 +85,7 @@ fn other(flow: &DiscreteFlow<'_>, triple: &Triple) -> Option<f64> {
             let apart = (0..lengths.len())
                 .map(|i| (found.e[i] - triple.e[i]).abs() / lengths[i])
                 .fold(0.0, larger);
-            // rounding is what is nearer
+            // a smaller distance is rounding
             if apart > APART * APART.sqrt() && apart < FAR {
                 nearest = Some(nearest.map_or(apart, |nearest| nearest.min(apart)));
             }
@@ -94,7 +94,8 @@ fn other(flow: &DiscreteFlow<'_>, triple: &Triple) -> Option<f64> {
     nearest
 }
 
-/// By how much a change of the leg before comes back in the second difference, in the limit of small steps.
+/// The effect of a change of the last leg on the second difference, `δe` over `δd`, in the limit of small
+/// steps.
 ///
 /// The step is a map of pairs of nodes, which has twice as many modes as there are coordinates, as the continuous motion has. A mode without a
 /// counterpart (the leapfrog of a constraint without accelerations that is imposed on three nodes) turns a change of the leg into its
@@ -119,12 +120,13 @@ fn parasitic(subject: &Subject<'_>) -> Measured {
     Ok(most)
 }
 
-/// The largest `δe` over the change of the first node that makes it, in legs, where the second node stays.
+/// The largest `δe` relative to the change of the first node that causes it, in legs, with the second node
+/// fixed.
 fn returned(subject: &Subject<'_>, flow: &DiscreteFlow<'_>, triple: &Triple) -> Measured {
     let tangent = flow.tangent(triple)?;
     let lengths = lengths(triple);
     let allowed = pair_displacements(subject.kernel, flow.h(), triple.leg.any());
-    // combinations of the allowed displacements that leave the second node where it is
+    // combinations of the allowed displacements that keep the second node fixed
     let in_legs =
         |part: &[f64]| -> Vec<f64> { part.iter().zip(&lengths).map(|(x, length)| x / length).collect() };
     let mut vectors: Vec<[Vec<f64>; 2]> = allowed

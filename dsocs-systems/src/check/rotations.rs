@@ -1,4 +1,4 @@
-//! The checks of a system with rotations: what needs no forms on pairs of nodes.
+//! The checks of a system with rotations: those that need no forms on pairs of nodes.
 
 use dsocs_core::geometry::{self, Triple, discrete_power};
 use dsocs_core::{AnyPoint, AnyStart, Declaration, Kernel, OwnedLeg, Tolerance};
@@ -12,26 +12,27 @@ use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, flow, 
 use crate::entry::{CheckFailure, Motions, Symmetry};
 use crate::stability::Bar;
 
-/// So far a symmetry is followed to see whether the Lagrangian is kept, and the part of itself by which that may change: rounding.
+/// The distance along a symmetry at which the Lagrangian is compared, and the relative change that counts as
+/// rounding.
 const MOVED: f64 = 1e-3;
 const SAME: f64 = 1e-9;
 
-/// A norm may be so many roundings from one.
+/// The largest deviation of a norm from one, in roundings.
 const ROUNDINGS: f64 = 4.0;
 
-/// What works by less than this part of the terms works nothing.
+/// A force whose work is below this part of the terms does no work.
 const NO_WORK: f64 = 1e-14;
 
-/// Each of so many steps is half of the one before.
+/// The number of steps, each half of the one before.
 const HALVINGS: usize = 5;
 
-/// How far the fitted order may be from the declared one.
+/// The largest deficit of the fitted order against the declared one.
 const APART: f64 = 0.1;
 
 /// The tolerance of the continuous motion.
 const TOLERANCE: f64 = 1e-14;
 
-/// A motion, with what is expected of it.
+/// A motion, with its expected properties.
 struct Subject<'a> {
     system: &'a dyn Motions,
     kernel: &'a dyn Kernel,
@@ -43,13 +44,14 @@ struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    /// The start of a run.
+    /// The start of a run, by the rule for the second node.
     fn begins(&self) -> AnyStart {
         self.start.beginning(self.first).start()
     }
 }
 
-/// Checks a system on the motion from a position and a velocity, to the end `own` unless the settings say another.
+/// Checks a system on the motion from a position and a velocity, to the end `own` unless the settings give
+/// another.
 ///
 /// # Errors
 ///
@@ -109,7 +111,7 @@ pub fn check_to(
     Ok(found.findings)
 }
 
-/// How far the motion goes.
+/// The time that the motion reaches.
 fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
     let left_out = "beside a rotation what needs forms on pairs of nodes (the identities, the symplectic law) is not looked at, so far";
     reached(
@@ -135,8 +137,9 @@ fn norms(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
     );
 }
 
-/// The momentum equation along the symmetries that are declared, and along those of coordinates whose positions are in no equation: these are moved, and
-/// attitudes turned about the axes of space. Where nothing works along one, its momentum stays.
+/// The momentum equation along the declared symmetries, and along those of cyclic coordinates: translations,
+/// and rotations about the axes of space. Where no force does work along a symmetry, its momentum is
+/// conserved.
 fn momenta(subject: &Subject<'_>, symmetries: &[Symmetry], legs: &[OwnedLeg<f64>], report: &mut Report) {
     let mut own = reduced(subject.kernel);
     own.retain(|symmetry| {
@@ -185,7 +188,8 @@ fn momenta(subject: &Subject<'_>, symmetries: &[Symmetry], legs: &[OwnedLeg<f64>
     }
 }
 
-/// Whether the Lagrangian is the same where a symmetry leads: a height may be in no equation, and its weight is in the Lagrangian.
+/// Whether the Lagrangian is invariant along a symmetry: a height may be in no equation while its weight is
+/// in the Lagrangian.
 fn keeps_lagrangian(kernel: &dyn Kernel, leg: &OwnedLeg<f64>, symmetry: &Symmetry) -> bool {
     let generator = symmetry.at(&leg.q);
     let still = vec![0.0; generator.len()];
@@ -197,7 +201,7 @@ fn keeps_lagrangian(kernel: &dyn Kernel, leg: &OwnedLeg<f64>, symmetry: &Symmetr
     (ahead - behind).abs() <= SAME * (ahead.abs() + behind.abs())
 }
 
-/// The symmetries of coordinates whose positions are in no equation.
+/// The symmetries of cyclic coordinates, whose positions are in no equation.
 fn reduced(kernel: &dyn Kernel) -> Vec<Symmetry> {
     let shape = kernel.shape();
     let n = shape.dimension();
@@ -217,7 +221,7 @@ fn reduced(kernel: &dyn Kernel) -> Vec<Symmetry> {
             all.push(Symmetry::of(name, n, move |q, out| {
                 out.fill(0.0);
                 let [w, x, y, z] = [0, 1, 2, 3].map(|k| q[place + k]);
-                // the row of the matrix of the attitude: an axis of space, seen from the body
+                // a row of the matrix of the attitude: an axis of space in the frame of the body
                 let seen = match axis {
                     0 => [
                         w * w + x * x - y * y - z * z,
@@ -242,7 +246,8 @@ fn reduced(kernel: &dyn Kernel) -> Vec<Symmetry> {
     all
 }
 
-/// The energy at nodes against the sum of the power of the forces: the order of what is missed, with parts of the subject's step.
+/// The energy at nodes against the sum of the power of the forces: the order of the defect, with parts of the
+/// subject's step.
 fn balance(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     let measured: Measured<Vec<[f64; 2]>> = (0..HALVINGS)
         .map(|halving| {
@@ -258,7 +263,7 @@ fn balance(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     );
 }
 
-/// By how much the energy misses what it is at the first node and what the power has changed since, relative to its terms.
+/// The largest defect of the energy balance since the first node, relative to the energy's terms.
 fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
     let kernel = subject.kernel;
     let declaration = Declaration::of(kernel);
@@ -284,8 +289,8 @@ fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
     Ok(if missed == 0.0 { 0.0 } else { missed / terms })
 }
 
-/// The order with parts of the subject's step: by the errors against the continuous motion or, where there is no series, by the changes from one step to the
-/// half of it.
+/// The order with parts of the subject's step: by the errors against the continuous motion or, where there is
+/// no series, by the changes from each step to its half.
 fn order(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     let bar = Bar::AtLeast(subject.expected.order - APART);
     let part = |halving: usize| f64::from(parts << halving);
@@ -320,7 +325,7 @@ fn order(subject: &Subject<'_>, parts: u32, report: &mut Report) {
     }
 }
 
-/// The largest distance of two motions, of each of which every so many nodes are at the same times.
+/// The largest distance of two motions, at every `by`-th node of each, which are at the same times.
 fn distance((one, by): (&[Passed], usize), (other, by_other): (&[Passed], usize)) -> f64 {
     let pairs = one.iter().step_by(by).zip(other.iter().step_by(by_other));
     let apart = pairs.flat_map(|(one, other)| less(&one.q, &other.q));

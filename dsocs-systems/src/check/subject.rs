@@ -12,19 +12,19 @@ use super::probe::{self, First, Hard, State, Walked, less};
 use super::{Expected, Settings, excuse, larger, order};
 use crate::entry::{CheckFailure, Motions, Symmetry};
 
-/// So many triples of the motion are looked at, evenly spread, at most.
+/// The largest number of evenly spread triples of the motion that are tested.
 const TRIPLES: usize = 24;
 
-/// And so many where the second difference changes most: at switches and impacts.
+/// The number of further triples, where the second difference changes most: at switches and impacts.
 const HARDEST: usize = 8;
 
-/// The tangent map is held against differences of so many first steps.
+/// The number of first steps in which the tangent map is compared with difference quotients.
 const EARLY: usize = 40;
 
-/// At so many states of the continuous motion the discrete system is held against the continuous one.
+/// The number of states of the continuous motion at which the discrete system is compared with it.
 const STATES: usize = 4;
 
-/// The tolerance of the motion that leads there.
+/// The tolerance of the motion to these states.
 const STATES_TOLERANCE: f64 = 1e-13;
 
 /// A system with the motion that it is checked on.
@@ -35,7 +35,7 @@ pub struct Subject<'a> {
     pub kernel: &'a dyn Kernel,
     /// Its step as a map.
     pub flow: DiscreteFlow<'a>,
-    /// What is expected.
+    /// Its expected properties.
     pub expected: Expected,
     /// Symmetries of its Lagrangian.
     pub symmetries: &'a [Symmetry],
@@ -45,38 +45,38 @@ pub struct Subject<'a> {
     pub asked: f64,
     /// The time that was reached.
     pub until: f64,
-    /// Why that is not the end.
+    /// The reason why that is not the end.
     pub ended: Option<String>,
-    /// The steps in which what the theorems assume does not hold.
+    /// The steps in which assumptions of the theorems do not hold.
     pub hard: Hard,
-    /// In how many steps a function jumps, or something rests where one does.
+    /// The number of steps in which a function jumps, or holds something at rest.
     pub held: usize,
     /// The start.
     pub start: State,
-    /// How the second node follows from it.
+    /// The rule for the second node.
     pub first: First,
     /// The legs of the motion.
     pub legs: Vec<OwnedLeg<f64>>,
-    /// Where in the motion the triples are, by the number of their first leg.
+    /// The index of the first leg of each triple.
     pub places: Vec<usize>,
-    /// Triples along it, evenly spread, and the hardest ones.
+    /// Triples along the motion: evenly spread ones, and the hardest ones.
     pub triples: Vec<Triple>,
-    /// Those that are evenly spread.
+    /// The evenly spread triples alone.
     pub spread: Vec<Triple>,
     /// Triples of the first steps.
     pub early: Vec<Triple>,
     /// States of the continuous motion, evenly spread.
     pub states: Vec<State>,
-    /// The constraint that says least beside the others, where it says so little that its rounding shows.
+    /// The constraint that is nearly dependent on the others, if its rounding shows.
     pub dependent: Option<Dependent>,
-    /// What the rounding of times and positions makes of a leg.
+    /// The rounding of large times and positions.
     pub coarse: Coarse,
-    /// The time up to which the step follows the motion, if that is but a small part of the window.
+    /// The time up to which the step follows the motion, if it is a small part of the window.
     pub followed: OnceCell<Option<f64>>,
 }
 
 impl<'a> Subject<'a> {
-    /// A system with its motion from the start of the settings, to the end `own` unless they say another.
+    /// A system with its motion from the start of the settings, to the end `own` unless they give another.
     pub fn new(
         system: &'a dyn Motions,
         symmetries: &'a [Symmetry],
@@ -130,7 +130,7 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// Lets runs begin with two nodes of the continuous motion, if it is known at the start.
+    /// Lets runs begin with two nodes of the continuous motion, if its expansion at the start is known.
     pub fn start_on_the_motion(&mut self) {
         if let Ok(motion) = probe::expansion(self.system, &self.start) {
             self.start.ahead = Some(motion);
@@ -138,15 +138,15 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// How many constraints there are: on positions, on velocities, on accelerations.
+    /// The numbers of constraints: on positions, on velocities, on accelerations.
     pub fn constraints(&self) -> [usize; 3] {
         let shape = self.kernel.shape();
         [shape.holonomic, shape.nonholonomic, shape.kinematic]
     }
 
-    /// How often something that is given by pieces changes its piece along the motion.
+    /// The number of changes between pieces of functions along the motion.
     pub fn corners(&self) -> usize {
-        // of second order nothing depends on it
+        // with constraints of second order no piece depends on the acceleration
         let a = vec![0.0; self.kernel.shape().dimension()];
         let middles = self.legs.iter().map(|leg| {
             let back: Vec<f64> = leg.d.iter().map(|d| -d / 2.0).collect();
@@ -163,19 +163,21 @@ impl<'a> Subject<'a> {
             .sum()
     }
 
-    /// The time up to which the step follows the motion at all, if that is but a small part of the window: there it is too long by far for errors that fall as a power of it.
+    /// The time up to which the step follows the motion, if it is a small part of the window: the step is
+    /// then too long for errors that fall as a power of it.
     pub fn followed(&self) -> Option<f64> {
         *self.followed.get_or_init(|| order::hardly_followed(self))
     }
 
-    /// Which assumption of the theorems on the motion as a whole does not hold on it, if one does not.
+    /// The reason why the theorems on the motion as a whole are not required: the assumption that does not
+    /// hold.
     pub fn excuse(&self) -> Option<String> {
         excuse(self.hard, self.held, self.legs.len() - 1)
     }
 }
 
-/// The numbers of legs at which triples begin: evenly spread and where the second difference changes most, and the first of these alone. Those in which
-/// a function jumps or holds something are left out.
+/// The indices of legs at which triples begin: evenly spread and where the second difference changes most;
+/// and the evenly spread alone. Legs in which a function jumps or holds something are left out.
 fn places(walked: &Walked) -> (Vec<usize>, Vec<usize>) {
     let legs = &walked.legs;
     let last = legs.len() - 1;
@@ -204,7 +206,7 @@ fn places(walked: &Walked) -> (Vec<usize>, Vec<usize>) {
     (places, spread)
 }
 
-/// Triples at some places of a motion.
+/// Triples at these places of a motion.
 fn triples(
     flow: &DiscreteFlow<'_>,
     legs: &[OwnedLeg<f64>],
@@ -219,9 +221,9 @@ fn triples(
     Ok(found)
 }
 
-/// States of the continuous motion: the start, and others if the motion is known so far.
+/// States of the continuous motion: the start, and others as far as the motion is known.
 fn states(system: &dyn Motions, h: f64, start: &State, until: f64) -> Vec<State> {
-    // a function of pieces may have a corner at the start, on whose other side the motion has never been
+    // a piecewise function may have a corner at the start, whose other side the motion does not reach
     let (first, aside) = if system.kernel().shape().piecewise {
         (None, 0.5)
     } else {
@@ -236,8 +238,8 @@ fn states(system: &dyn Motions, h: f64, start: &State, until: f64) -> Vec<State>
     states
 }
 
-/// States of the continuous motion, as far as it is known: those of some numbers out of `count` that divide the time evenly, each later by the part `aside` of
-/// what lies between two.
+/// States of the continuous motion, as far as it is known, at `count` even parts of the time of which
+/// `numbers` are taken, each later by `aside` of a part.
 pub fn states_at(
     system: &dyn Motions,
     h: f64,

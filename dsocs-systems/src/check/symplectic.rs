@@ -1,4 +1,4 @@
-//! How the symplectic form evolves, discretely and continuously.
+//! The evolution of the symplectic form, discrete and continuous.
 
 use dsocs_core::geometry::{
     DiscreteFlow, Displacement, Evolution, GeometryError, Triple, pair_displacements, state_displacements,
@@ -9,42 +9,44 @@ use super::{Measured, Report, Subject, continuous, larger, largest};
 use crate::entry::Kind;
 use crate::stability::Bar;
 
-/// `F*Ω = Ω + dξ` may be missed by this much, relative to its terms.
+/// The largest defect of `F*Ω = Ω + dξ`, relative to its terms.
 const LAW: f64 = 1e-13;
 
-/// A defect of so many roundings, times the condition of `D₃`, is rounding: the tangent map is the solution of linear equations with this matrix, and is known
-/// to no more (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., section 7.1).
+/// A defect of this many roundings, times the condition number of `D₃`, is rounding: the tangent map solves
+/// linear equations with this matrix, and has no smaller error (N. J. Higham, *Accuracy and Stability of
+/// Numerical Algorithms*, 2nd ed., section 7.1).
 const ROUNDINGS: f64 = 8.0;
 
-/// `dξ` may be this large, relative to the terms of the law, where it has to be zero.
+/// The largest `dξ`, relative to the terms of the law, where it has to be zero.
 const ZERO: f64 = 1e-11;
 
-/// The tangent map may be off its difference quotients by this much.
+/// The largest distance of the tangent map from its difference quotients.
 const QUOTIENT: f64 = 1e-7;
 
-/// The continuous law may be missed by this much, relative to its terms: what the quadrature leaves.
+/// The largest defect of the continuous law, relative to its terms: the error of the quadrature.
 const QUADRATURE: f64 = 1e-9;
 
-/// `dξ` is seen if it is larger than this part of the terms: rounding is far below.
+/// The smallest `dξ`, relative to the terms, that counts as nonzero: rounding is far below.
 const SEEN: f64 = 1e-8;
 
-/// A force that works less than this part of its terms along a displacement does no work.
+/// A force whose work along a displacement is below this part of its terms does no work.
 const IDEAL: f64 = 1e-9;
 
-/// It has to be seen where `dν` is larger than this part of them.
+/// `dξ` has to be nonzero where `dν` is larger than this part of the terms.
 const CHANGED: f64 = 1e-5;
 
-/// The continuous law is integrated over so many steps from a state.
+/// The duration of the continuous law from a state, in steps.
 const PIECE: f64 = 10.0;
 
-/// How far nodes are moved for difference quotients, in legs. Where the motion crosses a switch the smaller ones are right, else
-/// the larger ones, and where it begins at rest, with legs that are hardly more than the rounding of positions, the largest: the best of them counts.
+/// The shifts of nodes in difference quotients, in legs; the best one counts. Where the motion crosses a
+/// switch it is a small one, else a larger one, and where the motion begins at rest, with legs that are
+/// hardly more than the rounding of positions, the largest.
 const MOVED: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-1, 1.0];
 
-/// A leg that is this part of the position is rounding.
+/// A leg below this part of the position is rounding.
 const RESTS: f64 = 1e4 * f64::EPSILON;
 
-/// A coordinate whose leg is shorter than this part of all stands still.
+/// A coordinate stands still if its leg is shorter than this part of the norm of both legs.
 const STILL: f64 = 1e-3;
 
 /// `F*Ω = Ω + dξ`, each term by itself: an identity, whatever the map.
@@ -83,8 +85,8 @@ pub fn identity(subject: &Subject<'_>, report: &mut Report) {
     }
 }
 
-/// Whether the forces of constraints on positions do no work along displacements that these allow, at the states of the motion: friction in proportion to them
-/// does.
+/// Whether forces of holonomic constraints do no work along allowed displacements, at the states of the
+/// motion: friction in proportion to them does.
 fn are_ideal(subject: &Subject<'_>) -> bool {
     if subject.constraints()[1..] != [0, 0] {
         return true;
@@ -111,14 +113,14 @@ fn are_ideal(subject: &Subject<'_>) -> bool {
     })
 }
 
-/// What the constraints leave of symplecticity, discretely and continuously, and the tangent map.
+/// The change of the symplectic form by the constraints, discrete and continuous, and the tangent map.
 pub fn law(subject: &Subject<'_>, report: &mut Report) {
     let change = largest(&subject.triples, |triple| {
         let law = Evolution::of(&subject.flow, triple)?;
         let allowed = pair_displacements(subject.kernel, subject.h, triple.leg.any());
         Ok(law.change_on(&allowed))
     });
-    // where steps are ill-conditioned, as on a switch, no difference quotient tells a derivative
+    // where steps are ill-conditioned, as on a switch, a difference quotient does not show the derivative
     let (mut blurred, is_coarse) = (0.0, subject.coarse.known().is_some());
     let tangent = largest(&subject.early, |triple| {
         let law = Evolution::of(&subject.flow, triple)?;
@@ -133,7 +135,7 @@ pub fn law(subject: &Subject<'_>, report: &mut Report) {
         .map(|state| continuous::law(subject.system.kernel(), state, window))
         .collect();
     let stiff = laws.iter().skip(1).filter(|law| law.is_err()).count();
-    // the start has to be possible
+    // an error at the start counts; at later states the law may be too stiff for the quadrature
     let mut continuous: Measured<[f64; 2]> = Ok([0.0; 2]);
     for (k, law) in laws.into_iter().enumerate() {
         match (law, &mut continuous) {
@@ -148,7 +150,7 @@ pub fn law(subject: &Subject<'_>, report: &mut Report) {
         && are_ideal(subject);
     let discrete = match (is_symplectic, d_nu) {
         (true, _) => Bar::AtMost(ZERO),
-        // where the constraints change the form of the continuous motion they change the discrete one
+        // where the constraints change the form of the continuous motion they change the discrete one, too
         (false, change) if change > CHANGED => Bar::AtLeast(SEEN),
         _ => Bar::Reported,
     };
@@ -194,8 +196,9 @@ pub fn law(subject: &Subject<'_>, report: &mut Report) {
     ));
 }
 
-/// How far the tangent map is from difference quotients of the step, of sixth order, relative to the slopes of a coordinate; and how far it is in columns in
-/// which that is rounding, because positions are large beside what nodes are moved by.
+/// The distance of the tangent map from difference quotients of the step, of sixth order, relative to the
+/// slopes of a coordinate; and that in columns where it is rounding, because positions are large beside the
+/// shifts of the nodes.
 ///
 /// # Errors
 ///
@@ -207,10 +210,10 @@ fn quotient(
     is_coarse: bool,
 ) -> Result<[f64; 2], GeometryError> {
     let last = triple.last(flow.h()).d;
-    // both legs: the first is zero where a force begins to act on what is at rest
+    // both legs: the first is zero where a force begins to act on a body at rest
     let legs = triple.leg.d.iter().chain(&last);
     let size = match legs.fold(0.0_f64, |size, d| size.hypot(*d)) {
-        // as what rests but for rounding, on an unstable equilibrium
+        // at rest to rounding, as on an unstable equilibrium
         size if size <= RESTS * triple.leg.q.iter().fold(0.0, |most, q| larger(most, q.abs())) => {
             flow.h().abs()
         }
@@ -226,7 +229,7 @@ fn quotient(
         let exact = law.tangent.apply(&unit).second;
         let (mut best, mut without) = (f64::INFINITY, None);
         for moved in MOVED {
-            // where a moved step has no solution, as on the way past rest, other shifts tell
+            // a shifted step may have no solution, as near a turning point; other shifts are tried
             let found = match slopes(flow, triple, &unit, &exact, moved * length) {
                 Ok(found) => found,
                 Err(error) => {
@@ -253,7 +256,7 @@ fn quotient(
     Ok([apart, blurred])
 }
 
-/// The difference quotients of `q2` along a displacement, by nodes moved as far as `shift` and its multiples.
+/// The difference quotients of `q2` along a displacement, with nodes shifted by `shift` and its multiples.
 fn slopes(
     flow: &DiscreteFlow<'_>,
     triple: &Triple,
@@ -274,7 +277,7 @@ fn slopes(
                 q: &by(&leg.q, &|i| unit.second[i]),
                 d: &by(&leg.d, &|i| unit.second[i] - unit.first[i]),
             };
-            // a guess leads to the solution nearby, which is then exact whatever the guess
+            // the guess selects the solution nearby, which does not depend on the guess
             let e = by(&triple.e, &|i| exact[i] - 2.0 * unit.second[i] + unit.first[i]);
             let found = flow.forward_near(moved, &e)?.last(flow.h()).q;
             for (slope, (found, q2)) in slopes.iter_mut().zip(found.iter().zip(&q2)) {

@@ -1,4 +1,5 @@
-//! The checks of a system with constraints of third order: what needs no flow as a map of pairs of nodes, and no Taylor series.
+//! The checks of a system with constraints of third order: those that need neither a map of pairs of nodes
+//! nor a Taylor series.
 
 use dsocs_core::geometry::{Triple, discrete_power, rows_of_four_written, rows_of_written};
 use dsocs_core::{AnyPoint, Declaration, Kernel, OwnedLeg, Regularity};
@@ -9,22 +10,22 @@ use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, larger
 use crate::entry::CheckFailure;
 use crate::stability::Bar;
 
-/// A row at the written nodes may be so many times what their rounding makes of it.
+/// The largest residual of a row at the written nodes, relative to the rounding of its terms.
 const WRITTEN: f64 = 2.0;
 
-/// On the way back nodes may be missed by this part of a leg.
+/// The largest distance of nodes on the way back, in legs.
 const REVERSED: f64 = 1e-9;
 
-/// Each of so many steps is half of the one before.
+/// The number of steps, each half of the one before.
 const HALVINGS: usize = 6;
 
 /// A change below this part of the motion's extent may be rounding.
 const PLATEAU: f64 = 1e-10;
 
-/// How far the fitted order may be from the declared one.
+/// The largest deficit of the fitted order against the declared one.
 const APART: f64 = 0.1;
 
-/// A motion of third order, with what is expected of it.
+/// A motion of third order, with its expected properties.
 struct Subject<'a> {
     system: &'a dyn Kernel,
     h: f64,
@@ -33,7 +34,8 @@ struct Subject<'a> {
     expected: Expected,
 }
 
-/// Checks a system on the motion from a position, a velocity and an acceleration, to the end `own` unless the settings say another.
+/// Checks a system on the motion from a position, a velocity and an acceleration, to the end `own` unless the
+/// settings give another.
 ///
 /// # Errors
 ///
@@ -66,7 +68,7 @@ pub fn check_to(
     Ok(found.findings)
 }
 
-/// How far the motion goes.
+/// The time that the motion reaches.
 fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
     let left_out = "with a constraint of third order the flow is one of triples of nodes: what needs a map of pairs (the symplectic and the momentum law) \
          or a Taylor series (contact) is not looked at, and the order is fitted to the changes from one step to the half";
@@ -142,7 +144,7 @@ fn equations(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
     }
 }
 
-/// The energy at nodes against the sum of the power of the constraint force: the order of what is missed.
+/// The energy at nodes against the sum of the power of the constraint force: the order of the defect.
 fn balance(subject: &Subject<'_>, report: &mut Report) {
     let measured: Measured<Vec<[f64; 2]>> = (0..HALVINGS)
         .map(|halving| {
@@ -158,7 +160,7 @@ fn balance(subject: &Subject<'_>, report: &mut Report) {
     );
 }
 
-/// By how much the energy misses what it is at the first node and what the power has changed since, relative to its terms.
+/// The largest defect of the energy balance since the first node, relative to the energy's terms.
 fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
     let kernel = subject.system;
     let declaration = Declaration::of(kernel);
@@ -189,7 +191,7 @@ fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
     Ok(if missed == 0.0 { 0.0 } else { missed / terms })
 }
 
-/// The way back from the last node.
+/// The run back from the last node.
 fn reversibility(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
     let measured = || -> Measured {
         let start = subject.start.third_order()?;
@@ -214,7 +216,7 @@ fn reversibility(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
     report.push("distance of the nodes on the way back, in legs", bar, measured());
 }
 
-/// The order, by the changes of the nodes from one step to the half of it.
+/// The order, by the changes of the nodes from each step to its half.
 fn order(subject: &Subject<'_>, report: &mut Report) {
     let declared = subject.expected.order;
     let measured = || -> Measured<Vec<[f64; 2]>> {
@@ -259,7 +261,7 @@ fn walked(subject: &Subject<'_>, h: f64) -> Measured<Vec<Passed>> {
     passed_nodes(subject.system, h, &subject.start.third_order()?, times, false)
 }
 
-/// Fits a slope to what is above rounding.
+/// Fits a slope to the values above rounding.
 pub(super) fn push_slope(what: &str, measured: Measured<Vec<[f64; 2]>>, bar: Bar, report: &mut Report) {
     let points = match measured {
         Ok(points) => points,

@@ -1,35 +1,36 @@
-//! The power of the step with which something falls.
+//! The order of a figure: the power of the step with which it falls.
 
 use super::super::order::fitted;
 
-/// A figure below so many times what rounding explains of it is not looked at.
+/// A figure is used if it is above this many times its rounding.
 const ABOVE: f64 = 10.0;
 
-/// A figure that no longer falls is rounding below this part of the terms: the exact motion is known no better, as where masses differ much.
+/// A figure that no longer falls is rounding if it is below this part of the terms: the exact motion is known
+/// no better, as where masses differ much.
 const PLATEAU: f64 = 1e-6;
 
-/// It no longer falls where half the step leaves more than this part of it.
+/// It no longer falls if half the step leaves more than this part of it.
 const FALLS: f64 = core::f64::consts::FRAC_1_SQRT_2;
 
-/// A figure that never falls is rounding below this part of the terms.
+/// A figure that never falls is rounding if it is below this part of the terms.
 const EXACT: f64 = 1e-9;
 
-/// What is below this part of the terms with every step is exact.
+/// A figure that is below this part of the terms at every step is exactly zero.
 const NOTHING: f64 = 1e-13;
 
-/// The power is fitted to so many steps.
+/// The number of steps in a fit.
 const WINDOW: usize = 4;
 
-/// So many tell a power at all.
+/// The smallest number of steps that show a power.
 const LEAST: usize = 3;
 
-/// From one step to the half of it the power may change by this much: the second, where it changes by more than the first everywhere.
+/// The largest change of the power between steps of a fit: the first where possible, else the second.
 const STEADY: [f64; 2] = [0.02, 0.1];
 
-/// A fit that is so near to a whole number is this number.
+/// A fitted power this near to a whole number is that number.
 const WHOLE: f64 = 0.2;
 
-/// If it changes by more than this everywhere there is no power.
+/// There is no power if it changes by more than this in all fits.
 const NO_POWER: f64 = 0.5;
 
 /// A figure that was measured with a step.
@@ -39,16 +40,16 @@ pub struct Sample {
     pub h: f64,
     /// The figure, relative to its terms.
     pub value: f64,
-    /// How much of it rounding explains.
+    /// The part of it that rounding explains.
     pub rounding: f64,
 }
 
-/// The order at which something of the discrete system comes to the exact one as the step goes to zero.
+/// The order of contact of a part of the discrete system with the exact one, as the step goes to zero.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Order {
-    /// It is the exact one, to rounding, with every step.
+    /// The part is exact, to rounding, at every step.
     Exact,
-    /// It falls with this power of the step.
+    /// The distance falls with this power of the step.
     Power {
         /// The power, as fitted.
         power: f64,
@@ -60,7 +61,8 @@ pub enum Order {
 }
 
 impl Order {
-    /// The order as a number: infinite where it is exact, `None` where it is not known. A fit that is near to a whole number is this number.
+    /// The order as a number: infinite where the part is exact, `None` where it is not known. A fitted power
+    /// near a whole number is that number.
     #[must_use]
     pub fn number(&self) -> Option<f64> {
         match self {
@@ -71,7 +73,7 @@ impl Order {
         }
     }
 
-    /// The lower of two orders; not known if one of them is not.
+    /// The lower of two orders; not known if either is not.
     pub(super) fn least(self, other: &Self) -> Self {
         match (self.value(), other.value()) {
             (None, _) => self,
@@ -91,12 +93,13 @@ impl Order {
     }
 }
 
-/// The order of figures with smaller and smaller steps.
+/// The order of a figure, from samples with decreasing steps.
 pub fn order(samples: &[Sample]) -> Order {
     order_by(samples).0
 }
 
-/// The same, and by how much the power changes within the steps of the fit; infinite where nothing was fitted and something is to be.
+/// The order, and the change of the power within the steps of the fit; infinite where a fit was needed and
+/// none was found.
 pub fn order_by(samples: &[Sample]) -> (Order, f64) {
     let unknown = |reason: String| (Order::Unknown(reason), f64::INFINITY);
     let known = samples
@@ -125,7 +128,7 @@ pub fn order_by(samples: &[Sample]) -> (Order, f64) {
             samples.len()
         ));
     }
-    // from the smallest steps on: larger ones may be too large for a power law
+    // beginning with the smallest steps: larger ones may be too large for a power law
     let windows = points.windows(WINDOW.min(points.len())).rev();
     let windows: Vec<(&[[f64; 2]], f64)> = windows.map(|window| (window, unsteadiness(window))).collect();
     let steady = |most: f64| windows.iter().find(|(_, unsteadiness)| *unsteadiness < most);
@@ -140,7 +143,7 @@ pub fn order_by(samples: &[Sample]) -> (Order, f64) {
     }
 }
 
-/// By how much the power changes from step to step.
+/// The change of the power from step to step: the largest minus the smallest.
 fn unsteadiness(points: &[[f64; 2]]) -> f64 {
     let powers = points
         .windows(2)
@@ -170,7 +173,7 @@ mod tests {
     #[test]
     fn powers_are_found() {
         for power in 1..5 {
-            // beside a larger power of higher order, above a plateau, in noise
+            // with a term of higher order, a plateau, and noise
             let of = |h: f64| h.powi(power) * (1.0 + 8.0 * h * h) + 1e-13;
             let noise = |h: f64| 1e-16 / h;
             let found = order(&samples(of, noise));
@@ -192,12 +195,12 @@ mod tests {
 
     #[test]
     fn no_power_is_told() {
-        // from step to step now more and now less
+        // the power alternates from step to step
         let found = order(&samples(|h| h * (2.0 + (1.0 / h).log2().sin() * 1.5), |_| 1e-16));
         assert!(matches!(found, Order::Unknown(_)), "{found:?}");
         let found = order(&samples(|h| if h < 0.1 { f64::NAN } else { h }, |_| 1e-16));
         assert!(matches!(found, Order::Unknown(_)), "{found:?}");
-        // above rounding with two steps alone
+        // above rounding with two steps only
         let found = order(&samples(|h| h * h, |_| 0.02));
         assert!(matches!(found, Order::Unknown(_)), "{found:?}");
     }

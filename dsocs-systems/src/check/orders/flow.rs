@@ -1,4 +1,4 @@
-//! The order of the flow as its errors show it.
+//! The order of the flow, by its errors.
 
 use core::slice;
 
@@ -8,13 +8,14 @@ use super::fit::{Order, Sample, order, order_by};
 use super::parts::{HALVINGS, LARGEST, Part, PartOrder, expansions};
 use crate::stability::number;
 
-/// The errors are looked at with these parts of the step, the first of which tells an order: with larger steps they may not fall as a power yet.
+/// The divisors of the step, tried in turn: with larger steps errors may not fall as a power yet.
 const PARTS: [u32; 3] = [1, 4, 16];
 
-/// What is not known of an error of position, relative to the motion's extent: a tenth of the smallest one that counts.
+/// The rounding of an error of position, relative to the motion's extent: a tenth of the smallest one that
+/// counts.
 const ROUNDING: f64 = 1e-12;
 
-/// A power that changes by less than this from step to step is not looked for with finer steps.
+/// A power that changes by less than this from step to step needs no finer steps.
 const STEADY: f64 = 0.05;
 
 /// The order of the errors of position, and the time up to which they were compared.
@@ -26,7 +27,7 @@ pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
         let (times, errors, ended) = match errors(subject, parts) {
             Ok(found) => found,
             Err(error) => {
-                // with a shorter step there may be a motion
+                // with a shorter step the motion may be computed
                 if best.1.is_nan() {
                     best.0 = Order::Unknown(error.to_string());
                 }
@@ -65,7 +66,8 @@ pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
     best
 }
 
-/// The second node by the paper's rule, `q1 = q0 + h v0`, against the motion: the order of the velocity that it begins with.
+/// The second node by the paper's rule, `q1 = q0 + h v0`, against the motion: the order of its initial
+/// velocity.
 pub fn start(subject: &Subject<'_>) -> PartOrder {
     let found = expansions(subject, slice::from_ref(&subject.start));
     let motion = match found.as_deref() {

@@ -1,4 +1,4 @@
-//! The same system by other maps.
+//! The orders of one system with other discretization maps.
 
 use dsocs_core::text::Text;
 
@@ -7,18 +7,19 @@ use super::Orders;
 /// A choice of discretization maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Map {
-    /// What it is called in a table.
+    /// The name in a table.
     pub name: &'static str,
-    /// The statements that take the place of the declared ones, each with its value; of the others the declared ones stay. None for the maps as declared.
+    /// The statements that replace the declared ones, each with its value. Empty for the maps as declared.
     pub statements: &'static [(&'static str, &'static str)],
-    /// Whether it asks for constraints on accelerations.
+    /// Whether it needs constraints on accelerations.
     pub of_accelerations: bool,
 }
 
-/// The difference ahead in the place of the central one: a map of the first order.
+/// The forward difference of the velocity in place of the central one: a map of first order.
 const AHEAD: &str = "|q0, q1, q2| (q1, (q2 - q1) / h, (q2 - 2 * q1 + q0) / (h * h))";
 
-/// The maps of a comparison: those that are declared, the named ones of `L_d`, and such of `D_K` and `D_V` as touch at the second order and at the first.
+/// The maps of a comparison: those declared, the named ones of `L_d`, and maps of `D_K` and `D_V` of second
+/// and of first order.
 pub const MAPS: [Map; 7] = [
     Map {
         name: "declared",
@@ -57,12 +58,13 @@ pub const MAPS: [Map; 7] = [
     },
 ];
 
-/// A system by one of the maps.
+/// A system with one choice of maps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
     /// The maps.
     pub map: Map,
-    /// The orders, or why there are none: the declaration may ask for other maps, or the motion may not go on with these.
+    /// The orders, or the reason why there are none: the declaration may not admit these maps, or the motion
+    /// may fail with them.
     pub orders: Result<Orders, String>,
 }
 
@@ -77,7 +79,7 @@ impl Variant {
         }
     }
 
-    /// Whether the flow is seen to be of the order that follows, or need not be; also where there is no motion.
+    /// Whether the order measured is the one that follows, or is excused; also where there is no motion.
     #[must_use]
     pub fn ok(&self) -> bool {
         self.orders.as_ref().map_or(true, Orders::ok)
@@ -85,7 +87,8 @@ impl Variant {
 }
 
 impl Map {
-    /// Whether the maps say something of a declaration: those of a discrete Lagrangian or constraint that is given directly do not.
+    /// Whether the maps apply to a declaration: they do not to a discrete Lagrangian or constraint that is
+    /// given directly.
     pub(crate) fn is_for(&self, declaration: &str, accelerations: usize) -> bool {
         let gives = |statement: &str| statement_of(declaration, statement).is_some();
         let replaced = |(statement, _): &(&str, &str)| match *statement {
@@ -95,7 +98,7 @@ impl Map {
         (accelerations > 0 || !self.of_accelerations) && !self.statements.iter().any(replaced)
     }
 
-    /// The text of a system with these maps in the place of its own.
+    /// The text of a system with these maps in place of its own.
     pub(crate) fn written_into(&self, text: &str) -> String {
         let mut text = text.to_owned();
         for (statement, value) in self.statements {
@@ -109,7 +112,7 @@ impl Map {
         text
     }
 
-    /// The text as a system.
+    /// The system of this text with these maps.
     pub(crate) fn read(
         &self,
         name: &str,
@@ -120,7 +123,7 @@ impl Map {
     }
 }
 
-/// Where a statement stands in a declaration, from its name up to behind its semicolon.
+/// The range of a statement in a declaration, from its name to behind its semicolon.
 fn place_of(declaration: &str, statement: &str) -> Option<[usize; 2]> {
     let mut from = 0;
     for line in declaration.split_inclusive('\n') {

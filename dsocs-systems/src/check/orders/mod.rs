@@ -21,19 +21,20 @@ use super::probe::First;
 use super::{Expected, Settings, Subject, states_at};
 use crate::entry::{CheckFailure, Kind, Motions, Typed};
 
-/// At so many states of the motion contact is measured.
+/// The number of states of the motion at which contact is measured.
 const STATES: usize = 8;
 
-/// They lie aside of even parts of the time by this part of one, the golden section: at these a motion may rest, or begin, or a table have a sample.
+/// The states are shifted by this part of the time between two, the golden section: at even parts a motion
+/// may rest, or begin, or a table may have a sample.
 const ASIDE: f64 = 0.381_966;
 
-/// Errors of the flow are looked at over so many steps unless an end is given.
+/// The number of steps over which errors of the flow are taken, unless an end is given.
 const STEPS: f64 = 200.0;
 
-/// By how much the order that is seen may be below the one that follows.
+/// The largest deficit of the measured order against the one that follows.
 const BELOW: f64 = 0.1;
 
-/// The order of maps that lower nothing.
+/// The order of the usual maps, which lower nothing.
 const USUAL: f64 = 2.0;
 
 /// The orders of the parts of a discrete system on one of its motions.
@@ -47,13 +48,14 @@ pub struct Orders {
     pub seen: Order,
     /// The time up to which errors were compared, in s.
     pub until: f64,
-    /// At how many states of the motion contact was measured.
+    /// The number of states of the motion at which contact was measured.
     pub states: usize,
     /// The parts whose maps lower the order of the flow below 2.
     pub lowering: Vec<Part>,
-    /// What is to be said of the figures.
+    /// Remarks on the figures.
     pub remarks: Vec<String>,
-    /// Why the order that is seen need not be the one that follows, if an assumption does not hold on this motion.
+    /// The reason why the measured order need not be the one that follows: an assumption does not hold on
+    /// this motion.
     pub excuse: Option<String>,
 }
 
@@ -65,7 +67,7 @@ impl Orders {
         found.map(|of| &of.order)
     }
 
-    /// Whether the flow is seen to be of the order that follows for it, or of a higher one.
+    /// Whether the measured order of the flow is the one that follows, or higher.
     #[must_use]
     pub fn holds(&self) -> bool {
         match (self.follows.number(), self.seen.number()) {
@@ -74,7 +76,7 @@ impl Orders {
         }
     }
 
-    /// Whether it is, or need not be.
+    /// Whether it is, or is excused.
     #[must_use]
     pub fn ok(&self) -> bool {
         self.holds() || self.excuse.is_some()
@@ -122,7 +124,7 @@ pub fn orders<S: System<N>, const N: usize>(
     orders_to(&Typed::new(system), &settings, f64::INFINITY)
 }
 
-/// The same for a system that was not compiled, from the start of the settings.
+/// Measures the orders for a system that was not compiled, from the start of the settings.
 ///
 /// # Errors
 ///
@@ -135,7 +137,7 @@ pub fn orders_of_tape(
     orders_to(kernel, settings, f64::INFINITY)
 }
 
-/// The same for any system, over at most the time `own` unless the settings say another end.
+/// Measures the orders for any system, over at most the time `own` unless the settings give another end.
 pub(crate) fn orders_to(
     system: &dyn Motions,
     settings: &Settings<'_>,
@@ -191,7 +193,7 @@ pub(crate) fn orders_to(
     })
 }
 
-/// Why the order of a motion that passes so many corners need not be seen; nothing without corners.
+/// The reason why the order of a motion with corners is not required; `None` without corners.
 fn at_corners(corners: usize) -> Option<String> {
     (corners > 0).then(|| {
         format!(
@@ -202,7 +204,7 @@ fn at_corners(corners: usize) -> Option<String> {
     })
 }
 
-/// Why the orders of a system are not measured, if they are not.
+/// The reason why the orders of a system cannot be measured, if they cannot.
 fn refusal(shape: &Shape) -> Option<&'static str> {
     if shape.is_of_third_order() {
         Some(
@@ -235,7 +237,7 @@ fn lowering(parts: &[PartOrder], follows: &Order) -> Vec<Part> {
     parts.iter().filter(is_low).map(|of| of.part).collect()
 }
 
-/// What the orders say together.
+/// Remarks that compare the orders of the parts with that of the flow.
 fn remarked(parts: &[PartOrder], follows: &Order, seen: &Order) -> Vec<String> {
     let mut remarks = Vec::new();
     let number = |part: Part| {

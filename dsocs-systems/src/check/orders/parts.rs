@@ -9,25 +9,26 @@ use super::super::probe::{State, expansion};
 use super::super::{Measured, Subject, larger};
 use super::fit::{Order, Sample, order};
 
-/// Each of so many steps is half of the one before.
+/// The number of steps, each half of the one before.
 pub const HALVINGS: i32 = 20;
 
-/// The largest step is this part of how far the expansion of the motion reaches.
+/// The largest step, relative to the reach of the expansion of the motion.
 pub const LARGEST: f64 = 0.25;
 
-/// A motion that is a polynomial is known forever. No more than so many steps of the system are looked at.
+/// The largest reach, in steps of the system: that of a polynomial motion is infinite.
 const AHEAD: f64 = 64.0;
 
-/// States about which the motion is known for less than this part of the longest time are left out: the step of all of them has to be as short.
+/// States whose expansion reaches less than this part of the longest are left out: the step has to be as
+/// short as the shortest reach.
 const SHORT: f64 = 1.0 / 32.0;
 
-/// The reach of an expansion is halved so often, where a function changes its piece within.
+/// The largest number of halvings of a reach within which a function changes its piece.
 const SHORTENED: u32 = 12;
 
-/// At so many places of each half of the reach the pieces are looked at.
+/// The number of points of each half of the reach at which the pieces are compared.
 const LOOKS: u32 = 8;
 
-/// A part of the discrete system, or what several make together.
+/// A part of the discrete system, or a combination of several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Part {
@@ -35,7 +36,7 @@ pub enum Part {
     Lagrangian,
     /// `D₁L_d` and `D₂L_d`, against the momenta at the ends of a leg.
     Momenta,
-    /// Their sum at a node, `D₁L_d + D₂L_d`, against the force: what the equations see of `L_d`.
+    /// Their sum at a node, `D₁L_d + D₂L_d`, against the force: the part of `L_d` in the equations.
     Forces,
     /// The discrete external forces.
     ExternalForces,
@@ -49,11 +50,11 @@ pub enum Part {
     Displacements,
     /// The variational equations that `L_d`, the external forces and `D_V` make together: the paper's `β`.
     Equations,
-    /// The second node, where the rule of the start does not lie on the motion.
+    /// The second node, where the rule of the start is not exact on the motion.
     Start,
 }
 
-/// All parts, in the order in which they are told.
+/// All parts, in the order in which they are reported.
 pub(super) const PARTS: [Part; 9] = [
     Part::Lagrangian,
     Part::Momenta,
@@ -82,7 +83,7 @@ impl Part {
         }
     }
 
-    /// What is measured, in words.
+    /// The quantity that is compared, in words.
     #[must_use]
     pub fn meaning(self) -> &'static str {
         match self {
@@ -99,7 +100,7 @@ impl Part {
         }
     }
 
-    /// Whether the order of the flow depends on it, and not only that of what it is made of.
+    /// Whether the order of the flow follows from it directly.
     pub(super) fn is_decisive(self) -> bool {
         matches!(
             self,
@@ -120,7 +121,7 @@ impl Part {
         }
     }
 
-    /// Its gaps.
+    /// The gaps of this part in a contact.
     fn of(self, contact: &Contact) -> &[Gap] {
         match self {
             Self::Lagrangian => &contact.lagrangian,
@@ -144,19 +145,20 @@ pub struct PartOrder {
     pub part: Part,
     /// Its order of contact: that of its worst component.
     pub order: Order,
-    /// How far it is from the exact one with the step that was asked for, relative to its terms, about the states where the expansion of the motion reaches so
-    /// far; NaN if there are none.
+    /// The distance from the exact part with the step that was asked for, relative to its terms, over the
+    /// states whose expansion reaches one step; NaN if there are none.
     pub distance: f64,
 }
 
-/// No state can be looked at, as where a motion rests at the corner of a function.
+/// No state can be used, as where a motion rests at the corner of a function.
 #[derive(Error)]
 #[error("a function changes its piece at every state that was looked at")]
 pub struct Changes;
 
 dsocs_core::debug_is_message!(Changes);
 
-/// The motion about some states, each as far as nothing changes its piece; [`Changes`] if that leaves none.
+/// The expansions of the motion about some states, each up to the first change of a piece; [`Changes`] if
+/// none is left.
 pub fn expansions(subject: &Subject<'_>, states: &[State]) -> Measured<Vec<Expansion>> {
     let mut failure = None;
     let mut found = Vec::new();
@@ -180,7 +182,8 @@ pub fn expansions(subject: &Subject<'_>, states: &[State]) -> Measured<Vec<Expan
     }
 }
 
-/// An expansion as far as it belongs to one piece of every function; none at a place where the piece changes.
+/// An expansion with its reach shortened to one piece of every function; `None` where the piece changes at
+/// the state itself.
 fn smooth(kernel: &dyn Kernel, mut motion: Expansion) -> Option<Expansion> {
     let at = |s: f64| {
         let point = motion.point(s);
@@ -201,7 +204,7 @@ fn smooth(kernel: &dyn Kernel, mut motion: Expansion) -> Option<Expansion> {
     Some(motion)
 }
 
-/// Sums over states of one component: of the squares of the gap, of its size, and of its rounding.
+/// Sums over states for one component: of the squares of the gap, of its size, and of its rounding.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     apart: f64,
@@ -210,14 +213,14 @@ struct Sums {
 }
 
 impl Sums {
-    /// Takes in a gap at one more state.
+    /// Adds the gap at one more state.
     fn add(&mut self, gap: &Gap) {
         self.apart += gap.apart * gap.apart;
         self.size += gap.size * gap.size;
         self.rounding += gap.rounding * gap.rounding;
     }
 
-    /// The figure, relative to the terms.
+    /// The gap relative to the terms, as a sample.
     fn sample(&self, h: f64) -> Sample {
         let relative = |x: f64| if x == 0.0 { 0.0 } else { (x / self.size).sqrt() };
         Sample {
@@ -244,7 +247,7 @@ fn components(kernel: &dyn Kernel, motions: &[Expansion], h: f64) -> Result<[Vec
     Ok(all.map(|sums| sums.iter().map(|sums| sums.sample(h)).collect()))
 }
 
-/// The orders of contact of all parts that there are, and their distances with the step `h`.
+/// The orders of contact of all parts of the system, and their distances with the step `h`.
 pub fn contacts(kernel: &dyn Kernel, motions: &[Expansion], h: f64) -> Result<Vec<PartOrder>, SetupError> {
     let reach = motions
         .iter()
