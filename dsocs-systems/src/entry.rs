@@ -1,4 +1,4 @@
-//! What the command line knows of a system: an [`Entry`], which is made from the system itself.
+//! An [`Entry`]: a system with its defaults, as the command line knows it. It is made from the system itself.
 //!
 //! Names, units and texts come from the declaration. An entry adds what a declaration does not contain: a start, a step, an end, a
 //! literature source, symmetries.
@@ -97,23 +97,23 @@ pub const UNTIL: f64 = 10.0;
 pub struct Entry {
     /// The system.
     system: Box<dyn AnySystem>,
-    /// What its declaration says.
+    /// The names, texts and units of the declaration.
     description: Description,
     /// The name on the command line.
     name: String,
-    /// What it is, in a line.
+    /// The summary, in a line.
     summary: String,
-    /// Where it comes from.
+    /// The literature source.
     source: Option<String>,
-    /// Its tables of samples, if it was read from a text, and what stands in them.
+    /// Its tables of samples with their contents, if it was read from a text.
     tables: Vec<(Table, Arc<Samples>)>,
     /// The start unless the command line gives one: position and velocity.
     start: Option<[Vec<f64>; 2]>,
-    /// The acceleration that the run begins with, where a constraint is of third order.
+    /// The default initial acceleration, where a constraint is of third order.
     acceleration: Option<Vec<f64>>,
-    /// Which initial acceleration is meant by default where there are several.
+    /// The acceleration near which the initial one is looked for by default, where there are several.
     near: Option<Vec<f64>>,
-    /// Whether the start is moved onto the constraints unless the command line says so.
+    /// Whether the start is projected onto the constraints by default.
     project: bool,
     /// The text that it was read from, and the names of that text's runs.
     text: Option<(String, Vec<Option<String>>)>,
@@ -121,11 +121,11 @@ pub struct Entry {
     step: f64,
     /// The end.
     until: f64,
-    /// The end of the motion that is checked, where that of a run is far for it.
+    /// The end of the motion that is checked, if it differs from that of a run.
     checked: Option<f64>,
     /// Symmetries of the Lagrangian.
     symmetries: Vec<Symmetry>,
-    /// How it is drawn, if the entry says it.
+    /// Its drawing, if the entry has one.
     drawn: Option<Drawn>,
     /// The order of the scheme.
     order: f64,
@@ -152,9 +152,10 @@ impl Entry {
         Self::with_parameters(system, [])
     }
 
-    /// The same as [`Entry::new`] for a system whose sweeps can run eight points at once, in SIMD lanes, where a plan says `lanes = true`. This
-    /// is several times as fast. Its steps are compiled for each set of instructions, which takes some seconds more in a release build
-    /// with the feature `sweep`; without the feature nothing changes.
+    /// As [`Entry::new`], for a system whose sweeps can run eight points at once, in SIMD lanes, where a plan
+    /// says `lanes = true`. This is several times as fast. Its steps are compiled for each set of
+    /// instructions, which takes some seconds more in a release build with the feature `sweep`; without the
+    /// feature nothing changes.
     ///
     /// In lanes, functions such as the sine round differently than in a single run, so the last digits of the results differ. They never
     /// depend on which points run beside a point.
@@ -170,7 +171,8 @@ impl Entry {
         Self::of(Box::new(Erased::new(system, extra.into())))
     }
 
-    /// The entry of a system that was read from a text, under a name, with what one of the text's runs says. Its name is the one that is given.
+    /// The entry of a system that was read from a text, with the start, step and end of one of the text's
+    /// runs. `name` is its name.
     ///
     /// ```
     /// use dsocs_core::text::Text;
@@ -252,7 +254,7 @@ impl Entry {
         self
     }
 
-    /// Says where the system comes from.
+    /// Sets the literature source of the system.
     #[must_use]
     pub fn source(mut self, source: impl Into<String>) -> Self {
         self.source = Some(source.into());
@@ -275,7 +277,8 @@ impl Entry {
         }
     }
 
-    /// Says which initial acceleration is meant by default where the equations allow several: the solution nearest to `a0`.
+    /// Sets the acceleration near which the initial one is looked for by default, where the equations have
+    /// several solutions.
     #[must_use]
     pub fn near_acceleration<const N: usize>(mut self, a0: [f64; N]) -> Self {
         self.near = Some(a0.to_vec());
@@ -304,7 +307,7 @@ impl Entry {
         self
     }
 
-    /// Sets the default end of the motion that `check` looks at, in s. Unless set, it is that of a run.
+    /// Sets the default end of the motion that `check` follows, in s. Unless set, it is that of a run.
     #[must_use]
     pub fn checked_until(mut self, until: f64) -> Self {
         self.checked = Some(until);
@@ -372,7 +375,7 @@ impl Entry {
     }
 }
 
-/// What is known of it.
+/// The defaults and texts of an entry.
 impl Entry {
     /// The name on the command line.
     #[must_use]
@@ -380,13 +383,13 @@ impl Entry {
         &self.name
     }
 
-    /// What it is, in a line.
+    /// The summary, in a line.
     #[must_use]
     pub fn summary(&self) -> &str {
         &self.summary
     }
 
-    /// Where it comes from, if the entry says it.
+    /// The literature source, if the entry has one.
     #[must_use]
     pub fn origin(&self) -> Option<&str> {
         self.source.as_deref()
@@ -410,7 +413,7 @@ impl Entry {
         self.start.as_ref()
     }
 
-    /// Which initial acceleration is meant by default where there are several, if the entry says it.
+    /// The acceleration near which the initial one is looked for by default, if the entry has one.
     #[must_use]
     pub fn default_near(&self) -> Option<&[f64]> {
         self.near.as_deref()
@@ -457,20 +460,21 @@ impl Entry {
         self.until
     }
 
-    /// The default end of the motion that `check` looks at, in s.
+    /// The default end of the motion that `check` follows, in s.
     #[must_use]
     pub fn checked_end(&self) -> f64 {
         self.checked.unwrap_or(self.until)
     }
 
-    /// Where a run with a step ends unless it is told otherwise, counted from its start: back in time with a negative step. A declaration whose own runs go
-    /// back in time goes nowhere else by itself.
+    /// The default end of a run with step `h`, in s from its start; negative with a negative step. A
+    /// declaration whose own runs go back in time keeps its negative end.
     pub(crate) fn until_with(&self, h: f64) -> f64 {
         let until = self.default_until();
         if until < 0.0 { until } else { until.copysign(h) }
     }
 
-    /// What `check` expects.
+    /// The properties that `check` expects: the kind of constraints, the order, and whether steps are
+    /// reversible.
     #[must_use]
     pub fn expected(&self) -> Expected {
         Expected {
@@ -549,8 +553,9 @@ impl Entry {
         run::run(&*self.system, plan, beginning, sink)
     }
 
-    /// Runs as planned, to the end or to the first event that ends the run, and returns the place of this event among those `watched`. `sink`
-    /// gets the events, each node if `nodes` is set, and the point where the run ended. For a run that fails, this is its last node.
+    /// Runs as planned, to the end or to the first event that ends the run, and returns the index of this
+    /// event among those `watched`. `sink` gets the events, each node if `nodes` is set, and the point where
+    /// the run ended. For a run that fails, this is its last node.
     ///
     /// # Errors
     ///
@@ -582,9 +587,9 @@ impl Entry {
         self.system.has_lanes()
     }
 
-    /// Runs several points to their ends side by side, each from its beginning and with its values of the parameters that vary, and hands
-    /// the last node of each to `sink`, with its place. Points that fail are left out: [`Entry::point`] says why. Returns whether this
-    /// could be done.
+    /// Runs several points to their ends side by side, each from its beginning and with its values of the
+    /// parameters that vary, and passes the last node of each to `sink`, with its index. Points that fail are
+    /// left out: [`Entry::point`] gives the reason. Returns whether this could be done.
     #[cfg(feature = "sweep")]
     pub fn ends(
         &self,
@@ -598,7 +603,8 @@ impl Entry {
         all_fit && self.system.ends(plan, beginnings, parameters, sink)
     }
 
-    /// A copy with the same system, start, step and end, for another thread. It has no drawing, and nothing to be checked.
+    /// A copy with the same system, start, step and end, for another thread. It has neither a drawing nor the
+    /// settings of checks.
     #[cfg(feature = "sweep")]
     #[must_use]
     pub fn copy(&self) -> Self {
@@ -655,7 +661,8 @@ impl Entry {
         check::orders::orders_to(&*self.system, settings, self.until)
     }
 
-    /// The same with each of the [`MAPS`] that its declaration leaves a choice of. A system that no text can say has its own maps alone.
+    /// Measures the orders with each of the [`MAPS`] that its declaration admits. A system that cannot be
+    /// written as a text is measured with its own maps only.
     ///
     /// # Errors
     ///
@@ -690,7 +697,7 @@ impl Entry {
         Ok(variants)
     }
 
-    /// The position and the velocity of settings, moved onto the constraints by the smallest change.
+    /// The position and the velocity of settings, projected onto the constraints by the smallest change.
     pub(crate) fn moved(&self, settings: &Settings<'_>) -> Result<[Vec<f64>; 2], CheckFailure> {
         let shape = self.kernel().shape();
         beginning::fits("q0", settings.q0, shape)?;
@@ -698,7 +705,7 @@ impl Entry {
         check::projected(&*self.system, settings)
     }
 
-    /// Looks for mistakes in what the entry adds to the declaration.
+    /// Looks for mistakes in the parts that the entry adds to the declaration.
     ///
     /// # Errors
     ///

@@ -1,10 +1,10 @@
-//! How a run begins.
+//! The beginning of a run.
 
 use dsocs_core::{AnyStart, Shape};
 
 use super::failure::RunFailure;
 
-/// How the first two nodes are found.
+/// The rule that gives the first nodes of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Beginning {
     /// From position and velocity, `q1 = q0 + h v0`.
@@ -30,7 +30,7 @@ pub enum Beginning {
         /// The initial acceleration.
         a0: Vec<f64>,
     },
-    /// The same with the constraint force in place of the acceleration.
+    /// From position, velocity and constraint force, where a constraint is of third order.
     ThirdOrderByForce {
         /// The first node.
         q0: Vec<f64>,
@@ -55,7 +55,7 @@ pub enum Beginning {
         /// The third node.
         q2: Vec<f64>,
     },
-    /// Another beginning, moved onto the constraints on positions and velocities.
+    /// Another beginning, projected onto the constraints on positions and velocities.
     Projected(Box<Self>),
     /// Another beginning, with the acceleration near this one where the equations allow several.
     Near(Vec<f64>, Box<Self>),
@@ -103,7 +103,7 @@ impl Beginning {
         }
     }
 
-    /// The position that is given, where it is moved onto constraints.
+    /// The given position, where it is projected onto constraints.
     pub(crate) fn projected_from(&self) -> Option<&[f64]> {
         match self {
             Self::Projected(beginning) => beginning.position(),
@@ -112,7 +112,7 @@ impl Beginning {
         }
     }
 
-    /// The position of the first node, as it is given.
+    /// The given position of the first node.
     fn position(&self) -> Option<&[f64]> {
         match self {
             Self::Paper { q0, .. }
@@ -122,7 +122,7 @@ impl Beginning {
             Self::Projected(beginning) | Self::At(_, beginning) | Self::Near(_, beginning) => {
                 beginning.position()
             }
-            // nodes are those that are meant
+            // given nodes are not projected
             Self::Nodes { .. } | Self::ThreeNodes { .. } => None,
         }
     }

@@ -5,21 +5,23 @@ use dsocs_core::{AnyNode, Declaration, NearlySingular, Regularity, RunError, Sha
 use super::description::Description;
 use super::plan::Plan;
 
-/// One node of a run. Observed expressions and multipliers are computed where the row is written: few nodes of a long run are.
+/// One node of a run. Observed expressions and multipliers are computed only when the row is written: few
+/// nodes of a long run are.
 #[derive(Clone, Copy)]
 pub struct Row<'a> {
     /// The node.
     pub node: AnyNode<'a>,
     /// The declaration, with the values that its parameters have at the node.
     pub declaration: Declaration<'a>,
-    /// Where nothing that is declared changes the energy but forces of constraints on positions and velocities: their power and, at some nodes,
-    /// the sum of the energy's terms without their signs.
+    /// The power of the constraint force and, at some nodes, the sum of the absolute values of the energy's
+    /// terms; only where the energy can change by forces of constraints on positions and velocities alone.
     pub balance: Option<(f64, Option<f64>)>,
-    /// Whether more than that may change the energy in steps of a fixed length: external forces, what depends on time, inputs.
+    /// Whether the energy may also change by external forces, by terms that depend on time, or by inputs, in
+    /// steps of a fixed length.
     pub is_open: bool,
-    /// How regular the equations are at the node, in a certified run.
+    /// The smallest singular values of `D₃` and `D₁` at the node, in a certified run.
     pub regularity: Option<Regularity>,
-    /// The steps so far that were too long for what jumps in them.
+    /// The steps so far that did not resolve a jump.
     pub unresolved: Option<Unresolved>,
     /// The steps so far in which the equations were nearly singular.
     pub nearly_singular: Option<NearlySingular>,
@@ -27,13 +29,13 @@ pub struct Row<'a> {
     pub errors: &'a [f64],
     /// The uncertainty of the reference motion from which the errors are computed.
     pub uncertainty: f64,
-    /// Why there are no errors any more, which are NaN then: the continuous motion cannot be computed so far.
+    /// The reason why the errors are NaN from here on: the continuous motion cannot be computed so far.
     pub unknown: Option<&'a RunError>,
 }
 
 impl<'a> Row<'a> {
-    /// The row of a node that someone else's run has made by steps of a fixed length. `is_closed` says that nothing that is declared changes the energy but forces of
-    /// constraints on positions and velocities ([`is_closed`]).
+    /// The row of a node of another run, made by steps of a fixed length. `is_closed` means that the energy
+    /// can change by forces of constraints on positions and velocities only ([`is_closed`]).
     #[must_use]
     pub fn of_step(node: AnyNode<'a>, declaration: Declaration<'a>, is_closed: bool) -> Self {
         Self {
@@ -59,7 +61,7 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// Puts the value of each column in the place of what is in `values`, in the order of [`columns`].
+    /// Replaces the content of `values` by the value of each column, in the order of [`columns`].
     pub fn write(&self, values: &mut Vec<f64>) {
         let Self {
             node, declaration, ..
@@ -82,20 +84,21 @@ impl<'a> Row<'a> {
     }
 }
 
-/// Whether nothing that is declared changes the energy of a system whose inputs do not change, but forces of constraints on positions and velocities.
+/// Whether the energy of a system with constant inputs can change by forces of constraints on positions and
+/// velocities only.
 #[must_use]
 pub fn is_closed(shape: &Shape) -> bool {
     !shape.external_forces && !shape.depends_on_time && shape.kinematic == 0
 }
 
-/// At every node with such a number the energy's terms are looked at.
+/// The energy's terms are summed at nodes whose number is a multiple of this.
 const TERMS_EVERY: u64 = 16;
 
 /// The power of a node's constraint force and, at some nodes, the sum of the energy's terms.
 #[inline]
 pub(super) fn balance(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> (f64, Option<f64>) {
     let power: f64 = node.force.iter().zip(node.v).map(|(force, v)| force * v).sum();
-    // their mean is wanted, which some nodes tell as well
+    // only their mean is used, for which some nodes are enough
     let is_looked_at = node.index.is_multiple_of(TERMS_EVERY);
     (power, is_looked_at.then(|| terms(declaration, node)))
 }
@@ -139,7 +142,7 @@ pub fn columns(description: &Description, plan: &Plan) -> Vec<Column> {
     };
     columns.extend(moving().map(|q| Column::new(format!("v_{}", q.name), q.unit().map(rate))));
     columns.extend(moving().map(|q| Column::new(format!("force_{}", q.name), q.unit().map(force))));
-    // what has no units has none in J
+    // a coordinate without a unit has none in J either
     let turns = |place: usize| {
         description
             .rotations

@@ -1,4 +1,4 @@
-//! What a declaration says of its system, without the system's type.
+//! The texts, names and counts of a declaration, without the system's type.
 
 use std::fmt;
 

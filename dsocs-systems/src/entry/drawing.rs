@@ -1,4 +1,4 @@
-//! How a mechanism is drawn.
+//! The drawing of a mechanism.
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -54,7 +54,7 @@ pub enum Shape {
 }
 
 impl Drawing {
-    /// Nothing.
+    /// An empty drawing.
     pub fn new() -> Self {
         Self::default()
     }
@@ -103,7 +103,7 @@ impl Drawing {
 }
 
 impl Shape {
-    /// What a page calls it.
+    /// The name of its kind on a page.
     pub(crate) fn kind(&self) -> &'static str {
         match self {
             Self::Point(_) => "point",
@@ -115,7 +115,7 @@ impl Shape {
         }
     }
 
-    /// Its numbers, as many for each shape of a kind.
+    /// Its numbers; their count depends on the kind only.
     pub(crate) fn numbers(&self) -> Vec<f64> {
         match *self {
             Self::Point([x, y]) | Self::Trail([x, y]) => vec![x, y],
@@ -130,7 +130,7 @@ impl Shape {
         }
     }
 
-    /// Corners of a box in the plane that it lies in, if it lies there.
+    /// Two opposite corners of the box around a plane shape; `None` for shapes in space.
     pub(crate) fn corners(&self) -> Option<[[f64; 2]; 2]> {
         match *self {
             Self::Point(at) | Self::Trail(at) => Some([at, at]),
@@ -148,7 +148,7 @@ impl Shape {
 pub struct Parameters {
     /// Names and values.
     values: Vec<(Cow<'static, str>, f64)>,
-    /// The first name that was asked for and is none.
+    /// The first name that was asked for and does not exist.
     missed: OnceCell<String>,
 }
 
@@ -174,18 +174,18 @@ impl Parameters {
         found.map_or(f64::NAN, |&(_, value)| value)
     }
 
-    /// The first name that was asked for and is none.
+    /// The first name that was asked for and does not exist.
     pub(super) fn missed(&self) -> Option<&str> {
         self.missed.get().map(String::as_str)
     }
 }
 
-/// Takes a position and the parameters.
+/// Draws at a position, with the parameters.
 type Draw = dyn Fn(&[f64], &Parameters) -> Drawing + Send + Sync;
 
-/// How a system is drawn.
+/// The drawing of a system.
 pub(super) struct Drawn {
-    /// How many coordinates it is for.
+    /// The number of coordinates that it expects.
     pub(super) components: usize,
     /// The drawing at a position.
     pub(super) draw: Arc<Draw>,

@@ -1,4 +1,4 @@
-//! A system of any type: all code of the command line that is made anew for every system.
+//! A system behind a trait object: the code of the command line that is compiled anew for every system.
 
 use dsocs_core::taylor::{AnyGlobalError, AnyTaylorFlow, GlobalError};
 use dsocs_core::text::TapeKernel;
@@ -25,7 +25,8 @@ pub trait Motions {
     /// The system with the present values of its parameters.
     fn kernel(&self) -> &dyn Kernel;
 
-    /// The continuous motion from a beginning that [fits](Beginning::fits), to a tolerance. If `every` is said, nodes lie so far apart.
+    /// The continuous motion from a beginning that [fits](Beginning::fits), to a tolerance; with nodes
+    /// `every` seconds apart if that is given.
     fn continuous<'s>(
         &'s self,
         beginning: &Beginning,
@@ -34,7 +35,7 @@ pub trait Motions {
     ) -> Result<Box<dyn Run + 's>, SetupError>;
 }
 
-/// A system of a type.
+/// A reference to a system, with its type.
 #[derive(Clone, Copy, Debug)]
 pub struct Typed<'a, S, const N: usize>(&'a S);
 
@@ -147,13 +148,13 @@ pub(super) trait AnySystem: Motions + Send {
     /// The parameters that its declaration does not list.
     fn extra(&self) -> Vec<Quantity>;
 
-    /// The place of a parameter, by its number in [`Description::parameters`].
+    /// A parameter's value, by its index in [`Description::parameters`].
     fn parameter(&mut self, index: usize) -> Option<&mut f64>;
 
-    /// The same system once more, with parameters of its own.
+    /// A copy of the system, with its own parameters.
     fn copy(&self) -> Box<dyn AnySystem>;
 
-    /// The motion by a composition of it.
+    /// The motion by a composition of the step.
     fn composed<'s>(
         &'s self,
         h: f64,
@@ -161,10 +162,11 @@ pub(super) trait AnySystem: Motions + Send {
         beginning: &Beginning,
     ) -> Result<Box<dyn Run + 's>, SetupError>;
 
-    /// How far motions up to the time `until` are from the continuous one.
+    /// The errors of motions against the continuous one, up to the time `until`.
     fn errors<'s>(&'s self, beginning: &Beginning, until: f64) -> Result<Box<dyn Errors + 's>, RunError>;
 
-    /// Runs several points side by side to their ends, if the system was asked to and can; see [`lanes::ends`].
+    /// Runs several points side by side to their ends, if the system was made for lanes and can; see
+    /// [`lanes::ends`].
     #[cfg(feature = "sweep")]
     fn ends(
         &self,
@@ -174,13 +176,13 @@ pub(super) trait AnySystem: Motions + Send {
         sink: &mut dyn FnMut(usize, &Row<'_>),
     ) -> bool;
 
-    /// Whether the system was asked to run in lanes.
+    /// Whether the system was made for lanes.
     #[cfg(feature = "sweep")]
     fn has_lanes(&self) -> bool;
 }
 
 impl dyn AnySystem + '_ {
-    /// What the declaration says.
+    /// The description in the declaration.
     pub(super) fn description(&self) -> Description {
         let shape = self.kernel().shape();
         Description {
@@ -204,9 +206,9 @@ impl dyn AnySystem + '_ {
 pub struct Extra<S> {
     /// The name.
     pub name: &'static str,
-    /// What it is, with its unit in brackets at the end.
+    /// Its meaning, with the unit in brackets at the end.
     pub doc: &'static str,
-    /// Where it is.
+    /// The field that holds it.
     pub place: fn(&mut S) -> &mut f64,
 }
 
@@ -216,7 +218,7 @@ pub(super) struct Erased<S, const N: usize> {
     system: S,
     /// Parameters that the declaration does not list.
     extra: Vec<Extra<S>>,
-    /// What runs points side by side, in lanes. Only what is named here is compiled.
+    /// Makes the ensemble that runs points side by side. Only a constructor that is named here is compiled.
     #[cfg(feature = "sweep")]
     lanes: Option<lanes::InLanes<S>>,
 }
@@ -232,7 +234,7 @@ impl<S, const N: usize> Erased<S, N> {
         }
     }
 
-    /// The same for a system whose sweeps run in lanes.
+    /// Erases the type of a system whose sweeps run in lanes.
     pub(super) fn in_lanes(system: S) -> Self
     where
         S: System<N> + Clone + Sync,
@@ -245,7 +247,7 @@ impl<S, const N: usize> Erased<S, N> {
     }
 }
 
-/// A vector that fits as an array.
+/// A vector as an array; NaN if the lengths differ.
 fn array<const N: usize>(vector: &[f64]) -> [f64; N] {
     vector.try_into().unwrap_or([f64::NAN; N])
 }

@@ -1,4 +1,4 @@
-//! What can be wrong with an entry, and with checking it.
+//! Errors of an entry, and of a check of its system.
 
 use dsocs_core::geometry::GeometryError;
 use dsocs_core::{RunError, SetupError};
@@ -12,13 +12,13 @@ use super::{RunFailure, UnknownName};
 pub struct EntryError {
     /// The entry.
     pub name: String,
-    /// What is wrong.
+    /// The mistake.
     pub cause: Mistake,
 }
 
 dsocs_core::debug_is_message!(EntryError);
 
-/// What is wrong with an entry.
+/// A mistake of an entry.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Mistake {
@@ -30,9 +30,9 @@ pub enum Mistake {
         if .coordinates.len() == 1 { "" } else { "s" }, .coordinates.join(", ")
     )]
     Length {
-        /// What it is.
+        /// The vector.
         what: String,
-        /// How many components it has.
+        /// The number of its components.
         found: usize,
         /// The coordinates.
         coordinates: Vec<String>,
@@ -66,10 +66,10 @@ pub enum CheckFailure {
     /// A step of it has no solution by itself.
     #[error("the motion to check: {0}")]
     Geometry(#[from] GeometryError),
-    /// The orders of the parts are not measured for systems of a kind.
+    /// The orders of the parts are not measured for this kind of system.
     #[error("the orders of the parts are not measured here: {reason}")]
     Orders {
-        /// What the system has that is not served.
+        /// The reason.
         reason: &'static str,
     },
 }

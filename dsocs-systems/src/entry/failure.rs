@@ -1,4 +1,4 @@
-//! Why a run did not reach its end.
+//! The reasons why a run did not reach its end.
 
 use std::borrow::Cow;
 
@@ -19,13 +19,13 @@ pub enum RunFailure {
         if .of_rotations.is_empty() { "coordinates" } else { "numbers" }, .coordinates.join(", ")
     )]
     Length {
-        /// Which vector.
+        /// The vector.
         vector: &'static str,
-        /// How many components it has.
+        /// The number of its components.
         found: usize,
         /// The coordinates.
         coordinates: Vec<Cow<'static, str>>,
-        /// What is said of rotations, where there are some.
+        /// A remark on the components of rotations, if there are some.
         of_rotations: &'static str,
     },
     /// It ended early.

@@ -1,4 +1,5 @@
-//! Inputs that are held: how a run is given their values, and the continuous motion under them that errors are measured against.
+//! Held inputs: their values during a run, and the errors against the continuous motion under the same
+//! inputs.
 
 use dsocs_core::taylor::{AnyGlobalError, rounding};
 use dsocs_core::{OwnedNode, Run, RunError, SetupError};
@@ -8,7 +9,7 @@ use super::erased::AnySystem;
 use super::plan::HeldInput;
 use super::reference::Errors;
 
-/// Gives inputs the values that they have at a time.
+/// Sets the inputs to their values at a time.
 pub(super) fn set(run: &mut dyn Run, inputs: &[HeldInput], (t, h): (f64, f64)) -> Result<(), RunError> {
     for input in inputs {
         if let Some(value) = input.at(t, h) {
@@ -18,11 +19,12 @@ pub(super) fn set(run: &mut dyn Run, inputs: &[HeldInput], (t, h): (f64, f64)) -
     Ok(())
 }
 
-/// How far a motion is from the continuous one under the same inputs. Both change at the nodes, which lie `h` apart.
+/// The errors of a motion against the continuous one under the same inputs. The inputs change at the nodes,
+/// which lie `h` apart.
 pub(super) struct HeldErrors<'s> {
-    /// The continuous motions, the one that counts first.
+    /// Two continuous motions, the reference first; their distance is the uncertainty.
     motions: [Box<dyn Run + 's>; 2],
-    /// The nodes where they are.
+    /// Their current nodes.
     nodes: [OwnedNode; 2],
     /// The inputs.
     inputs: &'s [HeldInput],
@@ -60,7 +62,7 @@ impl Errors for HeldErrors<'_> {
     fn at(&mut self, t: f64, q: &[f64]) -> Result<Vec<f64>, RunError> {
         for (node, run) in self.nodes.iter_mut().zip(&mut self.motions) {
             node.take(&**run);
-            // nodes lie a step apart: half of one is no time to be told from the next
+            // nodes lie a step apart, so times that differ by less than half of one are the same
             while (t - node.any().t) * self.h.signum() > 0.5 * self.h.abs() {
                 let now = node.any().t;
                 set(&mut **run, self.inputs, (now, self.h))?;

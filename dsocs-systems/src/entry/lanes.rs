@@ -11,7 +11,7 @@ use super::plan::{Method, Plan};
 /// A parameter that varies, by its name, and its value at each point.
 pub type Varied = (Cow<'static, str>, Vec<f64>);
 
-/// What makes an ensemble of a system.
+/// The constructor of an ensemble of a system, with the step.
 pub(super) type InLanes<S> = for<'s> fn(&'s S, f64) -> Result<AnyEnsemble<'s>, SetupError>;
 
 /// An ensemble of a declared system: all that is compiled for it.
@@ -28,8 +28,8 @@ pub fn shares(plan: &Plan) -> bool {
     plan.method == Method::Step && plan.inputs.is_empty()
 }
 
-/// Runs points to their ends, and hands the last node of each to `sink`. A point that fails is left out: a run of its own says why. Returns
-/// whether the points could be run.
+/// Runs points to their ends, and passes the last node of each to `sink`. A point that fails is left out: a
+/// run of its own gives the reason. Returns whether the points could be run.
 pub(super) fn ends(
     kernel: &dyn Kernel,
     ensemble: Result<AnyEnsemble<'_>, SetupError>,

@@ -1,4 +1,4 @@
-//! Names that do not exist.
+//! Unknown names.
 
 use thiserror::Error;
 
@@ -9,13 +9,13 @@ use thiserror::Error;
     suggestion(.nearest.as_deref()), .reason.as_deref().unwrap_or_default(), listed(.known)
 )]
 pub struct UnknownName {
-    /// What the name should have named.
+    /// The kind of thing that was named.
     pub kind: &'static str,
     /// The name.
     pub name: String,
     /// The name that is nearest, if one is near.
     pub nearest: Option<Box<str>>,
-    /// What has that name instead.
+    /// A remark on something else of that name.
     pub reason: Option<Box<str>>,
     /// All names.
     pub known: Box<[String]>,
@@ -37,7 +37,7 @@ impl UnknownName {
         }
     }
 
-    /// The error for a name that something else has; what is said of this stands behind the name.
+    /// The error for a name that belongs to something else; `reason` follows the name in the message.
     #[must_use]
     pub fn instead(self, reason: String) -> Self {
         Self {
@@ -56,7 +56,7 @@ fn listed(known: &[String]) -> String {
     }
 }
 
-/// The name that is fewest typing mistakes away, if it is near: one mistake in three letters, or its beginning.
+/// The nearest name, if it is near: at most one mistake in three letters, or its beginning.
 fn nearest(name: &str, known: &[String]) -> Option<String> {
     let name = name.to_lowercase();
     let letters = name.chars().count();

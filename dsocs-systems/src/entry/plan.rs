@@ -1,4 +1,4 @@
-//! What is asked for: the step, the method, the end, inputs that are held.
+//! The plan of a run: the step, the method, the end, and held inputs.
 
 use std::borrow::Cow;
 
@@ -7,7 +7,7 @@ use dsocs_core::Composition;
 
 use super::erased::AnySystem;
 
-/// How a motion is computed.
+/// The method of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
     /// By the paper's step, of order 2.
@@ -25,7 +25,7 @@ pub struct Plan {
     pub h: f64,
     /// The time of the end.
     pub until: f64,
-    /// How it is computed.
+    /// The method.
     pub method: Method,
     /// Whether the regularity at each node is recorded; possible with the paper's step only.
     pub certify: bool,
@@ -36,7 +36,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The plan of a run that goes back in time: before the first time of an input the parameter has its own value again.
+    /// The plan of a run back in time: before its first time an input has the parameter's own value again.
     pub(super) fn with_own_values(&self, system: &dyn AnySystem) -> Cow<'_, Self> {
         if self.inputs.is_empty() || self.h > 0.0 {
             return Cow::Borrowed(self);
@@ -64,7 +64,7 @@ pub struct HeldInput {
 }
 
 impl HeldInput {
-    /// The value at a time. A time that is one of the plan's to within rounding is that time.
+    /// The value at a time. A time that differs from one of the plan's by rounding only is that time.
     pub(crate) fn at(&self, t: f64, h: f64) -> Option<f64> {
         held_value(&self.values, t, h)
     }

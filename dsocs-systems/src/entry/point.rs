@@ -1,4 +1,4 @@
-//! A run of which little is kept: one point of a sweep.
+//! A run that keeps no table: one point of a sweep.
 
 use std::ops::ControlFlow;
 
@@ -10,10 +10,10 @@ use dsocs_core::{
 use super::run::next;
 use super::{Plan, Row, RunFailure, held};
 
-/// A change of sign that is watched.
+/// An event to be watched: a quantity passes a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Watched {
-    /// What changes.
+    /// The quantity.
     pub of: Watchable,
     /// The value that it passes.
     pub value: f64,
@@ -23,7 +23,7 @@ pub struct Watched {
     pub ends: bool,
 }
 
-/// What can be watched, by its place.
+/// A quantity that can be watched, by its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Watchable {
     /// Time.
@@ -36,30 +36,30 @@ pub enum Watchable {
     Observed(usize),
 }
 
-/// What a run shows.
+/// An item that a run passes to its observer.
 #[derive(Clone, Copy)]
 pub enum Shown<'a> {
     /// A node.
     Node(&'a Row<'a>),
-    /// An event that happened: its place among those watched, and the time.
+    /// An event that happened: its index among those watched, and the time.
     Event(usize, f64),
     /// The point where the run ended: the last node, or the event that ended it. For an event between nodes there are no forces and no
     /// multipliers.
     End(&'a Row<'a>),
 }
 
-/// Where a run goes, and what of it is looked at.
+/// A run, and the parts of it that are observed.
 pub(super) struct Request<'a> {
     /// The run.
     pub plan: &'a Plan,
-    /// What is watched.
+    /// The events that are watched.
     pub watched: &'a [Watched],
     /// Whether each node is shown.
     pub nodes: bool,
 }
 
-/// Runs to the end, or to the first event that ends it, whose place is given back. Where the run fails, its last node is shown as the end.
-/// `system` has the values that inputs begin with.
+/// Runs to the end, or to the first event that ends the run, and returns the index of this event. Where the
+/// run fails, its last node is passed on as the end. `system` has the initial values of the inputs.
 ///
 /// # Errors
 ///
@@ -108,7 +108,7 @@ fn pass(
     let Request { plan, watched, nodes } = *request;
     let driven = !plan.inputs.is_empty();
     if watched.is_empty() && !nodes && !driven {
-        // nothing but the end: nodes on the way are not computed
+        // only the end is wanted: nodes on the way are not computed
         run.to(plan.until)?;
         return Ok(None);
     }
@@ -124,7 +124,7 @@ fn pass(
         }
         return Ok(run.watch(plan.until, &mut events(watched, system), &mut looker)?);
     }
-    // inputs change at nodes: a leg at a time
+    // inputs change at nodes, so the run goes leg by leg
     let end = run.clock().until(plan.until)?.time();
     let mut events = events(watched, system);
     let ahead = u64::from(plan.method == super::Method::Step);
@@ -143,7 +143,7 @@ fn pass(
         }
         looker.node.take(run);
         if nodes {
-            // parameters have the values of now
+            // the parameters have their current values
             looker.show(run.declaration());
         }
         if (end - looker.node.any().t) * plan.h.signum() < 0.5 * plan.h.abs() {
@@ -152,18 +152,18 @@ fn pass(
     }
 }
 
-/// Hands on what a run shows.
+/// Passes the nodes and events of a run to the observer.
 struct Looker<'l> {
     /// Whether nodes are shown.
     nodes: bool,
     /// Room for a node.
     node: OwnedNode,
-    /// Takes it.
+    /// The observer.
     sink: &'l mut dyn FnMut(Shown<'_>),
 }
 
 impl Looker<'_> {
-    /// Shows the node that was taken.
+    /// Passes on the current node.
     fn show(&mut self, declaration: Declaration<'_>) {
         (self.sink)(Shown::Node(&Row::of(self.node.any(), declaration)));
     }
@@ -184,7 +184,7 @@ impl AnyObserver for Looker<'_> {
     }
 }
 
-/// The events, of a system.
+/// The events of a system.
 fn events<'e>(watched: &[Watched], system: &'e Declaration<'e>) -> AnyEvents<'e> {
     let event = |watched: &Watched| {
         let Watched { of, value, .. } = *watched;

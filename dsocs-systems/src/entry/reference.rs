@@ -1,14 +1,14 @@
-//! The continuous motion that errors are measured against.
+//! Errors against the continuous motion.
 
 use dsocs_core::RunError;
 use dsocs_core::taylor::{AnyGlobalError, GlobalError};
 
-/// How far a motion is from the continuous one; see [`GlobalError`].
+/// The errors of a motion against the continuous one; see [`GlobalError`].
 pub(super) trait Errors {
     /// The error of each coordinate of a position at a time.
     fn at(&mut self, t: f64, q: &[f64]) -> Result<Vec<f64>, RunError>;
 
-    /// How well the continuous motion is known.
+    /// The uncertainty of the continuous motion.
     fn uncertainty(&self) -> f64;
 }
 

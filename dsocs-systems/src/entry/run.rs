@@ -1,4 +1,4 @@
-//! The run that a plan asks for.
+//! A run according to a plan.
 
 use std::ops::ControlFlow;
 
@@ -12,8 +12,9 @@ use super::held::{self, HeldErrors};
 use super::plan::{Method, Plan};
 use super::reference::Errors;
 
-/// Runs from the start up to the last node at or before the end and hands each node to `sink`, which may end the run. A
-/// certified run tells the regularity at each node; at the start, where no step is solved, it is NaN.
+/// Runs from the start up to the last node at or before the end and passes each node to `sink`, which may end
+/// the run. A certified run gives the regularity at each node; at the start, where no step is solved, it is
+/// NaN.
 ///
 /// # Errors
 ///
@@ -45,14 +46,14 @@ pub(super) fn run(
     })
 }
 
-/// What is done with a run that stands at its start, and the system with the values that inputs begin with.
+/// A use of a run that stands at its start, and of the system with the initial values of the inputs.
 type Use<'u> = dyn FnMut(&mut (dyn Run + '_), &dyn AnySystem) -> Result<(), RunFailure> + 'u;
 
-/// Sets up a run, and does with it what is to be done.
+/// Sets up a run, and passes it to `then`.
 ///
 /// # Errors
 ///
-/// [`RunFailure`] if the run cannot be set up, and that of what is done.
+/// [`RunFailure`] if the run cannot be set up, and the errors of `then`.
 pub(super) fn begin(
     system: &dyn AnySystem,
     plan: &Plan,
@@ -65,7 +66,7 @@ pub(super) fn begin(
     if !until.is_finite() {
         return Err(RunError::Until { until }.into());
     }
-    // the values that inputs begin with
+    // the initial values of the inputs
     let mut begun = system.copy();
     for input in &plan.inputs {
         let place = shape
@@ -78,7 +79,7 @@ pub(super) fn begin(
         }
     }
     let system = &*begun;
-    // whatever the method: step, parameters and start are to be usable
+    // for every method: step, parameters and start have to be usable
     let step = || AnyFlow::new(system.kernel(), h, &beginning.start());
     let mut run = match method {
         Method::Step => step()?.into_run(),
@@ -87,7 +88,7 @@ pub(super) fn begin(
             system.composed(h, composition, beginning)?
         }
         Method::Tolerance(tolerance) => {
-            // but a body may turn as far as it likes between two times of the output
+            // between two times of the output a body may rotate by any angle, which a single step may not
             if shape.rotations.is_empty() {
                 step()?;
             }
@@ -108,12 +109,12 @@ pub(super) fn next(run: &mut dyn Run, h: f64) -> Result<(), RunError> {
     Ok(())
 }
 
-/// Takes a run at a node.
+/// Observes a run at a node.
 type Take<'t> = dyn FnMut(&dyn Run) -> ControlFlow<()> + 't;
 
-/// Runs with inputs that change, and shows the run at every node.
+/// Runs with inputs that change, and passes on the run at every node.
 fn driven(run: &mut dyn Run, plan: &Plan, take: &mut Take<'_>) -> Result<(), RunError> {
-    // the step knows one position more than its node
+    // the step has computed one position beyond its node
     let ahead = u64::from(plan.method == Method::Step);
     let end = run.clock().until(plan.until)?.time();
     loop {
@@ -127,7 +128,7 @@ fn driven(run: &mut dyn Run, plan: &Plan, take: &mut Take<'_>) -> Result<(), Run
     Ok(())
 }
 
-/// Hands the nodes of a run on.
+/// Passes on the nodes of a run.
 fn hand_on(
     run: &mut dyn Run,
     is_closed: bool,
@@ -143,7 +144,7 @@ fn hand_on(
         node.take(run);
         let node = node.any();
         let declaration = if is_driven {
-            // with the values of inputs with which the motion arrives
+            // the values of the inputs before the node
             run.declaration_at_node()
         } else {
             run.declaration()
@@ -164,7 +165,7 @@ fn hand_on(
         if unknown.is_none() {
             match error.at(node.t, node.q) {
                 Ok(found) => errors = found,
-                // the run goes on without
+                // the run goes on without errors
                 Err(why) => unknown = Some(why),
             }
         }

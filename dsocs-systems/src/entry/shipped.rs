@@ -1,29 +1,30 @@
-//! Systems that a program has as texts.
+//! Systems that a program holds as texts.
 
 use dsocs_core::text::{Text, TextError};
 
 use super::{Entry, Kind};
 
-/// A system that a program has as a text. It is read when it is asked for, so it costs neither a compiler's time nor that of a program which is asked for another one.
-/// What a list says of it is known before.
+/// A system that a program holds as a text. It is parsed when it is asked for, so it costs no compile time,
+/// and no time when another system is run. The items of a list are known without parsing.
 #[derive(Clone, Copy, Debug)]
 pub struct Shipped {
     /// The name on the command line.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// The summary, in a line.
     pub summary: &'static str,
     /// The kind of its constraints, as it is found when the text is read.
     pub kind: Kind,
-    /// Where it comes from.
+    /// The literature source.
     pub source: &'static str,
     /// The text.
     pub text: &'static str,
-    /// What an entry adds to it: how it is drawn, its symmetries.
+    /// Adds to the entry what a text does not contain: its drawing and its symmetries.
     pub with: fn(Entry) -> Entry,
 }
 
 impl Shipped {
-    /// The entry of the system, with the first of its runs, and with numbers in place of those that the text gives its constants.
+    /// The entry of the system, with the first run of its text, and with other values for the text's
+    /// constants.
     ///
     /// # Errors
     ///

@@ -1,18 +1,19 @@
-//! Bodies in space, as they are drawn: flat faces in the frame of the body, and where the body stands.
+//! Bodies in space for drawings: flat faces in the frame of the body, and the body's position and attitude.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use std::sync::Arc;
 
-/// So many sides a cylinder has, a multiple of four.
+/// The number of sides of a cylinder, a multiple of four.
 const SIDES: usize = 24;
-/// So many parts a ball has from pole to pole, and around.
+/// The number of parts of a ball from pole to pole, and around.
 const PARTS: [usize; 2] = [8, 12];
-/// So many parts the circles of a table have.
+/// The number of parts of the circles of a table.
 const ROUND: usize = 48;
-/// So many parts an axis has: each is hidden or seen by itself.
+/// The number of parts of an axis: each is hidden or visible by itself.
 const PIECES: usize = 18;
 
-/// A body in space: its faces, in m, and where it stands. It is built about the origin of its own frame, and placed from there.
+/// A body in space: its faces, in m, its position and its attitude. It is built about the origin of its own
+/// frame, and placed from there.
 ///
 /// ```
 /// use dsocs_systems::entry::{Drawing, Solid};
@@ -28,7 +29,7 @@ const PIECES: usize = 18;
 pub struct Solid {
     /// Its faces, in its own frame.
     faces: Arc<[Face]>,
-    /// Where the origin of its frame is.
+    /// The position of the origin of its frame, in m.
     at: [f64; 3],
     /// The unit quaternion `(w, x, y, z)` that turns its axes into those of space.
     attitude: [f64; 4],
@@ -37,7 +38,7 @@ pub struct Solid {
 /// A flat face, or a line if it has two corners.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Face {
-    /// Its corners, against the clock where one sees it from outside.
+    /// Its corners, counter-clockwise as seen from outside.
     pub(crate) corners: Vec<[f64; 3]>,
     /// Its colour.
     pub(crate) colour: Colour,
@@ -48,7 +49,7 @@ pub(crate) struct Face {
 pub(crate) enum Colour {
     /// Most faces.
     Plain,
-    /// Faces beside those, by which one sees a body turn.
+    /// Alternate faces, which make the rotation of a body visible.
     Other,
     /// The first axis.
     First,
@@ -61,7 +62,7 @@ pub(crate) enum Colour {
 }
 
 impl Colour {
-    /// Whether it is that of the ground, which is behind everything.
+    /// Whether it is the colour of the ground, which is behind everything.
     pub(crate) fn is_ground(self) -> bool {
         self == Self::Ground
     }
@@ -195,8 +196,8 @@ impl Solid {
         Self::of(lines.into_iter().map(|ends| Face::new(ends, Colour::Ground)))
     }
 
-    /// The same body turned by the unit quaternion `(w, x, y, z)`, then moved. What was placed before moves along: a wheel is placed on its body, and both
-    /// with the body in space.
+    /// The body rotated by the unit quaternion `(w, x, y, z)`, then moved by `at`, in m. Bodies placed on it
+    /// before move along: a wheel is placed on its body, and both with the body in space.
     pub fn placed(mut self, at: [f64; 3], attitude: [f64; 4]) -> Self {
         let moved = turned(attitude, self.at);
         self.at = [0, 1, 2].map(|i| at[i] + moved[i]);
@@ -204,17 +205,17 @@ impl Solid {
         self
     }
 
-    /// The same body moved along the axes of space.
+    /// The body moved by `by`, in m, along the axes of space.
     pub fn moved(self, by: [f64; 3]) -> Self {
         self.placed(by, [1.0, 0.0, 0.0, 0.0])
     }
 
-    /// Both bodies as one, which moves as a whole.
+    /// Both bodies as one.
     pub fn with(&self, other: &Self) -> Self {
         Self::of(self.in_space().chain(other.in_space()).collect::<Vec<_>>())
     }
 
-    /// The faces where they stand.
+    /// The faces in space.
     fn in_space(&self) -> impl Iterator<Item = Face> {
         self.faces.iter().map(|face| Face {
             corners: face.corners.iter().map(|&corner| self.place(corner)).collect(),
@@ -227,13 +228,13 @@ impl Solid {
         &self.faces
     }
 
-    /// Where a point of its frame stands.
+    /// The position in space of a point of its frame.
     pub(crate) fn place(&self, point: [f64; 3]) -> [f64; 3] {
         let turned = turned(self.attitude, point);
         [0, 1, 2].map(|i| self.at[i] + turned[i])
     }
 
-    /// Where it stands: the origin of its frame and its quaternion.
+    /// Its position and its quaternion.
     pub(crate) fn pose(&self) -> [f64; 7] {
         let ([x, y, z], [a, b, c, d]) = (self.at, self.attitude);
         [x, y, z, a, b, c, d]
@@ -250,7 +251,8 @@ impl Face {
     }
 }
 
-/// The quaternion of a turn about the axis of a number, 0, 1 or 2, by an angle, in rad: how a wheel stands on its body.
+/// The quaternion of a rotation about the axis `axis` (0, 1 or 2) by an angle, in rad: the attitude of a
+/// wheel on its body.
 #[must_use]
 pub fn about(axis: usize, angle: f64) -> [f64; 4] {
     let (sin, cos) = (angle / 2.0).sin_cos();
@@ -261,7 +263,8 @@ pub fn about(axis: usize, angle: f64) -> [f64; 4] {
     quaternion
 }
 
-/// The turn that leads the third axis to the axis of a number: how a cylinder lies along it.
+/// The rotation that takes the third axis to the axis `axis` (0, 1 or 2): the attitude of a cylinder along
+/// it.
 #[must_use]
 pub fn along(axis: usize) -> [f64; 4] {
     match axis {
@@ -281,7 +284,7 @@ fn product([a, b, c, d]: [f64; 4], [w, x, y, z]: [f64; 4]) -> [f64; 4] {
     ]
 }
 
-/// The vector that a unit quaternion `(w, x, y, z)` turns a vector into.
+/// A vector rotated by a unit quaternion `(w, x, y, z)`.
 #[must_use]
 pub fn turned(q: [f64; 4], [x, y, z]: [f64; 3]) -> [f64; 3] {
     let [w, a, b, c] = q;
@@ -293,7 +296,7 @@ pub fn turned(q: [f64; 4], [x, y, z]: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Twice the area of a face along its normal, outward by declaration.
+    /// Twice the area of a face along its normal, which points outward by declaration.
     fn normal(corners: &[[f64; 3]]) -> [f64; 3] {
         let next = corners.iter().cycle().skip(1);
         corners

@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-/// Takes a position and writes a velocity of the configuration.
+/// Writes the generator, a velocity of the configuration, at a position.
 type Generator = dyn Fn(&[f64], &mut [f64]) + Send + Sync;
 
 /// A symmetry of a system's Lagrangian, by its infinitesimal generator.
 pub struct Symmetry {
-    /// What it is, `rotation about the pivot`.
+    /// The name, such as `rotation about the pivot`.
     name: String,
-    /// How many coordinates it is for.
+    /// The number of coordinates.
     components: usize,
     /// The generator `ξ_Q(q)`.
     generator: Box<Generator>,
@@ -41,7 +41,7 @@ impl Symmetry {
         }
     }
 
-    /// The same with any number of coordinates: the generator takes a position and writes its vector there.
+    /// A symmetry for any number of coordinates: the generator takes a position and writes its vector.
     pub(crate) fn of(
         name: String,
         components: usize,
@@ -54,13 +54,13 @@ impl Symmetry {
         }
     }
 
-    /// What it is.
+    /// The name.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// How many coordinates it is for.
+    /// The number of coordinates.
     #[must_use]
     pub fn components(&self) -> usize {
         self.components

@@ -1,4 +1,4 @@
-//! A system as text: the text file that says the same, and the Rust that does.
+//! A system written as a text file, and as Rust.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::Entry;
 
-/// A system that no text can say.
+/// A system that cannot be written as a text.
 #[derive(Clone, PartialEq, Eq, Error)]
 #[error(
     "`{name}` is more than a text can say: {}; text files know numbers, arrays of them and tables of samples",
@@ -19,19 +19,19 @@ use super::Entry;
 pub struct NoText {
     /// The system.
     pub name: String,
-    /// Its parameters that are no numbers, with their types.
+    /// Its parameters that are neither numbers nor tables of samples, with their types.
     pub fields: Vec<String>,
 }
 
 dsocs_core::debug_is_message!(NoText);
 
-/// A parameter as it is declared.
+/// A parameter of the declaration.
 struct Parameter<'a> {
     name: &'a str,
     doc: &'a str,
-    /// How many elements it has if it is an array, how many rows and columns if it is a matrix; empty for a number.
+    /// The number of elements of an array, or of rows and columns of a matrix; empty for a number.
     lengths: Vec<usize>,
-    /// Its value, as text and Rust write it.
+    /// Its value, in the notation that texts and Rust share.
     value: String,
 }
 
@@ -195,7 +195,7 @@ impl Entry {
         self.tables.iter().map(|(table, _)| table.file.as_str())
     }
 
-    /// The names of its tables of samples, with what stands in them.
+    /// The names of its tables of samples, with their contents.
     #[cfg(feature = "sweep")]
     pub(crate) fn samples(&self) -> impl Iterator<Item = (&str, &Samples)> {
         self.tables
@@ -203,7 +203,7 @@ impl Entry {
             .map(|(table, samples)| (table.name.as_str(), &**samples))
     }
 
-    /// The parameters that are numbers, arrays as arrays.
+    /// The numeric parameters, arrays as arrays.
     fn as_declared(&self) -> Result<Vec<Parameter<'_>>, NoText> {
         let kernel = self.system.kernel();
         let shape = kernel.shape();
@@ -227,7 +227,7 @@ impl Entry {
     }
 }
 
-/// Documentation without the signs that keep Rust from taking units for links: `\[J\]`.
+/// Documentation without the backslashes that keep Rust from reading units as links: `\[J\]`.
 fn unescaped(doc: &str) -> String {
     doc.replace("\\[", "[").replace("\\]", "]")
 }
@@ -264,8 +264,8 @@ fn parameters(kernel: &dyn Kernel) -> Vec<Parameter<'_>> {
     parameters
 }
 
-/// The name of the parameter with whose first element some parameters begin, and its lengths: none if it is a number, one if it is an array,
-/// two if it is a matrix.
+/// The name of the parameter that begins with the first of these elements, and its lengths: none for a
+/// number, one for an array, two for a matrix.
 fn lengths<'q>(parameters: &'q [Quantity], declaration: &str) -> (&'q str, Vec<usize>) {
     let Some(first) = parameters.first() else {
         return ("", Vec::new());
@@ -282,7 +282,7 @@ fn lengths<'q>(parameters: &'q [Quantity], declaration: &str) -> (&'q str, Vec<u
         same.take_while(|(of, name)| of.name == *name && of.doc == first.doc)
             .count()
     };
-    // an array stands in the declaration by its own name, its elements do not
+    // the declaration contains an array's own name, not the names of its elements
     let of = |end: &str| {
         first
             .name

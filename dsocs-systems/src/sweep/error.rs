@@ -9,7 +9,8 @@ use thiserror::Error;
 
 use crate::entry::UnknownName;
 
-/// A sweep cannot begin or go on. A point that fails is not such an error: the table has a row that says why.
+/// A sweep cannot begin or go on. A point that fails is not such an error: the table has a row with the
+/// reason.
 #[derive(Error)]
 #[non_exhaustive]
 pub enum SweepError {
@@ -21,7 +22,7 @@ pub enum SweepError {
     Plan {
         /// Where in the plan.
         at: String,
-        /// What is wrong, and what was expected.
+        /// The mistake, and what was expected.
         reason: String,
     },
     /// The plan uses an unknown name.
@@ -32,7 +33,7 @@ pub enum SweepError {
         /// The name, and the known ones.
         unknown: UnknownName,
     },
-    /// The plan does not say which of several systems is meant.
+    /// The plan does not name one of several systems.
     #[error("system: which one? known: {}", .known.join(", "))]
     Which {
         /// The systems.
@@ -55,7 +56,7 @@ pub enum SweepError {
     /// The folder contains no sweep.
     #[error("{} holds no sweep: it has no manifest.json", .0.display())]
     NoSweep(PathBuf),
-    /// A table or a folder has no text of its system.
+    /// A table or a folder does not contain the text of its system.
     #[error("{} has no text of its system, which is more than a text can say, or is of an earlier version", .0.display())]
     NoText(PathBuf),
     /// A file cannot be read.
@@ -63,7 +64,7 @@ pub enum SweepError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         cause: String,
     },
     /// A file cannot be written. Finished parts stay as they are.
@@ -71,7 +72,7 @@ pub enum SweepError {
     Write {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         cause: io::Error,
     },
     /// A thread of the sweep ended without a result.
@@ -82,7 +83,7 @@ pub enum SweepError {
 dsocs_core::debug_is_message!(SweepError);
 
 impl SweepError {
-    /// Something is wrong at a place of a plan.
+    /// A mistake at a place of a plan.
     pub(super) fn plan(at: &str, reason: &str) -> Self {
         Self::Plan {
             at: at.to_owned(),
@@ -126,7 +127,7 @@ impl SweepError {
         Self::write(path, cause)
     }
 
-    /// Whether the request is wrong (and not something that happened during the sweep).
+    /// Whether the request is wrong, and not something that happened during the sweep.
     #[must_use]
     pub fn is_a_question(&self) -> bool {
         !matches!(self, Self::Read { .. } | Self::Write { .. } | Self::Panicked(_))

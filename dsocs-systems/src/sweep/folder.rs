@@ -10,13 +10,14 @@ use tempfile::NamedTempFile;
 use super::error::SweepError;
 use crate::temporary::temporary;
 
-/// How the names of temporary files begin and end. Readers of Parquet ignore names that begin with a dot.
+/// The prefix and the suffix of the names of temporary files. Readers of Parquet ignore names that begin with
+/// a dot.
 const TEMPORARY: [&str; 2] = [".dsocs-", ".part"];
 
 /// The folder of a sweep.
 #[derive(Clone, Debug)]
 pub struct Folder {
-    /// Where it is.
+    /// Its path.
     path: PathBuf,
 }
 
@@ -47,7 +48,7 @@ impl Folder {
         }
     }
 
-    /// Where it is.
+    /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -126,8 +127,8 @@ impl Folder {
         }
     }
 
-    /// Deletes temporary files that killed processes have left. It is called when all parts are complete: a process that still writes a
-    /// temporary file then computes a part that exists already.
+    /// Deletes temporary files that killed processes have left. It is called when all parts are complete: a
+    /// process that still writes a temporary file then computes a part that exists already.
     pub fn tidy(&self, tables: &[Which]) {
         for folder in tables
             .iter()
@@ -148,7 +149,7 @@ impl Folder {
 
 /// A part that is being written. It has a temporary name until all of it is on the disk.
 pub struct PartFile {
-    /// What is written.
+    /// The temporary file.
     file: NamedTempFile,
     /// The part.
     path: PathBuf,

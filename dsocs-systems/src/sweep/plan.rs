@@ -1,4 +1,4 @@
-//! A plan as it is written down: what a sweep runs. Its names are not looked up yet.
+//! A plan as it is written down. Its names are not looked up yet.
 
 use std::fmt;
 
@@ -9,7 +9,8 @@ use super::error::SweepError;
 use crate::cli::expression;
 use crate::entry::{Method, UnknownName};
 
-/// What a sweep runs. It is read from TOML ([`Plan::read`]). The documentation of the module shows all keys.
+/// The plan of a sweep. It is read from TOML ([`Plan::read`]). The documentation of the module shows all
+/// keys.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The name of the system. It may be left out if there is only one.
@@ -31,7 +32,7 @@ pub struct Plan {
     pub vary: Vec<(String, Values)>,
     /// Random points instead of a grid.
     pub sample: Option<Sample>,
-    /// What is kept of a run.
+    /// The results that are kept of each run.
     pub keep: Keep,
     /// The events that are counted.
     pub events: Vec<PlannedEvent>,
@@ -52,11 +53,11 @@ pub struct PlannedStart {
     pub t0: f64,
     /// Whether the second node is the paper's, `q0 + h v0`, of first order.
     pub paper: bool,
-    /// Whether starts are moved onto the constraints.
+    /// Whether starts are projected onto the constraints.
     pub project: bool,
 }
 
-/// The values of what varies.
+/// The values of a quantity that varies.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
     /// A list of values.
@@ -67,7 +68,7 @@ pub enum Values {
         from: f64,
         /// The last.
         to: f64,
-        /// How many; `None` for random points.
+        /// The number of values; `None` for random points.
         count: Option<u64>,
         /// Whether the values are a geometric progression instead of an arithmetic one.
         logarithmic: bool,
@@ -79,7 +80,7 @@ pub enum Values {
 pub struct Sample {
     /// The rule.
     pub kind: SampleKind,
-    /// How many points.
+    /// The number of points.
     pub count: u64,
     /// The seed: another seed gives other points.
     pub seed: u64,
@@ -100,7 +101,7 @@ pub enum SampleKind {
 /// The largest number of points of [`SampleKind::Sobol`].
 pub const SOBOL: u64 = 1 << 16;
 
-/// What is kept of a run.
+/// The results that are kept of each run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Keep {
     /// The columns that are kept at the end. By default: the time, all coordinates and all velocities.
@@ -203,7 +204,7 @@ impl Plan {
         Ok(read)
     }
 
-    /// Checks what does not depend on the system.
+    /// Checks everything that does not depend on the system.
     fn check(&self) -> Result<(), SweepError> {
         if self.vary.is_empty() {
             return fail("vary", "nothing varies; one run is `dsocs run`");
@@ -274,7 +275,7 @@ fn method(plan: &mut Section) -> Result<Method, SweepError> {
     }
 }
 
-/// The values of what varies.
+/// The values of a quantity that varies.
 fn values(at: &str, value: Value) -> Result<Values, SweepError> {
     match value {
         Value::Array(list) => Ok(Values::List(
@@ -386,13 +387,13 @@ fn events(plan: &mut Section) -> Result<Vec<PlannedEvent>, SweepError> {
     Ok(events)
 }
 
-/// A table of a plan. What is read is taken out of it; what is left at the end is unknown.
+/// A table of a plan. Values that are read are removed; keys that are left at the end are unknown.
 struct Section {
-    /// Where it stands.
+    /// Its place in the plan.
     at: String,
-    /// What is left.
+    /// The values that were not read yet.
     table: Table,
-    /// What was asked for.
+    /// The keys that were asked for.
     known: Vec<&'static str>,
 }
 
@@ -458,7 +459,7 @@ impl Section {
         self.whole(key, 1)
     }
 
-    /// A text.
+    /// A string.
     fn text(&mut self, key: &'static str) -> Result<Option<String>, SweepError> {
         let at = self.place(key);
         match self.take(key) {
@@ -468,7 +469,7 @@ impl Section {
         }
     }
 
-    /// Texts.
+    /// Strings.
     fn texts(&mut self, key: &'static str) -> Result<Option<Vec<String>>, SweepError> {
         let at = self.place(key);
         let texts = |list: &[Value]| -> Option<Vec<String>> {
@@ -533,7 +534,7 @@ impl Section {
             .map(move |(name, value)| (format!("{at}.{name}"), name, value))
     }
 
-    /// Refuses what is left.
+    /// Refuses keys that were not read.
     fn finish(self) -> Result<(), SweepError> {
         match self.table.keys().next() {
             None => Ok(()),
@@ -564,17 +565,17 @@ fn number(at: &str, value: &Value) -> Result<f64, SweepError> {
     }
 }
 
-/// Something is wrong at a place.
+/// The error of a mistake at a place.
 fn fail<T>(at: &str, reason: &str) -> Result<T, SweepError> {
     Err(SweepError::plan(at, reason))
 }
 
-/// Something else was expected.
+/// The error of a value of another type.
 fn wrong<T>(at: &str, expected: &str, found: &Value) -> Result<T, SweepError> {
     fail(at, &format!("expected {expected}, found {}", Found(found)))
 }
 
-/// A value as messages show it.
+/// A value in the notation of messages.
 struct Found<'v>(&'v Value);
 
 impl fmt::Display for Found<'_> {

@@ -1,4 +1,4 @@
-//! The points of a sweep: the values of what varies, computed from the number of the point.
+//! The points of a sweep: the values of the quantities that vary, computed from the number of the point.
 
 use super::error::SweepError;
 use super::plan::{Plan, Sample, SampleKind, Values};
@@ -7,11 +7,11 @@ use super::random;
 /// The points of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points {
-    /// What varies, in the order of the plan.
+    /// The quantities that vary, in the order of the plan.
     axes: Vec<Axis>,
     /// Random points, instead of a grid.
     sample: Option<Sample>,
-    /// How many there are.
+    /// The number of points.
     count: u64,
 }
 
@@ -20,7 +20,7 @@ pub struct Points {
 struct Axis {
     /// Its values.
     values: Values,
-    /// How many consecutive points have the same value.
+    /// The number of consecutive points with the same value.
     stride: u64,
 }
 
@@ -60,12 +60,12 @@ impl Points {
         })
     }
 
-    /// How many points there are.
+    /// The number of points.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The values of what varies at a point.
+    /// The values of the quantities that vary, at a point.
     pub fn values(&self, point: u64, out: &mut Vec<f64>) {
         out.clear();
         for (dimension, axis) in (0_u64..).zip(&self.axes) {
@@ -103,7 +103,7 @@ impl Sample {
 }
 
 impl Values {
-    /// How many values a grid has; `None` for a range without a count.
+    /// The number of values on a grid; `None` for a range without a count.
     #[must_use]
     pub fn count(&self) -> Option<u64> {
         match self {

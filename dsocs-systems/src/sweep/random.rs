@@ -1,8 +1,9 @@
-//! Random numbers, each computed only from a seed and its place. They are the same on every machine and in any order.
+//! Random numbers, each a function of a seed and indices only. They are the same on every machine and in any
+//! order.
 
 use twox_hash::XxHash3_64;
 
-/// A number of 64 bits, from a seed and a place.
+/// A number of 64 bits, from a seed and three indices.
 fn bits(seed: u64, place: [u64; 3]) -> u64 {
     let mut bytes = [0; 24];
     for (bytes, number) in bytes.chunks_exact_mut(8).zip(place) {
@@ -87,7 +88,7 @@ mod tests {
         let mean = numbers.iter().sum::<f64>() / 1e4;
         assert!((mean - 0.5).abs() < 0.01, "{mean}");
         assert!(numbers.iter().all(|number| (0.0..1.0).contains(number)));
-        // they are part of what a sweep's content depends on
+        // the content of a sweep depends on these numbers
         assert_eq!(
             bits(1, [1, 2, 3]),
             XxHash3_64::oneshot_with_seed(

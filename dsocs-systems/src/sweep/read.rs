@@ -1,4 +1,4 @@
-//! Reads a folder: what is missing, and what its tables contain.
+//! Reads the folder of a sweep: its missing parts, and the content of its tables.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,13 +13,13 @@ use crate::entry::UnknownName;
 /// The progress of a sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Status {
-    /// How many points the sweep has.
+    /// The number of points of the sweep.
     pub points: u64,
-    /// How many parts.
+    /// The number of parts.
     pub parts: u64,
     /// The missing parts, in order.
     pub missing: Vec<u64>,
-    /// How many points failed in the existing parts, by the word that says why.
+    /// The number of failed points in the existing parts, by the code of the failure.
     pub failed: BTreeMap<String, u64>,
 }
 
@@ -54,8 +54,8 @@ pub fn status(folder: &Path) -> Result<Status, SweepError> {
 
 /// The text of the system that was run, from the folder of a sweep or from one of its Parquet files.
 ///
-/// The text is what stands there, whoever wrote it. To read it, [`Text::parse`](dsocs_core::text::Text::parse) runs nothing but the declaration, and
-/// opens none of the files that a text may name.
+/// The text may come from anybody. [`Text::parse`](dsocs_core::text::Text::parse) runs nothing but the
+/// declaration in it, and opens none of the files that it names.
 ///
 /// # Errors
 ///
@@ -76,19 +76,19 @@ pub fn text(path: &Path) -> Result<String, SweepError> {
 pub struct Content {
     /// The folder.
     folder: Folder,
-    /// How many points the sweep has.
+    /// The number of points of the sweep.
     points: u64,
-    /// How many parts.
+    /// The number of parts.
     parts: u64,
     /// The existing parts, in order.
     there: Vec<u64>,
-    /// What varies.
+    /// The quantities that vary.
     axes: Vec<Axis>,
     /// Whether points lie on a grid.
     grid: bool,
     /// The columns of the table of points.
     columns: Vec<String>,
-    /// What the manifest says.
+    /// The manifest.
     manifest: Value,
 }
 
@@ -101,7 +101,7 @@ pub struct Axis {
     pub unit: Option<String>,
     /// Whether its values are a geometric progression.
     pub logarithmic: bool,
-    /// How many values it has on a grid.
+    /// The number of its values on a grid.
     pub count: Option<u64>,
 }
 
@@ -156,7 +156,7 @@ impl Content {
         read().ok_or_else(|| SweepError::read(&folder.manifest_path(), "it is none that this version writes"))
     }
 
-    /// What varies, in the order of the plan.
+    /// The quantities that vary, in the order of the plan.
     #[must_use]
     pub fn axes(&self) -> &[Axis] {
         &self.axes
@@ -174,7 +174,7 @@ impl Content {
         &self.columns
     }
 
-    /// The number of parts of the sweep, and how many of them exist.
+    /// The number of parts of the sweep, and the number of those that exist.
     #[must_use]
     pub fn parts(&self) -> (u64, u64) {
         (self.parts, self.there.len() as u64)

@@ -1,4 +1,4 @@
-//! A plan together with its system, and how all of its parts are computed.
+//! A plan together with its system, and the computation of all of its parts.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -25,7 +25,7 @@ const FORMAT: u64 = 1;
 pub struct Sweep {
     /// The system.
     entry: Entry,
-    /// What every point needs.
+    /// The settings that all points share.
     setting: Setting,
     /// Everything that the content depends on.
     manifest: Value,
@@ -33,7 +33,7 @@ pub struct Sweep {
     text: Option<String>,
 }
 
-/// How a sweep is computed. The options do not change the results.
+/// The options of a computation. They do not change the results.
 #[derive(Debug)]
 pub struct Options<'o> {
     /// The share of the parts that is computed.
@@ -58,7 +58,7 @@ impl Default for Options<'_> {
     }
 }
 
-/// What a sweep has done.
+/// The result of a computation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Report {
     /// The parts of the sweep.
@@ -69,7 +69,7 @@ pub struct Report {
     pub missing: u64,
     /// Points that were computed.
     pub points: u64,
-    /// How many of these points have a run that failed.
+    /// The number of these points whose run failed.
     pub failed: u64,
     /// Whether it was stopped before its end.
     pub stopped: bool,
@@ -101,7 +101,7 @@ impl Sweep {
                 });
             }
         };
-        // as it is before the plan sets parameters; without one where it is more than a text can say
+        // the text before the plan sets parameters; `None` if the system cannot be written as a text
         let text = entry.text().ok();
         let samples: Value = entry
             .samples()
@@ -135,13 +135,13 @@ impl Sweep {
         })
     }
 
-    /// How many points there are.
+    /// The number of points.
     #[must_use]
     pub fn points(&self) -> u64 {
         self.setting.points.count()
     }
 
-    /// How many parts there are.
+    /// The number of parts.
     #[must_use]
     pub fn parts(&self) -> u64 {
         self.setting.parts()
@@ -153,7 +153,7 @@ impl Sweep {
         self.entry.name()
     }
 
-    /// How many points of a shard are missing in the folder.
+    /// The number of points of a shard that are missing in the folder.
     #[must_use]
     pub fn open_points(&self, folder: &Path, shard: &Shard) -> u64 {
         let open = self.open(&Folder::new(folder), shard);
@@ -276,7 +276,7 @@ impl Sweep {
     }
 }
 
-/// What tells samples from others.
+/// A hash of the places and values of samples.
 fn digest(samples: &Samples) -> String {
     let places = samples.places().iter();
     let bits = places
@@ -285,8 +285,8 @@ fn digest(samples: &Samples) -> String {
     format!("{:032x}", XxHash3_128::oneshot(&bits.collect::<Vec<u8>>()))
 }
 
-/// What the last digits of the results depend on, besides the plan. It is the kind of processor and the functions of the C library: glibc
-/// chooses them by the instructions that the processor has.
+/// The parts of the environment that the last digits of the results depend on: the kind of processor and the
+/// C library, since glibc chooses its functions by the instructions that the processor has.
 fn numeric_mode() -> String {
     let library = if cfg!(target_env = "musl") {
         "musl"
@@ -314,7 +314,7 @@ fn difference(at: &str, there: &Value, here: &Value) -> Option<String> {
             let keys = there
                 .keys()
                 .chain(here.keys().filter(|key| !there.contains_key(*key)));
-            // what the plan says comes before what follows from it
+            // differences of the plan come before those that follow from it
             let last = |key: &&String| !["plan", "version", "numeric_mode"].contains(&key.as_str());
             let (first, rest): (Vec<_>, Vec<_>) = keys
                 .filter(|key| *key != "hash")

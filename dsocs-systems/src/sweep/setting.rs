@@ -1,4 +1,4 @@
-//! A plan after its names were looked up: what every point of a sweep needs.
+//! A plan after its names were looked up: the settings that all points of a sweep share.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -17,22 +17,22 @@ const LARGEST: u64 = 1 << 16;
 /// The number of parts, unless the plan gives the points of a part.
 const PARTS: u64 = 256;
 
-/// What every point of a sweep needs, except the system.
+/// The settings that all points of a sweep share, except the system.
 #[derive(Clone, Debug)]
 pub struct Setting {
     /// The points.
     pub points: Points,
-    /// Where the values of a point go.
+    /// The destination of each value of a point.
     pub targets: Vec<Target>,
     /// The run, with the inputs as far as they do not vary.
     pub run: entry::Plan,
     /// Position and velocity at the start, as far as they do not vary.
     pub base: [Vec<f64>; 2],
-    /// How a run begins.
+    /// The start of a run, according to the plan.
     start: PlannedStart,
-    /// What is watched.
+    /// The events that are watched.
     pub watched: Vec<Watched>,
-    /// The names of what is watched.
+    /// The names of the events.
     pub events: Vec<String>,
     /// The columns of the end that are kept.
     pub end: Vec<usize>,
@@ -42,22 +42,22 @@ pub struct Setting {
     pub nodes: Option<(u64, Vec<usize>)>,
     /// The columns of the tables: of points, and of nodes if they are kept.
     pub columns: [Vec<(String, Kind)>; 2],
-    /// How many points a part has.
+    /// The number of points in a part.
     pub part: u64,
     /// Whether points are run side by side in lanes.
     pub in_lanes: bool,
 }
 
-/// Where a value of a point goes.
+/// The destination of a value of a point.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
-    /// To a component of the first position.
+    /// A component of the first position.
     Position(usize),
-    /// To a component of the first velocity.
+    /// A component of the first velocity.
     Velocity(usize),
-    /// To a parameter.
+    /// A parameter.
     Parameter(Cow<'static, str>),
-    /// To an input, at one of its times.
+    /// An input, at one of its times.
     Input(usize, usize),
 }
 
@@ -66,7 +66,8 @@ impl Setting {
     ///
     /// # Errors
     ///
-    /// [`SweepError::Unknown`] for an unknown name, [`SweepError::Plan`] for what is missing or makes no sense.
+    /// [`SweepError::Unknown`] for an unknown name, [`SweepError::Plan`] if something is missing or makes no
+    /// sense.
     pub fn new(plan: &Plan, entry: &mut Entry) -> Result<(Self, Value), SweepError> {
         for (name, value) in &plan.set {
             let set = entry.set(name, *value);
@@ -161,7 +162,7 @@ impl Setting {
         }
     }
 
-    /// How many parts there are.
+    /// The number of parts.
     pub fn parts(&self) -> u64 {
         self.points.count().div_ceil(self.part)
     }
@@ -315,7 +316,7 @@ impl Setting {
     }
 }
 
-/// The unit of what varies, if the declaration gives it.
+/// The unit of a quantity that varies, if the declaration gives it.
 fn unit(name: &str, entry: &Entry, all: &[Column]) -> Option<String> {
     let column = all.iter().find(|column| column.name == name);
     let parameter = name.split_once('@').map_or(name, |(parameter, _)| parameter);
@@ -392,7 +393,7 @@ fn parameter(name: &str, entry: &Entry, at: &str) -> Result<Cow<'static, str>, S
         .ok_or_else(|| SweepError::unknown(at, entry.unknown_parameter(name)))
 }
 
-/// Where the values of a quantity go.
+/// The destination of the values of a quantity.
 fn target(name: &str, entry: &Entry, inputs: &mut [HeldInput]) -> Result<Target, SweepError> {
     let description = entry.description();
     if let Some((of, time)) = name.split_once('@') {
@@ -452,7 +453,7 @@ fn base(plan: &Plan, entry: &Entry, targets: &[Target]) -> Result<[Vec<f64>; 2],
             .clone()
             .or_else(own)
             .unwrap_or_else(|| vec![f64::NAN; names.len()]);
-        // of a rotation three numbers of velocity, in the frame of its body
+        // a rotation has three numbers of velocity, in the frame of its body
         let rotations = &entry.description().rotations;
         if key == "v0" && numbers.len() + rotations.len() == names.len() {
             for &first in rotations {
@@ -487,7 +488,7 @@ fn base(plan: &Plan, entry: &Entry, targets: &[Target]) -> Result<[Vec<f64>; 2],
     Ok(base)
 }
 
-/// What is watched.
+/// The events that are watched.
 fn watched(plan: &Plan, entry: &Entry) -> Result<Vec<Watched>, SweepError> {
     let description = entry.description();
     let find = |name: &str| {

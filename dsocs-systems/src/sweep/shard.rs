@@ -1,4 +1,5 @@
-//! Which parts of a sweep a process computes: given, or from the environment of the scheduler that started it.
+//! The share of a sweep that a process computes: given, or from the environment of the scheduler that started
+//! it.
 
 use std::fmt;
 use std::str::FromStr;
@@ -10,7 +11,7 @@ use super::error::SweepError;
 pub struct Shard {
     /// Its number, from 0.
     index: u64,
-    /// How many there are.
+    /// The number of shares.
     count: u64,
     /// The environment variables that it was read from.
     from: Vec<&'static str>,
@@ -49,7 +50,7 @@ impl Shard {
         part % self.count == self.index
     }
 
-    /// How many shares there are.
+    /// The number of shares.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.count
@@ -113,21 +114,21 @@ impl FromStr for Shard {
     }
 }
 
-/// How a scheduler tells its tasks their number.
+/// The environment variables by which a scheduler numbers its tasks.
 struct Scheduler {
     /// The variable of the task's number.
     index: &'static str,
-    /// How many tasks there are.
+    /// The number of tasks.
     size: Size,
 }
 
-/// How a scheduler tells how many tasks there are.
+/// The environment variables that give the number of tasks.
 enum Size {
     /// By a variable.
     Count(&'static str),
     /// By the first number, the last number and the step between two. An empty name stands for 1.
     Range([&'static str; 3]),
-    /// Not at all.
+    /// Not given.
     Unknown,
 }
 
@@ -189,14 +190,15 @@ const RANKS: &[Scheduler] = &[
 ];
 
 impl Scheduler {
-    /// The number of the task, from 0, and how many tasks there are; `None` if this scheduler did not start the process.
+    /// The number of the task, from 0, and the number of tasks; `None` if this scheduler did not start the
+    /// process.
     fn read(
         &self,
         variable: &dyn Fn(&str) -> Option<String>,
         given: Option<u64>,
     ) -> Result<Option<(u64, u64)>, SweepError> {
         let number = |name: &str| -> Result<Option<u64>, SweepError> {
-            // a job of LSF and Grid Engine that is no array says so
+            // a job of LSF and Grid Engine that is not an array has an empty or undefined number
             let Some(text) = variable(name).filter(|text| !text.is_empty() && text != "undefined") else {
                 return Ok(None);
             };
@@ -238,7 +240,7 @@ impl Scheduler {
         }
     }
 
-    /// The number of the task, if the number of tasks has to be given.
+    /// The number of the task, for schedulers that do not give the number of tasks.
     fn counted(&self, index: u64, given: Option<u64>) -> Result<Option<(u64, u64)>, SweepError> {
         match given {
             // the remainders differ, whether tasks are numbered from 0 or from 1
@@ -271,7 +273,7 @@ mod tests {
             ("SLURM_ARRAY_TASK_MAX", "16"),
             ("SLURM_ARRAY_TASK_STEP", "2"),
             ("SLURM_ARRAY_TASK_COUNT", "4"),
-            // of the batch script
+            // variables of the batch script
             ("SLURM_PROCID", "0"),
             ("SLURM_NTASKS", "8"),
         ];

@@ -15,7 +15,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-/// What a column holds.
+/// The type of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Whole numbers.
@@ -38,7 +38,7 @@ pub enum Cells {
 }
 
 impl Cells {
-    /// No values.
+    /// A column without values.
     pub fn new(kind: Kind) -> Self {
         match kind {
             Kind::Whole => Self::Whole(Vec::new()),
@@ -52,7 +52,7 @@ impl Cells {
 pub struct Writer<W: Write + Send>(SerializedFileWriter<W>);
 
 impl<W: Write + Send> Writer<W> {
-    /// Begins a table with these columns, and the text of the system among what is said of it.
+    /// Begins a table with these columns, and with the text of the system in its metadata.
     ///
     /// # Errors
     ///
@@ -216,7 +216,7 @@ pub fn read(path: &Path, names: &[&str]) -> Result<Vec<Cells>, ParquetError> {
     Ok(all)
 }
 
-/// The error for a column of a kind that sweeps do not write.
+/// The error for a column of a type that sweeps do not write.
 fn mixed(name: &str) -> ParquetError {
     ParquetError::General(format!("its column `{name}` is of no kind that a sweep writes"))
 }

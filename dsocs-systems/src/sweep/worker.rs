@@ -12,20 +12,21 @@ use crate::entry::{self, Entry, Row, Shown, Varied, code};
 /// The rows of nodes are written when there are this many. The last run may exceed it.
 const ROWS: usize = 1 << 17;
 
-/// So many points are run side by side: eight fill the lanes, and more of them share what each call costs.
+/// The number of points that are run side by side: eight fill the lanes, and more of them share the cost of
+/// each call.
 const TOGETHER: u64 = 32;
 
 /// A thread with a system of its own.
 pub struct Worker<'s> {
     /// The system, with the parameters of the last point.
     entry: Entry,
-    /// What every point needs.
+    /// The settings that all points share.
     setting: &'s Setting,
     /// The system as a text, which stands in every table.
     text: Option<&'s str>,
     /// The run, with the inputs of the last point.
     run: entry::Plan,
-    /// The values of what varies.
+    /// The values of the quantities that vary.
     values: Vec<f64>,
     /// Position and velocity at the start.
     start: [Vec<f64>; 2],
@@ -149,7 +150,7 @@ impl<'s> Worker<'s> {
         Beside { points, ends }
     }
 
-    /// Gives what varies the values of a point.
+    /// Sets the quantities that vary to their values at a point.
     fn set(&mut self, point: u64) {
         let setting = self.setting;
         setting.points.values(point, &mut self.values);
@@ -164,7 +165,7 @@ impl<'s> Worker<'s> {
         }
     }
 
-    /// Runs a point, unless its end is known, and says whether it reached its end.
+    /// Runs a point, unless its end is known, and returns whether it reached its end.
     fn point(&mut self, point: u64, known: Option<Vec<f64>>, table: &mut Rows, nodes: &mut Rows) -> bool {
         let setting = self.setting;
         self.set(point);
@@ -197,7 +198,7 @@ impl<'s> Worker<'s> {
             table.number(value);
         }
         for value in kept.extremes.iter().flatten() {
-            // of a run without nodes
+            // a run without nodes has no extremes
             table.number(if value.is_finite() { *value } else { f64::NAN });
         }
         for &(count, first, last) in &kept.events {
@@ -219,7 +220,7 @@ impl<'s> Worker<'s> {
     }
 }
 
-/// The ends of points that were run side by side; `None` for those that have to be run alone.
+/// The ends of points that were run side by side; `None` for points that have to be run alone.
 #[derive(Default)]
 struct Beside {
     points: Range<u64>,
@@ -239,7 +240,7 @@ impl Beside {
     }
 }
 
-/// What is kept of a run.
+/// The results that are kept of a run.
 struct Kept {
     /// Room for the columns of a node.
     values: Vec<f64>,
@@ -247,12 +248,12 @@ struct Kept {
     end: Vec<f64>,
     /// The least and the greatest.
     extremes: [Vec<f64>; 2],
-    /// For each event: how often it happened, and the first and the last time.
+    /// For each event: the number of times it happened, and its first and last time.
     events: Vec<(i64, f64, f64)>,
 }
 
 impl Kept {
-    /// Takes in what a run shows: a node, an event or its end.
+    /// Takes in an item of a run: a node, an event or its end.
     fn take(&mut self, setting: &Setting, point: i64, nodes: &mut Rows, shown: &Shown<'_>) {
         match *shown {
             Shown::Event(event, t) => {
@@ -277,14 +278,14 @@ impl Kept {
             }
             Shown::End(row) => {
                 self.read(row);
-                // an event between nodes may be farther than all of them
+                // at an event between nodes a value may exceed those of all nodes
                 self.extremes(setting);
                 self.ends(setting);
             }
         }
     }
 
-    /// Keeps what was read as the end.
+    /// Keeps the columns of the current node as those of the end.
     fn ends(&mut self, setting: &Setting) {
         for (kept, &column) in self.end.iter_mut().zip(&setting.end) {
             *kept = self.values[column];
@@ -314,7 +315,7 @@ struct Rows {
     cells: Vec<Cells>,
     /// The column of the next cell.
     next: usize,
-    /// How many rows there are.
+    /// The number of rows.
     count: usize,
 }
 
