@@ -26,7 +26,7 @@ pub enum ExperimentError {
 
 dsocs_core::debug_is_message!(ExperimentError);
 
-/// How the second node follows from position and velocity.
+/// The rule that gives the second node from position and velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StartRule {
@@ -75,7 +75,7 @@ pub fn slope(rows: &[ErrorRow], start: StartRule) -> f64 {
     fit(rows, start).0
 }
 
-/// The same over the rows of one start whose steps lie between two.
+/// The slope over the rows of one start whose steps lie between two bounds, in s.
 #[must_use]
 pub fn slope_between(rows: &[ErrorRow], start: StartRule, [least, most]: [f64; 2]) -> f64 {
     let within = |row: &&ErrorRow| (least..=most).contains(&row.h);
@@ -101,14 +101,14 @@ pub fn fit(rows: &[ErrorRow], start: StartRule) -> (f64, f64) {
     (xy / xx, y - xy / xx * x)
 }
 
-/// How many steps of size `h` make the time `t`.
+/// The number of steps of size `h` in the time `t`.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a few million at most, and positive
 fn steps(t: f64, h: f64) -> u64 {
     (t / h).round() as u64
 }
 
-/// The largest value of `error(t, q)` over every node whose number is a multiple of `stride`, up to node `last`.
-/// Positions are all that is computed.
+/// The largest value of `error(t, q)` over every node whose number is a multiple of `stride`, up to node
+/// `last`. Only positions are computed.
 fn max_error<const N: usize>(
     mut flow: Flow<'_, N>,
     stride: u64,

@@ -65,7 +65,7 @@ pub fn errors(reference: &Reference, done: impl Fn() + Sync) -> Result<Vec<Error
     errors_at(&STEPS, reference, done)
 }
 
-/// The same for other steps, each of which has to divide [`INTERVAL`].
+/// As [`errors`], for other steps, each of which has to divide [`INTERVAL`].
 ///
 /// # Errors
 ///

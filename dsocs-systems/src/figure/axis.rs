@@ -3,23 +3,24 @@
 /// An axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
-    /// What is shown, with its unit in brackets; what stands in `_{}` is a subscript. Empty for an axis that shares the label of another panel.
+    /// The quantity, with its unit in brackets; `_{}` marks a subscript. Empty for an axis that shares the
+    /// label of another panel.
     pub label: String,
-    /// How values become places.
+    /// The scale, linear or logarithmic.
     pub scale: Scale,
-    /// The range; if it is not given, the data and a margin.
+    /// The range; by default that of the data, with a margin.
     pub range: Option<[f64; 2]>,
     /// Whether its ticks have no labels, because another panel of the stack has them.
     pub bare: bool,
 }
 
-/// How values become places on an axis.
+/// The map from values to positions on an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scale {
-    /// In proportion.
+    /// Proportional to the value.
     #[default]
     Linear,
-    /// By the logarithm. Values that are not positive are left out.
+    /// Proportional to the logarithm. Values that are not positive are left out.
     Logarithmic,
 }
 
@@ -55,7 +56,7 @@ impl Axis {
         self
     }
 
-    /// Whether a value has a place on the axis.
+    /// Whether a value can be shown on the axis.
     pub(super) fn shows(&self, value: f64) -> bool {
         value.is_finite() && (self.scale == Scale::Linear || value > 0.0)
     }
@@ -77,7 +78,7 @@ impl Axis {
             (Scale::Logarithmic, false) => (0.1, 1.0),
             (Scale::Linear, true) => {
                 let span = greatest - least;
-                // a constant (to rounding) keeps a window in which its ticks can be told apart
+                // a constant (to rounding) gets a range in which its ticks differ
                 let floor = 1e-9 * least.abs().max(greatest.abs());
                 let margin = if span > floor {
                     0.06 * span
@@ -94,14 +95,14 @@ impl Axis {
     }
 }
 
-/// About so many ticks a linear axis has.
+/// The approximate number of ticks of a linear axis.
 const TICKS: f64 = 5.0;
 
-/// No axis has more ticks than this.
+/// The largest number of ticks of an axis.
 const MOST_TICKS: u32 = 24;
 
 impl Scale {
-    /// Where a value stands in a range: 0 at its beginning, 1 at its end.
+    /// The position of a value in a range: 0 at its beginning, 1 at its end.
     pub(super) fn place(self, value: f64, (from, to): (f64, f64)) -> f64 {
         match self {
             Self::Linear => (value - from) / (to - from),
@@ -109,7 +110,7 @@ impl Scale {
         }
     }
 
-    /// The scale and a range of it, as a page reads them.
+    /// The scale and a range of it, in the form that a page reads.
     pub(super) fn told(self, (from, to): (f64, f64)) -> String {
         let scale = match self {
             Self::Linear => "linear",
@@ -134,7 +135,8 @@ impl Scale {
 }
 
 impl Scale {
-    /// The minor ticks of a range: places between the ticks that have no labels. None where they would be crowded.
+    /// The minor ticks of a range: positions between the ticks, without labels. Empty where they would be
+    /// crowded.
     pub(super) fn minor_ticks(self, range: (f64, f64)) -> Vec<f64> {
         let (from, to) = range;
         let places: Vec<f64> = match self {
@@ -170,8 +172,8 @@ impl Scale {
     }
 }
 
-/// The multiples of 1, 2, 2.5 or 5 times a power of ten in a range, about [`TICKS`] of them. None in a range whose ends
-/// rounding does not let one tell apart.
+/// The multiples of 1, 2, 2.5 or 5 times a power of ten in a range, about [`TICKS`] of them. Empty if the
+/// ends of the range are equal to rounding.
 fn linear_ticks((from, to): (f64, f64)) -> Vec<f64> {
     let rough = (to - from) / TICKS;
     let power = 10f64.powf(rough.log10().floor());
@@ -183,7 +185,7 @@ fn linear_ticks((from, to): (f64, f64)) -> Vec<f64> {
             part if part < 7.5 => 5.0,
             _ => 10.0,
         };
-    // a multiple that rounding puts just outside stands at the end
+    // a multiple that rounding puts just outside is kept at the end
     let first = (from / step - 1e-9).ceil();
     (0..MOST_TICKS)
         .map(|k| (first + f64::from(k)) * step)
@@ -191,7 +193,7 @@ fn linear_ticks((from, to): (f64, f64)) -> Vec<f64> {
         .collect()
 }
 
-/// The powers of ten in a range, and where it touches no more than three decades twice and five times of them too. Over many
+/// The powers of ten in a range, and over at most three decades also twice and five times these. Over many
 /// decades some are left out.
 fn logarithmic_ticks((from, to): (f64, f64)) -> Vec<f64> {
     let (first, last) = (from.log10().floor(), to.log10().ceil());
@@ -207,10 +209,10 @@ fn logarithmic_ticks((from, to): (f64, f64)) -> Vec<f64> {
         .collect()
 }
 
-/// The label of a tick on a logarithmic axis with this range: powers of ten. Where less than two decades are shown every tick has a label, which
-/// tells the whole number: a digit alone would not tell its power.
+/// The label of a tick on a logarithmic axis with this range: a power of ten. Over less than two decades
+/// every tick has a label with the whole number: a digit alone would not show its power.
 fn logarithmic_label(value: f64, (from, to): (f64, f64)) -> String {
-    // a tick is one digit times a power of ten, but for rounding
+    // a tick is one digit times a power of ten, up to rounding
     let exponent = (value.log10() + 1e-6).floor();
     let digit = (value / 10f64.powf(exponent)).round();
     let few = to < 100.0 * from;
@@ -229,7 +231,7 @@ fn logarithmic_label(value: f64, (from, to): (f64, f64)) -> String {
     }
 }
 
-/// A whole number as a superscript.
+/// An integer in superscript digits.
 fn superscript(number: f64) -> String {
     format!("{number}")
         .chars()
@@ -250,7 +252,8 @@ fn superscript(number: f64) -> String {
         .collect()
 }
 
-/// The label of a tick on a linear axis with this range: no more digits than tell its ticks apart, a true minus sign.
+/// The label of a tick on a linear axis with this range: only as many digits as distinguish its ticks, and a
+/// true minus sign.
 fn linear_label(value: f64, (from, to): (f64, f64)) -> String {
     let span = to - from;
     let value = if value.abs() < 1e-9 * span { 0.0 } else { value };
@@ -291,7 +294,7 @@ mod tests {
         assert_eq!(logarithmic_label(2e-5, (1e-5, 3e-4)), "2·10⁻⁵");
         assert_eq!(logarithmic_label(1e-5, (1e-5, 3e-4)), "10⁻⁵");
         assert_eq!(logarithmic_label(2e7, (1.5e7, 8e7)), "2·10⁷");
-        // every label of an axis of few decades is a number that is greater than the one before
+        // the labels of an axis over few decades are increasing numbers
         for (range, expected) in [
             ((0.01, 0.3), &["0.01", "0.02", "0.05", "0.1", "0.2"][..]),
             ((0.15, 3.0), &["0.2", "0.5", "1", "2"]),

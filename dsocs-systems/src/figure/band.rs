@@ -1,36 +1,37 @@
-//! Lines that swing faster than pixels can show: drawn as a band between their extremes, they make no moiré.
+//! Lines that oscillate faster than pixels can show are drawn as a band between their extremes: as lines they
+//! would make a moiré pattern.
 
 /// A part of a line, in pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Part {
     /// Points that are joined by lines.
     Line(Vec<[f64; 2]>),
-    /// What lies between the upper and the lower extremes: the outline of the band.
+    /// The outline of the band between the upper and the lower extremes.
     Band(Vec<[f64; 2]>),
 }
 
-/// Width of a column of pixels in which swings are counted.
+/// The width of a column in which turning points are counted, in pixels.
 const COLUMN: f64 = 3.0;
 
-/// A line is a band where it turns more often than this in a column.
+/// A line is a band where it has more turning points per column.
 const TURNS: f64 = 1.6;
 
-/// A turn counts if the line goes back by more than this, in pixels: less is no band but a line.
+/// A turning point counts if the line goes back by more than this, in pixels.
 const SWING: f64 = 3.0;
 
-/// So many columns on both sides count together.
+/// The number of columns on both sides over which turning points are averaged.
 const NEIGHBOURS: usize = 3;
 
-/// Bands that have fewer columns than this are lines.
+/// The smallest number of columns of a band; shorter ones are lines.
 const SHORTEST: usize = 6;
 
 /// A column of pixels.
 struct Column {
-    /// The places of its first point and of the one after its last.
+    /// The index of its first point, and of the one after its last.
     points: [usize; 2],
     /// The least and the greatest height.
     extremes: [f64; 2],
-    /// How often the line turns in it.
+    /// The number of its turning points.
     turns: u32,
 }
 
@@ -59,7 +60,7 @@ pub(super) fn parts(points: Vec<[f64; 2]>) -> Vec<Part> {
         let run = &columns[place..place + length];
         let (first, end) = (run[0].points[0], run[length - 1].points[1]);
         if first > line_from {
-            // up to the first point of the band
+            // the line up to the first point of the band
             parts.push(Part::Line(points[line_from..=first].to_vec()));
         }
         let middle =
@@ -83,7 +84,7 @@ pub(super) fn parts(points: Vec<[f64; 2]>) -> Vec<Part> {
 fn columns(points: &[[f64; 2]]) -> Vec<Column> {
     let mut columns: Vec<Column> = Vec::new();
     let mut number = None;
-    // the farthest point since the last turn, and which way the line goes: down to begin with
+    // the farthest point since the last turning point, and the direction of the line: down to begin with
     let (mut extreme, mut direction) = (points.first().map_or(0.0, |point| point[1]), 1.0);
     for (place, &[x, y]) in points.iter().enumerate() {
         #[allow(clippy::cast_possible_truncation)] // saturates, far outside of any picture

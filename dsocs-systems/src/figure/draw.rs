@@ -1,4 +1,4 @@
-//! From panels to a picture: what stands where.
+//! The layout of a figure: the positions of panels, axes, labels and curves.
 
 use super::band::{Part, parts};
 use super::svg::{Anchor, Area, Lettering, Svg, width};
@@ -120,11 +120,11 @@ fn ranges(panel: &Panel) -> [(f64, f64); 2] {
 struct Axes<'p> {
     /// The panel.
     panel: &'p Panel,
-    /// Where the axes stand.
+    /// The position of the axes in the picture.
     area: Area,
-    /// What they show.
+    /// The ranges of both axes.
     ranges: [(f64, f64); 2],
-    /// How much of the margin on the left the ticks' labels may take.
+    /// The width of the margin on the left for the ticks' labels.
     left: f64,
 }
 
@@ -156,12 +156,12 @@ impl<'p> Axes<'p> {
         }
     }
 
-    /// The place of a horizontal coordinate.
+    /// The position of a horizontal coordinate.
     fn across(&self, x: f64) -> f64 {
         self.area.left + self.area.width * self.panel.x.scale.place(x, self.ranges[0])
     }
 
-    /// The place of a vertical coordinate.
+    /// The position of a vertical coordinate.
     fn down(&self, y: f64) -> f64 {
         self.area.bottom() - self.area.height * self.panel.y.scale.place(y, self.ranges[1])
     }
@@ -171,7 +171,7 @@ impl<'p> Axes<'p> {
         let area = &self.area;
         let across: Vec<_> = self.ticks(0, |x| self.across(x));
         let down: Vec<_> = self.ticks(1, |y| self.down(y));
-        // a line of the grid that falls on the axes is not seen
+        // a grid line on the axes would not be visible
         let inside = |place: f64, from: f64, to: f64| place - from > 1.0 && to - place > 1.0;
         for &(x, _) in across.iter().filter(|(x, _)| inside(*x, area.left, area.right())) {
             svg.polyline([[x, area.top], [x, area.bottom()]], GRID, 0.6, None);
@@ -220,7 +220,7 @@ impl<'p> Axes<'p> {
         self.legend(svg);
     }
 
-    /// The map behind the curves, and what its colours mean.
+    /// The map behind the curves, with its bar of colours.
     #[cfg(feature = "sweep")]
     fn map(&self, svg: &mut Svg) {
         use super::map;
@@ -266,7 +266,7 @@ impl<'p> Axes<'p> {
         svg.text(&shown.colours.label, &lettering);
     }
 
-    /// The places of an axis's ticks, with their labels.
+    /// The positions of an axis's ticks, with their labels.
     fn ticks(&self, axis: usize, place: impl Fn(f64) -> f64) -> Vec<(f64, String)> {
         let scale = [self.panel.x.scale, self.panel.y.scale][axis];
         let ticks = scale.ticks(self.ranges[axis]).into_iter();
@@ -300,7 +300,7 @@ impl<'p> Axes<'p> {
         let points = curve.points.iter().filter(shown);
         let points: Vec<_> = points.map(|&[x, y]| [self.across(x), self.down(y)]).collect();
         if let (&[only], Style::Line(width) | Style::Dashed(width)) = (points.as_slice(), curve.style) {
-            // a line through one point would not be seen
+            // a line through one point would not be visible
             return svg.disc(only, width.max(MARK), curve.colour);
         }
         match curve.style {
@@ -356,8 +356,8 @@ impl<'p> Axes<'p> {
         }
     }
 
-    /// The labels of curves at their ends: on the right of the last point, or where there is no room, on its left and out of the way of the curve;
-    /// within the frame, off the lines of other curves, and none on another.
+    /// The labels of curves at their ends: right of the last point or, where there is no room, left of it and
+    /// beside the curve; within the frame, off the lines of other curves, and off each other.
     fn ends(&self, svg: &mut Svg, entries: &[(&Curve, &str)]) {
         let shown = |point: &&[f64; 2]| self.panel.x.shows(point[0]) && self.panel.y.shows(point[1]);
         let lines: Vec<Vec<[f64; 2]>> = (self.panel.curves.iter())
@@ -371,7 +371,7 @@ impl<'p> Axes<'p> {
             .filter_map(|(curve, label)| {
                 let mut points = curve.points.iter().rev().filter(shown);
                 let &[x, y] = points.next()?;
-                // a curve that comes from below has room above its end, all others below it
+                // a curve that comes from below has room above its end, others below it
                 let rises = points
                     .next()
                     .is_some_and(|&[_, before]| self.down(before) > self.down(y));
@@ -388,7 +388,7 @@ impl<'p> Axes<'p> {
                 width: length,
                 height: SIZES[1],
             };
-            // how much is in the way of a label: other labels, and lines
+            // the number of obstacles of a label: other labels (weighted by 1000) and lines
             let crowd = |candidate: &Area| -> usize {
                 let labels = taken.iter().filter(|other| candidate.meets(other)).count();
                 let crossed = (lines.iter())
@@ -415,7 +415,7 @@ impl<'p> Axes<'p> {
         }
     }
 
-    /// Where the label of a curve that ends at a point may stand, the best places first.
+    /// Candidate positions for the label of a curve that ends at this point, the best first.
     fn beside(&self, [x, y]: [f64; 2], rises: bool, length: f64) -> Vec<(Anchor, [f64; 2])> {
         let within = |y: f64| y.clamp(self.area.top + SIZES[1], self.area.bottom() - SIZES[1] / 2.0);
         let (right, left) = (x + CORNER / 2.0, x.min(self.area.right() - CORNER / 2.0));
@@ -443,7 +443,7 @@ impl Area {
             && other.top < self.bottom()
     }
 
-    /// Whether a straight line has points inside (Liang and Barsky's algorithm).
+    /// Whether a line segment crosses the area (Liang and Barsky's algorithm).
     fn is_crossed(&self, [from, to]: [[f64; 2]; 2]) -> bool {
         let (mut first, mut last) = (0.0_f64, 1.0_f64);
         let sides = [[self.left, self.right()], [self.top, self.bottom()]];
@@ -469,7 +469,7 @@ const MARK: f64 = 3.0;
 /// The dashes of a dashed line, and the spaces between them, in pixels.
 const DASHES: &str = "8 4";
 
-/// The look of ticks' labels and of the legend.
+/// The style of ticks' labels and of the legend.
 fn plain(at: [f64; 2], anchor: Anchor) -> Lettering {
     Lettering {
         at,
@@ -480,7 +480,7 @@ fn plain(at: [f64; 2], anchor: Anchor) -> Lettering {
     }
 }
 
-/// A square about a point, of a half side.
+/// A square about a point, with this half side.
 fn square(svg: &mut Svg, [x, y]: [f64; 2], half: f64, colour: &str) {
     let area = Area {
         left: x - half,

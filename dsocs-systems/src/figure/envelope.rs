@@ -1,25 +1,26 @@
-//! A long sequence of points, thinned out so that its picture stays the same.
+//! The envelope of a long sequence of points: fewer points with the same picture.
 
-/// How many cells there are at most, unless another number is asked for: more than the pixels across a figure.
+/// The largest number of cells unless another is asked for: more than the pixels across a figure.
 const CELLS: usize = 1200;
 
-/// Keeps of each cell of neighbouring points the first, the last and those with the least and the greatest `y`.
+/// Of each cell of neighbouring points, keeps the first, the last, and those with the least and the greatest
+/// `y`.
 ///
 /// A cell takes twice as many points whenever there would be too many cells, so memory stays bounded however long the
 /// sequence is, and a short one is kept as it is. Points that are not finite are left out.
 #[derive(Clone, Debug)]
 pub struct Envelope {
-    /// How many cells there are at most; even.
+    /// The largest number of cells; even.
     most: usize,
     /// The cells.
     cells: Vec<Cell>,
-    /// How many points a full cell has taken, as a power of two.
+    /// The number of points in a full cell, as a power of two.
     doublings: u32,
-    /// How many points the last cell has taken.
+    /// The number of points in the last cell.
     taken: u64,
 }
 
-/// What is kept of neighbouring points, each with its place in the sequence.
+/// The points kept of a cell, each with its index in the sequence.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     /// The first.
@@ -30,7 +31,7 @@ struct Cell {
     greatest: (u64, [f64; 2]),
     /// The last.
     last: (u64, [f64; 2]),
-    /// The number of the first.
+    /// The index of the first.
     index: u64,
 }
 
@@ -46,7 +47,7 @@ impl Cell {
         }
     }
 
-    /// This cell and the one that follows it, as one.
+    /// This cell and the next, as one.
     fn joined(self, next: &Self) -> Self {
         Self {
             least: if next.least.1[1] < self.least.1[1] {
@@ -81,13 +82,13 @@ impl Default for Envelope {
 }
 
 impl Envelope {
-    /// Nothing yet.
+    /// An empty envelope.
     #[must_use]
     pub fn new() -> Self {
         Self::with_cells(CELLS)
     }
 
-    /// Nothing yet; at most `most` cells are kept, and so four times as many points.
+    /// An empty envelope of at most `most` cells, and so four times as many points.
     #[must_use]
     pub fn with_cells(most: usize) -> Self {
         Self {
@@ -105,7 +106,7 @@ impl Envelope {
         envelope.points()
     }
 
-    /// Takes the next point.
+    /// Adds the next point.
     pub fn push(&mut self, point: [f64; 2]) {
         if !point.iter().all(|x| x.is_finite()) {
             return;

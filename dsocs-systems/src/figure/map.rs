@@ -1,4 +1,4 @@
-//! A map: values over a plane, as colours.
+//! A heat map: values over a plane, as colours.
 
 use std::fmt::Write;
 
@@ -7,16 +7,17 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use super::Axis;
 use super::axis::Scale;
 
-/// Values over a plane, cell by cell, shown as colours. The axes of its panel run from edge to edge unless they say others.
+/// Values over a plane, cell by cell, shown as colours. By default the axes of its panel run from edge to
+/// edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatMap {
-    /// How many cells there are across and up.
+    /// The numbers of cells across and up.
     pub cells: [usize; 2],
-    /// The values, row by row, the lowest row first. What is not finite is grey.
+    /// The values, row by row, the lowest row first. Values that are not finite are grey.
     pub values: Vec<f64>,
-    /// Where the first cell begins and the last one ends, across and up.
+    /// The lower edge of the first cell and the upper edge of the last, across and up.
     pub edges: [[f64; 2]; 2],
-    /// What the colours show.
+    /// The quantity, scale and range of the colours.
     pub colours: Axis,
 }
 
@@ -39,10 +40,10 @@ const VIRIDIS: [[u8; 3]; 11] = [
 /// The colour where there is no value.
 const NONE: [u8; 3] = [200, 200, 200];
 
-/// How many colours there are: more cannot be told apart, and fewer make smaller pictures.
+/// The number of colours: more cannot be distinguished, and fewer make smaller pictures.
 const COLOURS: u8 = 64;
 
-/// The number of the colour where there is no value.
+/// The index of the colour where there is no value.
 const NOTHING: u8 = COLOURS;
 
 impl HeatMap {
@@ -62,7 +63,7 @@ impl HeatMap {
         if least < greatest {
             (least, greatest)
         } else {
-            // a constant, or nothing: an axis with a margin
+            // for a constant, or without values, a range with a margin
             self.colours.range_of(self.values.iter().copied())
         }
     }
@@ -78,14 +79,14 @@ impl HeatMap {
                 NOTHING
             }
         };
-        // a picture begins at the top
+        // a picture begins with its top row
         let rows = self.values.chunks(across.max(1)).rev();
         let pixels: Vec<u8> = rows.flatten().map(colour).collect();
         picture([across, up], &pixels)
     }
 }
 
-/// The number of the colour at a part of the range.
+/// The index of the colour at this fraction of the range.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a number of a colour
 fn number(part: f64) -> u8 {
     (part.clamp(0.0, 1.0) * f64::from(COLOURS)).min(f64::from(COLOURS - 1)) as u8
@@ -97,12 +98,12 @@ pub(super) fn bar() -> String {
     picture([1, usize::from(COLOURS)], &pixels)
 }
 
-/// The range, and its scale, of a bar of colours.
+/// The scale and the range of a bar of colours.
 pub(super) fn scale(map: &HeatMap) -> (Scale, (f64, f64)) {
     (map.colours.scale, map.range())
 }
 
-/// A picture of colours as an address that holds it whole. Empty if it cannot be made, as of no cells.
+/// A picture of colours as a data URL. Empty if it cannot be made, such as without cells.
 fn picture([width, height]: [usize; 2], pixels: &[u8]) -> String {
     let mut address = String::new();
     if let Some(png) = encoded([width, height], pixels) {
@@ -168,7 +169,7 @@ mod tests {
             .unwrap();
         let mut pixels = vec![0; 4 * 3];
         reader.next_frame(&mut pixels).unwrap();
-        // the upper row first: nothing, the last colour; then the first one and that of a third
+        // the upper row first: no value, the last colour; then the first colour, and that at a third
         assert_eq!(pixels[..4], [NOTHING, COLOURS - 1, 0, COLOURS / 3]);
     }
 

@@ -1,8 +1,8 @@
 //! Figures: panels of curves with axes and legends, as SVG and, with the feature `png`, as PNG.
 //!
-//! What is drawn is plain data ([`Figure`], [`Panel`], [`Axis`], [`Curve`]). One file computes the layout, one writes the
-//! elements of SVG, one converts them to pixels. Existing plotting crates are not used, because they take longer to compile than everything
-//! else in the command line, or round to whole pixels.
+//! A figure is plain data ([`Figure`], [`Panel`], [`Axis`], [`Curve`]). One file computes the layout, one
+//! writes the elements of SVG, one converts them to pixels. Existing plotting crates are not used, because
+//! they take longer to compile than everything else in the command line, or round to whole pixels.
 
 mod axis;
 mod band;
@@ -35,7 +35,7 @@ pub const PURPLE: &str = "#AA4499";
 pub struct Figure {
     /// Width and height, in pixels.
     pub size: [f64; 2],
-    /// How many panels stand side by side.
+    /// The number of panels side by side.
     pub columns: usize,
     /// The panels, row by row.
     pub panels: Vec<Panel>,
@@ -53,13 +53,13 @@ pub struct Panel {
     pub map: Option<HeatMap>,
     /// The curves, the first at the back. Points that are not finite are left out.
     pub curves: Vec<Curve>,
-    /// Where the labels of the curves stand.
+    /// The position of the curves' labels.
     pub legend: Legend,
     /// Whether one unit has the same length on both axes (linear axes only).
     pub equal_aspect: bool,
 }
 
-/// Where the labels of curves stand in a panel.
+/// The position of the curves' labels in a panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Legend {
     /// In the upper left corner.
@@ -78,7 +78,7 @@ pub enum Legend {
 pub struct Curve {
     /// The points `[x, y]`.
     pub points: Vec<[f64; 2]>,
-    /// How they are shown.
+    /// The line or the marks.
     pub style: Style,
     /// The colour, as SVG writes it.
     pub colour: &'static str,
@@ -86,7 +86,7 @@ pub struct Curve {
     pub label: Option<String>,
 }
 
-/// How the points of a curve are shown.
+/// The style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Style {
     /// Joined by a line of this width, in pixels.

@@ -1,4 +1,5 @@
-//! From SVG to pixels, with an embedded font: a picture looks alike on a machine without any fonts.
+//! The conversion of SVG to pixels, with an embedded font: a picture looks the same on a machine without any
+//! fonts.
 
 use std::sync::Arc;
 
@@ -10,7 +11,7 @@ use super::FigureError;
 /// The family of the embedded font.
 const FONT: &str = "DejaVu Sans";
 
-/// How many pixels of the PNG one pixel of the SVG becomes.
+/// The number of pixels of the PNG per pixel of the SVG, in each direction.
 const PIXELS: f32 = 2.0;
 
 /// The SVG as PNG.

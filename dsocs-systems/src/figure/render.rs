@@ -1,4 +1,4 @@
-//! From a figure to a file.
+//! The file of a figure: its format and its content.
 
 use std::path::Path;
 
@@ -10,10 +10,10 @@ use super::{Figure, draw};
 #[derive(Error)]
 #[non_exhaustive]
 pub enum FigureError {
-    /// The file name says neither SVG nor PNG.
+    /// The file name ends neither in `.svg` nor in `.png`.
     #[error("`{0}` is no figure format: a figure's file name ends in .svg or .png")]
     Format(String),
-    /// A PNG is asked of a program that was built without them.
+    /// A PNG is asked of a program that was built without the feature `png`.
     #[error(
         "this program writes figures as SVG alone: choose a file name that ends in .svg, or add the feature `png` of \
          dsocs-systems in `Cargo.toml` (in a checkout of dsocs: `cargo run --release --features png -- …`)"
@@ -78,8 +78,9 @@ impl Figure {
         draw::svg(self)
     }
 
-    /// The figure as an element of a page, with a name that no other element has and a title for those who cannot see it. It is as
-    /// wide as its place, and each pair of axes says in `data-area`, `data-x` and `data-y` where it stands and what it shows.
+    /// The figure as an element of a page, with a unique name and a title for those who cannot see it. It is
+    /// as wide as its container, and each pair of axes has its position in `data-area` and its ranges in
+    /// `data-x` and `data-y`.
     #[must_use]
     pub fn on_page(&self, name: &str, title: &str) -> String {
         draw::on_page(self, name, title)
@@ -95,7 +96,7 @@ impl Figure {
     }
 }
 
-/// The file of a picture that is SVG.
+/// The file of a picture in SVG.
 ///
 /// # Errors
 ///

@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-/// The fonts of all text: the first that the reader's machine has. The first is the one that pictures are made with.
+/// The fonts of all text: the reader's machine uses the first that it has. PNGs are made with the first.
 const FONTS: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
 
-/// Places outside a picture end here, in pixels: what is clipped away need not be exact.
+/// The largest coordinate, in pixels: positions far outside of a picture are clipped and need not be exact.
 const FARTHEST: f64 = 1e5;
 
-/// Which part of a text stands at its place.
+/// The part of a text that is aligned with its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Anchor {
     /// Its beginning.
@@ -19,16 +19,16 @@ pub(super) enum Anchor {
     End,
 }
 
-/// A text's place and look.
+/// The position and style of a text.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lettering {
-    /// Where it stands, in pixels: across, and the middle of its height.
+    /// Its position, in pixels: across, and the middle of its height.
     pub(super) at: [f64; 2],
-    /// Which part of it stands there.
+    /// The part of it that stands there.
     pub(super) anchor: Anchor,
     /// The size of the font, in pixels.
     pub(super) size: f64,
-    /// Whether it is read from below.
+    /// Whether it is rotated, to be read from below.
     pub(super) upright: bool,
     /// Its colour, as SVG writes it.
     pub(super) colour: &'static str,
@@ -61,11 +61,11 @@ impl Area {
 
 /// A picture in the making.
 pub(super) struct Svg {
-    /// What is written so far.
+    /// The SVG so far.
     text: String,
-    /// How many clip paths there are.
+    /// The number of clip paths.
     clips: usize,
-    /// Its name, if it is a part of a page: names of its elements begin with it.
+    /// Its name, if it is part of a page: names of its elements begin with it.
     name: Option<String>,
 }
 
@@ -85,8 +85,8 @@ impl Svg {
         }
     }
 
-    /// A picture as an element of a page, as wide as the place that it is given there, with a name that no other element has and a
-    /// title for those who cannot see it.
+    /// A picture as an element of a page, as wide as its container, with a unique name and a title for those
+    /// who cannot see it.
     pub(super) fn on_page([width, height]: [f64; 2], name: &str, title: &str) -> Self {
         let (width, height) = (number(width), number(height));
         let text = format!(
@@ -102,7 +102,7 @@ impl Svg {
         }
     }
 
-    /// What is drawn by `draw` belongs to one pair of axes; on a page its element says where they stand and what they show.
+    /// Draws one pair of axes; on a page their element has the position and the ranges as attributes.
     pub(super) fn axes(&mut self, area: &Area, [x, y]: [&str; 2], draw: impl FnOnce(&mut Self)) {
         let on_page = self.name.is_some();
         if on_page {
@@ -196,7 +196,7 @@ impl Svg {
     /// A picture that fills an area; its pixels have sharp edges if they are larger than those of the screen.
     #[cfg(feature = "sweep")]
     pub(super) fn picture(&mut self, area: &Area, address: &str, sharp: bool) {
-        // the older word for those that do not know the newer one
+        // the older value is for renderers that do not know the newer one
         let rendering = " style=\"image-rendering:optimizeSpeed;image-rendering:pixelated\"";
         let rendering = if sharp { rendering } else { "" };
         self.add(format_args!(
@@ -216,7 +216,7 @@ impl Svg {
             Anchor::End => "end",
         };
         let [x, y] = lettering.at;
-        // capitals and digits reach to seven tenths of the size
+        // capitals and digits are seven tenths of the size high
         let shift = 0.35 * lettering.size;
         let place = if lettering.upright {
             let (x, y) = (number(x + shift), number(y));
@@ -235,7 +235,7 @@ impl Svg {
         ));
     }
 
-    /// What is drawn by `draw` is shown inside an area only.
+    /// Draws clipped to an area.
     pub(super) fn clipped(&mut self, area: &Area, draw: impl FnOnce(&mut Self)) {
         self.clips += 1;
         let own = self.name.as_deref().unwrap_or("axes");
@@ -248,7 +248,7 @@ impl Svg {
     }
 }
 
-/// A length or place: a hundredth of a pixel is exact enough.
+/// A length or position, to a hundredth of a pixel.
 fn number(value: f64) -> String {
     let text = format!("{:.2}", value.clamp(-FARTHEST, FARTHEST));
     let text = text.trim_end_matches('0').trim_end_matches('.');
@@ -259,7 +259,7 @@ fn number(value: f64) -> String {
     }
 }
 
-/// Text as it stands between tags and in attributes.
+/// Text escaped for SVG, between tags and in attributes.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
@@ -267,7 +267,7 @@ fn escaped(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// A text whose parts in `_{}` stand lower and smaller.
+/// A text with its parts in `_{}` as subscripts.
 fn raised(text: &str, size: f64) -> String {
     let mut parts = text.split("_{");
     let mut raised = parts.next().unwrap_or_default().to_owned();
@@ -287,7 +287,8 @@ fn raised(text: &str, size: f64) -> String {
     raised
 }
 
-/// The width of a text in the first of the fonts, in pixels, to a few per cent. The others are narrower.
+/// The approximate width of a text in the first of the fonts, in pixels, to a few per cent. The others are
+/// narrower.
 pub(super) fn width(text: &str, size: f64) -> f64 {
     let of = |character| match character {
         'i' | 'j' | 'l' | '\'' | '¹' => 0.28,

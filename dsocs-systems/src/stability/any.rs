@@ -1,4 +1,4 @@
-//! Hard cases for any system: what can be measured without knowing the motion.
+//! Hard cases for any system: those that need no exact solution.
 
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -7,25 +7,26 @@ use super::{Bar, Measured, Report, Row, larger};
 use crate::check::Settings;
 use crate::entry::{self, Beginning, Entry, Method, Plan, RunFailure};
 
-/// So many steps are made at most in a long run, and at most where it is to take seconds.
+/// The largest number of steps in a long run, and in its quick form.
 const STEPS: [f64; 2] = [1e6, 1e4];
 
-/// So many steps are made where one motion is compared with another.
+/// The number of steps in comparisons of two motions.
 const COMPARED: u32 = 40;
 
-/// So many steps of the size that is asked for are made with small steps.
+/// The duration of runs with small steps, in steps of the given size.
 const WINDOW: u32 = 8;
 
-/// The steps, in parts of the one that is asked for, at which errors are held against the order; fewer where it is to take seconds.
+/// The divisors of the given step at which errors are compared with the order; quick cases leave out the
+/// last.
 const SMALL: [u32; 3] = [10, 100, 1000];
 
-/// An error may be so many times what the order leaves of that at the first of [`SMALL`].
+/// The largest error, relative to that at the first of [`SMALL`] scaled by the order.
 const EXCESS: f64 = 3.0;
 
-/// What rounding may leave of the errors of small steps, in parts of the motion's extent.
+/// The rounding of the errors of small steps, relative to the motion's extent.
 const ROUNDING: f64 = 1e-12;
 
-/// A run begun anew at a node, or led back, may be off by this part of the motion's extent.
+/// The largest distance of a run begun anew at a node, or led back, relative to the motion's extent.
 const APART: f64 = 1e-6;
 
 /// A hard case.
@@ -35,7 +36,7 @@ pub struct Case {
     pub number: u8,
     /// Its name.
     pub name: &'static str,
-    /// What is measured.
+    /// Measures the figures.
     run: fn(&Subject<'_>, &mut Report<'_>),
 }
 
@@ -94,7 +95,7 @@ pub const CASES: &[Case] = &[
     },
 ];
 
-/// A system with the motion that is looked at.
+/// A system with the motion that is measured.
 struct Subject<'a> {
     /// The system.
     entry: &'a Entry,
@@ -118,7 +119,7 @@ impl Subject<'_> {
         Beginning::At(self.settings.t0, Box::new(start))
     }
 
-    /// A start at as many nodes as a step begins with.
+    /// A start at two nodes, or at three where a constraint is of third order.
     fn anew(&self, nodes: [&Vec<f64>; 3]) -> Beginning {
         let [q0, q1, q2] = nodes.map(Clone::clone);
         if self.settings.a0.is_some() {
@@ -128,7 +129,7 @@ impl Subject<'_> {
         }
     }
 
-    /// Makes steps and hands each node to `node`.
+    /// Makes steps and passes each node to `node`.
     fn steps(
         &self,
         h: f64,
@@ -159,7 +160,7 @@ impl Subject<'_> {
         Ok(positions)
     }
 
-    /// The largest error against the continuous motion over the window, with a part of the step.
+    /// The largest error against the continuous motion over the window, with the step divided by `part`.
     fn error(&self, part: u32) -> Measured {
         if self.settings.a0.is_some() {
             return self.change(part);
@@ -183,7 +184,8 @@ impl Subject<'_> {
 }
 
 impl Subject<'_> {
-    /// Where there is no continuous motion to compare with: the largest change to half of the step, which is three quarters of the error.
+    /// The error where there is no continuous motion to compare with: the largest change when the step is
+    /// halved, which is three quarters of the error.
     fn change(&self, part: u32) -> Measured {
         let of = |part: u32| {
             let h = self.settings.h / f64::from(part);
@@ -196,7 +198,7 @@ impl Subject<'_> {
     }
 }
 
-/// When a run begins.
+/// The time at which a run begins.
 fn time(beginning: &Beginning) -> f64 {
     match beginning {
         Beginning::At(t0, _) => *t0,
@@ -205,12 +207,12 @@ fn time(beginning: &Beginning) -> f64 {
     }
 }
 
-/// A beginning at a time, moved onto the constraints.
+/// A beginning at a time, projected onto the constraints.
 fn at(t: f64, beginning: Beginning) -> Beginning {
     Beginning::Projected(Box::new(Beginning::At(t, Box::new(beginning))))
 }
 
-/// The largest distance of a coordinate from where it began.
+/// The largest change of a coordinate from the start.
 fn extent(positions: &[Vec<f64>]) -> f64 {
     let first = positions.first().map_or(&[][..], Vec::as_slice);
     positions.iter().map(|q| distance(q, first)).fold(0.0, larger)
@@ -221,7 +223,7 @@ fn distance(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| (x - y).abs()).fold(0.0, larger)
 }
 
-/// To the end of the run that the entry gives.
+/// A run to the end that the entry gives.
 fn long(subject: &Subject<'_>, report: &mut Report<'_>) {
     let h = subject.settings.h;
     let until = subject
@@ -262,7 +264,7 @@ fn long(subject: &Subject<'_>, report: &mut Report<'_>) {
     );
 }
 
-/// Steps that are too large are refused, and what is not refused consists of numbers.
+/// Steps that are too large are refused, and accepted nodes are finite.
 fn large(subject: &Subject<'_>, report: &mut Report<'_>) {
     let h = subject.settings.h;
     let mut made = 1.0;
@@ -291,7 +293,7 @@ fn large(subject: &Subject<'_>, report: &mut Report<'_>) {
     );
 }
 
-/// Small steps lose no more digits than the order and rounding say.
+/// With small steps the error is no larger than the order and rounding allow.
 fn small(subject: &Subject<'_>, report: &mut Report<'_>) {
     let parts = if report.quick { &SMALL[..2] } else { &SMALL[..] };
     let [coarse, finer @ ..] = parts else { return };
@@ -317,7 +319,8 @@ fn small(subject: &Subject<'_>, report: &mut Report<'_>) {
     }
 }
 
-/// A run that is begun anew at two nodes of the motion goes on as the motion does: what it remembers does not decide the root.
+/// A run that is begun anew at two nodes of the motion continues the motion: the root does not depend on what
+/// a run remembers.
 fn cold(subject: &Subject<'_>, report: &mut Report<'_>) {
     report.measure(
         format!("begun anew at each of {COMPARED} nodes: distance of the next node, in parts of the extent"),
@@ -343,7 +346,7 @@ fn cold(subject: &Subject<'_>, report: &mut Report<'_>) {
     );
 }
 
-/// There and back again.
+/// Runs forward and back.
 fn backward(subject: &Subject<'_>, report: &mut Report<'_>) {
     let h = subject.settings.h;
     let back = |steps: u32| {
@@ -385,7 +388,7 @@ fn backward(subject: &Subject<'_>, report: &mut Report<'_>) {
     );
 }
 
-/// Whether position and velocity of a node are numbers. The energy of a motion that is still in the range of numbers need not be.
+/// Whether position and velocity of a node are finite. The energy may overflow before they do.
 fn is_finite(row: &entry::Row<'_>) -> bool {
     row.node
         .q
@@ -394,7 +397,7 @@ fn is_finite(row: &entry::Row<'_>) -> bool {
         .all(|number| number.is_finite())
 }
 
-/// Starts and steps that make no sense, or hardly: refused with an error, or run with numbers.
+/// Starts and steps with extreme values: they are refused with an error, or give finite nodes.
 fn garbage(subject: &Subject<'_>, report: &mut Report<'_>) {
     const VALUES: [f64; 12] = [
         f64::NAN,

@@ -22,12 +22,13 @@ use dsocs_core::text::{Text, TextError};
 
 use super::{Bar, Measured, Report, Row, larger};
 
-/// A system that is declared for one figure. It is read where the figure is measured: that takes a millisecond, and to compile it takes seconds.
+/// A system that is declared for one figure. It is parsed when the figure is measured, which takes a
+/// millisecond; to compile it would take seconds.
 fn read(text: &str) -> Result<TapeKernel, TextError> {
     Ok(Text::parse("stability", text)?.system)
 }
 
-/// The same system with other values of its parameters, in the order of the declaration.
+/// A copy of a system with other values of its parameters, in the order of the declaration.
 fn with(system: &TapeKernel, values: &[f64]) -> TapeKernel {
     let mut system = system.clone();
     for (place, &value) in values.iter().enumerate() {
@@ -45,7 +46,7 @@ pub struct Case {
     pub number: u8,
     /// Its name.
     pub name: &'static str,
-    /// What is measured.
+    /// Measures the figures.
     run: fn(&mut Report<'_>),
 }
 

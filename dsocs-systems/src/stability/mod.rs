@@ -1,10 +1,11 @@
 //! Hard cases: values (*figures*) that are measured, and the limits that they have to meet (*bars*). `dsocs stability` prints the table.
 //!
-//! `CASES` are those of the systems of this crate, with their exact solutions and constants; [`any`] has those that can be measured
-//! on any system.
+//! `CASES` are those of the systems of this crate, with their exact solutions and constants; [`any`] has
+//! those that apply to any system.
 //!
-//! Every case is a function that measures one figure after the other and hands each to a `Report`. Random numbers come
-//! from a generator with a fixed seed, so the figures are the same in every run on one kind of machine.
+//! Every case is a function that measures one figure after the other and passes each to a `Report`. Random
+//! numbers come from a generator with a fixed seed, so the figures are the same in every run on one kind of
+//! machine.
 
 pub mod any;
 #[cfg(all(feature = "dsocs", not(test)))]
@@ -46,15 +47,15 @@ pub struct Row {
     pub number: u8,
     /// The case's name.
     pub case: &'static str,
-    /// What is measured.
+    /// The quantity that is measured.
     pub what: String,
     /// The figure; NaN where there is none.
     pub figure: f64,
     /// The bar.
     pub bar: Bar,
-    /// Why there is no figure: always said where there is none.
+    /// The reason, if there is no figure.
     pub failure: Option<String>,
-    /// How long it took, in s.
+    /// The time of the measurement, in s.
     pub seconds: f64,
 }
 
@@ -66,10 +67,10 @@ impl Row {
     }
 }
 
-/// What a measurement gives.
+/// A measured value, or the reason why there is none.
 type Measured = Result<f64, Box<dyn Error>>;
 
-/// What is said of a measurement that ends with a value that is none.
+/// The failure of a measurement that results in NaN.
 const UNDEFINED: &str = "it has no value here: some expression of the declaration, or a derivative of it, has none at a state that is looked at";
 
 /// A number in two or three digits; a dash for none.
@@ -85,7 +86,7 @@ pub(crate) fn number(x: f64) -> String {
     }
 }
 
-/// A figure, or why there is none.
+/// A figure, or NaN and the reason why there is none.
 pub(crate) fn told(measured: Measured) -> (f64, Option<String>) {
     match measured {
         Ok(figure) if figure.is_nan() => (figure, Some(UNDEFINED.to_owned())),
@@ -104,7 +105,7 @@ struct Report<'a> {
     quick: bool,
     /// The figures so far.
     rows: Vec<Row>,
-    /// Told of every figure.
+    /// Receives every figure.
     done: &'a mut dyn FnMut(&Row),
 }
 
@@ -116,7 +117,7 @@ impl Report<'_> {
         self.push(what.into(), bar, measured, begun);
     }
 
-    /// Measures several figures in one go; the time is told of each.
+    /// Measures several figures together; each has the time of all.
     #[cfg(all(feature = "dsocs", not(test)))]
     fn measure_all<const K: usize>(
         &mut self,
@@ -128,7 +129,7 @@ impl Report<'_> {
         self.push_all(whats.into(), figures.as_ref().map(|figures| &figures[..]), begun);
     }
 
-    /// Takes in several figures that were measured in one go.
+    /// Adds several figures that were measured together.
     #[cfg(all(feature = "dsocs", not(test)))]
     fn push_all(&mut self, whats: Vec<(String, Bar)>, figures: Result<&[f64], &String>, begun: Instant) {
         for (place, (what, bar)) in whats.into_iter().enumerate() {
@@ -140,7 +141,7 @@ impl Report<'_> {
         }
     }
 
-    /// Takes in a figure.
+    /// Adds a figure.
     fn push(&mut self, what: String, bar: Bar, measured: Measured, begun: Instant) {
         let seconds = begun.elapsed().as_secs_f64();
         let (figure, failure) = told(measured);
@@ -158,7 +159,7 @@ impl Report<'_> {
     }
 }
 
-/// The larger of two numbers; NaN if either is, which `f64::max` would forget.
+/// The larger of two numbers; NaN if either is, which `f64::max` would ignore.
 fn larger(x: f64, y: f64) -> f64 {
     if x >= y || x.is_nan() { x } else { y }
 }

@@ -1,42 +1,45 @@
-//! Whether a coordinate goes to and fro from step to step.
+//! Detects a coordinate whose increments alternate from step to step.
 //!
-//! No motion that the step follows does so: its period is many steps. Where a spring or a damper is too stiff for the step, what is left of the fast motion
-//! changes its sign in every step, and may grow.
+//! No motion that the step resolves does so: its period is many steps. Where a spring or a damper is too
+//! stiff for the step, the remainder of the fast motion changes its sign in every step, and may grow.
 
 use crate::entry::{Method, Row};
 use crate::stability::number;
 
-/// So many increments in a row have opposite signs, each hardly less than the one before.
+/// The number of increments in a row with opposite signs, none much smaller than the one before, that counts
+/// as alternation.
 const STREAK: u32 = 20;
 
-/// All of so many nodes are looked at, and then so many out of as many: a long run is to pay nothing for it.
+/// All of the first `FIRST` nodes are tested, and then `WINDOW` out of as many: a long run pays nothing for
+/// it.
 const FIRST: u64 = 2048;
 const WINDOW: u64 = 32;
 
-/// By how much one may be less: after a streak an eighth is left.
+/// The smallest ratio of an increment to the one before: after a streak an eighth is left.
 const HARDLY: f64 = 0.9;
 
-/// What moves with less than this part of the largest energy so far hardly counts, and may be rounding.
+/// An alternation counts if the energy of the velocity is above this part of the largest energy so far; less
+/// may be rounding.
 const MATTERS: f64 = 1e-6;
 
-/// Increments of the last step, and how long they have alternated.
+/// The increments of the last step, and the number of times they have alternated.
 #[derive(Default)]
 pub struct Alternation {
-    /// The number of the last node, its time, and its position.
+    /// The number and the time of the last node, and its position.
     last: Option<(u64, f64)>,
     position: Vec<f64>,
     /// The increments to it.
     increments: Vec<f64>,
-    /// How many have alternated.
+    /// The number of alternations in a row, by coordinate.
     streaks: Vec<u32>,
     /// The largest energy so far.
     energy: f64,
-    /// The first coordinate that has done so for long enough, and when that began.
+    /// The first coordinate that has alternated for a streak, and the time at which that began.
     found: Option<(usize, f64)>,
 }
 
 impl Alternation {
-    /// Looks at a node: at all of the first ones, and then now and again at enough in a row.
+    /// Looks at a node: at all of the first ones, and then at a window of consecutive ones now and again.
     #[inline]
     pub fn look(&mut self, row: &Row<'_>) {
         let index = row.node.index;
@@ -77,7 +80,7 @@ impl Alternation {
         self.last = Some((node.index, node.t));
     }
 
-    /// What is to be said of steps of a fixed length, with the names of the coordinates.
+    /// The warning for a run with steps of a fixed length, with the names of the coordinates.
     pub fn note<'n>(&self, mut names: impl Iterator<Item = &'n str>, method: Method) -> Option<String> {
         let (place, time) = self.found?;
         if matches!(method, Method::Tolerance(_)) {
@@ -92,7 +95,7 @@ impl Alternation {
     }
 }
 
-/// How much of the energy a velocity of a coordinate makes.
+/// The part of the energy that is due to a velocity of one coordinate.
 fn energy_of(row: &Row<'_>, coordinate: usize, velocity: f64) -> f64 {
     let (node, declaration) = (&row.node, &row.declaration);
     let energy = |velocity: f64| {

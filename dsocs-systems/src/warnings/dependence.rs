@@ -1,4 +1,5 @@
-//! Constraints that nearly depend on each other, which limit what a tolerance can ask for.
+//! Detects constraints that nearly depend on each other, which limit the accuracy that a tolerance can ask
+//! for.
 
 use dsocs_core::{DependentRow, least_independent};
 
@@ -7,9 +8,9 @@ use crate::entry::Row;
 /// The least independent constraint of a run.
 #[derive(Default)]
 pub struct Dependence {
-    /// The number of the node that is looked at next: each is twice as far as the one before.
+    /// The number of the next node that is tested: each is twice that of the one before.
     next: u64,
-    /// It, the part of it that is independent, and when.
+    /// The constraint, its independent part relative to the whole, and the time.
     least: Option<(DependentRow, f64, f64)>,
 }
 
@@ -33,7 +34,7 @@ impl Dependence {
         }
     }
 
-    /// What is to be said of a run to a tolerance.
+    /// The warning for a run to a tolerance.
     pub fn note(&self, tolerance: f64) -> Option<String> {
         let (constraint, part, t) = self.least.as_ref()?;
         let known = f64::EPSILON / part;

@@ -1,23 +1,24 @@
-//! Whether the energy of a run explodes, or changes where nothing changes it.
+//! Detects an energy that explodes, or that changes although no declared force changes it.
 
 use dsocs_core::Stop;
 use dsocs_core::geometry::power_with;
 
 use crate::entry::{Method, Row};
 
-/// So many times its first value the energy of a run has to become before anything is said.
+/// The energy has exploded if it is this many times its first value.
 const EXPLODED: f64 = 1e4;
 
-/// Of a run with fewer nodes nothing is said of a growth from zero.
+/// The smallest number of nodes at which a growth from zero is reported.
 const FEW: u64 = 64;
 
-/// From an energy of so many times the first on, the work is summed: what was there before is no part of an explosion.
+/// The work is summed from an energy of this many times the first on: earlier work is no part of an
+/// explosion.
 const STIRRED: f64 = 1e3;
 
-/// Of a growth at least this part is explained by the work of what is declared to drive a system, or it is not driven there.
+/// A growth is explained if the work of the declared forces makes at least this part of it.
 const EXPLAINED: f64 = 0.5;
 
-/// What is missing in the balance of the energy is told from this part of the mean of its terms on.
+/// The smallest defect of the energy balance that is reported, relative to the mean of its terms.
 const MISSING: f64 = 0.1;
 
 /// The energy of a run.
@@ -25,27 +26,29 @@ const MISSING: f64 = 0.1;
 pub struct Energy {
     /// At the start.
     first: Option<f64>,
-    /// The largest without its sign, and its time.
+    /// The largest energy by absolute value, and its time.
     largest: (f64, f64),
-    /// The work of all that is declared, up to that time.
+    /// The work of all declared forces, up to that time.
     given: f64,
-    /// The same up to the last node.
+    /// The work up to the last node.
     work: Option<Work>,
-    /// How it grows.
+    /// Its growth.
     growth: Growth,
-    /// Where it is known what changes it.
+    /// The energy balance, where the forces that change the energy are known.
     balance: Balance,
 }
 
-/// The largest energy at earlier nodes, counted from the first that has any: what it grows by while the run becomes two to four times as long.
+/// The largest energy at earlier nodes, counted from the first that is not zero: shows the growth while the
+/// run becomes two to four times as long.
 ///
 /// A force that drives a system from rest gives it an energy that grows as a power of the time, by a factor of some tens; where steps are too
 /// long, the energy grows exponentially.
 #[derive(Default)]
 struct Growth {
-    /// How many nodes there were.
+    /// The number of nodes.
     nodes: u64,
-    /// The largest energy without its sign, and its time, after the last power of two of nodes, and after half as many.
+    /// The largest energy by absolute value, and its time, at the last power of two of nodes, and at half as
+    /// many.
     before: [(f64, f64); 2],
 }
 
@@ -62,13 +65,13 @@ impl Growth {
     }
 }
 
-/// The work of all that is declared: of forces, of constraints and of what depends on time.
+/// The work of everything declared: external forces, constraint forces, and terms that depend on time.
 struct Work {
-    /// The energy from which on it is summed.
+    /// The energy at which the sum begins.
     from: f64,
     /// The time and the power at the last node.
     last: (f64, f64),
-    /// The sum.
+    /// The sum, in J.
     sum: f64,
 }
 
@@ -93,27 +96,28 @@ impl Work {
 /// The energy less the work of the constraint forces.
 #[derive(Default)]
 struct Balance {
-    /// The last nodes, each at the place of its number.
+    /// The last nodes, each at its number modulo `WINDOW`.
     last: [Moment; WINDOW],
-    /// How many nodes there have been.
+    /// The number of nodes.
     count: usize,
-    /// The power at the node before that in the middle of them, as far as it counts.
+    /// The median power at the node before the middle one.
     before: Option<f64>,
-    /// The work up to the node in the middle.
+    /// The work up to the middle node.
     work: f64,
-    /// The sum of the energy's terms at the nodes that tell them, and how many there are.
+    /// The sum of the energy's terms over the nodes that have them, and the number of these nodes.
     terms: (f64, f64),
-    /// The largest difference from the start's energy, the energy there, and its time.
+    /// The largest defect of the balance since the start, the energy there, and its time.
     missing: (f64, f64, f64),
 }
 
-/// Of so many powers in a row the middle one in size counts.
+/// The number of consecutive powers of which the median is taken.
 ///
-/// Where a velocity jumps, the force that is computed is that of an impact: at the two nodes of the step across it has a power, which
-/// would explain a part of what the energy changes by. A force of constraints that works has its power at more nodes than these.
+/// Where a velocity jumps, the computed force is that of an impact: its power at the two nodes of the step
+/// across the jump would explain a part of the change of the energy. The power of a constraint force that
+/// does work is nonzero at more nodes than these.
 const WINDOW: usize = 5;
 
-/// What is known of a node.
+/// The energy and the power at a node.
 #[derive(Clone, Copy, Default)]
 struct Moment {
     /// Its time.
@@ -142,7 +146,7 @@ impl Balance {
         let [now, earlier, earliest] =
             [2, 1, 0].map(|place| self.last[(self.count - WINDOW + place) % WINDOW]);
         let power = median(self.last.map(|moment| moment.power));
-        // the first time from the start on
+        // the first interval begins at the start
         self.work += match self.before.replace(power) {
             Some(before) => (now.t - earlier.t) * (power + before) / 2.0,
             None => (now.t - earliest.t) * power,
@@ -154,9 +158,9 @@ impl Balance {
     }
 }
 
-/// The number of five that is neither smaller nor larger than most.
+/// The median of five numbers.
 fn median([a, b, c, d, e]: [f64; WINDOW]) -> f64 {
-    // neither the least of four nor the largest of them
+    // neither the least nor the largest of the first four
     let (low, high) = (a.min(b).max(c.min(d)), a.max(b).min(c.max(d)));
     low.min(high).max(low.max(high).min(e))
 }
@@ -172,7 +176,7 @@ impl Energy {
             self.largest = (row.node.energy, row.node.t);
             self.given = self.work.as_ref().map_or(0.0, |work| work.sum);
         }
-        // what rests has its energy from rounding
+        // at rest the energy is rounding
         if row.node.stop != Stop::Sticks {
             self.growth.look(self.largest);
         }
@@ -181,16 +185,18 @@ impl Energy {
         }
     }
 
-    /// What is to be said of a run with steps of its own.
+    /// The warning for a run with steps of a fixed length.
     pub fn note(&self, method: Method, h: f64) -> Option<String> {
         let (first, (largest, t)) = (self.first?, self.largest);
         if matches!(method, Method::Tolerance(_)) {
             return None;
         }
         let exploded = |before: f64| largest.abs() >= EXPLODED * before.abs();
-        // an energy that is nearly zero at the start, as that of a pendulum that begins level with its pivot, is no scale by itself
+        // an energy that is nearly zero at the start, as that of a pendulum that begins level with its pivot,
+        // is no scale
         let (before, then) = self.growth.before[1];
-        // the work has errors of the step, too: a step that is too long makes it miss the energy by several times
+        // the work has errors of the step, too: with a step that is too long it differs from the energy
+        // several times over
         let growth = largest - self.work.as_ref().map_or(first, |work| work.from);
         let is_given = growth.is_finite() && (growth - self.given).abs() <= (1.0 - EXPLAINED) * growth.abs();
         let grows = if is_given || !exploded(first) || !exploded(before) {
@@ -238,7 +244,7 @@ mod tests {
     use super::*;
     use crate::entry::{Beginning, Entry, Plan};
 
-    /// A system that is read, with values of its parameters.
+    /// An entry from a text, with values of its parameters.
     fn entry(text: &str, values: &[(&str, f64)]) -> Entry {
         let mut entry = Entry::of_text("system", &Text::parse("system", text).unwrap(), None);
         for (name, value) in values {
@@ -260,7 +266,7 @@ mod tests {
         }
     }
 
-    /// A mass on a spring that a force drives.
+    /// A driven mass on a spring.
     const DRIVEN: &str = "
         parameters { stiffness = 0, pull = 0 }
         coordinates(x);
@@ -268,7 +274,7 @@ mod tests {
         external_forces = (3 * t).sin() + pull;
     ";
 
-    /// What is said of a run from a position, at rest.
+    /// The warning for a run from a position, at rest.
     fn note(entry: &Entry, q0: &[f64], h: f64, until: f64) -> Option<String> {
         let plan = Plan {
             h,
@@ -301,11 +307,12 @@ mod tests {
             let told = note(&driven(100.0, 0.0), &[x0], 0.21, 20.0).unwrap();
             assert!(told.contains(words), "{told}");
             assert_eq!(note(&driven(100.0, 0.0), &[x0], 0.01, 20.0), None);
-            // also where it has left the numbers that there are
+            // also where the energy overflows
             let told = note(&driven(100.0, 0.0), &[x0], 0.21, 150.0).unwrap();
             assert!(told.contains(words) && told.contains("to inf at t ="), "{told}");
         }
-        // a force that drives the system all the time: no spring, in resonance, and none for a long time
+        // a force that drives the system all the time: without a spring, in resonance, and with a constant
+        // pull
         for (stiffness, pull) in [(0.0, 5.0), (0.0, 0.0), (9.0, 0.0)] {
             for until in [1.0, 300.0] {
                 assert_eq!(note(&driven(stiffness, pull), &[0.0], 0.01, until), None);
@@ -315,7 +322,7 @@ mod tests {
 
     #[test]
     fn an_energy_below_that_of_the_start_falls() {
-        // a spring that pushes, beside a step that is too long for one that pulls
+        // a repelling spring, with a step that is too long for an attracting one
         let pushed = entry(
             "coordinates(x, y); lagrangian = dot(x).powi(2) / 2 - dot(y).powi(2) / 2 - 50 * x.powi(2) + 50 * y.powi(2);",
             &[],
@@ -347,7 +354,7 @@ mod tests {
         holonomic = y - slope * x.abs();
     ";
 
-    /// The same wire, rounded there.
+    /// The wire, rounded at the bend.
     const ROUNDED: &str = "
         parameters { slope = 0, radius = 0, gravity = 0 }
         coordinates(x, y);
@@ -363,7 +370,7 @@ mod tests {
         nonholonomic = dot(y) - slope * x.signum() * dot(x);
     ";
 
-    /// A mass and a potential that jump there.
+    /// A mass and a potential that jump at x = 0.
     const PIECES: &str = "
         parameters { mass = 0, potential = 0 }
         coordinates(x);
@@ -381,7 +388,7 @@ mod tests {
         }
     }
 
-    /// What is said of a run to t = 4.
+    /// The warning for a run to t = 4, or t = −4 with a negative step.
     fn said<const N: usize>(entry: &Entry, h: f64, [q0, v0]: [[f64; N]; 2]) -> Option<String> {
         let plan = Plan {
             h,
@@ -431,7 +438,7 @@ mod tests {
         }
     }
 
-    /// A turntable of one rate: the constraint's force works all the time.
+    /// A turntable of constant rate: the constraint force does work all the time.
     const TURNTABLE: &str = "
         parameters { rate = 0 }
         coordinates(x, w);
@@ -443,7 +450,7 @@ mod tests {
     fn nothing_is_said_of_a_motion_that_goes_on() {
         for h in [0.02_f64, 0.003, -0.02] {
             let v = -h.signum();
-            // around the bend, which is no corner, and on one side of the corner
+            // around the rounded bend, and on one side of the corner
             let round = entry(ROUNDED, &[("slope", 1.0), ("radius", 0.2), ("gravity", 1.0)]);
             let high = 1.0_f64.hypot(0.2);
             let start = [[1.0, high], [v, v / high]];

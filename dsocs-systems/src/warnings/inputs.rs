@@ -1,14 +1,15 @@
-//! Inputs that change more often than there are nodes at which they could.
+//! Detects values of inputs that hold at no node.
 
 use crate::entry::{HeldInput, Plan};
 
-/// What is to be said of a run that begins at the time `t0` and whose inputs have values that never hold: those between whose time and that of the next value there is no node.
+/// A warning for a run from the time `t0` with an input one of whose values never holds: no node lies between
+/// its time and that of the next value.
 #[must_use]
 pub fn passed_inputs(plan: &Plan, t0: f64) -> Option<String> {
     plan.inputs.iter().find_map(|input| passed(input, plan, t0))
 }
 
-/// The same of one input.
+/// The warning for one input.
 #[allow(clippy::float_cmp)] // a value that is given again is the same number
 fn passed(input: &HeldInput, plan: &Plan, t0: f64) -> Option<String> {
     let steps = |t: f64| (t - t0) / plan.h;
@@ -16,10 +17,10 @@ fn passed(input: &HeldInput, plan: &Plan, t0: f64) -> Option<String> {
     let is_passed = |place: usize| {
         let [[from, value], [to, next]] = [input.values[place], input.values[place + 1]];
         let before = place.checked_sub(1).map(|before| input.values[before][1]);
-        // back in time a value is met from its end
+        // back in time a value is reached from its end
         let first = steps(from).min(steps(to));
         let is_of_run = (0.0..end).contains(&first);
-        // if it holds at any node, then at the first one there
+        // a value that holds at any node holds at one of the first nodes there
         let holds = || {
             [0.0, 1.0, 2.0]
                 .map(|k| input.at(t0 + (first.floor() + k) * plan.h, plan.h))

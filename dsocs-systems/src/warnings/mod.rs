@@ -1,5 +1,6 @@
-//! What is to be said of a run with steps of a fixed length whose nodes look wrong: an energy that explodes or changes where nothing changes it, bodies that turn too far in a
-//! step, coordinates that go to and fro; and of constraints that nearly depend on each other. The command line and the Python package tell the same.
+//! Warnings about a run: with steps of a fixed length an energy that explodes or changes without cause,
+//! bodies that rotate too far in a step, and coordinates that alternate from step to step; and constraints
+//! that nearly depend on each other. The command line and the Python package give the same warnings.
 
 mod alternation;
 mod dependence;
@@ -19,27 +20,27 @@ pub use inputs::passed_inputs;
 pub use start::moved_start;
 use turns::Turns;
 
-/// What is looked at in the nodes of a run.
+/// The observers of the nodes of a run.
 #[derive(Default)]
 pub struct Warnings(Looks);
 
 #[derive(Default)]
 #[expect(clippy::large_enum_variant, reason = "there is one for a run")]
 enum Looks {
-    /// In those of steps of a fixed length.
+    /// With steps of a fixed length.
     Steps {
         energy: Energy,
         turns: Turns,
         alternation: Alternation,
     },
-    /// In those of a run to a tolerance whose constraints may depend on each other.
+    /// With a tolerance, where constraints may depend on each other.
     Constraints(f64, Dependence),
     #[default]
     Nothing,
 }
 
 impl Warnings {
-    /// For the method of a run of a system.
+    /// The observers for a run of a system by a method.
     #[must_use]
     pub fn of(method: Method, shape: &Shape) -> Self {
         Self(match method {
@@ -55,7 +56,7 @@ impl Warnings {
         })
     }
 
-    /// Whether nodes are looked at, and whether all that happens between them is to be known.
+    /// Whether nodes are observed, and whether work and energy between them are needed.
     #[must_use]
     pub fn looks(&self) -> [bool; 2] {
         [
@@ -82,8 +83,9 @@ impl Warnings {
         }
     }
 
-    /// What is to be said of a run with the step `h`, in the words of the command line, with the names of the coordinates: of its energy, of bodies that turn, of coordinates
-    /// that go to and fro, and of constraints that nearly depend on each other.
+    /// The warnings for a run with the step `h`, in the words of the command line, with the names of the
+    /// coordinates: on its energy, on bodies that rotate too far, on coordinates that alternate, and on
+    /// constraints that nearly depend on each other.
     #[must_use]
     pub fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 4] {
         let names = || names.iter().copied();

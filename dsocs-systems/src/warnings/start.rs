@@ -1,16 +1,17 @@
-//! How far a start was moved onto constraints.
+//! Detects a start that was projected far onto the constraints.
 
 use dsocs_core::Shape;
 use dsocs_core::linear::state_change;
 
 use crate::entry::Beginning;
 
-/// A body or an angle that is moved so far, in rad, may be in another assembly than the one that is meant: the change is the smallest to first order
-/// only, and constraints that hold far away, too, as those of a hinge whose axis is reversed, may be reached there.
+/// A body or an angle that the projection rotates by more than this, in rad, may be in another assembly than
+/// intended: the change is the smallest to first order only, and constraints that also hold far away, as
+/// those of a hinge with reversed axis, may be reached there.
 const FAR: f64 = 0.5;
 
-/// What is to be said of a start that was moved onto constraints, where the run begins at the position `q`: by how much bodies and angles were turned, if
-/// one of them was turned far.
+/// The warning for a start that was projected onto constraints, where the run begins at the position `q`: the
+/// rotations of bodies and angles, if one of them is large.
 #[must_use]
 pub fn moved_start(beginning: &Beginning, shape: &Shape, q: &[f64]) -> Option<String> {
     let given = beginning.projected_from()?;
@@ -58,7 +59,7 @@ mod tests {
         lagrangian = r.angular_velocity().norm_squared() + dot(phi).powi(2) - (r * [0, 0, 1])[2];
         holonomic = [(r * [1, 0, 0])[1], (r * [1, 0, 0])[2]];";
 
-    /// What is said of a start whose axis is this far from that of the hinge.
+    /// The warning for a start whose axis is this far from that of the hinge, in rad.
     fn told(angle: f64) -> Option<String> {
         let text = dsocs_core::text::Text::parse("link", LINK).unwrap();
         let entry = Entry::of_text("link", &text, None);

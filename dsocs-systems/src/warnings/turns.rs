@@ -1,26 +1,26 @@
-//! How far bodies turn in the steps of a run.
+//! Detects bodies that rotate too far in a step.
 
 use crate::entry::{Method, Row};
 
-/// A step by which a body turns so far, in rad, is rough: its error is no longer that of the order.
+/// A step that rotates a body by more than this, in rad, is too coarse for the asymptotic order of the error.
 const ROUGH: f64 = 1.5;
 
-/// A step cannot turn farther.
+/// The largest rotation in a step, in rad.
 const LONGEST: f64 = 3.0;
 
-/// A step that turns so far is taken for a good one.
+/// A rotation in a step that is well resolved, in rad.
 const GOOD: f64 = 0.5;
 
-/// The fastest turn of a run.
+/// The fastest rotation of a run.
 #[derive(Default)]
 pub struct Turns {
-    /// Whether there are no rotations, so that no further node is looked at.
+    /// Whether the system has no rotations, so that no further node is looked at.
     is_idle: bool,
-    /// How fast, in rad/s.
+    /// The angular speed, in rad/s.
     rate: f64,
-    /// When.
+    /// The time.
     time: f64,
-    /// The first of the places of the rotation.
+    /// The index of the first number of the rotation.
     rotation: usize,
 }
 
@@ -50,7 +50,7 @@ impl Turns {
         }
     }
 
-    /// What is to be said of steps of the length `h`, with the names of the coordinates.
+    /// The warning for steps of the length `h`, with the names of the coordinates.
     pub fn note<'n>(
         &self,
         mut names: impl Iterator<Item = &'n str>,
@@ -69,7 +69,7 @@ impl Turns {
                 "`{name}` turns by {turn:.1} rad in a step at t = {time}: such a step is rough, and one of 3 rad is refused"
             )
         } else {
-            // that of the node; the increment of the step was shorter
+            // the angular velocity is that of the node; the increment of the step was shorter
             format!(
                 "`{name}` has the angular velocity {:.3} rad/s at t = {time}, {turn:.1} rad in a step, which is more than the 3 rad that a step can turn by",
                 self.rate
@@ -81,10 +81,10 @@ impl Turns {
     }
 }
 
-/// A number with one digit, no larger.
+/// A number rounded down to one digit.
 fn rounded(x: f64) -> f64 {
     let unit = 10_f64.powf(x.log10().floor());
-    // as a decimal number is read
+    // the nearest number to this decimal
     format!("{:e}", (x / unit).floor() * unit).parse().unwrap_or(x)
 }
 

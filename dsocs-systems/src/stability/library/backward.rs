@@ -1,4 +1,4 @@
-//! There and back again.
+//! Runs forward and back: the distance from the start.
 
 use dsocs_core::{Flow, Start, Stepper, System};
 
@@ -9,8 +9,9 @@ use crate::pendulum::InertiaWheelPendulum;
 
 /// The figures.
 pub fn run(report: &mut Report<'_>) {
-    // A step leaves ε |e|/|d| in the length of a leg, and the turn is proportional to the length: a random walk summed up,
-    // N^1.5 α ε |e|/|d| with α = |e|/|d| = 0.14 at h = 0.1, which is 1e-10. The bar of 1e-11 is for smaller steps.
+    // A step has the rounding ε |e|/|d| in the length of a leg, and the turn is proportional to the length: a
+    // random walk summed up, N^1.5 α ε |e|/|d| with α = |e|/|d| = 0.14 at h = 0.1, which is 1e-10. The bar of
+    // 1e-11 is for smaller steps.
     for (h, bar) in [(0.1, 1e-10), (0.01, 1e-11)] {
         report.measure(
             format!("particle, h = {h}, 1e5 steps and back: distance from the start [m]"),
@@ -50,7 +51,7 @@ pub fn run(report: &mut Report<'_>) {
     );
 }
 
-/// Runs forward and back, and gives the largest distance of the first two nodes from where they were.
+/// Runs forward and back, and returns the largest distance of the first two nodes from their first values.
 fn there_and_back<S: System<2>>(system: &S, h: f64, start: Start<2>, steps: u32) -> Measured {
     let mut flow = Flow::new(system, h, start)?;
     let (second, leg) = (*flow.position(), flow.leg());

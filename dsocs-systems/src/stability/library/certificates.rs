@@ -1,4 +1,5 @@
-//! Certificates beside multipliers: the same in all units, granted where there is a flow, and refused where there is none.
+//! Certificates of regularity with multipliers: they do not depend on units, and are granted just where there
+//! is a flow.
 
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -12,10 +13,10 @@ use crate::Sleigh;
 /// The largest exponent of two by which a unit changes.
 const EXPONENT: f64 = 40.0;
 
-/// In how many systems of units a certificate is looked at.
+/// The number of systems of units in which a certificate is computed.
 const SYSTEMS: usize = 40;
 
-/// How many steps are certified.
+/// The number of steps that are certified.
 const STEPS: usize = 20;
 
 /// Units of three coordinates, of two constraints and so of the inverse of their multipliers, of mass and of time.
@@ -40,7 +41,7 @@ impl Units {
     }
 }
 
-/// A sleigh that a motor turns: a constraint of velocities and one of accelerations.
+/// A sleigh that a motor turns: a constraint on velocities and one on accelerations.
 const LED: &str = "
     parameters { sx: [3] = [1; 3], sl: [2] = [1; 2], sm = 1, st = 1 }
     coordinates(x, y, theta);
@@ -55,7 +56,7 @@ const LED: &str = "
     constraint_forces = [(0, 0, 1 / sx[2])];
 ";
 
-/// The nonholonomic particle beside a discrete row in which the first node does not stand: there is no way back.
+/// The nonholonomic particle with a discrete row that does not contain the first node: no flow leads back.
 const ONWARD: &str = "
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2;
@@ -84,7 +85,7 @@ fn certified(system: &dyn Kernel, h: f64, start: Start<3>) -> Result<Vec<Certifi
     Ok(all)
 }
 
-/// By how much certificates change with units, at most, relative to themselves.
+/// The largest relative change of the certificates with the units.
 fn changes() -> Measured {
     let led = read(LED)?;
     let start = Start::second_order([0.0, 0.0, 0.4], [1.0, 0.4_f64.tan(), 0.3]);
@@ -122,7 +123,7 @@ fn changes() -> Measured {
     Ok(worst)
 }
 
-/// At how many nodes of a sleigh's run a flow is not granted.
+/// The number of nodes of a sleigh's run at which a flow is not granted.
 fn lost(v0: [f64; 3], until: f64) -> Measured {
     let sleigh = Sleigh::default();
     let mut flow = Flow::new(&sleigh, 0.05, Start::second_order([0.0; 3], v0))?;

@@ -1,5 +1,6 @@
-//! Chains that start at rest, whose accelerations span many decades: a pull at the inner end is felt at the outer one by a
-//! thousandth of a millionth of it. No unknown is known to more than the rows' rounding tells, and none has to be.
+//! Chains that start at rest. Their accelerations span many decades: a pull at the inner end moves the outer
+//! one 1e-9 times as much. No unknown is known to more digits than the rounding of the rows allows, and none
+//! has to be.
 
 use std::error::Error;
 use std::time::Instant;
@@ -14,14 +15,14 @@ crate::planar_chain! {
     struct PlanarChain16; 16
 }
 
-/// The lengths of the steps, in s. With 0.02 the bent chain's outer link turns by 0.4 rad a step when it cracks like a whip, and its step
-/// has two solutions between which nothing decides; with sixteen links it does so with 0.01.
+/// The steps, in s. With 0.02 the outer link of the bent chain turns by 0.4 rad in a step when it cracks like
+/// a whip, and its step has two equally valid solutions; with sixteen links this happens with 0.01.
 const STEPS: [f64; 7] = [0.01, 0.005, 0.004, 0.003, 0.002, 0.001, 1e-4];
 
-/// The steps of a run.
+/// The number of steps of a run.
 const COUNT: usize = 400;
 
-/// What came of the runs from one start.
+/// The results of the runs from one start.
 #[derive(Default)]
 struct Outcome {
     /// Runs that ended with an error.
@@ -30,11 +31,11 @@ struct Outcome {
     most: f64,
     /// The times of steps with at most two evaluations, in s.
     usual: Vec<f64>,
-    /// Those of steps with three.
+    /// The times of steps with three evaluations, in s.
     three: Vec<f64>,
 }
 
-/// Runs a chain from rest, at each of the steps that are at most so long.
+/// Runs a chain from rest, with each of the steps up to `longest`.
 fn run<S: System<N>, const N: usize>(
     chain: &S,
     angles: [f64; N],
@@ -65,13 +66,13 @@ fn run<S: System<N>, const N: usize>(
     Ok(outcome)
 }
 
-/// The median; NaN of nothing.
+/// The median; NaN of an empty slice.
 fn median(numbers: &mut [f64]) -> f64 {
     numbers.sort_by(f64::total_cmp);
     numbers.get(numbers.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// The figures of one chain; where it is bent, with steps that are at most so long.
+/// The figures of one chain; from the bent start with steps up to `longest_bent` only.
 fn run_chain<S: System<N>, const N: usize>(chain: &S, longest_bent: f64, report: &mut Report<'_>) {
     let mut bent = [0.0; N];
     bent[0] = 1.0;

@@ -5,7 +5,7 @@ use dsocs_core::{AnyComposedFlow, AnyFlow, AnyStart, Composition, OwnedNode, Run
 
 use super::{Bar, Measured, Report, larger, read, with};
 
-/// A block on a belt whose speed changes evenly, pulled back more and more.
+/// A block on a belt whose speed changes linearly, with a pull backward that grows.
 const BLOCK: &str = "
     parameters { pull = 0, dry = 0, speed = 0, change = 0 }
     coordinates(x);
@@ -22,7 +22,7 @@ struct Belt {
 }
 
 impl Belt {
-    /// A belt that slows down, from which the block is torn off where `eᵗ = 2.1`.
+    /// A belt that slows down, from which the block is torn off at `eᵗ = 2.1`.
     const SLOWING: Self = Self {
         pull: 1.0,
         dry: 1.0,
@@ -30,7 +30,7 @@ impl Belt {
         change: -0.1,
     };
 
-    /// A belt that speeds up, and that catches a block which is faster at first, at `t = 10/7`.
+    /// A belt that speeds up, and catches a block that is faster at first, at `t = 10/7`.
     const CATCHING: Self = Self {
         pull: 0.0,
         dry: 0.5,
@@ -46,7 +46,7 @@ impl Belt {
         ))
     }
 
-    /// Position and velocity of a block that the belt takes along from the origin.
+    /// Position and velocity of a block that sticks to the belt from the origin on.
     fn taken(&self, t: f64) -> [f64; 2] {
         [
             self.speed * t + self.change * t * t / 2.0,
@@ -55,7 +55,7 @@ impl Belt {
     }
 }
 
-/// The block on the belt that slows down.
+/// Position and velocity of the block on the belt that slows down.
 fn torn_off(t: f64) -> [f64; 2] {
     let belt = Belt::SLOWING;
     let begins = 2.1_f64.ln();
@@ -69,7 +69,7 @@ fn torn_off(t: f64) -> [f64; 2] {
     ]
 }
 
-/// The block that is caught.
+/// Position and velocity of the block that is caught.
 fn caught(t: f64) -> [f64; 2] {
     let (belt, stops) = (Belt::CATCHING, 10.0 / 7.0);
     if t <= stops {
@@ -79,7 +79,8 @@ fn caught(t: f64) -> [f64; 2] {
     [stops - stops * stops / 4.0 + now - then, v]
 }
 
-/// The largest error of position and velocity after the time 1.6, in units of `h²`, over ten steps of which none is the half of another one.
+/// The largest error of position and velocity after t = 1.6, in units of `h²`, over ten steps of which none
+/// is half of another.
 fn in_squares(run: impl Fn(f64) -> Measured) -> Measured {
     let mut largest = 0.0;
     for k in 0..10 {
@@ -89,7 +90,7 @@ fn in_squares(run: impl Fn(f64) -> Measured) -> Measured {
     Ok(largest)
 }
 
-/// The largest error of position and velocity of a run up to the time 3, after the time 1.6.
+/// The largest error of position and velocity of a run, from t = 1.6 to t = 3.
 fn error(run: &mut dyn Run, exact: fn(f64) -> [f64; 2]) -> Measured {
     let mut largest = 0.0;
     let mut node = OwnedNode::new(1);

@@ -11,7 +11,7 @@ use super::{Bar, Measured, Report, larger};
 /// Functions, arguments, values and two derivatives.
 const TABLE: &str = include_str!("../../../data/functions.csv");
 
-/// Numbers below this are rounded as if they were as large: they are next to the end of the range.
+/// Numbers below this have the absolute rounding of this size: they are next to the end of the range.
 const SMALLEST: f64 = 1e-292;
 
 /// A function of the table.
@@ -68,8 +68,9 @@ fn units(found: f64, wanted: f64, scale: f64) -> f64 {
     (found - wanted).abs() / (wanted.abs().max(scale).max(SMALLEST) * f64::EPSILON)
 }
 
-/// The largest errors of first and second derivatives, in `ε`, for functions that `evaluate` gives with both, how many are
-/// off by more than `1e-6`, and how many values are not those of `f64`.
+/// The largest errors of first and second derivatives, in `ε`; the number of derivatives that differ by more
+/// than `1e-6`; and the number of values that differ from those of `f64`. `evaluate` returns the value with
+/// both derivatives.
 fn errors(evaluate: impl Fn(&str, f64) -> Option<[f64; 3]>) -> Result<[f64; 4], Box<dyn Error>> {
     let mut worst = [0.0; 4];
     for line in TABLE.lines().skip(1) {
@@ -79,7 +80,7 @@ fn errors(evaluate: impl Fn(&str, f64) -> Option<[f64; 3]>) -> Result<[f64; 4], 
         let ([x, _, first, second], Some(found)) = (&numbers[..], evaluate(name, numbers[0])) else {
             return Err(format!("what is {line}?").into());
         };
-        // spherical Bessel functions pass through zeros of no special accuracy
+        // spherical Bessel functions are relatively inaccurate at their zeros
         let scale = if name.starts_with("sph") {
             x.abs().max(1.0).recip()
         } else {

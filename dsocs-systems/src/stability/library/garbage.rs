@@ -1,4 +1,4 @@
-//! Numbers that nobody means: NaN, infinities, subnormals, huge ones, for states, parameters and steps alike.
+//! Extreme numbers in states, parameters and steps: NaN, infinities, subnormal and huge ones.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
@@ -21,7 +21,7 @@ impl Random {
     /// The generator of a seed, any but zero.
     pub fn new(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
-        // what a small seed begins with is hardly random
+        // the first numbers after a small seed are hardly random
         for _ in 0..8 {
             random.next();
         }
@@ -40,7 +40,8 @@ impl Random {
         self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
     }
 
-    /// A number of any kind: in one of four any bits, else of any order of magnitude up to 10^±`range`, or an ordinary one.
+    /// A number of any kind: one in eight has random bits, one in eight is a special value, one in four has
+    /// any order of magnitude up to 10^±`range`, the others are ordinary.
     fn number(&mut self, range: f64) -> f64 {
         let bits = self.next();
         let unit = self.unit();
@@ -63,7 +64,7 @@ impl Random {
     }
 }
 
-/// What came of many runs.
+/// The results of many runs.
 #[derive(Default)]
 struct Outcome {
     /// Runs that panicked.
@@ -87,7 +88,7 @@ fn shoot<S: System<N> + Clone, const N: usize>(
 ) {
     for run in 0..runs {
         let mut system = system.clone();
-        // every other run with the parameters that the system has
+        // every other run has the system's own parameters
         if run % 2 == 1 {
             let mut index = 0;
             while let Some(parameter) = system.parameter_mut(index) {

@@ -1,4 +1,4 @@
-//! Ten million steps of the particle, 400 000 of the pendulum.
+//! Long runs: ten million steps of the particle, 400 000 of the pendulum.
 
 use std::error::Error;
 
@@ -57,8 +57,8 @@ pub fn run(report: &mut Report<'_>) {
     pendulum(report, until, bar);
 }
 
-/// The relative drift of `L_d`: the largest from the paper's start, the mean and the largest over some starts, and the
-/// exponent with which it grows.
+/// The relative drift of `L_d`: the largest from the paper's start, the mean and the largest over some
+/// starts, and the exponent of its growth with the number of steps.
 fn drift(steps: u64, members: u32) -> Result<[f64; 4], Box<dyn Error>> {
     let particle = CurvedParticle::default();
     let marks: Vec<u64> = (0..40)
@@ -118,7 +118,7 @@ fn polygon(steps: u64) -> Measured {
     Ok(worst)
 }
 
-/// Whether the pendulum keeps to its proper branch, and where `V` ends.
+/// Whether the pendulum stays on its proper branch, and the value of `V` at the end.
 fn pendulum(report: &mut Report<'_>, until: f64, end: Option<f64>) {
     let names = [
         (
@@ -157,7 +157,7 @@ fn pendulum(report: &mut Report<'_>, until: f64, end: Option<f64>) {
     );
 }
 
-/// Steps on the spurious branch and the largest residual of the proper one; `V` at the end.
+/// The number of steps on the spurious branch and the largest residual of the proper one; and `V` at the end.
 ///
 /// A step is on the spurious branch if its `w` vanishes to within rounding although the proper root's does not.
 fn branch(until: f64, h: f64) -> Result<([f64; 2], f64), Box<dyn Error>> {
@@ -170,7 +170,7 @@ fn branch(until: f64, h: f64) -> Result<([f64; 2], f64), Box<dyn Error>> {
         let residual = residual(&pendulum, &node);
         let w = pendulum.factor(node.q, node.v);
         worst = larger(worst, residual);
-        // on the spurious branch the bracket is far from zero and w is rounding
+        // on the spurious branch the residual of the proper one is far from zero, and w is zero to rounding
         if residual > 1e-6 && w.abs() < 1e-6 {
             spurious += 1;
         }

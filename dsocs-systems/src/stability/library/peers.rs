@@ -1,5 +1,5 @@
-//! The same motions with a published Runge–Kutta method of order 8(5,3) (`ode_solvers`, `Dop853`) on the continuous
-//! equations: what is gained, and what is not. The method's own figures need the feature `peers`.
+//! Comparison with a published Runge–Kutta method of order 8(5,3) (`ode_solvers`, `Dop853`) on the continuous
+//! equations of the same motions. The figures of that method need the feature `peers`.
 
 #[cfg(feature = "peers")]
 mod dop853;

@@ -1,4 +1,4 @@
-//! The pendulum where its two roots lie close together, with the factor divided out and without.
+//! The pendulum near a double root, with the factor divided out and without.
 
 use std::error::Error;
 
@@ -8,7 +8,7 @@ use super::{Bar, Measured, Report, larger};
 use crate::experiment::pendulum::{Q0, V0};
 use crate::pendulum::InertiaWheelPendulum;
 
-/// The 80 steps of the reference motion at which the roots are nearest, in 200-bit arithmetic.
+/// The 80 steps of the reference motion with the nearest roots, in 200-bit arithmetic.
 const HARD: &str = include_str!("../../../data/pendulum_hard_steps_h0.1.csv");
 
 /// The step of the reference, in s.
@@ -33,7 +33,7 @@ pub struct Undivided {
 }
 
 impl Undivided {
-    /// With the parameters of the divided one.
+    /// The pendulum with the parameters of the divided one.
     pub fn of(pendulum: &InertiaWheelPendulum) -> Self {
         let InertiaWheelPendulum {
             i,
@@ -58,7 +58,7 @@ impl Undivided {
     }
 }
 
-/// A step of the reference.
+/// A step of the reference: its first two nodes, and both solutions.
 struct Hard {
     q0: [f64; 2],
     q1: [f64; 2],
@@ -94,7 +94,7 @@ pub fn hardest() -> Result<[[f64; 2]; 2], Box<dyn Error>> {
     Ok([step.q0, step.q1])
 }
 
-/// Takes the larger deviations.
+/// Updates the largest deviations.
 fn deviate(worst: &mut [f64; 2], found: &[f64], wanted: [f64; 2]) {
     for (worst, (found, wanted)) in worst.iter_mut().zip(found.iter().zip(wanted)) {
         *worst = larger(*worst, (found - wanted).abs());
@@ -168,7 +168,8 @@ pub fn run(report: &mut Report<'_>) {
     );
 }
 
-/// The largest second difference of `θ₂` while `ψ₀` is moved so that `w` passes through zero, and is exactly zero once.
+/// The largest second difference of `θ₂` as `ψ₀` varies so that `w` passes through zero, and is exactly zero
+/// once.
 fn through_zero(pendulum: &InertiaWheelPendulum) -> Measured {
     let [q0, q1] = hardest()?;
     let step = |shift: f64| -> Result<(f64, f64), Box<dyn Error>> {
@@ -198,7 +199,7 @@ fn through_zero(pendulum: &InertiaWheelPendulum) -> Measured {
     Ok(worst)
 }
 
-/// What becomes of the hard steps where the factor is not divided out.
+/// The hard steps without division: those refused, those on the wrong root, and the errors.
 fn single_steps(undivided: &Undivided) -> Result<[f64; 5], Box<dyn Error>> {
     let (mut refused, mut wrong, mut worst, mut missing) = (0.0, 0.0, [0.0; 2], 0.0);
     let far = |x: &[f64], y: [f64; 2]| (x[0] - y[0]).abs();
@@ -243,8 +244,8 @@ fn single_steps(undivided: &Undivided) -> Result<[f64; 5], Box<dyn Error>> {
     Ok([refused, wrong, worst[0], worst[1], missing])
 }
 
-/// Steps that are refused, and steps that go over to the wrong root in silence, of a run that is told the proper root where
-/// it is refused.
+/// The number of steps that are refused, and of those that change to the wrong root without an error, in a
+/// run that is given the proper root where it is refused.
 fn whole_run(
     undivided: &Undivided,
     pendulum: &InertiaWheelPendulum,
@@ -273,7 +274,7 @@ fn whole_run(
             }
             Err(error) => return Err(error.into()),
         }
-        // what the divided pendulum does from the same leg
+        // the next node of the divided pendulum from the same leg
         let mut proper = Flow::new(
             pendulum,
             h,

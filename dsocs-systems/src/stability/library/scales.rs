@@ -1,4 +1,5 @@
-//! Speeds from 1e-90 to 1e90 with lengths and curvature scaled along, and masses: the same motion up to its scale.
+//! Invariance under scaling: speeds, lengths and curvature from 1e-90 to 1e90, and masses, give the same
+//! motion up to its scale.
 
 use std::error::Error;
 
@@ -10,7 +11,8 @@ use crate::particle::{CurvedParticle, Wavy};
 /// The nodes of a run, with the last force.
 type Motion = (Vec<[f64; 2]>, [f64; 2]);
 
-/// Runs the particle with lengths in units of `length` and masses in units of `mass`; results in these units.
+/// Runs the particle with lengths in units of `length` and masses in units of `mass`; the result is in these
+/// units.
 fn motion(length: f64, mass: f64) -> Result<Motion, Box<dyn Error>> {
     let particle = CurvedParticle {
         mass,

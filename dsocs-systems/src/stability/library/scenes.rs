@@ -1,7 +1,8 @@
-//! Scenes that nobody has thought of: drawn at random, written out as declarations, and run beside a second formulation.
+//! Random scenes, written out as declarations, against a second formulation of the same step.
 //!
-//! The second formulation and the generator are the tests' (`dsocs_tests::scenes`, where hundreds of scenes are drawn anew). Here some of
-//! its scenes stand declared, with the node that it comes to.
+//! The second formulation and the generator are those of the tests (`dsocs_tests::scenes`, which draw
+//! hundreds of scenes anew). Some of its scenes are declared here, with the last node of the second
+//! formulation.
 
 use std::error::Error;
 
@@ -16,30 +17,31 @@ mod declared;
 
 use declared::{RUN0, RUN1, RUN2, RUN3, RUN4, RUN5, RUN6};
 
-/// How many steps are made.
+/// The number of steps.
 const STEPS: usize = 100;
 
-/// A node so many roundings away belongs to another motion.
+/// A node this many roundings away belongs to another motion.
 const FAR: f64 = 1e8;
 
 /// The unit roundoff.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// How large the perturbations are, relative to what rounding does, by which the condition of a motion is measured.
+/// The size of the perturbations that measure the condition of a motion, in roundings.
 const MAGNIFIED: f64 = 1e5;
 
-/// How many motions are perturbed.
+/// The number of perturbed motions.
 const TWINS: u64 = 3;
 
-/// A distance so many times what random perturbations of the size of the bounds do is explained by them: they are random, and three.
+/// The largest distance that is explained, relative to the random perturbations: these are random, and only
+/// three.
 const EXPLAINED: f64 = 4.0;
 
-/// How often the unknowns of a perturbed step are improved.
+/// The number of Newton updates of a perturbed step.
 const UPDATES: u32 = 4;
 
-/// A run of a scene with `M` unknowns in each step, and where it has to end.
+/// A run of a scene with `M` unknowns in each step, and its exact last node.
 pub struct Run<const N: usize, const M: usize> {
-    /// What it is of.
+    /// The name of the scene.
     name: &'static str,
     /// Its declaration.
     text: &'static str,
@@ -51,20 +53,20 @@ pub struct Run<const N: usize, const M: usize> {
     q1: [f64; N],
     /// The last node of the exact discrete motion.
     last: [f64; N],
-    /// What perturbations of a unit roundoff do to it, in the second formulation.
+    /// The largest change of the last node under perturbations of a unit roundoff, in the second formulation.
     units: [f64; N],
 }
 
-/// A motion beside another one, each of whose steps is off by what rounding does to it, times [`MAGNIFIED`] and a random number.
+/// A perturbed motion: each step has a random error of the size of its rounding, times [`MAGNIFIED`].
 struct Twin<const N: usize> {
     /// Its last leg.
     leg: Leg<f64, N>,
-    /// The numbers.
+    /// The generator of its errors.
     random: Random,
 }
 
 impl<const N: usize> Twin<N> {
-    /// Goes on by a step whose second difference is near to `e`; `None` where it has none.
+    /// Makes a step with the second difference near `e`; `None` if it has no solution.
     fn advance<const M: usize>(&mut self, system: &dyn Kernel, h: f64, e: &[f64; N]) -> Option<()> {
         let shape = system.shape();
         let (mut constants, mut known) = (vec![f64::NAN; shape.constants], vec![f64::NAN; shape.known]);
@@ -83,7 +85,7 @@ impl<const N: usize> Twin<N> {
             let update = linearize(&z).update()?;
             z = z.zip(&update, |z, update| z + update);
         }
-        // the rows are known to the bounds of their rounding, the unknowns to their last place
+        // the rows are perturbed by the bounds of their rounding, the unknowns by their last place
         let mut bounds = z;
         Declaration::of(system).bounds(h, self.leg.any(), &z, &mut bounds);
         let mut noise = || MAGNIFIED * (2.0 * self.random.unit() - 1.0);
@@ -113,8 +115,9 @@ impl<const N: usize> Twin<N> {
     }
 }
 
-/// How far the last node of a scene is from the exact one: in units of what rounding does to it in the second formulation; and in
-/// units of what it may do to it here, if that is more: by the bounds of the rows as they are written, and what becomes of such errors along the motion.
+/// The distance of the last node from the exact one: in units of its change by rounding in the second
+/// formulation; and in units of its change by rounding here, if that is larger: by the bounds of the rows,
+/// carried along the motion by the perturbed motions.
 fn distance<const N: usize, const M: usize>(run: &Run<N, M>) -> Result<[f64; 2], Box<dyn Error>> {
     let system = &read(run.text)?;
     let mut flow = Flow::of(system, run.h, Start::nodes(run.q0, run.q1))?;
@@ -147,7 +150,7 @@ fn distance<const N: usize, const M: usize>(run: &Run<N, M>) -> Result<[f64; 2],
     Ok(figures)
 }
 
-/// The name of a scene, and its distance.
+/// The name of a scene, and a function for its distance.
 type Named = (&'static str, fn() -> Result<[f64; 2], Box<dyn Error>>);
 
 /// The figures.
@@ -169,8 +172,9 @@ pub fn run(report: &mut Report<'_>) {
             Ok(wrong.count() as f64)
         },
     );
-    // The second formulation knows nothing of how a row is written: squares of sums whose terms cancel round more than it expects, and a
-    // coordinate that a row ties to a faster one has the digits of that. The bounds of the rows know.
+    // The second formulation does not know the form of a row: squares of sums with cancelling terms round
+    // more than it expects, and a coordinate that a row ties to a faster one has the digits of the faster
+    // one. The bounds of the rows take this into account.
     for (name, run) in runs {
         report.measure_all(
             [

@@ -1,4 +1,5 @@
-//! Points where the equations do not determine the motion: they are refused, and told by `Regularity`.
+//! Singular points, at which the equations do not determine the motion: they are refused, and `Regularity`
+//! shows them.
 
 use std::error::Error;
 
@@ -14,7 +15,7 @@ use crate::experiment::pendulum::{Q0, V0};
 use crate::particle::CurvedParticle;
 use crate::pendulum::InertiaWheelPendulum;
 
-/// Constraint and work both bind the sum of the accelerations: rank 1 of 2, exactly.
+/// Constraint and virtual work both contain only the sum of the accelerations: rank 1 of 2, exactly.
 const DEPENDENT: &str = "
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
@@ -22,7 +23,7 @@ const DEPENDENT: &str = "
     variational = [(1, 1)];
 ";
 
-/// The same with rows that are not linear, whose rank falls where `x = y` alone.
+/// The rows of `DEPENDENT` with a nonlinear term: the rank is deficient only where `x = y`.
 const DIAGONAL: &str = "
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
@@ -30,7 +31,7 @@ const DIAGONAL: &str = "
     variational = [(1, 1)];
 ";
 
-/// A constraint on the last two nodes: `q0` does not enter, no step leads back.
+/// A constraint on the last two nodes: `q0` does not enter, so no step leads back.
 const ONWARD: &str = "
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
@@ -39,7 +40,8 @@ const ONWARD: &str = "
     constraint_forces = [(1,)];
 ";
 
-/// A pole on a cart, whose law is singular on its way: the coefficient of the motor's force passes through zero.
+/// A cart-pole with a constraint that becomes singular on the way: the coefficient of the motor's force
+/// passes through zero.
 const POLED: &str = "
     parameters { mc = 1, mp = 0.3, l = 0.5, drag = 0.2, ke = 1.5, kv = 2, kx = 1, kd = 1.2 }
     coordinates(s, theta);
@@ -74,7 +76,7 @@ const LINKAGE: &str = "
     ];
 ";
 
-/// How many of some steps lead a run past a place where it ought to end, or ask, for this reason.
+/// The number of steps, of 60 sizes, with which a run does not stop with one of these reasons before `until`.
 fn passed(text: &str, start: &AnyStart, until: f64, reasons: &[StepFailure]) -> Measured {
     let system = read(text)?;
     let mut passed = 0.0;
@@ -91,7 +93,8 @@ fn passed(text: &str, start: &AnyStart, until: f64, reasons: &[StepFailure]) -> 
     Ok(passed)
 }
 
-/// How many tolerances lead a motion past a change point, or to another word for it.
+/// The number of tolerances with which a motion does not end with the error of a lost rank at the change
+/// point.
 fn unchanged() -> Measured {
     let linkage = read(LINKAGE)?;
     let start = AnyStart::second_order(&[1.0, 0.0, 1.0], &[-1.0, 0.0, -1.0]);
@@ -124,7 +127,7 @@ fn along(system: &dyn Kernel, h: f64, start: &AnyStart, steps: u32) -> Result<[f
     Ok(smallest)
 }
 
-/// Whether a first step is refused for a reason, 1 if not.
+/// 0 if a first step is refused for this reason, 1 if not.
 fn refused(system: &dyn Kernel, start: &AnyStart, reason: StepFailure) -> Measured {
     let failure = AnyFlow::new(system, 0.1, start)?.run_mut().advance();
     Ok(match failure {
@@ -227,7 +230,7 @@ pub fn run(report: &mut Report<'_>) {
     not_passed(report);
 }
 
-/// Places that no run is to pass without a word.
+/// Singularities that no run may pass without an error.
 fn not_passed(report: &mut Report<'_>) {
     report.measure(
         "a cart-pole whose law becomes singular, 60 steps: runs that go on behind it",
@@ -247,7 +250,7 @@ fn not_passed(report: &mut Report<'_>) {
         Bar::AtMost(0.0),
         || {
             let start = AnyStart::third_order(&[0.0; 2], &[0.6, 0.8], &[-1.36, 0.02]);
-            // a leg that ends at rest to rounding has no next one at all
+            // a leg that ends at rest to rounding has no next one
             let reasons = [StepFailure::PassesRest, StepFailure::NotConverged];
             passed(CLIMBER, &start, 2.0, &reasons)
         },

@@ -10,7 +10,8 @@ use crate::experiment::pendulum::{Q0, V0};
 use crate::particle::CurvedParticle;
 use crate::pendulum::InertiaWheelPendulum;
 
-/// The pendulum's discrete motion with `h = 1e-4` and the paper's start, every second, in 200-bit arithmetic.
+/// The pendulum's discrete motion with `h = 1e-4` and the paper's start, at every second, in 200-bit
+/// arithmetic.
 const PENDULUM: &str = include_str!("../../../data/pendulum_discrete_h0.0001.csv");
 
 /// The largest error of the particle's true motion with the second-order start over [0, 500], over `h²`.
@@ -46,7 +47,7 @@ pub fn run(report: &mut Report<'_>) {
     report.measure_all(names, pendulum);
 }
 
-/// The largest distances from the discrete motion and from the true one, in `x`, over 5000 nodes.
+/// The largest distances of `x` from the discrete motion and from the continuous one, over 5000 nodes.
 fn particle(h: f64) -> Result<[f64; 2], Box<dyn Error>> {
     let particle = CurvedParticle::default();
     let mut flow = Flow::new(&particle, h, Start::second_order([0.0, 0.0], [1.0, 1.0]))?;
@@ -75,7 +76,7 @@ fn particle(h: f64) -> Result<[f64; 2], Box<dyn Error>> {
     Ok([discrete, continuous / (SLOPE * h * h)])
 }
 
-/// The largest deviations of `θ` and `ψ`.
+/// The largest deviations of `θ` and `ψ` from the reference.
 fn pendulum() -> Result<[f64; 2], Box<dyn Error>> {
     let pendulum = InertiaWheelPendulum::default();
     let mut flow = Flow::new(&pendulum, 1e-4, Start::paper(Q0, V0))?;

@@ -1,4 +1,5 @@
-//! The pendulum with a dissipation that is a wall: `tanh w` times up to 2000, crossed in steps of up to half a second.
+//! The pendulum with a steep dissipation, `ρ tanh w` with `ρ` up to 2000, which steps of up to half a second
+//! cross.
 
 use std::error::Error;
 
@@ -8,7 +9,7 @@ use super::{Bar, Report, larger};
 use crate::experiment::pendulum::{Q0, V0};
 use crate::pendulum::InertiaWheelPendulum;
 
-/// What one run gives.
+/// The results of one run.
 #[derive(Default)]
 struct Run {
     /// The largest residual of the factored equation, relative to its terms.
@@ -23,8 +24,8 @@ struct Run {
     refused: u64,
 }
 
-/// How far a node is from `J(θ''+ψ'') = T − ρ tanh w`, relative to the terms and to the rounding of `w`, which the switch
-/// magnifies.
+/// The residual of `J(θ''+ψ'') = T − ρ tanh w` at a node, relative to the terms and to the rounding of `w`,
+/// which the switch magnifies.
 pub fn residual(pendulum: &InertiaWheelPendulum, node: &Node<2>) -> f64 {
     let [p1, p2] = pendulum.momentum(node.v);
     let rate = pendulum.proper_branch([node.q[0], node.q[1], p1, p2])[3];
@@ -37,7 +38,7 @@ pub fn residual(pendulum: &InertiaWheelPendulum, node: &Node<2>) -> f64 {
     (found - rate).abs() / terms
 }
 
-/// Runs up to `until`, or to the step that is refused.
+/// Runs up to `until`, or to the first step that is refused.
 fn run_one(rho: f64, h: f64, until: f64, run: &mut Run) -> Result<(), Box<dyn Error>> {
     let pendulum = InertiaWheelPendulum {
         rho,

@@ -1,4 +1,5 @@
-//! A particle that turns by nearly π at every step, from a cold start, to the left, to the right, and both in turn.
+//! A particle that turns by nearly π in every step, from a start without past: to the left, to the right, and
+//! alternating.
 //!
 //! Legs keep their length `s` and turn by `α` with `sin(α/2) = K/(1 + √(1 + K²))`, `K = κ s`: there is one root for every
 //! curvature, and `α` tends to π as `K` grows.
@@ -16,9 +17,9 @@ const H: f64 = 0.1;
 /// Steps in each run.
 const STEPS: u32 = 500;
 
-/// Curvature that changes its sign within a fraction of a step, `size · tanh(slope · x − 0.3)`.
+/// A curvature that changes its sign within a fraction of a step, `size · tanh(slope · x − 0.3)`.
 struct Steep {
-    /// How steep, in 1/m.
+    /// The slope of the argument, in 1/m.
     slope: f64,
     /// The largest curvature, in 1/m.
     size: f64,
@@ -30,7 +31,7 @@ impl Curvature for Steep {
     }
 }
 
-/// The turn that a curvature asks for, in rad.
+/// The turn of a leg at a curvature, in rad.
 fn turn(curvature: f64, length: f64) -> f64 {
     let k = curvature * length;
     2.0 * (k / (1.0 + k.hypot(1.0))).asin()
@@ -38,8 +39,8 @@ fn turn(curvature: f64, length: f64) -> f64 {
 
 /// The largest error of a turn, in rad, and the mean number of evaluations a step.
 ///
-/// The velocity is a mean of two legs that nearly cancel, and inherits their rounding `√K` times. Errors are told per
-/// `ε (1 + √K)`.
+/// The velocity is the mean of two legs that nearly cancel, which magnifies their rounding by `√K`. Errors
+/// are in units of `ε (1 + √K)`.
 fn worst<K: Curvature>(curvature: K, k: f64) -> Result<[f64; 2], Box<dyn Error>> {
     let particle = CurvedParticle { mass: 1.0, curvature };
     let mut flow = Flow::new(&particle, H, Start::paper([0.0, 0.0], [1.0, 0.0]))?;
@@ -56,8 +57,8 @@ fn worst<K: Curvature>(curvature: K, k: f64) -> Result<[f64; 2], Box<dyn Error>>
     Ok([worst / unit, f64::from(evaluations) / f64::from(STEPS)])
 }
 
-/// A step may take so many evaluations in the mean. Without the guess that the path turns as it did at the step before, it takes three
-/// times as many where it turns by much.
+/// The largest mean number of evaluations of a step. Without the guess that the path turns as at the step
+/// before, it is three times as large where it turns by much.
 const EVALUATIONS: f64 = 120.0;
 
 /// The figures.

@@ -1,9 +1,9 @@
-//! Systems with two solutions at every step, which come near to each other, meet and change sides: does a run ever go over to the
-//! other one without a word?
+//! Systems with two solutions in every step, which approach each other, meet and cross: does a run ever
+//! change to the other one without an error?
 //!
-//! Each is declared as the product of two constraints, and what either of them alone would do from the same leg is known. The first
-//! step decides which of the two motions it is; that is the one to stay with. Where a run is refused as ambiguous it is told the
-//! node of that motion.
+//! Each is declared as the product of two constraints, and the step of either alone from the same leg is
+//! known. The first step decides which of the two motions the run follows. Where a run is refused as
+//! ambiguous it is given the next node of that motion.
 
 use std::error::Error;
 
@@ -13,17 +13,18 @@ use super::garbage::Random;
 use super::{Bar, Report, distance, read, with};
 use crate::particle::{Curvature, CurvedParticle, Wavy};
 
-/// The lengths of the steps, in s.
+/// The steps, in s.
 const STEPS: [f64; 4] = [0.2, 0.1, 0.05, 0.0125];
 
-/// The time of a run, in s.
+/// The duration of a run, in s.
 const UNTIL: f64 = 20.0;
 
-/// Two roots this near to each other, relative to the longer leg, cannot be told apart: where they meet the rows' rounding moves
-/// either by the square root of itself.
+/// Two roots this near to each other, relative to both legs, cannot be told apart: where they meet, the
+/// rounding of the rows moves either by the square root of itself.
 const APART: f64 = 1e-6;
 
-/// Two oscillators with springs of their own, one of which is meant. Their accelerations cross wherever the springs pull alike.
+/// The product of the equations of two oscillators with different springs. Their accelerations cross where
+/// the forces agree.
 const SPRINGS: &str = "
     parameters { k: [2] = [0; 2], s: [2] = [0; 2], w: [2] = [0; 2], f: [2] = [0; 2] }
     coordinates(x);
@@ -41,13 +42,13 @@ struct Springs {
 }
 
 impl Springs {
-    /// The acceleration of one of the two.
+    /// The acceleration of one of the two oscillators.
     fn acceleration(&self, which: usize, x: f64) -> f64 {
         -(self.k[which] * x + self.s[which] * (self.w[which] * x).sin() + self.f[which])
     }
 }
 
-/// An oscillator, or a uniform motion.
+/// The product of a uniform motion and an oscillator.
 const EITHER: &str = "
     parameters { drift = 0, stiffness = 0 }
     coordinates(x);
@@ -56,7 +57,8 @@ const EITHER: &str = "
     constraint_forces = [(1,)];
 ";
 
-/// A particle whose path has a curvature of which only the square is said. Where it passes through zero both signs are solutions.
+/// A particle whose path has a prescribed squared curvature. Where the curvature passes through zero both
+/// signs are solutions.
 #[dsocs {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
@@ -68,13 +70,13 @@ struct Unsigned {
     curvature: Wavy,
 }
 
-/// The two second differences that solve a step, that of the motion meant at the start first.
+/// The two second differences that solve a step, that of the motion followed first.
 type Pair<const N: usize> = [[f64; N]; 2];
 
-/// What they are, for the step that begins with a leg.
+/// Computes them for the step that begins with a leg.
 type Solve<'a, const N: usize> = &'a dyn Fn(&Leg<f64, N>) -> Result<Pair<N>, Box<dyn Error>>;
 
-/// How often a run is refused, and whether it has gone over to the wrong root without a word (which ends it).
+/// The number of refusals of a run, and 1 if it changed to the wrong root without an error (which ends it).
 fn run<const N: usize>(
     system: &dyn Kernel,
     h: f64,
@@ -119,7 +121,7 @@ fn run<const N: usize>(
     Ok([refused, 0.0])
 }
 
-/// One system of the first family.
+/// A random system of the first family, `SPRINGS`.
 fn springs(random: &mut Random, h: f64) -> Result<[f64; 2], Box<dyn Error>> {
     let mut number = |least: f64, most: f64| least + (most - least) * random.unit();
     let springs = Springs {
@@ -137,7 +139,7 @@ fn springs(random: &mut Random, h: f64) -> Result<[f64; 2], Box<dyn Error>> {
     })
 }
 
-/// One of the second: either of the two may be meant.
+/// A random system of the second family, `EITHER`, on either of its motions.
 fn either(random: &mut Random, h: f64) -> Result<[f64; 2], Box<dyn Error>> {
     let mut number = |least: f64, most: f64| least + (most - least) * random.unit();
     let (drift, stiffness) = (number(-1.0, 1.0), number(0.2, 4.0));
@@ -157,7 +159,7 @@ fn either(random: &mut Random, h: f64) -> Result<[f64; 2], Box<dyn Error>> {
     })
 }
 
-/// One of the third.
+/// A random system of the third family, with a squared curvature.
 fn unsigned(random: &mut Random, h: f64) -> Result<[f64; 2], Box<dyn Error>> {
     let mut number = |least: f64, most: f64| least + (most - least) * random.unit();
     let curvature = Wavy {
@@ -174,7 +176,7 @@ fn unsigned(random: &mut Random, h: f64) -> Result<[f64; 2], Box<dyn Error>> {
     })
 }
 
-/// The curvature with the other sign.
+/// A curvature with the opposite sign.
 #[derive(Clone, Copy)]
 struct Opposite(Wavy);
 
@@ -194,7 +196,7 @@ fn turned<K: Curvature>(curvature: K, h: f64, leg: &Leg<f64, 2>) -> Result<[f64;
     Ok([0, 1].map(|i| (next[i] - leg.q[i]) - leg.d[i]))
 }
 
-/// Measures a number of systems of each family at one step.
+/// Measures `count` systems of each family with one step.
 fn measure(seed: u64, count: u32, h: f64) -> Result<[f64; 2], Box<dyn Error>> {
     let mut random = Random::new(seed);
     let mut sum = [0.0; 2];

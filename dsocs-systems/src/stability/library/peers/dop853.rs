@@ -15,7 +15,7 @@ use crate::stability::larger;
 /// A state of two positions and two velocities or momenta.
 type State = SVector<f64, 4>;
 
-/// How many steps one run may take.
+/// The largest number of steps of a run.
 const MAX_STEPS: u32 = 100_000_000;
 
 /// The particle with curvature 1: its acceleration is `|v|` times the velocity turned to the left.
@@ -38,7 +38,7 @@ impl System<f64, State> for Switched {
     }
 }
 
-/// The end of a run, and how many evaluations of the right-hand side it took.
+/// The state at the end of a run, and the number of evaluations of the right-hand side.
 fn integrate<F: System<f64, State>>(
     system: F,
     until: f64,
@@ -93,7 +93,8 @@ pub(super) fn particle(report: &mut Report<'_>, until: f64) {
     }
 }
 
-/// The pendulum with a switch that is the sharper the larger `ρ`: evaluations of both, and how far apart they end.
+/// The pendulum with a switch that is sharper for larger `ρ`: evaluations of both codes, and the distance of
+/// their final states.
 pub(super) fn pendulum(report: &mut Report<'_>) {
     let seconds = if report.quick { 20.0 } else { 500.0 };
     for rho in [2.0, 20.0, 200.0, 2000.0] {
@@ -121,7 +122,7 @@ pub(super) fn pendulum(report: &mut Report<'_>) {
     }
 }
 
-/// Evaluations of both, and how far apart they end.
+/// Evaluations of both codes, and the distance of their final states.
 fn switched(pendulum: InertiaWheelPendulum, until: f64) -> Result<[f64; 3], Box<dyn Error>> {
     let [p1, p2] = pendulum.momentum(V0);
     let (end, evaluations) = integrate(Switched(pendulum), until, [Q0[0], Q0[1], p1, p2], 1e-6)?;
