@@ -1,9 +1,11 @@
-//! How the time of a step grows with the size of the system: planar chains of 2, 4, 8, 16 and 32 links by their angles, where every
-//! link moves every other; and chains of 25, 50, 100 and 200 rods in Cartesian coordinates, where each meets its neighbours alone.
+//! The time of a step against the size of the system: planar chains of 2, 4, 8, 16 and 32 links in angles,
+//! where every link is coupled to every other; and chains of 25, 50, 100 and 200 rods in Cartesian
+//! coordinates, where each is coupled to its neighbours only.
 //!
-//! Behind the feature `growth`, since the compiler needs minutes for the largest chain. With `--rods LINKS STEPS` it makes so many
-//! steps of one chain and nothing else. Under `valgrind --tool=callgrind`, the difference of two such runs is what the steps cost in
-//! instructions (with `GLIBC_TUNABLES=glibc.cpu.x86_rep_movsb_threshold=100000000`: callgrind counts the bytes of `rep movsb`).
+//! Behind the feature `growth`, since the compiler needs minutes for the largest chain. With `--rods LINKS
+//! STEPS` it makes this many steps of one chain and nothing else. Under `valgrind --tool=callgrind`, the
+//! difference of two such runs is the number of instructions of the steps (with
+//! `GLIBC_TUNABLES=glibc.cpu.x86_rep_movsb_threshold=100000000`: callgrind counts the bytes of `rep movsb`).
 
 #![allow(missing_docs)] // a bench is no library
 
@@ -62,7 +64,7 @@ rods!(Rods50, 50);
 rods!(Rods100, 100);
 rods!(Rods200, 200);
 
-/// Rods of length 1 that lean more and less.
+/// The positions of rods of length 1 whose angle varies along the chain.
 fn leaning<const N: usize>() -> [f64; N] {
     let (mut q, links) = ([0.0; N], N / 2);
     let (mut x, mut y) = (0.0, 0.0);
@@ -75,7 +77,7 @@ fn leaning<const N: usize>() -> [f64; N] {
     q
 }
 
-/// The step.
+/// The step, in s.
 const H: f64 = 1e-3;
 
 /// The median over rounds of the nanoseconds per step, and the mean number of iterations.
@@ -84,7 +86,7 @@ fn measure<S: System<N>, const N: usize>(system: &S, rounds: usize) -> (f64, f64
     measure_from(system, Start::second_order(bent, [0.5; N]), rounds)
 }
 
-/// The same from a start.
+/// The time and the iterations of a step, from a given start.
 fn measure_from<S: System<N>, const N: usize>(system: &S, start: Start<N>, rounds: usize) -> (f64, f64) {
     const STEPS: u32 = 100;
     let mut start = Flow::new(system, H, start).expect("a start");
@@ -152,12 +154,12 @@ fn main() {
     table("rods", &rods);
 }
 
-/// The same of a chain of rods at rest.
+/// The time and the iterations of a step of a chain of rods that starts at rest.
 fn measure_rods<S: System<N>, const N: usize>(system: &S, rounds: usize) -> (f64, f64) {
     measure_from(system, Start::second_order(leaning(), [0.0; N]), rounds)
 }
 
-/// Prints times, and how they grow.
+/// Prints the times, and the exponent of their growth.
 fn table(name: &str, rows: &[(u32, (f64, f64))]) {
     println!("{name}: links  ns/step  iterations/step  ns/evaluation");
     let mut points = Vec::new();
@@ -174,7 +176,7 @@ fn table(name: &str, rows: &[(u32, (f64, f64))]) {
     );
 }
 
-/// Makes so many steps of a chain of rods.
+/// Makes this many steps of a chain of rods.
 fn run<S: System<N>, const N: usize>(system: &S, steps: u32) {
     let start = Start::second_order(leaning(), [0.0; N]);
     let mut flow = Flow::new(system, H, start).expect("a start");

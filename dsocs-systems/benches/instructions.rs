@@ -1,4 +1,5 @@
-//! Instructions of a thousand steps, generated code beside hand-written code: counts do not jitter.
+//! The number of instructions of a thousand steps, generated code beside hand-written code: unlike times,
+//! counts do not vary.
 //!
 //! Behind the feature `instructions`. Needs valgrind, and `cargo install gungraun-runner` in the version of `gungraun`.
 
@@ -25,10 +26,10 @@ static WAVY: LazyLock<CurvedParticle<Wavy>> = LazyLock::new(measure::wavy);
 static WHEEL: LazyLock<InertiaWheelPendulum> = LazyLock::new(InertiaWheelPendulum::default);
 static LINKS: LazyLock<PlanarChain8> = LazyLock::new(PlanarChain8::default);
 
-/// A curvature without a name of its own.
+/// A curvature, as a function pointer.
 type Field = fn(f64, f64) -> f64;
 
-/// In the middle of a run.
+/// A state in the middle of a run.
 fn warm<S: Steps>(mut start: S) -> S {
     for _ in 0..300 {
         start.step();

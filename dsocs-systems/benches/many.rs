@@ -1,7 +1,8 @@
-//! Many runs: steps and Taylor series in lanes against one run after the other, all threads against one, and what derivatives of a run cost in
-//! units of the run.
+//! Many runs: steps and Taylor series in lanes, and on all threads, against one run after the other; and the
+//! cost of derivatives of a run, in units of the run.
 //!
-//! All are measured in turn in one process. A ratio is the median of the rounds' ratios: what a noisy machine does to one it does to the other.
+//! All are measured in turn in one process. A result is the median of the ratios of all rounds: noise of the
+//! machine affects both times of a ratio alike.
 
 #![allow(missing_docs)] // a bench is no library
 
@@ -12,22 +13,22 @@ use dsocs_core::taylor::{TaylorEnsemble, TaylorFlow, Tolerance};
 use dsocs_core::{Dual, Ensemble, Flow, Instructions, Path, Point, Start, Stepper, System, Variable};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 
-/// The step.
+/// The step, in s.
 const H: f64 = 0.1;
 
-/// Runs: eight blocks of eight.
+/// The number of runs: eight blocks of eight.
 const RUNS: u32 = 64;
 
-/// So many times as many runs are shared out to threads.
+/// The factor by which there are more runs when they are shared among threads.
 const MORE: u32 = 8;
 
-/// Steps of each.
+/// The number of steps of each run.
 const STEPS: u32 = 2000;
 
-/// What runs in lanes or on threads is called, and how it is run.
+/// A variant that computes many runs, in lanes or on threads: its label and its function.
 type Many<'a> = (String, Box<dyn Fn() + 'a>);
 
-/// Measured so often.
+/// The number of rounds.
 struct Rounds(usize);
 
 impl Rounds {
@@ -51,7 +52,7 @@ impl Rounds {
         (median(first), all.into_iter().map(median).collect())
     }
 
-    /// What runs in lanes and on threads gain over one after the other.
+    /// Prints the speed of the variants relative to one run after the other.
     fn gains(&self, name: &str, unit: f64, alone: &mut dyn FnMut(), many: &[Many<'_>]) {
         let mut works: Vec<Box<dyn FnMut() + '_>> = vec![Box::new(alone)];
         works.extend(many.iter().map(|(_, run)| Box::new(run) as Box<dyn FnMut()>));
@@ -89,7 +90,7 @@ impl Rounds {
             }
         };
         self.gains(name, f64::from(RUNS * STEPS), &mut alone, &many);
-        // so many that it does not matter how long it takes to wake a thread
+        // enough runs for the time of waking a thread not to matter
         let longer = |threads: usize| {
             let many = (0..MORE).flat_map(|_| starts.iter().copied());
             let ensemble = Ensemble::new(system, H).expect("a usable step").starts(many);
@@ -180,7 +181,7 @@ impl Rounds {
     }
 }
 
-/// The instructions of this machine, the narrowest first.
+/// The instruction sets of this machine, the narrowest first.
 fn available() -> impl DoubleEndedIterator<Item = Instructions> {
     { Instructions::ALL }
         .into_iter()
@@ -192,7 +193,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// As many starts as there are runs.
+/// The starts of all runs.
 fn starts(start: &dyn Fn(f64) -> Start<2>) -> Vec<Start<2>> {
     (0..RUNS).map(|k| start(f64::from(k) / f64::from(RUNS))).collect()
 }

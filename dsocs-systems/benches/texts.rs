@@ -1,8 +1,8 @@
-//! A step of a system that is read from text, by the interpreter and as machine code (feature `jit`), beside the compiled one; and the time from a text to its
-//! first step.
+//! A step of a system that is read from text, by the interpreter and as machine code (feature `jit`), beside
+//! the compiled one; and the time from a text to its first step.
 //!
-//! All are measured in turn in one process. A ratio is the median of the rounds' ratios: what a noisy machine does to one it does to the other. All three
-//! make the same nodes, bit for bit.
+//! All are measured in turn in one process. A result is the median of the ratios of all rounds: noise of the
+//! machine affects both times of a ratio alike. All three make the same nodes, bit for bit.
 
 #![allow(missing_docs)] // a bench is no library
 
@@ -27,7 +27,7 @@ struct Particle {
     curvature: f64,
 }
 
-/// The same with a curvature that varies over the plane.
+/// A particle whose curvature varies over the plane.
 #[dsocs {
     coordinates(x, y);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
@@ -43,7 +43,7 @@ struct Field {
     amplitude: f64,
 }
 
-/// How many steps a batch has.
+/// The number of steps in a batch.
 const BATCH: u32 = 1000;
 
 /// The median.
@@ -52,12 +52,12 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// Runs, each of its own kernel, in turn.
+/// Runs of several kernels of one system, in turn.
 struct Turns<'k> {
     kernels: Vec<&'k dyn Kernel>,
     h: f64,
     start: AnyStart,
-    /// How many batches a run has.
+    /// The number of batches in a run.
     run: u32,
 }
 
@@ -68,7 +68,7 @@ impl<'k> Turns<'k> {
         flow
     }
 
-    /// Nanoseconds a step of each, and the ratios to the first.
+    /// The time of a step of each kernel, in ns, and its ratio to that of the first.
     fn measured(&self, rounds: usize) -> (Vec<f64>, Vec<f64>) {
         let count = self.kernels.len();
         let (mut times, mut ratios) = (vec![Vec::new(); count], vec![Vec::new(); count]);
@@ -97,7 +97,7 @@ impl<'k> Turns<'k> {
     }
 }
 
-/// Where a run is, bit for bit.
+/// The bits of the current position.
 fn place(flow: &AnyFlow<'_>) -> Vec<u64> {
     let mut node = dsocs_core::OwnedNode::new(0);
     node.take(flow.run());
@@ -112,7 +112,7 @@ fn interpreted(kernel: TapeKernel) -> TapeKernel {
     kernel
 }
 
-/// Compiles the system of a text, if that can be done.
+/// Compiles the system of a text to machine code; `false` if that is not possible.
 fn is_compiled(kernel: &TapeKernel) -> bool {
     #[cfg(feature = "jit")]
     return kernel.compile().is_ok();
@@ -123,7 +123,7 @@ fn is_compiled(kernel: &TapeKernel) -> bool {
     }
 }
 
-/// The lines of a system.
+/// Prints the lines of a system.
 fn lines<S: System<N> + Clone + Send + 'static, const N: usize>(
     name: &str,
     system: &S,
@@ -171,7 +171,7 @@ fn lines<S: System<N> + Clone + Send + 'static, const N: usize>(
     );
 }
 
-/// The first step of a run.
+/// Makes the first step of a run.
 fn turns_first(kernel: &TapeKernel, turns: &Turns<'_>) -> u64 {
     let mut flow = AnyFlow::new(kernel, turns.h, &turns.start).expect("a start");
     flow.run_mut().advance().expect("a step");

@@ -1,5 +1,6 @@
-//! The Rust side of the Python package's bench of overheads, `dsocs-systems/python/bench/overheads.py`, which calls it: answers questions on
-//! standard input, each with two times in seconds: how long it took, and how long processors worked at it. On Linux alone are they two.
+//! The Rust side of the Python package's bench of overheads, `dsocs-systems/python/bench/overheads.py`, which
+//! calls it. It answers questions on standard input, each with two times in seconds: the wall-clock time, and
+//! the processor time. The two differ on Linux only.
 //!
 //! ```text
 //! kept FILE STEPS            a run of so many steps whose nodes are kept in columns
@@ -28,16 +29,16 @@ fn begin(text: &Text) -> Answer<(&[f64], &[f64], f64)> {
     Ok((q0, v0, run.step.ok_or("the run has no step")?))
 }
 
-/// When something began.
+/// The times at which something began.
 struct Begun {
-    /// The time.
+    /// The wall-clock time.
     time: Instant,
-    /// For how long this thread has worked \[s\], and all threads of the process.
+    /// The processor time of this thread, and of all threads of the process, in s.
     worked: [Option<f64>; 2],
 }
 
 impl Begun {
-    /// Now.
+    /// The times now.
     fn now() -> Self {
         Self {
             worked: Self::worked(),
@@ -45,7 +46,7 @@ impl Begun {
         }
     }
 
-    /// For how long this thread has worked, to nanoseconds, and the process, to hundredths of a second.
+    /// The processor time of this thread, to nanoseconds, and of the process, to hundredths of a second.
     fn worked() -> [Option<f64>; 2] {
         let thread = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
         let thread =
@@ -58,7 +59,8 @@ impl Begun {
         [thread, process]
     }
 
-    /// How long it took, and how long one thread worked at it, or all of them.
+    /// The wall-clock time since then, and the processor time of this thread, or of all threads if there are
+    /// several.
     fn took(&self, threads: usize) -> [f64; 2] {
         let took = self.time.elapsed().as_secs_f64();
         let place = usize::from(threads > 1);
@@ -67,7 +69,7 @@ impl Begun {
     }
 }
 
-/// The times of a run of so many steps.
+/// The times of a run of this many steps.
 fn steps(text: &Text, steps: f64, kept: bool, controlled: bool) -> Answer<[f64; 2]> {
     let (q0, v0, h) = begin(text)?;
     let begun = Begun::now();
@@ -111,7 +113,7 @@ fn steps(text: &Text, steps: f64, kept: bool, controlled: bool) -> Answer<[f64; 
     Ok(begun.took(1))
 }
 
-/// The times of many runs: their first coordinates and the parameter `length` vary.
+/// The times of many runs with different first coordinates and values of the parameter `length`.
 fn ensemble(text: &Text, runs: u32, until: f64, threads: usize) -> Answer<[f64; 2]> {
     let (q0, v0, h) = begin(text)?;
     let part = |k: u32| f64::from(k) / f64::from(runs - 1);

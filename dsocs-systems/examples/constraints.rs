@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         gravity: 9.81,
         slope: 0.2,
     };
-    // it glides at 0.3 m/s and spins; a start across the blade would be refused
+    // it glides at 0.3 m/s and rotates; a start across the blade would be refused
     let start = Start::second_order([0.0; 3], [0.3, 0.0, 1.0]);
     let mut flow = Flow::new(&skate, 0.01, start)?;
     println!(

@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .iter()
         .step_by(100)
     {
-        // V is the energy here
+        // here the Lyapunov function V is the energy
         let law = -carts.gain * node.v[1];
         println!(
             "{:>6} {:>12.6} {:>14.8} {law:>14.8}",

@@ -1,9 +1,11 @@
-//! Chapter *Performance*, "Chains": a chain of rods in Cartesian coordinates that hangs from its upper end and swings a little.
+//! Chapter *Performance*, "Chains": a hanging chain of rods in Cartesian coordinates swings a little, and its
+//! period is compared with theory.
 //!
-//! A point with `k` points below it moves by `L_k(z)` times what the lowest one does, and `ω² = z g/l`. `L_k` is Laguerre's polynomial, and
-//! `z` the smallest zero of `L_n`: the points obey `(k+1) x_{k+1} = (2k+1−z) x_k − k x_{k−1}`, which is its recurrence, and the point
-//! of suspension stays where it is. With more and shorter rods `ω` tends to that of a rope, `j₀/2 √(g/L)` with the first zero of Bessel's function
-//! `J₀` (Daniel Bernoulli, 1732).
+//! A point with `k` points below it moves by `L_k(z)` times the amplitude of the lowest one, and `ω² = z
+//! g/l`. `L_k` is Laguerre's polynomial, and `z` the smallest zero of `L_n`: the points obey `(k+1) x_{k+1} =
+//! (2k+1−z) x_k − k x_{k−1}`, which is its recurrence, and the point of suspension is fixed. With more and
+//! shorter rods `ω` tends to that of a rope, `j₀/2 √(g/L)` with the first zero of Bessel's function `J₀`
+//! (Daniel Bernoulli, 1732).
 //!
 //! `cargo run --release --example hanging_chain`
 
@@ -11,7 +13,7 @@ use std::f64::consts::TAU;
 
 use dsocs_core::prelude::*;
 
-/// How many rods there are.
+/// The number of rods.
 const RODS: usize = 16;
 
 /// Points on massless rods, the first of which hangs from the origin.
@@ -79,7 +81,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         above = [x, y];
     }
     let mut flow = Flow::new(&chain, 1e-3, Start::second_order(q, [0.0; 2 * RODS]))?;
-    // a quarter of a period passes before the lowest point passes the middle, and then half a period each time
+    // the lowest point first passes the middle after a quarter of a period, and then after each half of one
     let (mut passed, mut last, mut before) = (0, 0.0, (0.0, q[RODS - 1]));
     while passed < 2 * PERIODS {
         flow.advance()?;

@@ -10,15 +10,15 @@ use std::f64::consts::{PI, TAU};
 
 use dsocs_core::prelude::*;
 
-/// How many points there are in a line.
+/// The number of points in a line.
 const LINE: usize = 16;
 
 /// A lattice of points and springs.
 #[dsocs {
     coordinates(
-        /// How far each point has moved along the lines [m].
+        /// The displacement of each point along the lines [m].
         u: [256],
-        /// And across [m].
+        /// The displacement of each point across the lines [m].
         v: [256],
     );
     let stretch = |a, b| (a.powi(2) + b.powi(2)).sqrt() - length;
@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let middle = POINTS / 2 + LINE / 2;
     let mut flow = Flow::new(&lattice, 0.02, Start::second_order(q, [0.0; 2 * POINTS]))?;
-    // a quarter of a period passes before the point passes its place at rest, and then half a period each time
+    // the point first passes its equilibrium after a quarter of a period, and then after each half of one
     let (mut passed, mut last, mut before) = (0, 0.0, (0.0, q[middle]));
     while passed < 2 * PERIODS {
         flow.advance()?;

@@ -4,7 +4,7 @@
 
 use dsocs_core::prelude::*;
 
-/// An oscillator, or a uniform motion: two roots at every step.
+/// The product of an oscillator and a uniform motion: two roots at every step.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
@@ -15,7 +15,7 @@ struct Either {
     drift: f64,
 }
 
-/// The same without the uniform motion.
+/// The same equations with the factor of the uniform motion divided out.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;

@@ -1,4 +1,5 @@
-//! Chapter *Performance*, "Chains": a chain of rods in Cartesian coordinates that hangs folded from both ends, and one end is let go.
+//! Chapter *Performance*, "Chains": a chain of rods in Cartesian coordinates hangs folded from both ends, and
+//! one end is released.
 //!
 //! Its tip falls faster than a stone. In the limit of short links and no width of the fold, a tip that has fallen by `x` has the
 //! speed `√(g x (2L − x)/(L − x))`, which is unbounded as `x` tends to `L`: the energy of the whole chain goes into the part that
@@ -8,7 +9,7 @@
 
 use dsocs_core::prelude::*;
 
-/// How many rods there are: as many up as down, and one across.
+/// The number of rods: as many down as up, and one across.
 const RODS: usize = 17;
 
 /// Points on massless rods, the first of which hangs from the origin.

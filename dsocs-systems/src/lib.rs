@@ -11,7 +11,7 @@
 //! | module | feature | |
 //! |---|---|---|
 //! | `systems` | `systems` | one file for each system: its declaration, exact solutions or invariants, and its entry |
-//! | `entry` | `cli` | what the command line knows about a system |
+//! | `entry` | `cli` | a system with its defaults, as the command line knows it |
 //! | `cli` | `cli` | the commands `run`, `check`, `stability`, `list`, `completions`, `man` |
 //! | `check` | `cli` | measures whether the paper's theorems hold on a motion |
 //! | `stability` | `cli` | hard cases, for any system (`stability::any`) and for those of this crate |

@@ -6,8 +6,8 @@ use thiserror::Error;
 
 use crate::pendulum::InertiaWheelPendulum;
 
-/// The tolerance of a step. Against the 200-bit reference over the paper's time, `θ` is good to 2e-13, `ψ` to 5e-11 and
-/// `V(2000)` to 1e-9; what is left is rounding.
+/// The tolerance of a step. Against the 200-bit reference over the paper's time, `θ` is accurate to 2e-13,
+/// `ψ` to 5e-11 and `V(2000)` to 1e-9; the remaining error is rounding.
 const TOLERANCE: f64 = 1e-16;
 
 /// The continuous motion could not be computed.
@@ -16,7 +16,7 @@ const TOLERANCE: f64 = 1e-16;
 pub struct ReferenceError {
     /// The time that was reached, in s.
     pub time: f64,
-    /// What ended it.
+    /// The cause.
     #[source]
     pub cause: RunError,
 }

@@ -1,13 +1,13 @@
-//! The planar chain, by hand.
+//! The planar chain, written by hand.
 //!
-//! With `z_j = (sin θ_j, cos θ_j)` and `c_ij = μ_max(i,j) l_i l_j` the sums `Σ_j c_ij cos(θ_i−θ_j) u_j` are scalar products of
-//! `z_i` with sums that run along the chain, so that the rows cost a number of products in proportion to `n`. Only the
-//! Jacobian needs every pair of links once. A step of the increment `d` turns `z` by `δ = d + e/2`: one sine and cosine a
-//! link, and differences that do not cancel.
+//! With `z_j = (sin θ_j, cos θ_j)` and `c_ij = μ_max(i,j) l_i l_j` the sums `Σ_j c_ij cos(θ_i−θ_j) u_j` are
+//! scalar products of `z_i` with sums that run along the chain, so the rows cost a number of products
+//! proportional to `n`. Only the Jacobian needs every pair of links once. A step of the increment `d` turns
+//! `z` by `δ = d + e/2`: one sine and cosine a link, and differences that do not cancel.
 
 use super::{History, Path, SECOND_DIFFERENCE, solve};
 
-/// What is known when the run begins.
+/// Constants of a run: products of masses, lengths, gravity and the step.
 #[derive(Clone, Copy, Debug)]
 pub struct Constants<const N: usize> {
     /// `μ_i`.
@@ -20,19 +20,19 @@ pub struct Constants<const N: usize> {
     weight: [f64; N],
 }
 
-/// What is known when the step begins.
+/// Quantities of a step that do not depend on its unknown: the increment, and everything at the first leg.
 #[derive(Clone, Copy, Debug)]
 pub struct Known<const N: usize> {
     d: [f64; N],
     /// The sine and cosine of the angle in the middle of the first leg.
     before: [[f64; 2]; N],
-    /// The sums along the chain there.
+    /// The sums along the chain, at the same angle.
     sums: [[f64; 2]; N],
     /// The first leg's part of the rows.
     rows: [f64; N],
 }
 
-/// A chain on its way.
+/// A chain with its current position and history.
 #[derive(Clone, Copy, Debug)]
 pub struct Chain<const N: usize> {
     constants: Constants<N>,

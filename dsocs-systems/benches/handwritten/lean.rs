@@ -1,21 +1,22 @@
-//! A step with all that a smooth step of `Flow` looks at, written by hand around what the attribute generates, behind an object-safe trait: what the
-//! step of the library may cost.
+//! A step with all tests of a smooth step of `Flow`, written by hand around the generated code, behind an
+//! object-safe trait: a measure of what the library's step may cost.
 
 use dsocs_core::__private::Unknown;
 use dsocs_core::{Leg, System};
 
 use super::{LAST_UPDATE, Path, SECOND_DIFFERENCE, SETTLED};
 
-/// What the seldom code of a library would see of a run: slices.
+/// The view of a run that the library's rarely used code would have: slices.
 pub trait Kernel {
-    /// Takes up to `count` steps; `false` where one has a question.
+    /// Takes up to `count` steps; `false` where a test of a step fails.
     fn steps(&mut self, count: u64) -> bool;
 
     /// The last position.
     fn place(&self) -> &[f64];
 }
 
-/// How far a determinant may be from its continuation, and how little it changes where nobody asks.
+/// The largest distance of a determinant from its extrapolations; and the largest change that needs no
+/// extrapolation, where the one before was as small. Both are relative.
 const FITS: f64 = 0.5;
 const STEADY: f64 = 0.25;
 
@@ -36,7 +37,7 @@ pub struct Lean<'s, S: System<N>, const N: usize> {
 }
 
 impl<'s, S: System<N>, const N: usize> Lean<'s, S, N> {
-    /// From the second node `leg.q` and the increment that led to it.
+    /// Begins at the second node `leg.q` with the increment that led to it.
     pub fn new(system: &'s S, h: f64, leg: &Leg<f64, N>) -> Self {
         let zero = S::Unknown::<f64>::zero();
         let nothing = zero.zip(&zero, |_, _| f64::NAN);

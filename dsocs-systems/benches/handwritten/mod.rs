@@ -1,4 +1,4 @@
-//! The steps that an expert would write by hand for one system: the rivals of the generated code.
+//! Steps written by hand for one system each, as an expert would: the competitors of the generated code.
 //!
 //! They use all that `dsocs-core` uses (the second difference as the unknown, compensated sums, the same predictor and
 //! stop rule), but for one system each: rows simplified with pencil and paper, no traits, no reports, no errors.
@@ -11,14 +11,14 @@ pub mod particle;
 pub mod pendulum;
 pub mod top;
 
-/// An update this small relative to the unknowns is the last.
+/// The last update of Newton's iteration is this small, relative to the unknowns.
 const LAST_UPDATE: f64 = 1e-9;
 
-/// An update of at most the first size is the last if the one before was larger than the second: what remains is below
-/// rounding.
+/// An update of at most the first size is also the last if the one before was larger than the second: the
+/// remaining error is below rounding.
 const SETTLED: [(f64, f64); 3] = [(1e-10, 1e-7), (4e-12, LAST_UPDATE), (LAST_UPDATE, 3.2e-6)];
 
-/// How large a second difference is expected to be at least, relative to the increment.
+/// The smallest expected second difference, relative to the increment.
 const SECOND_DIFFERENCE: f64 = 1e-5;
 
 /// The position and the increment that led to it, as sums of two numbers each.
@@ -143,7 +143,7 @@ fn moved<const N: usize>(e: [f64; N], part: f64, update: [f64; N]) -> [f64; N] {
     e
 }
 
-/// The update is the last, if the one before was so large (see [`SETTLED`]).
+/// Whether the update is the last, given the one before (see [`SETTLED`]).
 #[inline(always)]
 fn settled<const N: usize>(before: ([f64; N], [f64; N]), now: ([f64; N], [f64; N]), size: [f64; N]) -> bool {
     SETTLED.iter().any(|&(largest, smallest)| {
@@ -170,7 +170,8 @@ fn solve<const N: usize>(
     iterate(update_at, (next, second), size)
 }
 
-/// From the third evaluation on. An update that does not make the next one smaller is halved.
+/// Newton's iteration from the third evaluation on. An update that does not make the next one smaller is
+/// halved.
 #[inline(never)]
 fn iterate<const N: usize>(
     update_at: impl Fn([f64; N]) -> [f64; N],
@@ -194,7 +195,7 @@ fn iterate<const N: usize>(
             part *= 0.5;
         }
         let (was, is) = (relative(before.1, before.0, size), relative(now.1, now.0, size));
-        // what remains is below rounding, or what is there is rounding
+        // the remaining error is below rounding, or the update itself is rounding
         if part >= 1.0 && is <= LAST_UPDATE && (is >= 0.5 * was || is * (is / was).powi(2) <= 1e-16) {
             return Some((moved(now.0, 1.0, now.1), count));
         }

@@ -1,11 +1,11 @@
-//! The particle with prescribed curvature, by hand.
+//! The particle with prescribed curvature, written by hand.
 //!
 //! With `s = d₀ + d₁ = 2d + e` the velocity at the middle node is `s/2h` and the acceleration `e/h²`. So the curvature is
 //! `8 d×e/|s|³`, and the variational equation `s·e = 0`. The first row is multiplied by `|s|³`, which saves a division.
 
 use super::{History, Path, SECOND_DIFFERENCE, solve};
 
-/// A particle on its way.
+/// A particle with its current position and history.
 #[derive(Clone, Copy, Debug)]
 pub struct Particle<K> {
     curvature: K,
@@ -13,7 +13,8 @@ pub struct Particle<K> {
     history: History<2>,
 }
 
-/// What is known when the step begins.
+/// Quantities of a step that do not depend on its unknown: the increment, and the curvature at the middle
+/// node.
 #[derive(Clone, Copy, Debug)]
 pub struct Known {
     d: [f64; 2],

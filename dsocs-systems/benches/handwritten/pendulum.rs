@@ -1,11 +1,12 @@
-//! The inertia wheel pendulum with a Lyapunov constraint, by hand.
+//! The inertia wheel pendulum with a Lyapunov constraint, written by hand.
 //!
-//! The variational equation `(I+J) θ'' + J ψ'' = M sin θ` is linear and gives `ψ₂`. What is left of the constraint has the
-//! factor `w`, which is divided out with pencil and paper: `M sin θ − T − I θ'' + ρ tanh w = 0`, where `w` is affine in `θ''`.
+//! The variational equation `(I+J) θ'' + J ψ'' = M sin θ` is linear and gives `ψ₂`. The constraint then has
+//! the factor `w`, which is divided out with pencil and paper: `M sin θ − T − I θ'' + ρ tanh w = 0`, where
+//! `w` is affine in `θ''`.
 
 use super::{History, Path, SECOND_DIFFERENCE, solve};
 
-/// What is known when the run begins.
+/// Constants of a run: combinations of the parameters and the step.
 #[derive(Clone, Copy, Debug)]
 pub struct Constants {
     n: f64,
@@ -26,7 +27,7 @@ pub struct Constants {
     wheel: [f64; 2],
 }
 
-/// What is known when the step begins.
+/// Quantities of a step that do not depend on its unknown, all at the middle node.
 #[derive(Clone, Copy, Debug)]
 pub struct Known {
     torque: f64,
@@ -34,7 +35,7 @@ pub struct Known {
     sine: f64,
 }
 
-/// The pendulum on its way.
+/// The pendulum with its current position and history.
 #[derive(Clone, Copy, Debug)]
 pub struct Pendulum {
     constants: Constants,

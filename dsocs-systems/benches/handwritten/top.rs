@@ -1,7 +1,10 @@
-//! A heavy top, by hand: a body about a point, its attitude a unit quaternion that increments of three numbers move.
+//! A heavy top, written by hand: a rigid body about a fixed point. Its attitude is a unit quaternion, which
+//! increments of three numbers move.
 //!
-//! With `P = I x` and `T(±x)ᵀP = c P ± P×x/2 + d (x·P) x` the row is the change of `T` from the last leg to the next, written by differences, as all of them are
-//! small: `Δc P₁ + c₀ I e - (P₁×x₁ + P₀×x₀)/2 + Δd (x₁·P₁) x₁ + d₀ Δ(x·P) x₁ + d₀ (x₀·P₀) e = -h² a×Γ`, where `Γ` is the vertical seen from the body.
+//! With `P = I x` and `T(±x)ᵀP = c P ± P×x/2 + d (x·P) x` the row is the change of `T` from the last leg to
+//! the next. It is written in differences, since all of its terms are small: `Δc P₁ + c₀ I e - (P₁×x₁ +
+//! P₀×x₀)/2 + Δd (x₁·P₁) x₁ + d₀ Δ(x·P) x₁ + d₀ (x₀·P₀) e = -h² a×Γ`, where `Γ` is the vertical in the frame
+//! of the body.
 
 use super::{History, SECOND_DIFFERENCE, fast_two_sum, solve, two_sum};
 
@@ -18,7 +21,7 @@ const GYRATION: [f64; 3] = [
     INERTIA[0] - INERTIA[1],
 ];
 
-/// What belongs to an increment.
+/// An increment with the quantities computed from it.
 #[derive(Clone, Copy, Debug)]
 struct Leg {
     x: [f64; 3],
@@ -60,7 +63,7 @@ impl Leg {
     }
 }
 
-/// The top on its way.
+/// The top with its current attitude and history.
 #[derive(Clone, Copy, Debug)]
 pub struct Top {
     h: f64,
@@ -121,7 +124,7 @@ impl Top {
         &self.q
     }
 
-    /// Moves the attitude by the increment, and keeps the norm.
+    /// Moves the attitude by the increment, and normalises it.
     #[inline(always)]
     fn turn(&mut self) {
         let [x, y, z] = self.x;
@@ -144,7 +147,7 @@ impl Top {
         }
     }
 
-    /// The weight's part of the row.
+    /// The part of the row that is due to the weight.
     #[inline(always)]
     fn weight(&self) -> [f64; 3] {
         let [w, x, y, z] = self.q;

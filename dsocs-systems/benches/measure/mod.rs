@@ -1,4 +1,4 @@
-//! Generated and hand-written code, measured in turn.
+//! Measurements of generated and hand-written code in turn.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -10,25 +10,25 @@ use crate::handwritten::lean::{Kernel, Lean};
 use crate::handwritten::{chain, particle, pendulum, top};
 use crate::systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 
-/// The step of the particle and the pendulum.
+/// The step of the particle and the pendulum, in s.
 pub const H: f64 = 0.1;
 
-/// The chain's, whose fastest motion is of some 30 radians a second.
+/// The step of the chain, in s; its fastest motion has some 30 rad/s.
 pub const H_CHAIN: f64 = 0.005;
 
-/// The steps after which a run begins again: the pendulum's interesting 2000 seconds.
+/// The number of steps after which a run begins again: 2000 s of the pendulum, the paper's duration.
 const RUN: u32 = 20_000;
 
-/// The chain's: after five seconds rounding has grown so large that two codes go different ways.
+/// The same number for the chain: after five seconds rounding has grown so much that two codes differ.
 const RUN_CHAIN: u32 = 1000;
 
-/// The particle's start.
+/// The particle's start: position and velocity.
 pub const PARTICLE: ([f64; 2], [f64; 2]) = ([0.0, 0.0], [1.0, 1.0]);
 
-/// The pendulum's.
+/// The pendulum's start.
 pub const PENDULUM: ([f64; 2], [f64; 2]) = ([0.5, 0.0], [0.0, 0.5]);
 
-/// The chain's: bent, and turning.
+/// The chain's start: bent, and rotating.
 pub const CHAIN: ([f64; 8], [f64; 8]) = ([1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3], [0.5; 8]);
 
 /// The top's step and start.
@@ -43,7 +43,7 @@ pub const TOP: ([f64; 4], [f64; 4]) = ([1.0, 0.0, 0.0, 0.0], [0.0, 0.6, -0.3, 3.
 }]
 pub struct Top {}
 
-/// Something that steps.
+/// A code that makes steps.
 pub trait Steps: Clone {
     fn step(&mut self) -> u32;
     fn place(&self) -> &[f64];
@@ -131,12 +131,12 @@ pub fn chain_by_hand() -> chain::Chain<8> {
     chain::Chain::new(constants, CHAIN.0, CHAIN.1.map(|v| H_CHAIN * v))
 }
 
-/// The same curvature everywhere.
+/// The curvature 1.
 pub fn one(_: f64, _: f64) -> f64 {
     1.0
 }
 
-/// The field of the bench, `1 + sin(x) cos(y) / 2`, with its coefficients written in.
+/// The curvature of the bench, `1 + sin(x) cos(y) / 2`, with its coefficients as literals.
 pub fn field(x: f64, y: f64) -> f64 {
     1.0 + 0.5 * x.sin() * y.cos()
 }
@@ -155,7 +155,8 @@ pub fn wavy() -> CurvedParticle<Wavy> {
     }
 }
 
-/// Rivals must solve the same problem: the same nodes to rounding, in as many iterations.
+/// Asserts that both codes solve the same problem: the same nodes to `tolerance`, in the same number of
+/// iterations.
 fn must_agree(name: &str, mut generated: impl Steps, mut rival: impl Steps, steps: u32, tolerance: &[f64]) {
     let mut iterations = [0; 2];
     for k in 0..steps {
@@ -184,7 +185,7 @@ fn must_agree(name: &str, mut generated: impl Steps, mut rival: impl Steps, step
 /// One line of the table.
 pub struct Line {
     pub system: String,
-    /// `step`, or `eval`: the rows and their Jacobian.
+    /// `step`, or `eval`: an evaluation of the rows and their Jacobian.
     pub what: String,
     pub generated: f64,
     pub by_hand: f64,
@@ -197,7 +198,7 @@ pub fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Measures two things in turn. Each closure does a batch of work and says of how many units.
+/// Measures two codes in turn. Each closure does a batch of work and returns the number of units in it.
 fn alternate(
     system: &str,
     what: &str,
@@ -215,7 +216,7 @@ fn alternate(
     }
     let (mut left, mut right, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     for batch in 0..batches {
-        // neither always goes first
+        // each goes first half of the time
         let (generated, by_hand) = if batch % 2 == 0 {
             let first = time(&mut generated);
             (first, time(&mut by_hand))
@@ -254,8 +255,9 @@ fn steps<S: Steps>(start: S, run: u32) -> impl FnMut() -> u32 {
     }
 }
 
-/// Batches of evaluations of the rows and their Jacobian, each at an unknown that waits for the last: as in Newton's
-/// iteration, and unlike independent evaluations, of which a processor does several at a time.
+/// Batches of evaluations of the rows and their Jacobian, each at an unknown that depends on the last
+/// evaluation: as in Newton's iteration, and unlike independent evaluations, several of which a processor
+/// does at once.
 fn evaluations<const M: usize>(
     z: [f64; M],
     batch: u32,
@@ -273,14 +275,14 @@ fn evaluations<const M: usize>(
     }
 }
 
-/// Something that depends on every number of an evaluation.
+/// A number that depends on every number of an evaluation.
 #[inline(always)]
 fn all<const M: usize>(rows: [f64; M], jacobian: [[f64; M]; M]) -> f64 {
     let row_sum = |row: [f64; M]| row.into_iter().fold(0.0, |sum, x| sum + x);
     row_sum(rows) + row_sum(jacobian.map(row_sum))
 }
 
-/// The state in which residuals are measured: in the middle of a run, at its next second difference.
+/// A leg in the middle of a run and its next second difference, at which rows are evaluated.
 fn in_the_middle<const N: usize>(mut flow: Flow<'_, N>) -> (Leg<f64, N>, [f64; N]) {
     for _ in 0..300 {
         flow.advance().expect("the step has a solution");
@@ -365,7 +367,7 @@ fn chain_lines(batches: usize) -> [Line; 2] {
     let system = PlanarChain8::default();
     let rival_constants = chain::Constants::new(system.masses, system.lengths, system.gravity, H_CHAIN);
     let start = || flow(&system, H_CHAIN, CHAIN);
-    // a chain is chaotic: later, rounding has grown
+    // a chain is chaotic: later, rounding has grown too much
     must_agree(name, start(), chain_by_hand(), RUN_CHAIN / 2, &[1e-9; 8]);
     let run = alternate(
         name,
@@ -407,8 +409,9 @@ fn top_line(batches: usize) -> Line {
     )
 }
 
-/// The step of a smooth motion, against a lean one with the same checks behind an object-safe trait (`handwritten/lean.rs`): all steps in one call,
-/// one step a call, and nodes against steps of one call.
+/// The step of a smooth motion, against a lean one with the same tests behind an object-safe trait
+/// (`handwritten/lean.rs`): all steps in one call, one step a call, and steps with nodes against steps in one
+/// call.
 fn lean_lines<S: System<2>>(
     name: &str,
     system: &S,
@@ -419,7 +422,7 @@ fn lean_lines<S: System<2>>(
     const H_SMOOTH: f64 = 0.01;
     const BATCH: u32 = 1000;
     const LONG: u32 = 20;
-    /// Each run begins again after a while.
+    /// A run that begins again after `LONG` batches.
     fn again<T>(start: impl Fn() -> T, mut batch: impl FnMut(&mut T)) -> impl FnMut() -> u32 {
         let (mut run, mut done) = (start(), 0);
         move || {
@@ -474,7 +477,7 @@ fn lean_lines<S: System<2>>(
     ]
 }
 
-/// The table.
+/// All lines of the table.
 pub fn lines(batches: usize) -> Vec<Line> {
     let mut lines = Vec::new();
     lines.extend(particle_lines("particle", &CIRCLE, one, 1e-11, batches));

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::measure::Line;
 
-/// The bars of the table: system, residual and Jacobian, step.
+/// The limits of the table: system, ratio of rows with Jacobian, ratio of steps.
 const BARS: [(&str, f64, f64); 4] = [
     ("particle", 1.0, 1.0),
     ("particle_field", 1.0, 1.0),
@@ -26,7 +26,7 @@ fn target() -> PathBuf {
 pub fn show(lines: &[Line]) {
     println!("\nsystem           what             generated ns  by hand ns  ratio  bar");
     for line in lines {
-        // steps against lean ones have a bar of their own
+        // steps against lean ones have their own limit
         let bars = BARS
             .iter()
             .find(|(system, ..)| *system == line.system && !line.what.contains('÷'));

@@ -4,7 +4,7 @@ use dsocs_core::dsocs;
 
 use crate::problem::{Declared, Problem};
 
-/// The chain: each joint is a constraint on positions, of three rows. What is measured comes first.
+/// The chain: each joint is a constraint on positions, of three rows. The body that is measured comes first.
 #[dsocs {
     coordinates(x9: [3], r9: rotation, x0: [3], r0: rotation, x1: [3], r1: rotation, x2: [3], r2: rotation, x3: [3], r3: rotation, x4: [3], r4: rotation, x5: [3], r5: rotation, x6: [3], r6: rotation, x7: [3], r7: rotation, x8: [3], r8: rotation);
     let body = |x, r| {
@@ -32,16 +32,16 @@ pub struct Chain10 {
     half: [f64; 3],
 }
 
-/// The bodies.
+/// The number of bodies.
 pub const BODIES: usize = 10;
 
-/// The moments of inertia of each about its centre of mass, which is 1 kg.
+/// The moments of inertia of each body about its centre of mass, in kg m²; its mass is 1 kg.
 pub const MOMENTS: [f64; 3] = [0.018, 0.018, 0.003];
 
-/// From the centre of mass to either joint.
+/// The distance of the centre of mass from either joint, in m.
 pub const HALF: f64 = 0.225;
 
-/// The chain, let go bent and twisted. The place of the last body is measured.
+/// The chain, released bent and twisted. The position of the last body is measured.
 #[derive(Clone, Copy)]
 pub struct Bodies;
 
@@ -56,7 +56,7 @@ impl Bodies {
     }
 }
 
-/// Where the joint below is, seen from the centre of mass, of a body that is turned.
+/// The position of the joint below, relative to the centre of mass, of a body with this attitude.
 fn below([w, x, y, z]: [f64; 4]) -> [f64; 3] {
     let axis = [
         2.0 * (x * z + w * y),
@@ -89,7 +89,7 @@ impl Declared<70> for Bodies {
             let half = below(attitude);
             let centre = [0, 1, 2].map(|k| joint[k] + half[k]);
             joint = [0, 1, 2].map(|k| centre[k] + half[k]);
-            // the last one stands first
+            // the last body comes first
             let place = 7 * ((i + 1) % BODIES);
             q[place..place + 3].copy_from_slice(&centre);
             q[place + 3..place + 7].copy_from_slice(&attitude);

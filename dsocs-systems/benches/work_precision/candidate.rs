@@ -5,18 +5,18 @@ pub type Run = Box<dyn Fn(&mut Vec<f64>) -> bool>;
 
 /// A solver with a setting.
 pub struct Candidate {
-    /// The solver's name; ours begin with `dsocs`.
+    /// The solver's name; those of this library begin with `dsocs`.
     pub solver: &'static str,
-    /// What is varied, such as `tolerance 1e-6`.
+    /// The setting, such as `tolerance 1e-6`.
     pub setting: String,
-    /// What solves the problem.
+    /// Solves the problem.
     pub run: Run,
-    /// What tells the mean time of so many solutions in s, where another process solves the problem.
+    /// Returns the mean time of this many solutions, in s, where another process solves the problem.
     pub clock: Option<Box<dyn Fn(u32) -> f64>>,
 }
 
 impl Candidate {
-    /// A candidate of a tolerance.
+    /// A solver with a tolerance.
     pub fn tolerance(
         solver: &'static str,
         tolerance: f64,

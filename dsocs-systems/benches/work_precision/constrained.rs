@@ -1,4 +1,4 @@
-//! Problems with constraints of positions and of velocities.
+//! Problems with constraints on positions and on velocities.
 
 use dsocs_core::dsocs;
 
@@ -23,7 +23,7 @@ pub struct Rod {
 }]
 pub struct Skate {}
 
-/// The free fall.
+/// The acceleration of gravity, in m/s².
 const GRAVITY: f64 = 9.81;
 
 /// A pendulum on a sphere, by its holonomic constraint.

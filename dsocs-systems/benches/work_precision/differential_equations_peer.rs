@@ -5,7 +5,7 @@ use differential_equations::prelude::{ExplicitRungeKutta, IVP, ODE};
 use crate::candidate::{Candidate, tolerances};
 use crate::problem::{Equations, grid};
 
-/// A problem as the crate wants it.
+/// A problem in the form that the crate expects.
 struct Rate<P>(P);
 
 impl<P: Equations<D>, const D: usize> ODE<f64, [f64; D]> for Rate<P> {
@@ -17,7 +17,7 @@ impl<P: Equations<D>, const D: usize> ODE<f64, [f64; D]> for Rate<P> {
 
 macro_rules! solver {
     ($function:ident, $method:ident, $name:literal) => {
-        /// The method with its interpolant, to tolerances.
+        /// The method with its interpolant, over a range of tolerances.
         pub fn $function<P: Equations<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
             tolerances(1, 13).map(move |tolerance| {
                 Candidate::tolerance($name, tolerance, move |out| {

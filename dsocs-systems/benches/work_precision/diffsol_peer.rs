@@ -7,12 +7,12 @@ use crate::problem::{Equations, grid};
 
 type Matrix = NalgebraMat<f64>;
 
-/// A slice as a state.
+/// A slice as an array.
 fn state<const D: usize>(y: &[f64]) -> [f64; D] {
     core::array::from_fn(|i| y[i])
 }
 
-/// Tsitouras' method, to tolerances.
+/// Tsitouras' method, over a range of tolerances.
 pub fn tsit45<P: Equations<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
     tolerances(1, 12).map(move |tolerance| {
         Candidate::tolerance("diffsol TSIT45", tolerance, move |out| {
@@ -42,7 +42,7 @@ pub fn tsit45<P: Equations<D>, const D: usize>(problem: P) -> impl Iterator<Item
     })
 }
 
-/// BDF with a Jacobian by differences along a direction, to tolerances.
+/// BDF with a Jacobian by differences along a direction, over a range of tolerances.
 pub fn bdf<P: Equations<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
     tolerances(1, 10).map(move |tolerance| {
         Candidate::tolerance("diffsol BDF", tolerance, move |out| {
@@ -88,7 +88,7 @@ pub fn bdf<P: Equations<D>, const D: usize>(problem: P) -> impl Iterator<Item = 
     })
 }
 
-/// The measured components, column by column.
+/// Appends the measured components, column by column.
 fn collect<P: Equations<D>, const D: usize>(states: &Matrix, out: &mut Vec<f64>) {
     for column in 0..states.ncols() {
         out.extend((0..P::MEASURED).map(|row| states[(row, column)]));

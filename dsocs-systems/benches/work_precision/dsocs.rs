@@ -1,4 +1,4 @@
-//! Our own methods: the paper's step, its compositions, and the continuous flow.
+//! The methods of this library: the paper's step, its compositions, and the Taylor flow.
 
 use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{ComposedFlow, Composition, Flow, Start, Stepper, Symmetry, System};
@@ -8,10 +8,10 @@ use crate::problem::{Declared, INTERVAL, Problem, grid, intervals};
 
 /// The Taylor flow.
 pub const TAYLOR: &str = "dsocs taylor";
-/// The same where the curvature is a function of the user's.
+/// The Taylor flow where the curvature is a user's function.
 pub const TAYLOR_CALLED: &str = "dsocs taylor (user's function)";
 
-/// The Taylor flow to tolerances.
+/// The Taylor flow, over a range of tolerances.
 pub fn taylor<P, const N: usize>(solver: &'static str, problem: P) -> impl Iterator<Item = Candidate>
 where
     P: Problem + Declared<N>,
@@ -35,10 +35,10 @@ where
     })
 }
 
-/// So many steps in an interval of the grid.
+/// Numbers of steps in an interval of the grid.
 pub static PARTS: [u32; 15] = [1, 2, 4, 7, 10, 20, 50, 70, 100, 200, 500, 700, 1000, 2000, 5000];
 
-/// The paper's step with the second-order start, with so many steps in an interval.
+/// The paper's step with the second-order start, for these numbers of steps in an interval.
 pub fn order2<P, const N: usize>(problem: P, parts: &'static [u32]) -> impl Iterator<Item = Candidate>
 where
     P: Problem + Declared<N>,
@@ -90,7 +90,7 @@ where
     methods.map(move |method| Box::new(steps_of(problem, method)) as Box<dyn Iterator<Item = Candidate>>)
 }
 
-/// One composition with several steps.
+/// One composition, for several numbers of steps.
 fn steps_of<P, const N: usize>(
     problem: P,
     (method, solver): (Composition, &'static str),
@@ -129,8 +129,8 @@ where
         })
 }
 
-/// The solution by the paper's step with so many steps in an interval, twice and four times as many: of an error of even powers of the step the second and the
-/// fourth one cancel.
+/// The solution by the paper's step with three numbers of steps in an interval, each twice the one before,
+/// extrapolated: in even powers of the step, the second and the fourth error cancel.
 pub fn extrapolated<P, const N: usize>(problem: P, parts: &'static [u32; 3]) -> Vec<f64>
 where
     P: Problem + Declared<N>,

@@ -10,7 +10,7 @@ use crate::process::Process;
 /// The name in the report.
 const NAME: &str = "heyoka";
 
-/// The process for a problem, or why there is none.
+/// The process for a problem, or the reason why there is none.
 fn begin<P: Equations<D>, const D: usize>(problem: &P) -> Result<Process, String> {
     let equations = problem
         .equations()
@@ -25,7 +25,7 @@ fn begin<P: Equations<D>, const D: usize>(problem: &P) -> Result<Process, String
     Process::begin("with_heyoka.py", "heyoka", &arguments)
 }
 
-/// Its integrator to tolerances. The time to compile it is not counted.
+/// Its integrator, over a range of tolerances. The time to compile it is not counted.
 pub fn taylor<P: Equations<D>, const D: usize>(problem: P) -> Vec<Candidate> {
     let process = match begin(&problem) {
         Ok(process) => Rc::new(RefCell::new(process)),
@@ -37,7 +37,7 @@ pub fn taylor<P: Equations<D>, const D: usize>(problem: P) -> Vec<Candidate> {
     tolerances(1, 15)
         .map(|tolerance| {
             let (solve, clock) = (Rc::clone(&process), Rc::clone(&process));
-            // the first one compiles
+            // the first question compiles
             process.borrow_mut().ask(&format!("values {tolerance:e}"));
             Candidate {
                 clock: Some(Box::new(move |solutions| {

@@ -1,10 +1,12 @@
-//! Speed against error: our solvers and other codes on the same problems with the same output.
+//! Speed against error: the methods of this library and other codes on the same problems with the same
+//! output.
 //!
-//! `cargo bench --bench work_precision` measures our methods, the crate `ode_solvers` and RK4 by hand on the two systems of the paper; with
-//! `-- --all` on all eight problems. With the feature `peers` two more crates are measured, and with `-- --with-heyoka` heyoka, where Python
-//! has it; `-- --with-mujoco` adds `MuJoCo` for the chain of rigid bodies. Names of
-//! problems (`-- sphere contact`) measure these alone; `-- --quick` measures less. It prints tables and writes
-//! `target/report/work_precision.csv` and a picture of each problem beside it.
+//! `cargo bench --bench work_precision` measures this library, the crate `ode_solvers` and RK4 by hand on the
+//! two systems of the paper; with `-- --all` on all eight problems. With the feature `peers` two more crates
+//! are measured, and with `-- --with-heyoka` heyoka, where Python has it; `-- --with-mujoco` adds `MuJoCo`
+//! for the chain of rigid bodies. Names of problems (`-- sphere contact`) measure these alone; `-- --quick`
+//! measures less. It prints tables and writes `target/report/work_precision.csv` and a picture of each
+//! problem beside it.
 
 #![allow(missing_docs)] // a bench is no library
 
@@ -105,25 +107,25 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// The measurements.
 struct Bench {
-    /// How long it may all take.
+    /// The limits of the measuring time.
     effort: Effort,
-    /// The names of the problems that are asked for; none for all.
+    /// The names of the problems that were asked for; empty for all.
     wanted: Vec<String>,
-    /// Whether heyoka is measured, too.
+    /// Whether heyoka is measured.
     with_heyoka: bool,
-    /// Whether `MuJoCo` is.
+    /// Whether `MuJoCo` is measured.
     with_mujoco: bool,
-    /// What was measured.
+    /// The measurements so far.
     points: Vec<Point>,
 }
 
 impl Bench {
-    /// Whether a problem is asked for.
+    /// Whether a problem was asked for.
     fn wants(&self, problem: &str) -> bool {
         self.wanted.is_empty() || self.wanted.iter().any(|wanted| wanted == problem)
     }
 
-    /// Measures all solvers on a problem, if it is asked for.
+    /// Measures all solvers on a problem, if it was asked for.
     fn compare<P, const N: usize, const D: usize>(&mut self, problem: P)
     where
         P: Equations<D> + Declared<N>,
@@ -135,12 +137,12 @@ impl Bench {
         }
     }
 
-    /// Measures our methods on the chain of rigid bodies, beside `MuJoCo`.
+    /// Measures this library on the chain of rigid bodies, and `MuJoCo`.
     fn bodies(&mut self) {
         if !self.wants(Bodies::NAME) {
             return;
         }
-        // no code of others comes as near: the step, which knows nothing of series, with its error extrapolated
+        // no other code is as accurate; the extrapolated step shares no code with the series
         let reference = Reference {
             independent: dsocs::extrapolated(Bodies, &[400, 800, 1600]),
             ours: by_series(Bodies),
@@ -206,7 +208,7 @@ impl Bench {
         chosen
     }
 
-    /// Our continuous flow where the generated code calls a function.
+    /// The Taylor flow where the generated code calls a user's function.
     fn called<P, const N: usize, const D: usize>(&self, problem: P, reference: &Reference) -> Vec<Chosen>
     where
         P: Equations<D> + Declared<N>,
@@ -220,7 +222,7 @@ impl Bench {
     }
 }
 
-/// The solution by our Taylor series, and by the method of Dormand and Prince at its smallest tolerance.
+/// The solution by Taylor series, and by the method of Dormand and Prince at its smallest tolerance.
 fn references<P, const N: usize, const D: usize>(problem: P) -> Reference
 where
     P: Equations<D> + Declared<N>,
@@ -232,7 +234,7 @@ where
     }
 }
 
-/// The solution by our Taylor series.
+/// The solution by this library's Taylor series.
 fn by_series<P, const N: usize>(problem: P) -> Vec<f64>
 where
     P: Problem + Declared<N>,
@@ -241,7 +243,7 @@ where
     let system = problem.system();
     let (q, v) = problem.begin();
     let mut ours = Vec::new();
-    // a low order rounds less
+    // a low order has less rounding
     let flow = TaylorFlow::new(
         &system,
         Start::second_order(q, v),

@@ -1,4 +1,4 @@
-//! What a candidate's solution costs, and how far it is from the truth.
+//! The time and the error of a candidate's solution.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ pub struct Point {
     pub problem: &'static str,
     /// The solver's name.
     pub solver: &'static str,
-    /// What was varied.
+    /// The setting, such as `tolerance 1e-6`.
     pub setting: String,
     /// The largest error of a measured component on the grid.
     pub max_error: f64,
@@ -22,27 +22,28 @@ pub struct Point {
     pub between: [f64; 2],
 }
 
-/// How long it may all take.
+/// The limits of the measuring time.
 #[derive(Clone, Copy)]
 pub struct Effort {
     /// Solutions that take longer are left out, with all finer settings of the same solver.
     pub longest: Duration,
-    /// A sample is made of as many solutions as take so long.
+    /// The duration of a sample; it has as many solutions as fit into it.
     pub sample: Duration,
-    /// How many samples each candidate gets.
+    /// The number of samples of each candidate.
     pub rounds: usize,
-    /// Of so many candidates one is measured.
+    /// The interval of the candidates that are measured: 1 for all.
     pub every: usize,
 }
 
-/// The most components that are measured.
+/// The largest number of measured components.
 const ROW: usize = 8;
 
-/// What solutions are compared with.
+/// The solutions with which others are compared.
 pub struct Reference {
-    /// The measured components at every time of the grid, not from our Taylor series.
+    /// The measured components at every time of the grid, by a code other than this library's Taylor series.
     pub independent: Vec<f64>,
-    /// The same from our Taylor series, for all other solvers, or again the independent ones.
+    /// The measured components by this library's Taylor series, for all other solvers; or the independent
+    /// ones again.
     pub ours: Vec<f64>,
 }
 
@@ -53,8 +54,8 @@ impl Reference {
     }
 }
 
-/// The largest difference of two solutions, infinite if the first ends early: only its last time may be missing, of up to
-/// [`ROW`] components.
+/// The largest difference of two solutions; infinite if the first ends early, where only its last time, of up
+/// to [`ROW`] components, may be missing.
 fn distance(left: &[f64], right: &[f64]) -> f64 {
     if left.len() > right.len() || left.len() + ROW < right.len() {
         return f64::INFINITY;
@@ -64,11 +65,11 @@ fn distance(left: &[f64], right: &[f64]) -> f64 {
     left.iter().zip(right).map(difference).fold(0.0, larger)
 }
 
-/// A candidate that is worth its time.
+/// A candidate that is measured.
 pub struct Chosen {
     candidate: Candidate,
     max_error: f64,
-    /// How many solutions make a sample.
+    /// The number of solutions in a sample.
     solutions: u32,
 }
 
@@ -110,8 +111,8 @@ pub fn choose(
     chosen
 }
 
-/// Measures all that was chosen for a problem in turn, round by round: what a noisy machine does to one it does to the others. In a
-/// sample all solutions but the first find their code and data in the caches.
+/// Measures all chosen candidates of a problem in turn, round by round, so that noise of the machine affects
+/// all alike. In a sample all solutions but the first find their code and data in the caches.
 pub fn measure(effort: Effort, problem: &'static str, chosen: &[Chosen]) -> Vec<Point> {
     let mut times = vec![Vec::with_capacity(effort.rounds); chosen.len()];
     let mut out = Vec::new();

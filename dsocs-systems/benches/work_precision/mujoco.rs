@@ -8,13 +8,14 @@ use crate::candidate::Candidate;
 use crate::problem::{INTERVAL, Problem as _, intervals};
 use crate::process::Process;
 
-/// Its integrators, with their names in the report. The implicit one takes five times as long as Euler's and is no nearer.
+/// Its integrators, with their names in the report. The implicit one takes five times as long as Euler's and
+/// is no more accurate.
 const METHODS: [(&str, &str); 2] = [("RK4", "MuJoCo RK4"), ("Euler", "MuJoCo Euler")];
 
-/// So many steps in an interval.
+/// Numbers of steps in an interval of the grid.
 const PARTS: [u32; 12] = [1, 2, 3, 5, 10, 20, 50, 100, 200, 500, 1000, 2000];
 
-/// The process, or why there is none.
+/// The process, or the reason why there is none.
 fn begin() -> Result<Process, String> {
     let mut arguments = vec![
         INTERVAL.to_string(),
@@ -31,7 +32,7 @@ fn begin() -> Result<Process, String> {
     Process::begin("with_mujoco.py", "mujoco", &arguments)
 }
 
-/// Its integrators with several steps.
+/// Its integrators, for several numbers of steps.
 pub fn all() -> Vec<Vec<Candidate>> {
     let process = match begin() {
         Ok(process) => Rc::new(RefCell::new(process)),

@@ -6,7 +6,7 @@ use ode_solvers::{Dop853, Dopri5, SVector, System};
 use crate::candidate::{Candidate, tolerances};
 use crate::problem::{Equations, INTERVAL, intervals};
 
-/// A problem as the crate wants it.
+/// A problem in the form that the crate expects.
 struct Rate<P, const D: usize>(P);
 
 impl<P: Equations<D>, const D: usize> System<f64, SVector<f64, D>> for Rate<P, D> {
@@ -16,12 +16,13 @@ impl<P: Equations<D>, const D: usize> System<f64, SVector<f64, D>> for Rate<P, D
     }
 }
 
-/// More steps than this take longer than a candidate may. At the smallest tolerances the step can shrink to nothing.
+/// The largest number of steps: more take longer than a candidate may. At the smallest tolerances the step
+/// can shrink to nothing.
 const MAX_STEPS: u32 = 4_000_000;
 
 macro_rules! solver {
     ($function:ident, $solver:ident, $name:literal, $beta:literal, $shrink:literal, $grow:literal) => {
-        /// The method with dense output, to tolerances.
+        /// The method with dense output, over a range of tolerances.
         pub fn $function<P: Equations<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
             tolerances(1, 13).map(move |tolerance| {
                 Candidate::tolerance($name, tolerance, move |out| {
@@ -51,7 +52,7 @@ macro_rules! solver {
                     for y in solver.y_out().iter().take(count) {
                         out.extend_from_slice(&y.as_slice()[..P::MEASURED]);
                     }
-                    // rounding of its times may give one more at the end, or leave the last one out
+                    // the rounding of its times may add one at the end, or leave the last one out
                     solver.y_out().len() + 1 >= count
                 })
             })
@@ -63,7 +64,8 @@ macro_rules! solver {
 solver!(dopri5, Dopri5, "ode_solvers DOPRI5", 0.04, 0.2, 10.0);
 solver!(dop853, Dop853, "ode_solvers DOP853", 0.0, 0.333, 6.0);
 
-/// The states on the grid to nearly all digits, each interval integrated by itself, so that no dense output is needed.
+/// The states on the grid to nearly all digits. Each interval is integrated by itself, so no dense output is
+/// needed.
 pub fn reference<P: Equations<D>, const D: usize>(problem: P) -> Option<Vec<f64>> {
     let mut state = SVector::from(problem.start());
     let mut out = state.as_slice()[..P::MEASURED].to_vec();

@@ -1,15 +1,15 @@
-//! The problems: each declared for our solvers, and its right-hand side by hand for the others.
+//! The problems: each is declared for this library, and written as a right-hand side for the others.
 
 use dsocs_core::dsocs;
 use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 
-/// A motion, and which of its components are looked at.
+/// A motion, and the number of its components whose errors are measured.
 pub trait Problem: Copy + 'static {
     /// Its name in the report.
     const NAME: &'static str;
-    /// The components whose errors count: the first ones, which are positions.
+    /// The number of measured components: the first ones, which are positions.
     const MEASURED: usize;
-    /// The time of the end; the start is 0, and the states at every [`INTERVAL`] are asked for.
+    /// The time of the end, in s. The start is 0, and the output is at every [`INTERVAL`].
     const END: u32;
 }
 
@@ -21,7 +21,7 @@ pub trait Equations<const D: usize>: Problem {
     /// The right-hand side.
     fn rate(&self, state: &[f64; D]) -> [f64; D];
 
-    /// The right-hand side as Python writes it, in `y0`, `y1`, …; for `heyoka`.
+    /// The right-hand side in the syntax of Python, in `y0`, `y1`, …; for `heyoka`.
     fn equations(&self) -> Option<[String; D]> {
         None
     }
@@ -30,7 +30,7 @@ pub trait Equations<const D: usize>: Problem {
 /// The grid of the output, in s.
 pub const INTERVAL: f64 = 0.1;
 
-/// How many intervals the grid of a problem has.
+/// The number of intervals in the grid of a problem.
 pub const fn intervals(end: u32) -> u32 {
     10 * end
 }
@@ -175,7 +175,7 @@ impl Declared<2> for ParticleField {
     }
 }
 
-/// A particle whose curvature is a function of the user's, which the generated code calls with jets.
+/// A particle whose curvature is a user's function, which the generated code calls with jets.
 #[derive(Clone, Copy)]
 pub struct Called<P>(pub P);
 
@@ -222,7 +222,7 @@ impl Declared<2> for Called<ParticleField> {
     }
 }
 
-/// The inertia wheel pendulum over the paper's time, in positions and momenta: what was constant is computed beforehand.
+/// The inertia wheel pendulum over the paper's time, in positions and momenta, with precomputed constants.
 #[derive(Clone, Copy)]
 pub struct Pendulum {
     inverse_i: f64,
@@ -324,11 +324,11 @@ impl Declared<2> for Pendulum {
     }
 }
 
-/// The chain of eight links, let go at an angle.
+/// The chain of eight links, released at an angle.
 #[derive(Clone, Copy)]
 pub struct Chain;
 
-/// The links.
+/// The number of links.
 const LINKS: usize = 8;
 
 impl Problem for Chain {

@@ -1,9 +1,9 @@
-//! A code of Python's that solves a problem in a process of its own, and answers questions.
+//! A Python code that solves a problem in its own process, and answers questions.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-/// The process that integrates.
+/// The process with its input and output.
 pub struct Process {
     child: Child,
     questions: ChildStdin,
@@ -11,7 +11,7 @@ pub struct Process {
 }
 
 impl Process {
-    /// Begins a script of this folder, which needs a package, or says why not.
+    /// Starts a script of this folder, which needs a Python package; an error gives the reason why it cannot.
     pub fn begin(script: &str, package: &str, arguments: &[String]) -> Result<Self, String> {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/work_precision/");
         let mut child = Command::new("python3")
@@ -35,7 +35,7 @@ impl Process {
         }
     }
 
-    /// The numbers of an answer.
+    /// The numbers in the answer to a question.
     pub fn ask(&mut self, question: &str) -> Option<Vec<f64>> {
         writeln!(self.questions, "{question}").ok()?;
         self.questions.flush().ok()?;
@@ -47,7 +47,7 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // it has nothing to lose
+        // the process holds nothing that has to be saved
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

@@ -8,15 +8,15 @@ use dsocs_systems::figure::{Axis, BLUE, Curve, Figure, GREEN, Legend, PURPLE, Pa
 
 use crate::measure::Point;
 
-/// Solutions with a larger error, which have nothing to do with the motion any more, are left out of the pictures.
+/// Solutions with a larger error are left out of the pictures: they no longer follow the motion.
 const LARGEST: f64 = 1.0;
 
-/// The errors that are asked for.
+/// The target errors of the tables.
 fn targets() -> impl Iterator<Item = f64> {
     (2..=11).map(|k| 10.0_f64.powi(-k))
 }
 
-/// The fastest point of some that is as good as a target.
+/// The fastest point whose error is at most the target.
 fn fastest<'p>(points: impl Iterator<Item = &'p Point>, target: f64) -> Option<&'p Point> {
     points
         .filter(|point| point.max_error <= target)
@@ -45,8 +45,8 @@ pub fn problems(points: &[Point]) -> Vec<&'static str> {
     problems
 }
 
-/// The table of one problem, in Markdown: for each target the fastest time of each solver in ms and, in brackets, how many
-/// times our best it takes.
+/// The table of one problem, in Markdown: for each target the fastest time of each solver in ms and, in
+/// brackets, its ratio to the best time of this library.
 pub fn table(problem: &str, points: &[Point]) -> String {
     let points: Vec<Point> = points
         .iter()
@@ -78,7 +78,7 @@ pub fn table(problem: &str, points: &[Point]) -> String {
     text
 }
 
-/// What was measured on: what a reader has to know to compare.
+/// The conditions of the measurement, which a reader needs for comparisons: processor, cores, compiler flags.
 pub fn conditions() -> String {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let cpuinfo = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -96,7 +96,7 @@ pub fn conditions() -> String {
     )
 }
 
-/// How many times our best the fastest of the others takes, for each problem and target, in Markdown.
+/// The ratio of the fastest other solver to this library's best, for each problem and target, in Markdown.
 pub fn ratios(points: &[Point]) -> String {
     let of = |problem: &str, own: bool, target: f64| {
         let points = points
@@ -128,7 +128,7 @@ pub fn ratios(points: &[Point]) -> String {
     lines.join("\n")
 }
 
-/// How far apart the samples of one point lie.
+/// The ratio of the longest to the shortest time of a point: its median and its largest value.
 pub fn spread(points: &[Point]) -> String {
     let mut spreads: Vec<f64> = points
         .iter()
@@ -181,7 +181,7 @@ pub fn write(directory: &Path, points: &[Point]) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The unit of what is measured in a problem.
+/// The unit of the measured components of a problem.
 fn unit(problem: &str) -> &'static str {
     match problem {
         "pendulum" | "chain8" => "rad",

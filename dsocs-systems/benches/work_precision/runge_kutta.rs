@@ -1,9 +1,9 @@
-//! The classical Runge–Kutta method, by hand.
+//! The classical Runge–Kutta method, written by hand.
 
 use crate::candidate::Candidate;
 use crate::problem::{Equations, INTERVAL, intervals};
 
-/// Fixed steps that divide the grid's interval.
+/// The method, with fixed steps that divide the grid's interval.
 pub fn rk4<P: Equations<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
     [
         1_u32, 2, 3, 4, 5, 7, 10, 14, 20, 30, 50, 70, 100, 140, 200, 300, 500,

@@ -1,4 +1,4 @@
-//! Problems with bodies that turn in space.
+//! Problems with rigid bodies that rotate.
 
 use dsocs_core::dsocs;
 
@@ -23,7 +23,7 @@ pub struct Top;
 /// The moments of inertia.
 const INERTIA: [f64; 3] = [2.0, 1.5, 1.0];
 
-/// The weight times the centre of mass.
+/// The weight times the centre of mass, in the frame of the body.
 const ARM: [f64; 3] = [0.2, 0.1, 1.0];
 
 impl Problem for Top {
@@ -42,7 +42,7 @@ impl Equations<7> for Top {
     fn rate(&self, &[a, b, c, d, x, y, z]: &[f64; 7]) -> [f64; 7] {
         let [i, j, k] = INERTIA;
         let [l, m, n] = ARM;
-        // the vertical, seen from the body
+        // the vertical, in the frame of the body
         let [e, f, g] = [
             2.0 * (b * d - a * c),
             2.0 * (a * b + c * d),

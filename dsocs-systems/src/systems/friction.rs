@@ -49,8 +49,8 @@ pub fn stalled_entry() -> crate::Entry {
         .symmetry("turning the wheel", |_: &[f64; 2]| [0.0, 1.0])
 }
 
-/// Declares the inertia wheel pendulum with friction: what `V` does because of the pivot's, as it enters the constraint, is
-/// left to say.
+/// Declares the inertia wheel pendulum with friction. The argument `made_up_for` is the part of the pivot's
+/// friction that the constraint compensates; the `branch` is left to each declaration.
 macro_rules! pendulum {
     ($(#[$doc:meta])* $name:ident, $made_up_for:literal, $($branch:tt)*) => {
         $(#[$doc])*

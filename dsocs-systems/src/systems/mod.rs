@@ -92,7 +92,7 @@ pub fn all() -> Vec<crate::Entry> {
     ]
 }
 
-/// A body in the plane by a rod along its direction, with the path of its point `(x, y)`.
+/// A body in the plane, drawn as a rod along its direction, with the path of its point `(x, y)`.
 #[cfg(feature = "dsocs")]
 pub(crate) fn blade([x, y]: [f64; 2], direction: f64, length: f64) -> crate::entry::Drawing {
     let half = [length / 2.0 * direction.cos(), length / 2.0 * direction.sin()];
@@ -101,8 +101,8 @@ pub(crate) fn blade([x, y]: [f64; 2], direction: f64, length: f64) -> crate::ent
         .rod([x - half[0], y - half[1]], [x + half[0], y + half[1]])
 }
 
-/// A pendulum upright at the angle 0 with a wheel at its end, whose spoke turns with it by `psi`. Neither has a size in the equations:
-/// the rod is a metre long.
+/// A pendulum that is upright at the angle 0, with a wheel at its end whose spoke rotates with it by `psi`.
+/// The equations contain no sizes: the rod is drawn one metre long.
 #[cfg(feature = "dsocs")]
 pub(crate) fn wheel_on_a_rod(theta: f64, psi: f64) -> crate::entry::Drawing {
     let end = [theta.sin(), theta.cos()];

@@ -110,7 +110,7 @@ fn quadrotor(entry: Entry) -> Entry {
     })
 }
 
-/// A body with its axes. About the third one it does not turn.
+/// A body with its axes. It does not rotate about the third one.
 fn suslov(entry: Entry) -> Entry {
     entry.drawn(|&r: &[f64; 4], _| {
         let body = Solid::cuboid([0.6, 0.9, 1.0]).placed([0.0; 3], r);
@@ -121,7 +121,7 @@ fn suslov(entry: Entry) -> Entry {
     })
 }
 
-/// A ball on the table, and where it touches.
+/// A ball on the table, and the path of its point of contact.
 fn turntable(entry: Entry) -> Entry {
     entry.drawn(|&[w, a, b, c, x, y]: &[f64; 6], parameters| {
         let radius = parameters.get("radius");
@@ -132,7 +132,7 @@ fn turntable(entry: Entry) -> Entry {
     })
 }
 
-/// A disc on the ground, and where it touches.
+/// A disc on the ground, and the path of its point of contact.
 fn coin(entry: Entry) -> Entry {
     entry.drawn(|&[w, a, b, c, x, y, z]: &[f64; 7], parameters| {
         let radius = parameters.get("radius");
