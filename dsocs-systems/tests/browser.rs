@@ -1,6 +1,7 @@
-//! The pages in a real browser: no error, no request, every figure inside of the page, and a slider that moves what it should.
+//! The pages of the program in a real browser: no error, no request, every figure within the page, and a
+//! slider that works.
 //!
-//! Skipped, aloud, where there is no Chromium (`apt-get install chromium` on Debian).
+//! Skipped with a message where there is no Chromium (`apt-get install chromium` on Debian).
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,10 +10,11 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-/// A page may have so many bytes.
+/// The largest size of a page, in bytes.
 const MOST: u64 = 1_000_000;
 
-/// What looks at a page: it stands in a frame of a width, whose document the script of the test reaches.
+/// The script that inspects pages. Each page is in a frame of a given width, whose document the script can
+/// read.
 const PROBE: &str = include_str!("browser.js");
 
 /// The browser, if there is one.
@@ -31,7 +33,7 @@ fn browser() -> Option<PathBuf> {
     candidates.into_iter().find(|candidate| candidate.is_file())
 }
 
-/// What the probe finds in pages that are so wide: an answer for each page and width.
+/// The findings of the script for each page in a frame of its width, in pixels.
 fn look(browser: &Path, pages: &[(&Path, u32)]) -> Vec<Value> {
     let folder = tempfile::tempdir().unwrap();
     let frames = pages.iter().map(|(page, width)| {
@@ -41,7 +43,7 @@ fn look(browser: &Path, pages: &[(&Path, u32)]) -> Vec<Value> {
     });
     let frames: String = frames.collect();
     let harness = folder.path().join("harness.html");
-    // the probe comes first, so that it hears every frame
+    // the script comes first, so that it observes every frame from the beginning
     let html = format!(
         "<!DOCTYPE html><html><body style=\"margin:0\"><pre id=\"found\"></pre><script>{PROBE}</script>{frames}</body></html>"
     );
@@ -95,7 +97,7 @@ fn look(browser: &Path, pages: &[(&Path, u32)]) -> Vec<Value> {
     serde_json::from_str(&found).unwrap_or_else(|error| panic!("{error}: {found:.400}"))
 }
 
-/// The command with these arguments, in this folder.
+/// Runs the command with these arguments in this folder.
 fn dsocs(folder: &Path, arguments: &[&str]) {
     let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
         .args(arguments)
@@ -107,7 +109,7 @@ fn dsocs(folder: &Path, arguments: &[&str]) {
     assert!(output.stdout.len() < 500, "rows were not asked for");
 }
 
-/// What holds for every page at every width.
+/// Asserts the properties that every page has at every width.
 fn sound(found: &Value, page: &str, width: u32) {
     let told = |key: &str| {
         found[key]
@@ -186,7 +188,7 @@ fn pages_in_a_browser() {
         let path = folder.join(format!("{page}.html"));
         let bytes = fs::metadata(&path).unwrap().len();
         assert!(bytes < MOST, "{page}: {bytes} bytes");
-        // what is read without a script
+        // the parts of a page that need no script
         let text = fs::read_to_string(&path).unwrap();
         let (before, _) = text.split_once("<script").unwrap();
         assert!(
@@ -212,7 +214,7 @@ fn pages_in_a_browser() {
         if page == "report.html" {
             assert_eq!(found["switched"], true, "the switch shows the other problem");
         } else {
-            // at the middle and at the end of the slider
+            // whether the picture changes at the middle and at the end of the slider
             assert_eq!(found["moved"], serde_json::json!([true, true]), "{page}, {width}");
             let said = found["said"].as_str().unwrap();
             assert!(said.starts_with("t = ") && said != "t = 0 s", "{page}: {said}");

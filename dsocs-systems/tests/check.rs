@@ -1,4 +1,5 @@
-//! Every system of the library passes its checks, and what is not so fails them.
+//! `Entry::check`: every system of the library passes, and systems with a known defect fail exactly the
+//! checks that show it.
 
 use dsocs_core::geometry::{
     DiscreteFlow, Triple, admissible_variations, legendre_minus, legendre_plus, rows_of_written,
@@ -65,7 +66,7 @@ fn every_system_that_is_a_text_passes() {
     }
 }
 
-/// Asserts that systems pass.
+/// Asserts that systems pass all checks, each with a figure.
 fn pass(entries: impl Iterator<Item = Entry>) {
     for entry in entries {
         let findings = entry.check(&settings(&entry)).unwrap();
@@ -73,7 +74,7 @@ fn pass(entries: impl Iterator<Item = Entry>) {
             assert!(finding.ok(), "{}: {finding:?}", entry.name());
         }
         if entry.kind() == Kind::ThirdOrder {
-            // has checks of its own
+            // a system of third order has other checks
             assert_eq!(findings.len(), 10);
             continue;
         }
@@ -98,7 +99,7 @@ fn pass(entries: impl Iterator<Item = Entry>) {
     }
 }
 
-/// The findings that miss their bar.
+/// The checks and figures that miss their bar.
 fn missed(findings: &[Finding]) -> Vec<(&'static str, &str)> {
     let missed = findings.iter().filter(|finding| !finding.ok());
     missed
@@ -106,7 +107,7 @@ fn missed(findings: &[Finding]) -> Vec<(&'static str, &str)> {
         .collect()
 }
 
-/// The checks that have such findings.
+/// The names of the checks with such figures.
 fn missing(findings: &[Finding]) -> Vec<&'static str> {
     let mut checks: Vec<&str> = missed(findings).iter().map(|(check, _)| *check).collect();
     checks.dedup();
@@ -201,7 +202,8 @@ fn a_momentum_that_stays_zero_is_no_failure() {
 }]
 struct Uneven;
 
-/// `φ = (q0, ·)` where the mass matrix depends on the angle: of order 1, and another map with `−h`; the inverse is found all the same.
+/// `φ = (q0, ·)` where the mass matrix depends on the angle is of order 1, and another map with `−h`; the
+/// inverse flow is found all the same.
 #[test]
 fn what_is_not_symmetric_in_time_is_told() {
     let expected = |order, reversible| Expected {
@@ -243,7 +245,7 @@ struct Rod;
 }]
 struct Nonholonomic;
 
-/// The same with the paper's map, which imposes it at the first node of a leg.
+/// A particle with `ż = y ẋ` and the paper's map, which imposes the constraint at the first node of a leg.
 #[dsocs {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - y.powi(2) / 2;
@@ -279,10 +281,10 @@ fn constraints_of_lower_order_are_checked_on_what_they_allow() {
     let particle = |kind| check(&Nonholonomic, &symmetries, expected(kind), &settings, start).unwrap();
     let found = particle(Kind::Nonholonomic);
     assert_eq!(missed(&found), [], "{found:?}");
-    // it is no holonomic one
+    // its flow is not that of a holonomic constraint
     let found = particle(Kind::Holonomic);
     assert_eq!(missed(&found).len(), 2, "{found:?}");
-    // at one end of the legs it is of order 1, and another map with −h
+    // at one end of the legs the map is of order 1, and another map with −h
     let found = check(&OneSided, &[], expected(Kind::Nonholonomic), &settings, start).unwrap();
     assert_eq!(
         missing(&found),
@@ -291,13 +293,13 @@ fn constraints_of_lower_order_are_checked_on_what_they_allow() {
     );
 }
 
-/// What is found of a check, by the beginning of its name.
+/// The figure whose description begins with these words.
 fn found<'f>(findings: &'f [Finding], what: &str) -> &'f Finding {
     let mut found = findings.iter().filter(|finding| finding.what.starts_with(what));
     found.next().unwrap_or_else(|| panic!("{what} in {findings:?}"))
 }
 
-/// The first steps of a motion do not meet its first switch, at 28.8 s: the default window does.
+/// The default window of a system contains its first switch, at 28.8 s; the first steps would not.
 #[test]
 fn the_window_is_the_systems_own() {
     let entry = systems::pendulum::entry();
@@ -323,7 +325,7 @@ fn chaos_is_told_from_failure() {
         .filter_map(|finding| finding.note.as_ref())
         .collect();
     assert!(notes.iter().any(|note| note.contains("chaos")), "{notes:?}");
-    // a motion that drifts away slowly is none
+    // a motion that drifts away slowly is not chaotic
     let entry = systems::particle::entry();
     let findings = entry.check(&settings(&entry)).unwrap();
     let notes: Vec<&String> = findings
@@ -346,7 +348,7 @@ fn a_motion_that_ends_is_checked_as_far_as_it_goes() {
     let window = found(&findings, "time that the motion reaches");
     assert!(window.figure > 28.0 && window.figure < 29.0, "{window:?}");
     let note = window.note.as_deref().unwrap_or_default();
-    // where two roots have met there is none any more but one far away
+    // where two roots have met, the only other root is far away
     assert!(
         note.contains("has no solution") && note.contains("if two roots meet"),
         "{note}"
@@ -372,8 +374,8 @@ fn a_steep_function_is_followed_backward_from_nearby() {
     assert!(note.contains("another first node"), "{note}");
 }
 
-/// A damper that nearly stops what follows `y` within one step, so that `D₁` is nearly singular; and beside it an oscillator whose map has
-/// a skew.
+/// A damper that brings the velocity of `x` to `y` in about one step, so that `D₁` is nearly singular; and an
+/// oscillator `y` whose map has a skew.
 #[dsocs {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y.powi(4) / 4;
@@ -386,7 +388,7 @@ struct Damped {
     skew: f64,
 }
 
-/// Where rounding is magnified in one direction, that is no excuse in another one.
+/// Rounding that is magnified in one direction excuses no defect in another one.
 #[test]
 fn a_nearly_singular_direction_hides_no_defect_in_another_one() {
     let (h, start) = (0.02, ([0.3, 1.0], [1.0, 0.5]));
@@ -417,7 +419,7 @@ fn a_nearly_singular_direction_hides_no_defect_in_another_one() {
             .as_ref()
             .is_some_and(|note| note.contains("to rounding"));
         println!("{left:e}, {skew:e}: {turned:?}");
-        // which is left out, whatever else is wrong
+        // where it passes with a nearly singular `D₁`, some triples were left out as rounding
         assert!(rounding || left > 0.1 || !ok, "{turned:?}");
     }
 }
@@ -441,7 +443,7 @@ fn rows_of_written_nodes_tell_a_wrong_digit() {
             .fold(0.0, f64::max)
     };
     assert!(most(&nodes) < 2.0, "{}", most(&nodes));
-    // eight units in the last place of a coordinate
+    // an error of eight units in the last place of a coordinate
     let mut wrong = nodes.clone();
     wrong[2][1] -= 8.0 * f64::EPSILON;
     assert!(most(&wrong) > 2.0, "{}", most(&wrong));
@@ -471,7 +473,7 @@ fn the_action_is_stationary_along_admissible_variations_alone() {
     let [along] = &admissible[..] else {
         panic!("{admissible:?}")
     };
-    // the field of the declaration is the velocity
+    // the declared field is the velocity
     let v = [
         triple.leg.d[0] + triple.e[0] / 2.0,
         triple.leg.d[1] + triple.e[1] / 2.0,
@@ -481,14 +483,14 @@ fn the_action_is_stationary_along_admissible_variations_alone() {
         "{along:?} {v:?}"
     );
     assert!(derivative(&triple, along).abs() < 1e-14);
-    // across it, or at another triple, it is not
+    // across the field, or at another triple, the derivative is not zero
     assert!(derivative(&triple, &[along[1], -along[0]]).abs() > 1e-2);
     let mut other = triple.clone();
     other.e[0] += 1e-6;
     assert!(derivative(&other, along).abs() > 1e-7);
 }
 
-/// A constraint of velocities that is imposed on three nodes: leapfrog, with a mode of its own.
+/// A constraint on velocities that is imposed on three nodes: leapfrog, with a parasitic mode.
 #[dsocs {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - y.powi(2) / 2;
@@ -520,7 +522,7 @@ fn a_parasitic_mode_is_found() {
     assert!(!mode.ok() && mode.figure > 1.0, "{mode:?}");
 }
 
-/// The Appell–Hamel machine, along a straight path.
+/// The Appell–Hamel machine on a straight path.
 #[dsocs {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - gravity * z;
@@ -541,7 +543,7 @@ struct AppellHamel {
 #[derive(Clone)]
 struct Skate {}
 
-/// The size of the acceleration is given; two accelerations have it.
+/// A constraint on the size of the acceleration, with two solutions.
 #[dsocs {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
@@ -553,7 +555,7 @@ struct Felt {
     size: f64,
 }
 
-/// Motions that every step follows exactly have no order, and pass all the same.
+/// Motions that every step follows exactly have no order, and pass.
 #[test]
 fn motions_without_an_error_pass() {
     let machine = Entry::new(AppellHamel {
@@ -571,7 +573,7 @@ fn motions_without_an_error_pass() {
     }
 }
 
-/// The settings say which of two accelerations is meant.
+/// The settings choose one of two accelerations.
 #[test]
 fn one_of_two_accelerations_is_checked() {
     let entry = Entry::new(Felt { size: 12.0 })
@@ -589,7 +591,7 @@ fn one_of_two_accelerations_is_checked() {
     }
 }
 
-/// Blocks on springs with dry friction between them and the ground, which holds them in the end.
+/// Blocks on springs with dry friction between them and the ground, under which they come to rest.
 #[dsocs {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - stiffness / 2 * (x.powi(2) + (y - x).powi(2));
@@ -600,7 +602,7 @@ struct Blocks {
     dry: [f64; 2],
 }
 
-/// A cart that a motor with a curve of samples pulls, whose corners are where the samples are: at the start, too.
+/// A cart pulled by a motor whose force is sampled; its corners are at the samples, and one is at the start.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - stiffness / 2 * x.powi(2);
@@ -612,7 +614,8 @@ struct Cart {
     motor: Samples,
 }
 
-/// A mass on a spring in a frame that is moved: the acceleration jumps where the curvature of the samples does, and once more where that of the comparison.
+/// A mass on a spring in a moving frame: the acceleration jumps where the second derivative of the samples
+/// does, and once more at the comparison.
 #[dsocs {
     coordinates(x);
     let moved = frame.at(t) + if t > push { (t - push).powi(2) / 2 } else { 0.0 };
@@ -637,7 +640,7 @@ struct Gripped {
     steep: f64,
 }
 
-/// What is expected of a system without constraints.
+/// The expected properties of a system without constraints that need not be reversible.
 const FREE: Expected = Expected {
     kind: Kind::Unconstrained,
     order: 2.0,
@@ -672,14 +675,14 @@ fn what_is_right_does_not_fail_where_friction_holds_a_mass() {
                 !open.is_empty(),
                 "a motion that sticks has no order: {findings:#?}"
             );
-            // each says why and what to try
+            // each excuse gives a reason and an advice
             assert!(
                 open.iter()
                     .all(|excuse| excuse.contains("smooth") && excuse.contains("--until"))
             );
         }
     }
-    // before it jumps for the first time everything is required, and holds
+    // before the first jump all checks are required, and hold
     let blocks = Blocks {
         stiffness: 2.0,
         dry: [0.2, 0.1],
@@ -728,7 +731,7 @@ fn what_is_right_does_not_fail_where_the_acceleration_jumps_with_a_curvature() {
         let settings = motion(0.013, 2.5);
         let findings = check(&moved, &[], FREE, &settings, ([0.1], [0.0])).unwrap();
         assert_eq!(missed(&findings), [], "{findings:#?}");
-        // an order that is wrong by more is told all the same
+        // an order that is lower by more is still a failure
         let fourth = Expected { order: 4.0, ..FREE };
         let findings = check(&moved, &[], fourth, &settings, ([0.1], [0.0])).unwrap();
         assert!(missing(&findings).contains(&"order"), "{findings:#?}");

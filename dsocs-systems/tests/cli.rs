@@ -1,4 +1,4 @@
-//! The command line: exit status, messages and files.
+//! The command line: exit status, messages and files of every command.
 
 use std::fs;
 use std::io::Read;
@@ -15,7 +15,7 @@ fn dsocs(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// What the command with these arguments answers.
+/// The output of the command with these arguments, in an empty folder.
 fn output(arguments: &[&str]) -> Output {
     let folder = tempfile::tempdir().unwrap();
     dsocs(folder.path(), arguments).output().unwrap()
@@ -151,7 +151,7 @@ fn order_and_tolerance_choose_the_method() {
     }
     assert!(error(&["--tolerance", "1e-4"]) < 1e-2);
     assert!(error(&["--tolerance", "1e-12"]) < 1e-10);
-    // the same columns, and times before the start as well
+    // the columns do not change, and times before the start are allowed
     let head = |options: &[&str]| {
         let csv = stdout(&[&["run", "pendulum", "--until", "-1", "--step", "-0.1"], options].concat());
         assert_eq!(csv.lines().count(), 12);
@@ -249,7 +249,7 @@ fn options_that_do_not_go_together_are_refused_with_a_sentence() {
         assert_eq!(code, 2, "{options:?}: {message}");
         assert!(message.contains(expected), "{options:?}: {message}");
     }
-    // legs that go back too far for the pendulum's switch: what was computed before stays
+    // legs that go back too far for the pendulum's switch: the rows before the error are kept
     let output = output(&["run", "pendulum", "--order", "4", "--step", "0.4"]);
     assert_eq!(output.status.code(), Some(1));
     let message = String::from_utf8(output.stderr).unwrap();
@@ -497,7 +497,7 @@ fn a_tolerance_below_rounding_is_told() {
 
 #[test]
 fn an_energy_that_explodes_is_told() {
-    // springs, and a step of many of their periods
+    // springs, with a step of many of their periods
     let exploding = output(&["run", "snakeboard", "--step", "100", "--until", "200"]);
     let warning = String::from_utf8(exploding.stderr).unwrap();
     for part in [
@@ -598,7 +598,7 @@ fn list_names_systems_coordinates_and_parameters() {
             .all(|shipped| text.contains(shipped.name))
     );
     assert!(text.contains("\nnonholonomic\n"), "kind by kind: {text}");
-    // no text is read for it: one would refuse a constant that it does not have
+    // no text is parsed for the list: a text would refuse a constant that it does not have
     assert_eq!(stdout(&["list", "--const", "nothing=1"]), text);
     let text = stdout(&["list", "pendulum"]);
     assert!(text.contains("pendulum (second-order)") && text.contains("rho"));
@@ -635,7 +635,8 @@ fn a_picture_shows_bodies_in_space() {
             told,
         )
     };
-    // four moments, each of a disc of 24 sides and 4 quarters on each of which one sees some, and lines of the ground
+    // four moments, each of a disc of 24 sides and 4 quarters, some of which are visible, and the lines of
+    // the ground
     let (svg, told) = drawn(&["coin", "--until", "1", "--picture", "a.svg"]);
     assert!(told.is_empty() && svg.starts_with("<svg xmlns="), "{told}");
     let moments: Vec<&str> = svg.split("<g opacity=").skip(1).collect();
@@ -647,7 +648,7 @@ fn a_picture_shows_bodies_in_space() {
     }
     assert_ne!(moments[0], moments[3]);
     assert_eq!(svg.matches("class=\"trail\"").count(), 1);
-    // what turns is drawn without being told how, and a page has what its script needs
+    // a body that rotates is drawn without a declared drawing, and the page has the data for its script
     let text = "coordinates(r: rotation, x: [3]); lagrangian = r.angular_velocity().norm_squared() + dot(x).norm_squared();
         run { start = ([1, 0, 0, 0, 0, 0, 0], [0, 0, 1, 1, 0, 0]); until = 1.0; }";
     fs::write(folder.path().join("free.dsocs"), text).unwrap();
@@ -656,7 +657,7 @@ fn a_picture_shows_bodies_in_space() {
     assert_eq!(svg.matches("class=\"face\"").count(), 4 * 3);
     let page = fs::read_to_string(folder.path().join("a.html")).unwrap();
     assert!(page.contains("\"space\":{\"centre\":") && page.contains("The mechanism"));
-    // v_r_x and force_r_x follow one another without a scalar
+    // after v_r_x comes v_r_y: a velocity has no scalar component
     assert!(page.contains("<h2>Velocities</h2>"));
     let velocities = page.split("<h2>Velocities</h2>").nth(1).unwrap();
     let velocities = velocities.split("<h2>").next().unwrap();
@@ -687,11 +688,12 @@ fn an_input_is_held_from_time_to_time() {
         )
     };
     let last = |options: &[&str]| rows(&run(options).1).pop().unwrap();
-    // a plan that is constant is no input
+    // a constant plan gives the run without an input
     let constant = written("constant.csv", "0,1.5\n");
     let plain = run(&["--step", "0.01", "--set", "gravity=1.5"]);
     assert_eq!(run(&["--step", "0.01", "--input", &constant]), plain);
-    // with every method the motion with a change is that of two motions, one after the other, to its order
+    // with every method the motion with a change is that of two successive motions, to the order of the
+    // method
     let change = written("change.csv", "t, gravity\n0, 1.5\n1, -0.5\n");
     let exact = last(&["--step", "0.1", "--tolerance", "1e-14", "--input", &change]);
     let apart = |options: &[&str]| {
@@ -702,7 +704,7 @@ fn an_input_is_held_from_time_to_time() {
     let (coarse, fine) = (apart(&["--step", "0.02"]), apart(&["--step", "0.01"]));
     let order = (coarse / fine).log2();
     assert!((order - 2.0).abs() < 0.1, "{order}: {coarse}, {fine}");
-    // errors are those against the continuous motion under the same inputs
+    // errors are against the continuous motion under the same inputs
     let path = written("change.csv", "t, gravity\n0, 1.5\n1, -0.5\n");
     let common = [
         "run",
@@ -724,7 +726,7 @@ fn an_input_is_held_from_time_to_time() {
     let of = |name: &str| end[names.iter().position(|known| *known == name).unwrap()];
     let estimated = of("error_x").hypot(of("error_y"));
     assert!((estimated - coarse).abs() < 1e-9, "{estimated}, {coarse}");
-    // before the first time the parameter has its own value
+    // before the first time of an input the parameter has its own value
     let late = written("late.csv", "1, -0.5\n");
     assert_eq!(
         last(&["--step", "0.01", "--set", "gravity=1.5", "--input", &late]),
@@ -835,7 +837,7 @@ fn a_check_begins_as_a_run_does() {
         projected.contains("slope of the errors of position"),
         "{projected}"
     );
-    // the paper's second node is of first order, and so is what follows: no order is asked for
+    // the paper's second node is of first order, and so is the motion: no order is required
     let paper = stdout(&["check", "particle", "--until", "2", "--start", "paper"]);
     assert!(
         paper.contains("the paper's start has an error of order 1"),
@@ -902,7 +904,7 @@ fn the_papers_figures_and_numbers() {
     for part in [
         "2.0441123e0",
         "1.6136791e-3",
-        // smaller steps than the paper's, and what they say of its slope of 1.3
+        // steps smaller than the paper's, and the slopes that explain its 1.3
         "0.003125",
         "0.0015625",
         "1.59 over h = 0.1 … 0.00625, 1.34 over 0.1 … 0.0016, 1.25 over 0.05 … 0.003",
@@ -983,7 +985,7 @@ fn stability_is_measured_on_any_system() {
             "{name}: {system}"
         );
     }
-    // steps over many turns of a chaotic motion: what is left of the errors is nothing like the order
+    // steps over many turns of a chaotic motion: the errors do not fall with the order
     let failed = output(&["stability", "double-pendulum", "--cases", "3", "--step", "5"]);
     assert_eq!(
         failed.status.code(),

@@ -1,4 +1,4 @@
-//! The command line under damage: full disks, signals, half files, broken arguments.
+//! The command line under adverse conditions: full disks, signals, partial files, wrong arguments.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -44,7 +44,7 @@ fn a_full_disk_is_told() {
     assert!(message.contains("cannot write standard output"), "{message}");
 }
 
-/// A run that is told to end completes its table with what it has.
+/// A run that is interrupted completes its table with the rows it has.
 #[test]
 fn an_interrupted_run_keeps_its_rows() {
     for signal in ["-INT", "-TERM"] {
@@ -80,7 +80,7 @@ fn an_interrupted_run_keeps_its_rows() {
     }
 }
 
-/// A run that is killed cannot take its half file away; the next one tells of it, and the target is not touched.
+/// A run that is killed leaves its temporary file; the next one reports it, and the target is unchanged.
 #[test]
 fn a_killed_run_leaves_a_marked_half() {
     let folder = tempfile::tempdir().unwrap();
@@ -163,7 +163,7 @@ fn a_certified_run_tells_where_regularity_is_lost() {
         let numbers: Vec<f64> = line.split(',').map(|field| field.parse().unwrap()).collect();
         assert!(numbers[1] > 1e-4 && numbers[2] > 1e-4, "{line}");
     }
-    // a particle without mass is bound by nothing but its curvature: its acceleration cannot be solved for
+    // without mass only the curvature binds the particle: its acceleration cannot be solved for
     let arguments = ["run", "particle", "--until", "1", "--certify", "--set", "mass=0"];
     let (refused, message) = self::output(folder.path(), &arguments);
     assert_eq!(refused.status.code(), Some(2), "{message}");
@@ -172,7 +172,7 @@ fn a_certified_run_tells_where_regularity_is_lost() {
         message.contains("has no mass and no row determines it (the Jacobian is singular)"),
         "{message}"
     );
-    // and where the start needs no acceleration, its row of the step has no mass left
+    // with a start that needs no acceleration, the step's own row has no mass
     let arguments = [&arguments[..], &["--start", "paper"]].concat();
     let (refused, message) = self::output(folder.path(), &arguments);
     assert_eq!(refused.status.code(), Some(1), "{message}");

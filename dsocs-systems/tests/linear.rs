@@ -1,11 +1,11 @@
-//! Linear models and equilibria on the command line.
+//! `linearize` and `equilibrium` on the command line, against models by hand.
 
 use std::path::Path;
 use std::process::{Command, Output};
 
 use serde_json::Value;
 
-/// What the command answers, in a folder.
+/// The output of the command, in a folder.
 fn dsocs(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dsocs"));
     command.args(arguments).current_dir(folder).output().unwrap()
@@ -112,7 +112,7 @@ fn equilibria_are_written_once() {
         text.contains("undecided by the linear model; eigenvalues 0 + 3.13209i, 0 - 3.13209i"),
         "{text}"
     );
-    // the own start of the system is the guess without another one
+    // without another guess the search begins at the system's own start
     let told: Value = serde_json::from_str(&stdout(&[
         "equilibrium",
         "planar-pendulum",

@@ -1,7 +1,9 @@
-//! Texts that are no systems, or other ones: whatever is done to a text, it ends in a message or in a system that takes steps, in bounded time.
+//! Mutated texts: whatever is changed in a text, reading it gives an error or a system that takes steps, in
+//! bounded time.
 //!
-//! `DSOCS_MUTATED_SECONDS` says for how long (4 s unless given), `DSOCS_MUTATED_SEED` where chance begins. The text that is being read stands in
-//! `mutated.dsocs` in the temporary folder of the target, should the process not come back. See `tests/fuzz/README.md`.
+//! `DSOCS_MUTATED_SECONDS` is the duration (4 s unless given), `DSOCS_MUTATED_SEED` the seed of the random
+//! numbers. The current text is in `mutated.dsocs` in the temporary folder of the target, in case the process
+//! hangs. See `tests/fuzz/README.md`.
 
 use std::fmt::Debug;
 use std::fs;
@@ -13,10 +15,10 @@ use std::time::{Duration, Instant};
 use dsocs_core::text::{Text, TextError};
 use dsocs_core::{AnyFlow, AnyStart, Kernel};
 
-/// No text may take longer than this, to be read and to take ten steps, however slow the machine is.
+/// The largest time to read a text and to take ten steps, however slow the machine is.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// What is put in where chance wants something unusual.
+/// Unusual pieces that a mutation may insert.
 const UNUSUAL: [&str; 34] = [
     "1e308",
     "1e-320",
@@ -54,7 +56,8 @@ const UNUSUAL: [&str; 34] = [
     "samples(\"/dev/zero\")",
 ];
 
-/// The declarations in the sources below a folder, as texts: the attributes, with the numbers among the fields of the structs as parameters.
+/// The declarations in the sources below a folder, as texts: the bodies of the attributes, with the numeric
+/// fields of the structs as parameters.
 fn declared(folder: &Path, texts: &mut Vec<String>) {
     for entry in fs::read_dir(folder).into_iter().flatten() {
         let path = entry.unwrap().path();
@@ -68,7 +71,7 @@ fn declared(folder: &Path, texts: &mut Vec<String>) {
             continue;
         }
         let source = fs::read_to_string(&path).unwrap();
-        // inside of documentation, too
+        // declarations in documentation, too
         let source = source.lines().map(|line| {
             let line = line.trim_start();
             line.strip_prefix("//! ")
@@ -108,7 +111,7 @@ fn declared(folder: &Path, texts: &mut Vec<String>) {
     }
 }
 
-/// Numbers by chance (xorshift64*).
+/// Random numbers (xorshift64*).
 struct Chance(u64);
 
 impl Chance {
@@ -121,13 +124,13 @@ impl Chance {
         usize::try_from(high).unwrap() % count.max(1)
     }
 
-    /// One of several.
+    /// One of several strings.
     fn one<'a>(&mut self, all: &[&'a str]) -> &'a str {
         all.get(self.below(all.len())).copied().unwrap_or("")
     }
 }
 
-/// The pieces of a text: words, numbers, spaces, and every other character alone.
+/// The tokens of a text: words, numbers, spaces, and every other character alone.
 fn pieces(text: &str) -> Vec<&str> {
     let mut pieces = Vec::new();
     let mut rest = text;
@@ -143,12 +146,12 @@ fn pieces(text: &str) -> Vec<&str> {
     pieces
 }
 
-/// A text to which something was done, a few times.
+/// A text with a few random changes.
 fn mutated(chance: &mut Chance, texts: &[String]) -> Vec<u8> {
     let text = &texts[chance.below(texts.len())];
     let other = pieces(&texts[chance.below(texts.len())]);
     let mut own = pieces(text);
-    // one change seldom makes it no system, many do
+    // a single change often leaves a system, many seldom do
     for _ in 0..[1, 1, 1, 1, 2, 2, 3, 6][chance.below(8)] {
         let (at, to) = (chance.below(own.len()), chance.below(own.len()));
         let few = |chance: &mut Chance, length: usize| (at, (at + 1 + chance.below(12)).min(length));
@@ -186,7 +189,7 @@ fn mutated(chance: &mut Chance, texts: &[String]) -> Vec<u8> {
     bytes
 }
 
-/// Reads bytes as the program reads a file, and takes ten steps. Whether they are a system.
+/// Reads bytes as the program reads a file, and takes ten steps. Returns whether they are a system.
 fn ten_steps(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return false;
@@ -208,7 +211,7 @@ fn ten_steps(bytes: &[u8]) -> bool {
         .and_then(|run| run.start.clone())
         .unwrap_or([zeros.clone(), zeros]);
     let h = run.and_then(|run| run.step).unwrap_or(0.01);
-    // whatever is no start or no step is an error
+    // a start or step that cannot be used is an error
     if let Ok(mut flow) = AnyFlow::new(&text.system, h, &AnyStart::second_order(&start[0], &start[1])) {
         for _ in 0..10 {
             if flow.run_mut().advance().is_err() {
@@ -219,7 +222,7 @@ fn ten_steps(bytes: &[u8]) -> bool {
     true
 }
 
-/// A number from the environment.
+/// A value of an environment variable, or the default.
 fn given<T: FromStr<Err: Debug>>(name: &str, otherwise: T) -> T {
     std::env::var(name).map_or(otherwise, |text| text.parse().unwrap())
 }
@@ -233,7 +236,7 @@ fn whatever_is_done_to_a_text_ends_in_a_message_or_a_system() {
         .filter_map(|entry| entry.text().ok())
         .collect();
     assert!(texts.len() > 5);
-    // as they are, and outside of the library
+    // the declarations in the sources of the workspace
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     for folder in ["tests", "dsocs-systems", "dsocs-core/src"] {
         declared(&workspace.join(folder), &mut texts);
@@ -242,7 +245,7 @@ fn whatever_is_done_to_a_text_ends_in_a_message_or_a_system() {
     let begun = Instant::now();
     let (mut count, mut systems, mut slowest) = (0_u64, 0_u64, Duration::ZERO);
     while begun.elapsed().as_secs_f64() < seconds {
-        // a long run begins with the texts as they are
+        // a long test begins with the unchanged texts
         let bytes = match usize::try_from(count).ok().and_then(|count| texts.get(count)) {
             Some(text) if seconds > 60.0 => text.clone().into_bytes(),
             _ => mutated(&mut chance, &texts),

@@ -1,7 +1,9 @@
-//! `dsocs new`: the crate that it writes builds, runs, and is checked.
+//! `dsocs new`: the crate that it writes builds without warnings, runs, and gives the bits of the text or
+//! system it was made from.
 //!
-//! It is built in the target folder of the workspace, so that what others wrote is built once; without optimization, since it takes few steps.
-//! The stranger's crate of the tests (`front_door`) has the same profile, and with it the same engine.
+//! It is built in the target folder of the workspace, so that crates of others are built once; without
+//! optimization, since it takes few steps. The user's crate of the tests (`front_door`) has the same profile,
+//! so both share the engine.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,9 +23,9 @@ fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Builds a crate without a warning, and gives back its program.
+/// Builds a crate without a warning, and returns the path of its program.
 fn build(crate_folder: &Path, name: &str) -> PathBuf {
-    // the versions that the workspace was built with, which are here already
+    // the versions of the workspace, which are downloaded already
     let lock = workspace().join("Cargo.lock");
     if lock.exists() {
         fs::copy(lock, crate_folder.join("Cargo.lock")).unwrap();
@@ -115,7 +117,7 @@ fn a_crate_of_a_text_file_says_the_same_word_for_word_and_gives_the_same_bits() 
     let crate_folder = folder.path().join("my-beads");
     let main = fs::read_to_string(crate_folder.join("src/main.rs")).unwrap();
     let words = |text: &str| text.split_whitespace().collect::<String>();
-    // constants are numbers there
+    // constants are written as numbers in Rust
     let declared = BEADS.replace("[n]", "[2]").replace("0..n", "0..2");
     let from = declared.find("coordinates(").unwrap();
     let declared = &declared[from..declared.find("run {").unwrap()];
@@ -155,7 +157,7 @@ fn what_a_text_says_is_no_code_of_the_crate() {
         let is_comment = line.starts_with("//") || line.contains("#[doc = ");
         assert!(is_comment || line == "fn main() -> ExitCode {", "{main}");
     }
-    // what is no file, no name, and more than a text can say
+    // a missing file, an unknown name, and a system that cannot be written as a text
     for (from, part) in [
         ("nowhere.dsocs", "cannot read nowhere.dsocs"),
         ("nothing", "no system"),

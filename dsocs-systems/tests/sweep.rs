@@ -1,6 +1,7 @@
-//! Sweeps: what stands in the folder depends on the plan alone, whatever happens to the processes that compute it.
+//! Sweeps: the content of the folder depends on the plan alone, whatever happens to the processes that
+//! compute it.
 
-// numbers are the same to the last bit
+// numbers are compared to the last bit
 #![allow(clippy::float_cmp)]
 
 use std::collections::BTreeMap;
@@ -13,7 +14,7 @@ use std::time::{Duration, SystemTime};
 use dsocs_systems::sweep::{Content, Options, Plan, Sweep, status};
 use dsocs_systems::systems;
 
-/// The command with these arguments, without what a scheduler may have set.
+/// The command with these arguments, without the variables that a scheduler may have set.
 fn dsocs(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dsocs"));
     command.args(arguments).current_dir(folder);
@@ -56,7 +57,7 @@ fn with(plan: &str) -> (tempfile::TempDir, PathBuf) {
     (folder, out)
 }
 
-/// All tables of a sweep, by name; nothing but parts may have the name of one.
+/// All tables of a sweep, by name; asserts that only parts have such names.
 fn tables(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut tables = BTreeMap::new();
     for table in ["points", "nodes"] {
@@ -71,7 +72,7 @@ fn tables(out: &Path) -> BTreeMap<String, Vec<u8>> {
     tables
 }
 
-/// Points by chance, events, extremes, nodes: whatever there is.
+/// A plan with everything: random points, events, extremes, nodes.
 const RICH: &str = r#"
 system = "pendulum"
 until = 5
@@ -98,7 +99,7 @@ direction = "falling"
 ends = true
 "#;
 
-/// Runs that take a while: forty parts.
+/// A plan whose runs take a while: forty parts.
 const LONG: &str = r#"
 system = "pendulum"
 step = 0.01
@@ -187,7 +188,7 @@ fn a_point_is_the_run_that_the_command_line_makes() {
         let found: Vec<f64> = found.iter().map(|column| column[1]).collect();
         assert_eq!(found, expected, "{method}");
     }
-    // an input that is held
+    // a held input
     fs::write(folder.path().join("held.csv"), "0,2\n1,5\n").unwrap();
     let plan = "system = \"pendulum\"\nuntil = 3\n[input]\nrho = [[0, 2]]\n[vary]\n\"rho@1\" = [3, 5]\n[keep]\nend = [\"theta\", \"dissipation\"]";
     let found = numbers(plan, &["end_theta", "end_dissipation"]);
@@ -240,7 +241,8 @@ fn events_extremes_and_nodes_are_kept() {
     assert_eq!(nodes, 2);
 }
 
-/// Points in lanes: the same bytes whatever shares the lanes, the runs alone but for rounding, and failures as rows.
+/// Points in lanes: the bytes do not depend on the points beside, they agree with single runs to rounding,
+/// and failures are rows.
 #[test]
 fn lanes_do_not_change_with_what_runs_beside() {
     let plan = |part: u64, lanes: &str| {
@@ -406,7 +408,7 @@ fn another_plan_is_refused_in_the_same_folder() {
         status == 2 && message.contains("plan.until is 1.0 there and 2.0 here"),
         "{message}"
     );
-    // the same plan, written otherwise
+    // the same plan, in another notation
     fs::write(
         folder.path().join("plan.toml"),
         "until = \"2/2\" # s\nsystem = \"particle\"\n[vary]\nx = [1.0, 2]",
@@ -435,7 +437,7 @@ fn a_scheduler_tells_its_tasks() {
     assert!(status == 2 && told.contains("--shards"), "{told}");
 }
 
-/// The parts that are there, by when they were written.
+/// The existing parts, with the times at which they were written.
 fn written(out: &Path) -> BTreeMap<PathBuf, SystemTime> {
     let mut written = BTreeMap::new();
     for entry in fs::read_dir(out.join("points")).into_iter().flatten() {
@@ -454,7 +456,7 @@ fn twenty_kills_change_nothing() {
     let sweep = ["sweep", "plan.toml", "--out", "sweep", "--threads", "2"];
     let begun = std::time::Instant::now();
     succeeds(&mut dsocs(whole.path(), &sweep));
-    // so that it takes about twenty of them
+    // killed at intervals such that it takes about twenty processes
     let all = begun.elapsed();
     let (folder, out) = with(LONG);
     let (mut kills, mut chance) = (0, 0x2545_F491_4F6C_DD1D_u64);
@@ -547,7 +549,7 @@ fn an_interrupt_keeps_what_is_finished() {
     assert_eq!(child.wait().unwrap().code(), Some(1));
 }
 
-/// A small disk of its own, unmounted at the end; nothing where that is not allowed.
+/// A small disk of its own, unmounted at the end; none where mounting is not allowed.
 struct Disk(PathBuf);
 
 impl Disk {
@@ -734,7 +736,7 @@ fn a_text_file_is_swept_and_carried_in_every_table() {
     let (folder, out) = with(plan);
     fs::write(folder.path().join("swing.dsocs"), SWING).unwrap();
     let sweep = ["sweep", "plan.toml", "--out", "sweep"];
-    // one task where the file is, the others without it
+    // one task with the text file, the others without it
     succeeds(&mut dsocs(
         folder.path(),
         &[&sweep[..], &["--shard", "1/3"]].concat(),
@@ -751,13 +753,13 @@ fn a_text_file_is_swept_and_carried_in_every_table() {
     succeeds(&mut dsocs(folder.path(), &sweep));
     let all = tables(&out);
     assert_eq!(all.len(), 6);
-    // all at once, where the file is
+    // all parts in one process, with the text file
     let (whole, elsewhere) = with(plan);
     fs::write(whole.path().join("swing.dsocs"), SWING).unwrap();
     let [_, told] = succeeds(&mut dsocs(whole.path(), &sweep));
     assert!(!told.contains("is taken"), "{told}");
     assert!(all == tables(&elsewhere));
-    // the text, from every table and from the folder
+    // the text of the system is in every table and in the folder
     let text = dsocs_systems::sweep::text(&out).unwrap();
     for table in all.keys() {
         assert_eq!(
@@ -775,7 +777,7 @@ fn a_text_file_is_swept_and_carried_in_every_table() {
     ));
     let end = Content::open(&out).unwrap().numbers(&["end_theta"]).unwrap();
     assert_eq!(end[0][5], last.lines().last().unwrap().parse::<f64>().unwrap());
-    // a figure, in which nothing of the text is more than text
+    // in a figure the text is escaped
     succeeds(&mut dsocs(
         folder.path(),
         &["plot", "sweep", "--out", "sweep.svg"],
@@ -785,11 +787,11 @@ fn a_text_file_is_swept_and_carried_in_every_table() {
         figure.contains("[m&lt;&amp;&gt;]") && !figure.contains("<b>") && !figure.contains("[m<"),
         "{figure:.3000}"
     );
-    // another text is another sweep
+    // a changed text is another sweep
     fs::write(folder.path().join("swing.dsocs"), SWING.replace("9.81", "9.8")).unwrap();
     let (_, told) = fails(&mut dsocs(folder.path(), &sweep));
     assert!(told.contains("holds another sweep: text"), "{told}");
-    // the run of a name, and a mistake
+    // a named run, and a mistake in the text
     fs::write(folder.path().join("swing.dsocs"), SWING).unwrap();
     fs::write(
         folder.path().join("far.toml"),
@@ -827,7 +829,7 @@ fn samples_of_a_swept_text_are_part_of_the_sweep() {
     fs::write(folder.path().join("pull.csv"), "0,0\n1,2\n").unwrap();
     let (_, told) = fails(&mut dsocs(folder.path(), &sweep));
     assert!(told.contains("holds another sweep: samples"), "{told}");
-    // a text of somebody else's is not let read files
+    // a text from a sweep may not read files
     fs::remove_file(folder.path().join("pull.dsocs")).unwrap();
     let (code, told) = fails(&mut dsocs(folder.path(), &sweep));
     assert!(
@@ -848,7 +850,7 @@ fn a_foreign_text_is_text() {
     let path = out.join("manifest.json");
     let manifest: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
     for (foreign, told) in [
-        // what a terminal would obey, and what Rust would run
+        // control characters, and expressions that are no numbers in a declaration
         ("//! \u{1b}[31mred\ncoordinates(x); lagrangian = x;", "U+001B"),
         ("coordinates(x); lagrangian = std::process::exit(3);", "error: "),
         (
@@ -881,7 +883,7 @@ fn a_foreign_text_is_text() {
     assert!(told.contains("cannot read no.parquet"), "{told}");
 }
 
-/// A text has lanes, and they are those of the compiled system bit for bit.
+/// The lanes of a text give the bits of the compiled system's lanes.
 #[test]
 fn a_text_is_swept_in_lanes_as_the_compiled_system_is() {
     let plan = |system: &str| {

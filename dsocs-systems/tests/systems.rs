@@ -1,4 +1,5 @@
-//! What the systems of this crate say of themselves: names, exact solutions, references and closed forms beside the declarations.
+//! The systems of this crate against their exact solutions, independent references and closed forms; and the
+//! names in their declarations.
 
 mod chain {
     use dsocs_core::System;
@@ -134,7 +135,7 @@ mod texts {
     use dsocs_systems::entry::{Beginning, Method, Plan, Shape, turned};
     use dsocs_systems::systems::{quaternion_top, texts::TEXTS};
 
-    /// The entry of a name.
+    /// The entry of the text of this name.
     fn entry(name: &str) -> Entry {
         let mut all = TEXTS.iter();
         all.find(|shipped| shipped.name == name)
@@ -153,7 +154,7 @@ mod texts {
         observed: Vec<f64>,
     }
 
-    /// The nodes of a run from the entry's start to its end.
+    /// The nodes of a run from the entry's start to `until`.
     fn nodes(entry: &Entry, h: f64, until: f64, method: Method) -> Vec<Node> {
         let [q0, v0] = entry.default_start().unwrap().clone();
         let beginning = Beginning::SecondOrder { q0, v0 };
@@ -228,7 +229,7 @@ mod texts {
                     .any(|shape| matches!(shape, Shape::Solid(_))),
                 "{name}"
             );
-            // what is declared is short: comments, parameters, the run and the names of coordinates aside
+            // declarations are short: without comments, parameters, the run and the names of coordinates
             let lines = shipped.text.lines().map(str::trim);
             let declared = lines
                 .skip_while(|line| !line.starts_with(')'))
@@ -250,7 +251,8 @@ mod texts {
         for (one, other) in ends[0].iter().zip(&ends[1]) {
             assert!((one - sign * other).abs() < 1e-9, "{ends:?}");
         }
-        // the momenta about the vertical and the axis, and the energy: those of nodes are off by the square of the step, and do not drift
+        // the momenta about the vertical and the axis, and the energy: at nodes their error is of second
+        // order, and does not grow
         let top = entry("heavy-top");
         let worst = |h: f64| {
             let nodes = nodes(&top, h, 5.0, Method::Step);
@@ -299,7 +301,7 @@ mod texts {
         }
         let last = nodes.last().unwrap();
         assert!((last.q[0].abs() - 1.0).abs() < 1e-6 && last.observed[0] < 1e-6);
-        // by a series, since the momentum of a node is that of the motion to second order
+        // by a series, since the momentum at a node is that of the motion to second order only
         let nodes = self::nodes(&entry, 1.0, 20.0, Method::Tolerance(1e-13));
         for node in &nodes {
             for i in 1..4 {
@@ -309,7 +311,7 @@ mod texts {
                     node.observed
                 );
             }
-            // no torque from outside acts on the body
+            // no external torque acts on the body
             assert!(
                 node.force[..4].iter().all(|torque| torque.abs() < 1e-12),
                 "{:?}",

@@ -1,4 +1,5 @@
-//! Systems from text files: every system of the library runs from its printed file with the same bits.
+//! Systems from text files: every system of the library that can be written as a text runs from its text with
+//! the same bits.
 
 use std::fs;
 use std::process::Command;
@@ -6,7 +7,7 @@ use std::process::Command;
 use dsocs_core::text::Text;
 use tempfile::TempDir;
 
-/// What the program writes to standard output and standard error, and whether it succeeds.
+/// Standard output and standard error of the program, and whether it succeeds.
 fn dsocs(folder: &TempDir, arguments: &[&str]) -> (String, String, bool) {
     let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
         .args(arguments)
@@ -37,20 +38,20 @@ fn systems_run_from_their_printed_files_with_the_same_bits() {
         };
         let file = format!("{name}.dsocs");
         fs::write(folder.path().join(&file), &text).unwrap();
-        // what is read is printed once more
+        // a text that was read is printed word for word
         assert_eq!(dsocs(&folder, &["text", &file]).0, text, "{name}");
         let until = (1000.0 * entry.default_step()).to_string();
         let run = |of: &str, more: &[&str]| {
             let arguments = [&["run", of, "--until", &until], more].concat();
             dsocs(&folder, &arguments)
         };
-        // all columns: positions, velocities, forces, what is observed, energies
+        // all columns: positions, velocities, forces, observed expressions, energies
         assert_eq!(run(name, &[]), run(&file, &[]), "{name}");
         let composed = run(name, &["--order", "4"]);
         if composed.2 {
             assert_eq!(composed, run(&file, &["--order", "4"]), "{name}");
         }
-        // the series at their own steps, at nodes on a grid, and with what ends them
+        // the series at their own steps, and at nodes on a grid, with the messages that end them
         for taylor in [
             &["--tolerance", "1e-12"][..],
             &["--tolerance", "1e-9", "--every", "7"],
@@ -58,7 +59,7 @@ fn systems_run_from_their_printed_files_with_the_same_bits() {
             assert_eq!(run(name, taylor), run(&file, taylor), "{name}");
         }
     }
-    // their parameters are functions of Rust
+    // its parameter is a function of Rust
     assert_eq!(others, ["particle"]);
 }
 
@@ -85,7 +86,7 @@ fn a_table_beside_the_file_is_read_and_its_derivatives_are_those_of_rust() {
         lagrangian = (1 + pull.at(t)) * dot(x).powi(2) / 2 - pull.at(x) * x / 10;
         run { start = ([1.0], [0.2]); step = 0.01; until = 2.0; }";
     fs::write(folder.path().join("pull.dsocs"), text).unwrap();
-    // the same as a polynomial: the spline through four points that is no knot anywhere is one cubic
+    // the spline through four points without an interior knot is one cubic polynomial
     let [a, b, c, d] = cubic([0.0, 1.0, 2.0, 4.0], [0.0, 1.0, 0.5, 2.0]);
     let polynomial = format!(
         "let f = |u| (({d} * u + {c}) * u + {b}) * u + {a};
@@ -215,7 +216,7 @@ fn mistakes_are_underlined_in_the_text() {
     ] {
         assert!(told.contains(line), "{told}");
     }
-    // what is no file
+    // a missing file
     let told = dsocs(&folder, &["run", "missing.dsocs"]).1;
     assert!(told.contains("cannot read missing.dsocs"), "{told}");
     let told = dsocs(&folder, &["run", "swing.dsocs:fast", "--const", "n"]).1;
@@ -325,7 +326,7 @@ fn runs_of_a_file_are_told() {
         let help = dsocs(&folder, &[command, "--help"]).0;
         assert!(help.contains("swing.dsocs:fast"), "{help}");
     }
-    // before a long one begins
+    // a long run is announced before it begins
     let told = dsocs(&folder, &["run", "swing.dsocs", "--until", "1e12", "--out", "."]).1;
     assert!(told.starts_with("note: this run has 1.0e14 steps"), "{told}");
 }
@@ -336,12 +337,12 @@ fn a_file_is_printed_word_for_word() {
     let text = format!("// by hand\nconst n = 2;\n{SWING}").replace("length * theta", "length * n * theta");
     fs::write(folder.path().join("swing.dsocs"), &text).unwrap();
     assert_eq!(dsocs(&folder, &["text", "swing.dsocs"]).0, text);
-    // with another number it is another text, which says the same
+    // with another constant it is another text, with the same motion
     let other = dsocs(&folder, &["text", "swing.dsocs", "--const", "n=4"]).0;
     fs::write(folder.path().join("other.dsocs"), &other).unwrap();
     let run = |arguments: &[&str]| dsocs(&folder, &[&["run"], arguments].concat()).0;
     assert_eq!(run(&["other.dsocs"]), run(&["swing.dsocs", "--const", "n=4"]));
-    // the systems of the library are read by people
+    // the texts of the library are readable
     for entry in dsocs_systems::systems::all() {
         let Ok(text) = entry.text() else { continue };
         for noise in ["use {", "\\[", "\n ;", "\n\n"] {
@@ -383,7 +384,7 @@ fn tables_of_samples_are_listed_and_belong_to_their_files() {
         let words = "`wind` is a table of samples, which stands in the file `wind.csv`; edit that file";
         assert!(told.contains(words) && !told.contains("f64"), "{told}");
     }
-    // what stands in a file that is no table is nobody's business
+    // the content of a file that is no table is not shown in messages
     for (table, message) in [
         ("0,secret\n1,2\n", "line 1 of wind.csv has no number in column 2"),
         ("0,1\n1,2,secret\n", "line 2 of wind.csv has 3 columns"),
@@ -517,7 +518,7 @@ fn the_listings_of_the_book_run() {
         assert!(Text::parse("swing", listing).is_ok());
     }
     assert_eq!(count, 10);
-    // the run of a name, and the mistake as it is shown
+    // a named run, and the mistake as the message shows it
     let all = listings(book);
     fs::write(folder.path().join("swing.dsocs"), all[0]).unwrap();
     assert!(dsocs(&folder, &["run", "swing.dsocs:far"]).2);
@@ -566,7 +567,7 @@ fn what_a_text_says_is_escaped() {
         }
     }
     assert!(read("odd.html").contains("&lt;script&gt;alert(1)"));
-    // the head of a table is names alone
+    // the head of a table has the names alone
     let table = read("odd.csv");
     let head = table.lines().next().unwrap();
     assert_eq!(head, "t,theta,v_theta,force_theta,energy,height");
@@ -579,7 +580,8 @@ fn what_a_text_says_is_escaped() {
 #[test]
 fn a_factor_divides_rows_with_decimals_too() {
     let folder = tempfile::tempdir().unwrap();
-    // products of these numbers round; the law is u = -0.5 x - 0.9 v_x, also where v_x changes its sign
+    // products of these numbers have rounding; the law is u = -0.5 x - 0.9 v_x, also where v_x changes its
+    // sign
     fs::write(
         folder.path().join("law.dsocs"),
         "coordinates(x, y);

@@ -1,4 +1,5 @@
-//! `dsocs watch`: every save is run and shown, mistakes too, to browsers of this machine alone; and a real browser reloads the page.
+//! `dsocs watch`: every save is run and shown, mistakes too, to browsers of this machine only; and a real
+//! browser reloads the page.
 
 #![cfg(unix)]
 
@@ -11,10 +12,10 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-/// What is waited for takes no longer, however slow the machine is.
+/// The largest time to wait, however slow the machine is.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Waits until something is there.
+/// Waits until `look` finds something.
 fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     let begun = Instant::now();
     loop {
@@ -26,7 +27,7 @@ fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// A pendulum; what is said of it tells one text from another.
+/// A pendulum with this documentation, by which texts differ.
 fn swing(said: &str) -> String {
     format!(
         "//! {said}
@@ -37,7 +38,7 @@ fn swing(said: &str) -> String {
     )
 }
 
-/// A program that watches `swing.dsocs` in a folder.
+/// A running program that watches `swing.dsocs` in a folder.
 struct Watching {
     folder: tempfile::TempDir,
     child: Child,
@@ -72,7 +73,7 @@ impl Watching {
         fs::write(self.folder.path().join(file), text).unwrap();
     }
 
-    /// What stands in the terminal.
+    /// The output on the terminal.
     fn told(&self) -> String {
         fs::read_to_string(self.folder.path().join("told")).unwrap()
     }
@@ -91,7 +92,7 @@ impl Watching {
         self.ask(&format!("GET {path} HTTP/1.1\r\nhost: {}\r\n\r\n", self.address))
     }
 
-    /// Waits for a page with some words.
+    /// Waits for a page with these words.
     fn shows(&self, words: &[&str]) -> String {
         until(&format!("{words:?} in {}", self.told()), || {
             let page = self.get("/");
@@ -99,7 +100,7 @@ impl Watching {
         })
     }
 
-    /// Ends it as Ctrl-C does.
+    /// Interrupts the program as Ctrl-C does.
     fn interrupt(&mut self) {
         let id = self.child.id().to_string();
         assert!(
@@ -116,7 +117,7 @@ impl Watching {
 
 impl Drop for Watching {
     fn drop(&mut self) {
-        // it may have ended
+        // it may have ended already
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -127,7 +128,7 @@ fn every_save_is_run_and_shown() {
     let mut watching = Watching::begin();
     let page = watching.shows(&["A pendulum", "<svg"]);
     assert!(page.starts_with("HTTP/1.1 200 OK\r\n") && page.contains("connect-src 'self'"));
-    // a mistake is shown where it stands, above the last page, and told in the terminal
+    // a mistake is shown with its place above the last page, and printed on the terminal
     let wrong = swing("A mistake.").replace("theta.cos()", "phi.cos()");
     watching.write("swing.dsocs", &wrong);
     let page = watching.shows(&["no name `phi` is known here", "swing.dsocs:4:"]);
@@ -143,14 +144,14 @@ fn every_save_is_run_and_shown() {
     watching.write("swing.dsocs", &swing("It is better."));
     let page = watching.shows(&["It is better"]);
     assert!(!page.contains("no name"));
-    // a file that is not there, and that comes again as editors do it: under another name, then renamed
+    // a file that disappears and comes back under another name, then renamed, as editors do
     let path = |name: &str| watching.folder.path().join(name);
     fs::remove_file(path("swing.dsocs")).unwrap();
     watching.shows(&["cannot read swing.dsocs", "It is better"]);
     watching.write("swing.dsocs~", &swing("Renamed."));
     fs::rename(path("swing.dsocs~"), path("swing.dsocs")).unwrap();
     watching.shows(&["Renamed"]);
-    // the samples belong to it
+    // the samples are watched, too
     let number = watching.get("/number");
     assert_eq!(number, watching.get("/number"));
     watching.write("pull.csv", "t,pull\n0,0\n1,1\n2,0.5\n4,3\n");
@@ -163,7 +164,7 @@ fn every_save_is_run_and_shown() {
     until("samples that come again", || {
         (!watching.get("/").contains("cannot read")).then_some(())
     });
-    // a run that fails on its way shows what was before
+    // a run that fails on the way shows the part before
     watching.write(
         "swing.dsocs",
         &swing("It fails.").replace("+ 9.81", "+ (0.5 - t).sqrt() * 9.81"),
@@ -196,7 +197,7 @@ fn other_machines_and_other_pages_are_told_nothing() {
     let mut elsewhere = watching.address;
     assert!(elsewhere.ip().is_loopback());
     watching.shows(&["A pendulum"]);
-    // all of 127.0.0.0/8 is this machine on Linux, and nothing listens at the rest of it
+    // on Linux all of 127.0.0.0/8 is this machine, and only 127.0.0.1 has a listener
     elsewhere.set_ip([127, 0, 0, 2].into());
     assert!(TcpStream::connect_timeout(&elsewhere, Duration::from_secs(1)).is_err());
     let port = watching.address.port();
@@ -230,12 +231,12 @@ fn other_machines_and_other_pages_are_told_nothing() {
     }
     let answer = watching.ask(&format!("POST / HTTP/1.1\r\nHost: {}\r\n\r\n", watching.address));
     assert!(answer.starts_with("HTTP/1.1 404 "), "{answer}");
-    // what is no request, and what never ends
+    // a malformed request, and one that never ends
     for request in ["\r\n\r\n", "\u{0}\u{1}\r\n\r\n", &"x".repeat(100_000)] {
         let answer = watching.ask(request);
         assert!(!answer.contains("200 OK"), "{answer}");
     }
-    // many that say nothing keep nobody from being answered for long
+    // many silent connections delay the answer to others only briefly
     let silent: Vec<_> = (0..100)
         .map(|_| TcpStream::connect(watching.address).unwrap())
         .collect();
@@ -282,7 +283,8 @@ fn browser() -> Option<PathBuf> {
     candidates.find(|candidate| candidate.is_file())
 }
 
-/// A browser that is told what to do through two pipes (Chrome's devtools protocol: messages that end with a zero byte).
+/// A browser that is controlled through two pipes (Chrome's devtools protocol: messages that end with a zero
+/// byte).
 struct Driven {
     child: Child,
     to: File,
@@ -298,7 +300,7 @@ impl Driven {
         }
         let child = Command::new("sh")
             .arg("-c")
-            // the shell becomes the browser
+            // the shell is replaced by the browser
             .arg("exec \"$0\" --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run \
                   --disable-background-networking --remote-debugging-pipe --user-data-dir=\"$3\" 3<\"$1\" 4>\"$2\"")
             .arg(browser)
@@ -318,7 +320,7 @@ impl Driven {
         }
     }
 
-    /// Does something in a page, or in the browser itself.
+    /// Calls a method in a page, or in the browser itself, and returns the result.
     fn call(&mut self, session: Option<&str>, method: &str, parameters: &Value) -> Value {
         self.last += 1;
         let mut message = json!({"id": self.last, "method": method, "params": parameters});
@@ -372,7 +374,7 @@ fn a_browser_reloads_the_page() {
         let found = driven.call(Some(&session), "Runtime.evaluate", &asked);
         found["result"]["value"].clone()
     };
-    // nobody touches the page: it reloads by itself
+    // the page reloads by itself
     let shows = |driven: &mut Driven, words: &[&str]| {
         until(&format!("{words:?}"), || {
             let text = evaluate(driven, "document.body ? document.body.innerText : ''");
@@ -405,7 +407,7 @@ fn a_browser_reloads_the_page() {
     has_drawn(&mut driven);
     watching.write("swing.dsocs", &swing("Without a mistake."));
     shows(&mut driven, &["Without a mistake"]);
-    // the slider still moves, and the page asks for nothing but its number
+    // the slider still works, and the page requests nothing but its number
     let moved = "(() => { const slider = document.getElementById('time'); slider.value = slider.max; \
                  slider.dispatchEvent(new Event('input', { bubbles: true })); return slider.getAttribute('aria-valuetext'); })()";
     let said = evaluate(&mut driven, moved);

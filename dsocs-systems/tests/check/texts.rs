@@ -1,4 +1,5 @@
-//! What is right does not fail in declarations that are read at run time: bodies that are damped, unstable or fast, and what hovers.
+//! The checks do not fail on correct declarations that are read at run time: bodies that are damped, unstable
+//! or fast, and bodies that hover.
 
 use dsocs_core::text::Text;
 use dsocs_systems::check::{Expected, Finding, Settings, check_tape};
@@ -8,13 +9,13 @@ use dsocs_systems::{Entry, systems};
 
 use crate::{found, missed, settings};
 
-/// A declaration that is read.
+/// The entry of a text, with its first run.
 fn read(text: &str) -> Entry {
     let text = Text::parse("text", text).unwrap();
     Entry::of_text("text", &text, text.runs.first())
 }
 
-/// What is found along its motion with an initial velocity and to an end.
+/// The findings along its motion, with this initial velocity and end if they are given.
 fn findings(entry: &Entry, v0: Option<&[f64]>, until: Option<f64>) -> Vec<Finding> {
     let own = settings(entry);
     let settings = Settings {
@@ -34,7 +35,7 @@ const NUT: &str = "parameters { inertia = [[3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.
 
 #[test]
 fn a_damped_body_steps_back_as_it_stepped() {
-    // what is damped by e²⁰ on the way there grows by as much on the way back
+    // a motion that is damped by e²⁰ forward grows by as much backward
     let damped = read(
         "coordinates(r: rotation, x);
         let w = r.angular_velocity();
@@ -44,7 +45,7 @@ fn a_damped_body_steps_back_as_it_stepped() {
     );
     for findings in [
         findings(&damped, None, None),
-        // and what is unstable, both ways
+        // an unstable motion grows both ways
         findings(&read(NUT), None, None),
     ] {
         assert_eq!(missed(&findings), []);
@@ -69,7 +70,7 @@ fn a_built_in_system_has_the_bars_of_its_text() {
 
 #[test]
 fn what_hovers_is_as_regular_as_what_flies() {
-    // in rounding the thrust is not the weight, and the motion is nothing else
+    // the thrust differs from the weight by rounding, and the motion is nothing but this rounding
     let texts = [
         "parameters { mass = 0.8, gravity = 9.81, thrust = 7.848 }
         coordinates(r: rotation, x: [3]);
@@ -94,7 +95,7 @@ fn what_hovers_is_as_regular_as_what_flies() {
         let smallest = found(&findings, "smallest singular value of D₃");
         assert!(smallest.figure > 1e-4, "{smallest:?}");
     }
-    // a mass that vanishes on the way is none of that
+    // a mass that vanishes on the way is not excused by that
     let vanishing = read(
         "coordinates(x);
         lagrangian = x * dot(x).powi(2) / 2 - x;
@@ -112,7 +113,7 @@ fn what_hovers_is_as_regular_as_what_flies() {
 #[test]
 fn a_momentum_is_measured_with_all_axes_of_its_rotation() {
     let nut = read(NUT);
-    // one component is 1e-4 and less of the others
+    // one component of the angular velocity is at most 1e-4 of the others
     for (v0, until) in [([0.0, 0.001, 5.0, 0.002], 40.0), ([0.0, 1e-8, 0.0, 3.0], 20.0)] {
         let findings = findings(&nut, Some(&v0), Some(until));
         let momenta: Vec<&Finding> = findings
@@ -142,7 +143,7 @@ fn the_order_of_a_rough_spin_is_fitted_where_errors_fall_as_a_power() {
 
 #[test]
 fn what_constraints_change_is_seen_in_any_units() {
-    // masses of twenty decades
+    // masses that span twenty decades
     let beside = read(
         "coordinates(x, y);
         lagrangian = 0.5e12 * dot(x).powi(2) + 0.5e-8 * dot(y).powi(2) - 0.5e12 * x.powi(2) - 0.5e-6 * (y - 1e-6 * x).powi(2);
@@ -155,11 +156,12 @@ fn what_constraints_change_is_seen_in_any_units() {
     assert!(change.figure > 1e-3, "{change:?}");
 }
 
-/// The checks of a text in which another order than that of the step is expected miss it.
+/// An excuse for one reason hides no wrong order: a text is checked against other orders than that of the
+/// step, and has to fail.
 #[test]
 fn what_is_open_hides_no_other_order() {
     for (kind, orders, text) in [
-        // a mass that nearly vanishes, whose errors fall as the third power where the step is not yet short enough
+        // a mass that nearly vanishes: errors fall as the third power until the step is short enough
         (
             Kind::Unconstrained,
             &[(1.0, true), (2.0, false)][..],
@@ -167,7 +169,7 @@ fn what_is_open_hides_no_other_order() {
             lagrangian = dot(x).powi(4) / 4 + 1e-3 * dot(x).powi(2) / 2 - x.powi(2) / 2;
             run { start = ([1], [0]); step = 0.01; until = 1; }",
         ),
-        // rows that nearly depend on each other
+        // constraints that nearly depend on each other
         (
             Kind::Holonomic,
             &[(1.0, true), (2.0, false), (3.0, true)],

@@ -1,11 +1,11 @@
-//! The command, and the chapter of the book.
+//! `check --orders`, and the table and listings of the book's chapter on orders.
 
 use std::path::Path;
 use std::process::Command;
 
 use super::BEAD;
 
-/// What the command prints and what it tells, and whether it succeeds.
+/// Standard output and standard error of the command, and whether it succeeds.
 fn dsocs(folder: &Path, arguments: &[&str]) -> (String, String, bool) {
     let run = Command::new(env!("CARGO_BIN_EXE_dsocs"))
         .args(arguments)
@@ -39,7 +39,7 @@ fn the_command_writes_values_and_says_what_it_cannot_measure() {
     assert_eq!(map["parts"][0]["part"], "L_d");
     assert_eq!(map["lowering"][0], "D₁L_d + D₂L_d");
     assert_eq!(map["holds"], true);
-    // a motion that lasts as long as it is told
+    // a motion up to a given time
     let (out, _, good) = dsocs(folder, &["check", "bead.dsocs", "--orders", "--until", "2"]);
     assert!(good && out.contains("errors to t = 1.9"), "{out}");
 
@@ -59,7 +59,7 @@ fn the_command_writes_values_and_says_what_it_cannot_measure() {
     }
 }
 
-/// The table of the chapter is what its command writes.
+/// The table of the chapter is the output of its command.
 #[test]
 fn the_table_of_the_book_is_true() {
     let folder = tempfile::tempdir().unwrap();
@@ -71,7 +71,7 @@ fn the_table_of_the_book_is_true() {
     assert!(book.contains(&found), "the table is now\n{found}");
 }
 
-/// The listings of the chapter are systems, and what is said below each of them is what it shows.
+/// The listings of the chapter are systems, and the text below each of them is the output of its check.
 #[test]
 fn the_listings_of_the_chapter_run() {
     let folder = tempfile::tempdir().unwrap();
@@ -86,7 +86,7 @@ fn the_listings_of_the_chapter_run() {
     };
     std::fs::write(folder.path().join("turn.dsocs"), listing).unwrap();
     let (found, ..) = dsocs(folder.path(), &["check", "turn.dsocs", "--orders"]);
-    // distances may differ in their last digits on another machine
+    // distances may differ in their last digits on another machine, so words with exponents are left out
     let words = |text: &str| -> Vec<String> {
         let words = text.split_whitespace();
         words

@@ -1,4 +1,4 @@
-//! Systems by chance: the order that follows is seen.
+//! Random systems: the order that follows from the parts is the order of the errors.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use dsocs_systems::check::orders::{Order, Part};
 
 use super::{assert_order, of_text};
 
-/// Numbers by a linear congruence.
+/// Random numbers by a linear congruential generator.
 struct Draws(u64);
 
 impl Draws {
@@ -19,7 +19,7 @@ impl Draws {
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// One of some.
+    /// One of some values.
     fn one<T: Copy>(&mut self, of: &[T]) -> T {
         self.number();
         of[usize::try_from(self.0 >> 33).unwrap() % of.len()]
@@ -33,7 +33,8 @@ impl Draws {
     }
 }
 
-/// The Lagrangian, constraints and maps of a system by chance, and whether its `D_K` and its `D_V` are of order 1 by their maps.
+/// The Lagrangian, constraints and maps of a random system, and whether its `D_K` and its `D_V` are of order
+/// 1 by their maps.
 fn drawn(draws: &mut Draws) -> (String, [bool; 2]) {
     let [a, b, c, d, f] = core::array::from_fn(|_| draws.coefficient());
     let mut text = format!(
@@ -74,7 +75,8 @@ fn drawn(draws: &mut Draws) -> (String, [bool; 2]) {
     (text, low)
 }
 
-/// Asserts that the order that follows is seen, of so many systems by chance; and the orders of rows and fields that follow from their maps.
+/// Asserts, for this many random systems, that the order that follows is measured, and that rows and fields
+/// have the orders of their maps.
 fn follow(draws: u64) {
     let mut counts = [0; 3];
     for draw in 0..draws {
@@ -108,7 +110,7 @@ fn the_order_that_follows_is_seen_of_systems_by_chance() {
     follow(40);
 }
 
-/// In a release build, 10 s.
+/// In a release build this takes 10 s.
 #[test]
 #[ignore = "takes a minute; by hand"]
 fn the_order_that_follows_is_seen_of_many_systems_by_chance() {

@@ -1,4 +1,5 @@
-//! The orders of the parts: systems whose answers are known, and the table of the book.
+//! The orders of the parts: systems whose orders are known by hand, random systems, and the table of the
+//! book.
 
 mod book;
 mod chance;
@@ -25,7 +26,7 @@ fn settings(h: f64) -> Settings<'static> {
     }
 }
 
-/// The orders of a text with some statements put in.
+/// The orders of a text with further statements.
 fn of_text(text: &str, statements: &str, (q0, v0): (&[f64], &[f64]), h: f64) -> Orders {
     let text = Text::parse("system", &format!("{text}\n{statements}")).unwrap();
     let entry = Entry::of_text("system", &text, None);
@@ -37,7 +38,7 @@ fn of_text(text: &str, statements: &str, (q0, v0): (&[f64], &[f64]), h: f64) -> 
     entry.orders(&settings).unwrap()
 }
 
-/// Asserts an order that is fitted.
+/// Asserts a fitted order.
 fn assert_order(orders: &Orders, part: Part, expected: f64) {
     match orders.of(part) {
         Some(Order::Power { power, .. }) => {
@@ -50,14 +51,14 @@ fn assert_order(orders: &Orders, part: Part, expected: f64) {
     }
 }
 
-/// Asserts what follows for the flow, and that it is seen.
+/// Asserts the order that follows for the flow, and that it is measured.
 fn assert_flow(orders: &Orders, expected: f64) {
     assert_eq!(orders.follows.number(), Some(expected), "{orders:?}");
     assert_eq!(orders.seen.number(), Some(expected), "{orders:?}");
     assert!(orders.holds());
 }
 
-/// A bead on a wire: its inertia depends on where it is.
+/// A bead on a wire: its inertia depends on its position.
 const BEAD: &str = "coordinates(x);
 lagrangian = (1 + x.powi(2)) / 2 * dot(x).powi(2) - x.powi(4) / 4;";
 
@@ -76,7 +77,7 @@ fn the_papers_map_touches_at_order_1_where_the_mass_varies() {
 
 #[test]
 fn what_telescopes_lowers_nothing() {
-    // the same wire, straight: L = T(v) − V(q)
+    // a straight wire: L = T(v) − V(q)
     let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(4) / 4;";
     let found = of_text(text, "phi_lagrangian = paper;", (&[1.0], &[0.3]), 0.05);
     assert_order(&found, Part::Lagrangian, 1.0);
@@ -146,7 +147,7 @@ fn gaps_are_those_by_hand() {
 }]
 struct Exact;
 
-/// The same with the expansion of the exact one to the fourth order.
+/// A harmonic oscillator with the exact discrete Lagrangian expanded to fourth order.
 #[dsocs {
     coordinates(x);
     lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
@@ -155,7 +156,7 @@ struct Exact;
 }]
 struct Fourth;
 
-/// With a potential that is twice too large.
+/// A harmonic oscillator whose discrete potential is twice too large.
 #[dsocs {
     coordinates(x);
     lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
@@ -178,7 +179,7 @@ fn a_flow_of_order_4_begins_on_the_motion() {
     assert_order(&found, Part::Lagrangian, 4.0);
     assert_order(&found, Part::Forces, 4.0);
     assert_flow(&found, 4.0);
-    // the paper's start has an error of order 1, and is named
+    // the paper's start has an error of order 1, and is named in the remarks
     let begin = Begin {
         paper: true,
         projected: false,
@@ -221,14 +222,14 @@ fn a_row_of_velocities_at_one_end_of_a_leg_is_of_order_1() {
     }
 }
 
-/// A pendulum on a cart with a law by the decrease of a Lyapunov function: the cart's motor.
+/// A pendulum on a cart with a Lyapunov constraint that the cart's motor enforces.
 const LYAPUNOV: &str = "coordinates(x, theta);
 lagrangian = dot(x).powi(2) + dot(theta).powi(2) / 2 + dot(x) * dot(theta) * theta.cos() + theta.cos();
 let energy = dot(theta).powi(2) / 2 - theta.cos() + x.powi(2) / 2 + x * dot(theta);
 kinematic = dot(energy) + dot(theta).powi(2) / 5;
 constraint_forces = [(1, 0)];";
 
-/// A particle whose curvature depends on its speed, under a force: all three maps enter.
+/// A particle with a force, whose curvature depends on its speed: all three maps enter.
 const CURVED: &str = "coordinates(x, y);
 lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y - x * y / 2;
 let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
@@ -272,7 +273,7 @@ fn a_law_by_a_lyapunov_function_has_an_exact_c_v() {
         let found = of_text(LYAPUNOV, &maps, start, 0.01);
         assert_order(&found, Part::Forces, forces);
         assert_order(&found, Part::Accelerations, rows);
-        // the motor acts on the cart wherever nodes are
+        // the motor's force does not depend on the nodes
         assert_eq!(found.of(Part::Displacements), Some(&Order::Exact));
         assert_flow(&found, f64::min(forces, rows));
     }
@@ -280,7 +281,7 @@ fn a_law_by_a_lyapunov_function_has_an_exact_c_v() {
 
 #[test]
 fn what_the_constraint_force_takes_up_lowers_nothing() {
-    // as many constraints as coordinates: the force alone depends on L_d
+    // as many constraints as coordinates: only the force depends on L_d
     let text = "coordinates(x, y);
     lagrangian = (1 + x.powi(2)) / 2 * (dot(x).powi(2) + dot(y).powi(2)) - y;
     holonomic = [x - 2 - t.cos(), y - t.sin()];
@@ -371,7 +372,7 @@ fn corners_and_tables_are_looked_at_within_their_pieces() {
     assert_eq!(by_map.len(), 4);
     for variant in by_map {
         let found = variant.orders.unwrap();
-        // the paper's map has the push at the nodes themselves
+        // the paper's map evaluates the push at the nodes
         match variant.map.name {
             "L: midpoint" => assert_order(&found, Part::ExternalForces, 2.0),
             _ => assert!(found.of(Part::ExternalForces).unwrap().number() >= Some(2.0)),

@@ -1,4 +1,5 @@
-//! The orders of systems with rotations: the increments of legs are turns in the frame of the body, and so are the forces at nodes.
+//! The orders of systems with rotations, against values by hand. Increments of legs and forces at nodes are
+//! vectors in the frame of the body.
 
 use dsocs_core::dsocs;
 use dsocs_core::geometry::{Contact, Expansion};
@@ -8,14 +9,14 @@ use dsocs_systems::systems;
 
 use super::{assert_flow, assert_order, of_text, settings};
 
-/// A ball that turns evenly.
+/// A ball that rotates at a constant rate.
 #[dsocs {
     coordinates(r: rotation);
     lagrangian = r.angular_velocity().norm_squared() / 2;
 }]
 struct Ball;
 
-/// The quaternion of a turn about an axis with the rate `w`, by its Taylor coefficients.
+/// The quaternion of a rotation about an axis with the rate `w`, by its Taylor coefficients.
 fn even_turn([x, y, z]: [f64; 3], w: f64) -> Vec<Vec<f64>> {
     let mut power = 1.0;
     let mut coefficients = Vec::new();
@@ -44,7 +45,7 @@ fn gaps_of_an_even_turn_are_those_of_the_map_by_hand() {
     };
     for h in [0.5_f64, 0.2, 0.1] {
         let contact = Contact::of(&Ball, &motion, h).unwrap();
-        // the increment of a turn by θ has the length x, tan(θ/4) = (x/4)/(1 − x²/48)
+        // the increment of a rotation by θ has the length x, tan(θ/4) = (x/4)/(1 − x²/48)
         let tangent = (w * h / 4.0).tan();
         let x = 8.0 * tangent / (1.0 + (1.0 + 4.0 / 3.0 * tangent.powi(2)).sqrt());
         let [gap] = contact.lagrangian[..] else {
@@ -52,7 +53,7 @@ fn gaps_of_an_even_turn_are_those_of_the_map_by_hand() {
         };
         let by_hand = ((x / h).powi(2) - w.powi(2)) / 2.0;
         assert!((gap.apart - by_hand).abs() < 4e-15, "{h}: {gap:?} {by_hand}");
-        // the momenta of the legs at the node: along the axis, those of the slope of x
+        // the momenta of the legs at the node: along the axis, with the slope dx/dθ
         let slope = {
             let a = 1.0 - x * x / 48.0;
             let b = x * x / 16.0;
@@ -64,7 +65,7 @@ fn gaps_of_an_even_turn_are_those_of_the_map_by_hand() {
             let by_hand = axis[i % 3] * (x / h * slope - w);
             assert!((gap.apart - by_hand).abs() < 1e-13, "{h}: {gap:?} {by_hand}");
         }
-        // they are the same on both legs
+        // the momenta of both legs are equal
         assert_eq!(contact.forces.len(), 3);
         for gap in &contact.forces {
             assert!(gap.apart.abs() <= gap.rounding, "{gap:?}");
@@ -82,12 +83,12 @@ fn the_map_of_rotations_touches_at_order_4() {
     assert!(found.holds());
 }
 
-/// A heavy top that is not symmetric.
+/// A heavy top with three different moments of inertia.
 const TOP: &str = "coordinates(r: rotation);
 let w = r.angular_velocity();
 lagrangian = (2 * w[0].powi(2) + 1.5 * w[1].powi(2) + w[2].powi(2)) / 2 - (r * [0.2, 0.1, 1])[2];";
 
-/// A start away from the axes.
+/// An initial attitude away from the axes.
 const TURNED: [f64; 4] = [0.5, 0.5, -0.5, 0.5];
 
 #[test]

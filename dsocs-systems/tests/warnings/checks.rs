@@ -1,17 +1,18 @@
-//! Checks of scenes that a mechanician has thought of: nothing that is right says FAILED, and what is open says why.
+//! Checks of realistic scenes: correct systems never show FAILED, and a check that is not required gives its
+//! reason.
 
 use std::fs;
 use std::process::Command;
 
 use super::attempt;
 
-/// Whether all checks of a text pass or are open, and what is said.
+/// Whether all checks of a text pass or are excused, and the output.
 fn check(text: &str, arguments: &[&str]) -> (bool, String) {
     let (succeeds, told) = attempt(text, "check", arguments);
     (succeeds, told.concat())
 }
 
-/// Asserts that a text passes.
+/// Asserts that a text passes, and returns the table.
 #[track_caller]
 fn passes(text: &str, arguments: &[&str]) -> String {
     let (passes, table) = check(text, arguments);
@@ -22,7 +23,7 @@ fn passes(text: &str, arguments: &[&str]) -> String {
     table
 }
 
-/// Asserts that a text passes, and that nothing of it is open.
+/// Asserts that a text passes, and that no check of it is excused.
 #[track_caller]
 fn holds(text: &str) {
     let table = passes(text, &[]);
@@ -43,7 +44,7 @@ fn what_rests_is_reversible() {
 
 #[test]
 fn units_do_not_matter() {
-    // two masses on springs in units of a length and a time
+    // two masses on springs in several units of length and time
     for [length, time] in [[1.0, 1.0], [1e-10, 1e4], [1e-6, 1e8], [1e5, 1e-3]] {
         holds(&format!(
             "parameters {{ length = {length:e}, time = {time:e} }} coordinates(x, y); \
@@ -64,7 +65,8 @@ fn units_do_not_matter() {
 
 #[test]
 fn springs_between_masses_are_no_pivots() {
-    // the spring is linear in one of the two unknowns, with a coefficient that vanishes with the step
+    // the row of the spring is linear in one of the two unknowns, with a coefficient that vanishes with the
+    // step
     for step in ["0.2", "0.01", "0.0001"] {
         let text = format!(
             "coordinates(x, y); lagrangian = 0.75 * dot(x).powi(2) / 2 + 1.9 * dot(y).powi(2) / 2 \
@@ -82,7 +84,8 @@ fn springs_between_masses_are_no_pivots() {
     }
 }
 
-/// A straight road whose bend is far away: its curvature is below 1e-100 at first, and so is how far the motion has left the line.
+/// A straight road with a distant bend: at first its curvature, and the distance of the motion from the line,
+/// are below 1e-100.
 const BEND: &str = "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; \
     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt(); \
     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - 5 * (-((x - 2) / 0.1).powi(2)).exp(); \
@@ -102,7 +105,7 @@ fn what_hardly_moves_loses_no_regularity() {
         assert!(run.status.success());
         String::from_utf8(run.stderr).unwrap()
     };
-    // nor is the step of a start, which is none of the declaration's, one that loses it
+    // the step of the start, which is not of the declaration, is not reported as irregular either
     for scene in ["bend.dsocs", "clothoid", "crane"] {
         assert_eq!(certified(scene), "", "{scene}");
     }
@@ -123,7 +126,7 @@ fn an_order_that_scatters_over_corners_is_open_and_says_why() {
         );
     }
     assert!(open > 0);
-    // an order that is lower by one is none of the corners'
+    // an order that is lower by one is not excused by corners
     let (right, table) = check(
         "coordinates(x); lagrangian = (1 + x.powi(2)) * dot(x).powi(2) / 2 - x.powi(2); phi_lagrangian = paper; \
          external_forces = -0.3 * x.max(0); run { start = ([0.5], [1]); step = 0.01; until = 4; }",
@@ -151,7 +154,7 @@ fn what_is_missed_by_rounding_is_no_failure() {
     );
 }
 
-/// Asserts that a text passes with something open, and why.
+/// Asserts that a text passes with an excuse that contains `why`.
 #[track_caller]
 fn is_open(text: &str, why: &str) {
     let table = passes(text, &[]);
@@ -160,7 +163,7 @@ fn is_open(text: &str, why: &str) {
 
 #[test]
 fn beside_a_singularity_orders_are_open() {
-    // a curvature that is prescribed of a motion which comes to rest, and a velocity that is infinite at t = 1/2
+    // a prescribed curvature of a motion that comes to rest, and a velocity that is infinite at t = 1/2
     is_open(
         "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y; \
          let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt(); \
@@ -192,7 +195,7 @@ fn an_energy_that_jumps_without_a_force_is_open() {
     }
 }
 
-/// Where something rests in all of the window there is no triple to be looked at, and nothing has failed.
+/// Where a mass rests in the whole window, no triple can be tested, and nothing has failed.
 #[test]
 fn a_motion_that_rests_all_the_time_passes() {
     let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = -3.0 * (dot(x) - 0.4).signum(); \
@@ -202,7 +205,7 @@ fn a_motion_that_rests_all_the_time_passes() {
     assert!((table + &words).contains("no triple is left"), "{words}");
 }
 
-/// A force that is in proportion to that of the constraint and not along it: friction on a curve.
+/// A constraint force with a part across the constraint, proportional to it: friction on a curve.
 #[test]
 fn forces_that_are_not_ideal_need_not_keep_the_symplectic_form() {
     let text = "parameters { mu = 0.2 } coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; \
@@ -213,7 +216,7 @@ fn forces_that_are_not_ideal_need_not_keep_the_symplectic_form() {
     assert!(succeeds, "{table} {words}");
 }
 
-/// Asserts that something fails.
+/// Asserts that a check fails.
 #[track_caller]
 fn fails(text: &str, arguments: &[&str], what: &str) {
     let (passes, table) = check(text, arguments);
@@ -233,7 +236,7 @@ fn a_start_that_rounding_decides_is_open() {
     for scene in scenes {
         is_open(scene, "beside an unstable equilibrium");
     }
-    // beside it nothing is open
+    // beside the equilibrium no check is excused
     holds(
         "coordinates(theta); lagrangian = dot(theta).powi(2) / 2 + 9.81 * theta.cos(); run { start = ([3.1], [0]); step = 0.01; until = 4; }",
     );
@@ -298,7 +301,7 @@ fn a_motion_that_ends_by_itself_is_open_and_one_that_a_step_loses_fails() {
             );
         }
     }
-    // a wall that throws the motion back, and a step across it
+    // a potential wall that reflects the motion, and a step that crosses it
     let wall = "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 1 / x.sqrt(); run { start = ([9], [-20]); step = 0.1; until = 2; }";
     for arguments in [&[][..], &["--until", "1"]] {
         fails(wall, arguments, "time that the motion reaches");
@@ -328,7 +331,7 @@ fn roundings_of_a_late_time_and_of_a_far_place_are_no_failures() {
             passes(text, &["--t0", t0]);
         }
     }
-    // which rounding it is is told
+    // the message names the rounding
     let table = passes(hoop, &["--t0", "1000000"]);
     assert!(
         table.contains("the rounding of the time at 1.0e6 is 1e-10, 1e-8 of a step"),
@@ -342,7 +345,7 @@ fn roundings_of_a_late_time_and_of_a_far_place_are_no_failures() {
         table.contains("the rounding of the positions at 4.5e6 is 5e-10"),
         "{table}"
     );
-    // near to the speed of light the terms of the law change with the last digit of the velocity
+    // near the speed of light the terms of the law change with the last digit of the velocity
     passes(
         "parameters { c = 299792458.0, m = 9.109e-31, q = 1.602e-19, E = 1e9 } coordinates(x); \
          lagrangian = -m * c.powi(2) * (1 - dot(x).powi(2) / c.powi(2)).sqrt() + q * E * x; \
@@ -353,7 +356,7 @@ fn roundings_of_a_late_time_and_of_a_far_place_are_no_failures() {
 
 #[test]
 fn growth_does_not_depend_on_units() {
-    // a comet in metres and seconds: its speed is 1e-8 of its distance as a number, and a change of one is not one of the other
+    // a comet in metres and seconds: as numbers its speed is 1e-8 of its distance, and so are their changes
     let comet = "parameters { GM = 1.32712440018e20, m = 5.972e24 } coordinates(x, y); \
         lagrangian = m / 2 * (dot(x).powi(2) + dot(y).powi(2)) + GM * m / (x.powi(2) + y.powi(2)).sqrt(); \
         run { start = ([1.471e11, 0.0], [0.0, 3000.0]); step = 86400.0; until = 3.2e7; }";

@@ -1,8 +1,9 @@
-//! Constraints that nearly depend on each other, in runs to a tolerance.
+//! The warning about constraints that nearly depend on each other, in runs to a tolerance.
 
 use super::attempt;
 
-/// What a run of a ball on a sphere says whose second constraint is nearly the first one.
+/// The warnings of a run of a ball on a sphere whose second constraint differs from the first one by the part
+/// `beside`.
 fn said(beside: f64, tolerance: &str) -> String {
     let text = format!(
         "coordinates(x, y, z); lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - 9.81 * z + 0.3 * x * y; let ball = x.powi(2) + y.powi(2) + z.powi(2) - 1; \

@@ -1,10 +1,11 @@
-//! Energies that grow.
+//! The warning about a growing energy: it comes with steps that are too long, and not where a force drives
+//! the system.
 
 use super::run;
 
 #[test]
 fn an_energy_that_forces_give_is_no_explosion() {
-    // from rest: by a pivot that begins to move, and by a push
+    // driven from rest: by a pivot that begins to move, and by a push
     let driven = [
         "coordinates(th); let u = 0.2 * (-((t - 4.0) / 0.5).powi(2)).exp(); \
          lagrangian = (dot(u + th.sin()).powi(2) + dot(th.cos()).powi(2)) / 2 + 9.81 * (th.cos() - 1); \
@@ -17,7 +18,7 @@ fn an_energy_that_forces_give_is_no_explosion() {
             assert_eq!(run(text, &["--order", order]).0, "", "{text}");
         }
     }
-    // a spring that is declared as a force, and a step that is too long for it
+    // a spring declared as an external force, with a step that is too long for it
     for (start, step) in [("1", "0.21"), ("0", "0.21"), ("1e-6", "0.3"), ("0", "0.6")] {
         let text = format!(
             "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -100 * x + (3 * t).sin(); \

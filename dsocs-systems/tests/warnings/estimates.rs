@@ -1,8 +1,8 @@
-//! Errors that are estimated, and what is said where they cannot be.
+//! Estimated errors, and the message where they cannot be estimated.
 
 use super::run;
 
-/// The number that follows some words.
+/// The number that follows these words.
 fn number_after(told: &str, words: &str) -> f64 {
     let rest = told
         .split(words)

@@ -1,8 +1,8 @@
-//! Inputs that are held: back in time, and beside laws that go on.
+//! Held inputs: a run back in time returns to the start, and constraints beside an input continue.
 
 use super::attempt_with;
 
-/// The numbers of the last line that a run with an input writes.
+/// The numbers in the last row of a run with an input.
 fn end(plan: &str, text: &str, arguments: &[&str]) -> Vec<f64> {
     let (succeeds, [table, warnings]) =
         attempt_with(&[("plan.csv", plan.to_owned())], text, "run", arguments);
@@ -15,7 +15,7 @@ fn end(plan: &str, text: &str, arguments: &[&str]) -> Vec<f64> {
 fn a_run_goes_back_under_the_inputs_that_held() {
     let text = "parameters { torque = 0.0 } coordinates(theta); lagrangian = dot(theta).powi(2) / 2 + 9.81 * theta.cos(); \
         external_forces = torque; run { start = ([2.0], [0.5]); step = 0.01; until = 4; }";
-    // at nodes of all steps, and before the first time the parameter has its own value
+    // changes at nodes of all steps; before the first time the parameter has its own value
     let plan = "0.24,3\n1.0,-5\n2.48,0\n";
     let input = ["--input", "torque=plan.csv", "--columns", "t,theta,v_theta"];
     for (method, tolerance) in [
@@ -34,7 +34,7 @@ fn a_run_goes_back_under_the_inputs_that_held() {
             let back: Vec<&str> = back.iter().map(String::as_str).collect();
             let all = [&input[..], &method, &back, &["--t0", "4", "--until", "0"]].concat();
             let back = end(plan, text, &all);
-            // the step by positions begins with a velocity that is not its own
+            // at order 2 the velocity at the end is of second order, so the way back begins with an error
             let tolerance = if method[1] == "2" {
                 40.0 * step.parse::<f64>().unwrap().powi(2)
             } else {
@@ -50,7 +50,7 @@ fn a_run_goes_back_under_the_inputs_that_held() {
 
 #[test]
 fn a_law_goes_on_where_the_row_beside_it_changes() {
-    // a car that comes to its speed by a law, whatever the steering is
+    // a car that approaches its speed by a constraint, whatever the steering is
     let text = "parameters { base = 1.2, steer = 0.2 } coordinates(x, y, theta); \
         lagrangian = 40 * (dot(x).powi(2) + dot(y).powi(2)) + 5 * dot(theta).powi(2); \
         let v = dot(x) * theta.cos() + dot(y) * theta.sin(); \
@@ -105,7 +105,7 @@ fn values_that_never_hold_are_told_and_no_others() {
             let value = 1.0 + values.len() as f64;
             plan.extend([t.to_string(), ",".to_owned(), value.to_string(), "\n".to_owned()]);
             values.push(value);
-            // now and then at a node
+            // some changes have nodes between them, others have none
             t += if coarse {
                 0.05 + 0.1 * next()
             } else {

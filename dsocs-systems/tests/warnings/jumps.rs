@@ -1,15 +1,15 @@
-//! Jumps, corners and singularities in runs.
+//! Jumps, corners and singularities in runs: a warning or an error where one is due, and none elsewhere.
 
 use std::fs;
 
 use super::{attempt, run};
 
-/// A scene of one coordinate to the time 9.
+/// A text with one coordinate, run to t = 9.
 fn scene(statements: &str) -> String {
     format!("coordinates(x); {statements} run {{ start = ([1], [0]); step = 0.01; until = 9; }}")
 }
 
-/// The position at the end.
+/// The position in a row.
 fn position(line: &str) -> f64 {
     line.split(',').nth(1).unwrap().parse().unwrap()
 }
@@ -60,7 +60,7 @@ fn stops_and_releases_are_no_reason_for_a_warning_and_crossings_are() {
         "lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = -0.15 * dot(x).signum();";
     let (warnings, end) = run(&scene(crosses), &[]);
     assert!(warnings.contains("within 2 steps"), "{warnings}");
-    // to a tolerance there is nothing to be warned of; after two half-swings it is at 0.4, and swings about 0.15
+    // a run to a tolerance has no warning; after two half-swings the mass is at 0.4, and swings about 0.15
     let (warnings, exact) = run(&scene(crosses), &["--tolerance", "1e-10"]);
     assert_eq!(warnings, "");
     let there = 0.15 + 0.25 * (9.0 - 2.0 * std::f64::consts::PI).cos();
@@ -79,7 +79,7 @@ fn a_force_with_a_multiple_zero_does_not_jump() {
 
 #[test]
 fn a_start_beside_a_singularity_is_told() {
-    // the determinant is dot(x) + 0.6 dot(y), and small at the start
+    // the determinant is dot(x) + 0.6 dot(y), which is small at the start
     let text = |speed: f64| {
         format!(
             "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; \
@@ -108,7 +108,8 @@ fn a_start_beside_a_singularity_is_told() {
     }
 }
 
-/// A crank and a connecting rod of the same length: where the slider meets the crank's axis, one row says nothing.
+/// A crank and a connecting rod of the same length: where the slider meets the crank's axis, the gradient of
+/// the row vanishes.
 #[test]
 fn a_change_point_of_one_row_ends_a_motion_to_every_tolerance() {
     let text = "parameters { r = 1.0, l = 1.0 } coordinates(a, s); lagrangian = dot(a).powi(2) / 2 + 0.5 * dot(s).powi(2) / 2; \
@@ -156,7 +157,8 @@ fn composed_steps_do_not_pass_the_singularity_of_a_law() {
 
 #[test]
 fn a_start_at_a_singularity_is_refused_by_every_method() {
-    // the law says how theta moves, and only its equation of motion says how the cart does, with the factor cos(theta)
+    // the constraint determines theta; only its equation of motion determines the cart, with the factor
+    // cos(theta)
     let text = |start: &str| {
         format!(
             "parameters {{ g = 9.81, k = 1.0 }} coordinates(x, th); \
@@ -184,7 +186,7 @@ fn a_start_at_a_singularity_is_refused_by_every_method() {
             );
         }
     }
-    // far from there, in any unit
+    // far from the singularity, in any unit
     for start in [
         "[0, 1.2], [0, 0]",
         "[1e9, 0], [1e-9, 0]",
@@ -197,7 +199,8 @@ fn a_start_at_a_singularity_is_refused_by_every_method() {
 
 #[test]
 fn a_jump_that_meets_what_rests_is_told_and_a_smooth_release_is_not() {
-    // by a jump of the push, of the push by what another coordinate does, and of the friction; and what moves beside what rests
+    // a jump of the push in time, one that another coordinate triggers, and one of the friction; and masses
+    // that move beside one that rests
     let jumps = [
         "coordinates(x); lagrangian = dot(x).powi(2) / 2; \
          external_forces = (if t > 1.2345 { 2.0 } else { 0.5 }) - dot(x).signum();",
@@ -274,7 +277,7 @@ fn friction_that_grows_towards_rest_is_met_by_any_step() {
     );
 }
 
-/// Steps to a time, none of which is the half of another.
+/// Steps to a time, none of which is half of another.
 fn steps(until: f64, counts: &[u32]) -> Vec<String> {
     counts
         .iter()
@@ -282,10 +285,10 @@ fn steps(until: f64, counts: &[u32]) -> Vec<String> {
         .collect()
 }
 
-/// A scene, the time to which it runs, and the numbers of its steps.
+/// A text, the duration of its run, and numbers of steps.
 type Scene = (&'static str, f64, &'static [u32]);
 
-/// Whether a run by every order and every step says something.
+/// Runs the scenes by every order and every step, and asserts that the warnings are right.
 fn said(scenes: &[Scene], is_right: impl Fn(&str) -> bool) {
     for &(statements, until, counts) in scenes {
         for order in ["2", "4", "6", "8"] {
@@ -301,7 +304,7 @@ fn said(scenes: &[Scene], is_right: impl Fn(&str) -> bool) {
 #[test]
 fn a_jump_is_told_however_small_and_wherever_it_lies_in_a_step() {
     let jumps: [Scene; 9] = [
-        // pulses within a step that one argument tells, in time and in position
+        // pulses within a step, from a single argument, in time and in position
         (
             "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; \
              external_forces = if (t - 3.0031).abs() < 0.0007 { 50 } else { 0 }; run { start = ([-1], [0]);",
@@ -314,7 +317,7 @@ fn a_jump_is_told_however_small_and_wherever_it_lies_in_a_step() {
             6.0,
             &[110, 325],
         ),
-        // an argument that goes to zero late, and then quickly
+        // an argument that passes zero late and then quickly
         (
             "coordinates(x); lagrangian = 1.521 * dot(x).powi(2) / 2 - 1.215 * x.powi(2) / 2; \
              external_forces = 0.0308 * (-1.599 * (2.782 * t + 0.119).sin() / (1.941 + (x.powi(2) + 0.409 * x * t - 0.2).signum())) \
@@ -338,7 +341,7 @@ fn a_jump_is_told_however_small_and_wherever_it_lies_in_a_step() {
             2.5,
             &[151, 571, 1301],
         ),
-        // touched for less than a step
+        // a side that is reached for less than a step
         (
             "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = if x > 0.999999 { -20 } else { 0 }; \
              run { start = ([-1], [0]);",
@@ -352,7 +355,7 @@ fn a_jump_is_told_however_small_and_wherever_it_lies_in_a_step() {
             3.0,
             &[97, 301],
         ),
-        // where the declared argument is a multiple of the time, and its zero no double
+        // the declared argument is a multiple of the time, and its zero is no double
         (
             "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = if 3 * t > 0.9 { 1 } else { 0.5 }; run { start = ([0], [0]);",
             1.0,
@@ -365,7 +368,7 @@ fn a_jump_is_told_however_small_and_wherever_it_lies_in_a_step() {
 #[test]
 fn a_corner_is_no_jump() {
     let corners: [Scene; 8] = [
-        // next to nothing, where the acceleration passes zero
+        // a very small jump, where the acceleration passes zero
         (
             "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = 1e-9 * x.signum(); run { start = ([1], [-1]);",
             6.0,
@@ -378,7 +381,7 @@ fn a_corner_is_no_jump() {
             0.6,
             &[12, 13, 14, 15],
         ),
-        // a quotient that has few digits where it is 0 / 0
+        // a quotient that loses its digits at 0 / 0
         (
             "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = 0.1 * (x.exp() - 1) / x; run { start = ([1], [-1]);",
             6.0,
@@ -401,14 +404,14 @@ fn a_corner_is_no_jump() {
             5.0,
             &[211, 500],
         ),
-        // a stop where what holds is near its limit
+        // a stop where the holding force is near its limit
         (
             "coordinates(y); lagrangian = dot(y).powi(2) / 2; let c = 0.8 * (1 + 0.7 * (-dot(y).abs() / 0.2).exp()); \
              external_forces = 1.3 - c * dot(y).signum(); run { start = ([0], [-0.42]);",
             0.4,
             &[21, 23, 32],
         ),
-        // divided by what is zero where what is divided is, and by what is never zero
+        // a quotient that is 0 / 0 at a point, and one whose denominator is never zero
         (
             "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = 0.1 * (2 + x.sin()).recip() - x.powi(3) / (1 + x.powi(2)); \
              run { start = ([1], [0.3]);",
@@ -463,7 +466,7 @@ fn what_is_infinite_and_what_makes_a_velocity_jump_is_told_as_such() {
             1.6,
             &[97, 133, 401],
         ),
-        // a step of the potential, a mass that jumps, and a corner of a wire
+        // a step of the potential, a mass that jumps, and a wire with a corner
         (
             "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 0.1 * x.signum(); run { start = ([-1], [1]);",
             2.0,
@@ -500,7 +503,8 @@ fn what_is_infinite_and_what_makes_a_velocity_jump_is_told_as_such() {
 
 #[test]
 fn an_input_may_change_where_a_mass_turns() {
-    // it slides with 0.02 when the push turns round, stops after 0.02 / 1.3, and goes back with 0.3 more in every second
+    // it slides with 0.02 when the push reverses, stops after 0.02 / 1.3, and slides back with the
+    // acceleration 0.3
     let text = "parameters { p = 0.2 } coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = p - 0.5 * dot(x).signum(); \
         run { start = ([0], [0.32]); step = 0.1; until = 2; }";
     let folder = tempfile::tempdir().unwrap();
@@ -513,7 +517,7 @@ fn an_input_may_change_where_a_mass_turns() {
         let (warnings, end) = run(text, &["--input", &input, "--step", &step.to_string()]);
         assert!(warnings.contains("of the first order"), "{step}: {warnings}");
         assert!(
-            // half a step with a force that is wrong by 1
+            // the error of half a step with a force that is wrong by 1
             (position(&end) - right).abs() < 0.5 * step,
             "{step}: {end} {right}"
         );
@@ -531,7 +535,7 @@ fn a_text_that_goes_back_in_time_goes_nowhere_else_by_itself() {
 
 #[test]
 fn a_mass_that_falls_is_no_singularity() {
-    // a rocket that burns its mass, and a fast particle that slows down
+    // a rocket that burns its mass, and a relativistic particle that slows down
     let regular = [
         "coordinates(z); let m = 0.05 + 0.5 * (1 - ((t - 1) / 0.1).tanh()); lagrangian = m * dot(z).powi(2) / 2; \
          external_forces = 3; run { start = ([0], [0]); step = 0.02; until = 4; }",
@@ -543,7 +547,7 @@ fn a_mass_that_falls_is_no_singularity() {
             assert_eq!(run(text, &["--step", step]).0, "", "{text} {step}");
         }
     }
-    // a mass that vanishes at a place, with a change of its sign and without
+    // a mass that vanishes at a point, with and without a change of its sign
     for mass in ["x", "x.powi(2)"] {
         let text = format!(
             "coordinates(x); lagrangian = {mass} * dot(x).powi(2) / 2; run {{ start = ([1], [-1]); step = 0.01; until = 1.2; }}"
@@ -575,7 +579,7 @@ fn a_velocity_without_a_bound_is_told_as_such() {
 #[test]
 fn what_is_declared_and_sticks_is_not_asked_to_be_declared() {
     let declared = [
-        // the root of the speed, and infinitely many sides in a finite time
+        // the square root of the speed, and infinitely many switches in a finite time
         "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -dot(x).signum() * dot(x).abs().sqrt(); \
          run { start = ([0], [1]); step = 0.01; until = 3; }",
         "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = -x.signum() - 0.5 * dot(x).signum(); \
@@ -591,7 +595,8 @@ fn what_is_declared_and_sticks_is_not_asked_to_be_declared() {
 #[test]
 fn what_is_led_away_from_rest_on_both_sides_asks_which() {
     let methods: [&[&str]; 3] = [&[], &["--order", "4"], &["--tolerance", "1e-9"]];
-    // a force along the velocity; friction that turns into one while a mass rests; on a belt, and beside another mass
+    // a force along the velocity; friction that becomes one while a mass rests; the same on a belt, and
+    // beside another mass
     let scenes = [
         (
             "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = 0.5 * dot(x).signum();",
@@ -630,7 +635,7 @@ fn what_is_led_away_from_rest_on_both_sides_asks_which() {
             );
         }
     }
-    // Taylor's method ends at the time itself
+    // Taylor's method ends at the exact time
     for (scene, start, time) in &scenes[2..4] {
         let text = format!("{scene} run {{ start = {start}; step = 0.01; until = 3; }}");
         let (_, [_, told]) = attempt(&text, "run", &["--tolerance", "1e-9"]);
@@ -638,7 +643,7 @@ fn what_is_led_away_from_rest_on_both_sides_asks_which() {
         let found: f64 = after.split_once(',').unwrap().0.parse().unwrap();
         assert!((found - time).abs() < 1e-6, "{text}: {told}");
     }
-    // what goes one way only, what is held, and friction from rest ask nothing
+    // a force that pushes one way only, a mass that is held, and friction from rest have unique motions
     for scene in [
         "external_forces = 0.6 + 0.5 * dot(x).signum();",
         "external_forces = (t - 1) * dot(x).signum() + 0.01;",
@@ -658,7 +663,8 @@ fn what_is_led_away_from_rest_on_both_sides_asks_which() {
 
 #[test]
 fn a_step_that_is_solved_with_sides_does_not_lead_over_a_singularity() {
-    // a sliding rod whose friction is that of its normal force (Painlevé): its determinant vanishes at t = 0.0658418, where the motion ends
+    // a sliding rod whose friction is proportional to its normal force (Painlevé): the determinant vanishes
+    // at t = 0.0658418, where the motion ends
     let text = "parameters { mu = 1.8, g = 9.81 } coordinates(x, y, th); \
         lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + dot(th).powi(2) / 6 - g * y; let slip = dot(x - th.cos()); \
         holonomic = y - th.sin(); let s = mu * slip.signum(); constraint_forces = [(-s, 1, -th.cos() - s * th.sin())]; \
@@ -666,7 +672,7 @@ fn a_step_that_is_solved_with_sides_does_not_lead_over_a_singularity() {
     for k in 0..40 {
         let h = 2e-4 * 10_f64.powf(0.025 * f64::from(k) + 0.0017);
         let (succeeds, told) = attempt(text, "run", &["--step", &format!("{h:.9}")]);
-        // one that comes so near to it that the acceleration on its way stays finite is told
+        // a step so near to the singularity that the acceleration stays finite has a warning
         assert!(
             !succeeds || told[1].contains("nearly singular"),
             "{h}: {}",

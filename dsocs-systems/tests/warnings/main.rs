@@ -1,5 +1,5 @@
-//! What the program says of scenes that a mechanician has thought of: warnings where they are due, and none elsewhere; checks that pass, or say why they are
-//! open.
+//! The messages of the program on realistic scenes: warnings where they are due, and none elsewhere; checks
+//! that pass, or give the reason why they are not required.
 
 mod alternation;
 mod checks;
@@ -14,7 +14,8 @@ mod third_order;
 use std::fs;
 use std::process::Command;
 
-/// Whether a command of the program succeeds with a text, beside which some files lie, and what it writes to standard output and to standard error.
+/// Whether a command succeeds on a text, with some files beside it; and its standard output and standard
+/// error.
 fn attempt_with(
     files: &[(&str, String)],
     text: &str,
@@ -36,12 +37,12 @@ fn attempt_with(
     (output.status.success(), told)
 }
 
-/// The same of a text alone.
+/// Whether a command succeeds on a text alone; and its standard output and standard error.
 fn attempt(text: &str, command: &str, arguments: &[&str]) -> (bool, [String; 2]) {
     attempt_with(&[], text, command, arguments)
 }
 
-/// What the program writes to standard error for a text that runs, and the last line that it writes to standard output.
+/// Standard error of a run that succeeds, and the last line of its standard output.
 fn run(text: &str, arguments: &[&str]) -> (String, String) {
     let (succeeds, [table, warnings]) = attempt(text, "run", arguments);
     assert!(succeeds, "{text} {arguments:?}: {warnings}");

@@ -1,8 +1,8 @@
-//! Samples that lie closer to each other than the nodes of a run.
+//! Samples with spacings below the step, and bodies on sampled surfaces.
 
 use super::attempt_with;
 
-/// What a run with a table of samples says, which is to succeed.
+/// The warnings of a run with a table of samples, which has to succeed.
 fn said(table: &[[f64; 2]], text: &str, arguments: &[&str]) -> String {
     let lines = table.iter().map(|[place, value]| format!("{place},{value}\n"));
     let (succeeds, [_, warnings]) = attempt_with(&[("table.csv", lines.collect())], text, "run", arguments);
@@ -10,7 +10,7 @@ fn said(table: &[[f64; 2]], text: &str, arguments: &[&str]) -> String {
     warnings
 }
 
-/// A mass on a spring, and what the samples do to it.
+/// A mass on a spring, with a statement that contains the samples.
 fn scene(curve: &str, samples: &str) -> String {
     format!(
         "parameters {{ f = samples(\"table.csv\", {curve}) }} coordinates(x); {samples} \
@@ -23,7 +23,7 @@ fn a_pulse_between_two_nodes_is_told() {
     let force = "lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = f.at(t);";
     let held = "lagrangian = dot(x).powi(2) / 2 - (1 + f.at(t)) * x.powi(2) / 2;";
     let carried = "lagrangian = (dot(x) + 0.003 * f.at(t)).powi(2) / 2 - x.powi(2) / 2;";
-    // where the mass passes with a velocity of about one
+    // at the start of the motion the velocity is about one
     let bump = "lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 - 0.001 * f.at(x);";
     for (place, statements) in [(1.3, force), (1.3, held), (1.3, carried), (0.5, bump)] {
         for shift in [0.0, 0.0007, 0.0031, 0.0052, 0.0069, 0.0096] {
@@ -38,7 +38,7 @@ fn a_pulse_between_two_nodes_is_told() {
             for order in ["2", "4", "6"] {
                 let text = scene("linear", statements);
                 let warnings = said(&pulse, &text, &["--order", order]);
-                // a node within the pulse throws the mass back
+                // a pulse with a node in it reverses the mass
                 assert!(
                     warnings.contains("of the first order") || warnings.contains("the energy is"),
                     "{statements} {from} {order}: {warnings}"
@@ -63,7 +63,7 @@ fn close_samples_on_a_smooth_curve_are_no_reason_for_a_warning() {
     ];
     for statements in statements {
         for curve in ["linear", "cubic", "monotone"] {
-            // a Lagrangian takes a derivative of its samples, and that of straight lines jumps
+            // a Lagrangian needs the derivative of its samples, and that of straight lines jumps
             if curve == "linear" && !statements.contains("external_forces") {
                 continue;
             }
@@ -81,7 +81,8 @@ fn close_samples_on_a_smooth_curve_are_no_reason_for_a_warning() {
     }
 }
 
-/// A belt whose speed is sampled carries a block that rests on it; where it slows down too fast, it lets it go.
+/// A belt with sampled speed carries a block that rests on it; where the belt slows down too fast, the block
+/// slides.
 #[test]
 fn what_rests_on_a_sampled_belt_has_its_velocity() {
     let table = |name: &str, lines: &[(f64, f64)]| {
@@ -125,7 +126,7 @@ fn what_rests_on_a_sampled_belt_has_its_velocity() {
             }
         }
     }
-    // let go by a corner: told by steps of a fixed length, since it costs them their order
+    // release at a corner: reported for steps of a fixed length, whose order it lowers
     let files = table("belt.csv", &[(0.0, 0.6), (2.0, 0.6), (3.0, -0.4), (6.0, -0.4)]);
     let text = text("linear", 0.75, 0.6);
     for arguments in [&["--step", "0.01"][..], &["--step", "0.01", "--order", "4"]] {
@@ -140,7 +141,7 @@ fn what_rests_on_a_sampled_belt_has_its_velocity() {
     );
 }
 
-/// Every method has no constraint force where there is no constraint.
+/// No method has a constraint force where there is no constraint.
 #[test]
 fn the_first_row_of_what_rests_has_no_constraint_force() {
     let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = -3.0 * (dot(x) - 0.4).signum(); \
@@ -155,7 +156,8 @@ fn the_first_row_of_what_rests_has_no_constraint_force() {
     }
 }
 
-/// What rounding leaves of a constraint is taken away over many steps. Samples leave more of it than a formula, and all nodes have it.
+/// The rounding of a constraint is removed over many steps. Samples leave more of it than a formula, at all
+/// nodes.
 #[test]
 fn a_constraint_with_samples_passes_the_checks() {
     let table = [[-1.0, -1.0], [0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [5.0, 5.0]];

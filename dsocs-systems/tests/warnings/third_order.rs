@@ -1,11 +1,12 @@
-//! What a run with a constraint of third order says of itself: singularities and jumps of the jerk, and nothing of right motions.
+//! Messages of runs with a constraint of third order: singularities and jumps of the jerk, and none for
+//! regular motions.
 
-/// Whether a command of the program succeeds with a text, and what it writes to standard output and to standard error.
+/// Whether a command succeeds on a text; and its standard output and standard error.
 fn attempt(text: &str, arguments: &[&str]) -> (bool, [String; 2]) {
     super::attempt(text, arguments[0], &arguments[1..])
 }
 
-/// One coordinate with a row, whose jerk is prescribed.
+/// One coordinate with a row that prescribes its jerk.
 fn alone(row: &str, start: &str) -> String {
     format!(
         "coordinates(x); lagrangian = dot(x).powi(2) / 2; kinematic = {row}; constraint_forces = [(1,)]; \
@@ -13,7 +14,7 @@ fn alone(row: &str, start: &str) -> String {
     )
 }
 
-/// A mass on a spring, which the row of another one looks at.
+/// A mass on a spring, and a second coordinate whose row contains the first.
 fn beside(statements: &str, acceleration: f64) -> String {
     format!(
         "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x.powi(2) / 2; {statements} \
@@ -21,18 +22,18 @@ fn beside(statements: &str, acceleration: f64) -> String {
     )
 }
 
-/// The row of a servo with a target.
+/// The row of a servo that follows a target.
 fn servo(target: &str) -> String {
     format!("kinematic = dddot(y) + 3 * ddot(y) + 3 * dot(y) + y - {target};")
 }
 
-/// A cart-pole whose tip has a prescribed jerk; the cart loses its hold on it at 45 degrees.
+/// A cart-pole whose tip has a prescribed jerk; at 45 degrees the cart cannot control it.
 const POLE: &str = "coordinates(x, theta); \
     lagrangian = dot(x).powi(2) + dot(x) * dot(theta) * theta.cos() + dot(theta).powi(2) / 2 - 9.81 * theta.cos(); \
     kinematic = dddot(x + 2 * theta.sin()) - 0.5; constraint_forces = [(1, 0)]; \
     run { start = ([0.0, 1.2], [0.0, -1.5]); step = 0.01; until = 3.0; }";
 
-/// Steps from a hundredth to less than a thousandth, none of which divides another.
+/// Steps from 0.01 to less than 0.001, none of which divides another.
 fn steps(count: i32) -> impl Iterator<Item = String> {
     (0..count).map(move |k| format!("{:.6}", 0.01 * 0.05_f64.powf(f64::from(k) / f64::from(count))))
 }
@@ -122,7 +123,7 @@ fn a_jump_of_the_jerk_is_told() {
             );
         }
     }
-    // what is checked of the whole motion is open then
+    // then the checks of the whole motion are excused
     let (succeeds, [table, told]) = attempt(&jumps[0], &["check"]);
     assert!(succeeds && !table.contains("FAILED"), "{table}{told}");
     assert!((table + &told).contains("not required here"));
@@ -159,7 +160,7 @@ fn right_motions_are_not_warned_of() {
             assert!(succeeds && told.is_empty(), "{text} {step}: {told}");
         }
     }
-    // one that jumps at nodes: a leg takes the jerk at its middle
+    // a jerk that jumps at nodes: a leg takes the jerk at its middle
     let pulse = alone("dddot(x) - (if t < 0.5 { 1 } else { -2 })", rest);
     for step in ["0.01", "0.0025"] {
         let (succeeds, [table, told]) = attempt(&pulse, &["run", "--step", step, "--until", "1"]);
@@ -172,7 +173,7 @@ fn right_motions_are_not_warned_of() {
             .unwrap()
             .parse()
             .unwrap();
-        // 1/48 + 1/16 + 1/16 - 1/24
+        // the exact position: 1/48 + 1/16 + 1/16 - 1/24
         let h: f64 = step.parse().unwrap();
         assert!(
             succeeds && told.is_empty() && (end - 5.0 / 48.0).abs() < h * h,
@@ -206,7 +207,7 @@ fn friction_at_a_start_has_the_side_to_which_the_motion_leaves() {
         assert!((number(&last, 1) - there).abs() < 1e-4, "{last}");
         assert!(number(&first, 5).abs() < 1e-6, "{first}");
     }
-    // not that of the other side
+    // the acceleration of the other side is refused
     let (succeeds, [_, told]) = attempt(&text(-2.4), &["run"]);
     assert!(!succeeds && told.contains("the start violates"), "{told}");
 }
