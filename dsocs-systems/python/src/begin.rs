@@ -1,16 +1,17 @@
-//! How a run begins, and by which method, as Python says it.
+//! The beginning and the method of a run, from values of Python.
 
 use dsocs_core::{AnyStart, Composition};
 use dsocs_systems::entry::{Beginning, Method};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// How a run begins: the rule, two or three vectors, the acceleration nearby, the time, and whether it is projected.
+/// The beginning of a run: the rule, two or three vectors, the acceleration near which one is looked for, the
+/// time, and whether the start is projected.
 #[derive(FromPyObject)]
 pub struct Begins(String, Vec<Vec<f64>>, Option<Vec<f64>>, f64, bool);
 
 impl Begins {
-    /// The same start from another position and velocity.
+    /// The start by this rule from another position and velocity.
     pub fn from(&self, q0: &[f64], v0: &[f64]) -> PyResult<AnyStart> {
         let Self(rule, _, near, t0, projected) = self;
         let start = match rule.as_str() {
@@ -59,7 +60,7 @@ impl Begins {
             },
             _ => return Err(PyValueError::new_err("no such start")),
         };
-        // in the order of the command line
+        // wrapped in the order in which the command line does it
         let beginning = match near {
             Some(near) => Beginning::Near(near.clone(), Box::new(beginning)),
             None => beginning,
@@ -77,7 +78,8 @@ impl Begins {
     }
 }
 
-/// The method: a composition's order, or a tolerance.
+/// The method for an order and a tolerance: with a tolerance the continuous motion, else the step or a
+/// composition of it.
 pub fn method(order: u32, tolerance: Option<f64>) -> PyResult<Method> {
     match (tolerance, Composition::of_order(order)) {
         (Some(tolerance), _) => Ok(Method::Tolerance(tolerance)),

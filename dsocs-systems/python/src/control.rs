@@ -1,4 +1,4 @@
-//! A controller: a function of Python that is shown nodes, and gives the inputs from there on.
+//! A controller: a function of Python that is called with nodes, and returns the inputs from there on.
 
 use std::sync::Arc;
 
@@ -14,16 +14,17 @@ use crate::run::State;
 
 /// A controller.
 pub struct Controller<'py> {
-    /// The function itself.
+    /// The function.
     pub control: Bound<'py, PyAny>,
-    /// It is asked at every so many nodes.
+    /// The distance, in nodes, of its calls.
     pub every: u64,
-    /// The elements of an array that is given by its own name, `name, value -> [(element, number)]`; it raises the exception for what is no value.
+    /// Splits an array that is given by its own name into its elements, `name, value -> [(element, number)]`;
+    /// raises for a value that does not fit.
     pub elements: Bound<'py, PyAny>,
 }
 
 impl Controller<'_> {
-    /// Goes towards an end, for some steps.
+    /// Makes steps towards an end, and calls the function.
     pub(crate) fn run(
         &self,
         state: &mut State,
@@ -51,7 +52,7 @@ impl Controller<'_> {
         Ok(Ok(Reached::OnTheWay))
     }
 
-    /// Gives inputs the values that the function returned.
+    /// Sets the inputs to the values that the function returned.
     fn set(&self, state: &mut State, inputs: &Bound<'_, PyAny>) -> PyResult<Result<(), RunError>> {
         if inputs.is_none() {
             return Ok(Ok(()));

@@ -1,4 +1,4 @@
-//! What a run knows beside its nodes: the motion between them, events, and both solutions of a step.
+//! The motion of a run between its nodes, events, and both solutions of a step.
 
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -13,24 +13,24 @@ use crate::error::{guarded, of_run, plain, with_room};
 use crate::motion::PATIENCE;
 use crate::run::{PyRun, State};
 
-/// So many times are asked for between two looks at signals.
+/// The number of times that are computed between two checks for signals.
 const TIMES: usize = 1024;
 
-/// And between two looks lie at most so many nodes.
+/// The largest number of nodes between two checks for signals.
 const NODES: f64 = 8192.0;
 
 /// An array with a row for each point.
 type Rows<'py> = Bound<'py, PyArray2<f64>>;
 
-/// Which function changes its sign: what it is of, the place there, the value at which it changes its sign, the direction (1, −1 or 0), whether it ends
-/// the run.
+/// An event: the kind of quantity, its index, the value that it passes, the direction (1, −1 or 0), and
+/// whether it ends the run.
 type Watched = (String, usize, f64, i32, bool);
 
-/// A place where a function changes its sign: the number of the function, whether it rises, time, position, velocity, acceleration.
+/// An event that happened: its index, whether the quantity rises, time, position, velocity, acceleration.
 type Happened = (usize, bool, f64, Vec<f64>, Vec<f64>, Vec<f64>);
 
-/// The motion at some times, to the last of which a run goes: positions, velocities, accelerations and observed expressions. No node is kept on the
-/// way.
+/// The motion at some times: positions, velocities, accelerations and observed expressions. The run goes on
+/// to the last of them, and keeps no node.
 #[pyfunction]
 pub fn sample<'py>(
     py: Python<'py>,
@@ -99,7 +99,8 @@ pub fn sample<'py>(
     })
 }
 
-/// Goes on towards a time, and tells where functions change their signs. Ends at the first of those that end the run: `true`.
+/// Runs towards a time and returns the events on the way. Ends with `true` at the first event that ends the
+/// run.
 #[pyfunction]
 pub fn watch(
     py: Python<'_>,
@@ -118,10 +119,11 @@ pub fn watch(
     })
 }
 
-/// Whether an event has ended a run, or the error that has, or that of someone who looks at signals; and what happened up to there.
+/// Whether an event has ended a run, or the error that has, or the exception of a signal; and the events up
+/// to there.
 type Ended = (PyResult<Result<bool, RunError>>, Vec<AnyOccurrence>);
 
-/// Runs and watches. The nodes are kept.
+/// Runs to a time, watching for events. The nodes are kept.
 fn watched_to(state: &mut State, t: f64, watched: &[Watched]) -> Ended {
     let kernel = state.motion.kernel().clone();
     let values = state.motion.look(|run| run.values().to_vec());
@@ -133,7 +135,7 @@ fn watched_to(state: &mut State, t: f64, watched: &[Watched]) -> Ended {
     (ended, found)
 }
 
-/// The same for some time after the other, between which someone looks at signals.
+/// Runs to a time, watching for events, with checks for signals in between.
 fn go_on_watching(
     state: &mut State,
     t: f64,
@@ -162,7 +164,7 @@ fn go_on_watching(
     }
 }
 
-/// What is watched.
+/// The event function of a watched quantity.
 fn event<'e>(
     kernel: &'e TapeKernel,
     values: &'e [f64],
@@ -189,7 +191,7 @@ fn event<'e>(
     if *ends { event.terminal() } else { event }
 }
 
-/// The solutions of the next step: the one that the iteration finds, and another one if there is one.
+/// The solutions of the next step: the one that Newton's iteration finds, and another one if there is one.
 #[pyfunction]
 pub fn roots(py: Python<'_>, run: PyRef<'_, PyRun>) -> PyResult<(Vec<f64>, Option<Vec<f64>>)> {
     run.with(|state| {
@@ -212,20 +214,21 @@ pub fn advance_to(py: Python<'_>, run: PyRef<'_, PyRun>, q2: Vec<f64>) -> PyResu
     })
 }
 
-/// That another method has no such thing.
+/// The error for a method other than the step of order 2.
 fn only_the_step(py: Python<'_>, what: &str) -> PyErr {
     let message = format!("{what} is of the step of order 2 alone: order=2, without a tolerance");
     plain(py, "SetupError", &message)
 }
 
-/// Times, and whether each is wanted: between two that are far apart lie others, at which someone looks whether to go on.
+/// Times, and whether each was asked for. Between two that are far apart further ones are inserted, at which
+/// signals are checked.
 fn with_stops(now: f64, step: Option<f64>, times: &[f64]) -> Vec<(f64, bool)> {
     let longest = NODES * step.unwrap_or(f64::INFINITY).abs();
     let mut all = Vec::with_capacity(times.len());
     let mut before = now;
     for &t in times {
         let stops = ((t - before).abs() / longest).floor();
-        // what is not finite is refused later
+        // times that are not finite are refused later
         if stops.is_finite() && stops < 1e7 {
             let mut stop = 1.0;
             while stop <= stops {
@@ -239,11 +242,11 @@ fn with_stops(now: f64, step: Option<f64>, times: &[f64]) -> Vec<(f64, bool)> {
     all
 }
 
-/// Takes nodes and events.
+/// Takes nodes and events of a run.
 struct Watching<'w> {
-    /// Takes a node, and tells whether someone else has a turn.
+    /// Takes a node, and returns whether to pause for a check for signals.
     take: &'w mut dyn FnMut(&dyn Run) -> bool,
-    /// What has happened.
+    /// The events so far.
     found: &'w mut Vec<AnyOccurrence>,
 }
 

@@ -18,20 +18,21 @@ use crate::error::{guarded, of_run, of_setup, plain, with_room};
 use crate::many::{End, Many};
 use crate::text::PyText;
 
-/// Every so many nodes a trajectory looks whether it is to end.
+/// The number of nodes after which a trajectory checks whether it is to stop.
 const LOOK: NonZeroU64 = NonZeroU64::new(256).unwrap();
 
-/// Between two looks at signals pass so many milliseconds.
+/// The time between two checks for signals.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// So many runs are made at a time, so that no more starts and nodes than theirs need memory; a multiple of all lanes.
+/// The number of runs that are made at a time, which bounds the memory for starts and nodes; a multiple of
+/// all lanes.
 const AT_A_TIME: usize = 1 << 17;
 
 /// A parameter that varies, by its name: a value for each run.
 type Varied<'py> = (String, PyReadonlyArray1<'py, f64>);
 
-/// The ends of many runs as a dict of arrays, and what failed: the number of the run and its error. The positions and velocities at the start have a row
-/// for each run, and so have the parameters that vary.
+/// The ends of many runs as a dict of arrays, and the failures: the index of the run and its error. Positions
+/// and velocities at the start, and the parameters that vary, have a row for each run.
 #[pyfunction]
 #[pyo3(signature = (text, values, h, begins, q, v, varied, t, order, tolerance, threads, progress))]
 pub fn ensemble<'py>(
@@ -114,7 +115,7 @@ pub fn ensemble<'py>(
     Ok(told)
 }
 
-/// Runs in a thread of their own; this one looks at signals.
+/// Runs in another thread, while this one checks for signals.
 fn watched(
     py: Python<'_>,
     runs: impl FnOnce() -> Vec<End> + Send,
@@ -123,7 +124,7 @@ fn watched(
     std::thread::scope(|scope| {
         let (done, mut wait) = mpsc::channel::<()>();
         let runs = scope.spawn(|| {
-            // when it ends, nobody waits any more
+            // dropped when the runs end, which ends the wait
             let _done = done;
             guarded(runs)
         });
@@ -165,7 +166,7 @@ fn in_lanes<'k>(
     }
 }
 
-/// Runs all to their ends, or until someone stops them.
+/// Runs all to their ends, or until `stop` is set.
 fn to_the_end(lanes: &AnyEnsemble<'_>, t: f64, stop: &AtomicBool) -> Vec<End> {
     let visit = |(): &mut (), _: &AnyNode<'_>| {
         if stop.load(Ordering::Relaxed) {
@@ -180,7 +181,7 @@ fn to_the_end(lanes: &AnyEnsemble<'_>, t: f64, stop: &AtomicBool) -> Vec<End> {
 
 /// The last nodes as arrays; a run that failed has NaN.
 struct Arrays {
-    /// How many coordinates and observed expressions there are.
+    /// The numbers of coordinates and observed expressions.
     widths: [usize; 2],
     /// Times.
     t: Vec<f64>,
@@ -190,12 +191,12 @@ struct Arrays {
     vectors: [Vec<f64>; 4],
     /// The observed expressions.
     observed: Vec<f64>,
-    /// What failed.
+    /// The failures: the index of the run, and its exception.
     failures: Vec<(usize, PyErr)>,
 }
 
 impl Arrays {
-    /// Room for so many.
+    /// Arrays with room for `count` runs.
     fn of([n, observables]: [usize; 2], count: usize) -> PyResult<Self> {
         let room = |width: usize| with_room(count.checked_mul(width), "runs");
         Ok(Self {
@@ -208,7 +209,7 @@ impl Arrays {
         })
     }
 
-    /// Takes some that come next, of a system whose parameters vary.
+    /// Appends the next ends; the parameters of `varied` have other values in each run.
     fn take(&mut self, py: Python<'_>, ends: &[End], kernel: &TapeKernel, varied: &[(&str, &[f64])]) {
         let [n, observables] = self.widths;
         let nan = vec![f64::NAN; n];
@@ -253,7 +254,7 @@ impl Arrays {
         }
     }
 
-    /// All of them.
+    /// All arrays as a dict.
     fn told(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let (count, [n, observables]) = (self.t.len(), self.widths);
         let told = PyDict::new(py);

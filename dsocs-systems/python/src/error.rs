@@ -9,7 +9,8 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// What the library advises in Rust, and how it is said in Python. What is longer comes first.
+/// Advice in terms of Rust, and in terms of Python. Longer texts come first, so that they are replaced before
+/// their parts.
 const IN_RUST: [(&str, &str); 29] = [
     (
         "give the first two nodes, `Start::nodes(q0, q1)`: those of a flow are `flow.node().q` and `flow.position()`",
@@ -54,20 +55,20 @@ const IN_RUST: [(&str, &str); 29] = [
     ("; take a smaller h, Flow or", "; take a smaller h, `order=2` or"),
     ("(TaylorFlow)", "(`tolerance=`)"),
     ("::dsocs_core::Samples", "a table of samples"),
-    // what the command line says
+    // options of the command line
     ("`--step`", "`h`"),
     ("`--step ", "`h="),
     ("`--estimate-error`", "estimate_error()"),
     ("`--tolerance 1e-9`", "`tolerance=1e-9`"),
 ];
 
-/// A message as it is said in Python.
+/// A message with its advice in terms of Python.
 pub fn in_python(message: &str) -> String {
     let said = |message: String, (rust, python): &(&str, &str)| message.replace(rust, python);
     IN_RUST.iter().fold(message.to_owned(), said)
 }
 
-/// An exception of the package with a message and what it carries.
+/// An exception of the package with a message and attributes.
 pub fn exception(py: Python<'_>, class: &str, message: &str, carried: &Bound<'_, PyDict>) -> PyErr {
     let made = py
         .import("dsocs._errors")
@@ -79,20 +80,20 @@ pub fn exception(py: Python<'_>, class: &str, message: &str, carried: &Bound<'_,
     }
 }
 
-/// An exception of the package that carries nothing.
+/// An exception of the package without attributes.
 pub fn plain(py: Python<'_>, class: &str, message: &str) -> PyErr {
     exception(py, class, message, &PyDict::new(py))
 }
 
-/// What an exception carries, in the order in which it is set.
+/// The attributes of an exception, in the order in which they are set.
 fn carry<'py>(py: Python<'py>, set: impl FnOnce(&Bound<'py, PyDict>) -> PyResult<()>) -> Bound<'py, PyDict> {
     let carried = PyDict::new(py);
-    // numbers and texts are always made; if there is no memory for them, the message says the same
+    // numbers and strings are always made; without memory for them, the message contains the same
     let _ = set(&carried);
     carried
 }
 
-/// That of a text that is no system.
+/// The exception for a text that is not a system.
 pub fn of_text(py: Python<'_>, error: &TextError) -> PyErr {
     let TextError::Mistakes { mistakes, shown, .. } = error else {
         return plain(py, "DeclarationError", &error.to_string());
@@ -112,12 +113,12 @@ pub fn of_text(py: Python<'_>, error: &TextError) -> PyErr {
     exception(py, "DeclarationError", shown, &carried)
 }
 
-/// That of a start, a step or a parameter that cannot be used.
+/// The exception for a start, a step or a parameter that cannot be used.
 pub fn of_setup(py: Python<'_>, error: &SetupError) -> PyErr {
     plain(py, "SetupError", &error.to_string())
 }
 
-/// That of a run.
+/// The exception for an error of a run.
 pub fn of_run(py: Python<'_>, error: &RunError) -> PyErr {
     let class = match error {
         RunError::Setup(_)
@@ -145,7 +146,7 @@ pub fn of_run(py: Python<'_>, error: &RunError) -> PyErr {
     exception(py, class, &error.to_string(), &carried)
 }
 
-/// That of a run of the command line's entry.
+/// The exception for an error of a run by an entry of the command line.
 pub fn of_failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
     match failure {
         RunFailure::Setup(error) => of_setup(py, error),
@@ -159,12 +160,12 @@ pub fn of_failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
     }
 }
 
-/// That of a check that cannot be made.
+/// The exception for a check that cannot be made.
 pub fn of_check(py: Python<'_>, failure: &CheckFailure) -> PyErr {
     plain(py, "SetupError", &failure.to_string())
 }
 
-/// That of a run that has no derivative.
+/// The exception for a run that has no derivative.
 pub fn of_derivative(py: Python<'_>, error: &DerivativeError) -> PyErr {
     match error {
         DerivativeError::Run(error) => of_run(py, error),
@@ -172,12 +173,13 @@ pub fn of_derivative(py: Python<'_>, error: &DerivativeError) -> PyErr {
     }
 }
 
-/// That of a run that is too long for the memory.
+/// The exception for a run that does not fit into memory.
 pub fn no_memory() -> PyErr {
     PyMemoryError::new_err("there is no memory for so many nodes; `every=` keeps fewer of them")
 }
 
-/// Numbers for which there is room, or an error: an allocation that fails would end the process.
+/// An empty vector with room for `count` numbers, or an error: an allocation that fails would end the
+/// process.
 pub fn with_room(count: Option<usize>, what: &str) -> PyResult<Vec<f64>> {
     let mut numbers = Vec::new();
     let room = count.map(|count| numbers.try_reserve_exact(count));
@@ -190,7 +192,7 @@ pub fn with_room(count: Option<usize>, what: &str) -> PyResult<Vec<f64>> {
     }
 }
 
-/// Does something, and makes an error of a panic, which is a mistake of the library.
+/// Calls a function, and turns a panic, which is a mistake of the library, into an error.
 pub fn guarded<R>(work: impl FnOnce() -> R) -> Result<R, Panicked> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload| {
         let told = payload.downcast_ref::<String>().map(String::as_str);
@@ -199,7 +201,7 @@ pub fn guarded<R>(work: impl FnOnce() -> R) -> Result<R, Panicked> {
     })
 }
 
-/// A mistake of the library.
+/// A panic of the library, with its message.
 pub struct Panicked(String);
 
 impl From<Panicked> for PyErr {

@@ -1,6 +1,7 @@
-//! The engine of the Python package `dsocs`: what its Python files stand on. Users see `dsocs`, not this module.
+//! The engine of the Python package `dsocs`, on which its Python files are built. Users see `dsocs`, not this
+//! module.
 //!
-//! Everything that takes long runs without Python's lock, and looks every 30 ms whether it is to end.
+//! Long computations run without Python's lock, and check for signals every 30 ms.
 
 mod begin;
 mod control;
@@ -39,7 +40,7 @@ mod _dsocs {
     #[pymodule_export]
     use crate::told::{certify, check, estimate, page, program, samples};
 
-    /// Says of which version this is.
+    /// Sets the version of the module.
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))

@@ -34,17 +34,17 @@ fn of_equilibrium(py: Python<'_>, error: &EquilibriumError) -> PyErr {
         other => return plain(py, "SetupError", &other.to_string()),
     };
     let carried = PyDict::new(py);
-    // a list of numbers is always made; if there is no memory for it, the message says the same
+    // a list of numbers is always made; without memory for it, the message contains the same
     let _ = carried.set_item("q", q);
     exception(py, "EquilibriumError", &error.to_string(), &carried)
 }
 
-/// Rows, one after the other.
+/// The rows, one after the other, as one array.
 fn flat<'py>(py: Python<'py>, rows: &[Vec<f64>]) -> Bound<'py, PyArray1<f64>> {
     PyArray1::from_vec(py, rows.concat())
 }
 
-/// A model as a dict: of matrices, the numbers row by row.
+/// A model as a dict; each matrix as its numbers row by row.
 fn told<'py>(py: Python<'py>, model: &LinearModel) -> PyResult<Bound<'py, PyDict>> {
     let told = PyDict::new(py);
     let point = model.point.any();
@@ -114,7 +114,7 @@ pub fn linearize<'py>(
     told(py, &model.map_err(|error| of_linearization(py, &error))?)
 }
 
-/// The change from one state to another, each a position and a velocity: of a rotation, its turn.
+/// The change from one state to another, each a position and a velocity; for a rotation, the rotation vector.
 #[pyfunction(name = "state_change")]
 pub fn change(
     py: Python<'_>,
@@ -126,7 +126,7 @@ pub fn change(
     PyArray1::from_vec(py, state_change(&rotations, from, to))
 }
 
-/// What is told of an equilibrium.
+/// An equilibrium as a dict.
 fn rest<'py>(py: Python<'py>, found: &Equilibrium) -> PyResult<Bound<'py, PyDict>> {
     let told = PyDict::new(py);
     for (name, vector) in [
@@ -147,10 +147,11 @@ fn rest<'py>(py: Python<'py>, found: &Equilibrium) -> PyResult<Bound<'py, PyDict
     Ok(told)
 }
 
-/// Equilibria, and for each guess the place of its own or an exception.
+/// Equilibria; and for each guess the index of its equilibrium or an exception.
 type Found<'py> = (Vec<Bound<'py, PyDict>>, Vec<Bound<'py, PyAny>>);
 
-/// The equilibria near some positions; with one for each position its place among them, or the exception that says why there is none.
+/// The equilibria near some positions; and for each position the index of its equilibrium, or the exception
+/// with the reason why there is none.
 #[pyfunction]
 pub fn equilibria<'py>(
     py: Python<'py>,

@@ -1,4 +1,4 @@
-//! Many runs by methods that have no lanes: one after the other on each core.
+//! Many runs by methods without lanes: one after the other on each core.
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -10,10 +10,10 @@ use dsocs_systems::entry::Method;
 
 use crate::motion::AnyRun;
 
-/// So many nodes are made before someone looks whether to go on.
+/// The number of nodes between two checks whether to stop.
 const LOOK: u32 = 256;
 
-/// How a run has ended.
+/// The last node of a run, or its error.
 pub type End = Result<OwnedNode, RunError>;
 
 /// Many runs.
@@ -30,14 +30,14 @@ pub struct Many<'m> {
     pub varied: &'m [(&'m str, &'m [f64])],
     /// The end.
     pub t: f64,
-    /// Whether to end early.
+    /// Set to stop early.
     pub stop: &'m AtomicBool,
-    /// How many have ended.
+    /// The number of runs that have ended.
     pub finished: &'m AtomicUsize,
 }
 
 impl Many<'_> {
-    /// Runs all of them, on so many threads, by default on one for each core.
+    /// Runs all of them on this many threads, by default one for each core.
     pub fn ends(&self, threads: Option<usize>) -> Vec<End> {
         let cores = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
         let threads = threads.unwrap_or_else(cores).clamp(1, self.starts.len().max(1));

@@ -1,4 +1,4 @@
-//! A run in progress, with the system that it belongs to.
+//! A run in progress, which owns its system.
 
 use std::time::{Duration, Instant};
 
@@ -12,13 +12,13 @@ use self_cell::self_cell;
 
 use crate::record::Record;
 
-/// After so long someone asks whether to go on.
+/// The time after which a run pauses for a check for signals.
 pub const PATIENCE: Duration = Duration::from_millis(30);
 
-/// So many nodes are made at most before the clock is looked at.
+/// The largest number of nodes between two looks at the clock.
 const MOST: u64 = 4096;
 
-/// The clock is looked at about so often.
+/// The approximate time between two looks at the clock.
 const LOOK: Duration = Duration::from_millis(1);
 
 /// A run by one of the methods.
@@ -39,7 +39,7 @@ impl<'s> AnyRun<'s> {
         method: Method,
         start: &AnyStart,
     ) -> Result<Self, SetupError> {
-        // whatever the method: step, parameters and start are to be usable
+        // for every method: step, parameters and start have to be usable
         let step = AnyFlow::new(system, h, start)?;
         Ok(match method {
             Method::Step => Self::Step(Box::new(step)),
@@ -62,7 +62,7 @@ impl<'s> AnyRun<'s> {
         }
     }
 
-    /// The run, to make steps.
+    /// The run, mutable.
     pub fn run_mut(&mut self) -> &mut (dyn Run + 's) {
         match self {
             Self::Step(flow) => flow.run_mut(),
@@ -81,10 +81,10 @@ self_cell!(
     }
 );
 
-/// A run in progress, which owns its system.
+/// A run in progress, with the system that it borrows.
 pub struct Motion(Owned);
 
-/// Whether one end lies beyond another one.
+/// Whether one end of a run lies beyond another, in the direction of the run.
 fn is_beyond(clock: &Clock, one: &End, other: &End) -> bool {
     if clock.is_forward() {
         one.time() > other.time()
@@ -93,9 +93,9 @@ fn is_beyond(clock: &Clock, one: &End, other: &End) -> bool {
     }
 }
 
-/// How far some steps have led.
+/// The result of some steps towards an end.
 pub enum Reached {
-    /// To the end.
+    /// The end was reached.
     End,
     /// As far as there was time for.
     OnTheWay,

@@ -10,22 +10,22 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
 
-/// The names of what a node has.
+/// The names of the quantities at a node.
 pub struct Names {
-    /// Those of the coordinates, each by its place.
+    /// Those of the coordinates, in their order.
     coordinates: Vec<String>,
-    /// Where the rotations begin.
+    /// The index of the first number of each rotation.
     rotations: Vec<usize>,
     /// Those of the observed expressions.
     observables: Vec<String>,
     /// Those of the parameters.
     parameters: Vec<String>,
-    /// What computes the observed expressions; a node that was pickled has them.
+    /// The system, which computes the observed expressions; a node that was pickled has their values instead.
     kernel: Option<TapeKernel>,
 }
 
 impl Names {
-    /// Those of a system.
+    /// The names of a system.
     pub fn of(shape: &Shape, kernel: &TapeKernel) -> Arc<Self> {
         let names = |of: &[Quantity]| of.iter().map(|of| of.name.to_string()).collect();
         Arc::new(Self {
@@ -37,7 +37,7 @@ impl Names {
         })
     }
 
-    /// All that a node has.
+    /// All names that a node knows, for messages.
     fn all(&self) -> String {
         let mut known = vec!["t".to_owned(), "energy".to_owned()];
         known.extend(self.coordinates.iter().cloned());
@@ -51,12 +51,13 @@ impl Names {
         known.join(", ")
     }
 
-    /// The place of a coordinate.
+    /// The index of a coordinate.
     fn place(&self, name: &str) -> Option<usize> {
         self.coordinates.iter().position(|known| known == name)
     }
 
-    /// The places of an array or of a rotation. Of what is `moving`, a velocity, a rotation has three numbers.
+    /// The range of an array or of a rotation. For a `moving` quantity (a velocity, acceleration or force) a
+    /// rotation has three numbers.
     fn places(&self, name: &str, moving: bool) -> Option<Range<usize>> {
         let is_of = |known: &str, end: &str| known.strip_suffix(end) == Some(name);
         let turns = |first: &&usize| {
@@ -71,7 +72,7 @@ impl Names {
     }
 }
 
-/// The places of the elements of an array.
+/// The range of the elements of an array.
 fn array(names: &[String], name: &str) -> Option<Range<usize>> {
     let is_of = |known: &str, end: &str| known.strip_suffix(end) == Some(name);
     let first = names.iter().position(|known| is_of(known, "_0"))?;
@@ -91,14 +92,15 @@ pub struct PyNode {
     node: OwnedNode,
     /// The names of the coordinates.
     names: Arc<Names>,
-    /// The values of the parameters with which the motion arrives, and then those that hold from there on.
+    /// The values of the parameters just before the node, followed by those from the node on.
     values: Vec<f64>,
-    /// The observed expressions, once someone has asked for one.
+    /// The observed expressions, computed on first use.
     observed: OnceLock<Vec<f64>>,
 }
 
 impl PyNode {
-    /// A node with its names, and the values of the parameters with which the motion arrives there, and after them those that hold from there on.
+    /// A node with its names, and the values of the parameters just before it, followed by those from there
+    /// on.
     pub fn new(node: OwnedNode, names: &Arc<Names>, values: Vec<f64>) -> Self {
         Self {
             node,
@@ -122,12 +124,13 @@ impl PyNode {
         })
     }
 
-    /// The values of the parameters that hold from there on.
+    /// The values of the parameters from the node on.
     fn inputs(&self) -> &[f64] {
         self.values.get(self.names.parameters.len()..).unwrap_or_default()
     }
 
-    /// The parts of a node in which there may be something of a name: what it is called there, the vector, and whether it is other than the position.
+    /// The vectors of a node that may contain a name: the name without its prefix, the vector, and whether it
+    /// is not the position.
     fn parts<'n, 'a>(&'n self, name: &'a str) -> impl Iterator<Item = (&'a str, &'n [f64], bool)> {
         let AnyNode { q, v, a, force, .. } = self.node.any();
         let parts = [("", q), ("v_", v), ("a_", a), ("force_", force)].into_iter();
@@ -136,7 +139,7 @@ impl PyNode {
         })
     }
 
-    /// The number of a name.
+    /// The value of a name that denotes one number.
     fn number(&self, name: &str) -> Option<f64> {
         match name {
             "t" => Some(self.node.any().t),
@@ -162,7 +165,7 @@ impl PyNode {
         self.inputs().get(place).copied()
     }
 
-    /// The numbers of the name of several.
+    /// The values of a name that denotes several numbers.
     fn numbers(&self, name: &str) -> Option<&[f64]> {
         let Names {
             observables,
@@ -280,13 +283,14 @@ impl PyNode {
     }
 }
 
-/// The names of a node that is pickled: coordinates, places of rotations, observed expressions, parameters.
+/// The names of a pickled node: coordinates, indices of rotations, observed expressions, parameters.
 type Told = (Vec<String>, Vec<usize>, Vec<String>, Vec<String>);
 
-/// And its numbers: its own, time, energy; position, velocity, acceleration, force, observed expressions, values of parameters.
+/// The numbers of a pickled node: its index, time, energy; position, velocity, acceleration, force, observed
+/// expressions, values of parameters.
 type Numbers = (u64, f64, f64, [Vec<f64>; 6]);
 
-/// A node that was pickled.
+/// A node from its pickled parts.
 #[pyfunction]
 pub fn node_of(told: Told, numbers: Numbers) -> PyNode {
     let (coordinates, rotations, observables, parameters) = told;

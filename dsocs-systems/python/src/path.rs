@@ -27,7 +27,7 @@ self_cell!(
     }
 );
 
-/// A run by the paper's step whose steps are kept: what the Python class `Path` stands on.
+/// A run by the paper's step whose steps are kept: the engine of the Python class `Path`.
 #[pyclass(frozen, name = "RawPath", module = "dsocs._dsocs")]
 pub struct PyPath {
     /// The path.
@@ -36,7 +36,7 @@ pub struct PyPath {
     names: Arc<Names>,
 }
 
-/// Runs to a time, while the function that looks at signals lets it.
+/// Runs to a time, with checks for signals.
 fn begin<'s>(
     system: &'s TapeKernel,
     h: f64,
@@ -100,8 +100,9 @@ impl PyPath {
         PyNode::new(node, &self.names, values.repeat(2))
     }
 
-    /// The gradient of a cost that is a sum over the nodes, or, `at_end`, depends on the last node alone. The function gets the number of a node, its time,
-    /// position, velocity and acceleration. It returns the cost and its derivatives by these three, one after the other.
+    /// The gradient of a cost: of a sum over the nodes or, with `at_end`, of a function of the last node. The
+    /// function gets the index of a node, its time, position, velocity and acceleration. It returns the cost
+    /// and its derivatives by these three, one after the other.
     fn gradient<'py>(
         &self,
         py: Python<'py>,
@@ -112,7 +113,7 @@ impl PyPath {
         let mut failed = None;
         let found = py.detach(|| {
             self.path.with_dependent(|_, path| {
-                // one call of the function serves all directions in which a node's cost is asked for
+                // one call of the function serves all directions of derivatives at a node
                 let mut last: Option<(usize, f64, Vec<f64>)> = None;
                 let mut of_node = |index: usize, point: AnyPoint<'_, Dual<f64>>| {
                     if failed.is_some() {
@@ -131,7 +132,7 @@ impl PyPath {
                         return Dual::new(f64::NAN, 0.0);
                     };
                     let rates = [point.q, point.v, point.a].into_iter().flatten();
-                    // what a cost does not depend on may have a rate that is no number
+                    // a quantity with derivative zero may have a rate that is not finite
                     let parts = slopes.iter().zip(rates).filter(|(slope, _)| **slope != 0.0);
                     Dual::new(*value, parts.map(|(slope, rate)| slope * rate.eps).sum())
                 };
@@ -162,8 +163,9 @@ impl PyPath {
         Ok(told)
     }
 
-    /// The derivatives of the last node with respect to a variable: `q`, `v` or `q1` at the place of a coordinate, or a parameter by its name. They are
-    /// position, velocity, acceleration and force, one after the other.
+    /// The derivatives of the last node with respect to some variables: `q`, `v` or `q1` with the index of a
+    /// coordinate, or a parameter by its name. Each is position, velocity, acceleration and force, one after
+    /// the other.
     fn tangents(&self, py: Python<'_>, variables: Vec<(String, usize)>) -> PyResult<Vec<[Vec<f64>; 2]>> {
         let found = py.detach(|| {
             self.path.with_dependent(|_, path| {
@@ -191,13 +193,13 @@ impl PyPath {
 }
 
 impl PyPath {
-    /// Looks at the path.
+    /// Calls a function with the path.
     fn with<R: Send>(&self, py: Python<'_>, look: impl FnOnce(&AnyPath<'_>) -> R + Send) -> R {
         py.detach(|| self.path.with_dependent(|_, path| look(path)))
     }
 }
 
-/// Asks a function for the cost of a node and its derivatives.
+/// Calls the Python function for the cost of a node and its derivatives.
 fn ask(
     py: Python<'_>,
     cost: &Py<PyAny>,

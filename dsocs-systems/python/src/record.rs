@@ -1,4 +1,4 @@
-//! What a run keeps of its nodes, as arrays that Python sees without a copy.
+//! The kept nodes of a run, as arrays that Python sees without a copy.
 
 use dsocs_core::{AnyNode, OwnedNode, Run};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -7,17 +7,19 @@ use pyo3::types::{PyDict, PySlice};
 
 use crate::error::no_memory;
 
-/// Rows of numbers that grow. New rows are kept by themselves until someone looks; then they become a part of an array.
+/// Rows of numbers that grow. New rows are collected until an array is asked for; then they are moved into
+/// it.
 ///
-/// An array that was handed out shows the same rows for ever. The next one shows the same memory and more of it, as long as there is room for the new
-/// rows behind the old ones. Where there is not, all rows move to an array with room for as many again. So whoever looks after every step waits for a
-/// number of copies that does not grow with the run.
+/// An array that was returned shows the same rows for ever. The next one shows the same memory and more of
+/// it, as long as there is room for the new rows behind the old ones. Otherwise all rows move to an array of
+/// twice the room. So a user who asks after every step waits for a number of copies that does not grow with
+/// the run.
 pub struct Column {
-    /// How many numbers a row has.
+    /// The number of numbers in a row.
     width: usize,
     /// The numbers of new rows.
     fresh: Vec<f64>,
-    /// The rows that were looked at.
+    /// The rows in an array, if one was asked for.
     seen: Option<Seen>,
 }
 
@@ -25,16 +27,16 @@ pub struct Column {
 struct Seen {
     /// The array, with room behind the rows.
     buffer: Py<PyArray2<f64>>,
-    /// How many rows there are.
+    /// The number of rows.
     rows: usize,
-    /// For how many there is room.
+    /// The number of rows for which there is room.
     room: usize,
-    /// What was handed out.
+    /// The array that was returned last.
     view: Py<PyAny>,
 }
 
 impl Column {
-    /// No rows of a width yet.
+    /// No rows yet, of this width.
     pub fn new(width: usize) -> Self {
         Self {
             width,
@@ -54,13 +56,13 @@ impl Column {
         self.fresh.extend_from_slice(row);
     }
 
-    /// Takes room for so many rows more; `false` if there is no memory for them.
+    /// Reserves room for more rows; `false` if there is no memory for them.
     fn reserve(&mut self, rows: usize) -> bool {
         let numbers = rows.checked_mul(self.width);
         numbers.is_some_and(|numbers| self.fresh.try_reserve(numbers).is_ok())
     }
 
-    /// The rows as an array that cannot be written to: of two dimensions, or of one where a row is a number.
+    /// The rows as a read-only array: of two dimensions, or of one (`flat`) where a row is a number.
     pub fn array<'py>(&mut self, py: Python<'py>, flat: bool) -> PyResult<Bound<'py, PyAny>> {
         if let Some(seen) = &self.seen
             && self.fresh.is_empty()
@@ -112,22 +114,22 @@ impl Column {
     }
 }
 
-/// Puts numbers into an array, from a place on.
+/// Copies numbers into an array, from an index on.
 fn copy(to: &Bound<'_, PyArray2<f64>>, from: usize, numbers: &[f64]) -> PyResult<()> {
     let mut to = to.try_readwrite()?;
     to.as_slice_mut()?[from..from + numbers.len()].copy_from_slice(numbers);
     Ok(())
 }
 
-/// The nodes of a run, every so many of them.
+/// The kept nodes of a run: every `every`-th.
 pub struct Record {
-    /// Every so many nodes one is kept.
+    /// The distance of two kept nodes, in nodes.
     every: u64,
-    /// No node with a smaller number is kept from now on.
+    /// The smallest index of the next node that is kept.
     next: u64,
     /// The current node.
     node: OwnedNode,
-    /// How many are kept.
+    /// The number of kept nodes.
     rows: usize,
     /// Time, position, velocity, acceleration, constraint force, energy.
     columns: [Column; 6],
@@ -149,26 +151,26 @@ impl Record {
         }
     }
 
-    /// How many nodes there are up to the next one that is kept, from one of a number on.
+    /// The number of nodes from `index` up to the next one that is kept.
     pub fn ahead(&self, index: u64) -> u64 {
         self.next.saturating_sub(index).max(1)
     }
 
-    /// Every so many nodes one is kept.
+    /// The distance of two kept nodes, in nodes.
     pub fn every(&self) -> u64 {
         self.every
     }
 
-    /// How many nodes are kept.
+    /// The number of kept nodes.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Keeps the current node of a run, if it is one of those that are kept.
+    /// Keeps the current node of a run, if it is to be kept.
     #[inline]
     pub fn take(&mut self, run: &dyn Run) {
         let index = run.clock().index();
-        // most nodes of a run that keeps few of them end here, without a division
+        // most nodes of a run that keeps few of them return here, without a division
         if index < self.next || !index.is_multiple_of(self.every) {
             return;
         }
@@ -189,7 +191,7 @@ impl Record {
         self.rows += 1;
     }
 
-    /// Takes room for so many nodes more.
+    /// Reserves room for the kept ones of this many nodes.
     pub fn reserve(&mut self, nodes: u64) -> PyResult<()> {
         let rows = usize::try_from(nodes / self.every).unwrap_or(usize::MAX);
         if self.columns.iter_mut().all(|column| column.reserve(rows)) {
@@ -199,7 +201,7 @@ impl Record {
         }
     }
 
-    /// The array of a column, by its place.
+    /// The array of a column, by its index.
     pub fn array<'py>(&mut self, py: Python<'py>, place: usize) -> PyResult<Bound<'py, PyAny>> {
         self.columns[place].array(py, place == 0 || place == 5)
     }

@@ -1,4 +1,4 @@
-//! A run that Python drives.
+//! A run that is controlled from Python.
 
 use std::sync::{Arc, Mutex, TryLockError};
 
@@ -17,53 +17,53 @@ use crate::node::{Names, PyNode};
 use crate::record::{Column, Record};
 use crate::text::PyText;
 
-/// An input that was given another value.
+/// A change of an input.
 #[derive(Clone, Copy)]
 struct Change {
-    /// At which node the run stood.
+    /// The node at which the run stood.
     index: u64,
-    /// The time from which on the value holds: that of the last position that is known.
+    /// The time from which on the value holds: that of the last known position.
     time: f64,
-    /// The place of the parameter.
+    /// The index of the parameter.
     place: usize,
     /// The value.
     value: f64,
 }
 
-/// Everything that a run is and has.
+/// The state of a run.
 pub(crate) struct State {
     /// The run.
     pub(crate) motion: Motion,
     /// The nodes.
     pub(crate) record: Record,
-    /// The observed expressions at the nodes, as far as someone asked for them.
+    /// The observed expressions at the kept nodes, computed on first use.
     observed: Derived,
-    /// The multipliers, likewise.
+    /// The multipliers at the kept nodes, computed on first use.
     multipliers: Derived,
-    /// The inputs that were given other values.
+    /// The changes of inputs.
     changes: Vec<Change>,
-    /// The motion to the node up to which it was watched last.
+    /// The motion up to the node where events were last watched.
     pub(crate) leg: LastLeg,
     /// The method and the step.
     method: Method,
     h: f64,
-    /// What is seen in the nodes, and at how many of them.
+    /// The observers for warnings, and the number of nodes that they have seen.
     warnings: Warnings,
     looked: usize,
-    /// What is to be said of a start that was moved onto constraints.
+    /// The warning about a start that was projected far onto the constraints.
     moved: Option<String>,
 }
 
-/// What is computed of nodes when someone asks for it.
+/// Values that are computed from the kept nodes on request.
 struct Derived {
-    /// Its numbers.
+    /// The values.
     column: Column,
-    /// At how many nodes it was computed.
+    /// The number of nodes at which they were computed.
     rows: usize,
 }
 
 impl Derived {
-    /// Nothing yet, of so many numbers at a node.
+    /// No values yet; each node will have `width` numbers.
     fn new(width: usize) -> Self {
         Self {
             column: Column::new(width),
@@ -72,20 +72,20 @@ impl Derived {
     }
 }
 
-/// A run that Python drives: what the Python class `Run` stands on.
+/// A run that is controlled from Python: the engine of the Python class `Run`.
 #[pyclass(frozen, name = "RawRun", module = "dsocs._dsocs")]
 pub struct PyRun {
-    /// What it is and has. Whoever works on it does so alone; another thread is refused, and does not wait.
+    /// Its state. Only one thread at a time may use it; another one gets an error and does not wait.
     state: Mutex<State>,
     /// The names of the coordinates.
     pub(crate) names: Arc<Names>,
-    /// Every so many nodes one is kept.
+    /// The distance of two kept nodes, in nodes.
     #[pyo3(get)]
     every: u64,
 }
 
 impl PyRun {
-    /// Does something with the run, unless another thread does.
+    /// Calls a function with the state, unless another thread is using it.
     pub(crate) fn with<R>(&self, work: impl FnOnce(&mut State) -> PyResult<R>) -> PyResult<R> {
         match self.state.try_lock() {
             Ok(mut state) => work(&mut state),
@@ -98,7 +98,7 @@ impl PyRun {
 }
 
 impl State {
-    /// Where a run without an end ends.
+    /// The end of a run without an end.
     fn forever(&self) -> Result<End, RunError> {
         self.motion.look(|run| {
             let forward = run.clock().is_forward();
@@ -123,7 +123,7 @@ impl State {
         PyNode::new(self.node(), names, values)
     }
 
-    /// Gives an input another value.
+    /// Sets an input to another value.
     pub(crate) fn set(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
         let parameters = &self.motion.system().shape().parameters;
         let place = parameters.iter().position(|known| known.name == parameter);
@@ -151,7 +151,7 @@ impl State {
         })
     }
 
-    /// Computes what is derived from the nodes that were not looked at yet.
+    /// Computes the derived values at the kept nodes that have none yet.
     fn derive(
         &mut self,
         py: Python<'_>,
@@ -169,7 +169,7 @@ impl State {
         Ok(())
     }
 
-    /// Looks at the nodes that are kept, from one on, each with the declaration as it is there.
+    /// Passes on the kept nodes, from one on, each with the declaration at its values of the parameters.
     fn look_at_nodes(
         &mut self,
         py: Python<'_>,
@@ -197,7 +197,7 @@ impl State {
         let mut changes = self.changes.iter().peekable();
         let (every, ahead) = (self.record.every(), u64::from(self.motion.is_ahead()));
         for row in 0..rows {
-            // with the values with which the motion arrives, as the command line has them
+            // with the values just before the node, as on the command line
             let index = row as u64 * every;
             while let Some(change) = changes.next_if(|change| change.index + ahead < index) {
                 if let Some(value) = values.get_mut(change.place) {
@@ -234,11 +234,11 @@ impl State {
         places.map(|place| system.value(place)).collect()
     }
 
-    /// Looks at the nodes that were not looked at yet for what the command line warns of.
+    /// Passes new nodes to the observers for warnings.
     fn watch_for_warnings(&mut self, py: Python<'_>) -> PyResult<()> {
         let [looks, asks_between] = self.warnings.looks();
         let is_closed = asks_between && is_closed(self.motion.system().shape()) && self.changes.is_empty();
-        // what does work between nodes that are not kept is not known
+        // the work between nodes that are not kept is not known
         let is_seen = is_closed || !asks_between || self.record.every() == 1;
         if !looks || !is_seen {
             return Ok(());
@@ -289,7 +289,7 @@ impl PyRun {
             moved: None,
             motion,
         };
-        // the start is known
+        // the first node of a run is its start
         let begun = state.forever().and_then(|end| {
             let State { motion, record, .. } = &mut state;
             motion.next(&end, record)
@@ -302,8 +302,9 @@ impl PyRun {
         Ok(Self { state, names, every })
     }
 
-    /// Runs up to the last node at or before a time. `progress` is told the time that was reached, `control` is shown each node (or every so many
-    /// of them), and gives the inputs from there on; with it come that number and what knows the elements of arrays.
+    /// Runs up to the last node at or before a time. `progress` is called with the time reached. `control` is
+    /// a function that is called with each node (or every so many of them) and returns the inputs from there
+    /// on, with that number, and with a function for the elements of arrays.
     #[pyo3(signature = (t, progress, control))]
     fn until(
         &self,
@@ -349,7 +350,7 @@ impl PyRun {
         })
     }
 
-    /// Makes some steps; if a time is given, those of a run to this time.
+    /// Makes some steps; if a time is given, at most to the end of a run to this time.
     #[pyo3(signature = (steps, toward))]
     fn advance(&self, py: Python<'_>, steps: u64, toward: Option<f64>) -> PyResult<()> {
         self.with(|state| {
@@ -388,7 +389,7 @@ impl PyRun {
         })
     }
 
-    /// Gives an input another value, from the last position that is known on.
+    /// Sets an input to another value, from the last known position on.
     fn set_input(&self, py: Python<'_>, parameter: &str, value: f64) -> PyResult<()> {
         self.with(|state| {
             let set = guarded(|| state.set(parameter, value))?;
@@ -401,8 +402,8 @@ impl PyRun {
         self.with(|state| Ok(state.motion.look(|run| run.input(parameter))))
     }
 
-    /// The inputs that were given other values: the number of the node where the run stood, the time from which on the value holds, the place of the
-    /// parameter, the value.
+    /// The changes of inputs: the number of the node at which the run stood, the time from which on the value
+    /// holds, the index of the parameter, the value.
     fn changes(&self) -> PyResult<Vec<(u64, f64, usize, f64)>> {
         self.with(|state| {
             let changes = state.changes.iter();
@@ -411,7 +412,7 @@ impl PyRun {
         })
     }
 
-    /// How many there are.
+    /// The number of changes of inputs.
     fn change_count(&self) -> PyResult<usize> {
         self.with(|state| Ok(state.changes.len()))
     }
@@ -421,7 +422,7 @@ impl PyRun {
         self.with(|state| Ok(state.py_node(&self.names)))
     }
 
-    /// A node that is kept, by its place among them.
+    /// A kept node, by its index among them.
     fn kept(&self, py: Python<'_>, row: usize) -> PyResult<PyNode> {
         self.with(|state| {
             let n = state.motion.dimension();
@@ -501,7 +502,7 @@ impl PyRun {
         })
     }
 
-    /// Steps that were too long for what jumps in them: how many, the time of the first, the largest departure.
+    /// Steps that did not resolve a jump: their number, the time of the first, the largest departure.
     fn unresolved(&self) -> PyResult<Option<(u64, f64, f64)>> {
         self.with(|state| {
             let found = state.motion.look(|run| run.unresolved());
@@ -509,7 +510,8 @@ impl PyRun {
         })
     }
 
-    /// Steps in which the equations were nearly singular: how many, the time of the first, and in how many it was those of the step alone.
+    /// Steps in which the equations were nearly singular: their number, the time of the first, and the number
+    /// of those in which only the equations of the step were.
     fn nearly_singular(&self) -> PyResult<Option<(u64, f64, u64)>> {
         self.with(|state| {
             let found = state.motion.look(|run| run.nearly_singular());
@@ -517,8 +519,8 @@ impl PyRun {
         })
     }
 
-    /// What is to be said of the nodes so far: of the energy, of bodies that turn, of coordinates that go to and fro, of constraints that nearly depend on each other, of a start that was
-    /// moved far.
+    /// The warnings about the nodes so far: on the energy, on bodies that rotate too far, on coordinates that
+    /// alternate, on constraints that nearly depend on each other, and on a start that was projected far.
     fn warnings(&self, py: Python<'_>) -> PyResult<[Option<String>; 5]> {
         self.with(|state| {
             state.watch_for_warnings(py)?;
@@ -537,7 +539,7 @@ impl PyRun {
 }
 
 impl State {
-    /// The array of what is derived.
+    /// The array of derived values.
     fn derived<'py>(
         &mut self,
         py: Python<'py>,

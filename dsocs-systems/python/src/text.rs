@@ -11,12 +11,12 @@ use pyo3::types::PyDict;
 
 use crate::error::{guarded, of_text, plain};
 
-/// A system that was read from a text: what the Python class `System` stands on. It never changes.
+/// A system that was read from a text: the engine of the Python class `System`. It never changes.
 #[pyclass(frozen, name = "Text", module = "dsocs._dsocs")]
 pub struct PyText {
-    /// What was read.
+    /// The text with its declaration.
     pub text: Arc<Text>,
-    /// What it is called.
+    /// The name.
     #[pyo3(get)]
     name: String,
 }
@@ -34,7 +34,7 @@ impl PyText {
         &self.text.system
     }
 
-    /// How many coordinates there are.
+    /// The number of coordinates.
     pub fn dimension(&self) -> usize {
         self.kernel_as_read().shape().dimension()
     }
@@ -50,7 +50,7 @@ impl PyText {
         kernel
     }
 
-    /// The command line's entry of the system, with other values of its parameters and what one of its runs says.
+    /// The command line's entry of the system, with other values of its parameters and with one of its runs.
     pub fn entry(&self, run: Option<&Run>, values: &[f64]) -> PyResult<Entry> {
         let mut entry = Entry::of_text(self.name.as_str(), &self.text, run);
         let parameters = &self.kernel_as_read().shape().parameters;
@@ -65,7 +65,8 @@ impl PyText {
 
 #[pymethods]
 impl PyText {
-    /// Reads a text, with numbers in place of those of its constants, and samples in place of files. Mistakes are shown below the name of its file.
+    /// Reads a text, with other values for its constants, and samples in place of files. Mistakes are shown
+    /// under the name of its file.
     #[staticmethod]
     fn parse(
         py: Python<'_>,
@@ -100,7 +101,7 @@ impl PyText {
             .collect()
     }
 
-    /// What the declaration says.
+    /// The declaration as a dict: texts, names, units and counts.
     fn description<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let shape = self.kernel_as_read().shape();
         let entry = Entry::of_text(self.name.as_str(), &self.text, None);
@@ -125,7 +126,7 @@ impl PyText {
         Ok(told)
     }
 
-    /// What the text says of its runs.
+    /// The runs of the text, each as a dict.
     fn runs<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let runs = self.text.runs.iter().map(|run| {
             let told = PyDict::new(py);

@@ -1,4 +1,4 @@
-//! What is said of a run: its page, its error, the theorems that are checked on it.
+//! The page of a run, its errors, its regularity, and the checks of its motion.
 
 use std::ffi::OsString;
 use std::ops::ControlFlow;
@@ -20,13 +20,13 @@ use crate::error::{guarded, of_check, of_failure, plain};
 use crate::motion::PATIENCE;
 use crate::text::PyText;
 
-/// The command `dsocs`, called by some words, its own name first; gives the exit status.
+/// The command `dsocs` with these words, its own name first; returns the exit status.
 #[pyfunction]
 pub fn program(py: Python<'_>, called: Vec<OsString>) -> u8 {
     py.detach(|| cli::dsocs::called_by(&called, systems::all()))
 }
 
-/// The pairs of a place and a value in a file of samples.
+/// The samples in a file, as pairs of a place and a value.
 #[pyfunction]
 pub fn samples(py: Python<'_>, path: &str) -> PyResult<Vec<(f64, f64)>> {
     Samples::read(path).map_err(|error| plain(py, "DeclarationError", &format!("{path}: {error}")))
@@ -51,7 +51,8 @@ fn plan(h: f64, until: f64, (order, tolerance): (u32, Option<f64>), held: Held) 
     })
 }
 
-/// The page of a run from the values of all columns at its nodes, the last of which are parameters that changed.
+/// The page of a run, from the values of all columns at its nodes; the last columns are parameters that
+/// changed.
 #[pyfunction]
 pub fn page(
     py: Python<'_>,
@@ -84,8 +85,8 @@ pub fn page(
     })
 }
 
-/// How regular the equations of each step are: the smallest singular values by the last and by the first node, one after the other, at each node that is
-/// kept. NaN at the start.
+/// The regularity at each kept node: the smallest singular values of the derivatives of the rows by the last
+/// and by the first node, NaN at the start, and whether a flow forward and one backward are granted.
 #[pyfunction]
 pub fn certify(
     py: Python<'_>,
@@ -110,7 +111,7 @@ pub fn certify(
     Ok(found)
 }
 
-/// Makes a run once more, and looks at its rows; someone looks at signals.
+/// Repeats a run and passes on its rows, with checks for signals.
 fn run_again(
     py: Python<'_>,
     text: &PyText,
@@ -141,8 +142,8 @@ fn run_again(
     stopped.map_or(Ok(()), Err)
 }
 
-/// How far a run is from the continuous motion: the error of each coordinate at each node that is kept, one after the other, and how well that motion
-/// is known.
+/// The errors of a run against the continuous motion: one for each coordinate at each kept node, one after
+/// the other, and the uncertainty of that motion.
 #[pyfunction]
 pub fn estimate(
     py: Python<'_>,
@@ -220,7 +221,7 @@ pub fn check<'py>(
     };
     let (q0, v0, a0) = (q0.clone(), v0.clone(), a0.map(<[f64]>::to_vec));
     let entry = text.entry(None, &values)?;
-    // in a thread of its own, which is left alone where someone ends it: what it finds by then is not told
+    // in a thread of its own, which is abandoned if the user interrupts: its findings are then dropped
     let (tell, mut told) = mpsc::channel();
     std::thread::spawn(move || {
         let settings = Settings {
@@ -233,7 +234,7 @@ pub fn check<'py>(
             begin,
         };
         let found = guarded(|| entry.check(&settings));
-        // whoever does not wait any more does not want it
+        // the receiver may have been dropped by an interrupt
         let _ = tell.send(found);
     });
     let findings = loop {
