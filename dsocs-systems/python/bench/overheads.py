@@ -1,14 +1,14 @@
-"""What this package costs beside the Rust library: prints a table.
+"""The overhead of this package against the Rust library: prints a table.
 
     cargo build --release -p dsocs-systems --example beside_python
     python bench/overheads.py
 
-The Rust side is the example `beside_python` of `dsocs-systems`. Both make the same steps of the same text, in turn, some rounds long. Times are those for which processors worked
-at it, so that what else a machine does counts little, and of all rounds the shortest. Both are told of an ensemble: how long it took, and how long both threads worked at it.
+The Rust side is the example `beside_python` of `dsocs-systems`. Both make the same steps of the same text, in turn, for some rounds. Times are processor times, which depend
+little on the machine's other load, and the shortest of all rounds counts. For an ensemble both the wall-clock time and the processor time of both threads are printed.
 
-- a run: a million steps, all nodes kept as arrays, or the last alone.
-- a controller's callback: the time of a step with `control`, less that of a step under the same control in Rust, less that of the function itself, which is called in a loop of
-  Python.
+- a run: a million steps, with all nodes kept as arrays, or only the last.
+- a controller's callback: the time of a step with `control`, less that of a step under the same control in Rust, less that of the function itself, which is called in a Python
+  loop.
 - an ensemble: ten thousand runs in lanes on two threads, from arrays to arrays.
 """
 
@@ -49,7 +49,7 @@ TEXTS = {
 
 
 class Rust:
-    """The Rust side, which answers questions with times in s."""
+    """The program on the Rust side, which answers questions with times in s."""
 
     def __init__(self) -> None:
         target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
@@ -59,7 +59,7 @@ class Rust:
         self.process = subprocess.Popen([str(program)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def ask(self, *words: object) -> tuple[float, float]:
-        """How long it took, and how long processors worked at it."""
+        """The wall-clock time and the processor time, in s."""
         assert self.process.stdin is not None and self.process.stdout is not None
         print(*words, file=self.process.stdin, flush=True)
         took, worked = self.process.stdout.readline().split()
@@ -67,7 +67,7 @@ class Rust:
 
 
 def timed(work: Callable[[], object]) -> tuple[float, float]:
-    """How long it took, and how long processors worked at it."""
+    """The wall-clock time and the processor time, in s."""
     begun, worked = time.perf_counter(), time.process_time()
     work()
     return time.perf_counter() - begun, time.process_time() - worked

@@ -37,10 +37,10 @@ PROBLEMS = {
     "starts": "a thousand starts of a pendulum, 20 s, ends alone",
 }
 TOOLS = {"dsocs": "dsocs", "dsocs_lanes": "dsocs", "heyoka": "heyoka", "diffrax": "diffrax", "scipy": "scipy"}
-#: `solve` is called again for so long [s], and at least so often.
+#: `solve` is called again for this duration [s], and at least this often.
 AGAIN, LEAST = 2.0, 1
 
-#: What runs in a fresh process: a script, whose results it writes with the time of the first.
+#: The program of a fresh process: it runs a script, and writes its results with the time of the first.
 CHILD = """
 import json, sys, time
 AGAIN, LEAST = {again}, {least}
@@ -58,18 +58,18 @@ json.dump(dict(first=first, run=min(times), end=end), sys.stdout)
 
 
 def lines(script: Path) -> int:
-    """The lines that a user writes."""
+    """The number of lines of a script, without comments."""
     kept = [line.strip() for line in script.read_text(encoding="utf-8").splitlines()]
     return sum(bool(line) and not line.startswith("#") for line in kept)
 
 
 def measured(script: Path, processes: int) -> dict[str, object]:
-    """What some fresh processes find: the median of the first results' times, the least of the others."""
+    """The times of a script in fresh processes: the median of the first calls, the least of the others, and the result."""
     found = []
     for _ in range(processes):
         begun = time.monotonic()  # the same clock in all processes
         child = CHILD.format(again=AGAIN, least=LEAST)
-        # not in the folder where the package lies unbuilt
+        # not in the folder of the package's sources, which are not built
         done = subprocess.run([sys.executable, "-c", child, str(script)], cwd=script.parent, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             sys.exit(f"{script}: {done.stderr}")
@@ -79,7 +79,7 @@ def measured(script: Path, processes: int) -> dict[str, object]:
 
 
 def by_package(problem: str) -> list[float]:
-    """The end of a motion, by this package to nearly all digits."""
+    """The final state of a motion, by this package to nearly all digits."""
     script = (SCRIPTS / problem / "with_dsocs.py").read_text(encoding="utf-8").replace("tolerance=1e-10", "tolerance=2e-16")
     names: dict[str, object] = {"__name__": "script"}
     exec(compile(script, problem, "exec"), names)
@@ -87,7 +87,7 @@ def by_package(problem: str) -> list[float]:
 
 
 def by_heyoka(problem: str) -> list[float]:
-    """The end of a motion, by heyoka to nearly all digits."""
+    """The final state of a motion, by heyoka to nearly all digits."""
     script = (SCRIPTS / problem / "with_heyoka.py").read_text(encoding="utf-8").replace("tol=1e-10", "tol=1e-17")
     names: dict[str, object] = {"__name__": "script"}
     exec(compile(script, problem, "exec"), names)
@@ -95,7 +95,7 @@ def by_heyoka(problem: str) -> list[float]:
 
 
 def exact(problem: str) -> list[float]:
-    """The end of the particle: it turns by the angle `speed * t` on a circle of the radius 1."""
+    """The exact final position of the particle, which turns by the angle `speed * t` on a circle of radius 1."""
     from math import cos, pi, sin, sqrt
 
     turned = pi / 4 + 500 * sqrt(2)

@@ -8,7 +8,7 @@ from . import _dsocs
 
 
 def main() -> int:
-    """Calls the program with the words of the command line."""
+    """Calls the program with the arguments of the command line."""
     return _dsocs.program(["dsocs", *sys.argv[1:]])
 
 

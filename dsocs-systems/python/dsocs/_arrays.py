@@ -1,4 +1,4 @@
-"""Arrays, matrices and rotations by their own names: where their numbers are among those that have a name each."""
+"""Arrays, matrices and rotations by their own names: the indices of their elements among the named numbers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def elements(name: str, places: Mapping[str, int]) -> tuple[list[int], tuple[int, ...]]:
-    """The places of the elements of an array or a matrix, row by row, and its shape; none where no array has the name."""
+    """The indices of the elements of an array or a matrix, row by row, and its shape; empty where no array has the name."""
     row = _in_order(name, places)
     if row:
         return row, (len(row),)
@@ -34,7 +34,7 @@ def _in_order(name: str, places: Mapping[str, int]) -> list[int]:
 def among(
     name: str, names: Sequence[str], rotations: Sequence[int] = (), *, moving: bool = False
 ) -> tuple[list[int], tuple[int, ...]]:
-    """The same, where a rotation has four numbers, too, or three where it is `moving`: those of a velocity, an acceleration or a force."""
+    """As `elements`, also for a rotation: four numbers, or three where it is `moving`, for a velocity, an acceleration or a force."""
     for first in rotations:
         if names[first] == f"{name}_w":
             return list(range(first + moving, first + 4)), (4 - moving,)
@@ -42,7 +42,7 @@ def among(
 
 
 def column(name: str, system: System, part: Callable[[str], npt.NDArray[Any]], parts: Sequence[str]) -> npt.NDArray[Any] | None:
-    """Of a table, what belongs to an array, a matrix or a rotation, by its own name: `part` gives `q`, `v`, … and `observed`, each with a row for each node."""
+    """The columns of a table for an array, a matrix or a rotation by its own name. `part` returns `q`, `v`, … or `observed`, with a row for each node. None for other names."""
     found: tuple[list[int], tuple[int, ...]]
     for of in parts:
         prefix = "" if of == "q" else f"{of}_"
@@ -55,7 +55,7 @@ def column(name: str, system: System, part: Callable[[str], npt.NDArray[Any]], p
 
 
 def shaped(numbers: npt.NDArray[Any], places: list[int], shape: tuple[int, ...]) -> npt.NDArray[Any]:
-    """Columns of an array, as arrays of a shape. They are not copied where they lie side by side."""
+    """Columns of an array, each row in the given shape. Adjacent columns are not copied."""
     side_by_side = places == list(range(places[0], places[0] + len(places)))
     columns = numbers[..., places[0] : places[-1] + 1] if side_by_side else numbers[..., places]
     wide = columns.reshape(*columns.shape[:-1], *shape) if len(shape) > 1 else columns

@@ -15,30 +15,30 @@ class Finding(NamedTuple):
 
     #: The check.
     check: str
-    #: What is measured.
+    #: The quantity that is measured.
     what: str
     #: The value; NaN where there is none.
     figure: float
-    #: The limit; None where the value is only told.
+    #: The limit; None where the value is for information only.
     bar: float | None
-    #: How the value compares with its limit: `<=` or `>=`.
+    #: The relation that the value has to have to its limit: `<=` or `>=`.
     relation: str | None
-    #: Whether it meets the limit, or need not.
+    #: Whether it meets the limit, or is excused.
     ok: bool
-    #: Why there is no value.
+    #: The reason, if there is no value.
     failure: str | None
     #: A remark.
     note: str | None
-    #: Why the value need not meet its limit on this motion.
+    #: The reason why the value need not meet its limit on this motion.
     excuse: str | None
 
 
 class Findings(tuple[Finding, ...]):
-    """All findings of a check; `ok` says whether each is met."""
+    """All findings of a check; `ok` is true if all limits are met or excused."""
 
     @property
     def ok(self) -> bool:
-        """Whether every value meets its limit, or need not."""
+        """Whether every value meets its limit, or is excused."""
         return all(finding.ok for finding in self)
 
     def __repr__(self) -> str:
@@ -58,7 +58,7 @@ class Findings(tuple[Finding, ...]):
 
 
 def check(system: System, until: Any, *, values: Any, **asked: Any) -> Findings:
-    """Checks a motion that is given as `System.flow` takes it."""
+    """Checks a motion with the arguments of `System.flow`."""
     setup = Setup.of(system, values=values, **asked)
     return check_setup(system, setup, setup.end(system, "until", until))
 

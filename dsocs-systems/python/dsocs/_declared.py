@@ -1,4 +1,4 @@
-"""What is read of a system."""
+"""The declaration of a system, with its names, values and runs."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ class Quantity(NamedTuple):
 
     #: The name in the declaration; `masses_2` for an element of an array.
     name: str
-    #: What it is.
+    #: Its meaning, from the declaration's comment.
     meaning: str
-    #: Its unit, if the declaration says it.
+    #: Its unit, if the declaration gives it.
     unit: str | None
 
 
 class RunText(NamedTuple):
-    """What a text says of a run: `run far { … }`."""
+    """A run of a text, `run far { … }`."""
 
     name: str | None
     start: tuple[list[float], list[float]] | None
@@ -36,7 +36,7 @@ class RunText(NamedTuple):
     until: float | None
 
 class Declared:
-    """What a text says of a system: what `System` has."""
+    """A system with its declaration: the base of `System`."""
 
     def __init__(
         self,
@@ -119,7 +119,7 @@ class Declared:
         path: str | None,
     ) -> None:
         files = dict(samples)
-        # a table is given by its parameter's name as well as by its file's
+        # a table may be given by its parameter's name instead of its file's
         for parameter, file in _given.named_files(text):
             if parameter in files and file not in files:
                 files[file] = files.pop(parameter)
@@ -130,9 +130,10 @@ class Declared:
         self._shown_as = shown_as
         told = self._raw.description()
         self._name = name
-        #: What the text says of it.
+        #: The documentation in the text.
         self.doc: str = told["doc"]
-        #: Of which kind its constraints are: `unconstrained`, `holonomic`, `nonholonomic`, `second-order`, `third-order`, `mixed`.
+        #: The kind of its constraints: `unconstrained`, `holonomic`, `nonholonomic`, `second-order`,
+        #: `third-order`, `mixed`.
         self.kind: str = told["kind"]
         #: The coordinates, in the order of all arrays.
         self.coordinates = tuple(Quantity(*of) for of in told["coordinates"])
@@ -140,9 +141,10 @@ class Declared:
         self.observables = tuple(Quantity(*of) for of in told["observables"])
         #: The highest order of a derivative in a constraint, and at least 2.
         self.order: int = told["order"]
-        #: How many multipliers of constraint forces there are.
+        #: The number of multipliers of constraint forces.
         self.forms: int = told["forms"]
-        #: How many constraints there are on positions, on velocities, and on accelerations (or third derivatives).
+        #: The numbers of constraints on positions, on velocities, and on accelerations (or third
+        #: derivatives).
         self.constraints: tuple[int, int, int] = tuple(told["constraints"])
         self._declaration: str = told["declaration"]
         self._may_divide: bool = told["may_divide"]
@@ -150,12 +152,12 @@ class Declared:
         self._tables = {parameter: file for parameter, file, _ in told["samples"]}
         self._values: list[float] = self._raw.values()
         self._names = [of.name for of in self.coordinates]
-        # where quaternions begin among the coordinates
+        # the index of the first number of each rotation's quaternion
         self._rotations: list[int] = told["rotations"]
-        # those that have a velocity and a force: the first of the four numbers of a rotation has none
+        # the coordinates with a velocity and a force: the first of the four numbers of a rotation has none
         self._moving = [name for place, name in enumerate(self._names) if place not in self._rotations]
         runs = [RunText(**run) for run in self._raw.runs()]
-        #: The runs of the text, by name; one may have none (None).
+        #: The runs of the text, by name; a run without a name has the key None.
         self.runs: dict[str | None, RunText] = {of.name: of for of in runs}
         if run is not None and run not in self.runs:
             raise _inputs.unknown("run", run, [str(known) for known in self.runs if known is not None])
@@ -173,12 +175,12 @@ class Declared:
 
     @property
     def name(self) -> str:
-        """What the system is called."""
+        """The name of the system."""
         return self._name
 
     @property
     def parameters(self) -> dict[str, float]:
-        """The parameters with their values, which do not change (`flow(length=1.2)` takes others); of an array each element, `masses_0`."""
+        """The parameters with their values, which are read-only (`flow(length=1.2)` takes others); an array has an entry for each element, `masses_0`."""
         return _given.Values((of.name, value) for of, value in zip(self._parameters, self._values))
 
     def quantity(self, name: str) -> Quantity:
@@ -192,7 +194,7 @@ class Declared:
         return [of.name for of in (*self.coordinates, *self._parameters, *self.observables)]
 
     def _run_text(self, run: str | None) -> RunText | None:
-        """The run of a name; without one, the run that has no name, or else the first."""
+        """The run of this name; without a name, the run without one, or else the first."""
         name = run if run is not None else self._run
         if name is not None:
             if name not in self.runs:
@@ -203,7 +205,7 @@ class Declared:
         return next(iter(self.runs.values()), None)
 
     def _with(self, given: Mapping[str, Any]) -> list[float]:
-        """The values of the parameters, some of them given; an array or a matrix by its own name or by that of an element."""
+        """The values of the parameters, with the given ones replaced; an array or a matrix by its own name or by that of an element."""
         values = list(self._values)
         places = {of.name: place for place, of in enumerate(self._parameters)}
         for name, value in given.items():
@@ -221,7 +223,7 @@ class Declared:
     def _values_of(
         self, call: str, asked: Mapping[str, Any], parameters: Mapping[str, Any] | None, values: dict[str, Any]
     ) -> dict[str, Any]:
-        """Parameters from a dict and by keywords, of a call that was asked for some things by keywords, too."""
+        """The parameters of a call, from a dict and from keywords. A keyword that is neither an argument nor a parameter is refused, and one that may be either."""
         given = _given.joined(parameters, values)
         places = {of.name: place for place, of in enumerate(self._parameters)}
         for name in values:
@@ -250,5 +252,5 @@ class Declared:
 
 
 def _read(name: str, shown_as: str, text: str, constants: Any, samples: Any) -> Any:
-    """Reads a text. Messages show it under the name of its file."""
+    """Parses a text. Messages show it under the name of its file."""
     return _dsocs.Text.parse(name, shown_as, text, constants, samples)

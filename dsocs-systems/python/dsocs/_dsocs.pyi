@@ -1,4 +1,4 @@
-"""The engine: what the Python files of this package stand on. Only `Node` is for users."""
+"""The engine, on which the Python files of this package are built. Only `Node` is for users."""
 
 from typing import Any, Callable, Mapping, Sequence
 
@@ -8,7 +8,8 @@ import numpy.typing as npt
 __version__: str
 
 _Array = npt.NDArray[np.float64]
-# a rule, its vectors, the acceleration nearby, the time, whether it is projected
+# the beginning of a run: a rule, its vectors, the acceleration near which one is looked for, the time,
+# whether the start is projected
 _Begins = tuple[str, list[list[float]], list[float] | None, float, bool]
 
 class Node:

@@ -1,4 +1,4 @@
-"""Numbers that know their derivatives."""
+"""Numbers with derivatives (forward mode of automatic differentiation)."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Array = npt.NDArray[np.float64]
 
 
 class Dual:
-    """A number and its derivatives. Operators, and numpy's functions of it and of arrays of it, follow the chain rule."""
+    """A number with its derivatives. Operators, and numpy's functions of such numbers and arrays of them, follow the chain rule."""
 
     __slots__ = ("slopes", "value")
-    # operators with numpy's numbers are these
+    # numpy leaves operators with its numbers to this class
     __array_priority__ = 1000
 
     def __init__(self, value: float, slopes: Array) -> None:
@@ -116,7 +116,7 @@ class Dual:
     def __repr__(self) -> str:
         return f"Dual({self.value}, {self.slopes.tolist()})"
 
-    # numpy's functions of objects call these
+    # numpy's functions of object arrays call these methods
 
     def sin(self) -> Dual:
         return self._with(math.sin(self.value), math.cos(self.value))
@@ -192,7 +192,7 @@ def _value(x: Any) -> Any:
 
 
 class DualNode:
-    """A node whose numbers know their derivatives by its position, velocity and acceleration."""
+    """A node whose numbers carry their derivatives by its position, velocity and acceleration."""
 
     def __init__(self, index: int, t: float, q: Array, v: Array, a: Array, names: Sequence[str], rotations: Sequence[int]) -> None:
         #: The number of the node.

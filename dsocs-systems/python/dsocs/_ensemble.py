@@ -24,7 +24,8 @@ class Ends:
 
     def __init__(self, system: System, told: Mapping[str, Any], varied: Mapping[str, Array]) -> None:
         self._system = system
-        #: What varies from run to run, each an array of the shape (runs,): parameters by name, positions and velocities at the start as `start_q_theta`, `start_v_theta`.
+        #: The quantities that vary, each an array of the shape (runs,): parameters by name, positions and
+        #: velocities at the start as `start_q_theta`, `start_v_theta`.
         self.varied: dict[str, Array] = dict(varied)
         #: The times [s]: an array of the shape (runs,).
         self.t: Array = told["t"]
@@ -40,12 +41,13 @@ class Ends:
         self.energy: Array = told["energy"]
         #: The observed expressions: an array of the shape (runs, expressions).
         self.observed: Array = told["observed"]
-        #: The errors of the runs that failed, by their numbers; of an ensemble that was interrupted, those that had not reached the end are among them.
+        #: The errors of the runs that failed, by their indices; runs of an interrupted ensemble that had not
+        #: reached the end are among them.
         self.failures: dict[int, Error] = dict(told["failures"])
         self._interrupted = False
 
     def _interrupt(self, is_unfinished: npt.NDArray[np.bool_]) -> None:
-        """Leaves out the runs that had not reached their end when the others were ended."""
+        """Leaves out the runs that had not reached their end when the ensemble was interrupted."""
         self._interrupted = True
         for place in np.flatnonzero(is_unfinished).tolist():
             self.failures.setdefault(place, Error(f"interrupted at t = {self.t[place]:g}"))
@@ -79,7 +81,7 @@ class Ends:
         return ["t", *names, *(f"v_{x}" for x in names), "energy", *(of.name for of in self._system.observables)]
 
     def table(self) -> dict[str, Any]:
-        """What varies, then times, positions, velocities, energies and observed expressions of the ends by name; and, where a run failed, `error`: why, or None."""
+        """The quantities that vary, then times, positions, velocities, energies and observed expressions of the ends by name; and, if a run failed, `error`: its message, or None."""
         ends = {name: self[name] for name in self._columns()}
         table: dict[str, Any] = {**self.varied, **ends}
         if self.failures:
@@ -87,7 +89,7 @@ class Ends:
         return table
 
     def frame(self) -> Any:
-        """The table as a `pandas.DataFrame`, for which pandas has to be installed."""
+        """The table as a `pandas.DataFrame`; needs pandas."""
         return frame(self.table())
 
     def __repr__(self) -> str:
@@ -100,7 +102,7 @@ class Ends:
 
 
 class Ensemble:
-    """Many runs that have not begun: `until` gives their ends."""
+    """Many runs that have not begun: `until` computes their ends."""
 
     def __init__(
         self, system: System, *, h: Any, q: Any, v: Any, t: Any, start: Any, project: Any, order: Any, tolerance: Any, run: Any,
@@ -142,7 +144,7 @@ class Ensemble:
         self._varied = varied
 
     def __len__(self) -> int:
-        """How many runs there are."""
+        """The number of runs."""
         return self._count
 
     def until(self, t: float | None = None, *, threads: int | None = None, progress: Progress = False) -> Ends:
@@ -177,7 +179,7 @@ class Ensemble:
         return ends
 
     def _columns(self) -> dict[str, Array]:
-        """What varies from run to run, by name."""
+        """The quantities that vary, by name."""
         columns = dict(self._varied)
         for prefix, rows in (("q_", self._q), ("v_", self._v)):
             for place, name in enumerate(self.system._names):
@@ -229,7 +231,7 @@ def _rows(name: str, given: Any, names: list[str], own: list[float] | None) -> A
                 column = _inputs.array(f"{name}[{coordinate!r}]", given[coordinate])
                 if column.ndim > 1:
                     raise SetupError(f"{name}[{coordinate!r}] has {column.ndim} dimensions; expected a number, or one for each run")
-                # one number is for all runs
+                # one number for all runs
                 columns.append(column if np.ndim(given[coordinate]) else column.reshape(()))
             elif own is not None:
                 columns.append(np.asarray(own[place]))

@@ -1,4 +1,4 @@
-"""What goes wrong, as a small tree of exceptions.
+"""The exceptions of the package, in a small tree.
 
 | exception | when |
 |---|---|
@@ -38,7 +38,7 @@ __all__ = [
 
 
 class Error(Exception):
-    """Anything that this package refuses or cannot compute."""
+    """The base of all exceptions of this package."""
 
 
 class Mistake(NamedTuple):
@@ -52,7 +52,7 @@ class Mistake(NamedTuple):
 
 
 class DeclarationError(Error, ValueError):
-    """A text is no system. The message shows the lines of the text with the place of each mistake underlined."""
+    """A text does not declare a system. The message shows the lines of the text with each mistake underlined."""
 
     def __init__(self, message: str, mistakes: Sequence[tuple[int, int, int, int, str]] = ()) -> None:
         super().__init__(message)
@@ -82,7 +82,7 @@ class InputTypeError(SetupError, TypeError):
 
 
 class StepError(Error, ArithmeticError):
-    """A step has no solution, or more than one. What was computed before is in `run`."""
+    """A step has no solution, or more than one. The nodes computed before are in `run`."""
 
     def __init__(
         self,
@@ -105,11 +105,11 @@ class StepError(Error, ArithmeticError):
         self.step = step
         #: The step.
         self.h = h
-        #: The step's nodes: two that are known, and the last candidate for the third.
+        #: The step's nodes: the two known ones, and the last candidate for the third.
         self.nodes: tuple[list[float], ...] = (list(q0), list(q1), list(q2)) if len(q0) else ()
         #: The other candidate, where there are two.
         self.other = list(other)
-        #: Why there is no solution, in a line.
+        #: The reason, in a line.
         self.reason = reason
         #: The run up to there.
         self.run = run
@@ -130,7 +130,7 @@ class DerivativeError(Error, ArithmeticError):
 
 
 class EquilibriumError(Error, ArithmeticError):
-    """No state of rest is found near a guess."""
+    """No equilibrium is found near a guess."""
 
     def __init__(self, message: str, q: Sequence[float] = ()) -> None:
         super().__init__(message)
@@ -142,7 +142,7 @@ class EquilibriumError(Error, ArithmeticError):
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C ended a run. What was computed before is in `run`, which can go on."""
+    """Ctrl-C interrupted a run. The nodes computed before are in `run`, which can go on."""
 
     def __init__(self, message: str, run: Run | None = None) -> None:
         super().__init__(message)
@@ -151,8 +151,8 @@ class Interrupted(KeyboardInterrupt):
 
 
 class DeclarationWarning(UserWarning):
-    """Something in a text has no effect."""
+    """A part of a text has no effect."""
 
 
 class StepWarning(RuntimeWarning):
-    """A run went on, and its error may be larger than that of its method."""
+    """The error of a run may be larger than that of its method, or its energy or motion looks wrong."""

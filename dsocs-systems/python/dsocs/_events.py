@@ -1,4 +1,4 @@
-"""What happens between the nodes of a run: events, and the motion at any time."""
+"""Events between the nodes of a run, and the motion at any time."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Event:
 
     @staticmethod
     def of_name(given: object) -> Event:
-        """An event that is given by name, or as it is."""
+        """An event from the name of a column, or the event itself."""
         if isinstance(given, Event):
             return given
         if isinstance(given, str):
@@ -40,7 +40,7 @@ class Event:
         raise InputTypeError(f"an event is {given!r}; expected the name of a column, or a dsocs.Event")
 
     def _found(self, system: System) -> tuple[str, int, float, int, bool]:
-        """The event, as the engine takes it."""
+        """The event in the form of the engine."""
         level = _inputs.number("level", self.level)
         direction = 0 if self.rising is None else 1 if self.rising else -1
         names = system._names
@@ -72,7 +72,7 @@ class Occurrence(NamedTuple):
 
 
 class Occurrences(Sequence[Occurrence]):
-    """The events of a run, in the order in which they happened. `ended` says whether the last of them ended it."""
+    """The events of a run, in the order in which they happened. `ended` is true if the last of them ended it."""
 
     def __init__(self, system: System, events: Sequence[Event], found: Sequence[tuple[Any, ...]], ended: bool) -> None:
         self._all = [

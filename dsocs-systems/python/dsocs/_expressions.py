@@ -17,24 +17,24 @@ import numpy as np
 from ._errors import InputTypeError, SetupError
 from ._inputs import number, unknown
 
-#: What an operator takes beside an expression.
+#: The types that an operator takes besides expressions.
 ExpressionLike = Union["Expression", float, int]
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
-# words of the language, which name nothing else
+# the words of the language, which cannot be names
 _WORDS = frozenset(
     "as break const continue crate dot ddot dddot each else enum extern false fn for h if impl in let loop match mod move mut node leg parameters pi pub "
     "ref return run samples self Self static struct sum super t tau trait true type unsafe use where while async await dyn PI TAU".split()
 )
 
-#: What some of them mean.
+#: the meanings of some of them, for messages
 _MEANINGS = {
     "t": "the time", "h": "the step", "PI": "the number π", "TAU": "the number 2π", "pi": "the number π", "tau": "the number 2π", "dot": "the time derivative",
     "ddot": "the second time derivative", "dddot": "the third time derivative", "sum": "a sum", "parameters": "the block of the parameters", "samples": "a table of samples",
     "run": "the block of a run", "each": "a row for each index", "node": "the number of a node", "leg": "the number of a leg", "const": "what begins a constant", "let": "what begins a name",
 }  # fmt: skip
 
-# how tightly an operator binds in the text: sums, products, signs, calls and names
+# the precedence of operators in the text: sums, products, signs, calls and names
 _SUM, _PRODUCT, _SIGN, _ATOM = range(4)
 
 
@@ -138,7 +138,7 @@ class Expression:
             return result
         return function(*inputs)
 
-    # numpy's functions of arrays of expressions call these
+    # numpy's functions of object arrays call these methods
 
     def sin(self) -> Expression:
         return _call("sin", self)
@@ -205,7 +205,7 @@ class Expression:
 
 
 def _expression(name: str, given: Any) -> Expression:
-    """An expression, with the name of what it is for in the message where it is none."""
+    """An expression; the error for anything else contains the name of the argument."""
     found = _maybe(given)
     if found is not None:
         return found
@@ -361,13 +361,13 @@ def where(condition: Any, x: ExpressionLike, y: ExpressionLike) -> Expression:
 
 
 class _Printer:
-    """Prints expressions as text; some have names."""
+    """Prints expressions as text; shared parts may be replaced by names."""
 
     def __init__(self, named: Mapping[int, str]) -> None:
         self.named = named
 
     def text(self, of: Expression, least: int = _SUM) -> str:
-        # not recursive: a sum of thousands of terms is deep
+        # not recursive: a sum of thousands of terms is deeply nested
         done: dict[int, tuple[str, int]] = {}
         stack = [of]
         while stack:
@@ -427,7 +427,7 @@ def _number(value: float) -> str:
 
 
 def _walk(roots: Iterable[Expression]) -> Iterator[Expression]:
-    """All parts of expressions, each once, those that others contain first."""
+    """All subexpressions of expressions, each once, inner ones before those that contain them."""
     seen: set[int] = set()
     stack = [(root, False) for root in reversed(list(roots))]
     while stack:
@@ -441,7 +441,7 @@ def _walk(roots: Iterable[Expression]) -> Iterator[Expression]:
 
 
 def _rows(name: str, given: Any) -> list[Expression]:
-    """A row, or several."""
+    """The rows of an argument: one, or several."""
     if given is None:
         return []
     if isinstance(given, (list, tuple, np.ndarray)):
@@ -457,7 +457,7 @@ def _fields(name: str, given: Any, own: Sequence[str]) -> list[list[Expression]]
 
 
 def _components(name: str, given: Any, own: Sequence[str]) -> list[Expression]:
-    """A component for each coordinate, in their order or by name; those that are not named are zero."""
+    """The components of a vector, one for each coordinate, in their order or by name; those that are not named are zero."""
     if isinstance(given, Mapping):
         by_name = {}
         for key, component in given.items():
@@ -545,7 +545,7 @@ def written(
             raise unknown("parameter", name, known)
         known[name] = (value, known[name][1])
     used = {*names, *known, *observed}
-    # what occurs several times is written once
+    # a part that occurs several times is written once, as a `let`
     counts: dict[int, int] = {}
     for node in nodes:
         for arg in node._args:
@@ -608,7 +608,7 @@ def _known(nodes: Iterable[Expression], names: Sequence[str]) -> dict[str, tuple
 
 
 class _SympyContext:
-    """What sympy's symbols are, while a system is written."""
+    """The meanings of sympy's symbols while a system is written."""
 
     def __init__(self, own: Any, parameters: Mapping[str, float] | None) -> None:
         self.parameters = {str(name): value for name, value in dict(parameters or {}).items()}
@@ -643,13 +643,13 @@ class _sympy_context:  # noqa: N801
 
 
 def _is_sympy(given: Any) -> bool:
-    """Whether something is an expression of sympy, which is not imported to find out."""
+    """Whether a value is a sympy expression; sympy is not imported for it."""
     sympy = sys.modules.get("sympy")
     return sympy is not None and isinstance(given, sympy.Basic)
 
 
 def _from_sympy(given: Any) -> Expression | None:
-    """An expression of sympy; None if it is none."""
+    """An expression from a sympy expression; None for other values."""
     if not _is_sympy(given):
         return None
     context = _context if _context is not None else _SympyContext((), None)

@@ -1,4 +1,4 @@
-"""A declaration as a tree: the statements of a text and their expressions, to be set as mathematics.
+"""The syntax tree of a declaration: its statements and their expressions, for mathematical typesetting.
 
 The engine has read the text already, so this need not find mistakes. What it does not know is left as text.
 """
@@ -17,12 +17,12 @@ _TOKENS = re.compile(
     re.DOTALL,
 )
 
-#: How strongly operators bind.
+#: The precedence of operators.
 _BINDING = {"||": 1, "&&": 2, "<": 3, "<=": 3, ">": 3, ">=": 3, "==": 3, "!=": 3, "..": 4, "..=": 4, "+": 5, "-": 5, "*": 6, "/": 6, "%": 6}
 
 
 class Node(NamedTuple):
-    """A part of an expression: what it is, a name or a number, and its parts."""
+    """A node of an expression: its kind, a name or a number, and its operands."""
 
     kind: str
     value: str
@@ -30,7 +30,7 @@ class Node(NamedTuple):
 
 
 class Statement(NamedTuple):
-    """A statement: `lagrangian`, the name of a `let`, or another word; what it says; the text."""
+    """A statement: `lagrangian`, `let` or another keyword; the name of a `let`; the expression; the text."""
 
     word: str
     name: str
@@ -39,7 +39,7 @@ class Statement(NamedTuple):
 
 
 class _NotKnown(Exception):
-    """Something that is left as text."""
+    """Raised for a statement that is left as text."""
 
 
 def statements(text: str) -> list[Statement]:
@@ -87,7 +87,7 @@ def _statement(text: str, tokens: list[tuple[str, str, int]]) -> Statement:
 
 
 class _Reader:
-    """Reads an expression."""
+    """Parses an expression."""
 
     def __init__(self, tokens: list[tuple[str, str, int]]) -> None:
         self.tokens = [(kind, mark) for kind, mark, _ in tokens if mark != ";"]

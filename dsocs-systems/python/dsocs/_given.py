@@ -1,4 +1,4 @@
-"""What a system is given besides its text: the bytes of a file, tables of samples, values of parameters."""
+"""Values that are given to a system besides its text: the bytes of a file, tables of samples, values of parameters."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ._errors import DeclarationError, InputTypeError, SetupError
 
 
 class Values(dict[str, float]):
-    """The values of parameters by name, which cannot be changed where they are read."""
+    """The values of parameters by name, read-only."""
 
     def _refuse(self, *_: Any, **__: Any) -> Any:
         raise InputTypeError(
@@ -32,7 +32,7 @@ class Values(dict[str, float]):
 
 
 def decoded(name: str, data: bytes) -> str:
-    """The text of a file."""
+    """The text in the bytes of a file."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise DeclarationError(f"{name} is saved as UTF-16; save the file as UTF-8")
     try:
@@ -45,7 +45,7 @@ def decoded(name: str, data: bytes) -> str:
 
 
 def named_files(text: str) -> Iterator[tuple[str, str]]:
-    """The parameters that are tables of samples, and their files, as far as a glance at the text can tell."""
+    """The parameters that are tables of samples, with their files, as far as a regular expression finds them in the text."""
     import re
 
     for found in re.finditer(r"(\w+)\s*=\s*samples\s*\(\s*\"([^\"\\]*)\"", text):
@@ -53,13 +53,13 @@ def named_files(text: str) -> Iterator[tuple[str, str]]:
 
 
 def table(path: str) -> list[tuple[float, float]]:
-    """The samples in a file, read as the command line reads them."""
+    """The samples in a file, read as by the command line."""
     pairs: list[tuple[float, float]] = _dsocs.samples(path)
     return pairs
 
 
 def samples(given: Mapping[str, Any]) -> dict[str, list[tuple[float, float]]]:
-    """Tables of samples, each a pair of arrays."""
+    """Tables of samples, from pairs of arrays."""
     if not isinstance(given, Mapping):
         raise InputTypeError(f"samples is {type(given).__name__}; expected a dict of tables by name")
     tables = {}
@@ -79,7 +79,7 @@ def samples(given: Mapping[str, Any]) -> dict[str, list[tuple[float, float]]]:
 
 
 def assigned(name: str, value: Any, places: Mapping[str, int]) -> list[tuple[int, float]] | None:
-    """What a parameter is given: the places of its numbers and these; None where there is no such parameter."""
+    """The values of a parameter: pairs of an index and a number; None where there is no such parameter."""
     if name in places:
         return [(places[name], _inputs.number(name, value))]
     found, shape = _arrays.elements(name, places)
@@ -92,7 +92,7 @@ def assigned(name: str, value: Any, places: Mapping[str, int]) -> list[tuple[int
     return list(zip(found, numbers.ravel().tolist()))
 
 
-#: What others call the arguments of a run.
+#: The names of a run's arguments in other packages.
 _ALIASES = {
     "dt": "h", "step": "h", "step_size": "h", "stepsize": "h", "timestep": "h", "q0": "q", "x0": "q", "y0": "q", "v0": "v", "qdot": "v", "dq": "v", "rtol": "tolerance", "atol": "tolerance",
     "tol": "tolerance", "t0": "t", "t_end": "until", "t_final": "until", "tf": "until", "t1": "until", "a0": "a", "method": "order",
@@ -134,7 +134,7 @@ def joined(parameters: Mapping[str, Any] | None, values: dict[str, Any]) -> dict
 
 
 def may_be_parameter(value: Any, dimensions: int) -> bool:
-    """Whether what was given may be meant for a parameter, which is a number or an array of at most so many dimensions."""
+    """Whether a value may be meant for a parameter: a number, or an array of at most this many dimensions."""
     if value is None or isinstance(value, (bool, np.bool_, str, bytes, Mapping)):
         return False
     try:

@@ -1,4 +1,4 @@
-"""What a notebook shows of a run and of a system."""
+"""The HTML of a run and of a system in a notebook."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ if TYPE_CHECKING:
 
 
 def run(run: Run) -> str:
-    """The page of a run, in a frame of its own: it asks for nothing from outside."""
+    """The page of a run, in a frame; it loads nothing from outside."""
     if len(run) < 2:
         return f"<p>{escape(repr(run))}</p>"
     page = escape(run.page(), quote=True)
-    # a notebook that is not trusted shows no frame, and its page takes away styles, too: then the line is seen
+    # a notebook that is not trusted shows no frame, and its page removes styles, too: then the line becomes
+    # visible
     hint = f"{repr(run)}: the page of this run is shown when the notebook is trusted."
     return (
         f'<style>.dsocs-untrusted {{ display: none }}</style><p class="dsocs-untrusted">{escape(hint)}</p>'
@@ -28,7 +29,7 @@ def run(run: Run) -> str:
     )
 
 
-#: The statements that are set, in their order, and what they are called.
+#: The constraint statements, in the order in which they are shown, with their headings.
 _CONSTRAINTS = {
     "holonomic": "constraints on positions",
     "nonholonomic": "constraints on velocities",
@@ -37,7 +38,7 @@ _CONSTRAINTS = {
 
 
 def system(system: System) -> str:
-    """What is known of a system: its Lagrangian, constraints and equations as formulas, its quantities in a table, and its text."""
+    """A system: its Lagrangian, constraints and equations as formulas, its quantities in a table, and its text."""
     parts = [f"<h4>{escape(system.name)} <small>({escape(system.kind)})</small></h4>"]
     if system.doc:
         parts.append(f"<p>{_told(system.doc)}</p>")
@@ -65,12 +66,12 @@ def system(system: System) -> str:
 
 
 def _told(text: str) -> str:
-    """What a declaration says of something, with its code as code."""
+    """Documentation of a declaration as HTML, with parts in backticks as code."""
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))
 
 
 def _mathematics(system: System) -> list[str]:
-    """The statements of a system as formulas; those that are not understood as text."""
+    """The statements of a system as formulas, or as text where they cannot be parsed."""
     found = _formulas.statements(system.text)
     words = {statement.word for statement in found}
     has_forces, is_constrained = "external_forces" in words, any(system.constraints)
@@ -115,7 +116,7 @@ def _mathematics(system: System) -> list[str]:
 
 
 def _places(system: System) -> list[Quantity]:
-    """The coordinates as they are declared: a rotation, whose quaternion has four numbers, is one."""
+    """The coordinates as declared: a rotation is one, although its quaternion has four numbers."""
     turning = {first + place for first in system._rotations for place in (1, 2, 3)}
     quantities = []
     for place, of in enumerate(system.coordinates):
@@ -127,14 +128,14 @@ def _places(system: System) -> list[Quantity]:
 
 
 def _coordinates(system: System) -> tuple[list[str], list[str]]:
-    """The rotations, and the other coordinates, if these are so few that each may have an equation; otherwise the letter q."""
+    """The names of the rotations, and of the other coordinates if they are few enough for an equation each; otherwise the letter q."""
     turning = [system._names[first].removesuffix("_w") for first in system._rotations]
     others = [of.name for of in _places(system) if of.name not in turning]
     return turning, others if len(others) <= 4 else ["q"]
 
 
 def _names_attitude(statements: list[_formulas.Statement], turning: list[str]) -> set[str]:
-    """The rotations whose attitude the Lagrangian has, and not their angular velocities alone; where it is not known, all of them."""
+    """The rotations whose attitude the Lagrangian contains, not only their angular velocity; all of them where this is not known."""
     lets = {statement.name: statement.of for statement in statements if statement.word == "let"}
 
     def attitudes(node: Any, among: frozenset[str]) -> set[str]:

@@ -1,4 +1,4 @@
-"""Inputs are checked here: shape, type and finiteness, with the name in the message."""
+"""Checks of inputs: shape, type and finiteness. Messages contain the name of the argument."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ import numpy.typing as npt
 from . import _arrays
 from ._errors import InputTypeError, SetupError
 
-#: A vector: a number for each coordinate in the order of the declaration, or by name; one number where there is one coordinate.
+#: A vector: a number for each coordinate in the order of the declaration, or by name; or a number, if there
+#: is one coordinate.
 VectorLike = Union[float, Sequence[float], npt.NDArray[Any], Mapping[str, float]]
 
 
 def unknown(kind: str, name: object, known: Iterable[str]) -> SetupError:
-    """The error for a name that nothing has."""
+    """The error for an unknown name."""
     names = list(known)
     near = difflib.get_close_matches(str(name), names, n=1)
     hint = f" (did you mean `{near[0]}`?)" if near else ""
@@ -27,7 +28,7 @@ def unknown(kind: str, name: object, known: Iterable[str]) -> SetupError:
 
 
 def number(name: str, given: object) -> float:
-    """A finite number."""
+    """A finite number, checked."""
     if isinstance(given, np.ndarray) and given.ndim == 0:
         given = given.item()
     if isinstance(given, (bool, np.bool_)) or not isinstance(given, (numbers.Real, np.number)):
@@ -44,7 +45,7 @@ def number(name: str, given: object) -> float:
 
 
 def whole(name: str, given: object, least: int) -> int:
-    """A whole number, not below another one."""
+    """A whole number that is at least `least`, checked."""
     if isinstance(given, (bool, np.bool_)) or not isinstance(given, (int, np.integer)):
         raise InputTypeError(f"{name} is {_shown(given)}; expected a whole number")
     if given < least:
@@ -55,7 +56,7 @@ def whole(name: str, given: object, least: int) -> int:
 
 
 def array(name: str, given: object) -> npt.NDArray[np.float64]:
-    """An array of finite numbers."""
+    """An array of finite numbers, checked."""
     if isinstance(given, (str, bytes)) or given is None:
         raise InputTypeError(f"{name} is {_shown(given)}; expected numbers")
     try:
@@ -111,8 +112,8 @@ def vector(
 
 
 def by_element(name: str, given: Any, coordinates: Sequence[str], rotations: Sequence[int]) -> Any:
-    """What was given, with a number for each coordinate, of which there may be others: `x` for `x_0`, `x_1`, …, and `r` for `r_w`, `r_x`, `r_y`, `r_z`. An angular velocity (or
-    acceleration) may have three numbers, as that of `v`. `rotations` are the places where rotations begin."""
+    """A vector with a number for each coordinate, from one by own names: `x` for `x_0`, `x_1`, …, and `r` for `r_w`, `r_x`, `r_y`, `r_z`. For a velocity (or
+    acceleration) a rotation may have three numbers, as in `v`. `rotations` are the indices of their first numbers."""
     has_rates = not name.startswith("q")
     if isinstance(given, Mapping):
         parts: dict[Any, Any] = {}
@@ -150,6 +151,6 @@ def by_element(name: str, given: Any, coordinates: Sequence[str], rotations: Seq
 
 
 def _shown(given: object) -> str:
-    """What was given, on a line of some length."""
+    """A value as messages show it: its representation, at most 60 characters long."""
     shown = repr(given)
     return shown if len(shown) <= 60 else f"{shown[:57]}..."

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def function(
     system: System, until: float, variables: Sequence[str], fixed: Mapping[str, Any], values: Mapping[str, Any]
 ) -> Callable[..., Any]:
-    """A function of position, velocity and parameters at the start, which gives position and velocity at the end."""
+    """A function of position, velocity and parameters at the start, which returns position and velocity at the end."""
     try:
         import jax
         import jax.numpy as jnp

@@ -1,4 +1,4 @@
-"""Formulas as LaTeX, made of their MathML: what is left of a formula where a notebook is not trusted, whose page takes away MathML."""
+"""Formulas as LaTeX, from their MathML: shown where a notebook is not trusted, whose page removes MathML."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _ACCENTS = {"˙": "dot", "¨": "ddot", "⃛": "dddot"}
 
 
 def of_mathml(math: str) -> str:
-    """The LaTeX of a formula in MathML, as `_mathml` makes it."""
+    """The LaTeX of a formula in the MathML that `_mathml` makes."""
     return _of(tree.fromstring(math)).strip()
 
 
@@ -48,7 +48,7 @@ def _of(element: tree.Element) -> str:
     if kind == "mtable":
         lines = r" \\ ".join(parts)
         return rf"\begin{{cases}}{lines}\end{{cases}}"
-    # the brace before cases is a part of them
+    # the brace before cases belongs to them
     return "".join(parts).replace(r"\{\begin{cases}", r"\begin{cases}")
 
 

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
-#: A name, or some.
+#: A name, or several.
 Names = Union[str, Sequence[str]]
 
 
 def _fixed(numbers: Any, shape: tuple[int, ...]) -> Array:
-    """An array that cannot be written to."""
+    """A read-only array."""
     array = np.asarray(numbers, dtype=np.float64).reshape(shape)
     array.setflags(write=False)
     return array
@@ -36,7 +36,7 @@ def _complex(pairs: Sequence[Sequence[float]]) -> Complex:
 
 
 def _names(what: str, given: Names | None) -> list[str] | None:
-    """Names, of which there may be one alone."""
+    """The names, of which one may be given alone."""
     if given is None:
         return None
     if isinstance(given, str):
@@ -47,7 +47,7 @@ def _names(what: str, given: Names | None) -> list[str] | None:
 
 
 def _elements(names: list[str] | None, system: System) -> list[str] | None:
-    """Inputs, those of an array or a matrix one by one."""
+    """The names of inputs, those of an array or a matrix element by element."""
     if names is None:
         return None
     known = [of.name for of in system._parameters]
@@ -106,22 +106,25 @@ class LinearModel:
         self.v: Array = _fixed(told["v"], (-1,))
         #: The acceleration.
         self.a: Array = _fixed(told["a"], (-1,))
-        #: How the point itself moves: the rate of `state` along the motion through it, or by how much that changes in the step. Zero at an equilibrium.
+        #: The rate of `state` along the motion through the point or, for a step, its change in the step. Zero
+        #: at an equilibrium.
         self.drift: Array = _fixed(told["drift"], (n,))
-        #: The outputs at the state.
+        #: The outputs at the point.
         self.measured: Array = _fixed(told["measured"], (p,))
-        #: The weights with which states are made of changes of position and velocity, of the shape (states, 2 coordinates).
+        #: The matrix that gives the states from changes of position and velocity, of the shape (states, 2
+        #: coordinates).
         self.projection: Array = _fixed(told["projection"], (n, both))
-        #: The changes of position and velocity that belong to each state, of the shape (states, 2 coordinates).
+        #: The changes of position and velocity of a unit change of each state, of the shape (states, 2
+        #: coordinates).
         self.basis: Array = _fixed(told["basis"], (n, both))
-        #: Of a step, the same at the next node.
+        #: `directions` at the next node; for the model of a step.
         self.basis_after: Array = _fixed(told["basis_after"], (n, both))
         self._eigenvalues = told["eigenvalues"]
         self._told = dict(told)
 
     @property
     def discrete(self) -> bool:
-        """Whether it is that of the step."""
+        """Whether it is the model of the step."""
         return self.step is not None
 
     @property
@@ -193,11 +196,13 @@ class Equilibrium:
         self.parameters: dict[str, float] = dict(zip((of.name for of in system._parameters), np.asarray(told["parameters"]).tolist()))
         #: The generalized constraint force, a number for each coordinate.
         self.force: Array = _fixed(told["force"], (-1,))
-        #: The directions in which other equilibria lie, if this is one of a continuum: a row for each, with the change of the position, then of the free parameters.
+        #: The directions in which neighbouring equilibria lie, if this is one of a continuum: a row for each,
+        #: with the change of the position, then of the free parameters.
         self.directions: Array = _fixed(told["directions"], (len(told["directions"]), -1 if told["directions"] else len(self.q)))
         #: `stable`, `unstable` or `undecided by the linear model`; None where there is no linear model.
         self.stability: str | None = told["stability"]
-        #: Why there is no linear model, as where dry friction holds the system; None where there is one.
+        #: The reason why there is no linear model, as where dry friction holds the system; None where there
+        #: is one.
         self.failure: str | None = told["failure"]
         self._eigenvalues = told["eigenvalues"]
         self._told = dict(told)
@@ -213,7 +218,7 @@ class Equilibrium:
         return None if self._eigenvalues is None else _complex(self._eigenvalues)
 
     def linearize(self, *, h: float | None = None, inputs: Names | None = None, outputs: Names | None = None) -> LinearModel:
-        """The linear model there, as `System.linearize` gives it."""
+        """The linear model at the equilibrium, from `System.linearize`."""
         return linearize(
             self.system, h=h, q=self.q, v=None, t=self.t, near=None, project=False, inputs=inputs, outputs=outputs, run=None, values=self.parameters
         )
@@ -237,13 +242,13 @@ class Equilibrium:
 
 
 class Equilibria(Sequence[Equilibrium]):
-    """The equilibria to which some guesses lead, each once."""
+    """The equilibria that are found from some guesses, each once."""
 
     def __init__(self, found: Sequence[Equilibrium], of_guess: Sequence[Any]) -> None:
         self._found = tuple(found)
-        #: For each guess the place of its equilibrium; None where there is none.
+        #: For each guess the index of its equilibrium; None where there is none.
         self.of_guess: list[int | None] = [place if isinstance(place, int) else None for place in of_guess]
-        #: The guesses without an equilibrium, by their places, each with the exception that says why.
+        #: The guesses without an equilibrium, by their indices, each with its exception.
         self.failures: dict[int, Exception] = {k: place for k, place in enumerate(of_guess) if isinstance(place, Exception)}
 
     def __len__(self) -> int:
@@ -263,7 +268,7 @@ class Equilibria(Sequence[Equilibrium]):
 def linearize(
     system: System, *, h: Any, q: Any, v: Any, t: Any, near: Any, project: Any, inputs: Any, outputs: Any, run: Any, values: Mapping[str, Any]
 ) -> LinearModel:
-    """The linear model at a state that is given as `System.linearize` takes it."""
+    """The linear model at a state with the arguments of `System.linearize`."""
     if q is not None and v is None:
         v = [0.0] * len(system.coordinates)
     step = None if h is None else _inputs.number("h", h)
@@ -275,7 +280,7 @@ def linearize(
 
 
 def _guesses(system: System, q: Any, run: Any) -> list[list[float]]:
-    """Positions: that of the text's run, one, or some."""
+    """The guesses: that of the text's run, one position, or several."""
     names = system._names
     if q is None:
         text = system._run_text(run)

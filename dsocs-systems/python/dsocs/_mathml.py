@@ -1,4 +1,4 @@
-"""Formulas as MathML, which browsers set by themselves."""
+"""Formulas as MathML, which browsers typeset themselves."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _VECTORS = {"inner": "·", "cross": "×"}
 _DOTS = {"dot": "˙", "ddot": "¨", "dddot": "⃛"}
 _RELATIONS = {"<=": "≤", ">=": "≥", "==": "=", "!=": "≠", "&&": "∧", "||": "∨", "%": "mod"}
 
-#: How strongly a formula holds together: a sum, a product, a sign before it, a power, a symbol.
+#: The precedence of a formula: a sum, a product, a sign before it, a power, a symbol.
 _RELATION, _SUM, _PRODUCT, _POWER, _ATOM = range(5)
 
 
@@ -38,7 +38,7 @@ def _row(*parts: str) -> str:
 
 
 def name(of: str, over: str = "") -> str:
-    """A name: Greek letters, and what is behind the first `_` or is a number behind a letter as an index."""
+    """A name: Greek letters; the part behind the first `_`, or a number behind a letter, is an index."""
     stem, _, index = of.partition("_")
     if not index and (match := re.fullmatch(r"([^\W\d_]+?)(\d+)", of)):
         stem, index = match.groups()
@@ -70,13 +70,13 @@ def _list(nodes: tuple[Node, ...]) -> str:
 
 
 def _held(node: Node, least: int) -> str:
-    """A formula in brackets unless it holds together."""
+    """A formula, in brackets if its precedence is lower than `least`."""
     text, holds = formula(node)
     return text if holds >= least else _in_brackets(text)
 
 
 def formula(node: Node) -> tuple[str, int]:
-    """A formula, and how strongly it holds together."""
+    """A formula, and its precedence."""
     kind, value, parts = node
     if kind == "name":
         return name(value), _ATOM
@@ -104,11 +104,11 @@ def _operator(operator: str, left: Node, right: Node) -> tuple[str, int]:
     if operator == "/":
         return f"<mfrac>{_row(formula(left)[0])}{_row(formula(right)[0])}</mfrac>", _PRODUCT
     if operator == "*" and left.kind == "minus":
-        # a sign is that of the whole product
+        # a sign is taken out of a product
         return formula(Node("minus", "", (Node("operator", "*", (left.parts[0], right)),)))
     if operator == "*":
         factor = _held(right, _PRODUCT)
-        # between two numbers nothing would be read as one number
+        # two numbers side by side would be read as one
         between = _mo("·") if _first(right) == "number" else '<mspace width="0.2em"/>'
         return _row(_held(left, _PRODUCT), between, factor), _PRODUCT
     if operator in ("+", "-"):
@@ -118,7 +118,7 @@ def _operator(operator: str, left: Node, right: Node) -> tuple[str, int]:
 
 
 def _first(node: Node) -> str:
-    """What a formula begins with."""
+    """The kind of the node that a formula begins with."""
     while node.kind == "operator" and node.value == "*" or node.kind == "call" and node.value in ("powi", "powf"):
         node = node.parts[0]
     return node.kind
@@ -132,7 +132,7 @@ def _call(of: str, parts: tuple[Node, ...]) -> tuple[str, int]:
     if of == "sum" and len(parts) == 2 and parts[1].kind == "function" and parts[0].kind == "operator":
         return _sum(parts[0], parts[1]), _PRODUCT
     if of in _VECTORS and len(parts) == 2:
-        # each holds together by itself: a product of three vectors has brackets
+        # each factor has its own brackets: a product of three vectors keeps them
         return _row(_held(parts[0], _ATOM), _mo(_VECTORS[of]), _held(parts[1], _ATOM)), _SUM if of == "cross" else _PRODUCT
     if of == "angular_velocity" and len(parts) == 1 and parts[0].kind == "name":
         return _turning(parts[0].value), _ATOM
@@ -185,7 +185,7 @@ def _rate(of: str, node: Node) -> tuple[str, int]:
 def _sum(span: Node, function: Node) -> str:
     index, end = function.value, span.parts[1]
     if span.value == "..":
-        # the end is left out
+        # the upper end of the range is exclusive
         last = Node("number", str(int(end.value) - 1), ()) if end.kind == "number" and end.value.isdecimal() else None
         upper = formula(last)[0] if last else _row(_held(end, _SUM), "<mo>−</mo><mn>1</mn>")
     else:
@@ -217,7 +217,7 @@ def shown(inner: str) -> str:
     return f'<div class="dsocs-formula" style="{style}">$${escape(of_mathml(math))}$$</div><script type="application/mathml+xml">{math}</script>'
 
 
-#: Puts MathML in the place of LaTeX.
+#: Replaces LaTeX by MathML where the page allows scripts.
 SCRIPT = (
     "<script>document.querySelectorAll('script[type=\"application/mathml+xml\"]').forEach(function (math) {"
     " var place = math.previousElementSibling;"
@@ -240,7 +240,7 @@ def equation(left: str, right: str) -> str:
 
 
 def definition(statement: Statement) -> str:
-    """What a `let` says."""
+    """The definition that a `let` makes."""
     node = statement.of
     assert node is not None
     if node.kind == "function":
@@ -251,7 +251,7 @@ def definition(statement: Statement) -> str:
 
 
 def rows(node: Node) -> tuple[Node, ...]:
-    """The rows of a constraint: one, or those of a list."""
+    """The rows of a constraint: one, or the elements of a list."""
     return node.parts if node.kind == "list" else (node,)
 
 
@@ -261,7 +261,7 @@ def _turning(rotation: str) -> str:
 
 
 def turning(rotation: str, has_forces: bool, is_constrained: bool, has_attitude: bool) -> str:
-    """The equation of Euler and Poincaré for a rotation: three numbers in the frame of its body."""
+    """The Euler–Poincaré equation for a rotation: three components in the frame of its body."""
     velocity = _turning(rotation)
     momentum = f"<mfrac>{_row(_mi('∂'), _mi('L'))}{_row(_mi('∂'), velocity)}</mfrac>"
     derivative = f"<mfrac>{_mi('d')}{_row(_mi('d'), _mi('t'))}</mfrac>"
@@ -272,7 +272,7 @@ def turning(rotation: str, has_forces: bool, is_constrained: bool, has_attitude:
 
 
 def motion(coordinate: str, has_forces: bool, is_constrained: bool) -> str:
-    """The equation of Lagrange for a coordinate."""
+    """Lagrange's equation for a coordinate."""
 
     def by(symbol: str) -> str:
         return f"<mfrac>{_row(_mi('∂'), _mi('L'))}{_row(_mi('∂'), symbol)}</mfrac>"

@@ -21,7 +21,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Nodes:
-    """The nodes that a run has so far, as arrays: what `Run` has."""
+    """The nodes that a run has so far, as arrays: the base of `Run`."""
 
     def __init__(self, system: System, setup: Setup) -> None:
         #: The system.
@@ -42,7 +42,7 @@ class Nodes:
         array: Array = self._raw.array(name)
         return array
 
-    # What it was set up with
+    # the setup of the run
 
     @property
     def h(self) -> float:
@@ -61,7 +61,7 @@ class Nodes:
 
     @property
     def every(self) -> int:
-        """Every so many nodes one is kept."""
+        """The distance of two kept nodes, in nodes."""
         return self._setup.every
 
     @property
@@ -69,7 +69,7 @@ class Nodes:
         """The parameters with the values that the run began with."""
         return _given.Values((of.name, value) for of, value in zip(self.system._parameters, self._setup.values))
 
-    # What it has
+    # the nodes of the run
 
     @property
     def t(self) -> Array:
@@ -114,7 +114,7 @@ class Nodes:
 
     @property
     def node(self) -> Node:
-        """The node where the run stands, which is kept or not."""
+        """The node where the run stands, which need not be kept."""
         node: Node = self._raw.node()
         return node
 
@@ -129,7 +129,7 @@ class Nodes:
 
     @property
     def columns(self) -> list[str]:
-        """The names of all columns, in the order of the command line's table, and after them the parameters that changed on the way."""
+        """The names of all columns, in the order of the command line's table, followed by those of the parameters that changed during the run."""
         names = self.system._names
         observed = [of.name for of in self.system.observables]
         multipliers = [f"lambda_{form}" for form in range(self.system.forms)]
@@ -138,7 +138,7 @@ class Nodes:
 
     @property
     def _changed(self) -> list[str]:
-        """The parameters that changed on the way, in the order of the declaration."""
+        """The parameters that changed during the run, in the order of the declaration."""
         if self._kept is not None:
             return list(self._kept["changed"])
         places = {place for _, _, place, _ in self._raw.changes()}
@@ -146,7 +146,7 @@ class Nodes:
 
     @property
     def units(self) -> dict[str, str | None]:
-        """The unit of each column, as far as the declaration says it."""
+        """The unit of each column, if the declaration gives it."""
         # energies are in J where lengths and angles have units
         turning = {first + place for first in self.system._rotations for place in range(4)}
         own = [unit for _, _, unit in self.system.coordinates]
@@ -161,7 +161,7 @@ class Nodes:
 
     @property
     def unresolved(self) -> Unresolved | None:
-        """The steps so far that were too long for what jumps in them; None if there is none."""
+        """The steps so far that did not resolve a jump; None if there is none."""
         found = self._kept["unresolved"] if self._kept is not None else self._raw.unresolved()
         return None if found is None else Unresolved(*found)
 
@@ -176,11 +176,11 @@ class Nodes:
         return {name: self[name] for name in self.columns}
 
     def frame(self) -> Any:
-        """The table as a `pandas.DataFrame`, for which pandas has to be installed."""
+        """The table as a `pandas.DataFrame`; needs pandas."""
         return frame(self.table())
 
     def __len__(self) -> int:
-        """How many nodes are kept."""
+        """The number of kept nodes."""
         return len(self._kept["t"]) if self._kept is not None else len(self._raw)
 
     @overload
@@ -243,7 +243,7 @@ class Nodes:
         return values
 
     def __iter__(self) -> Iterator[Node]:
-        """The nodes that are kept."""
+        """The kept nodes, one by one."""
         return (self[place] for place in range(len(self)))
 
 

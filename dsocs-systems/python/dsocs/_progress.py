@@ -1,4 +1,4 @@
-"""How far a run is."""
+"""The progress of a run."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any, Callable, Iterator
 
 from ._errors import InputTypeError
 
-#: Between two signs of progress pass so many seconds at least.
+#: The least time between two updates, in s.
 _PAUSE = 0.1
 
 
 @contextmanager
 def shown(progress: object, name: str, begin: float, end: float) -> Iterator[Callable[[float], None] | None]:
-    """A function that is told the time that a run has reached, if progress is to be shown."""
+    """A function that is called with the current time of a run, or None if no progress is to be shown."""
     if progress is False or progress is None:
         yield None
         return
@@ -34,7 +34,7 @@ def shown(progress: object, name: str, begin: float, end: float) -> Iterator[Cal
 
 
 class _Bar:
-    """A bar of tqdm where it is installed, which knows terminals and notebooks; otherwise a line on standard error."""
+    """A tqdm bar where tqdm is installed, in terminals and notebooks; otherwise a line on standard error."""
 
     def __init__(self, name: str) -> None:
         self.name, self.last, self.begun = name, 0.0, time.monotonic()

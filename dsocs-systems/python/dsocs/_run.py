@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ._check import Findings
 
 Array = npt.NDArray[np.float64]
-#: What is shown of the progress: nothing, a line or a bar, or a function that is told the part that is done.
+#: The display of progress: none, a line or a bar, or a function that is called with the fraction done.
 Progress = Union[bool, Callable[[float], object]]
 
 
@@ -53,7 +53,7 @@ class Run(Nodes):
             self._raw_run, self._kept = raw, None
         return self._raw_run
 
-    # How it goes on
+    # steps
 
     def until(
         self,
@@ -100,13 +100,13 @@ class Run(Nodes):
     def _remember(self, raw: Any, begin: int, before: int, end: float, controlled: bool) -> None:
         steps = raw.index() - begin
         if controlled:
-            # which inputs these were is looked up when someone asks
+            # the inputs themselves are looked up only when they are needed
             self._history.append(("changes", steps, end, before, raw.change_count()))
         elif steps:
             self._history.append(("advance", steps, end))
 
     def _told_history(self) -> list[tuple[Any, ...]]:
-        """The history with the inputs themselves, so that it means the same for a copy."""
+        """The history with the values of the inputs, so that a copy can repeat it."""
         if all(what[0] != "changes" for what in self._history):
             return list(self._history)
         names = [of.name for of in self.system._parameters]
@@ -182,7 +182,7 @@ class Run(Nodes):
         return self
 
     def _elements(self) -> Callable[[str, Any], list[tuple[str, float]]]:
-        """What tells the numbers of an input that is given by its own name or, if it is an array or a matrix, of its elements."""
+        """A function that splits the value of an input, given by its own name or by that of an element, into numbers by name."""
         names = [of.name for of in self.system._parameters]
         places = {name: place for place, name in enumerate(names)}
 
@@ -191,7 +191,7 @@ class Run(Nodes):
             if assigned is None:
                 if np.ndim(value):
                     raise _inputs.unknown("parameter", name, names)
-                # the run knows which inputs there are
+                # the run refuses names that are no inputs
                 return [(name, _inputs.number(name, value))]
             return [(names[place], number) for place, number in assigned]
 
@@ -230,7 +230,7 @@ class Run(Nodes):
             raise Interrupted(f"interrupted at t = {self._time():g}; the exception's `run` can go on", self) from None
         finally:
             if watched_to_end:
-                # a copy has to know as well what happens at the node where it stands
+                # a copy has to know the events at the node where it stands
                 self._history.append(("watch", end, asked))
             else:
                 self._count(raw.index() - begin, end)
@@ -258,7 +258,7 @@ class Run(Nodes):
         parts: list[list[Array]] = []
         begin = 0
         for t, changes in self._changes():
-            # what changes at a node holds for what is behind it
+            # a change at a node applies to times beyond it
             stop = begin + int(np.searchsorted(forward[begin:], way * t, side="right"))
             parts.append(_dsocs.sample(raw, at[begin:stop]))
             begin = stop
@@ -275,7 +275,7 @@ class Run(Nodes):
         return Points(self.system, at, *(arrays[0] if len(arrays) == 1 else np.concatenate(arrays) for arrays in zip(*parts)))
 
     def _changes(self) -> Iterator[tuple[float, list[tuple[str, float]]]]:
-        """The times where the run stood while inputs changed, and the inputs."""
+        """The times at which inputs changed, and the inputs."""
         ahead = self._setup.tolerance is None and self._setup.order == 2
         grouped: dict[float, list[tuple[str, float]]] = {}
         for index, t, place, value in self._raw.changes():
@@ -310,7 +310,7 @@ class Run(Nodes):
         return time
 
     def _warn(self, of_nodes: bool = True) -> None:
-        """Tells of steps whose error may be larger, those of one call once; and what the nodes show, once in a run."""
+        """Warns of steps whose error may be larger, once in each call; and of the signs in the nodes, once in a run."""
         unresolved, nearly_singular = self.unresolved, self.nearly_singular
         if unresolved is not None and unresolved.steps > self._told[0]:
             warnings.warn(self._jumps(unresolved, unresolved.steps - self._told[0]), StepWarning, stacklevel=3)
@@ -329,7 +329,7 @@ class Run(Nodes):
     def _singular(self, found: NearlySingular, steps: int) -> str:
         return _told.singular(found, steps, self.system.order, self.system._may_divide)
 
-    # What can be said of it
+    # estimates, certificates, checks and pages
 
     def estimate_error(self) -> ErrorEstimate:
         """How far the run is from the continuous motion, coordinate by coordinate, at every node that is kept.
@@ -356,7 +356,7 @@ class Run(Nodes):
         return ErrorEstimate(array, dict(zip(self.system._names, largest)), uncertainty)
 
     def _held(self) -> list[tuple[str, list[tuple[float, float]]]]:
-        """The inputs that changed: for each its times and values."""
+        """The inputs that changed, each with its times and values."""
         held: dict[int, list[tuple[float, float]]] = {}
         for _, t, place, value in self._raw.changes():
             plan = held.setdefault(place, [])
@@ -397,7 +397,7 @@ class Run(Nodes):
             file.write(page)
 
     def page(self) -> str:
-        """The same page as a text, of some megabytes."""
+        """The page of `report` as a string, of some megabytes."""
         rows = np.column_stack(list(self.table().values()))
         page: str = _dsocs.page(
             self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.order,
@@ -406,7 +406,7 @@ class Run(Nodes):
         return page
 
     def _signs(self) -> list[str | None]:
-        """What is to be said of the nodes."""
+        """The warnings about the nodes."""
         if self._kept is not None:
             return list(self._kept["warnings"])
         return list(self._raw.warnings())
@@ -455,7 +455,7 @@ class Run(Nodes):
 
 
 def _run_of(system: tuple[Any, ...], setup: Setup, history: Any, kept: Any, told: Any) -> Run:
-    """A run that was pickled."""
+    """A run from its pickled parts."""
     return _made_again(_system_of(*system), setup, history, kept, told)
 
 
@@ -472,7 +472,7 @@ def _made_again(system: System, setup: Setup, history: Any, kept: Any, told: Any
 
 
 def _repeat(raw: Any, what: str, *how: Any) -> None:
-    """Does with an engine's run what was done with another one."""
+    """Repeats on one run of the engine what was done with another."""
     if what == "set":
         raw.set_input(*how)
     elif what == "advance":

@@ -1,4 +1,4 @@
-"""What a run is set up with."""
+"""The setup of a run: step, end, start, method and values of parameters."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from ._errors import InputTypeError, SetupError, StepWarning
 if TYPE_CHECKING:
     from ._declared import Declared
 
-#: The step of a run, in s, where the text has a run that does not say it; and the distance of nodes where a tolerance is given without a step.
+#: The step of a run, in s, if the text has a run without one; and the distance of nodes if a tolerance is
+#: given without a step.
 STEP = 0.01
-#: How long a run is, in s, where the text has a run that does not say it.
+#: The duration of a run, in s, if the text has a run without one.
 UNTIL = 10.0
 
 #: The unit round-off of double precision: no tolerance below it can be reached.
 _UNIT = 2.0**-53
-#: Above this tolerance the errors of the steps may add up to some per cent.
+#: A larger tolerance lets the errors of the steps add up to some per cent.
 _LOOSE = 1e-4
 
 
 @dataclass(frozen=True)
 class Setup:
-    """What a run is set up with."""
+    """The setup of a run."""
 
     h: float
     until: float | None
@@ -63,7 +64,7 @@ class Setup:
         run: Any = None,
         values: Mapping[str, Any] | None = None,
     ) -> Setup:
-        """What is asked for; what is not is that of the text's run."""
+        """The setup from the arguments of a call; the text's run supplies those that are missing."""
         text = system._run_text(run)
         own_q, own_v = (text.start if text is not None and text.start is not None else (None, None))
         step = _inputs.number("h", h) if h is not None else (text.step if text and text.step is not None else STEP)
@@ -125,7 +126,7 @@ class Setup:
         until = None
         if text is not None:
             length = text.until if text.until is not None else UNTIL
-            # back in time with a negative step; a text whose run goes back in time goes nowhere else by itself
+            # negative with a negative step; a text whose own run goes back in time keeps its negative end
             until = t0 + (length if length < 0 else math.copysign(length, step))
         return Setup(
             h=step,
@@ -142,7 +143,7 @@ class Setup:
         )
 
     def end(self, system: Declared, name: str, given: Any) -> float:
-        """The time to which a run goes: the one that is given under a name, or that of the text's run."""
+        """The end of a run: the time that is given, or that of the text's run. `name` is the argument's name, for messages."""
         if given is not None:
             return _inputs.number(name, given)
         if self.until is None:
@@ -153,26 +154,26 @@ class Setup:
 
     @property
     def begins(self) -> tuple[Any, ...]:
-        """The start, as the engine takes it."""
+        """The start in the form of the engine."""
         near = None if self.near is None else list(self.near)
         return (self.rule, [list(vector) for vector in self.vectors], near, self.t, self.project)
 
     def begin(self, system: Declared) -> Any:
-        """A run of the engine."""
+        """A new run of the engine."""
         return _dsocs.RawRun(
             system._raw, list(self.values), self.h, self.order, self.tolerance, self.begins, self.every
         )
 
 
 def _vector(name: str, given: Any, system: Declared, own: list[float] | None) -> tuple[float, ...] | None:
-    """A number for each coordinate. Of a velocity a rotation has three, in the frame of its body, or a zero before them."""
+    """A vector with a number for each coordinate. A rotation has three components of velocity, in the frame of its body, or a zero before them."""
     if given is None:
         return None if own is None else tuple(own)
     names, moving = system._names, system._moving
     given = _inputs.by_element(name, given, names, system._rotations)
     if name.startswith("q") or isinstance(given, Mapping) or len(moving) == len(names) or np.shape(given) == (len(names),):
         return tuple(_inputs.vector(name, given, names, own))
-    # one of neither length: the message asks for the shorter one
+    # neither length fits: the message asks for the shorter one
     return tuple(_inputs.vector(name, given, moving, None))
 
 

@@ -17,7 +17,7 @@ def frame(table: Mapping[str, Any]) -> Any:
         import pandas
     except ImportError:
         raise Error("pandas is not installed; table() gives the same as a dict of arrays") from None
-    # it takes over what cannot be written to as it is
+    # pandas takes over read-only arrays without a copy
     return pandas.DataFrame(dict(table), copy=False)
 
 

@@ -1,4 +1,4 @@
-"""What is told of a run besides its nodes."""
+"""Further information on a run, besides its nodes."""
 
 from __future__ import annotations
 
@@ -12,40 +12,42 @@ Array = npt.NDArray[np.float64]
 
 
 class Unresolved(NamedTuple):
-    """Steps that were too long for what jumps in them, such as dry friction. Each reduces the order of the run to 1."""
+    """Steps that did not resolve a jump, such as that of dry friction. Each reduces the order of the run to 1."""
 
-    #: How many steps.
+    #: Their number.
     steps: int
     #: The time of the first of them.
     first: float
-    #: The largest departure from what a smooth force would do, relative to the change of the momentum over the step.
+    #: The largest difference from the force of a smooth continuation, relative to the change of the momentum
+    #: over the step.
     largest: float
 
 
 class NearlySingular(NamedTuple):
     """Steps in which the equations were nearly singular: they hardly determine the acceleration there."""
 
-    #: How many steps.
+    #: Their number.
     steps: int
     #: The time of the first of them.
     first: float
-    #: In how many of them the equations of the step alone were, and those of the continuous motion were not.
+    #: The number of those in which only the equations of the step were nearly singular, not those of the
+    #: continuous motion.
     of_step: int
 
 
 class ErrorEstimate(NamedTuple):
-    """How far a run is from the continuous motion."""
+    """The error of a run against the continuous motion."""
 
     #: The error of each coordinate at each node: an array of the shape (nodes, coordinates).
     errors: Array
     #: The largest error of each coordinate, by name.
     largest: dict[str, float]
-    #: How well the continuous motion itself is known.
+    #: The uncertainty of the continuous motion itself.
     uncertainty: float
 
 
 class Certificate(NamedTuple):
-    """How regular the equations of each step are: the paper's theorem on the discrete flow asks that neither singular value is zero."""
+    """The regularity of each step: the paper's theorem on the discrete flow requires that neither singular value is zero."""
 
     #: The smallest singular value of the derivative by the last node, an array of the shape (nodes,); NaN at the start.
     forward: Array
@@ -58,16 +60,16 @@ class Certificate(NamedTuple):
 class Roots(NamedTuple):
     """The positions that solve a step."""
 
-    #: The one that the iteration finds: an array of the shape (coordinates,).
+    #: The solution that Newton's iteration finds: an array of the shape (coordinates,).
     found: Array
-    #: Another one; None if none is found.
+    #: Another solution; None if none is found.
     other: Array | None
 
 
 def jumps(found: Unresolved, steps: int, order: int) -> str:
-    """What is said of steps within which something jumps."""
+    """The warning about steps within which a function jumps."""
     plural = "s" if steps > 1 else ""
-    # no method follows the continuous motion of third order
+    # no method follows the continuous motion of a third-order system
     third = order > 2
     if math.isinf(found.largest):
         ends = "end the run before" if third else "`tolerance` ends where the motion does"
@@ -83,7 +85,7 @@ def jumps(found: Unresolved, steps: int, order: int) -> str:
 
 
 def singular(found: NearlySingular, steps: int, order: int, may_divide: bool) -> str:
-    """What is said of steps in which the equations were nearly singular."""
+    """The warning about steps in which the equations were nearly singular."""
     plural = "s" if steps > 1 else ""
     third = order > 2
     if found.of_step == found.steps:

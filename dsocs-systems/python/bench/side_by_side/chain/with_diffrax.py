@@ -7,7 +7,7 @@ n, length, gravity = 8, 0.125, 9.81
 beyond = n - jnp.maximum(jnp.arange(n)[:, None], jnp.arange(n)[None, :])
 
 
-# the equations of Lagrange were derived by hand
+# Lagrange's equations were derived by hand
 def rate(t, y, args):
     theta, speed = y[:n], y[n:]
     difference = theta[:, None] - theta[None, :]

@@ -5,7 +5,7 @@ n, length, gravity = 8, 0.125, 9.81
 beyond = n - np.maximum.outer(np.arange(n), np.arange(n))
 
 
-# the equations of Lagrange were derived by hand
+# Lagrange's equations were derived by hand
 def rate(t, y):
     theta, speed = y[:n], y[n:]
     difference = theta[:, None] - theta[None, :]

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 jax.config.update("jax_enable_x64", True)
 
 
-# the force across the motion was solved for by hand
+# the constraint force, orthogonal to the motion, was solved for by hand
 def rate(t, y, args):
     x, y, vx, vy = y
     speed = jnp.sqrt(vx**2 + vy**2)

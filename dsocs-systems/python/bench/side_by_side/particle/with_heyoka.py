@@ -2,7 +2,7 @@ import heyoka as hy
 import numpy as np
 
 x, y, vx, vy = hy.make_vars("x", "y", "vx", "vy")
-# the force across the motion was solved for by hand
+# the constraint force, orthogonal to the motion, was solved for by hand
 speed = hy.sqrt(vx**2 + vy**2)
 rates = [(x, vx), (y, vy), (vx, -speed * vy), (vy, speed * vx)]
 integrator = hy.taylor_adaptive(rates, [0.0, 0.0, 1.0, 1.0], tol=1e-10)

@@ -2,7 +2,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 
-# the force across the motion was solved for by hand
+# the constraint force, orthogonal to the motion, was solved for by hand
 def rate(t, y):
     x, y, vx, vy = y
     speed = np.sqrt(vx**2 + vy**2)

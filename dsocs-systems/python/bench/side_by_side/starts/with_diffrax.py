@@ -5,7 +5,7 @@ import jax.numpy as jnp
 jax.config.update("jax_enable_x64", True)
 
 
-# the equation of Lagrange was derived by hand
+# Lagrange's equation was derived by hand
 def rate(t, y, args):
     return jnp.array([y[1], -9.81 * jnp.sin(y[0])])
 

@@ -4,7 +4,7 @@ from scipy.integrate import solve_ivp
 starts = np.linspace(0.1, 3.0, 1000)
 
 
-# the equation of Lagrange was derived by hand
+# Lagrange's equation was derived by hand
 def rate(t, y):
     return y[1], -9.81 * np.sin(y[0])
 
