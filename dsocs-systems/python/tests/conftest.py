@@ -1,4 +1,4 @@
-"""What all tests share."""
+"""Systems, fixtures and helpers that the tests share."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 
 import dsocs
 
-# a process that a shell has put into the background ignores Ctrl-C, and so would the tests that press it
+# a process that a shell started in the background ignores Ctrl-C, and so would the tests that send it
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 SWING = """\
@@ -109,7 +109,7 @@ def beads() -> dsocs.System:
 
 
 def find_program() -> Path | None:
-    """The program `dsocs` of the workspace: where DSOCS_PROGRAM says, or as cargo has built it last."""
+    """The program `dsocs` of the workspace: the path in DSOCS_PROGRAM, or the latest build."""
     if asked := os.environ.get("DSOCS_PROGRAM"):
         return Path(asked)
     workspace = Path(__file__).resolve().parents[3]
@@ -136,7 +136,7 @@ def program() -> Path:
 
 
 def run_program(program: Path, *arguments: str, cwd: Path) -> str:
-    """What the program writes to standard output."""
+    """Standard output of the program."""
     done = subprocess.run([str(program), *arguments], cwd=cwd, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -150,7 +150,7 @@ def _warnings_are_seen() -> object:
 
 
 def text_of_library(program: Path, folder: Path, name: str) -> Path:
-    """A system of the program that a text can say, as a file."""
+    """A system of the program as a text file."""
     file = folder / f"{name}.dsocs"
     if not file.exists():
         done = subprocess.run([str(program), "text", name], capture_output=True, text=True, check=False)

@@ -1,4 +1,4 @@
-"""Inputs that cannot be used: what is raised, and what the message names."""
+"""Inputs that cannot be used: the exception, and the name in its message."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ x, y = dsocs.coordinates("x", "y")
 mass = dsocs.parameter("mass", 1.0)
 kinetic = (dsocs.dot(x) ** 2 + dsocs.dot(y) ** 2) / 2
 
-# what is called, what it raises, and what the message says
+# the call, the exception, and words of the message
 Case = tuple[Callable[[], Any], type[Exception], str]
 
 VECTORS: list[Case] = [
@@ -294,7 +294,7 @@ def test_what_cannot_be_used_is_refused(call: Callable[[], Any], expected: type[
     with pytest.raises(expected) as raised:
         call()
     assert said in str(raised.value), raised.value
-    # whoever catches all of this package's catches it
+    # `dsocs.Error` catches all exceptions of this package
     if expected not in (OSError, FileNotFoundError, MemoryError, TypeError, KeyError, IndexError, ZeroDivisionError):
         assert isinstance(raised.value, dsocs.Error)
     assert not type(raised.value).__name__.startswith("Panic")

@@ -1,4 +1,4 @@
-"""What a run knows beside its nodes: the motion between them, events, both solutions of a step, regularity."""
+"""The motion between the nodes of a run, events, both solutions of a step, and regularity."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_an_event_ends_a_run(swing: dsocs.System, method: dict) -> None:
         assert 0 <= events[0].t - run.node.t <= 0.01 and abs(events[0].q[0]) < 1e-12
     else:
         assert 0 <= run.node.t - events[0].t <= 0.01
-    # it goes on, and a copy takes the same way
+    # the run goes on, and a copy continues in the same way
     other = pickle.loads(pickle.dumps(run)).until(2.0)
     run.until(2.0)
     np.testing.assert_array_equal(other.q, run.q)

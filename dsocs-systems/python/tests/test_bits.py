@@ -1,4 +1,4 @@
-"""Results have the bits of the command line."""
+"""Results of the package and of the command line agree bit for bit."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def table(text: str) -> dict[str, np.ndarray]:
 
 def same(run: dsocs.Run, text: str) -> None:
     expected = table(text)
-    # what the command line is told to change is no column of its table
+    # parameters changed on the command line are not columns of its table
     assert run.columns == [*expected, *(name for name in run.parameters if name in run.columns)]
     for name, column in expected.items():
         np.testing.assert_array_equal(run[name], column, err_msg=name, strict=True)
@@ -111,7 +111,7 @@ def test_held_inputs_have_the_bits_of_the_program(program: Path, tmp_path: Path)
     plan = [(0.205, 0.5), (0.5, -1.0), (0.9, 0.25)]
 
     def control(node: dsocs.Node) -> dict[str, float] | None:
-        # a value holds from the next node on: order 2 is one position ahead
+        # a value holds from the next node on: at order 2 the run knows one position more than its node
         ahead = node.t + 0.01 + 1e-8
         passed = [value for t, value in plan if t <= ahead]
         return {"torque": passed[-1]} if passed else None
@@ -127,7 +127,7 @@ def test_what_is_observed_of_a_changed_input_has_the_bits_of_the_program(program
     out = run_program(program, "run", "swing.dsocs", "--until", "1", "--input", "torque=torque.csv", cwd=tmp_path)
     run = dsocs.read(tmp_path / "swing.dsocs").flow()
     for time, torque in ((0.2, 0.5), (0.5, -1.0)):
-        # it holds from the last position that is known on, a step ahead
+        # it holds from the last known position on, one step ahead
         run.until(time - 0.01).set(torque=torque)
     same(run.until(1.0), out)
 
@@ -138,7 +138,7 @@ def test_samples_have_the_bits_of_the_program(program: Path, tmp_path: Path) -> 
     (tmp_path / "pull.csv").write_text("t,pull\n0,0\n0.5,1\n1,0.25\n2,0\n", encoding="utf-8")
     out = run_program(program, "run", "pull.dsocs", "--q0", "0", "--v0", "1", "--until", "1", cwd=tmp_path)
     same(dsocs.read(tmp_path / "pull.dsocs").flow(h=0.01, q=[0.0], v=[1.0]).until(1.0), out)
-    # the same from arrays, by the parameter's name or by the file's
+    # the same system with samples from arrays, by the parameter's name or by the file's
     for name in ("pull", "pull.csv"):
         given = dsocs.System(text, samples={name: (np.array([0, 0.5, 1, 2]), [0, 1, 0.25, 0])})
         same(given.flow(h=0.01, q=[0.0], v=[1.0]).until(1.0), out)

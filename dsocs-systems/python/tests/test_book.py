@@ -13,7 +13,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def quadrotor() -> str:
-    """The text file of the chapter on rotations that its listing of Python reads."""
+    """The text file in the chapter on rotations that its Python listing reads."""
     chapter = (PACKAGE.parent / "src" / "guide" / "rotations.md").read_text(encoding="utf-8")
     texts = re.findall(r"```text\n(.*?)```", chapter, re.DOTALL)
     return next(text for text in texts if text.startswith("//! A quadrotor"))

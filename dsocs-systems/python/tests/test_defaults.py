@@ -1,4 +1,4 @@
-"""Nothing is assumed in silence: steps, ends, values, and steps that are too long."""
+"""Defaults are never silent: steps, ends and values are given or refused, and steps that are too long are reported."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_an_energy_that_explodes_is_told_once(every: int) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         pickle.loads(pickle.dumps(run)).until(2.1)
-        # a step that follows it
+        # a step that resolves the motion
         fast.flow(h=0.0005, q=[0.1], v=[0.0], every=every).until(1.0)
         list(fast.flow(h=0.0005, q=[0.1], v=[0.0], every=every).steps(1.0))
     with pytest.warns(dsocs.StepWarning, match="the energy grows"):

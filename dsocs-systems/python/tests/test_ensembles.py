@@ -1,4 +1,4 @@
-"""How many runs are told apart, and what is known of their ends."""
+"""The number of runs in an ensemble, its limits, and their ends."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_ends_have_what_is_observed(order: int) -> None:
 
 
 def test_more_runs_than_are_made_at_a_time() -> None:
-    # 131072 are
+    # 131072 runs are made at a time
     plane = dsocs.System(PLANE, name="plane")
     count = 131_072 + 1000
     x = np.linspace(-1.0, 1.0, count)

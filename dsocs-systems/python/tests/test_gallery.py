@@ -11,7 +11,7 @@ import pytest
 
 GALLERY = Path(__file__).resolve().parents[1] / "gallery"
 NOTEBOOKS = sorted(GALLERY.glob("*.py"))
-#: What the last notebook has a million of, in a test.
+#: The number of starts in the last notebook, which is a million outside of tests.
 STARTS = "10000"
 
 

@@ -17,7 +17,7 @@ nonholonomic = dot(y) * theta.cos() - dot(x) * theta.sin() - offset * dot(theta)
 
 
 def difference(end: object, shift: float = 1e-3) -> float:
-    """A difference of fourth order."""
+    """A difference quotient of fourth order."""
     assert callable(end)
     far, near, back, behind = (end(k * shift) for k in (2, 1, -1, -2))
     return float((8 * (near - back) - (far - behind)) / (12 * shift))

@@ -64,7 +64,7 @@ def test_a_regulator_holds_the_pole() -> None:
     run = cart.flow(h=0.005, q=[0.0, 0.3], v=[0.0, 0.0])
     run.until(12.0, control=lambda node: {"force": float((-gain @ model.state(node))[0])})
     assert abs(run["theta"][-1]) < 1e-3 and abs(run["x"][-1]) < 1e-2 and abs(run["x"]).max() < 2
-    # the same by the step's model, as a digital controller
+    # the same regulator from the model of the step, as a digital controller
     step = cart.linearize(q=[0.0, 0.0], inputs="force", h=0.02)
     digital = linalg.solve_discrete_are(step.A, step.B, np.diag([1.0, 10.0, 1.0, 1.0]), np.eye(1) / 0.02)
     assert np.isfinite(digital).all() and step.discrete and step.step == 0.02
@@ -110,7 +110,7 @@ def test_a_rod_is_in_minimal_coordinates(rod: dsocs.System) -> None:
     assert model.states == ("along_x", "v_along_x") and model.A.shape == (2, 2)
     np.testing.assert_allclose(model.projection @ model.basis.T, np.eye(2), atol=1e-15)
     np.testing.assert_allclose(model.projection[0], [0.8, 0.6, 0, 0], atol=1e-15)
-    # a node of a motion beside it, by its way along the circle and its speed
+    # a later node of the motion, by its position along the circle and its speed
     run = rod.flow(h=1e-4, q=[0.6, -0.8], v=[0.8, 0.6], tolerance=1e-12).until(1e-3)
     np.testing.assert_allclose(model.state(run[-1]), model.drift * 1e-3, rtol=1e-2)
     np.testing.assert_array_equal(model.state([0.6, -0.8]), [0, 0])

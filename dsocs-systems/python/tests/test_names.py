@@ -1,4 +1,4 @@
-"""Parameters that are called like arguments, and names in messages."""
+"""Parameters with the names of arguments, and names in messages."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_dict_says_which_is_meant(cart: dsocs.System) -> None:
     run = cart.flow(h=0.01, order=4, every=2, q=[0.0], v=[0.0], parameters={"v": 3.0, "order": 0.1, "every": 0.2})
     assert (run.h, run.order, run.every) == (0.01, 4, 2)
     assert (run.parameters["v"], run.parameters["order"], run.parameters["every"]) == (3.0, 0.1, 0.2)
-    # a vector is no number: it can be meant for the argument alone
+    # a vector is not a number, so it can only be the argument
     near = cart.flow(h=0.01, q=[0.0], v=[0.0], near=[1.0])
     assert near.parameters["near"] == 0.0
 

@@ -1,4 +1,4 @@
-"""What a node has, and the columns of inputs that change."""
+"""The quantities of a node, and the columns of inputs that change."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def test_the_page_of_a_run_that_failed_says_why() -> None:
 
 
 def test_the_page_in_a_notebook_has_no_path_of_its_kernel(tmp_path: Path) -> None:
-    # the engine looks at the words by which its process was called
+    # the engine reads the arguments of its process
     code = "import dsocs\nprint(dsocs.System('coordinates(x); lagrangian = dot(x).powi(2) / 2;').flow(h=0.1, q=[0], v=[1]).until(1.0).page())"
     called = [sys.executable, "-c", code, "ipykernel_launcher", "-f", "/home/someone/kernel.json"]
     page = subprocess.run(called, capture_output=True, encoding="utf-8", env={**os.environ, "PYTHONIOENCODING": "utf-8"}, cwd=tmp_path, check=True).stdout

@@ -1,4 +1,4 @@
-"""What a notebook shows: formulas and pages, looked at in a browser from an executed notebook where there are the tools for it."""
+"""Formulas and pages in a notebook, inspected in a browser from an executed notebook where the tools are installed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from conftest import BEADS, CURVED, FRICTION, ROD, SWING, text_of_library
 import dsocs
 from dsocs import _formulas
 
-#: What looks at a page.
+#: The script that inspects a page.
 PROBE = """<script>
 window.addEventListener("load", () => setTimeout(() => {
   const formulas = [...document.querySelectorAll("math")].map((math) => math.getBoundingClientRect());
@@ -91,7 +91,7 @@ def test_what_is_not_understood_is_left_as_text() -> None:
 
 
 def sanitized(html: str) -> str:
-    """What a notebook's page leaves of an output that is not trusted: no frame, and nothing of scripts and styles; of tags that it does not know, what is in them."""
+    """An output as the page of an untrusted notebook keeps it: without frames, scripts and styles; of unknown tags only their content."""
     html = re.sub(r"<(script|style)\b.*?</\1>", "", html, flags=re.DOTALL)
     return re.sub(r"</?(?!(?:p|div|h4|small|table|tr|th|td|i|b|sub|sup|code|pre|details|summary)\b)[a-z]+[^>]*>", "", html)
 
@@ -135,7 +135,7 @@ def test_a_rotation_has_the_equation_of_euler_and_poincare() -> None:
     turning = r"\frac{d}{dt}\frac{\partial L}{\partial {\omega }_{r}}+{\omega }_{r}\times \frac{\partial L}{\partial {\omega }_{r}}=\frac{\partial L}{\partial r}+{F}_{r}"
     assert turning in formulas and r"r\,(w\times \mathit{torque})" in " ".join(formulas)
     assert not any("r_w" in formula or "{r}_{w}" in formula for formula in formulas)
-    # where the Lagrangian has no attitude, nothing turns the body
+    # if the Lagrangian does not contain the attitude, no torque acts on the body
     free = dsocs.System("coordinates(r: rotation, x); lagrangian = r.angular_velocity().norm_squared() / 2 + dot(x).powi(2) / 2;")._repr_html_()
     assert "{\\omega }_{r}\\times \\frac{\\partial L}{\\partial {\\omega }_{r}}=0" in free
     assert page.count("<code>r</code>") == 1 and "<code>r_x</code>" not in page
@@ -155,7 +155,7 @@ def browser() -> str | None:
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A notebook that was executed and made a page."""
+    """The page of an executed notebook."""
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     nbconvert = pytest.importorskip("nbconvert")
     pytest.importorskip("ipykernel")
@@ -174,7 +174,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def look(page: Path, width: int, *more: str) -> str:
-    """What a browser shows of a page that is so wide."""
+    """The findings of the script on a page of this width."""
     program = browser()
     if program is None:
         pytest.skip("there is no Chromium (apt-get install chromium on Debian)")
@@ -182,7 +182,7 @@ def look(page: Path, width: int, *more: str) -> str:
         [
             program, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars", "--no-first-run",
             "--disable-background-networking", f"--user-data-dir={page.parent / 'profile'}", f"--window-size={width},4000", "--virtual-time-budget=8000",
-            # nothing from outside is needed
+            # nothing from outside is loaded
             "--host-resolver-rules=MAP * ~NOTFOUND", *more, page.as_uri(),
         ],
         capture_output=True, text=True, timeout=120, check=True,
@@ -195,7 +195,7 @@ def test_the_page_of_a_notebook_fits_and_its_formulas_are_set(page: Path, width:
     title = re.search(r"<title>(.*?)</title>", look(page, width, "--dump-dom"), re.DOTALL)
     assert title is not None
     found = json.loads(title.group(1))
-    # each stands in the place of its LaTeX
+    # each formula replaces its LaTeX
     assert found["formulas"] == 10 and found["flat"] == 0 and found["latex"] == 0
     assert found["fractions"] > 4 and found["stacked"] == found["fractions"]
     assert found["frames"] == 1 and 300 < found["frame_width"] <= found["page_width"]

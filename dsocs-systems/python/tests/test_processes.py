@@ -1,4 +1,4 @@
-"""Processes that are forked, and memory that is not there."""
+"""Forked processes, and processes without enough memory."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if __name__ == "__main__":
     print("done")
 """
 
-#: A process asks for more than half a gigabyte, which is what it may take.
+#: The program of a process that asks for more than its limit of half a gigabyte.
 SMALL = """
 import resource
 import numpy as np
@@ -50,7 +50,7 @@ CALLS = {
 
 
 def in_a_process(program: str) -> str:
-    # elsewhere, so that it imports the package that is installed
+    # in another folder, so that it imports the installed package
     folder = tempfile.gettempdir()
     python = [sys.executable, "-c", program]
     done = subprocess.run(python, cwd=folder, capture_output=True, text=True, timeout=180, check=False)

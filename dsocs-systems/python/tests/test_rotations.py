@@ -1,4 +1,4 @@
-"""Rotations: how many numbers there are of what."""
+"""Rotations: the number of components of each vector, and results in closed form."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def test_a_step_that_turns_far_is_told() -> None:
     with pytest.warns(dsocs.StepWarning, match=r"`r` turns by 2.0 rad in a step at t = [\d.]+: .* take `h=0.02`") as told:
         run = body.flow(h=0.1, **fast).until(1.0)
     assert len(told) == 1
-    # a copy is told no more, and a shorter step nothing
+    # a copy warns no more, and a shorter step does not warn
     pickle.loads(pickle.dumps(run))
     body.flow(h=0.05, **fast).until(1.0)
     body.flow(h=0.1, tolerance=1e-9, **fast).until(1.0)
@@ -216,7 +216,7 @@ def test_a_model_in_motion_compares_two_motions_at_the_same_time() -> None:
     first, other = (ball.flow(q=q / np.linalg.norm(q), v=spin, tolerance=1e-14).until(0.4)[-1] for q in (np.array([1.0, 0, 0, 0]), beside))
     expected = linalg.expm(0.4 * model.A) @ [*turn, 0.0, 0.0, 0.0]
     np.testing.assert_allclose(model.state(other, about=first), expected, atol=1e-10)
-    # what stays sees the turn itself by half of that
+    # relative to the fixed point, not the moving one, the term of the angular velocity is half as large
     fixed = model.A.copy()
     fixed[:3, :3] += np.cross(spin, np.eye(3)).T / 2
     affine = np.block([[fixed, model.drift[:, None]], [np.zeros((1, 7))]])

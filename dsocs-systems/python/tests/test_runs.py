@@ -1,4 +1,4 @@
-"""Runs, and what they have."""
+"""Runs: nodes, columns, inputs, copies and interruptions."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_an_array_that_was_handed_out_stays(swing: dsocs.System) -> None:
     for array, then in seen:
         np.testing.assert_array_equal(array, then)
     assert len(run.q) == 51
-    # looking after every step moves the rows few times
+    # an array that is asked for after every step rarely moves its rows
     assert len({array.__array_interface__["data"][0] for array, _ in seen}) < 10
 
 
@@ -126,7 +126,7 @@ def test_a_controller_holds_its_inputs(swing: dsocs.System) -> None:
     run = swing.flow(friction=0.0).until(5.0, control=damp, control_every=10)
     assert seen == list(range(0, 500, 10))
     assert run.energy[-1] < run.energy[0] - 10
-    # the same by hand
+    # the same controller by hand
     other = swing.flow(friction=0.0)
     for index in range(500):
         if index % 10 == 0:
@@ -141,7 +141,7 @@ def test_observed_expressions_follow_the_inputs() -> None:
     )
     run = system.flow(h=0.01, q=[0], v=[1]).advance(3)
     run.set(push=2.0).advance(3)
-    # it holds from the node 4 on, at which the motion arrives with the value before
+    # a value holds from node 4 on; the motion arrives there with the value before
     np.testing.assert_allclose(run["power"][:5], 0.0)
     np.testing.assert_allclose(run["power"][5:], 2.0 * run["v_x"][5:])
 
@@ -223,7 +223,7 @@ def test_ctrl_c_ends_a_run_and_keeps_it(swing: dsocs.System, method: dict) -> No
     assert time.monotonic() - told[0] < 0.1
     run = raised.value.run
     assert isinstance(raised.value, KeyboardInterrupt) and run is not None and len(run) > 1
-    # and it goes on
+    # and the run goes on
     before = run.index
     assert run.advance(5).index == before + 5
 
@@ -423,9 +423,9 @@ def test_the_module_has_no_undocumented_names() -> None:
 
 
 def test_importing_is_quick(tmp_path: Path) -> None:
-    # of the processor, since others may run beside it
+    # processor time, since other processes may run beside it
     code = "import time, numpy; t = time.process_time(); import dsocs; print(time.process_time() - t)"
-    # elsewhere, since `-c` looks for packages in its folder first, and here are their sources
+    # in another folder, since `-c` looks for packages in its own, which has the sources
     run = [sys.executable, "-c", code]
     took = min(float(subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, check=True).stdout) for _ in range(3))
     assert took < 0.1

@@ -1,4 +1,4 @@
-"""What users write, for mypy: every call and every result has the type that is meant."""
+"""Calls as users write them, for mypy: each has the intended type."""
 
 from __future__ import annotations
 
