@@ -1,4 +1,4 @@
-//! Comparison of a generated system with its [`Declaration`] written by hand, at one state.
+//! Comparison of generated code with a [`Declaration`] written by hand, at one state.
 
 use core::fmt::Display;
 
@@ -9,16 +9,16 @@ use num_dual::Dual64;
 use crate::independent::{self, Declaration};
 use crate::tape;
 
-/// How far two evaluations of one number may differ, relative to what rounding the nodes can do.
+/// The largest difference of two evaluations of one number, relative to the effect of rounding the nodes.
 ///
 /// The independent rows are formed from nodes, whose rounding is a few units of `2.2e-16`; a mistake in a formula is of
 /// the order of 1.
 const ROUNDING: f64 = 1e-12;
 
-/// How far a difference quotient (of fourth order) may be from the derivative.
+/// The largest difference of a difference quotient (of fourth order) from the derivative.
 const DIFFERENCE: f64 = 1e-6;
 
-/// A state to compare at.
+/// A state at which code is compared.
 #[derive(Clone, Copy, Debug)]
 pub struct State<const N: usize> {
     /// The step.
@@ -31,11 +31,11 @@ pub struct State<const N: usize> {
     pub a: [f64; N],
 }
 
-/// What a comparison is to know about a system.
+/// Properties of a system on which a comparison depends.
 #[derive(Clone, Copy, Debug)]
 pub struct Kind {
-    /// Whether functions of the user's are called with what Newton's iteration varies: then the generated code, run with
-    /// [`Tangent`]s, does not see through them.
+    /// Whether unknowns of Newton's iteration enter a user's function: then the generated code cannot be
+    /// differentiated with [`Tangent`]s.
     pub opaque: bool,
     /// The step of difference quotients, relative to the unknown's natural scale `h² · 1`.
     pub nudge: f64,
@@ -50,16 +50,16 @@ impl Default for Kind {
     }
 }
 
-/// Why a comparison was not passed.
+/// The reason why a comparison failed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Mismatch {
-    /// The declaration has no value at this state: there is nothing to compare.
+    /// The declaration has no value at this state: nothing can be compared.
     Undefined,
-    /// Something differs, in words.
+    /// Two numbers differ; the text names them.
     Differs(String),
 }
 
-/// Whether two numbers differ by more than `tolerance`; a NaN differs from everything.
+/// An error if two numbers differ by more than `tolerance`; NaN differs from everything.
 fn expect(what: impl Display, generated: f64, independent: f64, tolerance: f64) -> Result<(), Mismatch> {
     if (generated - independent).abs() <= tolerance {
         return Ok(());
@@ -73,7 +73,7 @@ fn expect(what: impl Display, generated: f64, independent: f64, tolerance: f64) 
 ///
 /// # Errors
 ///
-/// What differs, in words.
+/// The first difference, in words.
 pub fn compare<S: System<N>, P: Declaration<N>, const N: usize>(
     system: &S,
     declaration: &P,
@@ -84,8 +84,8 @@ pub fn compare<S: System<N>, P: Declaration<N>, const N: usize>(
     point(system, declaration, state)
 }
 
-/// Derivatives of rows by each component of a vector, `[row][component]`, and the rows. As [`condition`] compiled once, not for every
-/// system.
+/// The rows, and their derivatives by each component of a vector, `[row][component]`. Compiled once, not for
+/// every system, as is [`condition`].
 fn differentiate(at: &[f64], function: &dyn Fn(&[Dual64]) -> Vec<Dual64>) -> (Vec<f64>, Vec<Vec<f64>>) {
     let mut moving: Vec<Dual64> = at.iter().map(|&x| Dual64::from(x)).collect();
     let columns: Vec<Vec<Dual64>> = (0..at.len())
@@ -103,7 +103,7 @@ fn differentiate(at: &[f64], function: &dyn Fn(&[Dual64]) -> Vec<Dual64>) -> (Ve
     (rows, jacobian)
 }
 
-/// The sum of `|derivative · x|`: what one unit of relative error in `x` does.
+/// The sum of `|derivative · x|`: the effect of a unit of relative error in `x`.
 fn condition(slopes: &[f64], x: &[f64]) -> f64 {
     slopes.iter().zip(x).map(|(slope, x)| (slope * x).abs()).sum()
 }
@@ -113,14 +113,14 @@ fn finite(rows: &[f64], slopes: &[Vec<f64>]) -> bool {
     rows.iter().chain(slopes.iter().flatten()).all(|x| x.is_finite())
 }
 
-/// A vector with its number of components.
+/// A slice as an array.
 fn sized<const N: usize>(x: &[Dual64]) -> [Dual64; N] {
     let mut vector = [Dual64::from(0.0); N];
     vector.copy_from_slice(x);
     vector
 }
 
-/// The same number times each component.
+/// A vector times a number.
 fn scaled<const N: usize>(x: &[f64; N], by: f64) -> [f64; N] {
     let mut scaled = *x;
     for x in &mut scaled {
@@ -129,23 +129,23 @@ fn scaled<const N: usize>(x: &[f64; N], by: f64) -> [f64; N] {
     scaled
 }
 
-/// The sum of the products of components.
+/// The scalar product.
 fn product(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
-/// How large the components of three vectors are together.
+/// The sums of the absolute values of three vectors, component by component.
 fn sizes([x, y, z]: [&[f64]; 3]) -> Vec<f64> {
     let sizes = x.iter().zip(y).zip(z);
     sizes.map(|((x, y), z)| x.abs() + y.abs() + z.abs()).collect()
 }
 
-/// How large the largest component is.
+/// The largest absolute value of a component.
 fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |largest, x| x.abs().max(largest))
 }
 
-/// How large all components are together.
+/// The sum of the absolute values of the components.
 fn total(x: &[f64]) -> f64 {
     x.iter().map(|x| x.abs()).sum()
 }
@@ -157,7 +157,7 @@ fn nodes<R: Real, const N: usize>(q: [R; N], d: [R; N], e: [R; N]) -> [[R; N]; 3
     [q0, q, q2]
 }
 
-/// The methods of a step.
+/// Compares the functions of a step.
 fn step<S: System<N>, P: Declaration<N>, const N: usize>(
     system: &S,
     declaration: &P,
@@ -195,14 +195,15 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
     if !finite(&rows, &slopes) {
         return Err(Mismatch::Undefined);
     }
-    // rounding q0 and q2 moves d and e, and those weigh 1/h²
+    // rounding q0 and q2 changes d and e, which enter with 1/h²
     let size = sizes([&q, &leg.d, &e]);
     let mut scale = Vec::new();
     for (i, row) in rows.iter().enumerate() {
         scale.push(row.abs() + condition(&by_q[i], &q) + condition(&slopes[i], &size));
     }
 
-    // rows: those that generated code has eliminated vanish at every z, the others are told with what was multiplied out
+    // rows: those that generated code has eliminated vanish at every z; the others are given with their
+    // multipliers
     let generated = system.linearize(&constants, &known, &z);
     let scales = system.scales(&constants, &known, &z);
     let declared = generated.rows.zip(&scales, |row, scale| row / scale);
@@ -223,7 +224,7 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
         )));
     }
 
-    // the Jacobian: by the chain rule through e(z), by the generated code itself, and by differences
+    // the Jacobian: by the chain rule through e(z), by the generated code, and by differences
     for k in 0..unknowns {
         let moved = moving(&Tape::of(system), h, leg.any(), z.as_ref(), k);
         for (place, &i) in kept.iter().enumerate() {
@@ -232,7 +233,7 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
             let entry = slope - declared.as_ref()[place] * (moved.scales[place] / multiple);
             let chain = product(&slopes[i], &moved.second_difference);
             let size = condition(&slopes[i], &moved.second_difference);
-            // the entry's own condition is not known; that of its row over the unknown's scale stands in
+            // an entry's own condition is not known; that of its row over the unknown's scale is used
             let tolerance = 100.0 * ROUNDING * (size + entry.abs() + scale[i] / (h * h));
             expect(format_args!("∂row {i}/∂z{k}"), entry, chain, tolerance)?;
             if !kind.opaque {
@@ -262,7 +263,7 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
     reported(system, declaration, h, &leg, e)
 }
 
-/// What is reported of a step with the second difference `e`.
+/// Compares the report of a step with the second difference `e`.
 fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
     system: &S,
     declaration: &P,
@@ -321,13 +322,13 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
     expect("discrete Lagrangian", value, expected, ROUNDING * scale)
 }
 
-/// The declaration, moved along unknown `k` with [`Tangent`]s.
+/// The derivatives of the declaration along unknown `k`, by [`Tangent`]s.
 struct Moving {
-    /// The rows' derivatives.
+    /// The derivatives of the rows.
     rows: Vec<f64>,
-    /// Those of what the rows were multiplied by.
+    /// The derivatives of the rows' multipliers.
     scales: Vec<f64>,
-    /// The second difference's.
+    /// The derivatives of the second difference.
     second_difference: Vec<f64>,
 }
 
@@ -359,8 +360,8 @@ fn richardson(step: f64, function: &dyn Fn(f64) -> f64) -> f64 {
     (4.0 * central(step / 2.0) - central(step)) / 3.0
 }
 
-/// Adds the multiples of other rows to one, each its value followed by its slopes, that bring its slopes nearest to those of another; and how
-/// large what is added is.
+/// Adds those multiples of other rows to one that bring its slopes nearest to those of `to`; each row is its
+/// value followed by its slopes. Returns the size of the sum of what was added.
 fn add_multiples(row: &mut [f64], to: &[f64], others: Vec<Vec<f64>>) -> f64 {
     let dot = |a: &[f64], b: &[f64]| a[1..].iter().zip(&b[1..]).map(|(a, b)| a * b).sum::<f64>();
     let add = |row: &mut [f64], other: &[f64], multiple: f64| {
@@ -368,7 +369,7 @@ fn add_multiples(row: &mut [f64], to: &[f64], others: Vec<Vec<f64>>) -> f64 {
             *x += multiple * other;
         }
     };
-    // each without its part along those before (Gram and Schmidt)
+    // each is orthogonalised against those before (Gram and Schmidt)
     let mut basis: Vec<Vec<f64>> = Vec::new();
     let mut added = 0.0;
     for mut other in others {
@@ -387,7 +388,7 @@ fn add_multiples(row: &mut [f64], to: &[f64], others: Vec<Vec<f64>>) -> f64 {
     added
 }
 
-/// The methods at a point.
+/// Compares the functions at a point.
 fn point<S: System<N>, P: Declaration<N>, const N: usize>(
     system: &S,
     declaration: &P,

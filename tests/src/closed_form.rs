@@ -1,4 +1,4 @@
-//! What is known of the two systems of the paper without any code of this workspace.
+//! Closed forms for the two systems of the paper, without any code of this workspace.
 //!
 //! Sources: sections 1 and 2 of the README beside the reference data.
 
@@ -76,7 +76,7 @@ pub mod pendulum {
 
     /// The first coefficient of `w = g p₁ + k p₂`.
     const G: f64 = D * (N * A - B) / DETERMINANT;
-    /// The second.
+    /// The second coefficient of `w = g p₁ + k p₂`.
     pub const K: f64 = D * (N * B - C) / DETERMINANT;
 
     /// The start of the paper.
@@ -88,7 +88,7 @@ pub mod pendulum {
         G * ((I + J) * v[0] + J * v[1]) + K * J * (v[0] + v[1])
     }
 
-    /// The sum of the sizes of the terms of `w`: what rounding is relative to.
+    /// The sum of the sizes of the terms of `w`, to which its rounding is relative.
     #[must_use]
     pub fn w_terms(v: [f64; 2]) -> f64 {
         G.abs() * ((I + J) * v[0].abs() + J * v[1].abs()) + K.abs() * J * (v[0].abs() + v[1].abs())
@@ -119,11 +119,12 @@ pub mod pendulum {
         [A * r1 + B * r2, B * r1 + C * r2]
     }
 
-    /// The proper root of a step from the leg that ends at `q` with the increment `d`: the second difference, and `w`.
+    /// The proper root of a step from the leg that ends at `q` with the increment `d`: the second difference,
+    /// and `w`.
     ///
     /// # Panics
     ///
-    /// If the monotone equation for `w` is not solved, which cannot be.
+    /// If the monotone equation for `w` is not solved, which cannot happen.
     #[must_use]
     pub fn step(h: f64, q: [f64; 2], d: [f64; 2]) -> ([f64; 2], f64) {
         let (r1, torque) = (M * q[0].sin(), t(q));

@@ -1,4 +1,5 @@
-//! The reference data: copies of small CSV files, in `tests/data` (what the command line needs too, in `dsocs-systems/data`).
+//! The reference data: small CSV files in `tests/data` (those that the command line also needs are in
+//! `dsocs-systems/data`).
 
 use std::path::Path;
 
@@ -30,7 +31,7 @@ impl Table {
         Self { head, rows }
     }
 
-    /// The place of a column.
+    /// The index of a column.
     fn place(&self, column: &str) -> usize {
         let place = self.head.iter().position(|name| name == column);
         place.unwrap_or_else(|| panic!("there is no column {column} in {:?}", self.head))
@@ -51,7 +52,7 @@ impl Table {
     ///
     /// # Panics
     ///
-    /// If there is no such column, or something else stands in it.
+    /// If there is no such column, or a field is no number.
     #[must_use]
     pub fn numbers(&self, column: &str) -> Vec<f64> {
         let parse = |text: &str| {
@@ -69,7 +70,7 @@ impl Table {
     ///
     /// # Panics
     ///
-    /// If there is no such column, or something else stands in it.
+    /// If there is no such column, or a field is no index.
     #[must_use]
     pub fn indices(&self, column: &str) -> Vec<u64> {
         self.text(column)

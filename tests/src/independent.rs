@@ -1,7 +1,8 @@
-//! The equations of a declaration a second time: written by hand over dual numbers, straight from the paper.
+//! An independent formulation of a declaration: its equations, written by hand over dual numbers, straight
+//! from the paper.
 //!
-//! Nothing is simplified, hoisted or eliminated here. `D₁L_d` and `D₂L_d` are derivatives of `L∘φ⁻¹` by dual numbers, so
-//! that rows over dual numbers are nested ones.
+//! Nothing is simplified, hoisted or eliminated here. `D₁L_d` and `D₂L_d` are derivatives of `L∘φ⁻¹` by dual
+//! numbers, so rows over dual numbers are nested.
 
 use num_dual::{Dual, DualNum};
 
@@ -13,7 +14,7 @@ pub trait Declaration<const N: usize> {
     /// The kinematic rows.
     fn kinematic<R: Number>(&self, q: [R; N], v: [R; N], a: [R; N]) -> Vec<R>;
 
-    /// What each kinematic row is divided by; none by default.
+    /// The factor by which each kinematic row is divided; none by default.
     fn divide<R: Number>(&self, _q: [R; N], _v: [R; N]) -> Vec<Option<R>> {
         Vec::new()
     }
@@ -60,7 +61,7 @@ pub fn variable<R: Number, const N: usize>(x: [R; N], i: usize) -> [Dual<R>; N] 
     core::array::from_fn(|j| Dual::new(x[j], R::from(f64::from(u8::from(i == j)))))
 }
 
-/// A vector as dual numbers that do not move.
+/// A vector as constant dual numbers.
 pub fn fixed<R: Number, const N: usize>(x: [R; N]) -> [Dual<R>; N] {
     x.map(Dual::from_re)
 }

@@ -1,4 +1,5 @@
-//! What the tests share: the reference data, formulations that owe nothing to the generated code, and comparisons.
+//! Code that the tests share: the reference data, formulations that are independent of the generated code,
+//! and comparisons.
 
 pub mod check;
 pub mod closed_form;

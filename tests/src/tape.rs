@@ -1,9 +1,10 @@
-//! Whether the tape of a declaration computes what its straight-line code does, to the last bit.
+//! Comparison of a declaration's tape with its straight-line code, to the last bit.
 
 use dsocs_core::__private::{AnyLeg, At, Course, Declaration, Report};
 use dsocs_core::{Kernel, Leg, NodeMut, NodeScalars, System};
 
-/// Compares all methods of a step at a leg, with the unknowns that belong to a second difference and to multipliers.
+/// Compares all functions of a step at a leg, with the unknowns that belong to a second difference and to
+/// multipliers.
 ///
 /// # Errors
 ///
@@ -53,7 +54,7 @@ pub fn same_bits<S: System<N>, const N: usize>(
 }
 
 fn same(name: &str, code: &[f64], tape: &[f64]) -> Result<(), String> {
-    // which NaN it is depends on the order of operands, which is the compiler's choice
+    // the bits of a NaN depend on the order of operands, which the compiler chooses
     let bits = |x: f64| if x.is_nan() { u64::MAX } else { x.to_bits() };
     if code.len() != tape.len() {
         return Err(format!(
@@ -89,7 +90,7 @@ impl Random {
     }
 }
 
-/// All that a kernel gives in one step.
+/// All results of a kernel in one step, from random inputs.
 fn step(kernel: &dyn Kernel, seed: u64) -> Vec<(&'static str, Vec<f64>)> {
     let shape = kernel.shape();
     let (n, m) = (shape.dimension(), shape.unknowns);
@@ -150,7 +151,8 @@ fn step(kernel: &dyn Kernel, seed: u64) -> Vec<(&'static str, Vec<f64>)> {
     ]
 }
 
-/// Compares the steps of two kernels of one declaration at random points. Returns how many of the numbers are finite, and how many there are.
+/// Compares the steps of two kernels of one declaration at random points. Returns the number of finite
+/// numbers, and of all.
 ///
 /// # Panics
 ///

@@ -1,7 +1,8 @@
-//! Systems of the claims that no compiler has to see: a declaration stays as it is written, and is read when the test runs.
+//! Systems of the tests that need no compiling: a declaration stays in the source as it is written, and is
+//! parsed when the test runs.
 //!
-//! [`System`], [`Flow`], [`TaylorFlow`] and [`ComposedFlow`] stand for those of the library with the same names: they take systems that were read and
-//! systems that were compiled.
+//! [`System`], [`Flow`], [`TaylorFlow`] and [`ComposedFlow`] stand for those of the library with the same
+//! names: they take parsed systems as well as compiled ones.
 
 use core::fmt::Write as _;
 use core::iter::FusedIterator;
@@ -15,10 +16,11 @@ use dsocs_core::{
     Stepper, Symmetry, Tolerance,
 };
 
-/// Declares a system that is read as text. After the struct, whose fields are the parameters, stand the statements that the attribute `#[dsocs]`
-/// would have.
+/// Declares a system that is parsed at run time. After the struct, whose fields are the parameters, come the
+/// statements of the attribute `#[dsocs]`.
 ///
-/// With the feature `compiled`, the attribute compiles the same statements, and every system that is read is held against the compiled one.
+/// With the feature `compiled`, the attribute also compiles the same statements, and every parsed system is
+/// compared with the compiled one.
 #[macro_export]
 macro_rules! declared {
     (@read $name:ident { $($field:ident: $type:ty),* } $($statements:tt)*) => {
@@ -74,9 +76,9 @@ macro_rules! declared {
     };
 }
 
-/// What a field may be.
+/// The type of a parameter field: a number, an array or a matrix.
 pub trait Parameter {
-    /// How many numbers it has if it is an array, how many rows and columns if it is a matrix.
+    /// The number of elements of an array, or of rows and columns of a matrix; empty for a number.
     const LENGTHS: &'static [usize];
 
     /// Its numbers.
@@ -107,7 +109,7 @@ impl<const N: usize, const M: usize> Parameter for [[f64; M]; N] {
     }
 }
 
-/// A declaration that is read.
+/// A declaration that is parsed at run time.
 pub trait Declared {
     /// The name of the system.
     const NAME: &'static str;
@@ -119,12 +121,12 @@ pub trait Declared {
     /// The values of the parameters.
     fn values(&self) -> Vec<f64>;
 
-    /// Compares what was read with what the compiler makes of the declaration.
+    /// Compares the parsed system with the compiled one.
     #[cfg(feature = "compiled")]
     fn is_the_compiled_one(&self, read: &dyn Kernel);
 }
 
-/// What was read: by the text, with the first values that came, and by the text and the values. It stays until the program ends.
+/// The parsed systems, by the text with its first values, and the values. They stay until the program ends.
 type Found = HashMap<(String, Vec<u64>), &'static TapeKernel>;
 
 static FOUND: LazyLock<Mutex<Found>> = LazyLock::new(Mutex::default);
@@ -133,7 +135,7 @@ static FOUND: LazyLock<Mutex<Found>> = LazyLock::new(Mutex::default);
 ///
 /// # Panics
 ///
-/// If the declaration has mistakes: it says which.
+/// If the declaration has mistakes, with their messages.
 pub fn read<D: Declared>(declared: &D) -> &'static TapeKernel {
     let written = Written {
         name: D::NAME,
@@ -147,7 +149,7 @@ pub fn read<D: Declared>(declared: &D) -> &'static TapeKernel {
     })
 }
 
-/// A declaration without its type: so it is read by code that is compiled once.
+/// A declaration without its type, so that the code that parses it is compiled once.
 struct Written {
     name: &'static str,
     parameters: &'static [(&'static str, &'static [usize])],
@@ -156,7 +158,7 @@ struct Written {
 }
 
 impl Written {
-    /// The system, handed to `first` if nobody has asked for it with these values before.
+    /// The parsed system, passed to `first` if it is parsed for the first time with these values.
     fn read(&self, first: &dyn Fn(&TapeKernel)) -> &'static TapeKernel {
         let mut text = String::new();
         if !self.parameters.is_empty() {
@@ -192,7 +194,7 @@ impl Written {
     }
 }
 
-/// A system with `N` coordinates, read or compiled.
+/// A system with `N` coordinates, parsed or compiled.
 pub trait System<const N: usize> {
     /// The system without its type.
     fn kernel(&self) -> &dyn Kernel;
@@ -317,7 +319,7 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
         system.series(start, tolerance)
     }
 
-    /// The same of a system that was read.
+    /// The motion of a parsed system.
     ///
     /// # Errors
     ///
@@ -339,7 +341,7 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
         }))
     }
 
-    /// How many steps were rejected, of a system that was compiled.
+    /// The number of rejected steps; `None` for a parsed system.
     #[must_use]
     pub fn rejected(&self) -> Option<u64> {
         match &self.0 {
@@ -348,7 +350,7 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
         }
     }
 
-    /// How many steps were made.
+    /// The number of steps.
     #[must_use]
     pub fn steps(&self) -> u64 {
         match &self.0 {

@@ -1,4 +1,4 @@
-//! Machine code that is made when a program runs gives the bits of the interpreter, and so of the compiled systems.
+//! Machine code that is made at run time gives the bits of the interpreter, and so of compiled systems.
 
 #![cfg(target_arch = "x86_64")] // where code is made
 
@@ -8,7 +8,7 @@ use dsocs_core::text::{TapeKernel, Text};
 use dsocs_core::{AnyComposedFlow, AnyFlow, AnyStart, Composition, Kernel, OwnedNode, Run, Shape};
 use dsocs_systems::systems::all;
 
-/// All numbers of the node where a run stands, bit for bit; all that are no numbers are alike.
+/// The bits of all numbers at the node where a run stands; all NaN are alike.
 fn bits(run: &dyn Run) -> Vec<u64> {
     let mut node = OwnedNode::new(0);
     node.take(run);
@@ -20,13 +20,13 @@ fn bits(run: &dyn Run) -> Vec<u64> {
         .collect()
 }
 
-/// What is known of a system.
+/// The shape of a system.
 fn shape(kernel: &TapeKernel) -> &Shape {
     let kernel: &dyn Kernel = kernel;
     kernel.shape()
 }
 
-/// A system twice: interpreted, and compiled.
+/// A system twice: interpreted, and compiled to machine code.
 fn both(text: &str) -> [TapeKernel; 2] {
     let read = || Text::parse("system", text).unwrap().system;
     let compiled = read();
@@ -34,7 +34,7 @@ fn both(text: &str) -> [TapeKernel; 2] {
     [read().interpreted(), compiled]
 }
 
-/// Compares steps of two kernels. Returns how many were made.
+/// Compares the steps of two kernels. Returns the number of steps made.
 fn same_steps(kernels: &[TapeKernel; 2], h: f64, start: &AnyStart, steps: u32) -> u32 {
     let mut flows = kernels
         .each_ref()
@@ -79,7 +79,7 @@ fn every_system_makes_the_steps_of_the_interpreter() {
     assert!(systems > 24 && nodes > 20_000, "{systems} {nodes}");
 }
 
-/// A chain of many links, whose programs are longer than a piece of code.
+/// A chain of many links, whose programs are split into several pieces of code.
 fn chain(links: usize) -> String {
     format!(
         "const n = {links};
@@ -101,7 +101,8 @@ fn a_long_program_is_made_in_pieces() {
     assert_eq!(same_steps(&kernels, 0.001, &start, 200), 200);
 }
 
-/// Signs, comparisons, whole and other powers, a table, and functions that the processor has not.
+/// A system with signs, comparisons, whole and other powers, a table, and functions without a processor
+/// instruction.
 const EVERYTHING: &str = "
     parameters { mass = 1.5, power = 1.3, push = samples(\"push.csv\") }
     coordinates(x, y, z);
@@ -131,7 +132,7 @@ fn every_operation_and_a_table_have_the_bits_of_the_interpreter() {
         ([0.5, 0.25, 0.6875], [1.0, -0.5, -0.75]),
         ([0.1, 0.7, 0.5], [0.2, 0.3, -0.46]),
     ] {
-        // a function is left behind at the end
+        // the motion may leave the domain of a function at the end
         let made = same_steps(&kernels, 0.001, &AnyStart::second_order(&q, &v), 1000);
         assert!(made > 300, "{made}");
     }
@@ -147,7 +148,7 @@ fn a_run_goes_over_to_machine_code_on_its_way() {
     let read = || Text::parse("pendulum", PENDULUM).unwrap().system;
     let kernels = [read().interpreted(), read()];
     let start = AnyStart::second_order(&[2.0], &[0.0]);
-    // one by one, and all at once
+    // step by step, and in one call
     assert_eq!(same_steps(&kernels, 0.01, &start, 3000), 3000);
     let fresh = read();
     let ends = [&kernels[0], &fresh].map(|kernel| {
@@ -200,14 +201,14 @@ fn kernels_that_are_dropped_leave_nothing() {
             .to(0.1)
             .unwrap();
     };
-    // what is kept for each thread is made once
+    // thread-local memory is allocated once
     make();
     let counted = allocation_counter::measure(|| {
         for _ in 0..20 {
             make();
         }
     });
-    // a text is read on a thread of its own, whose allocations are freed here
+    // a text is parsed on a thread of its own, whose allocations are freed here
     let kept = counted.bytes_current.max(0);
     assert!(kept < 4096, "{kept} bytes");
 }

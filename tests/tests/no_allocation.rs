@@ -1,4 +1,4 @@
-//! A step allocates nothing, and a long path little.
+//! A step allocates no memory, and a long path allocates little.
 
 use std::hint::black_box;
 
@@ -73,7 +73,7 @@ fn the_pendulum() {
 
 #[test]
 fn a_system_that_was_not_compiled() {
-    // the chain has more unknowns than stand in a vector itself
+    // the chain has more unknowns than fit into an inline vector
     fn allocations(kernel: &dyn Kernel, start: &AnyStart) {
         let shape = kernel.shape().clone();
         let values = (0..shape.parameters.len()).map(|place| kernel.value(place));
@@ -85,7 +85,7 @@ fn a_system_that_was_not_compiled() {
         let mut flow = AnyFlow::new(&of_tape, 0.005, start).unwrap();
         let flow = flow.run_mut();
         let mut node = OwnedNode::new(kernel.shape().dimension());
-        // the thread keeps what was allocated for the first steps
+        // memory for the first steps is kept by the thread
         for _ in 0..10 {
             flow.advance().unwrap();
         }
@@ -172,7 +172,7 @@ fn the_counter_counts() {
     assert_eq!(counted.count_total, 1);
 }
 
-/// The memory of a path grows with the square root of its length where there is no more.
+/// The memory of a path grows with the square root of its length if it is bounded.
 #[test]
 fn a_long_path_needs_little_memory() {
     let particle = CurvedParticle::default();

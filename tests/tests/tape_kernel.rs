@@ -1,4 +1,5 @@
-//! A declaration that no compiler has seen is the same system: its tape, walked, gives the same bits as the code that the attribute writes.
+//! A declaration that was never compiled is the same system: walking its tape gives the bits of the code that
+//! the attribute writes.
 
 use dsocs_core::__private::{Tape, TapeError, TapeKernel};
 use dsocs_core::taylor::AnyTaylorFlow;
@@ -13,7 +14,7 @@ use dsocs_systems::check::{Begin, Expected, Settings, check, check_tape};
 use dsocs_systems::systems::*;
 use dsocs_tests::tape::same_everywhere;
 
-/// The system of a compiled one's tape and shape, which are copied as if they had been read from a file.
+/// A system from the tape and the shape of a compiled one, copied as if they had been read from a file.
 fn of_tape(kernel: &dyn Kernel) -> Result<TapeKernel, TapeError> {
     let shape = kernel.shape().clone();
     let values = (0..shape.parameters.len()).map(|place| kernel.value(place));
@@ -25,13 +26,13 @@ fn of_tape(kernel: &dyn Kernel) -> Result<TapeKernel, TapeError> {
     }
 }
 
-/// Compares a compiled system with its tape, at many points. Returns how many of the numbers are finite, and how many there are.
+/// Compares a compiled system with its tape at many points. Returns the number of finite numbers, and of all.
 fn same_bits<S: System<N>, const N: usize>(system: &S) -> [usize; 2] {
     let compiled = system.kernel();
     same_everywhere(compiled, &of_tape(compiled).unwrap(), 200)
 }
 
-/// Hands the systems without functions to a macro.
+/// Passes the systems without user's functions to a macro.
 macro_rules! with_all {
     ($check:ident) => {
         $check!(
@@ -80,7 +81,7 @@ fn a_tape_gives_the_bits_of_the_compiled_system() {
         };
     }
     with_all!(check);
-    // what is not finite compares nothing
+    // numbers that are not finite show nothing
     assert!(finite > 0.5 * f64::from(systems), "{finite} of {systems}");
 }
 
@@ -90,8 +91,8 @@ fn a_tape_that_calls_functions_is_refused() {
     assert_eq!(of_tape(particle.kernel()).unwrap_err(), TapeError::Functions);
 }
 
-/// Position and velocity at the start of a system's own run, an acceleration where one is said, the step, and how far
-/// series are compared.
+/// Position and velocity at the start of a system's own run, its acceleration if it has one, the step, and
+/// the time up to which series are compared.
 struct Own {
     q: Vec<f64>,
     v: Vec<f64>,
@@ -101,13 +102,13 @@ struct Own {
 }
 
 impl Own {
-    /// That of the entry with the name of a system.
+    /// The start in the entry of a system.
     fn of(kernel: &dyn Kernel) -> Self {
         let name = &kernel.shape().name;
         let entries = all();
         let mut entries = entries.iter();
         let Some(entry) = entries.find(|entry| entry.description().itself.name == *name) else {
-            // the longer chain has none
+            // the longer chain has no entry
             let n = kernel.shape().dimension();
             return Self {
                 q: vec![0.5; n],
@@ -138,7 +139,7 @@ impl Own {
     }
 }
 
-/// All numbers of the node where a run stands.
+/// The bits of all numbers at the node where a run stands.
 fn bits(run: &dyn Run) -> (Vec<u64>, u32, Stop) {
     let mut node = OwnedNode::new(0);
     node.take(run);
@@ -149,7 +150,8 @@ fn bits(run: &dyn Run) -> (Vec<u64>, u32, Stop) {
     (bits.collect(), node.iterations, node.stop)
 }
 
-/// Compares the discrete motion of a compiled system with that of its tape. Returns how many nodes are the same.
+/// Compares the discrete motion of a compiled system with that of its tape. Returns the number of equal
+/// nodes.
 fn same_steps(system: &dyn Kernel) -> u32 {
     let own = Own::of(system);
     let start = own.start(system);
@@ -189,13 +191,14 @@ fn a_tape_makes_the_steps_of_the_compiled_system() {
 /// The tolerance of series.
 const TOLERANCE: f64 = 1e-11;
 
-/// The same system, read from the text that says it.
+/// A system, parsed from its text.
 fn of_text<S: System<N> + Clone + Send + 'static, const N: usize>(system: &S) -> TapeKernel {
     let text = Entry::new(system.clone()).text().unwrap();
     Text::parse(S::NAME, &text).unwrap().system
 }
 
-/// All that is known of a run by Taylor series at some times on the way to the last one: at nodes, between them, and what ends it.
+/// The bits of a run by Taylor series at some times on the way to the last one, at nodes and between them;
+/// and the message that ends it.
 fn on_the_way(run: &mut dyn Run, last: f64) -> (Vec<Vec<u64>>, Option<String>) {
     let mut seen = Vec::new();
     for t in [0.1, 0.5, 2.0, 4.0, last] {
@@ -208,7 +211,8 @@ fn on_the_way(run: &mut dyn Run, last: f64) -> (Vec<Vec<u64>>, Option<String>) {
     (seen, None)
 }
 
-/// Compares the Taylor series of a compiled system with that of its text, in a run from a start. Returns what ended it, if anything did.
+/// Compares the Taylor series of a compiled system with that of its text, in a run from a start. Returns the
+/// message that ends it, if there is one.
 fn same_series<S: System<N> + Clone + Send + 'static, const N: usize>(
     system: &S,
     own: &Own,
@@ -216,7 +220,7 @@ fn same_series<S: System<N> + Clone + Send + 'static, const N: usize>(
     same_series_of(system, &of_text(system), own)
 }
 
-/// The same with a kernel that was read from a text before.
+/// Compares the Taylor series of a compiled system with that of a parsed one.
 fn same_series_of<S: System<N>, const N: usize>(
     system: &S,
     kernel: &TapeKernel,
@@ -265,7 +269,7 @@ fn a_text_has_the_series_of_the_compiled_system_bit_for_bit() {
     assert!(compared > 18, "{compared}");
 }
 
-/// A mass that a table pulls, at its position and with time.
+/// A mass pulled by a table of samples, by its position and with time.
 #[dsocs {
     coordinates(x);
     lagrangian = (1 + pull.at(t)) * dot(x).powi(2) / 2 - pull.at(x) * x / 10 - x.powi(2) / 2 + pull.at(1.5) * x / 100;
@@ -305,7 +309,7 @@ fn a_tape_alone_has_no_series() {
     assert!(matches!(error, SetupError::NoSeries), "{error}");
 }
 
-/// Every operation that a series knows, forces and a multiplier.
+/// A system with every operation of a series, forces and a multiplier.
 #[dsocs {
     coordinates(x, y, z);
     let all = x.exp() + y.exp_m1() + (2 + x).ln() + y.ln_1p() + x.cbrt() + (1 + y.powi(2)).powf(power) + (x / 4).asin() + (y / 4).acos()
@@ -322,7 +326,7 @@ struct Everything {
     power: f64,
 }
 
-/// A row that is not affine in its acceleration, and two that are solved together.
+/// A row that is not affine in its acceleration, and rows that are solved together.
 #[dsocs {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - stiff * (x.powi(2) + y.powi(2)) / 2;
@@ -373,7 +377,7 @@ struct Jumping {
 
 #[test]
 fn a_text_passes_switches_as_the_compiled_system_does() {
-    // the mass rests from the third turn on, at 3π s
+    // the mass comes to rest at the third turning point, at 3π s
     let system = Jumping {
         dry: 0.15,
         steep: 3.0,
@@ -385,7 +389,7 @@ fn a_text_passes_switches_as_the_compiled_system_does() {
         h: 0.01,
         last: 12.0,
     };
-    // also where the spring cannot pull the mass on, and it rests
+    // also if the spring cannot pull the mass on, and it rests
     assert_eq!(same_series(&system, &own).unwrap(), None);
 }
 
@@ -410,7 +414,7 @@ fn a_text_passes_the_checks_as_the_compiled_system_does() {
     assert!(compared > 100, "{compared}");
 }
 
-/// Compares what the checks find of a compiled system and of its text. Returns how many figures there are.
+/// Compares the findings of the checks for a compiled system and for its text. Returns the number of figures.
 fn same_findings<S: System<N> + Clone + Send + 'static, const N: usize>(system: &S) -> usize {
     let own = Own::of(system.kernel());
     let kernel = of_text(system);
@@ -459,7 +463,7 @@ fn same_findings<S: System<N> + Clone + Send + 'static, const N: usize>(system: 
     compiled.len()
 }
 
-/// A system of its own: code that the attribute writes for it says `entries`, which is a function of `Kernel`, too.
+/// In a module of its own, because the generated code calls `entries`, which is also a function of `Kernel`.
 mod rods {
     use dsocs_core::dsocs;
 
@@ -475,7 +479,8 @@ mod rods {
     }
 }
 
-/// Affine in its unknowns, driven, with functions that have no code of their own in lanes, and with tables.
+/// A driven system that is affine in its unknowns, with functions that lanes compute one by one, and with
+/// tables.
 #[dsocs {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - x.powi(2) - (1 + y.powi(2)).ln() + z * (2 * t).sin();
@@ -486,7 +491,7 @@ struct Driven {
     push: f64,
 }
 
-/// Functions that lanes have code of their own for.
+/// A system with functions that lanes compute together.
 #[dsocs {
     coordinates(x);
     lagrangian = (2 + x.cos()) * dot(x).powi(2) / 2 - stiff * (x.exp() - (x / 3).tanh() + x.exp_m1().powi(2));
@@ -496,7 +501,7 @@ struct Swing {
     stiff: f64,
 }
 
-/// Masses that are tied together: three unknowns that are no affine ones.
+/// Coupled masses: three unknowns that do not enter affinely.
 #[dsocs {
     coordinates(x: [3]);
     let mass = |k| 2 + x[k].powi(2);
@@ -507,7 +512,7 @@ struct Tied {
     stiff: f64,
 }
 
-/// Maps whose point is not the node.
+/// A system whose maps evaluate at a point other than the node.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
@@ -516,7 +521,7 @@ struct Tied {
 }]
 struct Between;
 
-/// What is told of a node, as bits.
+/// The bits of a node.
 fn told(node: &OwnedNode) -> Vec<u64> {
     let node = node.any();
     let vectors = [node.q, node.v, node.a, node.force, &[node.t, node.energy]];
@@ -525,7 +530,8 @@ fn told(node: &OwnedNode) -> Vec<u64> {
     numbers.chain([node.index, node.iterations.into()]).collect()
 }
 
-/// Compares a compiled system in lanes with its tape in lanes, in 11 runs with a parameter that varies and one that is held, if it may be. Returns how many
+/// Compares a compiled system in lanes with its tape in lanes, in 11 runs with a varying parameter and, if
+/// allowed, a held one. Returns the numbers of compared nodes and of runs that ended with an error.
 /// nodes were compared, and how many runs ended with an error.
 fn same_lanes<S: System<N> + Sync, const N: usize>(system: &S, own: &Own) -> [usize; 2] {
     let tape = of_tape(system.kernel()).unwrap();
@@ -539,7 +545,7 @@ fn same_lanes<S: System<N> + Sync, const N: usize>(system: &S, own: &Own) -> [us
     let every = core::num::NonZeroU64::new(5).unwrap();
     let until = 1.1 + 300.0 * own.h;
     let mut counts = [0, 0];
-    // a debug build has the narrowest registers alone
+    // a debug build has the narrowest registers only
     for instructions in Instructions::ALL
         .into_iter()
         .filter(|these| these.are_available())
@@ -631,7 +637,7 @@ fn a_tape_makes_the_steps_of_the_compiled_system_in_lanes() {
         Tied { stiff: 1.0 },
         Between,
     );
-    // hanging, and a little to the side
+    // hanging, and displaced a little to the side
     let mut hanging = Own {
         q: vec![0.0; 28],
         v: vec![0.0; 28],
@@ -695,7 +701,7 @@ fn an_ensemble_of_any_kernel_makes_the_steps_of_flows() {
         node.take(flow.run());
         assert_eq!(told(&end.unwrap()), told(&node));
     }
-    // what does not fit, or cannot be
+    // vectors of the wrong length, and starts that cannot be used
     let ends = AnyEnsemble::new(&system, 0.1)
         .unwrap()
         .starts([AnyStart::second_order(&[0.5], &[0.0, 0.5])])
@@ -709,13 +715,14 @@ fn an_ensemble_of_any_kernel_makes_the_steps_of_flows() {
     assert!(matches!(error, SetupError::ThirdOrder { .. }), "{error}");
 }
 
-/// Compares the derivatives of a run of a compiled system with those of its tape, by all parameters and the start. Returns how many numbers were compared.
+/// Compares the derivatives of a run of a compiled system with those of its tape, by all parameters and the
+/// start. Returns the number of compared numbers.
 fn same_derivatives<S: System<N>, const N: usize>(system: &S) -> Result<usize, DerivativeError> {
     let own = Own::of(system.kernel());
     let tape = of_tape(system.kernel()).unwrap();
     let array = |vector: &[f64]| <[f64; N]>::try_from(vector).unwrap();
     let second = |i: usize| own.q[i] + own.h * own.v[i];
-    // constraints on positions and velocities bind two nodes
+    // constraints on positions and velocities are imposed on two nodes
     let bound = system.kernel().shape().holonomic + system.kernel().shape().nonholonomic > 0;
     let nodes: [f64; N] = core::array::from_fn(second);
     let start = match (bound, &own.a) {
@@ -729,7 +736,7 @@ fn same_derivatives<S: System<N>, const N: usize>(system: &S) -> Result<usize, D
         _ => AnyStart::second_order(&own.q, &own.v),
     };
     let until = 53.0 * own.h;
-    // checkpoints, too
+    // with checkpoints, too
     let memory = 3000;
     let compiled = Path::within(system, own.h, start, until, memory);
     let walked = AnyPath::within(&tape, own.h, &any, until, memory);
@@ -838,14 +845,14 @@ fn a_plan_of_a_tape_has_the_derivatives_of_the_compiled_one() {
     let one = compiled.gradient_at_end(&mut |end| end.q[0]).unwrap();
     let other = walked.gradient_at_end(&mut |end| end.q[0]).unwrap();
     assert_eq!((one.inputs, one.parameters), (other.inputs, other.parameters));
-    // a value that is missing is none
+    // a missing value is an error
     let error = AnyPath::plan(&tape, 0.1, &any, &["push"], &[&[]]).unwrap_err();
     assert!(matches!(error, DerivativeError::Run(_)), "{error}");
     let error = AnyPath::new(&tape, 0.1, &AnyStart::paper(&[0.0, 1.0], &[0.0]), 1.0).unwrap_err();
     assert!(matches!(error, DerivativeError::Run(_)), "{error}");
 }
 
-/// A mass on a spring that is pushed.
+/// A driven mass on a spring.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 - x.powi(4) / 9;

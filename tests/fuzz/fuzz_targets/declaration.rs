@@ -1,11 +1,12 @@
-//! Arbitrary text as a declaration: the attribute answers with code or with errors, and both are Rust.
+//! Fuzzing: arbitrary text as a declaration. The attribute answers with code or with errors, and both have to
+//! parse as Rust.
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use proc_macro2::TokenStream;
 
-/// What stands between a declaration and its item; without it the item is [`ITEM`].
+/// The separator between a declaration and its item; without it the item is [`ITEM`].
 const SEPARATOR: &str = "\n---\n";
 
 /// A struct with parameters of many kinds.
@@ -36,7 +37,7 @@ fuzz_target!(|text: &str| {
     }
 });
 
-/// What the compiler is handed is Rust.
+/// Asserts that the output of the attribute parses as Rust.
 fn assert_rust(code: TokenStream) {
     if let Err(error) = syn::parse2::<syn::File>(code.clone()) {
         panic!("no Rust: {error}\n{code}");

@@ -1,4 +1,5 @@
-//! Arbitrary bytes as a text file: they end in a message or in a system, which takes ten steps or says why not.
+//! Fuzzing: arbitrary bytes as a text file. Reading ends in a message or in a system, which takes ten steps
+//! or gives an error.
 
 #![no_main]
 

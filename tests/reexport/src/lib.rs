@@ -1,6 +1,7 @@
-//! Declarations in a crate that has `dsocs-core` under another name only, as one that gets it through another crate.
+//! Declarations in a crate that has `dsocs-core` under another name only, such as one that gets it through
+//! another crate.
 
-/// What such a crate would offer.
+/// The prelude that such a crate would have.
 pub mod prelude {
     pub use engine as core;
     pub use engine::dsocs;
@@ -29,7 +30,7 @@ mod tests {
         x.powi(2) / 2.0
     }
 
-    /// With a function, whose derivatives the core takes.
+    /// A system with a user's function, which the core differentiates.
     #[dsocs {
         crate = crate::prelude::core;
         coordinates(x);

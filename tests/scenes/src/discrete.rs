@@ -1,35 +1,35 @@
-//! The second formulation of a step: the discrete action of three nodes is stationary at the middle one, but for the
-//! forces of the constraints.
+//! The second formulation of a step: the discrete action of three nodes is stationary at the middle one, up
+//! to the constraint forces.
 //!
-//! Nothing here comes from the attribute or from the solver. All is in double the precision; derivatives of the action are exact, and
-//! those that Newton's iteration needs are differences.
+//! Nothing here comes from the attribute or from the solver. All numbers have twice the precision of `f64`.
+//! Derivatives of the action are exact; those of Newton's iteration are difference quotients.
 
 use super::double::Double;
 use super::number::{Dual, Number};
 use super::scene::{Map, Scene};
 
-/// How much smaller than a number the difference is that its derivative is taken by: the digits of a [`Double`], halved.
+/// The step of difference quotients, relative to the number: half of the digits of a [`Double`].
 const NUDGE: f64 = 1e-14;
 
-/// Below this part of the nodes an update is rounding.
+/// An update below this part of the nodes is rounding.
 const ROUNDING: f64 = 1e-27;
 
-/// A step that is this part of another one: short enough for the continuous motion, and long enough for nodes that are rounded where
-/// these have to obey constraints.
+/// The short step of `continuous`, relative to the step, where constraints bind pairs of nodes: short enough
+/// for the continuous motion, and long enough for the rounding of the nodes in these constraints.
 const SHORT: f64 = 1e-2;
 
-/// The same where they need not. A Lyapunov constraint on a joint that hardly moves has two solutions in a step, of which only that of a very short one
-/// can be told from the other.
+/// The short step of `continuous` without such constraints. A Lyapunov constraint on a joint that hardly
+/// moves has two solutions in a step, which only a very short step separates.
 const VERY_SHORT: f64 = 1e-4;
 
-/// A step is short enough where the second update of Newton's iteration, begun at the continuous motion, is at most this part of the
-/// first.
+/// A step is resolved if the second update of Newton's iteration, begun at the continuous motion, is at most
+/// this part of the first.
 const RESOLVED: f64 = 0.05;
 
-/// By how much an angle may turn in a step that is short enough [rad].
+/// The largest change of an angle in a resolved step [rad].
 const TURN: f64 = 0.5;
 
-/// How many updates there may be.
+/// The largest number of updates.
 const UPDATES: usize = 60;
 
 /// A leg: a node and the increment that led to it.
@@ -99,7 +99,7 @@ pub struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// How many unknowns there are: the second difference, then a multiplier for each constraint.
+    /// The number of unknowns: the second difference, then a multiplier for each constraint.
     #[must_use]
     pub fn unknowns(&self) -> usize {
         self.scene.coordinates + self.scene.constraints()
@@ -115,7 +115,7 @@ impl Step<'_> {
         }
     }
 
-    /// What constraints of positions and velocities ask of the pair of nodes `q1`, `q2`.
+    /// The residuals of the constraints on positions and velocities at the pair of nodes `q1`, `q2`.
     #[must_use]
     pub fn pair(&self, q1: &[Double], q2: &[Double]) -> Vec<Double> {
         let mut rows = self.scene.holonomic(q2);
@@ -131,7 +131,7 @@ impl Step<'_> {
         rows
     }
 
-    /// The first node and the third.
+    /// The first and the third node.
     fn outer(&self, e: &[Double]) -> [Vec<Double>; 2] {
         let back = times(&self.leg.d, -1.0);
         [add(&self.leg.q, &back), self.leg.next(e).q]
@@ -166,13 +166,14 @@ impl Step<'_> {
             .collect()
     }
 
-    /// The directions of the constraints' forces, one of each: by d'Alembert's rule, and along the motor's joint.
+    /// The directions of the constraint forces, one for each constraint: by d'Alembert's rule, and along the
+    /// motor's joint.
     #[must_use]
     pub fn forms(&self, e: &[Double]) -> Vec<Vec<Double>> {
         self.scene.forms(&self.leg.q, &self.central(e))
     }
 
-    /// What has to vanish at a second difference and multipliers: the balance of forces, then the constraints.
+    /// The residuals at a second difference and multipliers: the balance of forces, then the constraints.
     #[must_use]
     pub fn rows(&self, z: &[Double]) -> Vec<Double> {
         let (e, multipliers) = z.split_at(self.scene.coordinates);
@@ -186,7 +187,7 @@ impl Step<'_> {
         rows
     }
 
-    /// The sizes that second differences are measured by.
+    /// The scales of the second differences.
     fn sizes(&self, z: &[Double]) -> Vec<f64> {
         let n = self.scene.coordinates;
         let longest = self
@@ -205,7 +206,7 @@ impl Step<'_> {
         (0..z.len()).map(size).collect()
     }
 
-    /// The rows' derivatives by the unknowns, row by row.
+    /// The derivatives of the rows by the unknowns, row by row.
     #[must_use]
     pub fn jacobian(&self, z: &[Double], rows: &[Double]) -> Vec<Vec<Double>> {
         let n = self.scene.coordinates;
@@ -227,8 +228,8 @@ impl Step<'_> {
         jacobian
     }
 
-    /// How large the terms of each row are that rounding acts on: what a unit of relative error does in the node, the increment, the
-    /// second difference and the multipliers.
+    /// The sizes of the terms of each row on which rounding acts: the effects of a unit relative error in the
+    /// node, the increment, the second difference and the multipliers.
     #[must_use]
     pub fn terms(&self, z: &[Double], jacobian: &[Vec<Double>]) -> Vec<f64> {
         let rows = self.rows(z);
@@ -281,7 +282,7 @@ impl Step<'_> {
         None
     }
 
-    /// An update of the second difference relative to the legs.
+    /// The size of an update of the second difference, relative to the legs.
     fn relative(&self, update: &[Double], z: &[Double]) -> f64 {
         let n = self.scene.coordinates;
         let sizes = self.leg.d.iter().chain(&z[..n]);
@@ -294,8 +295,8 @@ impl Step<'_> {
         })
     }
 
-    /// The unknowns that belong to the acceleration and the forces of the continuous motion: those of a step that is
-    /// much shorter, nearly.
+    /// The approximate unknowns of the continuous motion, its acceleration and forces: those of a much
+    /// shorter step.
     #[must_use]
     pub fn continuous(&self) -> Option<Vec<Double>> {
         let n = self.scene.coordinates;
@@ -316,8 +317,8 @@ impl Step<'_> {
         Some(z)
     }
 
-    /// Whether the step is short enough to have one solution nearby: Newton's iteration from the continuous motion, `guess`, is
-    /// nearly done with its first update, and no angle turns by more than a part of a radian.
+    /// Whether the step is short enough to have one solution nearby: Newton's iteration from the continuous
+    /// motion, `guess`, nearly ends with its first update, and no angle changes by more than [`TURN`].
     #[must_use]
     pub fn is_resolved(&self, guess: &[Double]) -> bool {
         let turns = self.scene.angles().into_iter().all(|angle| {
@@ -327,8 +328,8 @@ impl Step<'_> {
         turns && self.contraction(guess) < RESOLVED
     }
 
-    /// How much smaller the second update of a plain Newton iteration is than the first: small where the equations bend little
-    /// on the way from `z` to their root.
+    /// The size of the second update of a plain Newton iteration relative to the first: small where the
+    /// equations are nearly linear between `z` and their root.
     fn contraction(&self, z: &[Double]) -> f64 {
         let mut z = z.to_vec();
         let mut sizes = [0.0; 2];
@@ -352,9 +353,9 @@ impl Step<'_> {
 pub struct Solution {
     /// The second difference and the multipliers.
     pub z: Vec<Double>,
-    /// The rows' derivatives there.
+    /// The derivatives of the rows there.
     pub jacobian: Vec<Vec<Double>>,
-    /// The same, decomposed.
+    /// The decomposition of these derivatives.
     pub decomposed: Decomposed,
 }
 
@@ -416,7 +417,8 @@ impl Decomposed {
         x
     }
 
-    /// `|matrix⁻¹| · sizes`: what errors of these sizes in the rows do to each unknown, at most.
+    /// `|matrix⁻¹| · sizes`: bounds of the errors of each unknown that errors of these sizes in the rows
+    /// cause.
     #[must_use]
     pub fn spread(&self, sizes: &[f64]) -> Vec<f64> {
         let mut spread = vec![0.0; sizes.len()];

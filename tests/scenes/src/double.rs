@@ -1,7 +1,7 @@
 //! Numbers of twice the precision of `f64`, as unevaluated sums of two: about 32 digits.
 //!
-//! T. J. Dekker, *A floating-point technique for extending the available precision*, Numerische Mathematik 18 (1971). Only what
-//! scenes need is there.
+//! T. J. Dekker, *A floating-point technique for extending the available precision*, Numerische Mathematik 18
+//! (1971). Only the operations that scenes need are implemented.
 
 use core::f64::consts::FRAC_2_PI;
 use core::ops::{Add, Div, Mul, Neg, Sub};
@@ -16,7 +16,7 @@ use super::number::Number;
 pub struct Double {
     /// The number, rounded.
     pub high: f64,
-    /// What rounding took away.
+    /// The rounding error of `high`.
     pub low: f64,
 }
 
@@ -27,17 +27,18 @@ const HALF_PI: [f64; 3] = [
     -1.497_384_904_859_169_8e-33,
 ];
 
-/// What operations leave of a number, relative to it: some units in the place after the last, `2⁻¹⁰⁴`.
+/// The relative rounding error of operations, `2⁻¹⁰²`: four units of the place after the last.
 pub const PRECISION: f64 = 1.0 / (1_u128 << 102) as f64;
 
 /// Terms of the series of sine and cosine, for arguments of at most `π/4`.
 const TERMS: u32 = 30;
 
-/// A term of the cosine below this one, and those after it, change nothing: they are a part `2⁻¹¹⁰` of the sums at most.
+/// Terms of the cosine below this one change nothing: they are at most `2⁻¹¹⁰` of the sums.
 const LAST: f64 = 1.0 / (1_u128 << 110) as f64;
 
-/// By what a term of the cosine and one of the sine are less than those before, beside the square of the argument: `1/k(k+1)` and
-/// `1/(k+1)(k+2)` for odd `k`. To divide anew at each term takes two thirds of all the time of random scenes.
+/// The factors by which a term of the cosine and one of the sine are less than those before, besides the
+/// square of the argument: `1/k(k+1)` and `1/(k+1)(k+2)` for odd `k`. To divide anew at each term would take
+/// two thirds of all the time of random scenes.
 static PARTS: LazyLock<Vec<[Double; 2]>> = LazyLock::new(|| {
     let part = |product: f64| Double::exact(1.0) / Double::exact(product);
     (1..TERMS)
@@ -51,13 +52,13 @@ impl Double {
     /// Zero.
     pub const ZERO: Self = Self::exact(0.0);
 
-    /// A number of single parts.
+    /// A number of single precision, exactly.
     #[must_use]
     pub const fn exact(high: f64) -> Self {
         Self { high, low: 0.0 }
     }
 
-    /// The sum of two numbers of single parts where `|a| ≥ |b|`.
+    /// The sum of two single numbers with `|a| ≥ |b|`, exactly.
     fn ordered(a: f64, b: f64) -> Self {
         let high = a + b;
         Self {
@@ -66,7 +67,7 @@ impl Double {
         }
     }
 
-    /// The sum of two numbers of single parts, exactly.
+    /// The sum of two single numbers, exactly.
     fn sum(a: f64, b: f64) -> Self {
         let high = a + b;
         let part = high - a;
@@ -76,7 +77,7 @@ impl Double {
         }
     }
 
-    /// Sine and cosine by their series, after the quarter turns are taken away.
+    /// Sine and cosine by their series, after reduction by quarter turns.
     #[must_use]
     pub fn sine_cosine(self) -> (Self, Self) {
         let turns = (self.high * FRAC_2_PI).round();
@@ -166,7 +167,7 @@ impl Number for Double {
         }
         let rest = self - Self::exact(root) * Self::exact(root);
         let root = Self::ordered(root, rest.high / (2.0 * root));
-        // once more, for the digits of the low part
+        // a second step of Newton, for the digits of the low part
         root + (self - root * root) / (root + root)
     }
 
@@ -179,7 +180,7 @@ impl Number for Double {
     }
 }
 
-/// Functions that no scene calls: not a number, which no comparison lets pass.
+/// Functions that no scene calls: they return NaN, which fails every comparison.
 macro_rules! unknown {
     ($($name:ident),* $(,)?) => {
         $(
@@ -190,7 +191,7 @@ macro_rules! unknown {
     };
 }
 
-/// Generated code computes with these numbers too.
+/// Generated code computes with these numbers, too.
 impl Scalar for Double {
     const LANES: usize = 1;
 
@@ -270,7 +271,7 @@ mod tests {
 
     use super::*;
 
-    /// How far two numbers differ.
+    /// The distance of two numbers.
     fn apart(x: Double, y: Double) -> f64 {
         (x - y).high.abs()
     }

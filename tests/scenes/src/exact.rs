@@ -1,4 +1,4 @@
-//! The exact motion of a scene, and what rounding does to it.
+//! The exact motion of a scene, and the effect of rounding on it.
 
 use super::discrete::{Leg, Solution, Step};
 use super::double::Double;
@@ -8,34 +8,34 @@ use super::scene::Scene;
 /// The unit roundoff of `f64`.
 pub const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// How large the perturbations are by which the condition of a motion is measured.
+/// The relative size of the perturbations that measure the condition of a motion.
 pub const PERTURBATION: f64 = 1e-11;
 
-/// How many motions are perturbed.
+/// The number of perturbed motions.
 pub const TWINS: u64 = 2;
 
-/// Takes a figure if it is larger, or not a number.
+/// Replaces a figure by a larger value or by NaN.
 pub fn take(figure: &mut f64, value: f64) {
-    // what is not a number stays
+    // a figure that is NaN stays NaN
     if value > *figure || value.is_nan() {
         *figure = value;
     }
 }
 
-/// A motion that is perturbed.
+/// A perturbed motion: its scene and its last leg.
 struct Twin {
     scene: Scene,
     leg: Leg,
 }
 
-/// The exact motion, step by step, with others beside it by which its condition is measured.
+/// The exact motion, step by step, with perturbed motions that measure its condition.
 pub struct Exact<'a> {
     case: &'a Case,
-    /// Its last leg.
+    /// The last leg.
     pub leg: Leg,
     past: Vec<Vec<Double>>,
     twins: Vec<Twin>,
-    /// How far perturbations have moved each coordinate, relative to them.
+    /// The largest change of each coordinate by the perturbations, relative to their size.
     pub condition: Vec<f64>,
 }
 
@@ -64,13 +64,14 @@ impl<'a> Exact<'a> {
         }
     }
 
-    /// Its solution, and whether it is short enough for the solution to be the only one nearby.
+    /// The solution of the next step, and whether the step is short enough for it to be the only one nearby.
     #[must_use]
     pub fn solution(&self) -> (Option<Solution>, bool) {
         let step = self.step();
         let continuous = step.continuous();
         let resolved = continuous.as_ref().is_some_and(|guess| step.is_resolved(guess));
-        // where the equations hardly bend there is one solution nearby; elsewhere the past has to tell
+        // where the equations are nearly linear there is one solution nearby; elsewhere past solutions are
+        // extrapolated
         let solution = match continuous.filter(|_| resolved || self.past.len() < 3) {
             Some(continuous) => step.solve(&continuous),
             None if self.past.len() < 3 => None,
@@ -79,7 +80,8 @@ impl<'a> Exact<'a> {
         (solution, resolved)
     }
 
-    /// Goes on with a solution; `false` where perturbations have grown so much that nothing can be compared any more.
+    /// Makes the step with a solution; `false` where perturbations have grown so much that nothing can be
+    /// compared any more.
     pub fn advance(&mut self, solution: Solution, random: &mut Random) -> bool {
         let n = self.leg.q.len();
         let terms = self.step().terms(&solution.z, &solution.jacobian);
@@ -122,7 +124,7 @@ impl<'a> Exact<'a> {
         !self.condition.iter().any(grown)
     }
 
-    /// What rounding does to each coordinate of the last node.
+    /// The effect of a unit roundoff on each coordinate of the last node.
     #[must_use]
     pub fn units(&self) -> Vec<f64> {
         let pairs = self.condition.iter().zip(&self.leg.q);
@@ -132,7 +134,8 @@ impl<'a> Exact<'a> {
     }
 }
 
-/// The last node of the exact motion after so many steps, and what rounding does to it; `None` where it cannot be told.
+/// The last node of the exact motion after this many steps, and the effect of rounding on it; `None` where it
+/// cannot be computed.
 #[must_use]
 pub fn exact(case: &Case, steps: usize) -> Option<[Vec<f64>; 2]> {
     let mut random = Random::new(0);
@@ -146,7 +149,7 @@ pub fn exact(case: &Case, steps: usize) -> Option<[Vec<f64>; 2]> {
     Some([exact.leg.q.iter().map(|q| q.high).collect(), exact.units()])
 }
 
-/// The polynomial through the last three solutions.
+/// The extrapolation of the last three solutions by a quadratic polynomial.
 fn predicted(past: &[Vec<Double>]) -> Vec<Double> {
     let three = Double::exact(3.0);
     let places = past[0].iter().zip(&past[1]).zip(&past[2]);

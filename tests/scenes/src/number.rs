@@ -1,4 +1,4 @@
-//! What the second formulation computes with: numbers, and numbers with one derivative.
+//! The numbers of the second formulation: plain ones, and ones with a derivative.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -39,7 +39,7 @@ impl<T: Number> Dual<T> {
         pairs.map(|(&value, &slope)| Self { value, slope }).collect()
     }
 
-    /// Numbers that do not change, but for the one at `place`.
+    /// Constants, except for the variable at `place`.
     pub fn at(values: &[T], place: usize) -> Vec<Self> {
         let numbers = values.iter().enumerate();
         numbers
@@ -50,7 +50,7 @@ impl<T: Number> Dual<T> {
             .collect()
     }
 
-    /// Numbers that do not change.
+    /// Constants.
     pub fn fixed(values: &[T]) -> Vec<Self> {
         Self::at(values, values.len())
     }

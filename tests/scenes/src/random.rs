@@ -1,4 +1,4 @@
-//! Scenes and states that are drawn at random, the same in every run.
+//! Random scenes and states, the same in every run.
 
 use core::f64::consts::PI;
 
@@ -6,12 +6,12 @@ use super::discrete::{Decomposed, Leg, Step};
 use super::double::Double;
 use super::scene::{Base, Body, Law, Map, Motor, Rod, Scene, Spring, Wheel};
 
-/// Numbers at random (`SplitMix64`: G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014).
+/// Random numbers (`SplitMix64`: G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014).
 #[derive(Clone, Debug)]
 pub struct Random(u64);
 
 impl Random {
-    /// A sequence of its own for every seed.
+    /// The sequence of a seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x2545_f491_4f6c_dd1d))
@@ -26,23 +26,23 @@ impl Random {
         bits ^ (bits >> 31)
     }
 
-    /// A number between two others, all equally likely.
+    /// A number between two others, uniformly distributed.
     pub fn between(&mut self, least: f64, most: f64) -> f64 {
         let part = (self.bits() >> 11) as f64 / (1_u64 << 53) as f64;
         least + (most - least) * part
     }
 
-    /// A number between two others, all orders of magnitude equally likely.
+    /// A number between two others, with uniformly distributed logarithm.
     pub fn decades(&mut self, least: f64, most: f64) -> f64 {
         self.between(least.ln(), most.ln()).exp()
     }
 
-    /// A whole number below another one.
+    /// A whole number below `count`.
     pub fn below(&mut self, count: usize) -> usize {
         usize::try_from(self.bits() % count.max(1) as u64).unwrap_or(0)
     }
 
-    /// Whether something of this probability happens.
+    /// Whether an event of this probability happens.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.between(0.0, 1.0) < probability
     }
@@ -63,7 +63,7 @@ pub struct Case {
     pub q1: Vec<f64>,
 }
 
-/// How often a step that is too long is made shorter.
+/// The largest number of times that a step is shortened.
 const SHORTER: usize = 12;
 
 /// Masses [kg] and lengths \[m\] span four decades.
@@ -92,7 +92,7 @@ fn size(random: &mut Random) -> f64 {
     random.decades(SPAN.0, SPAN.1)
 }
 
-/// A scene whose masses and lengths are alike has them all equal now and then, as people write them.
+/// Masses or lengths; in a quarter of the cases they are all equal, as in systems that people write.
 fn sizes(count: usize, random: &mut Random) -> Vec<f64> {
     if random.chance(0.25) {
         return vec![size(random); count];
@@ -135,7 +135,7 @@ pub fn tree(count: usize, map: Map, random: &mut Random) -> Scene {
     scene
 }
 
-/// A joint of a tree: an angle, and that of the rod which its rod hangs on.
+/// A joint of a tree: an angle, and that of the rod on which its rod hangs.
 #[must_use]
 pub fn joint(scene: &Scene, random: &mut Random) -> (usize, Option<usize>) {
     let one = random.below(scene.bodies.len());
@@ -169,7 +169,8 @@ pub fn robot(mut scene: Scene, joint: (usize, Option<usize>), lyapunov: bool, ra
     scene
 }
 
-/// Points whose coordinates are Cartesian, `x` of all and then `y` of all, with rods and springs between them; and where they are.
+/// Points in Cartesian coordinates, `x` of all and then `y` of all, with rods and springs between them; and
+/// their positions.
 #[must_use]
 pub fn linkage(count: usize, rods: usize, map: Map, random: &mut Random) -> (Scene, Vec<f64>) {
     let mut scene = empty(2 * count, map, random);
@@ -185,7 +186,7 @@ pub fn linkage(count: usize, rods: usize, map: Map, random: &mut Random) -> (Sce
         let other = match i {
             0 if hangs => None,
             0 => {
-                // nothing holds it, and it is not where the ground is
+                // it is free, so it is placed away from the origin
                 (q[0], q[count]) = (lengths[0], -lengths[0]);
                 continue;
             }
@@ -208,7 +209,7 @@ pub fn linkage(count: usize, rods: usize, map: Map, random: &mut Random) -> (Sce
             });
         }
     }
-    // rods that are left close loops: from a point to another one
+    // remaining rods close loops: from a point to another one
     while scene.rods.len() < rods {
         let one = random.below(count);
         let other = (one > 0).then(|| random.below(one));
@@ -225,8 +226,8 @@ pub fn linkage(count: usize, rods: usize, map: Map, random: &mut Random) -> (Sce
     (scene, q)
 }
 
-/// A train: a lead with a wheel that rolls, and trailers with wheels. The coordinates are the lead's place, the angles of all,
-/// and the turning of its wheel.
+/// A train: a lead with a rolling wheel, and trailers with wheels. The coordinates are the lead's position,
+/// the angles of all, and the rotation of its wheel.
 #[must_use]
 pub fn train(count: usize, is_chain: bool, map: Map, random: &mut Random) -> Scene {
     let mut scene = empty(count + 3, map, random);
@@ -272,12 +273,12 @@ pub fn train(count: usize, is_chain: bool, map: Map, random: &mut Random) -> Sce
     scene
 }
 
-/// The length of a body's rod; 1 of a body without one.
+/// The length of a body's rod; 1 without a rod.
 fn length(body: &Body) -> f64 {
     body.rod.map_or(1.0, |(_, length)| length)
 }
 
-/// The time in which a pendulum of the mean length goes through a radian.
+/// The time in which a pendulum of the mean length moves by a radian.
 #[must_use]
 pub fn time(scene: &Scene) -> f64 {
     let lengths = scene.bodies.iter().map(|body| length(body).ln());
@@ -288,8 +289,8 @@ pub fn time(scene: &Scene) -> f64 {
 }
 
 impl Case {
-    /// A state and a step for a scene; `place` is where Cartesian coordinates are, others are drawn. `None` if no consistent
-    /// state was found nearby.
+    /// A state and a step for a scene. `place` are Cartesian coordinates; angles are drawn. `None` if no
+    /// consistent state was found nearby.
     #[must_use]
     pub fn new(scene: &Scene, place: Option<&[f64]>, random: &mut Random) -> Option<Self> {
         let n = scene.coordinates;
@@ -297,7 +298,7 @@ impl Case {
         let mut h = time * random.decades(1e-3, 0.1);
         let swing = if random.chance(0.2) { 0.1 } else { 2.0 };
         let brakes = matches!(scene.motor.map(|motor| motor.law), Some(Law::Lyapunov { .. }));
-        // at rest a Lyapunov constraint says nothing
+        // at rest a Lyapunov constraint is degenerate
         let at_rest = random.chance(0.25) && !brakes;
         let alike = random.chance(0.2).then(|| random.between(-swing, swing));
         let mut draw = |i: usize| match place {
@@ -323,7 +324,8 @@ impl Case {
         None
     }
 
-    /// Whether the first step is short enough for its equations to be nearly linear: then it has one solution nearby.
+    /// Whether the first step is short enough for its equations to be nearly linear: it then has one solution
+    /// nearby.
     fn is_resolved(&self) -> bool {
         let leg = Leg::between(&self.q0, &self.q1);
         let step = Step {
@@ -334,7 +336,7 @@ impl Case {
         step.continuous().is_some_and(|guess| step.is_resolved(&guess))
     }
 
-    /// The nearest state that obeys the constraints, and the node after it.
+    /// The nearest state on the constraints, and the node after it.
     fn consistent(scene: &Scene, h: f64, q0: &[f64], v0: &[f64]) -> Option<Self> {
         let (n, lower) = (scene.coordinates, scene.lower());
         let exact = |x: &[f64]| x.iter().copied().map(Double::exact).collect::<Vec<_>>();
@@ -389,7 +391,7 @@ impl Case {
             let rows = step.pair(&q, &moved(&multipliers));
             let mut jacobian = vec![vec![Double::ZERO; lower]; lower];
             for j in 0..lower {
-                // by the size that a multiplier has where it moves a node by its distance from the start
+                // the nudge of a multiplier is scaled by the distance that it moves a node from the start
                 let reach = product(&forms[j], &forms[j]).high.sqrt();
                 let nudge = Double::exact(1e-14 * h / reach);
                 let mut nudged = multipliers.clone();
@@ -409,7 +411,7 @@ impl Case {
             .iter()
             .fold(0.0_f64, |worst, row| worst.max(row.high.abs()));
         let size = q1.iter().fold(0.0_f64, |size, q| size.max(q.high.abs()));
-        // also not where something is no number
+        // refuses NaN, too
         (worst <= 1e-20 * (1.0 + size * size) / h).then(|| Self {
             h,
             q0: q0.to_vec(),

@@ -1,9 +1,10 @@
-//! A planar scene as data, and its mechanics in Cartesian terms: where the bodies are, and how fast.
+//! A planar scene as data, and its mechanics in Cartesian terms: positions and velocities of bodies,
+//! energies, constraints.
 
 use super::number::{Dual, Number};
 use super::random::Random;
 
-/// Where the discrete Lagrangian takes the Lagrangian.
+/// The point at which the discrete Lagrangian evaluates the Lagrangian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Map {
     /// At the first node.
@@ -14,21 +15,21 @@ pub enum Map {
     Trapezoid,
 }
 
-/// What a body hangs on.
+/// The base from which a body hangs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Base {
     /// The origin.
     Ground,
     /// An earlier body.
     Body(usize),
-    /// Nothing: its position is two coordinates.
+    /// None: its position is two coordinates.
     Free(usize, usize),
 }
 
 /// A point mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
-    /// What it hangs on.
+    /// Its base.
     pub base: Base,
     /// The massless rod between base and body: the coordinate that is its angle from the downward vertical, and its length.
     pub rod: Option<(usize, f64)>,
@@ -68,27 +69,27 @@ pub struct Rod {
     pub length: f64,
 }
 
-/// A wheel at a body, which does not slip across its direction.
+/// A wheel at a body; it does not slip sideways.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wheel {
     /// The body.
     pub body: usize,
     /// The coordinate that is its direction, `(sin, -cos)`.
     pub angle: usize,
-    /// If it does not slip along its direction either: the coordinate of its turning, and its radius.
+    /// For a wheel that does not slip forward either: the coordinate of its rotation, and its radius.
     pub rolls: Option<(usize, f64)>,
 }
 
-/// A constraint of second order on one joint, which a motor between the two angles obeys.
+/// A constraint of second order on one joint, enforced by a motor between the two angles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motor {
-    /// The coordinates: an angle, and the one that the motor pushes against.
+    /// The coordinates: an angle, and the one against which the motor pushes.
     pub joint: (usize, Option<usize>),
-    /// What it does.
+    /// Its control law.
     pub law: Law,
 }
 
-/// What a motor does.
+/// The control law of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Law {
     /// `w' + 2 c r w + r² (angle - target) = 0` with the joint's rate `w`.
@@ -97,7 +98,7 @@ pub enum Law {
         rate: f64,
         /// The damping `c`.
         damping: f64,
-        /// The angle that it goes to \[rad\].
+        /// The target angle \[rad\].
         target: f64,
     },
     /// The energy of the scene is its Lyapunov function: `dE/dt + ρ w² = 0`.
@@ -110,15 +111,15 @@ pub enum Law {
 /// A planar scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// How many coordinates.
+    /// The number of coordinates.
     pub coordinates: usize,
     /// The map.
     pub map: Map,
     /// The acceleration of gravity, along `-y` [m/s²].
     pub gravity: f64,
-    /// The bodies; a base stands before what hangs on it.
+    /// The bodies; a base precedes the bodies that hang from it.
     pub bodies: Vec<Body>,
-    /// Moments of inertia that turn with a coordinate.
+    /// Moments of inertia, each with the coordinate of its rotation.
     pub inertias: Vec<(usize, f64)>,
     /// The springs.
     pub springs: Vec<Spring>,
@@ -140,14 +141,14 @@ pub struct Moving<T> {
 }
 
 impl Scene {
-    /// How many constraints bind pairs of nodes: rods, then wheels.
+    /// The number of constraints on pairs of nodes: rods, then wheels.
     #[must_use]
     pub fn lower(&self) -> usize {
         let rolling = self.wheels.iter().filter(|wheel| wheel.rolls.is_some()).count();
         self.rods.len() + self.wheels.len() + rolling
     }
 
-    /// How many constraints there are.
+    /// The number of constraints.
     #[must_use]
     pub fn constraints(&self) -> usize {
         self.lower() + usize::from(self.motor.is_some())
@@ -160,7 +161,8 @@ impl Scene {
         rods.chain(self.wheels.iter().map(|wheel| wheel.angle)).collect()
     }
 
-    /// Which rods lead from the origin, or from a free place, to each body: 1 or 0 for every body and every one of `angles`.
+    /// The rods between the origin, or a free position, and each body: 1 or 0 for every body and every one of
+    /// `angles`.
     #[must_use]
     pub fn paths(&self, angles: core::ops::Range<usize>) -> Vec<f64> {
         let width = angles.len();
@@ -179,7 +181,7 @@ impl Scene {
         paths
     }
 
-    /// The same scene with every number changed by a part of the size `size`.
+    /// A scene with every number changed by a random relative amount up to `size`.
     #[must_use]
     pub fn perturbed(&self, size: f64, random: &mut Random) -> Self {
         let mut other = self.clone();
@@ -219,7 +221,7 @@ impl Scene {
         other
     }
 
-    /// Where the bodies are.
+    /// The positions and velocities of the bodies.
     pub fn places<T: Number>(&self, q: &[T], v: &[T]) -> Vec<Moving<T>> {
         let mut places: Vec<Moving<T>> = Vec::with_capacity(self.bodies.len());
         for body in &self.bodies {
@@ -335,7 +337,8 @@ impl Scene {
         })
     }
 
-    /// The directions of the constraints' forces, one of each: by d'Alembert's rule, and along the motor's joint.
+    /// The directions of the constraint forces, one for each constraint: by d'Alembert's rule, and along the
+    /// motor's joint.
     pub fn forms<T: Number>(&self, q: &[T], v: &[T]) -> Vec<Vec<T>> {
         let zero = T::of(0.0);
         let mut forms = vec![vec![zero; self.coordinates]; self.constraints()];
@@ -356,7 +359,7 @@ impl Scene {
     }
 }
 
-/// A coordinate less another one, or the coordinate.
+/// The difference of two coordinates, or the coordinate alone.
 fn joint<T: Number>((one, other): (usize, Option<usize>), q: &[T]) -> T {
     match other {
         Some(other) => q[one] - q[other],
@@ -364,7 +367,7 @@ fn joint<T: Number>((one, other): (usize, Option<usize>), q: &[T]) -> T {
     }
 }
 
-/// From one body to another, or to the origin.
+/// The vector to one body from another, or from the origin.
 fn apart<T: Number>((one, other): (usize, Option<usize>), places: &[Moving<T>]) -> [T; 2] {
     let [x, y] = places[one].at;
     match other {

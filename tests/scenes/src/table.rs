@@ -1,5 +1,5 @@
-//! Scenes for the table of hard cases, with where they have to end: a source file of the systems' crate, which cannot have the
-//! second formulation itself.
+//! Writes scenes with their last nodes for the table of hard cases: a source file of the systems' crate,
+//! which cannot depend on the second formulation.
 
 use core::fmt::Write as _;
 
@@ -11,13 +11,13 @@ use super::random::{Case, Random, linkage, robot, train, tree};
 use super::scene::Map;
 use super::text::Written;
 
-/// How many steps each scene makes.
+/// The number of steps of each scene.
 pub const STEPS: usize = 100;
 
-/// How many seeds are tried for one scene.
+/// The number of seeds that are tried for one scene.
 const SEEDS: u64 = 200;
 
-/// A scene of a kind.
+/// A random scene of a kind.
 fn drawn(kind: usize, random: &mut Random) -> Option<Case> {
     let map = [Map::Midpoint, Map::Trapezoid][random.below(2)];
     match kind {
@@ -60,7 +60,7 @@ pub fn source() -> String {
          use super::Run;\n",
     );
     for (kind, name) in KINDS.iter().enumerate() {
-        // one in which the steps are short enough throughout
+        // the first one whose steps are all short enough
         let found = (0..SEEDS).find_map(|seed| {
             let case = drawn(kind, &mut Random::new(7_000_000 + 1000 * kind as u64 + seed))?;
             let end = exact(&case, STEPS)?;

@@ -12,12 +12,12 @@ pub struct Written {
     pub text: String,
     /// The parameters, the elements of the field `p`.
     pub parameters: Vec<f64>,
-    /// Whether numbers stand in the text itself.
+    /// Whether numbers are literals in the text.
     literal: bool,
 }
 
 impl Written {
-    /// Writes a scene, with its numbers as parameters or in the text itself.
+    /// Writes a scene, with its numbers as parameters or as literals.
     #[must_use]
     pub fn new(scene: &Scene, literal: bool) -> Self {
         let mut written = Self {
@@ -155,7 +155,7 @@ impl Written {
     }
 }
 
-/// One quantity less another one, or the quantity.
+/// The difference of two quantities, or the quantity alone.
 fn difference(name: char, (one, other): (usize, Option<usize>)) -> String {
     match other {
         Some(other) => format!("({name}{one} - {name}{other})"),
@@ -163,7 +163,7 @@ fn difference(name: char, (one, other): (usize, Option<usize>)) -> String {
     }
 }
 
-/// How many bodies scene `number` has: mostly few, since code grows with the square.
+/// The number of bodies in scene `number`: mostly few, since code grows with the square.
 fn bodies(number: u64) -> usize {
     match number % 12 {
         3 => 8,
@@ -173,7 +173,7 @@ fn bodies(number: u64) -> usize {
     }
 }
 
-/// Scene `number` of those that are written out, of one kind after the other.
+/// Scene `number`; the kinds take turns.
 #[must_use]
 pub fn scene(number: u64) -> Scene {
     let mut random = Random::new(1000 + number);
@@ -197,13 +197,13 @@ pub fn scene(number: u64) -> Scene {
     }
 }
 
-/// Whether the numbers of scene `number` stand in its text.
+/// Whether the numbers of scene `number` are literals in its text.
 #[must_use]
 pub fn is_literal(number: u64) -> bool {
     number % 3 == 2
 }
 
-/// A variation of a scene with a state: of other numbers where these are parameters.
+/// A state of scene `number`; where its numbers are parameters, they vary with `variation`.
 #[must_use]
 pub fn case(number: u64, variation: u64) -> Option<Case> {
     let mut random = Random::new(100_000 + 1000 * number + variation);
@@ -217,7 +217,7 @@ pub fn case(number: u64, variation: u64) -> Option<Case> {
     Case::new(&scene, place.as_deref(), &mut random)
 }
 
-/// Where the points of a linkage are whose rods make a tree: each at its rod's end, in any direction.
+/// Random positions of the points of a linkage whose rods form a tree: each point at its rod's end.
 fn scattered(scene: &Scene, random: &mut Random) -> Vec<f64> {
     let count = scene.bodies.len();
     let mut q: Vec<f64> = (0..2 * count).map(|_| random.between(-1.0, 1.0)).collect();
@@ -230,7 +230,7 @@ fn scattered(scene: &Scene, random: &mut Random) -> Vec<f64> {
     q
 }
 
-/// A program that declares scenes and holds each against the second formulation, in some variations.
+/// A program that declares scenes and compares each with the second formulation, in some variations.
 #[must_use]
 pub fn program(numbers: core::ops::Range<u64>, variations: u64, steps: usize) -> String {
     let mut text = String::from(

@@ -1,4 +1,4 @@
-//! Holds a declared system against its scene.
+//! Compares a declared system with its scene.
 
 use dsocs_core::__private::Declaration;
 use dsocs_core::{Flow, Leg as DeclaredLeg, Start, Stepper as _, System};
@@ -9,53 +9,54 @@ use super::exact::{Exact, PERTURBATION, TWINS, UNIT, take};
 use super::random::{Case, Random};
 use crate::tape;
 
-/// What a comparison is said to have ended with where a run was refused for two solutions of which neither was told to be meant.
+/// The end of a comparison whose run was refused because two solutions were found and neither was chosen.
 const AMBIGUOUS: &str = "ambiguous";
 
-/// A node so many roundings away belongs to another motion.
+/// A node this many roundings away belongs to another motion.
 const FAR: f64 = 1e8;
 
-/// At how many legs the equations are compared.
+/// The number of legs at which the equations are compared.
 const LEGS: usize = 3;
 
-/// What was found out about one scene. Distances are in units of what rounding does (see [`hold`]).
+/// The result of a comparison. Distances are in units of rounding (see [`hold`]).
 #[derive(Clone, Debug, Default)]
 pub struct Found {
-    /// Of the constraint force and of the constraints at random triples.
+    /// The largest distance of the constraint force and of the constraints, at random triples.
     pub rows: f64,
-    /// Of the root in double the precision: of the declared rows from that of the second formulation, relative to the unknowns'
-    /// natural sizes.
+    /// The largest distance of the root of the declared rows, in twice the precision, from that of the second
+    /// formulation, relative to the natural sizes of the unknowns.
     pub root: f64,
-    /// Of the Jacobian from central differences of the rows in double the precision.
+    /// The largest distance of the Jacobian from central differences of the rows in twice the precision.
     pub jacobian: f64,
-    /// Of nodes that were solved from a leg at random.
+    /// The largest distance of a node after one step from a random leg.
     pub node: f64,
-    /// Of the nodes of a run.
+    /// The largest distance of the nodes of a run.
     pub path: f64,
-    /// How many steps of the run were compared.
+    /// The number of steps of the run that were compared.
     pub steps: usize,
     /// The largest number of evaluations in a step.
     pub evaluations: u32,
-    /// Defects, in words: refusals where the second formulation has a solution, and what is not the same.
+    /// Defects, in words: refusals where the second formulation has a solution, and other differences.
     pub defects: Vec<String>,
-    /// What ended the comparison early, and is no defect.
+    /// The reason why the comparison ended early without a defect.
     pub ended: Option<String>,
 }
 
-/// How far rows, nodes and runs may be away, in units of what rounding does. A row is a sum of some dozen terms, each of some
-/// rounded products.
+/// The largest distance of rows, nodes and runs, in units of rounding. A row is a sum of some dozen terms,
+/// each of some rounded products.
 const ROUNDINGS: f64 = 32.0;
 
-/// How far the declared root may be away relative to the natural sizes: what is made of parameters alone is worked out in
-/// single parts, all else in double the precision.
+/// The largest distance of the declared root, relative to the natural sizes: combinations of parameters are
+/// computed in single precision, all else in twice the precision.
 const OF_PARAMETERS: f64 = 1e-14;
 
-/// How far the Jacobian may be away, in units of its row's rounding. It decides how fast the iteration converges, not where to; an entry that
-/// is a difference of far places (a short rod far from the origin) has fewer digits than its row.
+/// The largest distance of the Jacobian, in units of its row's rounding. It decides how fast the iteration
+/// converges, not to which root. An entry that is a difference of distant positions (a short rod far from the
+/// origin) has fewer digits than its row.
 const SLOPES: f64 = 1e6;
 
 impl Found {
-    /// What is wrong: refusals, and figures beyond their bars.
+    /// Refusals, and figures beyond their limits.
     #[must_use]
     pub fn wrong(&self) -> Vec<String> {
         let mut wrong = self.defects.clone();
@@ -73,7 +74,7 @@ impl Found {
         wrong
     }
 
-    /// Whether the run was refused for two solutions, where the second formulation has one nearby.
+    /// Whether the run was refused for two solutions where the second formulation has one nearby.
     #[must_use]
     pub fn is_ambiguous(&self) -> bool {
         self.ended
@@ -81,7 +82,7 @@ impl Found {
             .is_some_and(|words| words.starts_with(AMBIGUOUS))
     }
 
-    /// The larger of each figure of two scenes, and all steps.
+    /// Takes the larger of each figure of two scenes, and the sum of their steps.
     pub fn join(&mut self, other: &Self) {
         take(&mut self.rows, other.rows);
         take(&mut self.root, other.root);
@@ -93,11 +94,12 @@ impl Found {
     }
 }
 
-/// Compares a system with its scene: the start, the equations at legs at random, and a run of some steps.
+/// Compares a system with its scene: the start, the equations at random legs, and a run of `steps` steps.
 ///
-/// A row is known to `u T` with the unit roundoff `u` and the sizes `T` of its terms ([`Step::terms`]); so an unknown is to `u S`,
-/// `S = |J⁻¹| T`. After several steps that is what perturbations of the same kind come to: beside the exact motion others are computed whose
-/// rows are wrong by `σ T` and whose parameters by `σ`, at random, with `σ` = 1e-11. A node is in units of their distance times `u/σ`, plus its own last place.
+/// A row is known to `u T` with the unit roundoff `u` and the sizes `T` of its terms ([`Step::terms`]), so an
+/// unknown is known to `u S`, `S = |J⁻¹| T`. After several steps the effect is measured: perturbed motions
+/// are computed whose rows are wrong by `σ T` and whose parameters by `σ`, at random, with `σ` = 1e-11. The
+/// unit for a node is the largest distance of these motions times `u/σ`, plus its own last place.
 pub fn hold<S: System<N>, const N: usize>(system: &S, case: &Case, steps: usize, seed: u64) -> Found {
     let mut found = Found::default();
     let mut random = Random::new(seed);
@@ -119,12 +121,12 @@ pub fn hold<S: System<N>, const N: usize>(system: &S, case: &Case, steps: usize,
     found
 }
 
-/// The numbers of single parts.
+/// The numbers, rounded to `f64`.
 fn rounded<const N: usize>(x: &[Double]) -> [f64; N] {
     core::array::from_fn(|i| x.get(i).map_or(f64::NAN, |x| x.high))
 }
 
-/// The equations, at the start's leg and along the exact motion.
+/// Compares the equations, at the leg of the start and along the exact motion.
 fn equations<S: System<N>, const N: usize>(
     system: &S,
     case: &Case,
@@ -144,7 +146,7 @@ fn equations<S: System<N>, const N: usize>(
         };
         let terms = step.terms(&solution.z, &solution.jacobian);
         let spread = solution.decomposed.spread(&terms);
-        // a triple that solves nothing
+        // a triple that is no solution
         let aside: Vec<Double> = (0..N)
             .map(|i| {
                 solution.z[i]
@@ -161,12 +163,12 @@ fn equations<S: System<N>, const N: usize>(
     }
 }
 
-/// The node before.
+/// The node before a leg.
 fn back(leg: &Leg) -> Vec<Double> {
     leg.q.iter().zip(&leg.d).map(|(q, d)| *q - *d).collect()
 }
 
-/// Forces and constraints at a triple.
+/// Compares forces and constraints at a triple.
 fn triple<S: System<N>, const N: usize>(
     system: &S,
     step: &Step<'_>,
@@ -183,13 +185,13 @@ fn triple<S: System<N>, const N: usize>(
     z.resize(step.unknowns(), Double::ZERO);
     let rows = step.rows(&z);
     let mut terms = step.terms(&z, &step.jacobian(&z, &rows));
-    // what this formulation knows of the third node, which it makes the difference of
+    // the precision of the third node in this formulation, which the increments are differences of
     let reached = step.jacobian(&z, &rows);
     for (term, row) in terms.iter_mut().zip(&reached) {
         let nodes = row.iter().zip(&step.leg.q);
         *term += nodes.map(|(x, q)| (x.high * q.high).abs()).sum::<f64>() * (PRECISION / UNIT);
     }
-    // and what rounding does to numbers made of the parameters
+    // and the rounding of combinations of parameters
     for _ in 0..TWINS {
         let scene = step.scene.perturbed(PERTURBATION, random);
         let changed = Step {
@@ -227,7 +229,7 @@ fn triple<S: System<N>, const N: usize>(
     }
 }
 
-/// The leg of a step as the generated code takes it.
+/// The leg of a step in the form of the generated code.
 fn declared_leg<const N: usize>(step: &Step<'_>) -> DeclaredLeg<f64, N> {
     DeclaredLeg {
         t: 0.0,
@@ -236,7 +238,7 @@ fn declared_leg<const N: usize>(step: &Step<'_>) -> DeclaredLeg<f64, N> {
     }
 }
 
-/// The generated rows and their Jacobian at unknowns, in double the precision.
+/// The generated rows and their Jacobian at some unknowns, in twice the precision.
 fn linearize<S: System<N>, const N: usize>(
     system: &S,
     step: &Step<'_>,
@@ -257,13 +259,13 @@ fn linearize<S: System<N>, const N: usize>(
     (at.rows.as_ref().to_vec(), jacobian.collect())
 }
 
-/// The unknowns of the generated code that belong to those of the second formulation.
+/// The unknowns of the generated code for those of the second formulation.
 fn unknowns<S: System<N>, const N: usize>(system: &S, z: &[Double]) -> Vec<Double> {
     let e: [Double; N] = core::array::from_fn(|i| z[i]);
     system.unknown(&e, &z[N..]).as_ref().to_vec()
 }
 
-/// The generated rows vanish where those of the second formulation do.
+/// Compares the roots of the generated rows and of the second formulation.
 fn root<S: System<N>, const N: usize>(
     system: &S,
     step: &Step<'_>,
@@ -296,7 +298,7 @@ fn root<S: System<N>, const N: usize>(
     }
 }
 
-/// The generated Jacobian is that of the generated rows, at a point beside the root.
+/// Compares the generated Jacobian with differences of the generated rows, at a point near the root.
 fn derivatives<S: System<N>, const N: usize>(
     system: &S,
     step: &Step<'_>,
@@ -352,7 +354,7 @@ fn derivatives<S: System<N>, const N: usize>(
     }
 }
 
-/// A run beside the exact motion.
+/// Compares a run with the exact motion.
 fn run<const N: usize>(
     mut flow: Flow<'_, N>,
     case: &Case,
@@ -373,7 +375,7 @@ fn run<const N: usize>(
             }
             (Some(_), Err(error)) => {
                 let words = error.to_string();
-                // two roots of a Lyapunov constraint may truly be too close
+                // two roots of a Lyapunov constraint may be too close for any method
                 if resolved && !(ambiguous(&words) && case.scene.motor.is_some()) {
                     found.defects.push(format!("refused at step {k}: {words}"));
                 } else {

@@ -1,4 +1,5 @@
-//! Random planar scenes with a second formulation of their steps ([`dsocs_scenes`]), and [`hold`], which holds a declared system against its scene.
+//! Random planar scenes with a second formulation of their steps ([`dsocs_scenes`]), and [`hold`], which
+//! compares a declared system with its scene.
 
 pub use dsocs_scenes::{discrete, double, exact, number, random, scene, table, text};
 

@@ -1,7 +1,9 @@
-//! A stranger's crate gets everything: outside the workspace, with a system that nobody here has declared, and a `main` of one line.
+//! A user's crate outside the workspace works with the whole command line: with a system that is declared
+//! nowhere else, and a `main` of one line.
 //!
-//! The crate is built in the target folder of the workspace, so that what others wrote is built once, with the profile of the crates that `dsocs new` writes
-//! (`dsocs-systems/tests/new.rs`), so that its engine is built once for them all: without optimization, since they take few steps.
+//! The crate is built in the target folder of the workspace, so that crates of others are built once, with
+//! the profile of the crates that `dsocs new` writes (`dsocs-systems/tests/new.rs`), so that they share the
+//! engine: without optimization, since they take few steps.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +11,7 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
-/// The stranger's `main.rs`.
+/// The user's `main.rs`.
 const MAIN: &str = include_str!("beads.rs");
 
 /// The folder of the workspace.
@@ -17,11 +19,11 @@ fn workspace() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// The stranger's crate.
+/// The user's crate.
 struct Crate {
     /// Its folder.
     folder: TempDir,
-    /// What was built.
+    /// The path of its program.
     program: PathBuf,
 }
 
@@ -41,7 +43,7 @@ impl Crate {
         fs::write(folder.path().join("Cargo.toml"), manifest).unwrap();
         fs::create_dir(folder.path().join("src")).unwrap();
         fs::write(folder.path().join("src/main.rs"), MAIN).unwrap();
-        // the versions that the workspace was built with, which are here already
+        // the versions of the workspace, which are downloaded already
         let lock = workspace().join("Cargo.lock");
         if lock.exists() {
             fs::copy(lock, folder.path().join("Cargo.lock")).unwrap();
@@ -66,7 +68,7 @@ impl Crate {
         Self { folder, program }
     }
 
-    /// What it answers.
+    /// The output of the program with these arguments.
     fn output(&self, arguments: &[&str]) -> Output {
         Command::new(&self.program)
             .args(arguments)
@@ -75,7 +77,7 @@ impl Crate {
             .unwrap()
     }
 
-    /// What it answers where it succeeds.
+    /// Standard output of the program, which has to succeed.
     fn stdout(&self, arguments: &[&str]) -> String {
         let output = self.output(arguments);
         let error = String::from_utf8_lossy(&output.stderr);
@@ -83,7 +85,7 @@ impl Crate {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// What it says where it refuses, and its status.
+    /// Exit status and standard error of the program, which has to refuse.
     fn refused(&self, arguments: &[&str]) -> (i32, String) {
         let output = self.output(arguments);
         assert!(output.stdout.is_empty(), "{arguments:?}");
@@ -92,7 +94,7 @@ impl Crate {
         (output.status.code().unwrap(), message)
     }
 
-    /// A file that it has written.
+    /// The content of a file that it has written.
     fn read(&self, name: &str) -> String {
         fs::read_to_string(self.folder.path().join(name)).unwrap()
     }
@@ -131,7 +133,7 @@ fn lists(beads: &Crate) {
     assert!(json.contains("\"name\": \"beads-on-hoop\""), "{json}");
 }
 
-/// Runs with a table and a figure; the motion keeps what it should.
+/// Runs with a table and a figure; the motion conserves its invariants.
 fn runs(beads: &Crate) {
     let files = ["--plot", "beads.svg", "--out", "beads.csv"];
     beads.stdout(&[&["run"], &START[..], &files].concat());
@@ -155,7 +157,7 @@ fn runs(beads: &Crate) {
     assert!(moved, "the beads move and the motor works");
     assert!(beads.read("beads.svg").starts_with("<svg"));
 
-    // far beyond the rates at which the lowest point is stable, a bead stays up
+    // at this rate the lowest point is unstable, and a bead stays up
     let fast = [&["run", "--set", "rate=30", "--columns", "theta_0"], &START[..]].concat();
     let fast = beads.stdout(&fast);
     let angles = fast.lines().skip(1).map(|line| line.parse::<f64>().unwrap());
@@ -195,7 +197,7 @@ fn checks(beads: &Crate) {
     assert!(beads.read("results/stability.json").contains("6 garbage: "));
 }
 
-/// What is wrong is refused, with the name that was meant and the option that helps.
+/// Wrong arguments are refused, with the nearest name and the option that helps.
 fn refuses(beads: &Crate) {
     for (arguments, parts) in [
         (
