@@ -1,7 +1,8 @@
-//! Each kind of mistake in a declaration is told at the user's own tokens.
+//! Each kind of mistake in a declaration is reported at the user's own tokens: the compiler's output is
+//! compared with the `.stderr` file beside the program.
 //!
-//! What the attribute itself tells stands together by its subject; what the compiler tells of code of the user's, file by file, since it
-//! gets that far only where nothing else is wrong.
+//! Errors of the attribute itself are grouped by subject. Errors of the compiler in the user's code have a
+//! file each: the compiler comes to them only where nothing else is wrong.
 //!
 //! The compiler is run with the library that this test was built with. So nothing is built for these tests alone.
 
@@ -52,7 +53,8 @@ fn library() -> PathBuf {
     found.into_iter().max().unwrap().1
 }
 
-/// What the compiler tells of a file, without its last words and with nothing of where the workspace is.
+/// The errors of the compiler for a program, without the closing lines and with `$WORKSPACE` for the
+/// workspace.
 fn told(name: &str) -> String {
     let (library, workspace) = (library(), here().ancestors().nth(2).unwrap());
     let compiler = Path::new(env!("CARGO")).with_file_name("rustc");
@@ -73,7 +75,7 @@ fn told(name: &str) -> String {
     text[..end].trim_end().to_owned() + "\n"
 }
 
-/// What depends on the features that the library was built with: the types that have a trait.
+/// Lines that depend on the features that the library was built with: the types that have a trait.
 const OF_FEATURES: [&str; 4] = [
     "help: the trait `",
     "help: the following other types implement trait",

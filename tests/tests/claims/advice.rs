@@ -1,5 +1,6 @@
-//! A message is about what is so: a tolerance that is too large is no singularity, a system without a constraint on accelerations has no
-//! decrease of energy, and corners of samples are smoothed by another interpolation.
+//! Error messages name the cause that there is: a tolerance that is too large is not called a singularity, a
+//! system without a constraint on accelerations is not told of a decrease of energy, and for corners of
+//! samples another interpolation is advised.
 
 use dsocs_core::prelude::*;
 use dsocs_core::{Composition, Samples};
@@ -130,7 +131,7 @@ struct Rope {
     winch: Samples,
 }
 
-/// The same in the angle.
+/// A free cart with a pendulum whose length the winch changes, in the pendulum's angle.
 #[dsocs {
     coordinates(cart, theta);
     let x = cart + winch.at(t) * theta.sin();

@@ -1,5 +1,7 @@
-//! A motion to a tolerance that passes close to the pole of its angles: an angle turns there nearly at once, and far away its velocity is much smaller than the other one's. It has digits
-//! of its own all the same: the momentum of the angle stays as it was, and the place is that of Cartesian coordinates.
+//! Motions of the Taylor flow that pass close to the pole of their angles. There an angle turns almost at
+//! once; elsewhere its velocity is much smaller than the other one's. It keeps its own relative accuracy: its
+//! conserved momentum stays constant, and the place is that of the Cartesian equations, which are integrated
+//! by DOP853.
 
 use dsocs_core::{Start, Stepper as _, Tolerance};
 use dsocs_tests::declared;

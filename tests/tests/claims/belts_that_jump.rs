@@ -1,4 +1,5 @@
-//! What rests on a surface slips where the surface has another velocity at once, by the time or by the place.
+//! A block at rest on a belt slips where the velocity of the belt jumps, in time or in space: against the
+//! closed form.
 
 use dsocs_core::prelude::*;
 use dsocs_tests::declared;
@@ -14,7 +15,7 @@ declared! {
 }
 
 declared! {
-    /// The same, with the other side of the comparison.
+    /// The belt of `ByTime`, with the other comparison.
     struct After { dry: f64, at: f64, first: f64, then: f64 };
     coordinates(x);
     let belt = if t > at { then } else { first };

@@ -1,5 +1,5 @@
-//! Operations that are alike become loops where there are thousands: they compute the bits of the tape, where each operation stands by
-//! itself.
+//! Where a step has thousands of operations, like ones are compiled to loops. The result has the bits of the
+//! tape, which executes each operation by itself.
 
 use dsocs_core::Leg;
 use dsocs_tests::tape;

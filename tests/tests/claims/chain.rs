@@ -1,5 +1,5 @@
-//! Chains, declared with arrays and sums, are the chains of mechanics: their step is the one of an independent
-//! formulation, of order 2, and their energy does not drift.
+//! Chains that are declared with arrays and sums: their step is that of a Cartesian formulation by hand, its
+//! order is 2, and the energy does not drift.
 
 use dsocs_core::{Flow, Real, Start, Stepper, System};
 use dsocs_systems::{PlanarChain2, PlanarChain8, planar_chain};

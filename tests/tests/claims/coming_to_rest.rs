@@ -1,4 +1,5 @@
-//! What comes to rest is followed there by a Taylor flow in some steps, at every tolerance: in the end it moves by less than a rounding of its position.
+//! A Taylor flow follows damped motions to rest in a bounded number of steps, at every tolerance: finally the
+//! mass moves by less than a rounding of its position.
 
 use dsocs_core::prelude::*;
 use dsocs_core::text::Text;
@@ -46,7 +47,7 @@ declared! {
     holonomic = y - bend * x.powi(2);
 }
 
-/// How many steps lead there, and how fast it is there.
+/// The number of steps to the time 120, and the largest velocity component there.
 fn comes_to_rest<S: System<N>, const N: usize>(system: &S, q0: [f64; N], tolerance: f64) -> (u64, f64) {
     let start = Start::second_order(q0, [0.0; N]);
     let mut flow = TaylorFlow::new(system, start, Tolerance::relative(tolerance)).unwrap();
@@ -85,7 +86,7 @@ fn rest_is_reached_in_some_steps_at_every_tolerance() {
 }
 
 declared! {
-    /// What is far away, where no force depends on the place, and slows down.
+    /// A damped mass at a large position, which enters no force.
     #[derive(Debug)]
     struct Far;
     coordinates(x);

@@ -1,4 +1,5 @@
-//! Composed steps: their orders, their symmetry in time, what they keep, and where they are refused.
+//! Compositions of steps: their orders, their symmetry in time, the invariants that they keep, and where they
+//! are refused.
 
 #![allow(clippy::float_cmp)] // orders are compared as they are given
 
@@ -365,7 +366,7 @@ fn the_attribute_finds_out_what_can_be_composed() {
     }
 }
 
-/// What a run comes to: the last position, or how its last stage failed.
+/// The last position of a run, or the failure of its last stage.
 fn run(system: &impl System<1>, method: Composition, h: f64, until: f64) -> Result<f64, StageFailure> {
     let mut flow = ComposedFlow::new(system, h, method, Start::second_order([1.0], [1.0])).unwrap();
     match flow.until(until) {

@@ -1,4 +1,5 @@
-//! Composed steps whose legs are joined by momenta: where the mass matrix varies, and beside external forces of any kind.
+//! Composed steps whose legs are joined by momenta: systems with a varying mass matrix, and with external
+//! forces of any kind.
 
 use std::time::Instant;
 
@@ -18,7 +19,7 @@ const METHODS: [(Composition, [u32; 5]); 4] = [
     (Composition::KAHAN_LI_8, [8, 9, 10, 11, 12]),
 ];
 
-/// What rounding leaves.
+/// Errors below this are rounding and are left out of the fits.
 const PLATEAU: f64 = 1e-11;
 
 /// The accelerations of two links with the torques `t` at their angles: of unit lengths, the lower mass `ratio` times the upper.

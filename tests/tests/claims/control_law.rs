@@ -1,5 +1,5 @@
-//! The constraint force of the pendulum is the torque of a motor: fed to a pendulum without constraint, written by hand and
-//! solved by an ODE solver, it makes the same motion.
+//! The constraint force of the pendulum is the torque of a motor: as the input of a pendulum without
+//! constraint, written by hand and integrated by an ODE solver, it gives the same motion.
 
 use dsocs_core::geometry::{constraint_force, motion};
 use dsocs_core::taylor::{TaylorFlow, Tolerance};

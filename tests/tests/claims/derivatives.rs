@@ -66,7 +66,8 @@ fn difference<const K: usize>(scale: f64, function: &dyn Fn(f64) -> [f64; K]) ->
     std::array::from_fn(|i| (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h))
 }
 
-/// How far two vectors are apart, relative to the larger; what is rounding of nothing is small.
+/// The largest difference of two vectors' components, relative to the largest component, which counts as 1e-9
+/// at least.
 fn apart(x: &[f64], y: &[f64]) -> f64 {
     let size = x.iter().chain(y).fold(1e-9_f64, |size, x| size.max(x.abs()));
     let apart = x

@@ -1,4 +1,5 @@
-//! Discrete Lagrangians, discrete constraints and maps that are given directly or by name: what they give, with which order.
+//! Discrete Lagrangians, discrete constraints and maps, given directly or by name: the rows that follow from
+//! them, and the orders.
 
 use dsocs_core::__private::Declaration;
 use dsocs_core::geometry::discrete_lagrangian;
@@ -126,7 +127,7 @@ declared! {
 }
 
 declared! {
-    /// The same with the trapezoid, written out.
+    /// The oscillator with its discrete Lagrangian by the trapezoid, written out.
     struct WrittenOut;
     coordinates(x);
     lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
@@ -134,7 +135,7 @@ declared! {
 }
 
 declared! {
-    /// The same by name.
+    /// The oscillator with the trapezoid by name.
     struct Named;
     coordinates(x);
     lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;

@@ -1,4 +1,5 @@
-//! A published Runge–Kutta method of order 8(5,3), for claims that need a motion by other hands.
+//! DOP853, a published Runge–Kutta method of order 8(5,3): the reference for motions that must not depend on
+//! this workspace.
 
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{DVector, Dop853, SVector, System};
@@ -42,10 +43,11 @@ pub fn integrate<const N: usize>(
     (*solver.y_out().last().unwrap()).into()
 }
 
-/// A right-hand side for any number of components: what it is at a time and a state is written to the last.
+/// A right-hand side for any number of components: at a time and a state, it writes the rate to its last
+/// argument.
 type AnyRate<'f> = dyn Fn(f64, &[f64], &mut [f64]) + 'f;
 
-/// The same, as `ode_solvers` wants it where the time is the last component of the state.
+/// This right-hand side for `ode_solvers`, with the time as the last component of the state.
 struct Clocked<'f>(&'f AnyRate<'f>);
 
 impl System<f64, DVector<f64>> for Clocked<'_> {

@@ -1,4 +1,5 @@
-//! Trajectories in lanes are as accurate as single ones, whatever lies beside them and however many threads there are.
+//! Trajectories in lanes are as accurate as single ones, whatever runs in the other lanes and however many
+//! threads there are.
 
 use std::num::NonZeroU64;
 
@@ -247,7 +248,7 @@ impl Springs {
     }
 }
 
-/// The same beside two bodies that are tied to it: three unknowns.
+/// Such an oscillator, coupled to two other bodies: three unknowns.
 #[dsocs {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 + (y - x).cos() + (z - y).cos() + 1e-3 * x.cos();

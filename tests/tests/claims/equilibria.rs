@@ -1,4 +1,4 @@
-//! Equilibria: found from guesses, told apart, and refused where there are none.
+//! Equilibria are found from guesses, distinguished from each other, and refused where there are none.
 
 use core::f64::consts::PI;
 

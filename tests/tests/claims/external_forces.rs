@@ -1,4 +1,5 @@
-//! External forces: what is declared as one moves the system, is of order 2 with every map that is, and is no constraint force.
+//! External forces move the system, keep the order 2 with every map of order 2, and are not counted as
+//! constraint forces.
 
 use dsocs_core::geometry::{external_forces, power};
 use dsocs_core::taylor::Tolerance;
@@ -150,7 +151,7 @@ struct Kite {
     gusts: Gusts,
 }
 
-/// What blows.
+/// Wind with gusts, and the drag in it.
 struct Gusts {
     coefficient: f64,
     mean: f64,

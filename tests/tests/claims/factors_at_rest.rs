@@ -1,9 +1,10 @@
-//! Regulators start at rest and come to rest: a factor that divides its constraint only together with the other equations is divided out where
-//! it is zero, too.
+//! Regulators that start at rest and come to rest. The factor of their constraint follows only with the other
+//! equations; it is divided out, also where it is zero.
 //!
-//! A motor that pushes along `α(q)`, with a Lyapunov function `V = E + k s²/2` where `ds = ⟨α, dq⟩`, obeys `dV/dt = -g w²` with `w = ⟨α, v⟩`. So
-//! `w` is a factor of this constraint where the other equations hold, and what is left is the law `u = -k s - g w`. The motions are held against
-//! those of the same motor as an external force, which needs no constraint and no factor.
+//! A motor pushes along `α(q)`. With a Lyapunov function `V = E + k s²/2`, where `ds = ⟨α, dq⟩`, it obeys
+//! `dV/dt = -g w²` with `w = ⟨α, v⟩`. So `w` is a factor of this constraint where the other equations hold,
+//! and the law `u = -k s - g w` is left. The reference is the same motor as an external force, which needs no
+//! constraint and no factor.
 
 use dsocs_core::{Start, Stepper, Tolerance};
 use dsocs_tests::declared;
@@ -11,7 +12,7 @@ use dsocs_tests::fit::slope;
 use dsocs_tests::scenes::random::Random;
 use dsocs_tests::text::{Flow, System, TaylorFlow};
 
-/// The same system twice: with the constraint, and with its law as an external force.
+/// Declares a system twice: with the constraint, and with its control law as an external force.
 macro_rules! regulated {
     (
         $(#[$meta:meta])* $ruled:ident, $driven:ident { $($field:ident: $type:tt),* };
@@ -160,7 +161,7 @@ arm! {
 }
 
 arm! {
-    /// The same, with a motor that pulls the mass.
+    /// The arm with a motor that pulls the mass along it.
     Winder, WinderDriven;
     dot(r).powi(2) / 2 + (inertia + r.powi(2)) / 2 * dot(theta).powi(2),
     (r - 1).powi(2) - weight * r * theta.cos() + theta.powi(2); r; push (1, 0); force (law, 0);
@@ -171,7 +172,7 @@ fn from_rest<S: System<N>, const N: usize>(ruled: &S, driven: &impl System<N>, q
     with_steps([0.02, 0.01, 0.005], ruled, driven, q);
 }
 
-/// The same with some steps.
+/// `from_rest` with given steps.
 fn with_steps<S: System<N>, const N: usize>(
     steps: [f64; 3],
     ruled: &S,

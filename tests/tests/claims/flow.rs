@@ -1,4 +1,4 @@
-//! A run is an iterator, a collection or a stream, and all three say the same.
+//! A run as an iterator, as a collection and as a stream: the same nodes.
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 

@@ -1,4 +1,4 @@
-//! Several frictions at one contact rest together, and are one friction of their sum.
+//! Several frictions at one contact stick together and give the motion of one friction, which is their sum.
 
 use dsocs_core::prelude::*;
 use dsocs_tests::declared;
@@ -15,7 +15,7 @@ declared! {
 }
 
 declared! {
-    /// The same with constant factors.
+    /// The three frictions with the constant factors 1, 7 and -0.3 of the slip.
     struct Constant { parts: [f64; 3] };
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - 3 * x.powi(2) / 2;
@@ -24,7 +24,7 @@ declared! {
 }
 
 declared! {
-    /// The same with one friction.
+    /// One friction with the sum of the magnitudes.
     struct Single { dry: f64 };
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - 3 * x.powi(2) / 2;

@@ -291,7 +291,7 @@ declared! {
     phi_kinematic = |q0, q1, q2| (q2, (q2 - q1) / h, (q2 - 2 * q1 + q0) / h.powi(2));
 }
 
-/// How far `F⁻¹∘F` and `F∘F⁻¹` are from the identity, in legs.
+/// The largest difference of `F⁻¹∘F` and `F∘F⁻¹` from the identity, relative to the leg.
 fn inverted<S: System<N>, const N: usize>(system: &S, h: f64, leg: Leg<f64, N>, e: [f64; N]) -> f64 {
     let map = DiscreteFlow::new(system.kernel(), h).unwrap();
     let triple = map.forward_near(leg.any(), &e).unwrap();

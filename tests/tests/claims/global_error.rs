@@ -1,4 +1,5 @@
-//! The estimated error of a run is its error: on both systems of the paper, against data that owe nothing to this workspace.
+//! The estimated error of a run is its error to a factor of 3: both systems of the paper, against data from
+//! outside this workspace.
 
 use dsocs_core::taylor::{GlobalError, Motion, Tolerance};
 use dsocs_core::{ComposedFlow, Composition, RunError, Start, Stepper, System};
@@ -10,7 +11,7 @@ use dsocs_tests::data::Table;
 /// Errors of the coordinates that are rounding, of the runs or of the reference.
 type Rounding = [f64; 2];
 
-/// How often an estimate was within a factor of 3 of the error, and the worst factor.
+/// Counts the estimates within a factor of 3 of the error; `worst` is the largest factor.
 #[derive(Clone, Copy, Debug)]
 struct Score {
     within: u32,

@@ -1,5 +1,6 @@
-//! Corners and jumps that no sign, comparison or absolute value declares: of roots of what touches zero, and of angles at the ends of their ranges. A Taylor flow ends its steps there,
-//! and goes on from beyond; steps of order 2 and compositions of them tell of the jumps.
+//! Corners and jumps that no sign, comparison or absolute value declares: of roots of expressions that touch
+//! zero, and of angles at the ends of their ranges. A Taylor flow ends a step there and starts anew beyond: held
+//! against motions by pieces. Steps of order 2 and their compositions report the jumps.
 
 use dsocs_core::text::Text;
 use dsocs_core::{AnyComposedFlow, Composition, Flow, Run, Start, Stepper, Tolerance, Unresolved};
@@ -119,7 +120,7 @@ const CORNERS: [Corners; 11] = [
     },
 ];
 
-/// How long the motions take.
+/// The end time of the motions.
 const UNTIL: f64 = 1.5;
 
 /// The end of the motion from `(0, v)` with a stiffness, by the pieces, and the times of the corners.

@@ -1,4 +1,5 @@
-//! Inputs that a `dot(…)` of the declaration has passed over: their own rates would be missing, so they cannot change in a run.
+//! Inputs that stand under a `dot(…)` of the declaration cannot change in a run: their own rates would be
+//! missing.
 
 use dsocs_core::prelude::{Inputs, Node, RunError, Start, Stepper, Tolerance, dsocs};
 use dsocs_core::{Composition, DerivativeError, Ensemble, InputError, Path, Samples};
@@ -203,7 +204,7 @@ fn may_vary_between_runs() {
     }
 }
 
-/// What the message advises gives the motion of equations that were found by hand; a length that is held does not.
+/// Written as functions of time, as the message advises, the length gives the motion of equations by hand.
 #[test]
 fn are_right_as_functions_of_time() {
     let exact = by_hand(2.0);

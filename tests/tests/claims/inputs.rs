@@ -1,4 +1,4 @@
-//! Inputs that are held: parameters that change at nodes, while the past is kept.
+//! Inputs, that is parameters that change at nodes and are held between, against the continuous motion.
 
 use dsocs_core::prelude::*;
 use dsocs_core::{Composition, InputError};
@@ -22,7 +22,7 @@ declared! {
 }
 
 declared! {
-    /// The same, by the midpoint.
+    /// The pushed mass with the midpoint.
     #[derive(Clone)]
     struct PushedMidpoint {
         u: f64,
@@ -34,7 +34,7 @@ declared! {
 }
 
 declared! {
-    /// The same, with the push as a potential.
+    /// The pushed mass with the push as a potential.
     #[derive(Clone)]
     struct PushedByPotential {
         u: f64,
@@ -130,15 +130,15 @@ declared! {
     ];
 }
 
-/// What the input is from the time `0.1 k` on.
+/// The value of the input from the time `0.1 k` on.
 fn u(k: u64) -> f64 {
     (0.7 * k as f64).sin()
 }
 
-/// How long a value is held.
+/// The time for which a value is held.
 const HELD: f64 = 0.1;
 
-/// How often it changes.
+/// The number of held values.
 const CHANGES: u64 = 20;
 
 /// The orders of position and velocity at a change, with which the motion arrives there, against the continuous motion with the same inputs.
@@ -346,7 +346,8 @@ declared! {
     constraint_forces = [(1, 0.5)];
 }
 
-/// What a law prescribes goes on with its value, by the mean of its rows, as in a steep and steady change: `∂c/∂a Δv = 0`.
+/// Mass and law change at one node. The velocity jumps by `Δv` with `∂c/∂a Δv = 0`, `∂c/∂a` the mean of the
+/// old and the new row: the limit of a steep, steady change.
 #[test]
 fn a_mass_and_the_law_may_change_at_once() {
     let mut random = Random::new(5);
@@ -465,7 +466,8 @@ declared! {
     external_forces = -dry * (dot(x) - belt).signum();
 }
 
-/// What rests slips at once where its surface moves at once, and what slips may do so to the other side.
+/// A mass at rest on the belt slips at once where the belt's velocity jumps; a slipping one may then slip to
+/// the other side.
 #[test]
 fn a_belt_that_an_input_moves_keeps_the_order() {
     let belts = [0.0, 0.5, -0.3, 0.4, 0.45];
@@ -639,7 +641,8 @@ fn the_discrete_torques_make_the_same_nodes() {
     assert!(apart[0].abs() < 1e-9 && apart[1].abs() < 1e-7, "{apart:?}");
 }
 
-/// What is set and set back changes nothing, and a run back passes the changes as the run did.
+/// An input that is set to the value it has changes nothing, and a run back passes the changes as the run
+/// did.
 #[test]
 fn there_and_back() {
     let system = Pushed { u: 0.5 };

@@ -298,7 +298,7 @@ fn the_gravity_turn_is_its_exact_solution() {
 }
 
 declared! {
-    /// The same by the rule's name, solved with multipliers.
+    /// The gravity turn by the name of Chetaev's rule, solved with multipliers.
     struct ByName {
         mass: f64,
         gravity: f64,

@@ -11,8 +11,8 @@ use proptest::prelude::*;
 
 use crate::draws::{self, sized, vector};
 
-/// How much of a holonomic constraint's value at the middle node the next one takes away. At nodes that obey the constraint that is
-/// nothing but rounding, and all of it at once would be seen in the second difference.
+/// The part of `g(q1)` that the row `g(q2) - (1 - CORRECTED) g(q1)` removes in a step. On the constraint
+/// `g(q1)` is rounding; removed all at once it would appear in the second difference.
 const CORRECTED: f64 = 1.0 / 1024.0;
 
 /// The row of a holonomic constraint.
@@ -20,7 +20,7 @@ fn holonomic<const N: usize>([_, q1, q2]: [[f64; N]; 3], g: impl Fn([f64; N]) ->
     g(q2) - (1.0 - CORRECTED) * g(q1)
 }
 
-/// What a declaration with constraints of lower order says, by hand.
+/// The rows of constraints of lower order, by hand.
 trait Lower<const N: usize>: Declaration<N> {
     /// The constraints on the last leg, with the form of each at the middle node; those of second order come last.
     fn constraints(&self, h: f64, nodes: [[f64; N]; 3]) -> Vec<(f64, [f64; N])>;

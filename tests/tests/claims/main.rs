@@ -1,4 +1,4 @@
-//! What the whole thing proves, one file per claim: `cargo test -p dsocs-tests --test claims FILE::` runs one.
+//! The claims of the whole project, one file each: `cargo test -p dsocs-tests --test claims FILE::` runs one.
 
 mod advice;
 mod angles_at_the_pole;

@@ -13,7 +13,7 @@ mod elsewhere {
 }
 
 statements! {
-    /// What moves.
+    /// A mass that oscillates: its kinetic energy.
     oscillator {
         let kinetic = mass * dot(x).powi(2) / 2;
         let never_needed = mass;

@@ -1,4 +1,4 @@
-//! The contact oscillator against equations by hand, and its energy in a long run.
+//! The contact oscillator against equations by hand; the drift of its energy in a long run.
 
 use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::ContactOscillator;
@@ -59,7 +59,7 @@ fn stretches(oscillator: &ContactOscillator, count: u32) -> Vec<f64> {
         .collect()
 }
 
-/// How far the mean changes are apart.
+/// The largest minus the least mean change.
 fn spread(means: &[f64]) -> f64 {
     let largest = means.iter().fold(f64::NEG_INFINITY, |largest, x| largest.max(*x));
     largest - means.iter().fold(f64::INFINITY, |least, x| least.min(*x))

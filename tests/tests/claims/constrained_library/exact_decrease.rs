@@ -1,4 +1,5 @@
-//! The pendulum whose Lyapunov function falls exactly by what it should in every step, as long as there is such a step.
+//! The pendulum with the discrete law `ΔV = -h F` for its Lyapunov function `V`: exact in every step, until
+//! no step solves it.
 
 use dsocs_core::{Flow, Leg, RunError, Start, Stepper};
 use dsocs_systems::{ExactDecrease, InertiaWheelPendulum};

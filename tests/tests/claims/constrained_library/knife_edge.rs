@@ -25,7 +25,7 @@ fn a_cycloid_from_rest() {
 }
 
 declared! {
-    /// The same with the paper's map: the constraint is imposed at the first node of each leg.
+    /// The knife edge with the paper's map: the constraint is imposed at the first node of each leg.
     struct OneSided {
         inertia: f64,
         slope: f64,

@@ -1,4 +1,5 @@
-//! The paper's pendulum with friction: what changes along the motor, in the pivot when it is made up for, and when it is not.
+//! The paper's pendulum with friction: along the motor, in the pivot with compensation, and in the pivot
+//! without.
 
 use dsocs_core::{
     DependentRow, Flow, Node, Real, RunError, Start, StepFailure, Stepper, System, TaylorFlow, Tolerance,

@@ -6,10 +6,10 @@ use dsocs_systems::Vehicle;
 
 use super::{distance, is_second};
 
-/// How long a steering is held: a controller at 20 Hz.
+/// The time for which a steering angle is held: a controller at 20 Hz.
 const HELD: f64 = 0.05;
 
-/// How often it changes.
+/// The number of held values.
 const CHANGES: u32 = 60;
 
 /// The steering from the time `HELD k` on.

@@ -1,4 +1,4 @@
-//! Random declarations against differences of their motions.
+//! Linear models of random declarations against differences of their motions.
 
 use core::fmt::Write as _;
 
@@ -31,7 +31,7 @@ pub fn slope(function: &dyn Fn(f64) -> Vec<f64>, shift: f64) -> Vec<f64> {
     slope
 }
 
-/// Which constraints a declaration has.
+/// The kind of constraint of a declaration.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Bound {
     Free,

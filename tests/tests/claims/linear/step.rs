@@ -1,4 +1,4 @@
-//! The linear model of the step.
+//! The linear model of the step: against the exponential, an oscillator by hand, and differences of the nodes.
 
 use dsocs_core::Kernel;
 use dsocs_core::geometry::DiscreteFlow;
@@ -55,7 +55,7 @@ fn held(continuous: &LinearModel, t: f64) -> [Vec<Vec<f64>>; 2] {
     [0..n, n..n + inputs].map(|columns| all[..n].iter().map(|row| row[columns.clone()].to_vec()).collect())
 }
 
-/// How far two matrices are apart.
+/// The largest difference of two matrices' entries.
 fn apart(x: &[Vec<f64>], y: &[Vec<f64>]) -> f64 {
     let pairs = x.iter().flatten().zip(y.iter().flatten());
     pairs.fold(0.0, |most, (x, y)| most.max((x - y).abs()))
