@@ -1,5 +1,5 @@
-//! The estimated error of a run is its error to a factor of 3: both systems of the paper, against data from
-//! outside this workspace.
+//! The estimated error of a run is its error to a factor of 1.5, where this is above rounding: both systems
+//! of the paper, against data from outside this workspace.
 
 use dsocs_core::taylor::{GlobalError, Motion, Tolerance};
 use dsocs_core::{ComposedFlow, Composition, RunError, Start, Stepper, System};

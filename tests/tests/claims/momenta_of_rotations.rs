@@ -1,4 +1,5 @@
-//! Momenta of bodies that turn: those of the legs are kept to rounding, those of nodes are off by the square of the step and do not drift.
+//! Momenta of a body with a rotor: those of the legs are kept to rounding; those of the nodes are off by
+//! order `h²` and do not drift.
 
 use dsocs_core::text::Text;
 use dsocs_core::{AnyFlow, AnyStart, Declaration, OwnedNode};
@@ -33,7 +34,8 @@ fn of_leg(q: &[f64], d: &[f64], h: f64) -> [f64; 4] {
     [l, m, n, own]
 }
 
-/// How far the momenta of legs, of nodes in the first half and of nodes in the second half are from those at first.
+/// The largest changes of the legs' momenta, and of the nodes' momenta from the exact ones in the first and
+/// the second half of the run.
 fn kept(h: f64) -> [f64; 3] {
     const UNTIL: f64 = 200.0;
     let text = Text::parse("body", TEXT).unwrap();

@@ -1,4 +1,4 @@
-//! A Taylor flow does not step over what is narrow: a push, a well, a wall far from where its series begin.
+//! A Taylor flow does not step over a narrow push, well or wall far from the expansion point of its series.
 
 use dsocs_core::text::Text;
 use dsocs_core::{Start, Stepper, Tolerance};

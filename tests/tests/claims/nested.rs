@@ -1,5 +1,6 @@
-//! What is given by pieces depends on other pieces: a force that is limited and follows a set point that jumps. Where one jumps, the arguments of others jump along,
-//! and a Taylor flow goes on with the pieces that they come to.
+//! Nested pieces: a limited force that follows a set point which jumps. Where one piece jumps, the arguments
+//! of others jump with it, and a Taylor flow goes on in the pieces that these reach. The reference is a
+//! Runge–Kutta method with steps halved at each change of sides.
 
 use dsocs_core::text::Text;
 use dsocs_core::{Start, Stepper, Tolerance};
@@ -8,7 +9,7 @@ use proptest::prelude::*;
 
 use super::draws;
 
-/// Which sides the comparisons of an evaluation found, in their order.
+/// The sides of zero of an evaluation's comparisons, in their order.
 type Sides = Vec<bool>;
 
 /// A number of a time, a position and a velocity.
@@ -67,7 +68,7 @@ fn inner(kind: usize, [a, b]: [f64; 2]) -> Expression {
     }
 }
 
-/// What bends or jumps with two of these.
+/// A limit, an absolute value, a comparison or a maximum of two expressions.
 fn outer(kind: usize, one: Expression, other: Expression, [c, d]: [f64; 2]) -> Expression {
     let (text, also) = (one.text, other.text);
     let (one, other) = (one.value, other.value);

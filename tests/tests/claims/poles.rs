@@ -1,4 +1,4 @@
-//! Poles are met by every method: none lies so that a run passes it in silence, and where a step nearly meets one, it is counted.
+//! Poles of a law: a run with any placement of nodes ends there, and a step that nearly meets one is counted.
 
 use dsocs_core::text::Text;
 use dsocs_core::{AnyEnsemble, AnyFlow, AnyStart, Start, Stepper, Tolerance};

@@ -1,5 +1,5 @@
-//! Singular values of `D₃` and `D₁` do not depend on units, see through functions of the user's, and tell where the
-//! theorem on the discrete flow grants none.
+//! Singular values of `D₃` and `D₁` do not depend on units, account for derivatives of the user's functions,
+//! and show where the theorem on the discrete flow does not apply.
 
 use std::ops::ControlFlow;
 
@@ -49,7 +49,7 @@ fn drag<R: Real>(v: R) -> R {
 struct Opaque;
 
 declared! {
-    /// The same, spelled out.
+    /// The same constraint, with the drag written out.
     struct Plain;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;

@@ -1,4 +1,4 @@
-//! The step is symmetric in time: run back, the motion returns to its start.
+//! The step is symmetric in time: a motion that is run back returns to its start.
 
 use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};

@@ -1,5 +1,5 @@
-//! Where two accelerations that the equations allow come close to each other, a Taylor flow keeps to its own, at every tolerance: a step that is too long for
-//! what happens between them would arrive at the other one.
+//! Two accelerations that the equations allow come close to each other. A Taylor flow keeps to its own at
+//! every tolerance, although a long step could arrive at the other. The reference is the closed form.
 
 use dsocs_core::prelude::*;
 use dsocs_tests::declared;
@@ -17,7 +17,7 @@ declared! {
 }
 
 declared! {
-    /// The same, beside what moves by itself: the place is where that passes.
+    /// The same two accelerations, at a place `y` that moves uniformly instead of the time.
     #[derive(Debug)]
     struct ByPlace { mean: f64, slope: f64, at: f64, gap: f64 };
     coordinates(x, y);

@@ -282,7 +282,7 @@ pub(crate) fn satellite(torque: impl Fn(Vector, Vector, Vector) -> Vector, until
     Motion::by_hand(hand, (&q0, &[0.3, -0.5, 0.4, 2.0, -1.0, 0.5]), until)
 }
 
-/// What the two laws have in common.
+/// The declaration of the satellite without the law of its wheels.
 pub(crate) fn of_satellite(law: &str) -> String {
     format!(
         "parameters {{ inertia = {}, wheel = {WHEEL:?}, damping = [[0.8, 0.0, 0.0], [0.0, 0.6, 0.0], [0.0, 0.0, 0.7]] }}

@@ -1,4 +1,4 @@
-//! Rotations under constraints of positions: starts that are moved onto them, and the Taylor series of the motion.
+//! Rotations under constraints of positions: projected starts, and the Taylor series of the motion.
 
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::Text;
@@ -84,7 +84,7 @@ fn a_body_on_a_point_is_followed_by_its_series() {
     }
 }
 
-/// The same body as a compiled system.
+/// A body with a held point, as a compiled system.
 #[dsocs {
     coordinates(r: rotation, x: [3]);
     let w = r.angular_velocity();

@@ -32,7 +32,7 @@ struct Chain {
     brake: f64,
 }
 
-/// How many numbers a body has: its quaternion and its angular velocity.
+/// Numbers per body in a state: four of the quaternion and three of the angular velocity.
 const NUMBERS: usize = 7;
 
 impl Chain {
@@ -308,7 +308,8 @@ fn chains(count: usize) -> BoxedStrategy<Chain> {
         .boxed()
 }
 
-/// How far attitudes and angular velocities are from known ones; those of bodies stand `apart` numbers from each other.
+/// The largest deviation of attitudes (up to the quaternion's sign) and angular velocities from known ones;
+/// `apart` is the number of coordinates per body.
 fn distance(node: &OwnedNode, known: &[([f64; 4], Vector)], apart: usize) -> f64 {
     let node = node.any();
     let of_body = |(i, (q, w)): (usize, &([f64; 4], Vector))| {

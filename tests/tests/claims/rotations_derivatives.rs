@@ -1,4 +1,5 @@
-//! Derivatives of runs with rotations, against differences of runs whose start is turned a little, or whose velocities and parameters are others.
+//! Derivatives of runs with rotations, against differences of runs with other starts, attitudes turned a
+//! little among them, and other parameters.
 
 use dsocs_core::taylor::TaylorTangents;
 use dsocs_core::text::Text;
@@ -85,7 +86,8 @@ fn quotient(at: &dyn Fn(f64) -> Vec<f64>, shift: f64) -> Vec<f64> {
     (0..near.len()).map(place).collect()
 }
 
-/// What a node costs: the height of a body's vector, whatever the norm of the quaternion, and more.
+/// The cost of a node: a body vector's height, extended to quaternions of any norm, and terms of the other
+/// coordinates, `v` and `a`.
 fn cost(rotation: usize, node: AnyPoint<'_, Dual<f64>>) -> Dual<f64> {
     let [w, x, y, z] = core::array::from_fn(|k| node.q[rotation + k]);
     let height = (w * w - x * x - y * y + z * z) * 0.4 + (y * z + w * x) * 1.2 + (x * z - w * y) * 0.3;
@@ -119,7 +121,8 @@ fn cost_at(rotation: usize, node: AnyPoint<'_, f64>) -> f64 {
     cost_with(rotation, node, [&still; 3]).re
 }
 
-/// How fast the cost of a node changes along a tangent, by position, velocity and acceleration: a rotation moves by a turn.
+/// The derivative of a node's cost along a tangent `[turn, v, a]` of position (for a rotation a turn in the
+/// body frame), velocity and acceleration.
 fn cost_along(rotation: usize, node: AnyPoint<'_, f64>, [turn, v, a]: [&[f64]; 3]) -> f64 {
     let mut q = turn.to_vec();
     let rate = product(quaternion(node.q, rotation), quaternion(turn, rotation)).map(|x| 0.5 * x);

@@ -15,7 +15,7 @@ const INPUTS: [([f64; 3], f64); 4] = [
     ([0.0, -0.6, 0.0], 0.7),
 ];
 
-/// How long each holds.
+/// The time for which each is held.
 const HELD: f64 = 0.4;
 
 const ARM: Vector = [0.2, 0.1, 1.0];

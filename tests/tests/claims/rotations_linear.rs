@@ -1,4 +1,5 @@
-//! Linear models and states of rest of systems with rotations: by hand, against runs that begin a little apart, and against the same systems without rotations.
+//! Linear models and equilibria of systems with rotations: by hand, against runs from nearby starts, and
+//! against the same systems without rotations.
 
 use dsocs_core::linear::{EquilibriumError, EquilibriumSearch, LinearModel, OperatingPoint, Stability};
 use dsocs_core::taylor::AnyTaylorFlow;
@@ -489,7 +490,7 @@ const HELD: &str = "coordinates(r: rotation, x: [3]);
     external_forces = (-0.1 * w, [0, 0, 0]);
     holonomic = x - r * [0, 0, -1];";
 
-/// The same about its point.
+/// The same body with the inertia about that point, without its centre's coordinates.
 const ABOUT: &str = "coordinates(r: rotation);
     let w = r.angular_velocity();
     lagrangian = 1.35 * w[0].powi(2) + 1.1 * w[1].powi(2) + 0.5 * w[2].powi(2) + 0.7 * (r * [0, 0, 1])[2];

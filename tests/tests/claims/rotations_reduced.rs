@@ -1,4 +1,5 @@
-//! Systems whose attitude or position is in no equation: the step is that of the reduced system, and the momentum equation holds along the group.
+//! Systems of which no equation contains the attitude or the position: the step is that of the reduced
+//! system, and the momentum equation holds along the group.
 
 use dsocs_core::geometry::{momentum_along, momentum_balance, reduced};
 use dsocs_core::text::{TapeKernel, Text};

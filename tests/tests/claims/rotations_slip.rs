@@ -1,4 +1,5 @@
-//! Dry friction whose slip depends on the attitude of a body: where the slip turns round, and where it is held.
+//! Dry friction whose slip depends on the attitude of a body: where the slip changes its sign, and where it
+//! is held at zero.
 
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::Text;

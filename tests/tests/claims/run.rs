@@ -1,4 +1,5 @@
-//! One run, whatever its method: every method hands out the same things by the same verbs, and finds the same events.
+//! Runs of every method have one interface: the same verbs hand out the same results and find the same
+//! events.
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
@@ -33,7 +34,7 @@ const T0: f64 = 2.5;
 const START: Start<1> = Start::second_order([1.0], [0.0]).at(T0);
 const H: f64 = 0.125;
 
-/// What is allowed: of a position against the continuous motion, and of a run back to its start.
+/// Tolerances: of a position against the continuous motion, and of a run back against its start.
 #[derive(Clone, Copy)]
 struct Allowed {
     motion: f64,

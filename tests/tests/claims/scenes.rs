@@ -9,7 +9,7 @@ use dsocs_tests::scenes::random::{Case, Random, linkage, robot, train, tree};
 use dsocs_tests::scenes::scene::{Law, Map, Scene, Spring};
 use dsocs_tests::text;
 
-/// How many steps each scene makes.
+/// The number of steps of each scene.
 const STEPS: usize = 100;
 
 macro_rules! trees {
@@ -261,7 +261,7 @@ impl Train {
 /// Where scenes come from.
 type Draw = fn(&mut Random) -> Option<Case>;
 
-/// How many scenes of each kind the long form has.
+/// The number of scenes of each kind in the long test.
 const MANY: u64 = 60;
 
 /// At most one scene of so many may be refused for two roots of a Lyapunov constraint: where these meet nothing tells them apart.

@@ -7,13 +7,13 @@ use std::process::Command;
 
 use dsocs_tests::scenes::text::program;
 
-/// How many scenes are declared.
+/// The number of scenes that are declared.
 const SCENES: u64 = 24;
 
-/// How often each is run, with other numbers and another state.
+/// Runs of each declaration, with other parameters and another state each time.
 const VARIATIONS: u64 = 10;
 
-/// How many steps each run makes.
+/// The number of steps of each run.
 const STEPS: usize = 100;
 
 #[test]

@@ -1,4 +1,5 @@
-//! The sign of an expression, however it is written, is one function: dry friction on a belt, and a force that points to a place, are the same motion for all of them.
+//! The sign of an expression in any notation gives the same motion: dry friction on a belt, and a force
+//! towards a point.
 
 use dsocs_core::text::Text;
 use dsocs_core::{Flow, Start, Stepper, Tolerance};

@@ -1,7 +1,7 @@
-//! No run passes a singularity of its own law in silence.
+//! No run passes a singularity of its own law without an error or a warning.
 //!
-//! Random laws whose determinant depends on positions and velocities are held against their closed form, which is followed here by the method of
-//! Runge and Kutta with steps that become short where the determinant does.
+//! The determinant of random laws depends on positions and velocities. The reference follows their closed
+//! form by a Runge–Kutta method with steps that shorten with the determinant.
 
 use dsocs_core::prelude::{Ensemble, RunError, Start, Stepper, Tolerance, dsocs};
 use dsocs_core::{NearlySingular, SeriesFailure, StepFailure};
@@ -193,7 +193,7 @@ impl Law {
     }
 }
 
-/// How far motions are followed.
+/// The end time of the motions.
 const END: f64 = 3.0;
 
 /// The smallest determinant in units of its change over a step.
@@ -209,7 +209,8 @@ fn clearance(track: &[[f64; 2]], h: f64) -> f64 {
     least
 }
 
-/// How many of the runs ended at a singularity, passed one and said so, passed it in silence, and were regular.
+/// Numbers of runs that ended at a singularity, passed one with a warning, passed one without, and were
+/// regular.
 #[derive(Debug, Default)]
 struct Counts {
     ended: u32,
@@ -308,7 +309,8 @@ fn a_factor_that_vanishes_is_told_and_the_motion_goes_on() {
 }
 
 declared! {
-    /// The same with a brake in the ground that the constraint knows nothing of: there is no motion where its factor is zero.
+    /// The regulator with a brake on the other mass that the constraint ignores: no motion exists where the
+    /// factor is zero.
     struct Forgotten {
         stiffness: f64,
         gain: f64,
@@ -353,7 +355,7 @@ declared! {
 }
 
 declared! {
-    /// The same with the curvature itself.
+    /// That law for the curvature itself.
     struct Curvature {
         gravity: f64,
         first: f64,

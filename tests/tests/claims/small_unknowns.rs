@@ -1,4 +1,5 @@
-//! A Taylor flow goes on where unknowns are small, in any unit: beside larger ones, at rest without a force, and where two slow masses pass each other.
+//! A Taylor flow resolves small unknowns in any unit: beside larger ones, at rest without a force, and where
+//! two slow masses pass each other.
 
 use dsocs_core::{Start, Stepper, Tolerance};
 use dsocs_tests::declared;

@@ -1,5 +1,5 @@
-//! Nothing is said of smooth motions: of random scenes, from rest and from motion, no step is told to be too long for what switches, nor a singularity to
-//! be near.
+//! Random smooth scenes, from rest and in motion, give no warning: no unresolved step, and no singularity
+//! nearby.
 
 use dsocs_core::{Composition, Start, Stepper};
 use dsocs_tests::declared;
@@ -33,7 +33,7 @@ declared! {
 }
 
 declared! {
-    /// The same without coupling, by the paper's maps, with a stop far away.
+    /// Two uncoupled coordinates with the paper's maps; the stop is far away.
     struct Driven {
         spring: f64,
         bend: f64,
@@ -130,7 +130,7 @@ fn many_smooth_scenes_are_not_warned_of() {
     scenes(0..500);
 }
 
-/// What was warned of: a force that grows from nothing with a power of the time.
+/// This once gave a warning: a force that grows from zero with a power of the time.
 #[test]
 fn a_force_that_grows_from_nothing_is_not_warned_of() {
     for [bend, square, cube] in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {

@@ -1,6 +1,6 @@
-//! Steps whose Jacobian is mostly zero are eliminated in an order that was found when the code was generated.
+//! Mostly zero Jacobians are eliminated in an order that is chosen when the code is generated.
 //!
-//! That elimination itself is tested on random matrices in `dsocs-core/src/solve/sparse/tests.rs`.
+//! `dsocs-core/src/solve/sparse/tests.rs` tests the elimination itself on random matrices.
 
 use dsocs_core::__private::Compiled;
 use dsocs_core::prelude::*;

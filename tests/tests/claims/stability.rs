@@ -1,4 +1,4 @@
-//! The quick form of every hard case reaches its bars; `dsocs stability` shows the figures.
+//! The short form of every hard case stays within its bounds; `dsocs stability` shows the figures.
 
 use dsocs_systems::stability::{CASES, Row};
 

@@ -1,4 +1,4 @@
-//! Both starts put the second node where the paper and its second-order correction say.
+//! The second node of both starts: that of the paper, and that with its correction of second order.
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
@@ -160,7 +160,7 @@ fn a_law_that_says_nothing_at_rest_is_refused_whatever_the_other_rows_are() {
 }
 
 declared! {
-    /// The same with a constraint that is written as its quotient by the velocity, and so says something at rest.
+    /// The law divided by its velocity, which determines the acceleration at rest too.
     struct Divided {}
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x * y;
@@ -214,7 +214,7 @@ declared! {
 }
 
 declared! {
-    /// The same with two solutions.
+    /// A law with two solutions.
     struct Squared { value: f64 };
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;

@@ -1,4 +1,4 @@
-//! Starts where constraints bind them, and where the equations have more than one acceleration.
+//! Starts that constraints bind, and starts where the equations allow several accelerations.
 
 use dsocs_core::{Composition, SetupError, Start, Stepper, Tolerance};
 use dsocs_tests::declared;
@@ -157,7 +157,8 @@ declared! {
     nonholonomic = [dot(y), dot(z) + y.sin() * dot(x) - dot(y)];
 }
 
-/// What a projection leaves is rounding of the velocities, also where the terms of a row are zero themselves.
+/// The residual of a projection is rounding of the velocities, also where the terms of a row are zero
+/// themselves.
 #[test]
 fn a_projection_is_not_measured_by_terms_that_vanish() {
     for v0 in [

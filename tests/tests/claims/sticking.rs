@@ -1,4 +1,5 @@
-//! What rests where a function jumps: dry friction holds a mass as long as the other forces are within it, and lets it go in the right direction.
+//! Rest at a jump of a function: dry friction holds a mass while the other forces are below its limit, and
+//! releases it in the right direction.
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
@@ -106,7 +107,7 @@ impl Belt {
         [centre + grown * place, grown * (rate * place + turn)]
     }
 
-    /// How long the slip lasts, and the period.
+    /// The duration of the slip, and the period.
     fn period(&self) -> [f64; 2] {
         // slower than the belt first; faster after a whole turn, which has grown
         let turn = std::f64::consts::TAU / (self.stiff - self.fall * self.fall / 4.0).sqrt();

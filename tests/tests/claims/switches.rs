@@ -44,7 +44,7 @@ impl Friction {
         None
     }
 
-    /// When it comes to rest, and where.
+    /// The time at which the mass comes to rest, and its position there.
     fn rest(&self, start: f64) -> (f64, f64) {
         let rest = self.dry / self.stiffness;
         let (mut x, mut t) = (start, 0.0);
@@ -55,7 +55,8 @@ impl Friction {
         (t, x)
     }
 
-    /// How near a turning point is to the bound between sticking and going on, in units of that bound.
+    /// The least distance of a turning point from the bound between sticking and going on, relative to that
+    /// bound.
     fn doubt(&self, start: f64) -> f64 {
         let rest = self.dry / self.stiffness;
         let (mut x, mut least) = (start.abs(), f64::INFINITY);
@@ -325,7 +326,7 @@ fn a_jump_lets_a_mass_go_when_it_happens() {
     }
 }
 
-/// The same scene with a friction in a function of one's own.
+/// The mass with its friction in a function of the user's.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - 20 * x.powi(2);
@@ -340,7 +341,7 @@ fn coulomb<R: Real>(x: R) -> R {
 }
 
 declared! {
-    /// The same scene with a friction that is smooth, and steep.
+    /// The mass with a smooth, steep friction.
     struct Smooth {
         dry: f64,
         width: f64,
@@ -350,7 +351,7 @@ declared! {
     external_forces = -dry * (dot(x) / width).tanh();
 }
 
-/// The same behind a function.
+/// This friction in a function of the user's.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - 20 * x.powi(2);
@@ -396,7 +397,7 @@ declared! {
     lagrangian = dot(x).powi(2) / 2 - (-left * x).max(right * x);
 }
 
-/// The same with `min` behind a function, `abs`, and a square root.
+/// The corner by `min` in a function of the user's.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - corner(left * x, right * x);

@@ -1,4 +1,5 @@
-//! Rows of a step that jump with the next node: every node solves them, or is the jump over which they have no root, and that is told.
+//! Rows that jump with the next node: each node solves its row, or is reported as a jump over which the row
+//! has no root.
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
@@ -20,7 +21,7 @@ struct Sign {
 }
 
 declared! {
-    /// The same by a comparison.
+    /// The friction by a comparison.
     struct Compared {
         k: f64,
         dry: f64,
@@ -31,7 +32,7 @@ declared! {
     constraint_forces = [1];
 }
 
-/// The same by a function, which nobody can see into.
+/// The friction by a function of the user's, whose jump the attribute does not see.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
@@ -44,7 +45,7 @@ struct Called {
 }
 
 declared! {
-    /// The same where the row is no affine one on either side.
+    /// A row that is not affine in the velocity on either side.
     struct Bent {
         k: f64,
         dry: f64,
@@ -63,7 +64,7 @@ fn side<R: Real>(v: R) -> R {
     }
 }
 
-/// What is prescribed: stiffness, friction, and how it grows with the square of the velocity.
+/// The prescribed law: stiffness, friction, and the growth of the friction with the squared velocity.
 #[derive(Clone, Copy, Debug)]
 struct Law {
     k: f64,
@@ -71,8 +72,8 @@ struct Law {
     square: f64,
 }
 
-/// Runs to `until`, and holds every node against the row: by the difference quotients of its neighbours, which share nothing with the engine.
-/// How many nodes were jumps, and how many steps the flow says are unresolved.
+/// Runs to `until` and checks the row at every node by differences of its neighbours. Returns the numbers of
+/// jumps and of steps that the flow reports as unresolved.
 fn nodes_hold<S: System<1>>(system: &S, law: Law, x: f64, h: f64, until: f64) -> (u64, u64) {
     let mut flow = Flow::new(system, h, Start::second_order([x], [0.0])).unwrap();
     let mut jumps = 0;

@@ -1,4 +1,4 @@
-//! The user's functions in Taylor series: long ones, several, and one that computes a motion itself.
+//! Functions of the user's in Taylor series: long ones, several, and one that itself computes a motion.
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
@@ -28,7 +28,7 @@ impl Wall for Long {
     }
 }
 
-/// The same by few.
+/// The same function by `powi`.
 struct Short;
 
 impl Wall for Short {
@@ -37,7 +37,7 @@ impl Wall for Short {
     }
 }
 
-/// The same, and on the way another motion is computed.
+/// The same function, which also computes another motion.
 struct Busy;
 
 impl Wall for Busy {

@@ -1,4 +1,5 @@
-//! Many continuous motions in lanes: those of single flows to the tolerance, and the same bits whatever runs beside them.
+//! Taylor flows in lanes: single flows' motions to the tolerance, and the same bits whatever runs in the
+//! other lanes.
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 

@@ -1,4 +1,4 @@
-//! Events are found where they are, every one of them, and the flow stands there.
+//! Every event of a Taylor flow is found at its time, and the flow stops exactly there.
 
 #![allow(clippy::float_cmp)] // the flow stands exactly where the event was
 

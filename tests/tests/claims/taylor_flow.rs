@@ -480,7 +480,7 @@ fn on_the_sphere(all: f64) {
     }
 }
 
-/// The same on a grid of times, which lie within steps, and with a nonholonomic row.
+/// The nonholonomic row of a knife edge on a grid of times, which lie within steps.
 fn on_a_grid() {
     let edge = dsocs_systems::KnifeEdge::default();
     let start = Start::second_order([0.0; 3], [1.0, 0.0, 0.5]).projected();

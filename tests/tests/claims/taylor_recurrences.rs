@@ -216,7 +216,7 @@ fn error(found: &[f64], exact: &[f64]) -> f64 {
 /// Sums of up to 30 products of numbers that are good to some units of 1.1e-16 each, three recurrences deep.
 const ROUNDING: f64 = 1e-13;
 
-/// How far the coefficients of a function, or of its derivative of order `rate`, may be off.
+/// The allowed error of the coefficients of a function, or of its derivative of order `rate`.
 ///
 /// `u w' = α w u'` passes a rounding error on as a part of `1/u`, whose coefficients near the singularity `u = 0` are
 /// `k^α` times those of `u^α` (by Darboux), and again `k` times for a derivative. The other functions have nothing of this

@@ -1,4 +1,5 @@
-//! Constraints of third order: the numbers of the clothoid and the crane, closed forms, starts, orders, forces, and what is refused.
+//! Constraints of third order: the clothoid and the crane against published numbers and closed forms; their
+//! starts, orders, forces, and refusals.
 
 use dsocs_core::geometry::DiscreteFlow;
 use dsocs_core::taylor::Tolerance;
@@ -63,7 +64,7 @@ fn the_clothoid_ends_where_the_table_says() {
 }
 
 declared! {
-    /// The same clothoid with a field instead of the form of its force.
+    /// The clothoid with the field instead of the form of its force.
     struct ByField {
         rate: f64,
     }
@@ -128,8 +129,8 @@ declared! {
     constraint_forces = [(0, 0, 1), (-dot(y), dot(x), 0)];
 }
 
-/// What could be declared before, the divergence form: another discretization of the same motion, with the errors of the table, and the
-/// curvature of each triple is one step's way more than that of the triple before.
+/// The prolonged system is the divergence form, another discretization of the same motion. Its errors are
+/// those of the table, and the curvature grows from triple to triple by the rate times the length of a leg.
 #[test]
 fn the_prolonged_system_is_the_divergence_form() {
     let mut errors = Vec::new();
@@ -288,7 +289,7 @@ declared! {
 }
 
 declared! {
-    /// The same with the angle for a coordinate.
+    /// The crane with the angle as a coordinate.
     struct Angled {
         trolley: f64,
         load: f64,

@@ -6,7 +6,7 @@ use dsocs_tests::scenes::random::Random;
 use dsocs_tests::text::{ComposedFlow, Flow, System};
 
 declared! {
-    /// A law whose determinant is a square, which vanishes on a line; what it divides does not.
+    /// A law whose determinant is a square that vanishes on a line, where its right-hand side does not.
     #[derive(Debug)]
     struct Touches { place: f64, slope: f64, push: f64, spring: f64 };
     coordinates(x, y);
@@ -16,7 +16,7 @@ declared! {
 }
 
 declared! {
-    /// The same, where what it divides vanishes with it.
+    /// A law whose right-hand side vanishes on the line too.
     #[derive(Debug)]
     struct Divides { place: f64, slope: f64, push: f64, spring: f64 };
     coordinates(x, y);
@@ -25,7 +25,7 @@ declared! {
     constraint_forces = [(1, 0)];
 }
 
-/// What became of some runs.
+/// Numbers of runs: `passed` and `ended` under `Touches`, `regular` and `refused` under `Divides`.
 #[derive(Debug, Default)]
 struct Counts {
     passed: u32,

@@ -1,5 +1,5 @@
-//! A factor before the Lagrangian and the forces changes no motion. Where it is so small that products in the equations have lost their digits, a run
-//! is refused at its start; else it is that without the factor.
+//! A common factor of Lagrangian and forces changes no motion. Where it is so small that products in the
+//! equations underflow, a run is refused; else it ends where the run without the factor does.
 
 use dsocs_core::{Composition, RunError, SetupError, Start, Stepper as _, Tolerance};
 use dsocs_tests::declared;

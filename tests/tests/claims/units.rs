@@ -1,5 +1,5 @@
-//! Certificates of declarations with multipliers do not depend on units: each coordinate, each constraint, mass and time may
-//! be measured in units of their own. A motion has a Taylor series in every unit of time.
+//! Certificates of declarations with multipliers do not depend on the units of the coordinates, the
+//! constraints, mass and time. A motion has a Taylor series in every unit of time.
 
 use core::array;
 
@@ -10,7 +10,7 @@ use dsocs_tests::declared;
 use dsocs_tests::scenes::random::Random;
 use dsocs_tests::text::{Flow, System, TaylorFlow};
 
-/// Units, as numbers of them in the natural ones: powers of two, which do not round.
+/// Units, expressed in natural ones: powers of two, which do not round.
 #[derive(Clone, Copy, Debug)]
 struct Units {
     /// Of each coordinate.

@@ -1,4 +1,5 @@
-//! A force that is switched between two nodes leaves no trace in the rows: the step says so, and only then.
+//! A force that switches between two nodes leaves no trace in the rows. The flow reports such steps as
+//! unresolved, and no others.
 
 use std::f64::consts::PI;
 
@@ -63,7 +64,7 @@ fn a_blow_between_two_nodes_is_told() {
     }
 }
 
-/// How many steps are said to be too long, and the error at the end.
+/// The number of unresolved steps, and the error of the position at the end.
 fn run(joint: &Joint, h: f64) -> (u64, f64) {
     let start = Start::second_order([1.5], [0.0]);
     let exact = TaylorFlow::new(joint, start, Tolerance::relative(1e-10)).unwrap();
@@ -161,7 +162,7 @@ fn jumps_between_two_nodes_are_counted_each_once() {
         assert_eq!(found.steps, 3, "{h}: {found:?}");
         let turn = PI / 40_f64.sqrt();
         assert!((found.first - turn).abs() <= 1.01 * h, "{h}: {found:?}");
-        // a hundredth of the acceleration at a turn is told, and what hardly matters is not
+        // a jump of a hundredth of the acceleration at a turn is reported, a negligible one is not
         assert_eq!(run(0.1).map(|found| found.steps), Some(3), "{h}");
         assert_eq!(run(0.002), None, "{h}");
     }

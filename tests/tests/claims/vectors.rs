@@ -1,4 +1,5 @@
-//! A system that is declared by vectors is the one that is declared by their components: the same bits; and it moves as it should.
+//! A system declared by vectors has the bits of the one declared by components, and moves as closed forms
+//! say.
 
 use dsocs_core::taylor::Tolerance;
 use dsocs_core::{Start, Stepper};
@@ -22,7 +23,7 @@ declared! {
 }
 
 declared! {
-    /// The same by components.
+    /// The spherical pendulum by components.
     struct ByComponents {
         mass: f64,
         charge: f64,

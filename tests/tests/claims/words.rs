@@ -1,4 +1,4 @@
-//! Errors say what is wrong in the words of the declaration: which coordinate, which rows, how far apart two solutions are.
+//! Error messages in the terms of the declaration: the coordinate, the rows, the distance of two solutions.
 
 use dsocs_core::{DependentRow, RunError, SetupError, Start, StepFailure, Stepper, Tolerance};
 use dsocs_tests::declared;
@@ -130,7 +130,7 @@ fn a_constraint_without_a_derivative_is_named() {
     assert!(message.contains("derivatives are zero"), "{message}");
 }
 
-/// Where it is the guess that is wrong, the advice is another one.
+/// Where only the guess is singular, the message advises `Start::near_acceleration`.
 #[test]
 fn two_accelerations_are_no_dependent_rows() {
     let (error, message) = refused(&Squared, [0.0, 0.0], [1.0, 0.3]);
@@ -250,7 +250,7 @@ declared! {
 }
 
 declared! {
-    /// The same, as the message says.
+    /// The force as the message advises to write it.
     struct Bounded { steep: f64 };
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;

@@ -1,4 +1,5 @@
-//! Friction on surfaces that move, in time and with the position: stops and releases cost no order.
+//! Dry friction on surfaces that move, in time and with the position: stops and releases cost no order. The
+//! reference goes from event to event ([`reference`]).
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
@@ -196,10 +197,10 @@ struct Drawn<S, const N: usize> {
     motion: Motion<N>,
 }
 
-/// How far from an event errors are looked at, and how far apart two of them are at least.
+/// The least time between a compared node and an event; events are more than twice this apart.
 const BESIDE: f64 = 0.07;
 
-/// How far forces are from their limits at an event at least, and arguments from zero where there is none.
+/// The least margin of a motion, see [`Motion::margin`]; closer ones are not tested.
 const MARGIN: f64 = 0.05;
 
 /// Steps of the reference.
@@ -458,7 +459,7 @@ fn followed<S: System<N>, const N: usize>(scene: &Drawn<S, N>, tolerance: f64) -
     errors
 }
 
-/// The same of many scenes.
+/// [`followed`] for many scenes.
 fn follow(count: usize) {
     let mut random = Random::new(281);
     let (mut done, mut events, mut worst) = (0, [0; 3], [[0.0_f64; 2]; 2]);
@@ -527,7 +528,8 @@ fn a_release_finds_its_piece() {
     }
 }
 
-/// What rests is zero to rounding, which may be smaller at the middle of a step than at its ends: the arguments of the scene come near nothing narrow.
+/// A contact at rest has a slip of the size of rounding, smaller at the middle of a step than at its ends. It
+/// is not counted as an unresolved step.
 #[test]
 fn what_rests_is_not_counted() {
     let scene = stacks(&mut Random::new(0xcd8d_dba4_fcbc_a51c), 2, &[0.0]).expect("events are apart");
@@ -660,7 +662,7 @@ declared! {
 }
 
 declared! {
-    /// The same with the force in the middle of a leg.
+    /// The mass with the force at the middle of a leg.
     struct Middle {
         stiff: f64,
         dry: f64,
@@ -674,7 +676,7 @@ declared! {
 }
 
 declared! {
-    /// The same as a constraint on the acceleration, which stands at nodes.
+    /// Its law as a constraint on the acceleration, which stands at nodes.
     struct Law {
         stiff: f64,
         dry: f64,
@@ -688,7 +690,7 @@ declared! {
 }
 
 declared! {
-    /// The same by a comparison, and beside a constraint.
+    /// The mass with its friction by a comparison, and with a constraint.
     struct Tied {
         stiff: f64,
         dry: f64,

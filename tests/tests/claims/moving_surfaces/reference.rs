@@ -1,5 +1,6 @@
-//! Motions with dry friction, event by event: between events by the classical method of fourth order with tiny steps, up to each by bisection, and beyond with
-//! the only modes that fit. Shares nothing with the project.
+//! Reference motions with dry friction, from event to event: between events by the classical Runge–Kutta
+//! method of order 4 with tiny steps, to each event by bisection, and on from there in the only modes that
+//! fit. Shares no code with the project.
 
 /// Bodies and surfaces: `M(q) a = F(t, q, v) - Σ sₖ μₖ(|gₖ|) Dₖ`, with `gₖ = Dₖ v - wₖ(t, q)` and `sₖ` its sign, or what keeps it zero.
 pub(super) trait Scene<const N: usize> {
@@ -37,9 +38,10 @@ struct Piece<const N: usize> {
 pub(super) struct Motion<const N: usize> {
     pieces: Vec<Piece<N>>,
     pub(super) events: Vec<(f64, usize, Kind)>,
-    /// How far arguments and needed forces kept from events that did not happen, and events from being none.
+    /// The least distance from another sequence of events: of slips and friction from a missed event, of
+    /// modes from others, and of an event's rate from zero.
     pub(super) margin: f64,
-    /// Which contacts stick at the end.
+    /// Whether each contact sticks at the end.
     pub(super) sticks: Vec<bool>,
 }
 
@@ -158,7 +160,8 @@ impl<S: Scene<N>, const N: usize> Reference<'_, S, N> {
         Some(next)
     }
 
-    /// How far each contact is from its next event: negative beyond.
+    /// The distance of each contact from its next event, negative beyond it: the unused part of the limit, or
+    /// the slip.
     fn distances(&self, modes: &[Mode], t: f64, state: &State<N>) -> Option<Vec<f64>> {
         let (_, frictions, _) = self.accelerations(modes, t, state)?;
         Some(

@@ -16,7 +16,7 @@ pub struct DoublePendulum {
     pub gravity: f64,
 }
 
-/// The same with the midpoint rule.
+/// The double pendulum with the midpoint rule.
 #[dsocs {
     coordinates(alpha, beta);
     lagrangian = (1 + ratio) / 2 * dot(alpha).powi(2) + ratio / 2 * dot(beta).powi(2)
@@ -29,7 +29,7 @@ pub struct DoublePendulumMidpoint {
     pub gravity: f64,
 }
 
-/// The same, driven so that its energy falls, by a torque at the elbow.
+/// The double pendulum with a torque at the elbow that lowers its energy.
 #[dsocs {
     coordinates(alpha, beta);
     let kinetic = (1 + ratio) / 2 * dot(alpha).powi(2) + ratio / 2 * dot(beta).powi(2)

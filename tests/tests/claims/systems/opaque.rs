@@ -8,10 +8,10 @@ fn saddle<R: Real>(x: R, y: R) -> R {
     (x * y).sin() + x * x * 0.3 - y
 }
 
-/// What a field of a system may be.
+/// A field of a system whose methods the declarations call.
 #[derive(Default)]
 pub struct Hill {
-    /// How far it is moved.
+    /// A shift in the exponent and in the phase.
     shift: f64,
 }
 
@@ -21,7 +21,7 @@ impl Hill {
         (-(x * x + y * y) * 0.2 + self.shift).exp()
     }
 
-    /// How the metric stretches with the position.
+    /// The position-dependent factor of the metric.
     fn stretch<R: Real>(&self, x: R, y: R) -> R {
         (x * 0.7 + self.shift).sin() * y.cos() * 0.3 + 1.5
     }

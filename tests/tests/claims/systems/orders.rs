@@ -14,7 +14,7 @@ pub struct Rod {
 }
 
 declared! {
-    /// The same with a basis of the displacements that is written, of another length than the one that is found.
+    /// The rod with a declared basis of the displacements, of another length than the one that is found.
     pub struct RodWithField {
         pub gravity: f64,
     }
@@ -35,7 +35,7 @@ pub struct Ellipsoid {
 }
 
 declared! {
-    /// The same with fields that span the displacements away from `x = 0`.
+    /// The ellipsoid with fields that span the displacements away from `x = 0`.
     pub struct EllipsoidWithFields {
         pub gravity: f64,
     }
@@ -46,7 +46,7 @@ declared! {
 }
 
 declared! {
-    /// The same with the forms of the forces, in other units.
+    /// The ellipsoid with the forms of the forces, in other units.
     pub struct EllipsoidWithForce {
         pub gravity: f64,
     }
@@ -73,7 +73,7 @@ pub struct VariableMass;
 pub struct Nonholonomic;
 
 declared! {
-    /// The same with a basis of the displacements that is written.
+    /// The nonholonomic particle with a declared basis of the displacements.
     pub struct NonholonomicWithFields;
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - (x.powi(2) + y.powi(2)) / 2;
@@ -102,7 +102,7 @@ pub struct Nonlinear;
 pub struct Mixed;
 
 declared! {
-    /// The same with the force of Chetaev's rule written out.
+    /// The mixed system with the force of Chetaev's rule written out.
     pub struct MixedWithForce;
     coordinates(x, y, z, u);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2) + dot(u).powi(2)) / 2 - y;

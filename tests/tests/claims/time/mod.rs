@@ -1,5 +1,6 @@
-//! Time in every part of a declaration: the Lagrangian, rows of every order, fields and forms, maps and discrete statements, each
-//! against a closed form or equations by hand. What else knows the time stands in [`runs`].
+//! Time in every part of a declaration: the Lagrangian, rows of every order, fields and forms, maps and
+//! discrete statements, each against a closed form or equations by hand. Starts, events and runs back are in
+//! [`runs`].
 
 use dsocs_core::taylor::Tolerance;
 use dsocs_core::{Node, Real, Start, Stepper, dsocs};
@@ -166,7 +167,7 @@ declared! {
 }
 
 declared! {
-    /// The same with a term of the velocity alone, which is a potential in time: `d/dt (a(t) x) = a′ x + a v`.
+    /// An oscillator with a gauge term `a(t) v`: a potential `a′ x`, by `d/dt (a(t) x) = a′ x + a v`.
     struct Gauge;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 + (2 * t).sin() * dot(x) - x.powi(2) / 2;
@@ -199,7 +200,7 @@ struct Bead {
 }
 
 declared! {
-    /// The same with a coordinate that is the time.
+    /// The bead with the time as a coordinate.
     struct BeadWithClock {
         rate: f64,
     }
@@ -354,7 +355,7 @@ declared! {
 }
 
 declared! {
-    /// The same by fields.
+    /// The rod by fields.
     struct RodByFields;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y.powi(2) / 2;
@@ -386,7 +387,7 @@ declared! {
     observe = [wanted];
 }
 
-/// What deviates from the curve in time dies out critically damped.
+/// The deviation from the curve in time decays, critically damped.
 #[test]
 fn dot_of_an_expression_has_its_partial_derivative_in_time() {
     let deviation = |t: f64| (1.0 + 1.5 * t) * (-t).exp();

@@ -1,4 +1,4 @@
-//! What knows the time beside the declaration: starts, events, ensembles, runs back, compositions, forces and residuals.
+//! Time outside the declaration: starts, events, ensembles, runs back, compositions, forces and residuals.
 
 use std::num::NonZeroU64;
 
@@ -40,7 +40,7 @@ fn a_start_moves_with_what_it_is_bound_to() {
     let node = Flow::new(&BEAD, 0.01, mended).unwrap().next().unwrap().unwrap();
     assert!(distance(&node.v, &v) < 1e-15, "{node:?}");
     assert!(TaylorFlow::new(&BEAD, mended, Tolerance::relative(1e-9)).is_ok());
-    // the wire is elsewhere at another time
+    // the wire has another direction at another time
     let Err(error) = Flow::new(&BEAD, 0.01, Start::second_order(q, v).at(1.0)) else {
         panic!("accepted");
     };
@@ -59,7 +59,7 @@ fn a_start_moves_with_what_it_is_bound_to() {
     let start = Start::second_order(q, v).at(t0);
     let known = [14.336_340_164_937_3, -24.512_941_668_921_09];
     is_known("bead from t = 1", &BEAD, start, 3.0, &known, 1e-12);
-    // an exact start knows the time that it is at
+    // an exact start contains its time
     let start = start.exact(&BEAD, 0.01).unwrap();
     assert!(distance(&discrete(&BEAD, 0.01, start, 3.0).q, &known) < 1e-2);
     assert!(matches!(
@@ -208,7 +208,7 @@ declared! {
 }
 
 declared! {
-    /// The same by an external force.
+    /// The pendulum pushed by an external force.
     struct PushedByForce;
     coordinates(theta);
     lagrangian = dot(theta).powi(2) / 2 + theta.cos();
