@@ -9,13 +9,14 @@ use dsocs_tests::text::TaylorFlow;
 
 use crate::dop853;
 
-/// Of a momentum that is conserved, this many tolerances may be lost in some passages of some hundred steps: each step may lose a thousand.
+/// The relative error of the conserved momentum, in tolerances, after several passages of some hundred steps:
+/// a step may lose a thousand.
 const LOST: f64 = 3e6;
 
 const GRAVITY: f64 = 9.81;
 
 declared! {
-    /// A pendulum that swings in space, by the angle from below and that about the vertical.
+    /// A pendulum in space, by the angle from below and the angle about the vertical.
     struct Swing;
     coordinates(theta, phi);
     lagrangian = (dot(theta).powi(2) + theta.sin().powi(2) * dot(phi).powi(2)) / 2 + 9.81 * theta.cos();
@@ -29,7 +30,7 @@ declared! {
 }
 
 declared! {
-    /// Two masses that do not meet, one of them slower by far than the other.
+    /// Two uncoupled masses, one of them far slower than the other.
     struct Beside;
     coordinates(r, phi, y);
     lagrangian = (dot(r).powi(2) + r.powi(2) * dot(phi).powi(2)) / 2 - r.powi(2) / 2 + dot(y).powi(2) / 2 - 1e-7 * y;
@@ -57,7 +58,7 @@ fn a_pendulum_in_space_keeps_the_momentum_about_the_vertical() {
             let [theta_end, phi] = end.q;
             let momentum = theta_end.sin().powi(2) * end.v[1];
             let own = theta.sin().powi(2) * rate;
-            // of what is smaller than a millionth of the other velocity there is less than that
+            // relative to its own size, or to a millionth of the other velocity where it is smaller
             let size = own.max(1e-6);
             assert!(
                 (momentum - own).abs() < LOST * tolerance * size,
@@ -99,7 +100,7 @@ fn a_mass_on_a_spring_passes_the_origin() {
                 (r * phi.cos() - truth[0]).abs() < 1e3 * tolerance,
                 "{rate:e}, {tolerance:e}"
             );
-            // across the line, to a part of what there is across it
+            // the error across the line, relative to the small extent there
             assert!(
                 (r * phi.sin() - truth[1]).abs() < LOST * tolerance * rate + 1e2 * tolerance,
                 "{rate:e}, {tolerance:e}: {} for {}",

@@ -6,7 +6,7 @@ use dsocs_tests::declared;
 use dsocs_tests::text::{Flow, System, TaylorFlow};
 
 declared! {
-    /// A block on a belt that turns round at a time.
+    /// A block on a belt that reverses at a time.
     struct ByTime { dry: f64, at: f64, first: f64, then: f64 };
     coordinates(x);
     let belt = if t < at { first } else { then };
@@ -24,7 +24,7 @@ declared! {
 }
 
 declared! {
-    /// A block that goes from one belt to the next.
+    /// A block that passes from one belt to the next.
     struct ByPlace { dry: f64, at: f64, first: f64, then: f64 };
     coordinates(x);
     let belt = if x < at { first } else { then };
@@ -34,8 +34,9 @@ declared! {
 
 const DRY: f64 = 0.8;
 
-/// Position and velocity at a time, of what rests on the first belt until it is at a place at a time and then goes to the velocity of the other, at a constant
-/// rate; it must not go back.
+/// Position and velocity at the time `until` of a block that rests on the first belt up to the time and place
+/// `(at, place)` and then slips at a constant rate to the velocity of the second. Valid while it does not
+/// return.
 fn expected(until: f64, (at, place): (f64, f64), [first, then]: [f64; 2]) -> [f64; 2] {
     let slips = ((then - first).abs() / DRY).min((until - at).max(0.0));
     let end = first + DRY * slips * (then - first).signum();
@@ -46,7 +47,7 @@ fn expected(until: f64, (at, place): (f64, f64), [first, then]: [f64; 2]) -> [f6
     ]
 }
 
-/// The errors of the continuous motion.
+/// The largest error of position and velocity of the Taylor flow over three tolerances.
 fn apart<S: System<1>>(system: &S, first: f64, until: f64, expected: [f64; 2], every: Option<f64>) -> f64 {
     let mut largest = 0.0_f64;
     for tolerance in [1e-4, 1e-7, 1e-10] {
@@ -68,7 +69,7 @@ fn what_rests_slips_where_its_surface_jumps() {
     let first = 0.5;
     for then in [-0.3, 1.5, 0.0, 0.55] {
         for every in [None, Some(0.1), Some(0.13)] {
-            // a grid ends at its last node
+            // on a grid the motion ends at the last node
             let until = every.map_or(1.7, |h: f64| (1.7 / h).floor() * h);
             let of_time = expected(until, (1.0, first), [first, then]);
             let belt = ByTime {

@@ -5,7 +5,7 @@ use dsocs_core::Leg;
 use dsocs_tests::tape;
 
 dsocs_systems::planar_chain! {
-    /// As many links as make loops of a step.
+    /// Enough links for the step to have loops.
     #[derive(Clone, Debug)]
     pub(crate) struct PlanarChain26; 26
 }

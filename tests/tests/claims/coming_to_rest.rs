@@ -94,7 +94,7 @@ declared! {
     external_forces = -dot(x) * (2 + t.sin());
 }
 
-/// A rounding of a position that no force depends on excuses no error of the velocity.
+/// Rounding of a position that enters no force does not relax the tolerance of the velocity.
 #[test]
 fn a_velocity_is_as_accurate_far_away() {
     let start = Start::second_order([1e9], [1.0]);
@@ -108,7 +108,7 @@ fn a_velocity_is_as_accurate_far_away() {
     );
 }
 
-/// Forces on a mass that waits, of `u = (t - at) / width`: far away nothing is left of them but rounding, or no normal number.
+/// Forces on a mass at rest, by `u = (t - at) / width`: far from `at` they are rounding, or underflow.
 const FORCES: [&str; 6] = [
     "(1 + u.tanh()) / 2",
     "(-u.powi(2)).exp() / width",
@@ -118,7 +118,7 @@ const FORCES: [&str; 6] = [
     "(t - at).max(0).sqrt()",
 ];
 
-/// The velocity at the time 2.
+/// The exact velocity at the time 2.
 fn pushed(at: f64, width: f64, kind: usize) -> f64 {
     let over = 2.0 - at;
     match kind {

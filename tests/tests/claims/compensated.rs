@@ -4,7 +4,7 @@ use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::CurvedParticle;
 use dsocs_tests::closed_form::Polygon;
 
-/// The largest distance from the exact discrete motion.
+/// The largest distance of a node from the exact discrete motion, in `steps` steps.
 fn distance(h: f64, steps: u64) -> f64 {
     let particle = CurvedParticle::default();
     let mut flow = Flow::new(&particle, h, Start::paper([0.0, 0.0], [1.0, 1.0])).unwrap();

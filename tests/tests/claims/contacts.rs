@@ -1,4 +1,5 @@
-//! A Taylor flow meets contacts: of bodies that touch each other at any time, at the same time too, with forces that grow as any power of the depth.
+//! A Taylor flow through contacts of several bodies, at different times or at once, with forces that grow
+//! with any power of the depth.
 
 use std::fmt::Write as _;
 
@@ -12,7 +13,7 @@ use super::draws;
 /// The tolerances, which are no powers of ten.
 const TOLERANCES: [f64; 3] = [3e-7, 2e-9, 1e-11];
 
-/// The position, the velocity and the energy at the end of a motion with two or three coordinates, and by how much the energy has departed most.
+/// Position and velocity at the end of a motion, and the largest change of its energy.
 fn end<const N: usize>(
     text: &str,
     (q, v): ([f64; N], [f64; N]),
@@ -34,12 +35,13 @@ fn end<const N: usize>(
     (node.q.iter().chain(&node.v).copied().collect(), most)
 }
 
-/// The potential of a depth to a power.
+/// The potential of a contact force `stiffness · depth^(exponent - 1)`.
 fn power(depth: &str, exponent: f64, stiffness: f64) -> String {
     format!("{stiffness:?} / {exponent:?} * ({depth}).max(0.0).powf({exponent:?})")
 }
 
-/// Three balls that fall: each onto its floor, onto each other, or two of them on a cable.
+/// Three falling balls: each onto its own floor, onto each other, or each onto the floor with the first two
+/// on a cable.
 fn balls(kind: usize, [a, b, c]: [f64; 3], exponent: f64, stiffness: f64) -> String {
     let mut lagrangian = String::new();
     for (mass, x) in [(a, "x"), (b, "y"), (c, "z")] {

@@ -120,7 +120,7 @@ fn check<S: System<N> + Clone, const N: usize, const K: usize>(
     }
     let variables: Vec<Variable> = found.iter().map(|(variable, _)| *variable).collect();
     let tangents = path.tangents(&variables).unwrap();
-    // all of them together, so that what does not depend on a variable is measured by what does
+    // relative to the largest of all: an entry that does not depend on a variable is zero to its scale
     let forward: Vec<f64> = tangents
         .iter()
         .flat_map(|tangent| [tangent.q, tangent.v].concat())
@@ -391,7 +391,7 @@ fn the_nodes_are_those_of_the_flow() {
     .unwrap();
 }
 
-/// The end of a plan.
+/// Position and velocity at the end of a plan.
 fn planned<S: System<N> + Clone, const N: usize, const K: usize>(
     system: &S,
     h: f64,
@@ -548,7 +548,7 @@ fn a_plan_is_the_run_with_the_same_inputs() {
     let path = Path::plan(&pushed, 0.1, start, ["push"], &values).unwrap();
     let mut run = Flow::new(&pushed, 0.1, start).unwrap();
     run.drive(0.8, &mut |node, run| {
-        // what is set at a node holds from the next position on
+        // an input that is set at a node holds from the next position on
         run.set_input("push", values[usize::try_from(node.index).unwrap() + 1][0])
     })
     .unwrap();
@@ -559,7 +559,7 @@ fn a_plan_is_the_run_with_the_same_inputs() {
     assert!((path.end().t - 1.0).abs() < 1e-15);
 }
 
-/// Every number that a path gives, in bits: tangents along, at the end, and gradients.
+/// All results of a path in bits: tangents along it, tangents at its end, and gradients.
 fn bits<const N: usize>(path: &Path<'_, N>, parameter: &str) -> Vec<u64> {
     let mut all = Vec::new();
     let variables = [Variable::Position(0), Variable::Parameter(parameter)];
@@ -587,7 +587,7 @@ fn bits<const N: usize>(path: &Path<'_, N>, parameter: &str) -> Vec<u64> {
 
 #[test]
 fn checkpoints_change_no_bit() {
-    // without memory there are as many checkpoints as make the least of both
+    // without a limit of memory the number of checkpoints is the optimal one
     let pushed = Pushed {
         mass: 1.3,
         stiffness: 2.0,

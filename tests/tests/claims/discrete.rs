@@ -36,7 +36,7 @@ varying!(Nonlinear, phi_lagrangian = |q0, q1| (
 varying!(OnLeg, phi_lagrangian = midpoint; discrete_lagrangian = leg((1 + theta.sin() / 2).powi(2) * dot(theta).powi(2) / 2
     + dot(x).powi(2) / 2 + theta.cos() - (x - theta).powi(2) / 2 + x * dot(theta), 0););
 
-/// The error after a time, with a step.
+/// The error of the position at the time `t`, with the step `h`.
 fn error<S: System<N>, const N: usize>(system: &S, h: f64, q: [f64; N], v: [f64; N], t: f64) -> f64 {
     let exact = TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-15))
         .unwrap()
@@ -69,7 +69,7 @@ fn orders_of_the_maps() {
     near(order(&OnLeg), 2.0);
 }
 
-/// An oscillator whose energy falls as it is told, by differences on legs, without a map.
+/// An oscillator with a prescribed decrease of energy, as a difference on legs, without a map.
 #[dsocs {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x.powi(2) * y;
@@ -151,7 +151,7 @@ fn the_exact_discrete_lagrangian_gives_the_motion_itself() {
         });
         println!("h = {h}: {worst:.1e}");
         assert!(worst < 1e-12 / h, "h = {h}: {worst:e}");
-        // the two-node function itself, with the unit of the Lagrangian
+        // the discrete Lagrangian itself, in the units of the Lagrangian
         let leg = Leg {
             t: 0.0,
             q: [f64::cos(h)],
@@ -208,7 +208,7 @@ const PENDULUM: Exact = Exact {
     rho: 2.0,
 };
 
-/// `V` on a leg, as the constraint takes it.
+/// `V` on a leg, as in the constraint.
 fn lyapunov(h: f64, leg: &Leg<f64, 2>) -> f64 {
     let q0 = [leg.q[0] - leg.d[0], leg.q[1] - leg.d[1]];
     let v = leg.d.map(|d| d / h);

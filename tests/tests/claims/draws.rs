@@ -1,11 +1,12 @@
-//! Random draws, the same in every run. What proptest makes of them is compiled once for each kind of draw, not for every system.
+//! Random draws, equal in every run. The code of proptest is compiled once for each kind of draw, not for
+//! every system.
 
 use core::fmt::Debug;
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestCaseResult, TestRunner};
 
-/// Tests so many draws.
+/// Runs a property on `cases` draws.
 pub fn test<T: Debug + 'static>(
     cases: u32,
     seed: u64,
@@ -23,14 +24,14 @@ pub fn test<T: Debug + 'static>(
     }
 }
 
-/// A vector of `N` components that are drawn alike.
+/// A vector of `N` components from one distribution.
 pub fn vector<const N: usize>(component: impl Strategy<Value = f64> + 'static) -> BoxedStrategy<Vec<f64>> {
     prop::array::uniform::<_, N>(component)
         .prop_map(|vector| vector.to_vec())
         .boxed()
 }
 
-/// A vector with its number of components.
+/// A vector as an array of `N` components.
 pub fn sized<const N: usize>(vector: &[f64]) -> [f64; N] {
     let mut sized = [f64::NAN; N];
     sized.copy_from_slice(vector);

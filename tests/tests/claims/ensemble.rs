@@ -18,7 +18,7 @@ const PLACES: [usize; 4] = [0, 5, 12, 17];
 /// Up to a time: the largest deviations of both coordinates, as for single trajectories.
 type Tolerance = (f64, [f64; 2]);
 
-/// Runs the reference's start in the company of others and compares all nodes of the reference.
+/// Compares all nodes of the reference's start, which runs in lanes among other starts, with the reference.
 fn compare<S: System<2> + Sync>(
     system: &S,
     h: f64,
@@ -201,7 +201,7 @@ fn running_back_is_the_flows_too() {
     }
 }
 
-/// Two oscillators with springs of their own, either of which solves every step: a step has two roots.
+/// An equation with two factors, each an oscillator: every step has two roots.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
@@ -223,12 +223,12 @@ impl Springs {
         }
     }
 
-    /// The accelerations of both.
+    /// The accelerations of both oscillators.
     fn accelerations(&self, x: f64) -> [f64; 2] {
         [0, 1].map(|i| -(self.k[i] * x + self.s[i] * x.powi(3) + self.f[i]))
     }
 
-    /// Whether nodes are those of one and the same oscillator, the one that the first step goes on with.
+    /// Whether all nodes belong to the oscillator to which the first step belongs.
     fn is_one_motion(&self, h: f64, nodes: &[Node<1>]) -> bool {
         let mut apart = [0.0_f64; 2];
         let mut first = None;
@@ -243,7 +243,7 @@ impl Springs {
                 first = Some(usize::from((a - both[1]).abs() < (a - both[0]).abs()));
             }
         }
-        // differences of nodes over h² are no better
+        // second differences of nodes over h² have about this rounding
         first.is_none_or(|first| apart[first] < 1e-8)
     }
 }
@@ -342,7 +342,7 @@ fn nor_does_one_with_several_unknowns() {
     assert!(held > 20 && refused > 5 && steps > 5 * refused);
 }
 
-/// A particle that turns, on a slope, with a friction: roots and powers alone.
+/// A particle with a curvature, on a slope with friction: its rows contain roots and powers only.
 #[dsocs {
     coordinates(x, y);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - slope * y;
@@ -364,7 +364,7 @@ fn parameters_vary_from_lane_to_lane() {
     };
     let values = |k: u32| [1.0 + 0.1 * f64::from(k), 0.3 * f64::from(k) - 1.0];
     let start = |k: u32| Start::second_order([0.0, 0.1 * f64::from(k)], [1.0, 0.2]);
-    // one that cannot begin, and that ends nothing but itself
+    // run 11 cannot begin, which ends no other
     let mass = |k: u32| if k == 11 { f64::NAN } else { values(k)[0] };
     let ensemble = Ensemble::new(&base, 0.05)
         .unwrap()
@@ -385,7 +385,7 @@ fn parameters_vary_from_lane_to_lane() {
         let [mass, slope] = values(k);
         let own = Sliding { mass, slope, ..base };
         let alone = Flow::new(&own, 0.05, start(k)).unwrap().until(10.0).unwrap();
-        // but for how often the rows were evaluated
+        // all but the number of evaluations
         let bits = |node: &Node<2>| [node.q, node.v, node.force].map(|x| x.map(f64::to_bits));
         let run = run.as_ref().unwrap();
         assert_eq!(run.len(), alone.len());
@@ -459,7 +459,7 @@ fn all_instructions_give_the_same_bits() {
             .starts(starts)
             .instructions(widest)
             .to(5.0);
-        // with the shortest decimals, no two numbers are the same
+        // the shortest decimals distinguish all numbers
         format!("{ensemble:?} {three:?}")
     };
     let narrow = ends(Instructions::Compiled);
@@ -468,10 +468,10 @@ fn all_instructions_give_the_same_bits() {
     }
 }
 
-/// The last node of a flow under inputs that are held.
+/// The last node of a flow under held inputs.
 fn driven(own: &Sliding, h: f64, start: Start<2>, t: f64, plan: &[[f64; 2]]) -> Result<Node<2>, RunError> {
     let at = |time: f64| {
-        // on the way back a value is left at the time from which on it holds
+        // backward in time a value is left at the time from which on it holds
         let holds = |from: f64| {
             if h < 0.0 {
                 from < time + 1e-6 * h
@@ -504,7 +504,7 @@ fn inputs_are_held_from_lane_to_lane() {
         friction: 0.1,
     };
     let start = |k: u32| Start::second_order([0.0, 0.1 * f64::from(k)], [1.0, 0.2]);
-    // some change often, some at once, some between nodes, some never; one cannot be set
+    // changes often, at once, between nodes, or never; one value is refused
     let plan = |k: u32| -> Vec<[f64; 2]> {
         let changes = (0..3 * k).map(|i| [0.3 * f64::from(i), 0.05 * f64::from((i * k) % 7)]);
         match k {

@@ -42,7 +42,7 @@ fn several_guesses_lead_to_several_equilibria() {
         .iter()
         .map(|place| *place.as_ref().unwrap())
         .collect();
-    // an angle of a turn is not that of none
+    // angles that differ by a full turn are different equilibria
     assert_eq!(places, [0, 1, 2, 3, 0, 4, 0]);
     for (found, expected) in
         found
@@ -100,7 +100,7 @@ fn free_inputs_hold_a_position() {
         .near([0.5, 0.2])
         .unwrap();
     close(&found.q, &[0.5, 0.0]);
-    // with nothing held, any position will do: the nearest is one of a continuum
+    // with nothing held, equilibria form a continuum: the one nearest to the guess is found
     let found = EquilibriumSearch::new(&system)
         .free(["shoulder", "elbow"])
         .near([0.5, 0.2])
@@ -136,7 +136,7 @@ fn a_continuum_is_told_and_its_members_are_one() {
         &[(found.directions[0][0] * found.q[0] + found.directions[0][1] * found.q[1]).abs()],
         &[0.0],
     );
-    // a sleigh may stand anywhere
+    // a sleigh has an equilibrium at every place
     let sleigh = read(
         "coordinates(x, y, theta);
          lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(theta).powi(2)) / 2;
@@ -145,7 +145,7 @@ fn a_continuum_is_told_and_its_members_are_one() {
     let found = EquilibriumSearch::new(&sleigh).near([1.0, 2.0, 0.3]).unwrap();
     close(&found.q, &[1.0, 2.0, 0.3]);
     assert_eq!(found.directions.len(), 3);
-    // a multiple root is none: it is isolated, though the equations are singular
+    // at a multiple root the equilibrium is isolated, though the equations are singular
     let flat = read("coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(4);");
     let found = EquilibriumSearch::new(&flat).near([0.7]).unwrap();
     assert!(found.q[0].abs() < 1e-8 && found.is_isolated(), "{found:?}");
@@ -173,7 +173,7 @@ fn constraints_on_positions_hold() {
         &[0.0, omega, omega, -omega],
     );
     assert_eq!(found.equilibria[1].stability().unwrap(), Stability::Unstable);
-    // by a law of second order, at the place that it holds
+    // held by a law of second order, at its target
     let law = read(
         "parameters { target = 0.4 }
          coordinates(x, theta);
@@ -240,7 +240,7 @@ fn where_there_is_none_it_says_why() {
         matches!(shaken, EquilibriumError::TimeDependent { t: 0.0, .. }),
         "{shaken}"
     );
-    // where the time has no effect at the place, it is an equilibrium
+    // an explicit time without effect at the place does not prevent an equilibrium
     let swing = read("coordinates(x); lagrangian = dot(x).powi(2) / 2 - (1 + t.sin() / 2) * x.powi(2);");
     close(
         &EquilibriumSearch::new(&swing).at(0.5).near([0.3]).unwrap().q,
@@ -281,7 +281,7 @@ fn where_there_is_none_it_says_why() {
         nan.to_string(),
         "component `b` of a guess is NaN; it must be finite"
     );
-    // one guess that leads nowhere does not spoil the others
+    // a guess without an equilibrium does not spoil the others
     let hill = read("coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) * (-x.powi(2)).exp();");
     let both = EquilibriumSearch::new(&hill).near_all([[0.2], [30.0]]).unwrap();
     assert!(both.of_guess[0].is_ok());

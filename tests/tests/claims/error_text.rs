@@ -1,4 +1,4 @@
-//! `main` and `unwrap` print an error by `Debug`: it is the message for people.
+//! Errors that `main` or `unwrap` prints with `Debug` show the message for people.
 
 use std::error::Error;
 use std::fs;
@@ -9,7 +9,7 @@ use dsocs_tests::declared;
 use dsocs_tests::text::{ComposedFlow, Flow, TaylorFlow};
 
 declared! {
-    /// A mass on a rod, with a push that may be no number.
+    /// A mass on a rod; its push may be NaN.
     #[derive(Clone)]
     struct Rod {
         length: f64,
@@ -78,7 +78,7 @@ fn is_what_main_prints() {
         assert_eq!(printed, error.to_string());
         let is_text = printed.contains(' ') && !printed.contains(" { ") && !printed.contains("Some(");
         assert!(is_text, "{printed}");
-        // a cause has a text, too
+        // every cause has a text of its own
         let mut cause = error.source();
         while let Some(error) = cause {
             assert_eq!(format!("{error:?}"), error.to_string());

@@ -127,12 +127,12 @@ fn a_damped_oscillator_is_its_closed_form_with_every_map() {
         &[known(10.0)],
         3e-15,
     );
-    // what a force does at a point that is not symmetric shows
+    // an evaluation point that is not symmetric lowers the order
     let found = order("aside", |h| {
         (discrete(&DampedAside { zeta }, h, start, 10.0).q[0] - known(10.0)).abs()
     });
     assert!((found - 1.0).abs() < 0.1, "{found}");
-    // no constraint acts, so none is told
+    // no constraint acts, so no constraint force is reported
     let node = discrete(&Damped { zeta }, 0.01, start, 3.0);
     assert!(node.force[0].abs() < 1e-15, "{node:?}");
     assert!((Damped { zeta }.external_forces(0.0, &[1.0], &[2.0])[0] + 0.6).abs() < 1e-15);
@@ -349,7 +349,7 @@ fn forces_beside_a_kinematic_constraint() {
     assert!((power(System::<2>::kernel(&braked), point.any()) - given).abs() < 1e-13);
 }
 
-/// A motor that is fed by a table in time: samples, with straight lines between them.
+/// A motor with torques from a table in time, linear between the samples.
 #[dsocs {
     coordinates(theta);
     lagrangian = dot(theta).powi(2) / 2 + theta.cos();
@@ -375,8 +375,8 @@ impl Plan {
     }
 }
 
-/// The force of a constraint, read into a table and given to the free system, makes the same nodes: at a node a force of the time alone
-/// is what the table says, half by half.
+/// The force of a constraint, as a table for the free system, gives the same nodes: at a node a force of the
+/// time alone is the table's value, half from each leg.
 #[test]
 fn a_table_may_be_what_a_constraint_has_done() {
     declared! {
@@ -405,7 +405,7 @@ fn a_table_may_be_what_a_constraint_has_done() {
     assert!(replayed.iter().skip(1).all(|node| node.force[0].abs() < 1e-12));
 }
 
-/// The discrete force at a node is shared out by the map: half from each leg.
+/// The map distributes the discrete force at a node: half comes from each leg.
 #[test]
 fn forces_come_in_halves_from_both_legs() {
     let damped = Damped { zeta: 0.25 };
@@ -434,8 +434,8 @@ declared! {
     external_forces = (-friction * dot(theta) + (1.3 * t).cos() / 2,);
 }
 
-/// Forces that are linear in the velocity are at a node what they are there, whatever the legs: the mean of both legs' velocities
-/// is the slope of the parabola. Others are not.
+/// Forces that are linear in the velocity have the same value at a node whatever the legs: the mean of both
+/// legs' velocities is the slope of the parabola. Other forces do not.
 #[test]
 fn what_can_be_composed_beside_forces() {
     assert_eq!(<Planned as dsocs_core::System<1>>::SYMMETRY, Symmetry::AnyLegs);

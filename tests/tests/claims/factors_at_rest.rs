@@ -294,8 +294,8 @@ fn a_cart_a_winch_and_a_sled() {
     }
 }
 
-/// The constraint that stands for the declared one makes a discrete system as any other does: of second order, symmetric in time, and with a
-/// flow that the theorem grants.
+/// The constraint that replaces the declared one gives a discrete system like any other: of order 2,
+/// symmetric in time, and with a flow by the theorem.
 fn is_a_discrete_system<S: System<2>>(ruled: &S, driven: &impl System<2>, q: [f64; 2]) {
     let name = ruled.name();
     with_steps([0.005, 0.0025, 0.00125], ruled, driven, q);
@@ -356,7 +356,7 @@ fn where_the_mass_matrix_varies_it_is_a_discrete_system_all_the_same() {
     is_a_discrete_system(&winder, &driven, [0.6, -0.5]);
 }
 
-/// To rest: a motion that dies away is followed until nothing is left of it, and stays there.
+/// A decaying motion is followed until it has stopped, and stays there.
 #[test]
 fn to_rest() {
     let cart = CartPole {
@@ -385,7 +385,7 @@ macro_rules! pendubot {
             let kinetic = m_11 / 2 * dot(shoulder).powi(2) + m_12 * dot(shoulder) * dot(elbow) + inertia[1] / 2 * dot(elbow).powi(2);
             let potential = weight[0] * shoulder.sin() + weight[1] * (shoulder + elbow).sin();
             lagrangian = kinetic - potential;
-            // energy that is missing when it stands upright
+            // the energy missing to the upright equilibrium
             let missing = kinetic + potential - weight[0] - weight[1];
             $($statements)*
         }
@@ -393,7 +393,8 @@ macro_rules! pendubot {
 }
 
 pendubot! {
-    /// Its Lyapunov function has the square of the energy. So the rate is of degree 5 in the velocities, and has the shoulder's velocity as a factor.
+    /// A Lyapunov function with the square of the energy: its rate is of degree 5 in the velocities, with the
+    /// shoulder's velocity as a factor.
     Pumped {
         let lyapunov = missing.powi(2) / 2 + dot(shoulder).powi(2) / 2 + shoulder.powi(2) / 2;
         kinematic = dot(lyapunov) + dot(shoulder).powi(2);
@@ -406,7 +407,7 @@ pendubot! {
     /// The law by hand: `E u + s'' + s + s' = 0`, with `s''` from the equations of motion.
     PumpedByHand {
         let bend = inertia[2] * elbow.sin();
-        // what acts against the shoulder and the elbow at no acceleration
+        // the generalized forces on shoulder and elbow without acceleration
         let first = weight[0] * shoulder.cos() + weight[1] * (shoulder + elbow).cos() - bend * dot(elbow) * (2 * dot(shoulder) + dot(elbow));
         let second = weight[1] * (shoulder + elbow).cos() + bend * dot(shoulder).powi(2);
         let determinant = m_11 * inertia[1] - m_12.powi(2);
@@ -429,7 +430,7 @@ fn an_energy_is_pumped_from_rest() {
 }
 
 declared! {
-    /// Its constraint has the factor, but not as a polynomial.
+    /// A constraint with the factor, but not as a polynomial.
     struct NoPolynomial {}
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
@@ -455,7 +456,7 @@ fn what_has_no_value_at_rest_is_told_with_advice() {
         message.contains("is at rest there") && message.contains("`branch`"),
         "{message}"
     );
-    // as it says: with a velocity, and with the quotient
+    // as the message advises: with a velocity, and with the quotient
     let moving = Start::second_order([1.0], [0.1]);
     assert!((Flow::new(&NoPolynomial {}, 0.1, moving).unwrap().node().a[0] + 1.0).abs() < 1e-14);
 }

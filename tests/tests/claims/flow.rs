@@ -58,7 +58,7 @@ fn iterator_collection_and_stream_are_one() {
         .unwrap();
     assert_eq!(collected.nodes, closure);
 
-    // in two parts, and by steps alone
+    // in two parts, and step by step
     let mut flow = Flow::new(&pendulum, 0.1, start).unwrap();
     let mut parts = flow.until(7.05).unwrap().nodes;
     parts.extend(flow.until(20.0).unwrap());

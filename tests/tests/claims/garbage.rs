@@ -1,5 +1,5 @@
-//! Any numbers for states, parameters and steps, on all systems: never a panic, never a hang, and every step that is
-//! accepted leads to a finite node.
+//! Arbitrary numbers as states, parameters and steps, on all systems: no panic, no hang, and every accepted
+//! step leads to a finite node.
 
 use crate::systems::{builtin, constrained, maps, mass, opaque};
 #[allow(dead_code)] // some of them are not for any numbers
@@ -51,7 +51,7 @@ fn shoot<S: System<N>, const N: usize>(system: &S) {
     });
 }
 
-/// A curvature with functions whose dual numbers are delicate.
+/// A curvature whose functions have delicate dual numbers: at kinks, at zero, and for large arguments.
 struct Delicate;
 
 impl Curvature for Delicate {

@@ -1,5 +1,5 @@
-//! The geometry of the discrete flow: Legendre transforms and forms are those of the declaration, the tangent map is the
-//! step's derivative, the inverse leads back, and the paper's laws hold to rounding.
+//! The geometry of the discrete flow: Legendre transforms and forms agree with the declaration, the tangent
+//! map is the derivative of the step, the inverse leads back, and the paper's laws hold to rounding.
 
 #![allow(clippy::float_cmp)] // what is exact is asked to be
 
@@ -74,7 +74,8 @@ fn without_constraints_the_flow_is_symplectic() {
     }
 }
 
-/// The tangent map is used on both sides of the law, which therefore holds for any: it is held against the step itself.
+/// The law holds for any tangent map, since it stands on both sides. So the map is compared with differences
+/// of the step.
 fn tangent_is_the_derivative<S: System<N>, const N: usize>(
     system: &S,
     h: f64,

@@ -12,12 +12,12 @@ use super::draws;
 
 /// A motion with corners where an angle `w = a x + b` is a multiple of a period, or the middle between two.
 struct Corners {
-    /// The declaration, with `w` as it is.
+    /// The declaration, in terms of `w`.
     declaration: &'static str,
-    /// The period, and which part of it lies between zero and the first corner.
+    /// The period, and the part of it between zero and the first corner.
     period: f64,
     shift: f64,
-    /// The force by `w` and `a` on the piece of a number.
+    /// The force by `w`, `a` and the number of the piece.
     force: fn(f64, f64, f64) -> f64,
     /// Whether the force jumps; else it has a corner.
     jumps: bool,
@@ -33,7 +33,7 @@ fn of_sine(w: f64, a: f64, piece: f64) -> f64 {
     -sign(piece) * a * w.cos()
 }
 
-/// That of a potential that is as steep everywhere.
+/// The force of a potential of constant slope.
 fn of_slope(_: f64, a: f64, piece: f64) -> f64 {
     -sign(piece) * a
 }
@@ -180,7 +180,7 @@ fn declared(corners: &Corners, [a, b, _, stiffness]: [f64; 4]) -> Text {
     Text::parse("corners", &text).unwrap()
 }
 
-/// Scenes that are fast enough to go over every corner, with none at the start.
+/// Scenes fast enough to cross every corner, without one at the start.
 fn scenes() -> impl Strategy<Value = (usize, [f64; 4])> {
     (
         0..CORNERS.len(),
@@ -211,7 +211,7 @@ fn a_series_goes_on_beyond_a_hidden_corner() {
             let error = (node.q[0] - reference[0])
                 .abs()
                 .max((node.v[0] - reference[1]).abs());
-            // near a corner the digits of the root itself are lost
+            // near a corner the root itself loses digits
             prop_assert!(
                 error < 100.0 * tolerance.max(1e-11),
                 "{} {scene:?} {tolerance}: {:?} {:?} {reference:?}, corners at {met:?}",
@@ -224,7 +224,7 @@ fn a_series_goes_on_beyond_a_hidden_corner() {
     });
 }
 
-/// The steps of a run that were too long for what jumps.
+/// The number of unresolved steps of a run.
 fn counted(run: &mut dyn Run, steps: u64) -> u64 {
     for _ in 0..steps {
         run.advance().unwrap();
@@ -270,7 +270,7 @@ fn an_angle_goes_over_its_cut_on_a_circle() {
         holonomic = x.powi(2) + y.powi(2) - 1;";
     let text = Text::parse("circle", text).unwrap();
     let (angle, velocity) = (2.0_f64, 4.0);
-    // as the angle itself tells, with the cut where it is half a turn
+    // the motion by the angle itself, with the cut at half a turn
     let cut = CORNERS.iter().find(|corners| corners.period > PI).unwrap();
     let ([turned, end], met) = by_pieces(cut, [1.0, angle, velocity, 0.0]);
     assert_eq!(met.len(), 1);
@@ -311,7 +311,7 @@ fn a_corner_is_passed_back_in_time() {
 
 #[test]
 fn nodes_on_a_grid_lie_on_the_motion_close_to_a_corner() {
-    // so dense that some lie in the first step beyond, and some of its ends
+    // a grid so dense that nodes lie in the first step beyond a corner, and at its end
     for corners in &CORNERS {
         let scene = [2.0, 0.7, 4.0, 1.0];
         let text = declared(corners, scene);

@@ -8,7 +8,7 @@ use dsocs_tests::text::{ComposedFlow, Flow, TaylorFlow};
 
 use crate::dop853;
 
-/// A load that hangs from a cart by a cable, whose length is a number.
+/// A load on a cable from a cart; the cable's length is a number.
 #[dsocs {
     coordinates(x, theta);
     let across = x + length * theta.sin();
@@ -139,7 +139,7 @@ fn are_refused_by_every_method() {
     for run in runs {
         refused(run.set_input("length", 1.3), "length");
         assert_eq!(run.input("length"), Some(1.2));
-        // what no `dot` has passed over
+        // inputs outside of any `dot`
         run.set_input("push", 0.2).unwrap();
         run.set_input("gravity", 9.8).unwrap();
     }
@@ -154,7 +154,7 @@ fn are_refused_by_every_method() {
         Err(DerivativeError::Run(error)) => refused(Err(error), "length"),
         other => panic!("{other:?}"),
     }
-    // a function whose decrease is declared would jump, which is no decrease; the rate of the decrease may change
+    // a jump of a function whose decrease is declared would be no decrease; the rate of the decrease may jump
     let law = Law {
         stiffness: 2.0,
         gain: 0.3,
@@ -165,7 +165,7 @@ fn are_refused_by_every_method() {
     flow.to(0.1).unwrap();
 }
 
-/// A field that is no number is no parameter, which is told.
+/// A field that is not a number is no parameter, and the error says so.
 #[test]
 fn of_other_types_are_told() {
     let sampled = Sampled {
@@ -189,7 +189,7 @@ fn of_other_types_are_told() {
     );
 }
 
-/// A lane, or a run, may have a value of its own.
+/// A lane or a run may have a value of its own from the start.
 #[test]
 fn may_vary_between_runs() {
     let lengths = [0.8, 1.2, 1.6];
@@ -229,7 +229,7 @@ fn are_right_as_functions_of_time() {
         parts.fold(0.0, f64::max)
     };
     assert!(off(&node) < 1e-11, "{:e}", off(&node));
-    // beyond the last sample the length stays, so the samples go on behind the end
+    // the length is constant beyond the last sample, so the samples go beyond the end
     let places = (-10..=1000).map(|k| 0.0025 * f64::from(k));
     let sampled = Sampled {
         cart,

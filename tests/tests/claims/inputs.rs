@@ -45,7 +45,7 @@ declared! {
 }
 
 declared! {
-    /// A mass that changes: its momentum stays, its velocity jumps.
+    /// A variable mass: its momentum is continuous, its velocity jumps.
     #[derive(Clone)]
     struct Loaded {
         u: f64,
@@ -68,7 +68,7 @@ declared! {
 }
 
 declared! {
-    /// A mass on the ground.
+    /// A mass with friction on the ground.
     #[derive(Clone)]
     struct Rubbed {
         u: f64,
@@ -79,7 +79,7 @@ declared! {
 }
 
 declared! {
-    /// The input multiplies the acceleration.
+    /// A law in which the input multiplies the acceleration.
     #[derive(Clone)]
     struct Geared {
         u: f64,
@@ -141,7 +141,8 @@ const HELD: f64 = 0.1;
 /// The number of held values.
 const CHANGES: u64 = 20;
 
-/// The orders of position and velocity at a change, with which the motion arrives there, against the continuous motion with the same inputs.
+/// The orders of position and (arriving) velocity at a change, against the continuous motion with the same
+/// inputs.
 fn order<S: System<N>, const N: usize>(
     of: impl Fn(f64) -> S,
     q0: [f64; N],
@@ -237,7 +238,7 @@ fn the_energy_at_a_change_is_that_with_which_the_motion_arrives() {
 }
 
 declared! {
-    /// A mass that is drawn along a blade; its mass, and the slope and the speed of the blade, are held.
+    /// A mass drawn along a blade; the mass, and the slope and the speed of the blade, are inputs.
     #[derive(Clone)]
     struct Blade {
         m: f64,
@@ -251,7 +252,8 @@ declared! {
     nonholonomic = dot(y) - slope * dot(x) - speed;
 }
 
-/// Momentum is kept but along the constraint's force, from the values before all changes at a node: whatever their order is.
+/// Momentum changes along the constraint's force only, from the values before all changes at a node, in
+/// whatever order these are set.
 #[test]
 fn several_inputs_at_a_node_are_one_change() {
     let mut random = Random::new(31);
@@ -307,7 +309,7 @@ fn several_inputs_at_a_node_are_one_change() {
     }
 }
 
-/// A run that turns round counts its nodes anew, and where it was when an input changed is not where it is.
+/// A run that is reversed counts its nodes anew, so that the index of a change before has no meaning for it.
 #[test]
 fn an_input_after_turning_round_leaves_the_position() {
     let system = PushedByPotentialAlone { u: 0.0 };
@@ -334,7 +336,7 @@ fn an_input_after_turning_round_leaves_the_position() {
 }
 
 declared! {
-    /// A law between two free masses; its coefficient and a mass are held.
+    /// A law between two free masses; its coefficient and one mass are inputs.
     #[derive(Clone)]
     struct Law {
         m: f64,
@@ -418,7 +420,7 @@ fn forces_and_multipliers_at_a_change_are_those_with_which_the_motion_arrives() 
 }
 
 declared! {
-    /// A car that holds its speed by a law; its curvature is held.
+    /// A car that keeps its speed by a law; its curvature is an input.
     #[derive(Clone)]
     struct Driven {
         k: f64,
@@ -431,7 +433,7 @@ declared! {
     constraint_forces = [(heading.cos(), heading.sin(), 0)];
 }
 
-/// Straight on nothing has to act: multipliers are rounding, and rounding decides nothing.
+/// On a straight line no force is needed: multipliers are rounding, and may decide nothing.
 #[test]
 fn a_wheel_may_be_set_straight() {
     for k in [0.0, 1e-12, 1e-6] {
@@ -499,7 +501,7 @@ fn a_belt_that_an_input_moves_keeps_the_order() {
     }
 }
 
-/// The continuous motion under held inputs is that of a solver that knows nothing of them but a function of time.
+/// The continuous motion under held inputs agrees with that of a solver to which they are a function of time.
 #[test]
 fn the_series_go_on_from_the_new_value() {
     let system = Pushed { u: 0.0 };
@@ -609,7 +611,7 @@ fn a_sampled_control_law_is_of_first_order() {
     assert!((order - 1.0).abs() < 0.1, "{order}, {errors:?}");
 }
 
-/// The discrete motion's own torques, shared out to the legs, make the same nodes.
+/// The discrete motion's own torques, distributed to the legs, give the same nodes.
 #[test]
 fn the_discrete_torques_make_the_same_nodes() {
     let (pendulum, h) = (InertiaWheelPendulum::default(), 0.01);
@@ -627,7 +629,7 @@ fn the_discrete_torques_make_the_same_nodes() {
         flow.set_input("torque", held).unwrap();
         flow.advance().unwrap();
         assert_eq!(flow.node().index, k as u64);
-        // nothing constrains the motion any more
+        // without the constraint its force is zero
         assert!(
             flow.node().force.iter().all(|force| force.abs() < 1e-8),
             "{:?}",
@@ -724,7 +726,7 @@ fn what_cannot_be_an_input() {
         refused(flow.set_input("gravity", f64::NAN)),
         InputError::NotFinite { parameter, .. } if parameter == "gravity"
     ));
-    // a weight that changes pulls the rod no more or less
+    // a change of the weight does not move the rod
     flow.set_input("gravity", 1.62).unwrap();
     for _ in 0..100 {
         flow.advance().unwrap();

@@ -1,5 +1,5 @@
-//! Velocities that would have to jump: a constraint with a corner, a Lagrangian with a jump. The motion ends there, and the error says why;
-//! where only a force or an acceleration jumps it goes on.
+//! A velocity would have to jump at a corner of a constraint or a jump of the Lagrangian: the motion ends
+//! there with an error that names the reason. Where only a force or an acceleration jumps it goes on.
 
 use dsocs_core::taylor::TaylorEnsemble;
 use dsocs_core::{
@@ -20,7 +20,7 @@ struct Bent {
     gravity: f64,
 }
 
-/// A wheel on a road that is known at some places.
+/// A wheel on a road given by samples.
 #[dsocs {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
@@ -52,7 +52,7 @@ struct Turned {
 }
 
 declared! {
-    /// A blade whose direction has a corner there, which no velocity feels.
+    /// A blade whose direction has a corner, which requires no jump of the velocity.
     struct Corner {
         slope: f64,
     }
@@ -61,7 +61,7 @@ declared! {
     nonholonomic = dot(y) - slope * x.abs() * dot(x);
 }
 
-/// A mass that jumps with the place or with the time, and a potential that does.
+/// A mass that jumps in space or in time, and a potential that jumps.
 #[dsocs {
     coordinates(x, y);
     let mass = 1 + by_place * x.signum() + by_time * (t - 1).signum();
@@ -75,14 +75,14 @@ struct Pieces {
     field: f64,
 }
 
-/// A mass that jumps and nothing else: its equation is `m a = 0`, and shows nothing of it.
+/// A jump of the mass alone: the equation on both sides is `m a = 0` and does not show it.
 #[dsocs {
     coordinates(x, y);
     lagrangian = dot(x).powi(2) / 2 * (1 + 0.5 * x.signum()) + dot(y).powi(2) / 2;
 }]
 struct Heavier {}
 
-/// A step of the potential and nothing else, by a comparison.
+/// A step of the potential alone, by a comparison.
 #[dsocs {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - if x < 0 { 0 } else { height };
@@ -118,7 +118,7 @@ declared! {
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 3 * x.max(0).powi(2) - y.powi(4) / 4;
 }
 
-/// Where the velocity of a motion would have to jump: the time, the velocity before, and why.
+/// The jump that ends a motion: its time, the velocity before it, and its kind.
 fn jump<S: System<2> + Sync>(system: &S, start: [[f64; 2]; 2], tolerance: f64) -> (f64, [f64; 2], Jump) {
     let [q, v] = start;
     let start = Start::second_order(q, v);
@@ -200,7 +200,7 @@ fn a_corner_of_a_constraint_is_an_impact() {
             (t - exact).abs() < tolerance && by == Jump::Constraint,
             "{t} {by:?}"
         );
-        // the velocity is that before
+        // the reported velocity is that before the jump
         assert!(
             (v[0] + rate * exact).abs() < 10.0 * tolerance && (v[1] - 0.5 * v[0]).abs() < 1e-9,
             "{v:?}"

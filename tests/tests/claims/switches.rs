@@ -412,6 +412,7 @@ fn corner<R: Real>(left: R, right: R) -> R {
 }
 
 declared! {
+    /// The corner by `abs` and by a square root.
     struct Vee {
         force: f64,
     }

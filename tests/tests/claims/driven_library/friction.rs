@@ -16,7 +16,8 @@ fn nodes<S: System<2>>(system: &S, h: f64, t: f64) -> Vec<Node<2>> {
     Flow::new(system, h, START).unwrap().until(t).unwrap().nodes
 }
 
-/// Friction along the motor is taken by the motor: the nodes are the same, and the torque is larger by the friction.
+/// The motor compensates friction along itself: the nodes are the same, and its torque is larger by the
+/// friction.
 #[test]
 fn friction_along_the_motor_changes_the_torque_alone() {
     let free = InertiaWheelPendulum::default();
@@ -41,7 +42,7 @@ fn friction_along_the_motor_changes_the_torque_alone() {
     }
 }
 
-/// A motor that is given its torque, with friction.
+/// A pendulum with friction whose motor follows a plan of torques.
 #[dsocs {
     coordinates(theta, psi);
     lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
@@ -55,7 +56,7 @@ struct Driven {
     plan: Plan,
 }
 
-/// Torques at multiples of a step, with straight lines between them.
+/// Torques at multiples of `h`, linear in between.
 struct Plan {
     h: f64,
     torques: Vec<f64>,
@@ -125,7 +126,7 @@ fn friction_in_the_pivot_that_is_made_up_for_leaves_the_motors_law() {
     is_second("θ", [0.1, 0.05, 0.025, 0.0125], |h| {
         (discrete(&pendulum, START, h, 10.0).q[0] - theta).abs()
     });
-    // the friction is felt: 5 N m s turn it by more than any error
+    // the friction matters: 5 N m s turn the pendulum by more than any error
     let free = continuous(&InertiaWheelPendulum::default(), START, 10.0).q[0];
     assert!((theta - free).abs() > 1e-2, "{theta} {free}");
 }
@@ -143,14 +144,14 @@ fn friction_that_is_not_made_up_for_ends_the_motion() {
         pivot: 0.01,
         ..StalledPendulum::default()
     };
-    // the continuous motion ends where w is zero, after a finite time
+    // the continuous motion ends at the first zero of w
     let mut series = TaylorFlow::new(&pendulum, START, Tolerance::relative(1e-12)).unwrap();
     let end = series.until(100.0).unwrap_err();
     let last = end.trajectory.nodes.last().unwrap();
     let (ends, least) = (last.t, w(&pendulum, last).abs());
     println!("the continuous motion ends at t = {ends} with w = {least:.1e}");
     assert!(ends > 20.0 && ends < 30.0 && least < 1e-3, "{ends} {least:e}");
-    // and so do the discrete ones, with an error that says what cannot be met
+    // so do the discrete ones, with an error that names the constraint
     for h in [0.1, 0.05, 0.01, 0.001] {
         let failed = Flow::new(&pendulum, h, START).unwrap().until(100.0).unwrap_err();
         let RunError::Step(error) = &failed.error else {
@@ -172,7 +173,7 @@ fn friction_that_is_not_made_up_for_ends_the_motion() {
             !text.contains("does not converge") && !text.contains("divide("),
             "{text}"
         );
-        // nothing comes nearer: along the candidates for which the row of the variation holds, at which the motor is free
+        // no candidate is nearer: along those that fulfil the variational row, where the motor is free
         let two = |x: &[f64]| [x[0], x[1]];
         let (q0, q1, q2) = (two(&details.q0), two(&details.q1), two(&details.q2));
         let row_at = |q2: [f64; 2]| pendulum.residual(details.time, h, &[q0, q1, q2]);
@@ -191,7 +192,7 @@ fn friction_that_is_not_made_up_for_ends_the_motion() {
         );
         assert!(left > 0.0 && (least / left - 1.0).abs() < 1e-2, "{left} {least}");
     }
-    // the command line's own window ends before
+    // the command line's own time ends earlier
     assert!(
         Flow::new(&StalledPendulum::default(), 0.05, START)
             .unwrap()

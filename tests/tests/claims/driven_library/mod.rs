@@ -1,4 +1,5 @@
-//! The systems of the library that time and external forces drive: each against a closed form, an invariant or equations by hand.
+//! The systems of the library with time or external forces: each against a closed form, an invariant or
+//! equations by hand.
 
 mod arm;
 mod friction;

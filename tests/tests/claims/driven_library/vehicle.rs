@@ -74,7 +74,7 @@ fn the_discrete_motion_comes_near_it_with_order_two() {
         let mut run = Flow::new(&system, h, start()).unwrap();
         let parts = (1..=16).find(|&parts| (HELD / f64::from(parts) - h).abs() < 1e-12);
         let parts = u64::from(parts.unwrap_or(1_u32));
-        // what is set at a node holds from the node after it on
+        // an input that is set at a node holds from the node after it on
         let controlled = run.drive(HELD * f64::from(CHANGES), &mut |node, run| {
             let next = node.index + 1;
             let tick = u32::try_from(next / parts).unwrap_or(CHANGES);
