@@ -1,4 +1,4 @@
-//! Linear models: by hand, against the exponential function, and against differences of the motion itself.
+//! Linear models: against models by hand, the exponential function, and differences of the motion itself.
 
 mod library;
 mod random;
@@ -8,7 +8,7 @@ use dsocs_core::linear::{LinearModel, LinearizationError, OperatingPoint};
 use dsocs_core::text::{TapeKernel, Text};
 use dsocs_core::{AnyStart, Kernel, SetupError};
 
-/// A system that is read.
+/// A system from its text.
 pub fn read(text: &str) -> TapeKernel {
     Text::parse("system", text).unwrap().system
 }
@@ -108,7 +108,8 @@ fn a_cart_pole_by_hand() {
     );
     assert_eq!(upright.drift, [0.0; 4]);
 
-    // beside it, at rest: cos θ x″ + l θ″ = g sin θ, differentiated by θ at x″, θ″ of the drift
+    // away from it, at rest: cos θ x″ + l θ″ = g sin θ, differentiated by θ at the accelerations x″, θ″ of
+    // the drift
     let beside = model(&system, &[0.0, 0.5], &[0.3, 0.0]);
     let [x2, theta2] = [beside.drift[2], beside.drift[3]];
     let (sin, cos) = 0.5_f64.sin_cos();
@@ -317,7 +318,7 @@ fn corners_are_refused_and_smooth_pieces_are_not() {
     );
     assert!(linearized("-dry * x.abs()", 0.0, 0.3).is_err());
     assert_eq!(linearized("-dry * x.abs()", -0.1, 0.0).unwrap(), [-3.5, 0.0]);
-    // a corner at a jump of the second derivative alone is none
+    // a jump of the second derivative alone is no corner
     assert_eq!(
         linearized("-dry * dot(x) * dot(x).abs()", 0.1, 0.0).unwrap(),
         [-4.0, 0.0]

@@ -17,7 +17,8 @@ const TEXT: &str = "parameters { inertia = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0
 const INERTIA: Matrix = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.0, 0.2, 1.0]];
 const ROTOR: f64 = 0.3;
 
-/// The momenta of a leg, that of all in space, from its second node, `R T(x)ᵀ p` with the tangent `T` of the Padé map, and that of the rotor.
+/// The momenta of a leg: the total one in space from its second node, `R T(x)ᵀ p` with the tangent `T` of the
+/// Padé map, and the rotor's.
 fn of_leg(q: &[f64], d: &[f64], h: f64) -> [f64; 4] {
     let x: Vector = [d[1], d[2], d[3]];
     let w = times(1.0 / h, x);

@@ -8,10 +8,10 @@ use proptest::prelude::*;
 use super::dop853::integrate_from;
 use super::draws;
 
-/// A shape as a declaration writes it, and by its value.
+/// A function as text of a declaration, and its value.
 type Shape = (&'static str, fn(f64) -> f64);
 
-/// Functions of `u` that are small but for a neighbourhood of zero, or of some places.
+/// Functions of `u` that are small except near zero, or near several places.
 const SHAPES: [Shape; 11] = [
     ("(-u.powi(2)).exp()", |u| (-u * u).exp()),
     ("(-u.powi(4)).exp()", |u| (-u.powi(4)).exp()),
@@ -22,7 +22,7 @@ const SHAPES: [Shape; 11] = [
     ("(1 + u.powi(2)).powi(-5)", |u| (1.0 + u * u).powi(-5)),
     ("(1 + u.powi(2)).powf(-4.5)", |u| (1.0 + u * u).powf(-4.5)),
     ("(1 - u.tanh()) * (1 + u.tanh())", |u| u.cosh().powi(-2)),
-    // of a high power the base tells where it is large
+    // for a high power, the base shows where it is large
     ("(u / 5).sin().powi(16)", |u| (u / 5.0).sin().powi(16)),
     ("(u / 20).cos().powi(400)", |u| (u / 20.0).cos().powi(400)),
     ("(u / 63).cos().powi(4000)", |u| (u / 63.0).cos().powi(4000)),
@@ -31,16 +31,17 @@ const SHAPES: [Shape; 11] = [
     }),
 ];
 
-/// The first of those that are large at many places.
+/// The first function that is large at several places.
 const FIRST_OF_MANY: usize = 7;
 
-/// The end of the motion of an oscillator of the stiffness `k` with a force of a shape, narrow at a place or at a time.
+/// The end of the motion of an oscillator of stiffness `k`, with such a force, narrow in space or in time: by
+/// DOP853.
 fn by_others(shape: Shape, [height, at, width, k]: [f64; 4], is_in_time: bool) -> [f64; 2] {
     let rate = |t: f64, [x, v]: [f64; 2]| {
         let u = (if is_in_time { t } else { x } - at) / width;
         [v, -k * x + height * (shape.1)(u)]
     };
-    // so short spans that none of their steps leads over it
+    // the solver is stopped so often that none of its steps leads over the narrow place
     let (mut state, spans) = ([0.0, 1.0], 2000_u32);
     let at = |place: u32| 5.0 * f64::from(place) / f64::from(spans);
     for span in 0..spans {
@@ -72,7 +73,7 @@ fn what_is_narrow_is_met_whatever_the_tolerance() {
     draws::test(100, 28, draws, &|(shape, is_in_time, log_width, at, k)| {
         let width = 10.0_f64.powf(log_width);
         let (at, k) = if is_in_time { (4.0 * at, k) } else { (at, 0.2 * k) };
-        // a push of about the momentum 1/5, or a place that takes and gives about a tenth of the energy
+        // a push of about the momentum 1/5, or a place that changes the energy by about a tenth for a while
         let scene = [if is_in_time { 0.1 / width } else { -0.03 / width }, at, width, k];
         let reference = by_others(SHAPES[shape], scene, is_in_time);
         for tolerance in [1e-6, 1e-9, 1e-12] {
@@ -80,7 +81,7 @@ fn what_is_narrow_is_met_whatever_the_tolerance() {
             let error = (found[0] - reference[0])
                 .abs()
                 .max((found[1] - reference[1]).abs());
-            // those that come again and again push as often, and may bring it nearly to rest between two of them
+            // repeated pushes add up, and may bring the mass nearly to rest in between
             let size = if shape < FIRST_OF_MANY {
                 1.0
             } else {
@@ -99,7 +100,7 @@ fn what_is_narrow_is_met_whatever_the_tolerance() {
 
 #[test]
 fn no_wall_is_tunnelled() {
-    // from far away against the wall of Lennard and Jones's potential, and back as fast
+    // from afar against the wall of the Lennard-Jones potential, and back at the same speed
     let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2 - 4 * (x.powi(-12) - x.powi(-6));";
     let text = Text::parse("wall", text).unwrap();
     let start = Start::second_order([100.0], [-1.0]);

@@ -12,16 +12,16 @@ use super::draws;
 /// The sides of zero of an evaluation's comparisons, in their order.
 type Sides = Vec<bool>;
 
-/// A number of a time, a position and a velocity.
+/// A value by time, position and velocity, which records the sides of its comparisons.
 type Value = Box<dyn Fn([f64; 3], &mut Sides) -> f64>;
 
-/// A function of these, as it is written and by its value.
+/// An expression: its text, and its value.
 struct Expression {
     text: String,
     value: Value,
 }
 
-/// Whether a number is above zero, which is taken down.
+/// Whether a number is above zero, with a record in `sides`.
 fn above(x: f64, sides: &mut Sides) -> bool {
     sides.push(x > 0.0);
     x > 0.0
@@ -41,7 +41,7 @@ impl Expression {
     }
 }
 
-/// Something that jumps with the time or the place, or is smooth.
+/// A function that jumps in time or space, or is smooth.
 fn inner(kind: usize, [a, b]: [f64; 2]) -> Expression {
     match kind {
         0 => Expression::new(
@@ -99,7 +99,7 @@ fn outer(kind: usize, one: Expression, other: Expression, [c, d]: [f64; 2]) -> E
     }
 }
 
-/// A step of the method of Runge and Kutta, and whether all of its evaluations found the same sides.
+/// A Runge–Kutta step, and whether all of its evaluations had the same sides.
 fn step(force: &Expression, t: f64, [x, v]: [f64; 2], h: f64) -> ([f64; 2], bool) {
     let mut all: Vec<Sides> = Vec::new();
     let mut rate = |t: f64, [x, v]: [f64; 2]| {
@@ -119,7 +119,8 @@ fn step(force: &Expression, t: f64, [x, v]: [f64; 2], h: f64) -> ([f64; 2], bool
     (end, all.windows(2).all(|pair| pair[0] == pair[1]))
 }
 
-/// The end of the motion by steps that are halved until none but those shorter than rounding leads over a change of sides; `None` where it slides along one.
+/// The end of the motion, with steps halved until only steps shorter than rounding cross a change of sides;
+/// `None` where it slides along one.
 fn by_others(force: &Expression) -> Option<[f64; 2]> {
     let (mut t, mut state, mut h, mut steps) = (0.0, [0.5, 0.2], 1e-3_f64, 0);
     while t < 4.0 {
@@ -160,7 +161,7 @@ fn pieces_within_pieces_are_those_of_their_arguments() {
             let start = Start::second_order([0.5], [0.2]);
             let mut flow = TaylorFlow::read(&text_of.system, start, Tolerance::relative(tolerance)).unwrap();
             if let Err(error) = flow.to(4.0) {
-                // where both sides lead back a motion slides, or ends
+                // where both sides lead back, the motion slides or ends
                 prop_assert!(error.to_string().contains("sticks"), "{text}: {error}");
                 continue;
             }

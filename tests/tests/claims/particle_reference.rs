@@ -1,4 +1,4 @@
-//! The particle's discrete motion is the reference's, row by row, within what double precision allows.
+//! The discrete motion of the particle agrees with the reference, row by row, within double precision.
 
 use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::CurvedParticle;

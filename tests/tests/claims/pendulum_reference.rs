@@ -1,5 +1,5 @@
-//! The pendulum's discrete motion is the reference's, row by row, within what double precision allows; so are single
-//! steps, also those where the wrong root is nearest.
+//! The discrete motion of the pendulum agrees with the reference, row by row, within double precision; so do
+//! single steps, also those where the wrong root is nearest.
 
 use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::InertiaWheelPendulum;
@@ -84,7 +84,7 @@ fn with_the_step_0_0125() {
     );
 }
 
-/// Takes each step of a file on its own, from its two nodes.
+/// Checks each step of a file by itself, from its first two nodes.
 fn single_steps(file: &str, tolerance: [f64; 2]) {
     let table = Table::read(file);
     let pendulum = InertiaWheelPendulum::default();

@@ -25,7 +25,8 @@ fn no_ensemble_passes_a_mass_that_vanishes_wherever_the_nodes_lie() {
 
 #[test]
 fn a_step_that_nearly_meets_a_pole_is_counted() {
-    // the curvature a / (1 - x) turns the path where 1 - x is a/e^(2a), and with a = 1/10 within a twentieth of a thousandth: few steps see how
+    // the curvature a / (1 - x) turns the path where 1 - x = a/e^(2a); for a = 1/10 within 5e-5, which few
+    // steps resolve
     let text = "coordinates(x, y);
         lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
         let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
@@ -56,13 +57,13 @@ fn a_step_that_nearly_meets_a_pole_is_counted() {
         }
     }
     assert!(wrong > 20, "{wrong}");
-    // where the nodes lie just so that no step sees it, the next ones are only inaccurate
+    // where the nodes lie so that no step sees the pole, the following ones are only inaccurate
     assert!(10 * counted >= 9 * wrong, "{counted} of {wrong}");
 }
 
 #[test]
 fn a_motion_begins_as_softly_as_with_any_power_of_time() {
-    // x'' = -x + t^n: from rest x is the particular solution with the polynomial's own start, here by its series
+    // x'' = -x + t^n: from rest the solution begins as t^(n+2); here by its series
     for n in 2..8_i32 {
         let text = format!(
             "coordinates(x); lagrangian = (dot(x).powi(2) - x.powi(2)) / 2; external_forces = t.powi({n});"

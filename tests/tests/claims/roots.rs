@@ -1,5 +1,5 @@
-//! A constraint with two solutions at every step: both are found on request, a run follows the one it is on or says that
-//! it cannot tell, and never goes over to the other in silence.
+//! A constraint with two solutions in every step: both are found on request. A run follows its own or says
+//! that it cannot decide; it never changes to the other without an error.
 
 use dsocs_core::{Guess, RunError, Start, StepFailure, Stepper};
 use dsocs_tests::declared;
@@ -114,7 +114,7 @@ fn the_error_tells_both_solutions_and_what_to_do() {
 
 #[test]
 fn without_a_past_the_continuous_acceleration_tells() {
-    // both roots are a hundredth away from a straight line, and the continuous system has one acceleration
+    // both roots are a hundredth from a straight line, and the continuous system has one acceleration
     let system = Either { drift: 0.31 };
     let mut flow = Flow::new(&system, H, Start::nodes([0.97], [1.0])).unwrap();
     let [oscillator, uniform] = solutions(&system, &flow);
@@ -123,8 +123,8 @@ fn without_a_past_the_continuous_acceleration_tells() {
     assert!((flow.position()[0] - oscillator).abs() < 1e-12);
 }
 
-/// Starts at which the oscillator's velocity at the second node is the drift, to the last bit: the row says nothing of the
-/// acceleration there, and a straight line is a root to which no update has to lead.
+/// Starts at which the oscillator's velocity at the second node is the drift, to the last bit: the row does
+/// not determine the acceleration there, and a straight line is a root to which no update leads.
 #[test]
 fn a_start_whose_second_node_is_on_the_other_motion() {
     let (mut runs, mut on_it) = (0, 0);
@@ -141,7 +141,7 @@ fn a_start_whose_second_node_is_on_the_other_motion() {
     }
     println!("{runs} runs, {on_it} of which begin on the other motion");
     assert!(on_it > 30);
-    // given by nodes alone such a start has no acceleration that could tell
+    // with nodes alone, such a start has no acceleration to decide by
     let mut flow = Flow::new(&Either { drift: 0.25 }, 0.125, Start::nodes([-1.03125], [-1.0])).unwrap();
     let error = flow.advance().unwrap_err();
     assert_eq!(
@@ -150,9 +150,10 @@ fn a_start_whose_second_node_is_on_the_other_motion() {
     );
 }
 
-/// Holds a run against the oscillator's solutions, and tells whether it begins where the row vanishes for every acceleration.
+/// Checks a run against the oscillator's solutions; returns whether its start makes the row vanish for every
+/// acceleration.
 fn follows(system: &Either, h: f64, start: Start<1>) -> bool {
-    // a start on the drift has no acceleration
+    // on the drift the start has no acceleration
     let Ok(mut flow) = Flow::new(system, h, start) else {
         return false;
     };
@@ -178,7 +179,7 @@ fn follows(system: &Either, h: f64, start: Start<1>) -> bool {
 }
 
 declared! {
-    /// The size of the acceleration is given, as in a ride at a fair.
+    /// The magnitude of the acceleration is given, as on a fairground ride.
     struct Felt {}
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
@@ -186,7 +187,8 @@ declared! {
     constraint_forces = [(1, 0)];
 }
 
-/// The first step goes on with the solution that the start found near the acceleration that was said, however far that was from it.
+/// The first step continues with the solution that the start found near the given acceleration, however far
+/// that was.
 #[test]
 fn what_is_near_to_a_solution_need_not_be_it() {
     let square = 12.0_f64.powi(2) - 9.81_f64.powi(2);

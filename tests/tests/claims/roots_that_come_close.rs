@@ -26,7 +26,7 @@ declared! {
     constraint_forces = [(1, 0)];
 }
 
-/// A function whose derivative is `√(slope² s² + gap²)`, and one whose derivative that is.
+/// The first and the second integral of `√(slope² s² + gap²)`.
 fn integrals(slope: f64, gap: f64, s: f64) -> [f64; 2] {
     let (u, root) = (slope * s, (slope * s).hypot(gap));
     let log = (u / gap).asinh();
@@ -36,7 +36,7 @@ fn integrals(slope: f64, gap: f64, s: f64) -> [f64; 2] {
     [first / slope, second / (slope * slope)]
 }
 
-/// Position and velocity at the time `t` from rest, with the root of a sign.
+/// Position and velocity at the time `t` from rest, for the root with this sign.
 fn expected([mean, slope, at, gap]: [f64; 4], sign: f64, t: f64) -> [f64; 2] {
     let [first, second] = [0.0, t].map(|t| integrals(slope, gap, t - at));
     let v = mean * t + sign * (second[0] - first[0]);
@@ -68,7 +68,8 @@ fn a_root_is_kept_where_another_comes_close() {
         let by_place = ByPlace { mean, slope, at, gap };
         let start = Start::second_order([0.0, 0.0], [0.0, 1.0]).near_acceleration([a0, 0.0]);
         let second = runs(&by_place, start, end, tolerance);
-        // the tolerance is a part of the velocity, and the bend is seen by what it does to the acceleration. The other root leads by about 1 elsewhere
+        // the tolerance is relative to the velocity; the bend of the acceleration is seen by its effect. The
+        // other root ends about 1 away
         let allowed = 1000.0 * tolerance * end[1].abs().max(1.0) + 1e-10;
         assert!(
             first < allowed && second < allowed,
@@ -78,7 +79,7 @@ fn a_root_is_kept_where_another_comes_close() {
 }
 
 declared! {
-    /// The roots are two functions of time, which cross: each goes on.
+    /// Two roots that are functions of time and cross: each is continued.
     #[derive(Debug)]
     struct Cross { rate: f64, slope: f64 };
     coordinates(x);

@@ -1,6 +1,8 @@
-//! Rotations as coordinates: the errors and orders of the step against equations written by hand, integrated by another method.
+//! Rotations as coordinates: the step against equations by hand, which DOP853 integrates; its errors and
+//! orders.
 //!
-//! The errors expected here are those of an independent implementation of the step, in Python with derivatives by JAX.
+//! The expected errors are those of an independent implementation of the step, in Python with derivatives by
+//! JAX.
 
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::Text;
@@ -84,18 +86,18 @@ pub(crate) fn unit(q: [f64; 4]) -> [f64; 4] {
     q.map(|q| q / norm)
 }
 
-/// The first numbers of a state.
+/// `K` numbers of a state, from a place on.
 pub(crate) fn part<const K: usize, const N: usize>(state: &[f64; N], from: usize) -> [f64; K] {
     core::array::from_fn(|i| state[from + i])
 }
 
-/// Numbers one after the other.
+/// The parts one after another.
 pub(crate) fn joined<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
     let all = parts.concat();
     core::array::from_fn(|i| all[i])
 }
 
-/// A position with its quaternion first, a velocity without its zero, and the motion to a time.
+/// A start and an end. Positions have the quaternion first, velocities omit its zero.
 pub(crate) struct Motion {
     pub(crate) q0: Vec<f64>,
     pub(crate) v0: Vec<f64>,
@@ -105,7 +107,7 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// The motion by the method of Dormand and Prince, of a state with `K` positions first.
+    /// The motion by DOP853, of a state whose first `K` numbers are positions.
     pub(crate) fn by_hand<const N: usize>(
         hand: impl Fn(&[f64; N]) -> [f64; N],
         (q0, v0): (&[f64], &[f64]),
@@ -122,7 +124,7 @@ impl Motion {
         }
     }
 
-    /// Holds the step of a declaration to errors of position and velocity, for a step and its halves.
+    /// Checks the errors of position and velocity of a declaration's step, for a step and its halves.
     #[track_caller]
     fn holds(&self, text: &str, h: f64, positions: [f64; 4], velocities: [f64; 4]) {
         let text = Text::parse("body", text).unwrap_or_else(|error| panic!("{error}"));
@@ -173,7 +175,7 @@ pub(crate) fn written(m: &Matrix) -> String {
     format!("{m:?}")
 }
 
-/// A heavy top, to an end.
+/// A heavy top up to a time.
 pub(crate) fn heavy_top(until: f64) -> Motion {
     let (inertia, arm) = ([2.0, 1.5, 1.0], [0.2, 0.1, 1.0]);
     let hand = |y: &[f64; 7]| {
@@ -185,7 +187,7 @@ pub(crate) fn heavy_top(until: f64) -> Motion {
     Motion::by_hand(hand, (&unit([1.0, 0.3, -0.4, 0.2]), &[0.6, -0.3, 3.0]), until)
 }
 
-/// Its declaration, with maps.
+/// Its declaration, with the given maps.
 pub(crate) fn of_heavy_top(maps: &str) -> String {
     format!(
         "parameters {{ inertia = [[2.0, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 1.0]], arm = [0.2, 0.1, 1.0] }}
@@ -199,7 +201,7 @@ pub(crate) fn of_heavy_top(maps: &str) -> String {
 #[test]
 fn a_heavy_top() {
     let motion = heavy_top(5.0);
-    // what the paper's map differs in from the trapezoid telescopes
+    // the differences of the paper's map from the trapezoid telescope
     for maps in ["", "phi_lagrangian = paper;", "phi_lagrangian = trapezoid;"] {
         motion.holds(
             &of_heavy_top(maps),
@@ -265,8 +267,8 @@ pub(crate) const SATELLITE: Matrix = [[3.0, 0.2, -0.1], [0.2, 2.5, 0.15], [-0.1,
 pub(crate) const DAMPING: Vector = [0.8, 0.6, 0.7];
 pub(crate) const WHEEL: f64 = 0.1;
 
-/// A satellite whose wheels turn as a law asks: what the torque of the wheels is at `(e, w)`, with the total momentum `momentum`, and the error `e` of its
-/// attitude.
+/// A satellite whose wheels follow a law: their torque is a function of the attitude error `e`, the angular
+/// velocity `w` and the total momentum `momentum`.
 pub(crate) fn satellite(torque: impl Fn(Vector, Vector, Vector) -> Vector, until: f64) -> Motion {
     let hand = |y: &[f64; 13]| {
         let (q, w, wheels): ([f64; 4], Vector, Vector) = (part(y, 0), part(y, 7), part(y, 10));
@@ -296,7 +298,7 @@ pub(crate) fn of_satellite(law: &str) -> String {
     )
 }
 
-/// The satellite under one row, and its text.
+/// The satellite under one Lyapunov row, and its text.
 pub(crate) fn lyapunov(until: f64) -> (Motion, String) {
     const SHARE: f64 = 0.15;
     let motion = satellite(
@@ -407,7 +409,7 @@ fn a_ball_on_a_turntable() {
     let inertia = 0.4 * mass * radius * radius;
     let k = inertia / (inertia + mass * radius * radius) * turn;
     let (x0, v0) = ([0.3, -0.2], [0.5, 0.4]);
-    // the contact goes round a circle
+    // the contact point moves on a circle
     let x = |t: f64| {
         let (sin, cos) = (k * t).sin_cos();
         [
@@ -543,7 +545,7 @@ fn a_disk_that_rolls() {
     );
 }
 
-/// A body on which a torque acts that is given in the frame of its body, and in that of space.
+/// A body under a torque given in its own frame, and the torque in space.
 #[test]
 fn a_torque_from_outside_acts_at_both_ends_of_a_leg() {
     let inertia = [2.0, 1.5, 1.0];
@@ -600,7 +602,7 @@ fn the_norm_stays_one_and_a_step_back_leads_back() {
          lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2;",
     )
     .unwrap();
-    // not of norm one to the last digit: it is brought there
+    // the norm deviates from one by 1e-8, and is corrected
     let start = AnyStart::second_order(&[1.0 + 1e-8, 0.0, 0.0, 0.0], &[0.0, 0.5, 2.0, -0.3]);
     let mut flow = AnyFlow::new(&text.system, 1e-3, &start).unwrap();
     let norm = |flow: &AnyFlow<'_>| flow.leg().q.iter().map(|q| q * q).sum::<f64>().sqrt();
@@ -618,7 +620,7 @@ fn the_norm_stays_one_and_a_step_back_leads_back() {
     }
 }
 
-/// A top of two bodies that turn in one another, and a mass on a spring in the second.
+/// A top of two bodies joined by a rotation, and a mass on a spring in the second.
 #[dsocs {
     coordinates(s, r: rotation, q: rotation);
     let w = r.angular_velocity();
@@ -635,7 +637,7 @@ struct Gimbal {
 
 #[test]
 fn a_body_that_spins_evenly_is_followed_for_as_long_as_it_spins() {
-    // its angular velocity is constant, and says nothing of how long a step may be; alone, and beside a spring
+    // a constant angular velocity does not limit the step; alone, and beside a spring
     let spins = "coordinates(r: rotation, x); let w = r.angular_velocity(); \
         lagrangian = w.inner([[3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]] * w) / 2 + dot(x).powi(2) / 2 - x.powi(2) / 2;";
     let text = Text::parse("spins", spins).unwrap();
@@ -688,7 +690,7 @@ fn a_compiled_system_has_the_bits_of_its_text() {
     assert_eq!(bits(&last.q), bits(node.q));
     assert_eq!(bits(&last.force), bits(node.force));
     assert_eq!(last.energy.to_bits(), node.energy.to_bits());
-    // the series, too, and what they lead to
+    // the series too, and its end
     let tolerance = Tolerance::relative(1e-13);
     let mut taylor = TaylorFlow::new(&system, Start::second_order(q0, v0), tolerance).unwrap();
     let exact = taylor.to(5.0).unwrap();
@@ -741,7 +743,7 @@ fn a_start_far_from_the_norm_one_is_refused_and_so_is_what_cannot_be_had_yet() {
         "{error}"
     );
     let one = [0.0, 1.0, 0.0, 0.0, 0.0];
-    // a start by two nodes is one by what leads from one to the other, and the sign of a quaternion says nothing
+    // a start by two nodes goes by the rotation between them, and the quaternion's sign has no meaning
     let turned = [0.0, -(0.05_f64.cos()), 0.0, 0.0, -(0.05_f64.sin())];
     let flow = AnyFlow::new(&text.system, 0.1, &AnyStart::nodes(&one, &turned)).unwrap();
     let d = flow.leg().d.to_vec();
@@ -750,7 +752,7 @@ fn a_start_far_from_the_norm_one_is_refused_and_so_is_what_cannot_be_had_yet() {
         "{d:?}"
     );
     assert!(flow.leg().q[1] > 0.9);
-    // the first number of a velocity is none of an angular velocity
+    // the first component of a quaternion's velocity must be zero
     let mut wrong = v0;
     wrong[1] = 0.5;
     let error = refused(&AnyStart::second_order(&one, &wrong));

@@ -10,7 +10,7 @@ use crate::rotations::{
     Motion, Vector, cross, dot, joined, matrix, part, plus, product, rate, solved, times, unit,
 };
 
-/// A body on a point of it that is held: the place of its centre is bound to its attitude.
+/// A body with a held point: its centre is bound to its attitude.
 const HELD: &str = "parameters { inertia = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.0, 0.2, 1.0]], arm = [0.2, 0.1, 1.0], mass = 0.7 }
     coordinates(r: rotation, x: [3]);
     let w = r.angular_velocity();
@@ -107,7 +107,7 @@ fn a_compiled_system_has_the_bits_of_its_text_under_constraints_too() {
     };
     let motion = held(2.0);
     let (q0, v0): ([f64; 7], [f64; 7]) = (joined(&[&motion.q0]), joined(&[&[0.0], &motion.v0]));
-    // off the constraint, by attitude and by place
+    // off the constraint, in attitude and in position
     let mut off = q0;
     (off[1], off[5]) = (off[1] + 1e-7, off[5] - 0.01);
     let tolerance = Tolerance::relative(1e-12);
@@ -123,7 +123,7 @@ fn a_compiled_system_has_the_bits_of_its_text_under_constraints_too() {
     assert_eq!(bits(&last.q), bits(node.any().q));
     assert_eq!(bits(&last.v), bits(node.any().v));
 
-    // a start by the motion itself leads to the nodes of the motion, and the step to second order from there
+    // an exact start has the nodes of the motion
     let exact = |h: f64| {
         let start = Start::second_order(q0, v0).exact(&system, h).unwrap();
         let flow = Flow::new(&system, h, start).unwrap();
@@ -137,7 +137,7 @@ fn a_compiled_system_has_the_bits_of_its_text_under_constraints_too() {
             .fold(0.0, f64::max)
     };
     for h in [0.2, 0.01, 1e-4] {
-        // the pair of nodes is brought onto the row of the pair
+        // the second node is projected onto the row of the pair
         assert!(exact(h) < 2e-16 + 1e-15, "{h}: {:e}", exact(h));
     }
 }
@@ -186,7 +186,7 @@ fn a_start_off_a_constraint_is_moved_onto_it_as_that_of_an_angle_is() {
     let texts = texts.map(|text| Text::parse("wheel", text).unwrap_or_else(|error| panic!("{error}")));
     let (angle, spin) = (0.8_f64, 0.5);
     let (sine, cosine) = (0.5 * angle).sin_cos();
-    // a tenth off, in place and velocity
+    // a tenth off, in position and velocity
     let x = [angle.cos() + 0.1, angle.sin() - 0.05];
     let v = [0.1, 0.4];
     let starts = [
@@ -214,7 +214,7 @@ fn a_start_off_a_constraint_is_moved_onto_it_as_that_of_an_angle_is() {
         [q[0], q[1], q[2], v[0], v[1], v[2]],
         [2.0 * r[3].atan2(r[0]), r[4], r[5], w[3], w[4], w[5]],
     ];
-    // both by the same metric, and the shortest way: the increment of the rotation is its angle up to θ⁵/11520
+    // both by the same metric, by the least change: the increment of the rotation is its angle up to θ⁵/11520
     for (number, rotation) in first[0].iter().zip(first[1]) {
         assert!((number - rotation).abs() < 1e-8, "{first:?}");
     }
@@ -248,7 +248,7 @@ fn a_row_that_has_no_gradient_where_it_holds_is_named() {
     );
 }
 
-/// A link that a hinge holds about the first axis of space and of the link.
+/// A link on a hinge about the first axis of space and of the link.
 const HINGE: &str = "coordinates(r: rotation);
      let w = r.angular_velocity();
      lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 - (r * [0, 0.3, 1])[2];
@@ -270,7 +270,7 @@ fn a_start_far_from_a_hinge_comes_to_the_assembly_that_is_near() {
             "{angle}: {:?}",
             node.any().q
         );
-        // by the shortest way, to the attitude from which it was turned
+        // by the least rotation, back to the attitude before the turn
         let turn = 2.0 * (w * cosine + 0.6 * y * sine + 0.8 * z * sine).abs().acos();
         assert!(turn < 1.1 * angle, "{angle}: {turn}");
     }

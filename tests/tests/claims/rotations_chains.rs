@@ -1,7 +1,9 @@
-//! Chains of rigid bodies in space, drawn at random, against the equations of Newton and Euler for each body with the forces of its joints.
+//! Random chains of rigid bodies in space, against the equations of Newton and Euler for each body with the
+//! forces of its joints.
 //!
-//! A body is joined by a ball joint to the one above it, the first to a fixed point; a torque against the relative angular velocity brakes each joint. A declaration has the
-//! attitudes alone, or the centres of mass as well and the joints as constraints.
+//! A ball joint joins each body to the one above, the first to a fixed point; a torque against the relative
+//! angular velocity brakes each joint. A declaration has the attitudes alone, or also the centres of mass,
+//! with the joints as constraints.
 
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::{TapeKernel, Text};
@@ -54,7 +56,7 @@ impl Chain {
         let mut equations = vec![vec![0.0; 9 * count + 1]; 9 * count];
         // of each body: the acceleration of its centre, its angular acceleration, the force of the joint above
         let place = |body: usize, kind: usize| 9 * body + 3 * kind;
-        // the place of a point of a body moves by `c'' + R (w' × p)` and what is known
+        // the acceleration of a body's point is `c'' + R (w' × p)` and known terms
         let swing = |body: usize, p: Vector| {
             let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
             transposed(&columns.map(|axis| product(&attitudes[body], cross(axis, p))))
@@ -67,7 +69,7 @@ impl Chain {
             let (w, r) = (states[i].1, &attitudes[i]);
             let [above, below] = body.joints;
             let mut torque = cross(product(&body.inertia, w), w);
-            // the brake of the joint above, and that of the joint below, which acts the other way round
+            // the brake of the joint above, and the reaction of the joint below
             let in_space = |i: usize| product(&attitudes[i], states[i].1);
             let over = if i == 0 { [0.0; 3] } else { in_space(i - 1) };
             let mut brake = times(-self.brake, plus(in_space(i), times(-1.0, over)));
@@ -126,7 +128,7 @@ impl Chain {
         rates
     }
 
-    /// The states of the bodies at a time.
+    /// The states of the bodies at a time, by DOP853.
     fn by_hand<const S: usize>(&self, until: f64) -> Vec<([f64; 4], Vector)> {
         let mut state = [0.0; S];
         for (body, numbers) in self.bodies.iter().zip(state.as_chunks_mut::<NUMBERS>().0) {
@@ -158,7 +160,7 @@ impl Chain {
         AnyStart::second_order(&q0, &v0)
     }
 
-    /// Gives a declaration the values of the chain.
+    /// Sets the parameters of a declaration to the chain.
     fn set(&self, system: &mut TapeKernel) {
         let bodies = self.bodies.iter().flat_map(|body| {
             let [above, below] = body.joints;
@@ -171,7 +173,7 @@ impl Chain {
     }
 }
 
-/// The solution of linear equations, whose right-hand sides are their last column, by elimination with pivots.
+/// The solution of linear equations, by elimination with pivots; the right-hand sides are the last columns.
 fn solved(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
     let count = rows.len();
     for pivot in 0..count {
@@ -265,7 +267,8 @@ fn declared(count: usize, has_places: bool) -> Text {
     Text::parse("chain", &text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// Mass, moments of inertia, a matrix whose squares stand beside these, joints, attitude and angular velocity.
+/// Mass, moments of inertia, a matrix whose squares are added to these, joints, attitude and angular
+/// velocity.
 type Drawn = (f64, Vector, Matrix, [Vector; 2], ([f64; 4], Vector));
 
 /// Chains of so many bodies.
@@ -280,7 +283,7 @@ fn chains(count: usize) -> BoxedStrategy<Chain> {
         (prop::array::uniform4(number()), vector()),
     );
     let body = body.prop_map(|(mass, moments, lever, joints, (q, w)): Drawn| {
-        // of masses that stand off: the squares of a matrix, and what a body has at least
+        // the inertia of masses at a distance: the squares of a matrix, and a least value
         let inertia = [0, 1, 2].map(|i| {
             [0, 1, 2].map(|j| {
                 let sum: f64 = (0..3).map(|k| lever[i][k] * lever[j][k]).sum();
@@ -327,7 +330,7 @@ fn distance(node: &OwnedNode, known: &[([f64; 4], Vector)], apart: usize) -> f64
     known.iter().enumerate().map(of_body).fold(0.0, f64::max)
 }
 
-/// Holds chains of so many bodies to their equations.
+/// Checks random chains of this length against their equations.
 fn hold<const S: usize>(cases: u32, has_places: bool) {
     const UNTIL: f64 = 0.5;
     let count = S / NUMBERS;

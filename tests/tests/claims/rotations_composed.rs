@@ -1,6 +1,7 @@
-//! Compositions of the step for systems with rotations: the errors and orders at nodes, against equations written by hand.
+//! Compositions of the step for systems with rotations: errors and orders at nodes, against equations by
+//! hand.
 //!
-//! The errors expected here are those of an independent implementation, in Python with derivatives by JAX.
+//! The expected errors are those of an independent implementation, in Python with derivatives by JAX.
 
 use dsocs_core::text::Text;
 use dsocs_core::{AnyComposedFlow, AnyStart, Composition, OwnedNode, Symmetry};
@@ -10,10 +11,10 @@ use crate::rotations::{
     plus, rate, satellite, times, unit,
 };
 
-/// Systems with their methods: the errors of a step and its halves.
+/// Methods, with the errors of a step and its halves.
 type Errors<'a> = &'a [(Composition, &'a [f64])];
 
-/// Where a composed step of a text leads: position and velocity.
+/// Position and velocity at the end of a composed run.
 fn last(text: &Text, motion: &Motion, h: f64, method: Composition) -> Vec<f64> {
     let v0 = [&[0.0], motion.v0.as_slice()].concat();
     let start = AnyStart::second_order(&motion.q0, &v0);
@@ -27,7 +28,7 @@ fn last(text: &Text, motion: &Motion, h: f64, method: Composition) -> Vec<f64> {
     [node.q, &node.v[1..]].concat()
 }
 
-/// Holds compositions to their errors, where these are above rounding.
+/// Checks the errors of compositions, where these are above rounding.
 #[track_caller]
 fn holds(text: &str, motion: &Motion, h: f64, all: Errors<'_>) {
     let text = Text::parse("body", text).unwrap_or_else(|error| panic!("{error}"));
@@ -60,7 +61,7 @@ fn holds(text: &str, motion: &Motion, h: f64, all: Errors<'_>) {
 #[test]
 fn a_heavy_top() {
     let motion = heavy_top(2.0);
-    // of the paper's map the trapezoid's legs are taken
+    // with the paper's map the legs of the trapezoid are taken
     for maps in ["", "phi_lagrangian = trapezoid;"] {
         holds(
             &of_heavy_top(maps),
@@ -116,7 +117,7 @@ fn a_satellite_under_a_lyapunov_row() {
     );
 }
 
-/// The errors at the end of a motion have the order of the method, for numbers of steps.
+/// Checks that the errors at the end of a motion have the order of the method, over several numbers of steps.
 #[track_caller]
 fn has_order(text: &str, motion: &Motion, methods: &[(Composition, [u32; 3])]) {
     let text = Text::parse("body", text).unwrap_or_else(|error| panic!("{error}"));
@@ -216,7 +217,7 @@ fn a_step_back_leads_back() {
     assert!(apart < 1e-12, "{apart:e}");
 }
 
-/// A wheel about one axis in space, and the same as an angle.
+/// A wheel about one axis in space, by an angle and by a rotation.
 fn wheels(of_angle: &str, of_rotation: &str) -> [Text; 2] {
     let angle = format!("coordinates(phi); let spin = dot(phi); lagrangian = spin.powi(2) / 2; {of_angle}");
     let rotation = format!(
@@ -288,7 +289,7 @@ fn a_force_that_jumps_with_the_attitude_is_told() {
     };
     assert_eq!(number.steps, rotation.steps);
     assert!((number.first - rotation.first).abs() < 1e-12);
-    // a force that is smooth there is not
+    // a force that is smooth there gives no such report
     let smooth = self::wheels(
         "external_forces = -0.4 * phi.cos();",
         "external_forces = [0, 0, -0.4 * e[0]];",
@@ -307,7 +308,7 @@ fn a_motion_ends_at_a_singularity() {
     );
     for mut flow in runs(&wheels, 0.2, Composition::SUZUKI_4) {
         let error = flow.run_mut().to(10.0).unwrap_err();
-        // the angle of a quarter of a turn back is reached at 3.762
+        // the angle -π/2 is reached at 3.762
         assert!((flow.run().clock().time() - 3.75).abs() < 1e-12, "{error}");
         assert!(error.to_string().contains("singular"), "{error}");
     }

@@ -1,4 +1,4 @@
-//! The linear models of all systems of the library, about their own starts.
+//! The linear models of all systems of the library, about their default starts.
 
 use dsocs_core::geometry::motion_near;
 use dsocs_core::linear::{LinearizationError, OperatingPoint};
@@ -8,7 +8,7 @@ use dsocs_systems::{Entry, systems};
 use super::random::slope;
 use super::step::{exponential, product};
 
-/// The state about which a system is linearized: its own start, on the constraints.
+/// The default start of a system, projected onto the constraints: the state about which it is linearized.
 fn start(entry: &Entry) -> AnyStart {
     let [q, v] = entry.default_start().unwrap();
     let start = AnyStart::second_order(q, v).at(0.3).projected();
@@ -36,7 +36,7 @@ fn models_are_derivatives_of_the_motion_and_of_the_step() {
         let n = at.q.len();
         let lower = Declaration::of(kernel).lower() + Declaration::of(kernel).holonomic();
         assert_eq!(model.states.len(), 2 * n - lower, "{}", entry.name());
-        // by differences of the motion, along one state after the other
+        // by differences of the motion, one state after another
         let size = model
             .a
             .iter()
@@ -56,7 +56,8 @@ fn models_are_derivatives_of_the_motion_and_of_the_step() {
                     .map(|row| row.iter().zip(&rate).map(|(x, y)| x * y).sum())
                     .collect()
             };
-            // what is steep, as the tanh of the pendulum's law, asks for a short shift, what is rounded for a long one
+            // steep functions, as the tanh of the pendulum's law, need a short shift, rounded ones a long
+            // shift
             let apart = |shift: f64| -> f64 {
                 let pairs = model.a.iter().zip(slope(&moved, shift));
                 pairs.fold(0.0, |most, (row, found)| most.max((row[k] - found).abs() / size))
@@ -68,7 +69,7 @@ fn models_are_derivatives_of_the_motion_and_of_the_step() {
             worst[0] = worst[0].max(least);
             assert!(least < 1e-8, "{}, state {k}: {least:e}", entry.name());
         }
-        // of a short step: I + h A, and what is left is of second order
+        // for a short step: I + h A, with a remainder of second order
         let left = |h: f64| -> f64 {
             let scaled: Vec<Vec<f64>> = model
                 .a
@@ -77,7 +78,7 @@ fn models_are_derivatives_of_the_motion_and_of_the_step() {
                 .collect();
             let step = OperatingPoint::new(kernel, start(&entry)).step(h).unwrap();
             assert_eq!(step.states, model.states);
-            // the free directions of the next node may be other ones: its state in those of this node
+            // the free directions of the next node may differ: its state in those of this node
             let after: Vec<Vec<f64>> = (0..2 * n)
                 .map(|i| step.basis_after.iter().map(|own| own[i]).collect())
                 .collect();

@@ -91,7 +91,7 @@ fn declared(random: &mut Random, bound: Bound) -> String {
     text
 }
 
-/// A state after a time, from one that is brought onto the constraints.
+/// The state after a time, from a projected start.
 fn after(system: &TapeKernel, [q, v]: [&[f64]; 2], time: f64) -> Vec<f64> {
     let start = AnyStart::second_order(q, v).projected();
     let mut flow = AnyTaylorFlow::of_tape(system, &start, Tolerance::relative(1e-15)).unwrap();
@@ -135,7 +135,7 @@ fn models_of_random_systems_are_derivatives_of_their_flows() {
                     after(&system, [q, v], time)
                 };
                 let change = slope(&moved, 2e-3);
-                // what a change of the whole state is in minimal coordinates: the basis is orthonormal in its own part
+                // the change in minimal coordinates: the basis is orthonormal in positions and in velocities
                 let parts: Vec<f64> = (0..n)
                     .map(|k| {
                         let own = &model.basis[k];
@@ -215,7 +215,7 @@ fn random_systems_are_found_at_rest_again() {
             let system = read(&declared(&mut random, bound));
             let guess: Vec<f64> = (0..3).map(|_| random.between(-0.05, 0.05)).collect();
             let found = EquilibriumSearch::new(&system).near(&guess).unwrap();
-            // wherever it leads, the motion from there stays
+            // whichever equilibrium was found, the motion from there stays
             let there = after(&system, [&found.q, &[0.0; 3]], 0.5);
             for (x, y) in there.iter().zip(found.q.iter().chain(&[0.0; 3])) {
                 assert!((x - y).abs() < 1e-10, "{bound:?}: {there:?} {found:?}");

@@ -157,7 +157,7 @@ fn an_oscillator_by_hand() {
     close(&[found.drift], &[vec![next[0] - 0.4, next[1] - 0.7]], 1e-14);
 }
 
-/// The state of a node, as a run reports it, after so many steps from a leg.
+/// The state of a node, as a run reports it, `steps` steps after a leg.
 fn reported(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, near: &[f64], steps: usize) -> Vec<f64> {
     let map = DiscreteFlow::new(system, h).unwrap();
     let mut triple = map.forward_near(leg, near).unwrap();
@@ -170,7 +170,7 @@ fn reported(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, near: &[f64], ste
 
 #[test]
 fn in_motion_the_step_is_the_derivative_of_the_nodes() {
-    // nothing is constant here: masses, time, forces, other maps
+    // nothing is constant here: masses, time and forces vary, and the maps are other ones
     let system = read(
         "parameters { gain = 0.7, bias = 0.2 }
          coordinates(x, y);
@@ -184,7 +184,8 @@ fn in_motion_the_step_is_the_derivative_of_the_nodes() {
     let state = found.point.any();
     assert_eq!((state.q, state.t), (&[0.3, -0.5][..], 0.7));
     close(&[state.v.to_vec()], &[vec![0.8, 0.4]], 1e-13);
-    // the leg is found again from the state, by the same search, that is: by the model's own basis; here by differences in the leg
+    // the model finds the leg again from the state by the same search, in its own basis; here the differences
+    // are in the leg
     let near: Vec<f64> = state.a.iter().map(|a| h * h * a).collect();
     let mut d: Vec<f64> = state.v.iter().zip(&near).map(|(v, e)| h * v - e / 2.0).collect();
     for _ in 0..50 {
@@ -232,11 +233,11 @@ fn in_motion_the_step_is_the_derivative_of_the_nodes() {
             .collect()
     };
     close(&product(&found.a, &rows(0)), &rows(1), 1e-10);
-    // and it is not that of a state at rest
+    // and it differs from the model at zero velocity
     assert!(apart(&found.a, &model_at_rest(&system, h)) > 1e-2);
 }
 
-/// The model at another state.
+/// The model at the same position with zero velocity.
 fn model_at_rest(system: &dyn Kernel, h: f64) -> Vec<Vec<f64>> {
     OperatingPoint::new(system, at(&[0.3, -0.5], &[0.0, 0.0]).at(0.7))
         .step(h)

@@ -51,7 +51,7 @@ struct Stacks {
     held: f64,
 }
 
-/// The contacts of stacks that have friction.
+/// The scene of the contacts (by number) that have friction.
 struct Own<'s>(&'s Stacks, Vec<usize>);
 
 impl Scene<4> for Own<'_> {
@@ -188,7 +188,7 @@ impl Scene<2> for Arms {
     }
 }
 
-/// A scene whose forces are unique and whose events are apart.
+/// A scene with a unique motion whose events are apart, see [`BESIDE`] and [`MARGIN`].
 struct Drawn<S, const N: usize> {
     system: S,
     q: [f64; N],
@@ -203,14 +203,15 @@ const BESIDE: f64 = 0.07;
 /// The least margin of a motion, see [`Motion::margin`]; closer ones are not tested.
 const MARGIN: f64 = 0.05;
 
-/// Steps of the reference.
+/// The step of the reference.
 const TINY: f64 = 1e-3;
 
 fn numbers<const K: usize>(random: &mut Random, least: f64, most: f64) -> [f64; K] {
     std::array::from_fn(|_| random.between(least, most))
 }
 
-/// Stacks with so many contacts, some of which may stick when they begin; the force that is held takes these values, one after the other.
+/// Stacks with this number of contacts, some of which may stick at the start; `held` are the values of the
+/// held force, in time.
 fn stacks(random: &mut Random, contacts: usize, held: &[f64]) -> Option<Drawn<Stacks, 4>> {
     let mut own: Vec<usize> = (0..4).collect();
     while own.len() > contacts {
@@ -304,7 +305,7 @@ impl<S, const N: usize> Drawn<S, N> {
         Start::second_order(self.q, self.v)
     }
 
-    /// The largest errors of positions and of velocities in a run, away from events and from these times.
+    /// The largest errors of positions and of velocities in a run, away from events and from the given times.
     fn errors<R: Stepper<N>>(
         &self,
         run: &mut R,
@@ -335,7 +336,7 @@ impl<S, const N: usize> Drawn<S, N> {
         errors
     }
 
-    /// Ten steps, none of which is the half of another one; all divide the time in a multiple of some parts.
+    /// Ten steps, none half of another; each divides the time of the scene, and each of its `parts`.
     fn steps(&self, parts: f64, longest: f64, ratio: f64) -> Vec<f64> {
         let count = |k: i32| (self.until / parts / longest * ratio.powi(k)).round().max(1.0);
         (0..10).map(|k| self.until / parts / count(k)).collect()
@@ -355,8 +356,9 @@ fn orders_of(steps: &[f64], errors: impl Fn(f64) -> [f64; 2]) -> [f64; 2] {
     })
 }
 
-/// Runs scenes, and compares their orders with 2, and the steps that are counted with the events. The error of an event is the square of the step times a
-/// factor that its place in the step makes up to nine times as large: the largest error of so many runs by steps up to the next one has the order.
+/// Runs scenes: their order must be 2, and the counted steps must be those of the events. The error of an
+/// event is `h²` times a factor of 1 to 9 by its place in the step. So the order is fitted to the largest
+/// error of `places` runs, with steps up to the next of the ten.
 fn scenes(count: usize, longest: f64, ratio: f64, places: u32) {
     let mut random = Random::new(28);
     let (mut done, mut drawn, mut events, mut least) = (0, 0, [0; 3], [f64::INFINITY; 2]);
@@ -381,7 +383,7 @@ fn scenes(count: usize, longest: f64, ratio: f64, places: u32) {
         let errors = |h: f64| {
             let mut flow = Flow::new(&scene.system, h, scene.start()).unwrap();
             let errors = scene.errors(&mut flow, h, &[], |_| ());
-            // the last step leads beyond the end of the scene
+            // the last step goes beyond the end of the scene
             let counted = flow
                 .unresolved()
                 .filter(|unresolved| unresolved.first < scene.until);
@@ -403,7 +405,7 @@ fn scenes(count: usize, longest: f64, ratio: f64, places: u32) {
             })
         });
         let fits = orders.iter().all(|order| *order >= 1.9);
-        // what costs the order is told at every step
+        // a loss of the order is reported at every step size
         assert!(
             fits || least_counted.get() > 0,
             "{done}: {orders:?} {:?}",
@@ -440,7 +442,7 @@ fn stops_and_releases_on_moving_surfaces_cost_no_order_in_200_scenes() {
     scenes(200, 0.02, 1.37, 10);
 }
 
-/// Runs scenes by Taylor series, and holds them against the reference at all times. The reference steps by 1e-3 with the classical method of fourth order.
+/// The largest errors of a Taylor flow against the reference, on a grid of 301 nodes.
 fn followed<S: System<N>, const N: usize>(scene: &Drawn<S, N>, tolerance: f64) -> [f64; 2] {
     let flow = TaylorFlow::new(&scene.system, scene.start(), Tolerance::relative(tolerance)).unwrap();
     let mut flow = flow.every(scene.until / 300.0).unwrap();
@@ -506,8 +508,8 @@ fn a_taylor_flow_goes_on_through_stops_and_releases_in_1000_draws() {
     follow(1000);
 }
 
-/// A release where the friction falls steeply with the velocity, and stops where one contact lets another go: of 1000 draws the four where no piece was found that
-/// continues the motion.
+/// A release where the friction falls steeply with the velocity, and stops where one contact releases
+/// another: the four of 1000 draws in which no piece was once found that continues the motion.
 #[test]
 fn a_release_finds_its_piece() {
     let draws = [
@@ -559,7 +561,7 @@ fn joints_of_arms_and_compositions_keep_the_order() {
             "{done}: {orders:?} {:?}",
             scene.motion.events
         );
-        // of order 2 past a jump, with a small error
+        // of order 2 beyond a jump, with a small error
         for h in [0.02, 0.007] {
             let h = scene.until / (scene.until / h).round();
             let mut flow = Flow::new(&scene.system, h, scene.start()).unwrap();
@@ -592,7 +594,7 @@ fn held_inputs_on_moving_surfaces_keep_the_order() {
             let mut flow = Flow::new(&scene.system, h, scene.start()).unwrap();
             let mut left = 1;
             scene.errors(&mut flow, h, &changes, |flow| {
-                // from the last known position on, which is a step ahead
+                // from the last known position on, one step ahead of the node
                 if left < 5 && (flow.node().t + h - left as f64 * part).abs() < 0.1 * h {
                     flow.set_input("held", held[left]).unwrap();
                     left += 1;
@@ -638,7 +640,7 @@ fn lanes_on_moving_surfaces_are_flows() {
                 .iter()
                 .zip(&end.q)
                 .fold(0.0_f64, |most, (x, y)| most.max((x - y).abs()));
-            // lanes choose pivots together: the last bits may differ
+            // lanes choose their pivots together: the last bits may differ
             assert!(
                 apart < 1e-13 && node.stop == end.stop,
                 "{apart:e} {node:?} {end:?}"
@@ -734,7 +736,7 @@ impl Scene<1> for Ends {
     }
 }
 
-/// The largest errors of a run in units of `h²`, over four steps of which none is the half of another one.
+/// The largest errors of a run in units of `h²`, over four steps, none half of another.
 fn in_squares<R: Stepper<N>, const N: usize>(
     motion: &Motion<1>,
     until: f64,
@@ -865,7 +867,7 @@ declared! {
 #[test]
 fn a_release_from_a_belt_that_slows_down_is_exact() {
     let slowing = Slowing { dry: 1.0 };
-    // it slips at 1.1, where the pull is what the friction gives and the belt takes
+    // it slips from t = 1.1 on, where the pull exceeds the friction by the deceleration of the belt
     let speed = |t: f64| 0.39 + (t - 1.1) - (t * t - 1.21) / 2.0;
     for h in [0.1, 0.03, 0.01, 0.003] {
         let mut flow = Flow::new(&slowing, h, Start::second_order([0.0], [0.5])).unwrap();
@@ -883,7 +885,7 @@ fn a_release_from_a_belt_that_slows_down_is_exact() {
             }
         }
         assert_eq!(flow.unresolved(), None);
-        // derivatives of a path do not know of sides
+        // derivatives of a path need smooth forces
         let start = Start::second_order([0.0], [0.5]).into();
         assert!(AnyPath::new(read(&slowing), h, &start, 2.0).is_err());
     }

@@ -2,13 +2,14 @@
 //! method of order 4 with tiny steps, to each event by bisection, and on from there in the only modes that
 //! fit. Shares no code with the project.
 
-/// Bodies and surfaces: `M(q) a = F(t, q, v) - Σ sₖ μₖ(|gₖ|) Dₖ`, with `gₖ = Dₖ v - wₖ(t, q)` and `sₖ` its sign, or what keeps it zero.
+/// Bodies and surfaces: `M(q) a = F(t, q, v) - Σ sₖ μₖ(|gₖ|) Dₖ` with the slips `gₖ = Dₖ v - wₖ(t, q)`; `sₖ`
+/// is the sign of `gₖ`, or the value that keeps it zero.
 pub(super) trait Scene<const N: usize> {
     fn mass(&self, q: &[f64; N]) -> [[f64; N]; N];
     fn force(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> [f64; N];
     fn contacts(&self) -> usize;
     fn direction(&self, k: usize) -> [f64; N];
-    /// The speed of a surface, its derivative in time and by the position.
+    /// The speed of a surface, and its derivatives by the time and by the position.
     fn surface(&self, k: usize, t: f64, q: &[f64; N]) -> (f64, f64, [f64; N]);
     fn limit(&self, k: usize, slip: f64) -> f64;
 }
@@ -84,7 +85,7 @@ impl<S: Scene<N>, const N: usize> Reference<'_, S, N> {
         dot(&self.0.direction(k), v) - self.0.surface(k, t, q).0
     }
 
-    /// Acceleration, the forces of friction, and how fast the arguments change.
+    /// Accelerations, friction coefficients `s`, and the rates of the slips.
     fn accelerations(
         &self,
         modes: &[Mode],
@@ -226,7 +227,7 @@ impl<S: Scene<N>, const N: usize> Reference<'_, S, N> {
             (modes, margin) = self.decide(&modes, &open, t, &state)?;
             motion.margin = motion.margin.min(margin);
         }
-        // what is at zero when it begins to slip is looked at once it has left
+        // a contact that begins to slip at zero is watched once its slip has left zero
         let mut armed: Vec<bool> = modes
             .iter()
             .enumerate()
@@ -268,7 +269,7 @@ impl<S: Scene<N>, const N: usize> Reference<'_, S, N> {
             motion.pieces.push(piece);
             (t, state) = (t + dt, next);
             for k in 0..count {
-                // a distance that has been least without an event
+                // a minimum of a distance without an event
                 let falls = after[k] < before[k];
                 if armed[k] && falling[k] && !falls && Some(k) != event {
                     motion.margin = motion.margin.min(before[k].abs());
@@ -313,7 +314,7 @@ impl<S: Scene<N>, const N: usize> Reference<'_, S, N> {
 }
 
 impl<const N: usize> Motion<N> {
-    /// Position and velocity, by a polynomial of degree 5 in each step.
+    /// Position and velocity at a time, by a polynomial of degree 5 in each step.
     pub(super) fn at(&self, t: f64) -> State<N> {
         let place = self
             .pieces
@@ -341,7 +342,7 @@ impl<const N: usize> Motion<N> {
         (q, v)
     }
 
-    /// Goes on with another motion.
+    /// Appends another motion.
     pub(super) fn then(mut self, next: Self) -> Self {
         self.pieces.extend(next.pieces);
         self.events.extend(next.events);
@@ -352,7 +353,7 @@ impl<const N: usize> Motion<N> {
         }
     }
 
-    /// The least time between two of these, the events and both ends; events at the same time are one.
+    /// The least time between two of the events, the `others` and both ends; simultaneous events are one.
     pub(super) fn gap(&self, others: &[f64], until: f64) -> f64 {
         let mut times: Vec<f64> = self.events.iter().map(|event| event.0).collect();
         times.dedup();
