@@ -18,7 +18,7 @@ const TOP: &str = "parameters { inertia = [[2.0, 0.1, 0.0], [0.1, 1.5, 0.2], [0.
     lagrangian = w.inner(inertia * w) / 2 - mass * (r * arm)[2];
     external_forces = -drag * w;";
 
-/// A cart with a body on it, whose mass is off the joint, and a spring between a number and the attitude.
+/// A cart with a body on it, whose mass is off the joint, and a spring between a coordinate and the attitude.
 const CART: &str = "parameters { mass = 0.7, arm = [0.2, 0.1, 1.0], stiffness = 3.0, rest = 0.2 }
     coordinates(x, r: rotation, y);
     let w = r.angular_velocity();
@@ -33,7 +33,7 @@ const SUSLOV: &str = "parameters { gravity = 1.3, slope = 0.4 }
     lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + 0.5 * w[2].powi(2) - gravity * (r * [0.2, 0.1, 1])[2];
     nonholonomic = w[2] - slope * w[0];";
 
-/// A body on a point of it that is held.
+/// A body with a held point.
 const HELD: &str = "parameters { arm = [0.2, 0.1, 1.0], mass = 0.7 }
     coordinates(r: rotation, x: [3]);
     let w = r.angular_velocity();
@@ -54,7 +54,7 @@ fn quaternion(q: &[f64], first: usize) -> [f64; 4] {
     core::array::from_fn(|k| q[first + k])
 }
 
-/// A position that is moved along a place: of a rotation, by a turn about an axis of its body.
+/// A position changed in one coordinate by `by`; of a rotation, by a turn about an axis of its body.
 fn moved(rotation: usize, q: &[f64], place: usize, by: f64) -> Vec<f64> {
     let mut moved = q.to_vec();
     match place.checked_sub(rotation) {
@@ -69,7 +69,7 @@ fn moved(rotation: usize, q: &[f64], place: usize, by: f64) -> Vec<f64> {
     moved
 }
 
-/// The changes of a position per change of something, with the turn of the rotation in the frame of its body.
+/// A derivative of a position, for the rotation as a turn in the frame of its body.
 fn turned(rotation: usize, q: &[f64], change: &[f64]) -> Vec<f64> {
     let [w, x, y, z] = quaternion(q, rotation);
     let [_, turn @ ..] = product([w, -x, -y, -z], quaternion(change, rotation)).map(|x| 2.0 * x);
@@ -79,7 +79,7 @@ fn turned(rotation: usize, q: &[f64], change: &[f64]) -> Vec<f64> {
     turned
 }
 
-/// The derivative from values at -2, -1, 1 and 2 shifts.
+/// The derivative by the central difference of order 4, from values at -2, -1, 1 and 2 shifts.
 fn quotient(at: &dyn Fn(f64) -> Vec<f64>, shift: f64) -> Vec<f64> {
     let [far, near, back, behind] = [2.0, 1.0, -1.0, -2.0].map(|k| at(k * shift));
     let place = |i: usize| (8.0 * (near[i] - back[i]) - (far[i] - behind[i])) / (12.0 * shift);
@@ -98,7 +98,7 @@ fn cost(rotation: usize, node: AnyPoint<'_, Dual<f64>>) -> Dual<f64> {
     height + rest + spin + node.a[rotation + 2] * 0.01
 }
 
-/// The cost of a node, and how fast it changes with rates of position, velocity and acceleration.
+/// The cost of a node, and its derivative along rates of position, velocity and acceleration.
 fn cost_with(rotation: usize, node: AnyPoint<'_, f64>, rates: [&[f64]; 3]) -> Dual<f64> {
     let dual = |numbers: &[f64], rates: &[f64]| -> Vec<Dual<f64>> {
         let pairs = numbers.iter().zip(rates);
@@ -130,10 +130,10 @@ fn cost_along(rotation: usize, node: AnyPoint<'_, f64>, [turn, v, a]: [&[f64]; 3
     cost_with(rotation, node, [&q, v, a]).eps
 }
 
-/// A start from its numbers.
+/// A start from position and velocity, or from two nodes.
 type Rule<'r> = &'r dyn Fn(&[f64], &[f64]) -> AnyStart;
 
-/// A system with a state: its text, the first place of its rotation, position and velocity.
+/// A system with a state: its text, the index of its quaternion, position and velocity.
 struct Case<'c> {
     text: &'c str,
     rotation: usize,
@@ -141,7 +141,8 @@ struct Case<'c> {
     v: &'c [f64],
 }
 
-/// Every derivative of the end by start and parameters, forward and backward, against differences; but not those that leave constraints.
+/// Checks all derivatives of the end by start and parameters, forward and backward, against differences,
+/// except along directions that leave constraints.
 fn check(case: &Case<'_>, rule: Rule<'_>, nodes: bool, apart: &dyn Fn(usize) -> bool) {
     let Case { text, rotation, q, v } = *case;
     let text = Text::parse("system", text).unwrap_or_else(|error| panic!("{error}"));
@@ -171,7 +172,7 @@ fn check(case: &Case<'_>, rule: Rule<'_>, nodes: bool, apart: &dyn Fn(usize) -> 
     };
     let start = rule(q, v);
     let path = AnyPath::new(&text.system, STEP, &start, UNTIL).unwrap();
-    // and the same with a few steps in memory at a time
+    // and with only a few steps in memory at a time
     let short = AnyPath::within(&text.system, STEP, &start, UNTIL, 2000).unwrap();
     let gradient = path.gradient(&mut |_, node| cost(rotation, node)).unwrap();
     assert_eq!(
@@ -216,7 +217,7 @@ fn check(case: &Case<'_>, rule: Rule<'_>, nodes: bool, apart: &dyn Fn(usize) -> 
                 "{variable:?}, {place}: {found} {expected}"
             );
         }
-        // the cost along the tangents of all nodes is what the gradient says, to rounding
+        // the derivative of the cost along the tangents of all nodes equals the gradient, to rounding
         let mut sum = 0.0;
         path.tangents_along(&[variable], &mut |_, node, tangents| {
             let tangent = tangents.next().unwrap();
@@ -421,7 +422,7 @@ fn the_scalar_of_a_quaternion_is_no_variable() {
         "{error}"
     );
     println!("{error}");
-    // and a compiled system has what its text has
+    // a compiled system has the gradient of its text
     let gradient = path.gradient_at_end(&mut |end| end.q[1] * end.q[2]).unwrap();
     let tangent = path.tangents(&[Variable::Position(2)]).unwrap()[0];
     let q = path.end().q;

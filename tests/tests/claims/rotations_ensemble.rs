@@ -1,4 +1,4 @@
-//! Ensembles of systems with rotations: steps in lanes against those of flows.
+//! Ensembles of systems with rotations: their lanes against single flows.
 
 use dsocs_core::taylor::TaylorEnsemble;
 use dsocs_core::text::Text;
@@ -9,7 +9,7 @@ use dsocs_core::{
 
 use crate::rotations::{joined, unit};
 
-/// A top beside a mass that is bound to it, under a torque that is held.
+/// A top and a mass that is bound to it, under a held torque.
 #[dsocs {
     coordinates(x, r: rotation);
     let w = r.angular_velocity();
@@ -27,7 +27,7 @@ const TEXT: &str = "parameters { weight = 1.0, torque = 0.3 }
     lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 - weight * (r * [0.2, 0.1, 1])[2] + dot(x).powi(2) / 2 - x * (r * [0, 1, 0])[0];
     external_forces = (-0.1 * dot(x), [0, 0, torque] - 0.1 * w);";
 
-/// Starts that turn about all axes, in more than one block of lanes.
+/// Starts that turn about all axes, for more than one block of lanes.
 fn starts() -> Vec<([f64; 5], [f64; 5])> {
     (0..11)
         .map(|i| {
@@ -58,7 +58,7 @@ fn lanes_go_as_flows_do() {
     let ensemble = Ensemble::new(&top, h).unwrap().starts(all);
     let ensemble = ensemble.varied("weight", weights.iter().copied()).unwrap();
     let compiled: Vec<_> = ensemble.to(until).into_iter().map(|end| end.unwrap()).collect();
-    // velocities of three numbers for the rotation
+    // velocities with three numbers for the rotation
     let all = starts()
         .into_iter()
         .map(|(q0, v0)| AnyStart::second_order(&q0, &[v0[0], v0[2], v0[3], v0[4]]));
@@ -78,7 +78,7 @@ fn lanes_go_as_flows_do() {
         let norm = found.q[1..].iter().map(|q| q * q).sum::<f64>().sqrt();
         assert!((norm - 1.0).abs() <= 2.0 * f64::EPSILON, "{norm}");
         assert_eq!(found.v[1].to_bits(), 0);
-        // the system that is read has the bits of the compiled one
+        // the system from its text has the bits of the compiled one
         let read = walked[place].any();
         let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&found.q), bits(read.q), "{place}");
@@ -99,7 +99,7 @@ fn inputs_that_are_held_change_in_lanes() {
     for (place, (q0, v0)) in starts().into_iter().enumerate() {
         let mut flow = AnyFlow::new(&text.system, h, &AnyStart::second_order(&q0, &v0)).unwrap();
         for (t, value) in [(1.0, -0.2 * place as f64), (2.0, 0.5)] {
-            // the step knows one position more than its node
+            // the step knows one position beyond its node
             flow.run_mut().to(t - h).unwrap();
             flow.run_mut().set_value(1, value).unwrap();
         }
@@ -127,7 +127,7 @@ fn a_lane_that_turns_too_far_ends_alone() {
         .to(15.0);
     for ((spin, start), end) in spins.into_iter().zip(&starts).zip(ends) {
         match end {
-            // 3 rad in a step is reached at 30 rad/s
+            // 3 rad per step are reached at 30 rad/s
             Err(error) => assert!(
                 spin > 15.0 && error.to_string().contains("half a turn"),
                 "{spin}: {error}"
@@ -157,7 +157,7 @@ fn series_in_lanes_go_as_those_of_flows_do() {
         let lanes = TaylorEnsemble::new(&top, tolerance).unwrap().starts(all());
         let found: Vec<_> = lanes.to(10.0).into_iter().map(|end| end.unwrap()).collect();
         let bits = |end: &dsocs_core::Node<5>| [end.q, end.v].map(|x| x.map(f64::to_bits));
-        // whatever the machine has, and one after the other
+        // the instructions of the compiled target alone give the same bits
         let plain = TaylorEnsemble::new(&top, tolerance)
             .unwrap()
             .starts(all())
@@ -186,7 +186,7 @@ struct Free {}
 
 #[test]
 fn a_body_that_spins_evenly_has_steps_in_lanes_by_its_attitude() {
-    // its angular velocity alone would allow steps without end
+    // its constant angular velocity alone would allow steps of any length
     let starts = (1..20).map(|k| Start::second_order([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, f64::from(k)]));
     let ends = TaylorEnsemble::new(&Free {}, Tolerance::relative(1e-13))
         .unwrap()

@@ -1,4 +1,4 @@
-//! Inputs of systems with rotations that change at nodes: torques that are held, and a body whose inertia changes.
+//! Inputs of systems with rotations that change at nodes: held torques, and a variable inertia.
 
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::text::Text;
@@ -24,7 +24,8 @@ fn start() -> ([f64; 4], Vector) {
     (unit([1.0, 0.3, -0.4, 0.2]), [0.6, -0.3, 3.0])
 }
 
-/// The motion of a heavy top, whose momentum stays where its inertia changes, with a drag and without a turn about its second axis where it is bound.
+/// The motion of a heavy top with drag, by DOP853: its momentum is continuous where its inertia changes. If
+/// bound, it does not turn about its second axis.
 fn motion(bound: bool) -> [f64; 7] {
     let (q, mut w) = start();
     if bound {
@@ -52,7 +53,8 @@ fn motion(bound: bool) -> [f64; 7] {
     y
 }
 
-/// Sets the inputs as they change, and runs to the end. A run that knows a position `ahead` of its node changes them there.
+/// Runs to the end with the inputs set at their times. A run whose known position is `ahead` of its node
+/// needs them earlier by that.
 fn run(flow: &mut dyn Run, ahead: f64) -> Vec<f64> {
     for (k, (torque, inertia)) in INPUTS.into_iter().enumerate() {
         for (place, value) in torque.into_iter().chain([inertia]).enumerate() {

@@ -41,14 +41,14 @@ fn quaternion(q: &[f64]) -> [f64; 4] {
     core::array::from_fn(|k| q[k])
 }
 
-/// A vector of space, seen from the body.
+/// A vector of space in the frame of the body.
 fn seen(q: [f64; 4], v: Vector) -> Vector {
     let [w, x, y, z] = q;
     let [_, seen @ ..] = product(product([w, -x, -y, -z], [0.0, v[0], v[1], v[2]]), q);
     seen
 }
 
-/// A quaternion whose body is turned by a rotation vector.
+/// The quaternion of a body turned by a rotation vector in its frame.
 fn turned(q: [f64; 4], by: Vector) -> [f64; 4] {
     let angle = by.iter().map(|x| x * x).sum::<f64>().sqrt();
     let [x, y, z] = by.map(|x| {
@@ -201,7 +201,7 @@ fn a_heavy_top_in_motion_has_the_model_by_hand() {
         .chain(model.point.any().a[1..].iter().copied())
         .collect();
     close(core::slice::from_ref(&model.drift), &[drift], 1e-15);
-    // what a controller multiplies is the turn from the point, whatever the sign of the quaternion
+    // a controller multiplies the turn from the operating point, whatever the sign of the quaternion
     let there = turned(q, [1e-3, -2e-3, 5e-4]).map(|x| -x);
     let state = model.state(&there, &[0.0, 0.7, -0.3, 2.0]);
     let expected = [1e-3, -2e-3, 5e-4, 0.1, 0.0, 0.0];
@@ -218,7 +218,7 @@ fn applied(matrix: &[Vec<f64>], v: &[f64]) -> Vec<f64> {
 
 #[test]
 fn a_sleeping_top_goes_as_the_exponential_of_its_model() {
-    // its body sees the same all the time, so the model is that of the whole motion
+    // seen from the body nothing changes, so the model holds along the whole motion
     const SLEEPING: &str = "coordinates(r: rotation);
         let w = r.angular_velocity();
         lagrangian = w[0].powi(2) + w[1].powi(2) + w[2].powi(2) / 2 - (r * [0, 0, 1])[2];";
@@ -338,10 +338,10 @@ const CART: &str = "parameters { mass = 0.7, arm = [0.2, 0.1, 1.0], stiffness = 
     lagrangian = w.norm_squared() + mass * v.norm_squared() / 2 + dot(x).powi(2) / 2 + dot(y).powi(2) / 2 - mass * (r * arm)[2]
         - stiffness * (y - x + (r * arm)[1]).powi(2) / 2;";
 
-/// A leg: two nodes of a system with one rotation.
+/// The positions of a leg's two nodes, of a system with one rotation.
 type Nodes = [Vec<f64>; 2];
 
-/// The state at the middle node and at the next: position and velocity.
+/// The states (position and velocity) of the middle node and of the next.
 fn states(system: &dyn Kernel, h: f64, [q0, q1]: &Nodes) -> [[Vec<f64>; 2]; 2] {
     let mut flow = AnyFlow::new(system, h, &AnyStart::nodes(q0, q1)).unwrap();
     let mut node = OwnedNode::new(q0.len());
@@ -352,12 +352,12 @@ fn states(system: &dyn Kernel, h: f64, [q0, q1]: &Nodes) -> [[Vec<f64>; 2]; 2] {
     })
 }
 
-/// The places that move: of a rotation the last three of four.
+/// The coordinates that vary freely: of a quaternion the last three.
 fn moving(rotation: usize, n: usize) -> impl Iterator<Item = usize> {
     (0..n).filter(move |i| *i != rotation)
 }
 
-/// A position that moves along a place.
+/// A position changed in one coordinate; in a rotation, by a turn about an axis of its body.
 fn moved(rotation: usize, q: &[f64], place: usize, by: f64) -> Vec<f64> {
     let mut moved = q.to_vec();
     match place.checked_sub(rotation) {
@@ -397,7 +397,7 @@ fn a_step_has_the_model_of_its_differences() {
             let model = OperatingPoint::new(&system, AnyStart::second_order(&q, &v))
                 .step(h)
                 .unwrap();
-            // a leg that leads through this state: by Newton's iteration on its first node
+            // a leg through this state: by Newton's iteration on its first node
             let mut first = q.clone();
             for place in moving(rotation, n) {
                 first = moved(rotation, &first, place, -h * v[place]);
@@ -460,7 +460,7 @@ fn a_step_has_the_model_of_its_differences() {
     }
 }
 
-/// The solution of linear equations that are given by columns, by elimination.
+/// The solution of linear equations with the given columns, by elimination.
 fn gauss(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
     let n = right.len();
     let mut rows: Vec<Vec<f64>> = (0..n)
@@ -483,7 +483,7 @@ fn gauss(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
     (0..n).map(|i| rows[i][n] / rows[i][i]).collect()
 }
 
-/// A body on a point of it that is held: its centre is bound to its attitude.
+/// A body with a held point: its centre is bound to its attitude.
 const HELD: &str = "coordinates(r: rotation, x: [3]);
     let w = r.angular_velocity();
     lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + 0.5 * w[2].powi(2) + 0.35 * dot(x).norm_squared() - 0.7 * x[2];
@@ -518,7 +518,7 @@ fn a_body_that_is_bound_has_the_eigenvalues_of_the_one_about_its_point() {
     let [one, other] = points.each_ref().map(|point| point.continuous().unwrap());
     assert_eq!(one.a.len(), 6);
     same(&one.eigenvalues().unwrap(), &other.eigenvalues().unwrap(), 1e-10);
-    // and the step has nearly their exponentials
+    // and the step's model is nearly the exponential
     let error = |h: f64| {
         let [one, other] = points.each_ref().map(|point| point.step(h).unwrap());
         assert_eq!(one.a.len(), 6);
@@ -600,7 +600,7 @@ fn a_body_in_springs_rests_where_they_are_short() {
     for other in &found.equilibria[1..] {
         assert_eq!(other.stability().unwrap(), Stability::Unstable);
     }
-    // the torques that hold an attitude: those of the springs, with the other sign
+    // the torques that hold an attitude: the opposites of the springs'
     let kernel: &dyn Kernel = &body;
     let torques: Vec<String> = kernel.shape().parameters[3..6]
         .iter()

@@ -38,7 +38,7 @@ fn what_is_reduced_is_seen_and_insisted_on() {
             "coordinates(x, y); lagrangian = dot(x).powi(2) + dot(y).powi(2); holonomic = x - y.sin();".to_owned(),
             &[],
         ),
-        // an angle that only turns, and a map that takes the other at the middle
+        // an angle that enters by its rate only, and a map that takes the other angle at the middle
         (
             "coordinates(theta, phi); lagrangian = dot(theta).powi(2) + (theta.sin() * dot(phi)).powi(2); phi_lagrangian = midpoint; reduced(phi);"
                 .to_owned(),
@@ -63,7 +63,7 @@ fn what_is_reduced_is_seen_and_insisted_on() {
     );
 }
 
-/// The nodes of a run.
+/// Positions and velocities of the nodes of a run.
 fn nodes(system: &dyn Kernel, start: &AnyStart, steps: u32) -> Vec<[Vec<f64>; 2]> {
     let h = 0.02;
     let mut flow = AnyFlow::new(system, h, start).unwrap();
@@ -79,7 +79,7 @@ fn nodes(system: &dyn Kernel, start: &AnyStart, steps: u32) -> Vec<[Vec<f64>; 2]
 
 #[test]
 fn a_reduced_system_goes_as_one_whose_equations_have_the_position() {
-    // a weight that is nothing brings attitude and place into all equations
+    // a weight of zero brings attitude and position into all equations
     let q = unit([1.0, 0.3, -0.4, 0.2]);
     let place = [&q[..], &[0.3, -0.1, 0.4]].concat();
     let spin = [0.6, -0.3, 2.0];
@@ -105,7 +105,7 @@ fn a_reduced_system_goes_as_one_whose_equations_have_the_position() {
                 assert!((x - y).abs() < 1e-12, "{x} {y}");
             }
         }
-        // another attitude at the start turns the whole motion, to rounding
+        // turning the start turns the whole motion, to rounding
         let turn = unit([0.2, 0.5, 0.7, -0.4]);
         let [a, b, c, d] = turn;
         let [w, x, y, z] = q;
@@ -124,7 +124,7 @@ fn a_reduced_system_goes_as_one_whose_equations_have_the_position() {
         };
         for (one, other) in both[0].iter().zip(nodes(&small, &start, 500)) {
             let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-            // what acts does not know of it: the velocities have the same bits
+            // no force depends on it: the velocities have the same bits
             assert_eq!(bits(&one[1]), bits(&other[1]));
         }
     }
@@ -142,7 +142,7 @@ fn axis(k: usize) -> impl Fn(&[f64]) -> Vec<f64> {
 
 #[test]
 fn momenta_are_those_of_the_declared_map() {
-    // a body in a fluid: its momentum varies with the attitude, so that the maps have different ones
+    // a body in a fluid: its mass varies with the attitude, so that the maps differ in the momentum
     let q = [&unit([1.0, 0.3, -0.4, 0.2])[..], &[0.3, -0.1, 0.4]].concat();
     for map in ["paper", "midpoint", "trapezoid"] {
         let body = read(&format!(
@@ -205,7 +205,8 @@ fn momenta_change_by_what_works_along_the_group() {
         assert!(missed < 1e-14, "{k}: {missed:e}");
         assert!(work > 1e-4 && drift > 1e-2, "{work:e} {drift:e}");
     }
-    // along fields that the constraint allows, axes of the body, it works nothing, and the momentum changes with the field: by ⟨μ, Ad ξ - ξ⟩
+    // along fields that the constraint allows, axes of the body, it does no work, and the momentum changes
+    // with the field: by ⟨μ, Ad ξ - ξ⟩
     let body = |k: usize| move |_: &[f64]| (0..4).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
     for (pair, k) in all.windows(2).flat_map(|pair| [(pair, 1), (pair, 2)]) {
         let both = [pair[0].any(), pair[1].any()];
@@ -244,7 +245,8 @@ fn legs(system: &dyn Kernel, start: &AnyStart) -> Vec<dsocs_core::OwnedLeg<f64>>
         .collect()
 }
 
-/// By how much the momentum equation is missed, the largest work along a field, and how far the momentum varies, relative to its terms.
+/// The defect of the momentum equation, the largest work along a field, and the variation of the momentum,
+/// relative to its terms.
 fn law(
     system: &dyn Kernel,
     legs: &[dsocs_core::OwnedLeg<f64>],

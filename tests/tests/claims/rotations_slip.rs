@@ -11,7 +11,7 @@ use crate::rotations::{Vector, cross, dot, joined, matrix, part, plus, rate, tim
 const INERTIA: Vector = [2.0, 1.5, 1.0];
 const ARM: Vector = [0.2, 0.5, 1.0];
 
-/// A heavy top with friction: where it slips, and the torque of a unit force against that, in the frame of the body.
+/// A heavy top with friction: its slip, and the torque of a unit friction, in the frame of the body.
 struct Top {
     slip: fn([f64; 4], Vector) -> f64,
     lever: fn([f64; 4]) -> Vector,
@@ -37,7 +37,7 @@ impl Top {
         (self.slip)(part(y, 0), part(y, 4))
     }
 
-    /// The friction that holds, where the slip changes with the angular velocity as the lever says.
+    /// The friction that keeps the slip constant; the slip is affine in it.
     fn holding(&self, y: &[f64; 7]) -> f64 {
         let by = |friction: f64| {
             // the rate of the slip along the motion
@@ -52,10 +52,11 @@ impl Top {
         none / (none - one)
     }
 
-    /// The motion in pieces: with a friction against the slip, and with one that holds it.
+    /// The end of the motion and its events, in pieces: with friction against the slip, and with the friction
+    /// that holds it at zero.
     fn motion(&self, mut y: [f64; 7], until: f64) -> ([f64; 7], Vec<f64>) {
         let (mut t, mut events) = (0.0, Vec::new());
-        // none where it is held
+        // `None` while the slip is held
         let mut side = Some(self.slip(&y).signum());
         let go = |y: [f64; 7], dt: f64, side: Option<f64>| {
             let friction = |y: &[f64; 7]| side.map_or_else(|| self.holding(y), |side| -side * self.friction);
@@ -63,7 +64,7 @@ impl Top {
         };
         while t < until - 1e-12 {
             let step = f64::min(0.01, until - t);
-            // what is left to the end of this piece
+            // the distance to the end of this piece: the slip, or the unused friction
             let left = |y: &[f64; 7]| match side {
                 Some(side) => side * self.slip(y),
                 None => self.friction - self.holding(y).abs(),
@@ -94,7 +95,8 @@ impl Top {
         (y, events)
     }
 
-    /// The errors of the step at the end of a motion are of second order, whatever part of a step an event is at.
+    /// Checks that the errors of the step at the end of a motion are of order 2, wherever events lie within
+    /// steps.
     #[track_caller]
     fn holds(&self, force: &str, until: f64, (least, bound): (usize, f64)) -> Vec<Option<Unresolved>> {
         let y0: [f64; 7] = joined(&[&unit([1.0, 0.3, -0.4, 0.2]), &[0.6, -0.3, 2.0]]);
@@ -133,7 +135,7 @@ impl Top {
             flow.run().unresolved()
         });
         let told = told.collect();
-        // and the series goes along the motion itself, as far as this one knows what holds
+        // and the series follows the motion, to the accuracy of the holding friction here
         for tolerance in [1e-7, 1e-10, 1e-14] {
             let mut flow =
                 AnyTaylorFlow::of_tape(&text.system, &start, Tolerance::relative(tolerance)).unwrap();
@@ -169,7 +171,7 @@ fn a_slip_that_turns_round() {
             3.0,
             (2, bound),
         );
-        // and each run says where the force has jumped
+        // and each run reports the jump of the force
         assert!(
             told.iter().all(|told| told.is_some_and(|told| told.steps >= 2)),
             "{told:?}"
@@ -179,7 +181,8 @@ fn a_slip_that_turns_round() {
 
 #[test]
 fn a_slip_that_only_changes_its_sign_is_told() {
-    // on the way of a leg its velocity about the vertical stays, so that the step takes one side on each leg, as it does for numbers
+    // along a leg the angular velocity about the vertical is constant, so that the step takes one side of the
+    // jump on each leg, as with an angle
     let text = "coordinates(r: rotation);
         let w = r.angular_velocity();
         lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 - (r * [0.2, 0.5, 1])[2];
@@ -191,7 +194,7 @@ fn a_slip_that_only_changes_its_sign_is_told() {
         let start = AnyStart::second_order(&[1.0, 0.0, 0.0, 0.0], &[0.6, -0.3, 2.0]);
         let mut flow = AnyFlow::new(&text.system, h, &start).unwrap();
         flow.run_mut().to(2.6).unwrap();
-        // the slip comes to zero at 2.2009, and goes on
+        // the slip passes zero at 2.2009
         let told = flow.run().unresolved().expect("a jump");
         assert!(
             told.steps == 1 && (told.first - 2.2009).abs() < h,
@@ -215,10 +218,10 @@ fn a_slip_about_a_vertical_axis_is_held_and_let_go() {
     );
 }
 
-/// A body that turns and slides on a rod, where friction holds it and lets it go.
+/// A body that turns, and slides on a rod where friction stops it and releases it.
 #[test]
 fn what_is_held_beside_a_rotation_leaves_it_as_it_is() {
-    // the mass on the rod stops at 1/0.6; the body goes on as one that was never told of it
+    // the mass on the rod stops at 1/0.6; from there on the body moves as one without it
     let free = "coordinates(r: rotation);
         let w = r.angular_velocity();
         lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 - (r * [0.2, 0.5, 1])[2];";
@@ -254,7 +257,8 @@ fn what_is_held_beside_a_rotation_leaves_it_as_it_is() {
     );
 }
 
-/// A ball that slides until it rolls, with a friction along the slip: the force has no value where the slip ends, and the motion that goes on is none of either side.
+/// A ball that slides until it rolls, with friction along the slip. The force has no value where the slip
+/// ends, and the motion beyond belongs to no side.
 #[test]
 fn a_friction_along_a_slip_ends_the_motion_where_the_slip_ends() {
     let text = Text::parse(
@@ -296,7 +300,7 @@ fn a_friction_along_a_slip_ends_the_motion_where_the_slip_ends() {
             "{tolerance:e}: {} {ends}",
             failed.time
         );
-        // the state is that where the slip ends
+        // the reported state is that where the slip ends
         let norm: f64 = failed.q[..4].iter().map(|x| x * x).sum();
         assert!(
             (norm - 1.0).abs() < 1e-9 && failed.v[2] < 17.0,

@@ -11,7 +11,7 @@ use dsocs_core::taylor::GlobalError;
 use dsocs_core::{Estimates, Failure, NewtonFailure, Point, Real, SeriesFailure, SetupError, StepError};
 use dsocs_tests::fit;
 
-/// A pendulum: an equation that is not linear, and a step that can be composed.
+/// A pendulum: a nonlinear equation, and a step that can be composed.
 #[dsocs {
     coordinates(theta);
     lagrangian = dot(theta).powi(2) / 2 + strength * theta.cos();
@@ -41,7 +41,7 @@ struct Allowed {
     back: f64,
 }
 
-/// A motion that owes its digits to no step.
+/// The reference, far more accurate than any of the runs.
 fn reference() -> TaylorFlow<'static, 1> {
     TaylorFlow::new(&PENDULUM, START, Tolerance::relative(1e-16).order(18)).unwrap()
 }
@@ -85,7 +85,7 @@ macro_rules! for_every_method {
     };
 }
 
-/// Nodes lie a step apart, or where the method puts them.
+/// Whether the nodes of a run are a constant step apart.
 fn is_even<R: Stepper<1> + ?Sized>(run: &R) -> bool {
     run.clock().step().is_some()
 }
@@ -112,7 +112,7 @@ fn collection_stream_iterator_and_steps_are_one() {
             .unwrap();
         assert_eq!(streamed, collected.nodes);
 
-        // without an end in sight, the last step of a method that chooses its steps is a whole one
+        // without an end, the last step of a method with variable steps is not shortened
         let same = collected.len() - usize::from(!is_even(collecting));
         let iterated: Vec<Node<1>> = iterating.take(same).map(Result::unwrap).collect();
         assert_eq!(iterated, collected.nodes[..same]);
@@ -124,7 +124,7 @@ fn collection_stream_iterator_and_steps_are_one() {
         }
         assert_eq!(stepping.to(end).unwrap(), *collected.last().unwrap());
 
-        // an observer may end the run, and the run goes on from there
+        // an observer may end the run, which can be continued
         let mut count = 0;
         collecting
             .stream(f64::INFINITY, &mut |node: &Node<1>| {
@@ -157,7 +157,7 @@ fn a_run_that_turns_round_comes_back() {
         assert_eq!((run.node().index, run.node().t), (0, T0 + 5.0));
         assert!(matches!(run.to(T0 + 6.0), Err(RunError::Behind(_))));
         let back = run.until(T0).unwrap();
-        // the node where it turned round is not handed out again
+        // the node of the reversal is not handed out again
         assert_eq!(back.nodes[0].index, 1);
         assert!(back.nodes[0].t < T0 + 5.0);
         let last = back.last().unwrap();
@@ -212,7 +212,7 @@ fn happened<R: Stepper<1> + ?Sized>(run: &mut R, end: f64, events: &mut Events<'
     found
 }
 
-/// Asks that nodes and events come in the order of time.
+/// Checks that nodes and events come in the order of time.
 struct InOrder(f64);
 impl Observer<1> for InOrder {
     fn node(&mut self, node: &Node<1>) -> ControlFlow<()> {
@@ -237,7 +237,7 @@ fn every_method_finds_the_same_events() {
         assert!(found.len() > 30);
         for (event, exact) in found.iter().zip(&exact) {
             assert_eq!((event.event, event.rising), (exact.event, exact.rising));
-            // motions grow apart with the time, and some of them cross their zero slowly
+            // motions separate in time, and some events cross their zero slowly
             assert!(
                 (event.t - exact.t).abs() < 10.0 * allowed.motion,
                 "{event:?} {exact:?}"
@@ -277,7 +277,7 @@ fn a_terminal_event_ends_the_run_and_nothing_is_lost_when_it_goes_on() {
             Event::function(|point| point.q[0] - 0.3).terminal(),
             Event::function(|point| point.v[0] - 0.2).rising().terminal(),
             Event::observable(0).terminal(),
-            // of two in one step the second is told after the first has ended the run
+            // of two events in one step, the second is reported after the first has ended the run
             Event::function(|point| Real::sin(point.q[0] * 8.0))
                 .falling()
                 .terminal(),
@@ -285,7 +285,7 @@ fn a_terminal_event_ends_the_run_and_nothing_is_lost_when_it_goes_on() {
         let (mut seen, mut ended) = (Trajectory::default(), Vec::new());
         while let Some(event) = third.watch(end, &mut terminal, &mut seen).unwrap() {
             let node = third.node();
-            // the run stands at the event, or at one of the nodes on both sides
+            // the run stands at the event, or at one of the nodes beside it
             assert!((node.t - event.t).abs() <= H, "{node:?} {event:?}");
             ended.push(event);
         }
@@ -318,11 +318,11 @@ fn in_between_the_motion_is_a_polynomial() {
         for (((t, point), wanted), exact) in points.iter().zip(&times).zip(&exact) {
             assert_eq!(t, wanted);
             assert!((point.q[0] - exact.q[0]).abs() < allowed.motion);
-            // of a velocity two digits less are asked, of an acceleration three
+            // velocities may have errors 1e2 times as large, accelerations 1e3 times
             assert!((point.v[0] - exact.v[0]).abs() < 1e2 * allowed.motion);
             assert!((point.a[0] - exact.a[0]).abs() < 1e3 * allowed.motion);
         }
-        // after the fact, too; the nodes of the discrete methods are all that is known of their motion
+        // from the stored nodes, too; for discrete methods these are all that is known of the motion
         let trajectory = other.until(T0 + 10.0).unwrap();
         if is_even(other) {
             for ((t, _), exact) in points.iter().zip(&exact) {
@@ -378,7 +378,7 @@ fn times_that_cannot_be_reached_are_told() {
     for_every_method!(check);
 }
 
-/// The errors of the chain of sources, from the run's on.
+/// The errors along the chain of sources, from the run's on.
 fn chain(failure: &Failure<1>) -> Vec<&(dyn Error + 'static)> {
     let mut errors = Vec::new();
     let mut next = failure.source();
@@ -396,7 +396,7 @@ fn a_failing_run_keeps_what_it_had_and_says_why() {
         let nodes = &failure.trajectory;
         assert!(nodes.len() > 3, "{failure}");
         assert!(nodes.iter().all(|node| node.q[0] < 1.0));
-        // it fails beyond the last node, and not far
+        // it fails soon after the last node
         let (last, time) = (nodes.last().unwrap().t, failure.error.time().unwrap());
         assert!((0.0..=0.3).contains(&(time - last)), "{time} {last}");
         assert!(chain(&failure)[0].is::<RunError>());
@@ -424,7 +424,7 @@ fn a_failing_run_keeps_what_it_had_and_says_why() {
     let on_grid = TaylorFlow::new(&Cliff {}, start, tolerance).unwrap().every(h);
     check(&mut on_grid.unwrap() as &mut dyn Stepper<1>);
 
-    // and so do runs of many
+    // and so do runs of ensembles
     let ended = Ensemble::new(&Cliff {}, h)
         .unwrap()
         .starts([start; 3])
@@ -505,7 +505,7 @@ fn errors_are_estimated_whatever_the_method() {
         }
         assert_eq!(times.last(), Some(&end));
     }
-    // where the motion cannot be followed, the run ends and says so
+    // beyond the end of the reference motion, T0 + 1, the estimates end with an error
     let error = GlobalError::new(&PENDULUM, START, T0 + 1.0).unwrap();
     let mut count = 0;
     let mut estimates = Estimates::new(error, |_: &Node<1>, _: &[f64; 1]| count += 1);

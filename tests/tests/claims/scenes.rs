@@ -1,6 +1,6 @@
-//! Random scenes: trees of bodies on rods, linkages, trains on wheels, robots with a motor in one joint. Each is declared with arrays, whose
-//! parameters make the topology, and held against a second formulation in double the precision that shares nothing with the
-//! attribute or the solver ([`dsocs_tests::scenes`]).
+//! Random scenes: trees of bodies on rods, linkages, trains on wheels, and robots with a motor in one joint.
+//! Each is declared with arrays, whose parameters make the topology. The reference is a second formulation in
+//! double the precision, which shares no code with the attribute or the solver ([`dsocs_tests::scenes`]).
 
 use dsocs_core::{Start, Stepper as _, System, dsocs};
 use dsocs_tests::declared;
@@ -75,7 +75,7 @@ macro_rules! trees {
     };
 }
 
-/// The joint of a motor: 1 and -1 at the angles.
+/// The joint of a motor: 1 and -1 at its two angles.
 fn joint<const N: usize>(scene: &Scene) -> [f64; N] {
     let (one, other) = scene.motor.unwrap().joint;
     core::array::from_fn(|i| f64::from(u8::from(i == one)) - f64::from(u8::from(Some(i) == other)))
@@ -258,21 +258,22 @@ impl Train {
     }
 }
 
-/// Where scenes come from.
+/// A generator of scenes.
 type Draw = fn(&mut Random) -> Option<Case>;
 
 /// The number of scenes of each kind in the long test.
 const MANY: u64 = 60;
 
-/// At most one scene of so many may be refused for two roots of a Lyapunov constraint: where these meet nothing tells them apart.
+/// At most one scene in this number may be refused for two roots of a Lyapunov constraint, which nothing
+/// distinguishes where they meet.
 const AMBIGUOUS: u64 = 4;
 
-/// A scene in angles, or nothing where no state was found.
+/// A scene in angles; `None` where no state was found.
 fn angles(scene: &Scene, random: &mut Random) -> Option<Case> {
     Case::new(scene, None, random)
 }
 
-/// Draws scenes of one kind and holds a declaration against each.
+/// Draws scenes of one kind and compares a declaration with the reference in each.
 fn all<S: System<N>, const N: usize>(name: &str, count: u64, draw: Draw, declared: fn(&Scene) -> S) {
     let mut defects = Vec::new();
     let mut worst = Found::default();
@@ -323,7 +324,8 @@ fn servos() {
     all("servo", 6, |random| moved(false, random), Servo::new);
 }
 
-/// Two angles are tied, and one arm is hundreds of times as heavy as the other: its second difference has digits of its own.
+/// Two angles are tied, and one arm is hundreds of times as heavy as the other: the small second difference
+/// needs its own relative accuracy.
 #[test]
 fn servos_between_a_heavy_and_a_light_arm() {
     for seed in [21, 43] {
@@ -349,7 +351,8 @@ fn joints_that_are_parameters() {
     all("any servo", 3, draw, AnyServo::new);
 }
 
-/// At a step of this chain the prediction leads to a root that is dozens of legs away, and so is the one beside that.
+/// In one step of this chain the prediction leads to a root dozens of legs away, and the next candidate does
+/// too.
 #[test]
 fn a_far_root_is_not_taken_where_the_determinant_departs() {
     let case = dsocs_tests::scenes::text::case(14, 9).unwrap();

@@ -1,17 +1,17 @@
-//! The scenes of the table of hard cases are those that the generator writes.
+//! The scenes in the table of hard cases are those of the generator.
 
 use std::fs;
 use std::path::PathBuf;
 
 use dsocs_tests::scenes::table::source;
 
-/// Where they stand.
+/// The file of the table.
 fn path() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("../dsocs-systems/src/stability/library/scenes/declared.rs")
 }
 
-/// Whether two words are the same, or the same number but for the last places of functions and of what rounding does.
+/// Whether two words are equal, or numbers that agree but for rounding of elementary functions.
 fn same(one: &str, other: &str) -> bool {
     let number = |word: &str| word.trim_matches(|c: char| "[](),;".contains(c)).parse::<f64>();
     match (number(one), number(other)) {

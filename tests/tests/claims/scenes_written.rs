@@ -1,5 +1,6 @@
-//! Random scenes written out as declarations: their topology is in the text. They are declared by a crate of their own, which is
-//! generated, built and run; so this is the long form of [`super::scenes`], for its kinds, maps and numbers of bodies (2 to 16).
+//! Random scenes written out as declarations, with their topology in the text. A generated crate declares
+//! them, is built and run. It is the long form of [`super::scenes`], with its kinds and maps, and with 2 to
+//! 16 bodies.
 
 use std::fs;
 use std::path::Path;
@@ -22,7 +23,8 @@ fn written_scenes_are_those_of_a_second_formulation() {
     let folder = tempfile::tempdir().unwrap();
     let workspace = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
     let workspace = workspace.canonicalize().unwrap();
-    // packages of the workspace are others' here: the second formulation would take half an hour
+    // packages of the workspace are dependencies here and get their own opt-level: unoptimized, the second
+    // formulation would take half an hour
     let manifest = format!(
         "[package]\nname = \"random-scenes\"\nversion = \"0.1.0\"\nedition = \"2024\"\n\n[dependencies]\n\
          dsocs-core = {{ path = \"{}\", features = [\"num-dual\"] }}\ndsocs-tests = {{ path = \"{}\" }}\n\n\
@@ -39,7 +41,7 @@ fn written_scenes_are_those_of_a_second_formulation() {
         program(0..SCENES, VARIATIONS, STEPS),
     )
     .unwrap();
-    // the versions that the workspace was built with, which are here already
+    // the versions of the workspace, which are on the machine already
     let lock = workspace.join("Cargo.lock");
     if lock.exists() {
         fs::copy(lock, folder.path().join("Cargo.lock")).unwrap();

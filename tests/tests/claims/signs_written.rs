@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 use super::draws;
 
-/// The sign of `s`, in the words of many authors.
+/// The sign of `s`, in many notations.
 const WRITTEN: [&str; 14] = [
     "s.signum()",
     "s.powi(3).signum()",
@@ -26,7 +26,7 @@ const WRITTEN: [&str; 14] = [
     "(2 / pi) * s.atan2(none)",
 ];
 
-/// So many steps of a fixed length go to the end.
+/// The number of steps to the end.
 const STEPS: u32 = 8000;
 
 fn declared(sign: &str, s: &str, force: f64, potential: &str) -> Text {
@@ -63,13 +63,14 @@ fn errors(text: &Text, start: Start<1>, until: f64, expected: [f64; 2]) -> [f64;
 
 #[test]
 fn friction_is_the_same_however_its_sign_is_written() {
-    // a block on a spring slips from rest until it is as fast as the belt, rests on it until the spring is as strong as the friction, and slips back
+    // a block on a spring slips from rest until it is as fast as the belt, sticks until the spring equals the
+    // friction, and slips back
     draws::test(6, 91, [0.5..1.5, 0.1..0.45], &|[dry, belt]: [f64; 2]| {
         let sticks = (belt / dry).asin();
         let slips = sticks + dry * (belt / dry).asin().cos() / belt;
         let later = 4.0;
         let expected = [dry + belt * f64::sin(later), belt * f64::cos(later)];
-        // an abscissa that only parameters make zero tells of no rest
+        // the last notation, an `atan2` whose abscissa is zero by a parameter only, does not stick
         for sign in &WRITTEN[..WRITTEN.len() - 1] {
             let text = declared(sign, &format!("dot(x) - {belt:?}"), dry, "x * x / 2");
             let start = Start::second_order([0.0], [0.0]);
@@ -90,7 +91,7 @@ fn a_force_to_a_place_is_the_same_however_its_sign_is_written() {
         until,
     ]: [f64; 3]| {
         let quarter = f64::sqrt(2.0 / force);
-        // half of a turn goes as the other half, mirrored, and back in time as it came
+        // the second half period mirrors the first, which mirrors itself in time
         let (half, within) = (until % (4.0 * quarter) >= 2.0 * quarter, until % (2.0 * quarter));
         let side = if half { -1.0 } else { 1.0 };
         let left = 2.0 * quarter - within;

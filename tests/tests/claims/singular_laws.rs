@@ -9,7 +9,7 @@ use dsocs_tests::declared;
 use dsocs_tests::scenes::random::Random;
 use dsocs_tests::text::{Flow, TaylorFlow};
 
-/// A pole on a cart, whose motor enforces the decrease of a function that is singular on its way.
+/// A pole on a cart whose motor enforces the decrease of a function, under a law that becomes singular.
 #[dsocs {
     coordinates(s, theta);
     let kinetic = (mc + mp) * dot(s).powi(2) / 2 + mp * l * dot(s) * dot(theta) * theta.cos() + mp * l.powi(2) * dot(theta).powi(2) / 2;
@@ -43,7 +43,7 @@ const CART_POLE: CartPole = CartPole {
     kd: 1.2,
 };
 
-/// Where the motion from this start ends.
+/// The time at which the motion from this start ends.
 const ENDS: f64 = 2.62756;
 
 fn start() -> Start<2> {
@@ -61,7 +61,7 @@ fn a_cart_pole_ends_where_its_law_is_singular_whatever_the_step() {
             "{h}: {}",
             flow.time()
         );
-        // what is advised leads nobody past
+        // no advice promises a way past
         for invitation in ["smaller h leads past", "try a smaller h"] {
             assert!(!error.contains(invitation), "{h}: {error}");
         }
@@ -161,7 +161,8 @@ impl Law {
         })
     }
 
-    /// Times and determinants along the motion, up to where it ends: at a singularity, which is told, or where it leaves the neighbourhood.
+    /// Times and determinants along the motion up to its end: at a singularity, whose time is returned, or
+    /// where it leaves the neighbourhood.
     fn followed(&self, mut state: State) -> (Vec<[f64; 2]>, Option<f64>) {
         let first = self.acceleration(state).1;
         let (mut t, mut h, mut now, mut track) = (0.0, 1e-4_f64, first, vec![[0.0, first]]);
@@ -196,7 +197,7 @@ impl Law {
 /// The end time of the motions.
 const END: f64 = 3.0;
 
-/// The smallest determinant in units of its change over a step.
+/// The smallest determinant relative to its change over a step.
 fn clearance(track: &[[f64; 2]], h: f64) -> f64 {
     let (mut ahead, mut least) = (0, f64::INFINITY);
     for [t, determinant] in track {
@@ -230,7 +231,7 @@ fn counted(laws: u64) -> Counts {
                 assert!(track[0][1].abs() < 1e-3, "{seed}: {law:?}");
                 continue;
             };
-            // the determinant of the discrete equations is another one by the order of h
+            // the determinant of the discrete equations differs by order h
             let until = singular.map_or(last, |t| t + 40.0 * h);
             let ran = flow.to(until.min(END)).map(drop);
             let told: Option<NearlySingular> = flow.nearly_singular();
@@ -240,12 +241,12 @@ fn counted(laws: u64) -> Counts {
                 (Some(_), Ok(())) if until < END => counts.silent += 1,
                 (None, ran) if clearance(&track, h) >= 2.0 => {
                     assert!(ran.is_ok(), "seed {seed}, h {h}: {}", ran.unwrap_err());
-                    // told is only what may pass zero in four steps
+                    // a warning means that the determinant may pass zero within four steps
                     let is_clear = clearance(&track, h) >= 5.0;
                     assert!(told.is_none() || !is_clear, "seed {seed}, h {h}: {told:?}");
                     counts.regular += 1;
                 }
-                // between the two it may be told and need not
+                // between the two limits a warning may come or not
                 _ => {}
             }
         }
@@ -259,12 +260,12 @@ fn random_laws_are_not_passed_in_silence_where_they_are_singular_nor_refused_whe
     println!("{counts:?}");
     assert_eq!(counts.silent, 0, "{counts:?}");
     assert!(counts.ended > 50 && counts.regular > 500, "{counts:?}");
-    // smooth ways through, where what the determinant divides vanishes with it
+    // smooth passages, where the quotient has a limit
     assert!(counts.told < counts.ended / 10, "{counts:?}");
 }
 
-/// A motion with a determinant that vanishes together with what it divides may pass where only the determinant of the discrete equations, which is
-/// another one by the order of h, could tell: such ways through exist for one law in some hundreds.
+/// A motion whose determinant and right-hand side vanish together may pass where only the discrete
+/// determinant, which differs by order h, could show it. This happens for one law in some hundreds.
 #[test]
 #[ignore = "long: 5000 laws in a minute"]
 fn many_random_laws() {
@@ -301,7 +302,7 @@ fn a_factor_that_vanishes_is_told_and_the_motion_goes_on() {
         let mut flow = Flow::new(&carts, h, Start::second_order([0.3, -0.2], [0.0, 0.5])).unwrap();
         match flow.to(2.0) {
             Ok(_) => told += u32::from(flow.nearly_singular().is_some()),
-            // two roots meet there, and a run may ask for one of them
+            // two roots meet there, and a run may require a choice
             Err(error) => assert_eq!(error.step_failure(), Some(StepFailure::AmbiguousRoot), "{error}"),
         }
     }
@@ -342,7 +343,8 @@ fn a_power_of_friction_that_was_forgotten_ends_the_motion_at_rest() {
 }
 
 declared! {
-    /// A particle on an incline, pushed across its path so that the curvature of the path changes at a constant rate.
+    /// A particle on an incline, pushed across its path so that the path's curvature changes at a constant
+    /// rate.
     struct Rate {
         gravity: f64,
         rate: f64,
@@ -408,13 +410,13 @@ fn a_row_of_third_order_asks_at_rest_how_the_motion_goes_on() {
             "{seed}: {} for {t}",
             flow.time()
         );
-        // it may be told, and goes on smoothly
+        // advanced to the reported solution, it goes on smoothly
         let RunError::Step(error) = error else {
             panic!("{error}")
         };
         let q2 = error.details().q2.clone();
         flow.advance_to(&[q2[0], q2[1]]).unwrap();
-        // the other continuation has the curvature that was asked for, on both sides of the rest
+        // the other continuation has the prescribed curvature on both sides of the rest
         let law = Curvature { gravity, first, rate };
         let mut flow = Flow::new(&law, h, Start::second_order(start.0, start.1)).unwrap();
         let node = flow.to(t + 0.5).unwrap();
@@ -483,7 +485,7 @@ fn a_change_point_is_told_at_every_tolerance_and_every_step() {
                 );
             }
         }
-        // beside it there is one motion, and a step that is too long for it says so
+        // with unequal bars the motion is unique: the step follows it or warns
         let beside = FourBar {
             weight,
             bars: [crank, coupler, crank, 1.1 * coupler],
@@ -495,7 +497,7 @@ fn a_change_point_is_told_at_every_tolerance_and_every_step() {
         let node = flow.to(found[0] + 0.3).unwrap();
         assert!((node.q[0] - exact[0]).abs() < 0.02 || flow.nearly_singular().is_some());
     }
-    // a thousandth beside it, with a step of a thousandth and more
+    // bars that differ by 1e-7 to 1e-3, with steps of 3e-3 and more
     for (bar, h) in [(2.0 + 1e-7, 0.0031), (2.001, 0.01), (2.0001, 0.0031)] {
         let linkage = FourBar {
             weight: 0.0,

@@ -6,7 +6,7 @@ use dsocs_tests::declared;
 use dsocs_tests::text::System;
 
 declared! {
-    /// A spring that stiffens, with deflections of the size `size`, beside a rotor that it knows nothing of, as fast as one likes.
+    /// A stiffening spring with deflections of order `size`, and an uncoupled rotor.
     #[derive(Clone, Debug)]
     struct Beside { size: f64 }
     coordinates(x, angle);
@@ -15,7 +15,7 @@ declared! {
 
 #[test]
 fn a_small_unknown_is_as_right_as_it_is_alone() {
-    // x'' = -x - x³ from 1 at rest, with Runge and Kutta's steps of order 4
+    // x'' = -x - x³ from 1 at rest, by the Runge–Kutta method of order 4
     let alone = {
         let (mut x, mut v, steps) = (1.0_f64, 0.0_f64, 400_000);
         let h = 20.0 / f64::from(steps);
@@ -47,7 +47,8 @@ fn a_small_unknown_is_as_right_as_it_is_alone() {
 }
 
 declared! {
-    /// A mass that is fast in one direction, and at rest in another one but for rounding: a small number of steps leads there.
+    /// A mass that moves in one direction, and in the other rests but for rounding: this must not shorten the
+    /// steps.
     struct Symmetric;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (x + y).powi(4) / 4;
@@ -67,7 +68,7 @@ fn what_is_only_rounding_makes_no_short_steps() {
 }
 
 declared! {
-    /// A mass that waits for a pulse.
+    /// A mass at rest until a pulse.
     struct Waits;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;

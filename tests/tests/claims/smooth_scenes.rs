@@ -7,7 +7,8 @@ use dsocs_tests::scenes::random::Random;
 use dsocs_tests::text::{ComposedFlow, Flow, System};
 
 declared! {
-    /// Three coupled coordinates under forces that are smooth, some of them from nothing; and with pieces that none of the motions comes to.
+    /// Three coupled coordinates under smooth forces, some of which grow from zero, and with pieces that no
+    /// motion reaches.
     struct Scene {
         mass: [f64; 3],
         coupling: f64,
@@ -49,7 +50,7 @@ declared! {
     external_forces = (-bend * phi.sin() + square * phi.powi(2) + cube * phi.powi(3) - drag * dot(x), torque - spin * (dot(phi) + 1e3).abs());
 }
 
-/// A number that is as likely zero.
+/// Zero with probability 1/2, else a number up to `size`.
 fn some(random: &mut Random, size: f64) -> f64 {
     if random.chance(0.5) {
         0.0
@@ -68,7 +69,7 @@ fn is_silent<S: System<N>, const N: usize>(system: &S, start: Start<N>, h: f64) 
     assert!(ran.is_ok(), "{}", ran.unwrap_err());
     assert_eq!(flow.unresolved(), None, "h {h}: {:?}", flow.node());
     assert_eq!(flow.nearly_singular(), None, "h {h}");
-    // where forces of the velocity can be composed, its steps may be longer
+    // with twice the step
     let mut flow = ComposedFlow::new(system, 2.0 * h, Composition::SUZUKI_4, start).unwrap();
     flow.to(1.0).unwrap();
     assert_eq!(flow.unresolved(), None, "composed, h {h}");
@@ -91,7 +92,7 @@ fn scenes(seeds: core::ops::Range<u64>) {
                 if place % 4 == 0 {
                     -random.between(0.0, 0.3)
                 } else {
-                    // a velocity that passes zero makes it zero thrice at one place
+                    // the cube of a velocity through zero has a triple zero there
                     some(random, 0.1)
                 }
             }),

@@ -31,7 +31,7 @@ impl Default for Rods {
     }
 }
 
-/// Rods that lean to the right more and more.
+/// Positions of rods that lean more and more to the right.
 fn leaning(by: f64) -> [f64; 28] {
     let mut q = [0.0; 28];
     let (mut x, mut y) = (0.0, 0.0);
@@ -80,7 +80,7 @@ fn rods_keep_their_lengths_and_the_chain_its_energy() {
         energy < 1e-4 * (start - lowest) && length < 1e-14,
         "{energy:e} {length:e}"
     );
-    // the first update is so good that nearly always the second is the last
+    // the first update is so accurate that the second is nearly always the last
     assert!(evaluations < 6100, "{evaluations}");
 }
 
@@ -95,8 +95,8 @@ fn lanes_make_the_same_steps() {
     }
 }
 
-/// Pairs of coordinates `a`, `b` that swing for themselves, in two rows each that mix both: the coefficient of `ddot(a)` in the first
-/// row and that of `ddot(b)` in the second are `a`.
+/// Pairs of uncoupled oscillators `a`, `b`, with two rows each that mix both. The coefficients of `ddot(a)`
+/// in the first row and of `ddot(b)` in the second are `a`, so that these pivots vanish at times.
 #[dsocs {
     coordinates(a: [7], b: [7]);
     lagrangian = 0;
@@ -117,7 +117,7 @@ struct Mixed {
 fn pivots_that_turn_bad_are_searched_for() {
     const { assert!(<Mixed as Compiled<14>>::SPARSE) };
     let h = 0.05_f64;
-    // every `a` is zero at the first middle node, and small again after each half turn
+    // every `a` is zero at the first middle node, and small again after each half period
     let [q0, q1]: [[f64; 14]; 2] = [-1.0, 0.0].map(|k: f64| {
         core::array::from_fn(|i| {
             if i < 7 {
@@ -133,7 +133,7 @@ fn pivots_that_turn_bad_are_searched_for() {
     let mut worst: f64 = 0.0;
     for _ in 0..400 {
         flow.advance().unwrap();
-        // leapfrog, coordinate by coordinate
+        // leapfrog for each coordinate
         let next = core::array::from_fn(|i| 2.0 * now[i] - before[i] - h * h * now[i]);
         (before, now) = (now, next);
         for (found, expected) in flow.position().iter().zip(now) {
@@ -145,7 +145,7 @@ fn pivots_that_turn_bad_are_searched_for() {
 
 #[test]
 fn singular_rows_are_told() {
-    // without a gain no row says anything
+    // without a gain all rows are zero
     let q = core::array::from_fn(|i| 0.5 + 0.01 * i as f64);
     let nodes = Start::nodes(q, q.map(|q| q + 1e-3));
     match Flow::new(&Mixed { gain: 0.0 }, 0.05, nodes).unwrap().advance() {

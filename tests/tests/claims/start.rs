@@ -124,7 +124,7 @@ fn the_exact_start_is_on_the_continuous_motion() {
 }
 
 declared! {
-    /// A body on a spring with a second one that drives it, under a law that says nothing at rest.
+    /// A body on a spring, driven by a second one, under a law that is zero for any acceleration at rest.
     struct Driven {
         body: f64,
         wheel: f64,
@@ -138,7 +138,8 @@ declared! {
 
 #[test]
 fn a_law_that_says_nothing_at_rest_is_refused_whatever_the_other_rows_are() {
-    // the rows are zero at no acceleration, and along a direction that mixes the coordinates as the masses do
+    // at rest the rows vanish for zero acceleration, and along a direction that mixes the coordinates by the
+    // masses
     for (body, wheel, ratio) in [
         (1.0, 0.1, 1.0),
         (3.0, 0.7, -0.3),
@@ -153,7 +154,7 @@ fn a_law_that_says_nothing_at_rest_is_refused_whatever_the_other_rows_are() {
             for words in ["kinematic constraint 1 says nothing", "branch = divide"] {
                 assert!(refused.contains(words), "{body} {wheel} {ratio} {x}: {refused}");
             }
-            // a motion is no rest
+            // with a velocity the start is accepted
             assert!(Flow::new(&driven, 0.01, Start::second_order([x, 0.0], [x, 0.0])).is_ok());
         }
     }
@@ -192,11 +193,11 @@ fn a_step_of_first_order_does_not_rest_where_a_law_says_nothing() {
                 assert!(told.contains(words), "{told}");
             }
         }
-        // in its equilibrium it rests, whatever the law says
+        // in equilibrium it rests, whatever the law says
         let mut flow = Flow::new(&driven, h, Start::paper([0.0, 0.3], [0.0; 2])).unwrap();
         flow.advance().unwrap();
         assert_eq!(*flow.position(), [0.0, 0.3]);
-        // a motion is no rest, and a law that says something at rest moves it
+        // with a velocity it starts, and a law that determines the acceleration at rest moves it
         assert!(Flow::new(&driven, h, Start::paper([1.0, 0.3], [0.5, 0.0])).is_ok());
         let mut flow = Flow::new(&Divided {}, h, Start::paper([1.0, 0.3], [0.0; 2])).unwrap();
         flow.advance().unwrap();
@@ -205,7 +206,7 @@ fn a_step_of_first_order_does_not_rest_where_a_law_says_nothing() {
 }
 
 declared! {
-    /// A law that is flat at no acceleration.
+    /// A law whose derivative vanishes at zero acceleration.
     struct Cubed { value: f64 };
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
@@ -229,6 +230,6 @@ fn the_only_acceleration_is_found_where_newton_fails_from_zero() {
         let end = Flow::new(&Cubed { value }, 0.01, start).unwrap().to(0.1).unwrap();
         assert!((end.a[0] / value.cbrt() - 1.0).abs() < 1e-9, "{value}: {end:?}");
     }
-    // one of two has to be chosen
+    // of two solutions one has to be chosen
     assert!(Flow::new(&Squared { value: 4.0 }, 0.01, start).is_err());
 }

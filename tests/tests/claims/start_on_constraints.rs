@@ -6,7 +6,7 @@ use dsocs_tests::text::{ComposedFlow, Flow, System, TaylorFlow};
 use proptest::prelude::*;
 
 declared! {
-    /// A ball that is turned about an axis at a constant rate: `w' = rate`.
+    /// A ball with a prescribed turning rate about an axis.
     struct Driven {
         rate: f64,
     }
@@ -34,7 +34,7 @@ declared! {
 }
 
 declared! {
-    /// A particle of which only the square of the curvature is said.
+    /// A particle whose squared curvature is prescribed.
     struct Unsigned {
         curvature: f64,
     }
@@ -45,7 +45,7 @@ declared! {
     variational = [(dot(x), dot(y))];
 }
 
-/// Zero, or a number of any size down to the smallest that a leg can have.
+/// Zero, or a number of any magnitude down to the smallest of a leg.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![
         1 => Just(0.0),
@@ -62,7 +62,7 @@ fn accepted<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>) {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 800, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// At the origin and near it there is nothing to be small against but the leg itself.
+    /// At the origin and near it, the residual has no scale but the leg itself.
     #[test]
     fn consistent_starts_are_accepted_also_at_the_origin(
         x in coordinate(), w in coordinate(), v in -2.0..2.0_f64, rate in -2.0..2.0_f64, power in -12_i32..0,
@@ -80,7 +80,7 @@ proptest! {
         }
     }
 
-    /// The angle is anything, so that the rod may lie along an axis.
+    /// Any angle, so that the rod may lie along an axis.
     #[test]
     fn a_rod_may_start_anywhere(turn in 0_u32..8, more in coordinate(), v in -2.0..2.0_f64, power in -12_i32..0) {
         let angle = f64::from(turn) * std::f64::consts::FRAC_PI_4 + more;
@@ -132,7 +132,7 @@ fn an_acceleration_can_be_named_where_there_are_several() {
     };
     assert!(error.to_string().contains("Start::near_acceleration"), "{error}");
     for side in [1.0, -1.0] {
-        // the circle of radius 2, to either side; a rough guess is enough
+        // a circle of radius 2 to either side; a rough guess suffices
         let start = start.near_acceleration([0.0, 0.3 * side]);
         let exact = |t: f64| [2.0 * (t / 2.0).sin(), side * (2.0 - 2.0 * (t / 2.0).cos())];
         let away = |q: &[f64; 2], t: f64| (q[0] - exact(t)[0]).hypot(q[1] - exact(t)[1]);
@@ -166,7 +166,7 @@ fn a_projection_is_not_measured_by_terms_that_vanish() {
         [1.0, 1.0, 0.0],
         [-0.3, 1e-9, 5.0],
         [1e6, -3.0, 1e-6],
-        // nothing is left of these
+        // velocities that the projection makes zero
         [0.0, 1.0, 0.0],
         [0.0, 0.7, -0.3],
     ] {
@@ -175,7 +175,7 @@ fn a_projection_is_not_measured_by_terms_that_vanish() {
         let size = v0[0].abs().max(1e-3 * v0[1].abs());
         assert!((node.v[0] - v0[0]).abs() <= 1e-12 * size, "{node:?}");
     }
-    // what is no rounding is told all the same
+    // a residual above rounding is refused all the same
     let wrong = Start::second_order([0.0; 3], [1.0, 1e-12, 0.0]);
     assert!(Flow::new(&Vanishing {}, 0.01, wrong).is_err());
 }
@@ -197,7 +197,8 @@ declared! {
     branch = divide(dot(x));
 }
 
-/// A factor that divides its constraint is divided out of the continuous row, too, which then has a value where the factor is zero.
+/// The factor of a constraint is divided out of the continuous row too, which has a value where the factor is
+/// zero.
 #[test]
 fn a_regulator_starts_at_rest() {
     let system = Regulator {

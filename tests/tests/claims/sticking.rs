@@ -109,7 +109,7 @@ impl Belt {
 
     /// The duration of the slip, and the period.
     fn period(&self) -> [f64; 2] {
-        // slower than the belt first; faster after a whole turn, which has grown
+        // at first slower than the belt; after a full turn the growth has made it faster
         let turn = std::f64::consts::TAU / (self.stiff - self.fall * self.fall / 4.0).sqrt();
         let (mut low, mut high) = (0.5 * turn, turn);
         for _ in 0..200 {
@@ -186,7 +186,7 @@ fn stick_and_slip_on_a_belt_has_its_period_to_second_order() {
 }
 
 declared! {
-    /// A belt that swings: a mass that it takes along, as long as friction can.
+    /// A mass on a swinging belt, carried along within the limit of friction.
     struct Shaker {
         reach: f64,
         dry: f64,
@@ -198,7 +198,7 @@ declared! {
 
 #[test]
 fn a_belt_that_swings_takes_along_what_it_can() {
-    // the belt's acceleration is within the friction
+    // the belt's acceleration stays below the friction
     let shaker = Shaker { reach: 0.8, dry: 1.0 };
     let steps = [0.1, 0.05, 0.025];
     let errors = steps.map(|h: f64| {
@@ -214,7 +214,7 @@ fn a_belt_that_swings_takes_along_what_it_can() {
     let order = slope(&steps, &errors);
     println!("{order:.2} {errors:?}");
     assert!((order - 2.0).abs() < 0.05, "{order} {errors:?}");
-    // and here it is not: the mass slides at some times and is taken along at others
+    // here it does not: the mass slides at times and is carried at others
     let shaker = Shaker { reach: 1.3, dry: 1.0 };
     let reference = Reference {
         mass: |_: &[f64; 1]| [[1.0]],
@@ -241,8 +241,9 @@ fn a_belt_that_swings_takes_along_what_it_can() {
     }
 }
 
-/// Time stepping by Moreau's scheme with projected Gauss-Seidel iterations: shares nothing with the project. Friction acts along `contacts`, each a direction
-/// of the velocity and the largest force, against a velocity `belt`.
+/// Time stepping by Moreau's scheme with projected Gauss–Seidel iterations; shares no code with the project.
+/// Friction acts along `contacts`, each a direction in the velocities with its largest force, against the
+/// velocity `belt`.
 struct Reference<M, F, B, const N: usize, const K: usize> {
     mass: M,
     force: F,
@@ -263,7 +264,7 @@ where
         let mut impulses = [0.0; K];
         for k in 0..steps {
             let t = k as f64 * dt;
-            // half the way, then the velocity, then the other half
+            // half a step of the positions, the velocities, the other half step
             for (q, v) in q.iter_mut().zip(&v) {
                 *q += 0.5 * dt * v;
             }
@@ -382,7 +383,7 @@ fn apart<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
     x.iter().zip(y).fold(0.0, |most, (x, y)| (x - y).abs().max(most))
 }
 
-/// The position at a time, the steps in which something rests, and those in which not.
+/// The position at a time, the number of steps with sticking, and of those without.
 fn end<S: System<N>, const N: usize>(
     system: &S,
     start: Start<N>,
@@ -412,7 +413,8 @@ proptest! {
         let largest = (0..3).map(|i| (dry[i] + dry[3]) / mass[i]).fold(0.0, f64::max);
         for h in [0.02, 0.0025] {
             let (found, _) = end(&row, start, h, 6.0);
-            // each turn without a stop has an error of the velocity of at most half a step of the friction, and there are some turns
+            // each of the few turns without a stop changes the velocity by at most half a step of the
+            // friction
             let error = apart(&found, &exact);
             prop_assert!(error < 6.0 * h * largest + 1e-3, "{} {:e}: {:?} {:?}", h, error, found, exact);
         }
@@ -441,7 +443,7 @@ fn blocks_in_a_row_stick_alone_and_together() {
             report.stop == Stop::Sticks || report.stop == Stop::Jump,
             rest.contains(&true)
         );
-        // no constraint acts, whatever rests
+        // no constraint acts, whatever sticks
         assert!(
             flow.node().force.iter().all(|force| force.abs() < 1e-11),
             "{:?}",
@@ -516,7 +518,7 @@ fn joints_of_an_arm_stick_alone_and_together() {
 }
 
 declared! {
-    /// A rod from the floor to a wall along which its ends slide with friction: one motion, two frictions.
+    /// A rod from the floor to a wall, with friction at both ends: one coordinate, two frictions.
     struct Tied {
         push: f64,
         dry: [f64; 2],
@@ -543,7 +545,7 @@ fn frictions_that_are_tied_to_each_other_hold_together() {
             let report = flow.advance().unwrap();
             let node = flow.node();
             if push.abs() < 1.0 {
-                // a push near the limit takes long to be stopped
+                // near the limit it takes long to stop
                 if v == 0.0 || push < 0.9 {
                     assert_eq!(report.stop, Stop::Sticks, "{push} {v} {node:?}");
                     assert!(node.v.iter().all(|v| v.abs() < 1e-17));
@@ -560,7 +562,7 @@ fn frictions_that_are_tied_to_each_other_hold_together() {
 }
 
 declared! {
-    /// A block on a slope that holds it: friction is a part of the force of the slope.
+    /// A block on a slope; friction is a part of the constraint force.
     struct Pressed {
         slope: f64,
         friction: f64,
@@ -600,7 +602,7 @@ fn friction_by_the_force_of_a_constraint_holds_within_its_cone() {
                     }
                     assert_eq!(node.stop, Stop::Sticks, "{slope} {part} {v}");
                     assert!((node.q[0] - place).abs() < 20.0 * h * h, "{node:?} {place}");
-                    // the slope holds all of the weight
+                    // the slope carries the whole weight
                     assert!(
                         node.force[0].abs() < 1e-9 && (node.force[1] - 9.81).abs() < 1e-9,
                         "{node:?}"
@@ -616,7 +618,7 @@ fn friction_by_the_force_of_a_constraint_holds_within_its_cone() {
 }
 
 declared! {
-    /// A prescribed motion: friction in a constraint.
+    /// A prescribed motion with friction in the constraint.
     struct Prescribed {
         stiff: f64,
         dry: f64,
@@ -631,7 +633,7 @@ declared! {
 fn a_constraint_with_friction_comes_to_rest_where_it_should() {
     for start in [0.3, 2.5, 3.1, 4.7, -6.2] {
         let prescribed = Prescribed { stiff: 1.0, dry: 1.0 };
-        // half swings about 1 and -1, each shorter by 2, up to where the friction holds
+        // half swings about 1 and -1, each shorter by 2, until the friction holds
         let mut rest: f64 = start;
         while rest.abs() > 1.0 {
             rest = 2.0 * rest.signum() - rest;
@@ -647,7 +649,7 @@ fn a_constraint_with_friction_comes_to_rest_where_it_should() {
                 assert_eq!(flow.advance().unwrap().stop, Stop::Sticks);
                 let node = flow.node();
                 assert_eq!(node.q[0], stays);
-                // nothing moves, and no force is asked for
+                // at rest there is no constraint force
                 assert!(
                     node.v[0].abs() < 1e-16 && node.a[0].abs() < 1e-14 && node.force[0].abs() < 1e-14,
                     "{node:?}"
@@ -658,7 +660,8 @@ fn a_constraint_with_friction_comes_to_rest_where_it_should() {
 }
 
 declared! {
-    /// Two masses on springs, whose energy without friction the step keeps to the last bit: kinetic energy of a leg, and the spring's of its ends' product.
+    /// Two masses on springs. Without friction the step keeps an energy to rounding: the kinetic energy of a
+    /// leg, and the springs' by the product of their elongations at its ends.
     struct Springs {
         dry: [f64; 2],
     }
@@ -684,8 +687,8 @@ proptest! {
         };
         let first = energy(&flow);
         let mut last = first;
-        // in a step in which a mass stops, turns or is torn away friction has its mean over the step: of that much the two measures of a spring's energy
-        // differ
+        // where a mass stops, turns or is released within a step, friction acts with its mean over the step,
+        // and the energy may rise by this much
         let allowed = (dry[0] + dry[1]).powi(2) * h * h;
         for _ in 0..2000 {
             let before = flow.leg().d;
@@ -702,7 +705,7 @@ proptest! {
 
 #[test]
 fn a_force_along_the_velocity_holds_nothing() {
-    // friction of the other sign, on the second mass
+    // a friction of the other sign
     for dry in [[-0.3, 0.0], [0.2, -0.3]] {
         let springs = Springs { dry };
         for h in [0.01, 0.003] {
@@ -784,7 +787,7 @@ fn an_input_that_changes_holds_or_tears_off_at_its_node() {
             flow.to(2.0).unwrap();
             assert_eq!((flow.position()[0], flow.node().stop), (0.0, Stop::Sticks));
             flow.set_input("push", 2.0 * sign).unwrap();
-            // from the position that is known, which is a step ahead
+            // from the known position on, one step ahead of the node
             let begins = flow.time();
             while flow.time() < 4.0 {
                 flow.advance().unwrap();
@@ -818,7 +821,7 @@ fn lanes_rest_where_flows_do() {
     for (start, end) in starts.iter().zip(ends) {
         let node = Flow::new(&row, 0.01, *start).unwrap().to(9.0).unwrap();
         let end = end.unwrap();
-        // lanes choose pivots together: the last bits may differ
+        // lanes choose their pivots together: the last bits may differ
         assert!(apart(&end.q, &node.q) < 1e-14, "{end:?} {node:?}");
         assert_eq!(end.stop, node.stop);
     }

@@ -1,4 +1,5 @@
-//! Jumps and corners of a force: a Taylor series ends at each of them and begins anew beyond, in motions with closed forms.
+//! Jumps and corners of a force: a Taylor series ends at each and starts anew beyond. The references are
+//! closed forms.
 
 use std::f64::consts::PI;
 
@@ -78,7 +79,7 @@ fn flow<S: System<1>>(system: &S, start: [f64; 2], tolerance: f64) -> TaylorFlow
     .unwrap()
 }
 
-/// When a motion comes to rest on its way to a time, and the position there. From then on it stays.
+/// The time at which a motion comes to rest before `until`, and its position there; it must stay.
 fn comes_to_rest(run: &mut TaylorFlow<'_, 1>, until: f64) -> (f64, f64) {
     let rest = loop {
         let node = run.node();
@@ -91,7 +92,7 @@ fn comes_to_rest(run: &mut TaylorFlow<'_, 1>, until: f64) -> (f64, f64) {
     };
     let node = run.to(f64::max(until, 2.0 * run.node().t)).unwrap();
     assert_eq!(node.stop, Stop::Sticks);
-    // a sum and what rounding took from it
+    // up to the rounding of a compensated sum
     assert!(
         (node.q[0] - rest.1).abs() <= f64::EPSILON * rest.1.abs(),
         "{node:?} {rest:?}"
@@ -114,7 +115,7 @@ fn the_scene_that_went_wrong_in_silence() {
         let mut flow = flow(&friction, [0.2, 0.0], tolerance);
         let end = flow.to(2.0).unwrap().q[0];
         assert!((end - exact).abs() < tolerance.max(1e-14), "{tolerance:e}: {end}");
-        // a step or two for each half-swing, and none of them tried twice
+        // one or two steps for each half-swing, none of them rejected
         assert!(flow.steps() < 30 && flow.rejected() == Some(0), "{flow:?}");
         let (t, x) = comes_to_rest(&mut flow, 5.0);
         assert!((t - 8.0 * friction.half()).abs() < tolerance.max(1e-14), "{t}");
@@ -137,7 +138,7 @@ fn random_scenes_of_dry_friction_lose_what_they_have_to() {
         let start = rest * number(1.1, 40.0) * if tried % 2 == 0 { 1.0 } else { -1.0 };
         let tolerance = number(1e-14, 1e-3);
         let (end, place) = friction.rest(start);
-        // where the last turning point is on the edge, the tolerance decides
+        // the last turning point is so near the bound that the tolerance decides
         if friction.doubt(start) < (1e3 * tolerance).max(1e-9) * (start / rest).abs() {
             continue;
         }
@@ -176,12 +177,12 @@ fn back_in_time_it_gains_what_it_has_lost() {
     };
     for tolerance in [1e-4, 1e-9, 1e-14] {
         let mut flow = flow(&friction, [0.2, 0.0], tolerance);
-        // also from the very place of a switch
+        // also from a switching point itself
         for t in [3.7, 3.0 * friction.half()] {
             flow.to(t).unwrap();
             flow.reverse().unwrap();
             let node = flow.to(0.0).unwrap();
-            // at a turning point the velocity has an error of the root of that of the energy
+            // at a turning point the error of the velocity is the root of that of the energy
             assert!(
                 (node.q[0] - 0.2).abs() < 1e3 * tolerance.max(1e-15),
                 "{tolerance:e}: {node:?}"
@@ -242,7 +243,7 @@ fn what_sticks_from_the_beginning_rests_and_behind_a_function_says_so() {
     let node = held.to(20.0).unwrap();
     // the friction balances the spring, and no constraint acts
     assert_eq!((node.a[0], node.force[0]), (0.0, 0.0), "{node:?}");
-    // a function of one's own is not seen into
+    // the sign in a function of the user's is not known to the series
     let own = OwnFunction { dry: 0.5 };
     let error = flow(&own, [0.01, 0.0], 1e-9).to(1.0).unwrap_err();
     let text = error.to_string();
@@ -256,7 +257,7 @@ fn what_sticks_from_the_beginning_rests_and_behind_a_function_says_so() {
         matches!(&details.cause, SeriesFailure::Sticks { .. }),
         "{details:?}"
     );
-    // the advice can be followed
+    // as the message advises
     let smooth = Smooth {
         dry: 0.5,
         width: 1e-3,
@@ -266,7 +267,7 @@ fn what_sticks_from_the_beginning_rests_and_behind_a_function_says_so() {
 }
 
 declared! {
-    /// A block that is shoved, with dry friction: its velocity is linear in time.
+    /// A block with dry friction under a force: its velocity is piecewise linear in time.
     #[derive(Clone)]
     struct Shoved {
         push: f64,
@@ -288,7 +289,7 @@ fn a_velocity_that_is_linear_in_time_finds_its_stop_in_steps_without_an_end() {
         };
         let mut run = flow(&shoved, [0.0, v], 1e-9);
         assert!((comes_to_rest(&mut run, 1e3).1 - v * v).abs() < 1e-13 * v * v);
-        // and where an input changes on the way
+        // with an input that changes on the way
         for push in [0.4, 0.2, -0.1, -0.37, 0.3] {
             let mut run = flow(&shoved, [0.0, v], 1e-9).every(0.5).unwrap();
             run.to(0.5).unwrap();
@@ -508,7 +509,7 @@ fn a_corner_of_the_force_costs_no_order() {
 }
 
 declared! {
-    /// Two masses that turn at the same times, one of them the other way round.
+    /// Two masses that turn at the same times, in opposite directions.
     struct Two {
         dry: f64,
     }
@@ -542,7 +543,7 @@ fn switches_at_the_same_time_do_not_disturb_each_other() {
 }
 
 declared! {
-    /// A control law that switches: a mass that is pushed with all force towards the line `x' = -x`.
+    /// A switching control law: full force towards the line `x' = -x`.
     struct Sliding {
         force: f64,
     }
@@ -570,7 +571,7 @@ fn a_sliding_motion_goes_along_its_line() {
             "{node:?}"
         );
     }
-    // a weaker force goes through the line, and stays on it where it comes back to it for good
+    // a weaker force crosses the line at first, and stays on it later
     let root = 5_f64.sqrt();
     let weak = Sliding { force: 0.5 };
     let node = flow(&weak, [1.0, 0.0], 1e-12).to(10.0).unwrap();
@@ -612,7 +613,7 @@ fn a_jump_in_a_control_law_is_met() {
     }
 }
 
-/// Pushed by a force that is sampled, at places and at times, and by the teeth of a saw.
+/// A mass under forces sampled in space and in time, and under a sawtooth.
 #[dsocs {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
@@ -629,7 +630,7 @@ fn saw<R: Real>(t: R) -> R {
 
 #[test]
 fn pieces_of_samples_end_where_they_end() {
-    // a spring with limits, and up and down
+    // a spring with limits in space, and a triangle in time
     let pushed = Pushed {
         place: Samples::linear([(-0.5, 2.0), (0.5, -2.0)]).unwrap(),
         push: Samples::linear([(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]).unwrap(),
@@ -660,7 +661,7 @@ fn pieces_of_samples_end_where_they_end() {
 }
 
 declared! {
-    /// Hills that change their sign often, on a motion whose own series are short.
+    /// A force that changes its sign often; in between the motion is a parabola.
     struct Hills {
         height: f64,
     }

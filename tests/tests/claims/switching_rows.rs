@@ -88,7 +88,8 @@ fn nodes_hold<S: System<1>>(system: &S, law: Law, x: f64, h: f64, until: f64) ->
         let scale = a.abs() + (law.k * before.q[0]).abs() + friction;
         if matches!(report.stop, Stop::Jump | Stop::Sticks) {
             jumps += u64::from(report.stop == Stop::Jump);
-            // the velocity is that of the jump, or the mass rests from here on, and a friction between those of its sides solves the row
+            // at a jump the velocity is zero, or the mass rests from here on, and a friction between the two
+            // signs' solves the row
             let rests = |d: f64| d.abs() <= 1e-12 * h * h * scale;
             let turns = v.abs() <= 1e-9 * h * scale && report.stop == Stop::Jump;
             let arrives = rests(after.d[0]) && (report.stop == Stop::Jump || rests(before.d[0]));
@@ -98,8 +99,8 @@ fn nodes_hold<S: System<1>>(system: &S, law: Law, x: f64, h: f64, until: f64) ->
                 "{law:?} {h} {rest} {friction}"
             );
         } else {
-            // what rounds is the difference of two increments. The iteration ends with an update after which no row is evaluated, and which may
-            // be some roundings long: a velocity within that has either sign
+            // rounding is that of the difference of two increments. After the last update no row is
+            // evaluated, and this update may be some roundings long: a velocity below it has either sign
             let increments = after.d[0].abs() + before.d[0].abs();
             let rounding = 4.0 * f64::EPSILON * increments / (h * h);
             let either = v.abs() <= 64.0 * f64::EPSILON * increments / h;
@@ -124,7 +125,7 @@ fn a_step_across_a_jump_is_solved_or_told() {
     };
     let (k, dry) = (law.k, law.dry);
     for h in [0.1, 0.01, 0.001] {
-        // it turns at x = 3, -2 and 1, and there at rest between the frictions of both signs
+        // it turns at x = 3, -2 and 1, and rests there, between the frictions of both signs
         let found = [
             nodes_hold(&Sign { k, dry }, law, 3.0, h, 8.0),
             nodes_hold(&Compared { k, dry }, law, 3.0, h, 8.0),
@@ -132,7 +133,7 @@ fn a_step_across_a_jump_is_solved_or_told() {
             nodes_hold(&Bent { k, dry }, Law { square: 1.0, ..law }, 3.0, h, 8.0),
         ];
         println!("{h}: {found:?}");
-        // both turns are told, whether the node falls upon the jump or not
+        // both turns are reported, wherever the nodes lie
         assert!(found[0].1 >= 2 && found[1].1 >= 2, "{h}: {found:?}");
     }
 }
@@ -148,7 +149,7 @@ proptest! {
         let until = 3.0 * std::f64::consts::TAU / k.sqrt();
         let until = until.min(2000.0 * h);
         if square {
-            // friction that grows with the square stays within what steps of this length resolve
+            // keeps friction small enough for these steps to resolve
             let dry = dry / (1.0 + k * x * x);
             nodes_hold(&Bent { k, dry }, Law { k, dry, square: 1.0 }, x, h, until);
         } else {
@@ -160,7 +161,7 @@ proptest! {
     }
 }
 
-/// A motion that begins at rest where its velocity turns seems even in its first steps: the next turn is seen all the same.
+/// From rest at a turn, the first steps seem even in time; the next turn is seen all the same.
 #[test]
 fn a_turn_long_after_an_even_start_has_its_sign() {
     let (k, x, h) = (
@@ -173,7 +174,7 @@ fn a_turn_long_after_an_even_start_has_its_sign() {
     nodes_hold(&Bent { k, dry }, law, x, h, 36.0);
 }
 
-/// A motion that passes its turns: the error falls with the step, to first order.
+/// For a motion through its turns, the error is of first order in the step.
 #[test]
 fn the_motion_is_that_of_the_declaration() {
     let sign = Sign { k: 1.0, dry: 0.1 };
@@ -212,7 +213,7 @@ declared! {
 }
 
 declared! {
-    /// A pendulum with dry friction, whose rows bend.
+    /// A pendulum with dry friction: its rows are nonlinear.
     struct Pivot {
         dry: f64,
     }
@@ -236,7 +237,7 @@ fn friction_that_jumps_ends_no_run() {
             while flow.time() < 20.0 {
                 flow.advance().unwrap();
                 if flow.index().is_multiple_of(100) {
-                    // friction takes energy, but for what chatters about rest
+                    // friction removes energy, except for chatter about rest
                     assert!(
                         energy(&flow) < highest + 0.1 * h,
                         "{h} {start:?}: {}",
@@ -259,7 +260,7 @@ fn friction_that_jumps_ends_no_run() {
                 most
             };
         }
-        // it sticks where friction holds the weight
+        // it sticks where friction balances the weight
         assert!(9.81 * most.sin() <= 0.5 + 10.0 * h, "{h}: {most}");
         assert!(flow.unresolved().is_some());
     }

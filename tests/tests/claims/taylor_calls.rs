@@ -5,7 +5,7 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{Real, Start, Stepper, System, dsocs};
 
-/// A mass between walls that get stiffer, by a function that is evaluated step by step.
+/// A mass between walls that get stiffer; their potential is a function of the user's.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - wall.at(x);
@@ -18,7 +18,7 @@ trait Wall {
     fn at<R: Real>(&self, x: R) -> R;
 }
 
-/// `(1 + x²/100)^100` by a hundred products, which take more places than lie in the fast memory.
+/// `(1 + x²/100)^100` by a hundred products: more intermediate values than the fast memory holds.
 struct Long;
 
 impl Wall for Long {
@@ -50,7 +50,7 @@ impl Wall for Busy {
     }
 }
 
-/// A function that takes more and more terms.
+/// A function whose number of terms grows with each call.
 #[derive(Default)]
 struct Changing(AtomicUsize);
 
@@ -91,7 +91,7 @@ fn at<const N: usize>(flow: &mut dyn Stepper<N>, time: f64) -> [f64; N] {
     found
 }
 
-/// Where the coordinate is after a time.
+/// The position after a time.
 fn end<S: System<1>>(system: &S, time: f64) -> f64 {
     let start = Start::second_order([0.5], [1.0]);
     let mut flow = TaylorFlow::new(system, start, Tolerance::relative(1e-12)).expect("a start");

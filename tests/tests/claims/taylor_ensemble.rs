@@ -10,7 +10,7 @@ use dsocs_core::taylor::TaylorEnsemble;
 use dsocs_core::{Instructions, Real, RunError, SeriesFailure, System};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 
-/// A bead on a sphere, which turns with time: a constraint on positions, and time itself.
+/// A bead on a sphere, pushed in time: a constraint on positions, and time itself.
 #[dsocs {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - gravity * z + push * x * (3 * t).sin();
@@ -22,7 +22,7 @@ struct Bead {
     push: f64,
 }
 
-/// Dry friction, whose sign decides, on a mass that a force drives.
+/// A driven mass with dry friction: a branch by a sign.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
@@ -33,7 +33,7 @@ struct Dry {
     friction: f64,
 }
 
-/// A field that a function of the user's tells, with a corner in it.
+/// A curvature by a function of the user's, with a corner.
 struct Corner;
 
 impl dsocs_systems::Curvature for Corner {
@@ -48,7 +48,8 @@ fn bits<const N: usize>(node: &Node<N>) -> (u64, u64, [[u64; N]; 4]) {
     (node.index, node.t.to_bits(), rows)
 }
 
-/// Runs starts in lanes, alone in their lanes, in another order and on other threads; compares with single flows.
+/// Compares each motion with itself alone, in another lane and on other threads (in bits), and with a single
+/// flow (to `far`).
 fn agrees<S: System<N> + Sync, const N: usize>(system: &S, starts: &[Start<N>], until: f64, far: f64) {
     let tolerance = Tolerance::relative(1e-11);
     let ensemble = |starts: &[Start<N>]| {
@@ -102,7 +103,7 @@ fn pendulum(part: f64) -> Start<2> {
 fn motions_in_lanes_are_those_of_single_flows() {
     let parts: Vec<f64> = (0..11).map(|k| f64::from(k) / 11.0).collect();
     let starts: Vec<_> = parts.iter().map(|&part| pendulum(part)).collect();
-    // the steep switch of the pendulum lies within
+    // up to here the pendulum's steep switch is crossed
     agrees(&InertiaWheelPendulum::default(), &starts, 32.0, 1e-6);
     let particle = |&part: &f64| Start::second_order([0.1, part], [0.5 + part, 1.0]).at(part);
     let starts: Vec<_> = parts.iter().map(particle).collect();
@@ -136,7 +137,7 @@ fn constraints_time_and_jumps() {
         .map(|k| Start::second_order([0.1 * f64::from(k)], [1.0]))
         .collect();
     agrees(&Dry { friction: 0.2 }, &starts, 8.0, 1e-7);
-    // and back in time
+    // backward in time
     let starts: Vec<_> = (0..9).map(|k| pendulum(0.1 * f64::from(k)).at(3.0)).collect();
     agrees(&InertiaWheelPendulum::default(), &starts, 1.0, 1e-7);
 }

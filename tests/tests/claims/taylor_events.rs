@@ -47,7 +47,7 @@ fn the_particle_crosses_an_axis_where_its_circle_does() {
     }
 }
 
-/// A plain number may stand on either side.
+/// A plain number may be on either side of an operator.
 #[test]
 fn numbers_stand_on_either_side() {
     let particle = particle();
@@ -112,7 +112,7 @@ fn directions_count_only_their_own() {
 
 #[test]
 fn many_changes_of_sign_within_one_step_are_all_found() {
-    // a step of the order 30 makes a good part of a turn, in which sin(40 x) changes its sign some twenty times
+    // a step of order 30 is a good part of a turn, within which sin(40 x) changes its sign some twenty times
     let particle = particle();
     let mut flow = TaylorFlow::new(&particle, START, Tolerance::relative(1e-10).order(30)).unwrap();
     let mut events = Events::new(vec![Event::function(|point| Real::sin(point.q[0] * 40.0 + 1.0))]);
@@ -148,7 +148,7 @@ fn the_run_ends_at_a_terminal_event_and_goes_on_from_there() {
     while let Some(event) = flow.watch(50.0, &mut events, &mut |_: &Node<2>| {}).unwrap() {
         assert_eq!(flow.time(), event.t);
         assert!(flow.velocity()[0].abs() < 1e-15);
-        // the node there is still to come
+        // the node at the event is still to be handed out
         assert_eq!((flow.node().t, flow.node().v), (event.t, event.v));
         times.push(event.t);
     }
@@ -163,7 +163,7 @@ fn the_run_ends_at_a_terminal_event_and_goes_on_from_there() {
 
 #[test]
 fn the_pendulums_switch_is_an_observable() {
-    // as many as the signs of w a millisecond apart say
+    // as many as there are sign changes of w on a grid of a millisecond
     let pendulum = InertiaWheelPendulum::default();
     let start = Start::second_order([0.5, 0.0], [0.0, 0.5]);
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-12)).unwrap();
@@ -265,7 +265,7 @@ fn what_an_event_cannot_see_is_told() {
         matches!(&error, RunError::Event(failed) if failed.event == 0 && failed.time == 0.0),
         "{error}"
     );
-    // as a function of jets it is seen
+    // as a function of jets it is found
     let mut flow = TaylorFlow::new(
         &spring,
         Start::second_order([1.0], [0.0]),

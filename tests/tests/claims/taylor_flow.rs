@@ -1,5 +1,5 @@
-//! The Taylor flow is the continuous motion: of the pendulum over 2000 s, of the particle on its circle, of every declared
-//! system, and what its tolerance means.
+//! The Taylor flow follows the continuous motion: of the pendulum over 2000 s, of the particle on its circle,
+//! and of every declared system; and its tolerance bounds its error.
 
 #![allow(clippy::float_cmp)] // times are kept as they are given
 
@@ -71,7 +71,7 @@ fn the_force_is_the_references_multiplier() {
     }
 }
 
-/// The particle over some hundred turns, and its largest distance from the circle.
+/// The particle over some hundred turns: its largest distance from the circle.
 fn particle(tolerance: Tolerance) -> f64 {
     let particle = CurvedParticle::default();
     let (q0, v0) = ([0.0, 0.0], [1.0, 1.0]);
@@ -92,7 +92,7 @@ fn particle(tolerance: Tolerance) -> f64 {
 
 #[test]
 fn the_particle_stays_on_its_circle() {
-    // a turn of the phase is a sum of large terms of both signs where steps are long: a lower order rounds less
+    // long steps turn the phase by sums of large terms of both signs: a lower order rounds less
     let error = particle(Tolerance::relative(1e-16).order(18));
     println!("{error:.1e}");
     assert!(error < 2e-12, "{error:e}");
@@ -100,7 +100,7 @@ fn the_particle_stays_on_its_circle() {
 
 #[test]
 fn the_error_follows_the_tolerance() {
-    // the order changes with the tolerance, and with it the constant: over ten decades that does not count
+    // the order changes with the tolerance, and the constant with it: over ten decades that is small
     let tolerances: Vec<f64> = (4..=14).map(|k| 10.0_f64.powi(-k)).collect();
     let errors: Vec<f64> = tolerances
         .iter()
@@ -124,8 +124,8 @@ fn another_solver_agrees() {
     assert!((ours.q[0] - theirs[0]).abs() < 1e-10 && (ours.q[1] - theirs[1]).abs() < 2e-8);
 }
 
-/// Follows a system for a while and asks its own equations, within each step, for the acceleration: the largest correction
-/// relative to the largest acceleration there.
+/// The largest correction that the system's own equations make to the acceleration of the series within
+/// steps, relative to the largest acceleration there.
 fn corrections<S: System<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], until: f64) -> f64 {
     let mut flow = TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-13)).unwrap();
     let mut worst = 0.0_f64;
@@ -323,7 +323,7 @@ fn an_edge_of_the_equations_is_passed() {
     let run = |tolerance| {
         let mut flow = TaylorFlow::new(&branches, start, Tolerance::relative(tolerance)).unwrap();
         let trajectory = flow.until(1.0).unwrap();
-        // a step ends at the edge, and none has to be tried twice
+        // one step ends at the edge, and none is rejected
         let edge = |node: &Node<2>| (node.q[0] - branches.edge).abs() < 1e-15;
         assert_eq!(flow.rejected(), 0);
         assert!(trajectory.iter().any(edge), "the edge was never met");
@@ -361,7 +361,7 @@ fn what_cannot_go_on_says_why_and_keeps_what_it_has() {
         cause(&error),
         SeriesFailure::TooManySteps { steps: 5, .. }
     ));
-    // the start and the ends of five steps; on a grid, what they reach
+    // the start and the ends of five steps, or on a grid its points up to there
     let failure = few().until(1e6).unwrap_err();
     assert_eq!(failure.trajectory.len(), 6);
     assert!(matches!(
@@ -454,7 +454,7 @@ fn constraints_do_not_drift_in_long_runs() {
     on_the_sphere(10_000.0);
 }
 
-/// Asserts that a motion on the sphere stays on it for so many turns.
+/// Checks that a motion stays on the sphere for this number of turns.
 fn on_the_sphere(all: f64) {
     let sphere = dsocs_systems::Sphere::default();
     let l = sphere.length;

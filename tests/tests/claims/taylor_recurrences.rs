@@ -1,7 +1,8 @@
-//! Every elementary recurrence, to order 30, against high-precision values: of expressions in a declaration and of the same
-//! functions behind the user's own, which are seen as jets.
+//! All elementary recurrences to order 30, against high-precision values: as expressions in a declaration,
+//! and as functions of the user's, which are evaluated on jets.
 //!
-//! `u(t)` is a parabola, and each `w''` a function of it, so that the coefficients of `w''` are those of the function.
+//! `u(t)` is a parabola and each `w''` is a function of it, so that the coefficients of `w''` are those of
+//! the function.
 
 use dsocs_core::taylor::Series;
 use dsocs_core::{Real, System, dsocs};
@@ -213,7 +214,7 @@ fn error(found: &[f64], exact: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Sums of up to 30 products of numbers that are good to some units of 1.1e-16 each, three recurrences deep.
+/// Sums of up to 30 products of numbers with errors of some 1.1e-16 each, through three recurrences.
 const ROUNDING: f64 = 1e-13;
 
 /// The allowed error of the coefficients of a function, or of its derivative of order `rate`.

@@ -1,4 +1,5 @@
-//! Derivatives of the continuous motion: those of differences of whole runs, and the limit of those of the discrete motion.
+//! Derivatives of the continuous motion: against differences of whole runs, and as the limit of the discrete
+//! motion's derivatives.
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
@@ -29,7 +30,7 @@ const RODS: Rods = Rods {
     drag: 0.2,
 };
 
-/// Three masses whose accelerations are solved for in numbers, not affine in them.
+/// Three masses whose accelerations are solved for numerically: the equations are not affine in them.
 #[dsocs {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - k * (x * y).sin() - z.powi(2);
@@ -54,7 +55,7 @@ struct Dry {
 
 const TOLERANCE: Tolerance = Tolerance::relative(1e-14);
 
-/// The end of a motion, with a start and parameters that are moved.
+/// The end of a motion.
 fn end<S: System<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f64) -> [[f64; N]; 3] {
     let mut flow = TaylorFlow::new(system, Start::second_order(q, v), TOLERANCE).unwrap();
     let Node { q, v, a, .. } = flow.to(t).unwrap();
@@ -144,7 +145,7 @@ fn tangents_are_those_of_central_differences() {
     );
 }
 
-/// Those of the discrete motion tend to them with the square of its step.
+/// The derivatives of the discrete motion converge to them with the square of the step.
 #[test]
 fn tangents_are_the_limit_of_discrete_ones() {
     let (q, v, t) = ([0.4, -0.3], [0.5, 1.0], 1.0);

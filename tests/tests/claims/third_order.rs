@@ -18,7 +18,7 @@ const STEPS: [f64; 4] = [0.2, 0.1, 0.05, 0.025];
 
 const CLOTHOID: Clothoid = Clothoid { mass: 1.0, rate: 0.1 };
 
-/// With the force of the curvature 0.2 at the speed 1.
+/// A start with the force of the curvature 0.2 at the speed 1.
 fn by_force() -> Start<2> {
     Start::third_order_by_force([0.0, 0.0], [1.0, 0.0], [0.0, 0.2])
 }
@@ -41,7 +41,7 @@ fn last<const N: usize>(positions: &[[f64; N]]) -> [f64; N] {
     *positions.last().unwrap()
 }
 
-/// Errors as a table has them, of three digits.
+/// Checks errors against a table of three digits.
 fn assert_table(found: &[f64], table: &[f64]) {
     for (found, table) in found.iter().zip(table) {
         let digit = 10_f64.powf(table.log10().floor() - 2.0);
@@ -159,7 +159,7 @@ fn the_prolonged_system_is_the_divergence_form() {
 }
 
 declared! {
-    /// The crane of small angles, driven by a jerk that ends.
+    /// The linearized crane, driven by a jerk that ends.
     struct LinearCrane {
         trolley: f64,
         load: f64,
@@ -207,7 +207,7 @@ fn the_linear_crane_swings_as_the_table_says() {
     assert!((order - 2.0).abs() < 0.05);
 }
 
-/// After a jerk that lasts a period of the load nothing sways: what is left is the error of the step.
+/// After a jerk for one period of the load, the load rests but for the error of the step.
 #[test]
 fn a_jerk_of_one_period_leaves_no_sway() {
     let period = std::f64::consts::TAU * (LINEAR.length / LINEAR.gravity).sqrt();
@@ -305,7 +305,8 @@ declared! {
     variational = [(0, 1)];
 }
 
-/// Beside a constraint of positions: nodes are on it, the order is 2, and the motion is that in other coordinates. The jerk depends on time.
+/// Together with a constraint on positions: nodes are on it, the order is 2, and the motion is that in other
+/// coordinates. The jerk depends on time.
 #[test]
 fn holonomic_constraints_stand_beside_those_of_third_order() {
     let (trolley, load, length, gravity, jerk) = (2.0, 0.7, 1.5, 9.81, 0.8);
@@ -355,7 +356,8 @@ fn holonomic_constraints_stand_beside_those_of_third_order() {
 }
 
 declared! {
-    /// A clothoid that rises as it pleases: of the forms that vary no fields are known, so that multipliers are unknown.
+    /// A clothoid in the plane, free in the third direction: the forms vary and no fields are known, so that
+    /// multipliers are unknown.
     struct Rising {
         rate: f64,
         gravity: f64,
@@ -405,7 +407,7 @@ fn multipliers_that_are_unknown_give_the_same_motion() {
     assert!((z - 0.05).abs() < 1e-13, "{z}");
 }
 
-/// The past is carried with what rounding takes away: a cubic stays one over many small steps.
+/// The previous nodes are carried with their rounding errors: a cubic stays one over many small steps.
 #[test]
 fn digits_are_kept_over_many_steps() {
     let h = 1.0 / 65_536.0;
@@ -452,7 +454,7 @@ fn steps_are_regular_both_ways() {
 }
 
 declared! {
-    /// A constraint whose third derivative no force moves.
+    /// A constraint whose third derivative no force changes.
     struct Blind {}
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
@@ -461,7 +463,7 @@ declared! {
 }
 
 declared! {
-    /// Of second order.
+    /// A constraint of second order.
     struct Second {}
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;

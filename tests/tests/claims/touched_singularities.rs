@@ -34,7 +34,7 @@ struct Counts {
     refused: u32,
 }
 
-/// Whether a motion was on the other side of the line at some node, and whether the run ended with an error.
+/// Whether a node lies beyond the line, and whether the run ended with an error.
 fn run<S: System<2>>(
     system: &S,
     h: f64,
@@ -129,7 +129,7 @@ fn compositions_tell_of_a_mass_that_nearly_vanishes() {
             let mut flow = ComposedFlow::new(&Polar {}, h, method, near).unwrap();
             let ended = flow.to(100.0 * h).is_err();
             assert!(ended || flow.nearly_singular().is_some(), "{b} {h} {method:?}");
-            // far from it nothing is said
+            // far from it there is no warning
             let far = Start::second_order([1.5_f64.sqrt(), 0.0], [-0.5, 1.0]);
             let mut flow = ComposedFlow::new(&Polar {}, h, method, far).unwrap();
             flow.to(100.0 * h).unwrap();

@@ -26,10 +26,10 @@ declared! {
     holonomic = x.powi(2) + y.powi(2) - 1;
 }
 
-/// Where a run ends, or why it was refused.
+/// The last position of a run, or its error.
 type Ended = Result<Vec<f64>, RunError>;
 
-/// Why a run did not begin, if that is so.
+/// The error of a refused start; `None` for other errors.
 fn refusal(error: &RunError) -> Option<&SetupError> {
     match error {
         RunError::Setup(error) => Some(error),
@@ -37,7 +37,7 @@ fn refusal(error: &RunError) -> Option<&SetupError> {
     }
 }
 
-/// The ends of runs of three methods.
+/// The last positions of runs by three methods.
 fn ends<S: System<2>>(system: &S, [q0, v0]: [[f64; 2]; 2]) -> [Ended; 3] {
     let start = || Start::second_order(q0, v0);
     let (h, until) = (0.01, 4.0);
@@ -53,9 +53,9 @@ fn ends<S: System<2>>(system: &S, [q0, v0]: [[f64; 2]; 2]) -> [Ended; 3] {
     [step(), series(), composed()]
 }
 
-/// Holds runs with factors against that without.
+/// Compares runs with factors to the run without.
 fn hold<S: System<2>>(name: &str, of: impl Fn(f64, f64) -> S, start: [[f64; 2]; 2]) {
-    // constraints of positions do not compose
+    // with a constraint on positions, compositions are refused
     let natural = ends(&of(1.0, 1.0), start).map(Result::ok);
     assert!(natural[0].is_some() && natural[1].is_some(), "{name}");
     let mut refused = [0; 3];
@@ -68,7 +68,7 @@ fn hold<S: System<2>>(name: &str, of: impl Fn(f64, f64) -> S, start: [[f64; 2]; 
         for (place, end, natural) in known {
             match end {
                 Ok(end) => {
-                    // a series divides the factor out where it can
+                    // the series may divide the factor out
                     assert!(
                         exponent < 1060 || place == 1,
                         "{name}, method {place}: 2^-{exponent} is not refused"
@@ -85,7 +85,7 @@ fn hold<S: System<2>>(name: &str, of: impl Fn(f64, f64) -> S, start: [[f64; 2]; 
                     assert!(
                         matches!(
                             refusal(&error),
-                            // of a step whose rows have lost all digits, too
+                            // also the failure of a step whose rows have lost all digits
                             None | Some(SetupError::Underflow { .. } | SetupError::Acceleration { .. })
                         ),
                         "{name}: {error}"
@@ -126,7 +126,7 @@ fn parameters_below_the_normal_numbers_are_refused() {
 
 #[test]
 fn what_is_small_and_has_its_digits_runs() {
-    // states that hardly move, a force that has died away, and nothing at all
+    // states that hardly move, one without force, and rest
     for (q0, v0) in [
         ([1e-200, 0.0], [0.0; 2]),
         ([1e-310, 0.0], [0.0; 2]),

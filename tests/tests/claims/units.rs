@@ -138,7 +138,8 @@ in_units! {
 }
 
 in_units! {
-    /// The nonholonomic particle, and a discrete row that asks nothing of the first node: there is no way back.
+    /// The nonholonomic particle with a discrete row that does not contain the first node: the inverse does
+    /// not exist.
     OneSided(x, y, z) {
         let first_rate = st * dot(first);
         let second_rate = st * dot(second);
@@ -216,7 +217,7 @@ fn same(x: f64, y: f64, largest: f64) -> bool {
     (x - y).abs() <= 1e-9 * x.abs().max(y.abs()) || (x <= zero && y <= zero) || (x.is_nan() && y.is_nan())
 }
 
-/// Triples along a motion, beside it, with coordinates that stand still, and at rest.
+/// Triples along a motion, near it, with coordinates at rest, and at rest.
 fn places<S: System<3> + From<Units>>(h: f64, q0: [f64; 3], v0: [f64; 3]) -> Vec<Place> {
     let system = S::from(NATURAL);
     let mut places = Vec::new();
@@ -252,7 +253,7 @@ fn places<S: System<3> + From<Units>>(h: f64, q0: [f64; 3], v0: [f64; 3]) -> Vec
     places
 }
 
-/// Holds the certificates of a declaration in units at random against that in natural ones.
+/// Compares the certificates of a declaration in many units with that in natural ones.
 fn compare<S: System<3> + From<Units>>(name: &str, h: f64, q0: [f64; 3], v0: [f64; 3]) -> Vec<Regularity> {
     let mut random = Random::new(77);
     let mut all = Units::extremes();
@@ -311,7 +312,7 @@ fn certificates_do_not_depend_on_units() {
     );
 }
 
-/// The sleigh's own run, and one in which it comes to rest in one coordinate.
+/// The sleigh's default run, and one in which one coordinate comes to rest.
 #[test]
 fn a_sleigh_is_regular_throughout() {
     let sleigh = Sleigh::default();
@@ -327,7 +328,7 @@ fn a_sleigh_is_regular_throughout() {
     }
 }
 
-/// A relativistic charge in a magnetic field, in units of time of which `unit` make a natural one.
+/// A relativistic charge in a magnetic field; `unit` is the number of its units of time in a natural one.
 #[dsocs {
     coordinates(x, y);
     let slow = (1 - (dot(x).powi(2) + dot(y).powi(2)) * unit.powi(2)).sqrt();
@@ -338,8 +339,8 @@ struct Charge {
     field: f64,
 }
 
-/// Electrons turn round 1e11 times in a second, and galaxies once in 1e16 seconds: coefficients of high orders leave the range of doubles. The
-/// series does with those of low orders then, in more steps.
+/// Electrons circulate 1e11 times in a second, and galaxies once in 1e16 seconds: high-order coefficients
+/// leave the range of doubles. The series then uses lower orders and more steps.
 #[test]
 fn any_unit_of_time_will_do() {
     for (tolerance, near) in [(1e-6, 1e-5), (1e-12, 1e-11)] {
@@ -364,7 +365,7 @@ fn any_unit_of_time_will_do() {
 
 #[test]
 fn what_leaves_the_range_of_doubles_ends_a_run() {
-    // faster by far than any clock
+    // faster than any clock
     for exponent in [60, 78, 90, 120, 150] {
         let text = format!(
             "coordinates(x); lagrangian = 1e-{exponent} * dot(x).powi(2) / 2 - 1e{exponent} * x.powi(2) / 2;"

@@ -23,7 +23,7 @@ fn switch<R: Real>(x: R) -> R {
     x.tanh()
 }
 
-/// A ball that is pushed back by a stiff wall.
+/// A ball that a stiff wall pushes back.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
@@ -34,7 +34,7 @@ struct Wall {
     push: f64,
 }
 
-/// A mass on a spring that a table of samples pushes.
+/// A mass on a spring under a force by a table of samples.
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
@@ -79,7 +79,7 @@ fn run(joint: &Joint, h: f64) -> (u64, f64) {
 
 #[test]
 fn a_switch_between_two_nodes_is_told() {
-    // four times the velocity changes its sign, and friction with it
+    // four times the velocity and the friction change their signs
     for h in [0.1, 0.05, 0.025] {
         let (steep, [resolved, soft]) = (
             run(&Joint { k: 500.0, mu: 0.2 }, h),
@@ -89,13 +89,13 @@ fn a_switch_between_two_nodes_is_told() {
         assert!((1..=8).contains(&steep.0), "{steep:?}");
         assert_eq!([resolved.0, soft.0], [0, 0]);
     }
-    // it is what costs the order, and steps that fall into the switch do not
+    // steps shorter than the switch keep the order and are not reported
     let (coarse, fine) = (
         run(&Joint { k: 50.0, mu: 0.2 }, 0.1),
         run(&Joint { k: 50.0, mu: 0.2 }, 0.0125),
     );
     assert!(coarse.0 > 0 && fine.0 == 0, "{coarse:?} {fine:?}");
-    // a friction that hardly matters is no reason
+    // a negligible friction is not reported
     assert_eq!(run(&Joint { k: 500.0, mu: 1e-3 }, 0.1).0, 0);
 }
 
@@ -123,7 +123,7 @@ fn the_first_step_of_a_switch_is_named() {
     );
 }
 
-/// A switch in the position, which the motion passes within a step; and one that is as long as several.
+/// A switch in the position, shorter than a step, and one as long as several steps.
 #[test]
 fn a_wall_is_a_switch_too() {
     let run = |k: f64| {
@@ -150,7 +150,7 @@ declared! {
 
 #[test]
 fn jumps_between_two_nodes_are_counted_each_once() {
-    // it turns three times until then
+    // it turns three times up to here
     for h in [0.02, 0.01, 0.003, 0.001] {
         let run = |dry: f64| {
             let jump = Jump { dry };
@@ -168,7 +168,8 @@ fn jumps_between_two_nodes_are_counted_each_once() {
     }
 }
 
-/// A car on a roller coaster, whose track is a function of the user. The attribute cannot know that it is smooth.
+/// A car on a roller coaster, whose track is a function of the user's; the attribute cannot know that it is
+/// smooth.
 #[dsocs {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
@@ -190,7 +191,8 @@ fn track<R: Real>(x: R) -> R {
 }]
 struct Winding {}
 
-/// A smooth function of the user jumps nowhere, at any step: what an iteration goes to and fro by is rounding.
+/// A smooth function of the user's is not reported as a jump at any step: the iteration alternates by
+/// rounding only.
 #[test]
 fn smooth_functions_of_the_user_do_not_jump() {
     let coaster = Start::second_order([-4.0, track(-4.0)], [0.0; 2]);
@@ -207,7 +209,8 @@ fn smooth_functions_of_the_user_do_not_jump() {
 }
 
 declared! {
-    /// Masses on a spring that are heavier one way than the other: their momentum goes on where they turn, and their acceleration jumps.
+    /// Masses on a spring with another mass for each direction: the momentum is continuous where they turn,
+    /// the acceleration jumps.
     struct Ratchet {
         heavy: f64,
         smooth: f64,
@@ -217,7 +220,7 @@ declared! {
     lagrangian = mass * dot(x).powi(2) / 2 - x.powi(2) / 2 + smooth * x.powi(4) + dot(y).powi(2) / 2 - y.powi(2) / 8;
 }
 
-/// The velocity of a mass that is heavier one way, from rest at 1 on.
+/// The exact velocity of such a mass, from rest at 1.
 fn ratchet(heavy: f64, t: f64) -> f64 {
     let slow = heavy.sqrt();
     let left = t % (PI + slow * PI);
@@ -250,7 +253,7 @@ fn a_mass_that_jumps_with_the_velocity_is_told_at_each_turn() {
                     off = off.max(error);
                 }
             }
-            // what is of the first order is told, and nothing else is
+            // errors of first order occur at turns only, which are reported
             assert!(off < 20.0 * h * h * heavy.max(1.0), "{heavy}, {h}: {off:e}");
             assert!(beside > 10.0 * h * h * 0.1, "{heavy}, {h}: {beside:e}");
             let mut flow = Flow::new(&system, h, start).unwrap();
@@ -261,7 +264,7 @@ fn a_mass_that_jumps_with_the_velocity_is_told_at_each_turn() {
             assert!((4..=8).contains(&steps), "{heavy}, {h}: {steps}");
         }
     }
-    // the same mass both ways
+    // equal masses in both directions
     let system = Ratchet {
         heavy: 1.0,
         smooth: 0.05,

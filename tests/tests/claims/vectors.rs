@@ -7,7 +7,7 @@ use dsocs_tests::declared;
 use dsocs_tests::text::{Flow, System, TaylorFlow};
 
 declared! {
-    /// A spherical pendulum whose bob is charged, in air that drags more across than along: by vectors.
+    /// A charged spherical pendulum in air with anisotropic drag, by vectors.
     struct Charged {
         mass: f64,
         charge: f64,
@@ -23,7 +23,7 @@ declared! {
 }
 
 declared! {
-    /// The spherical pendulum by components.
+    /// The charged spherical pendulum by components.
     struct ByComponents {
         mass: f64,
         charge: f64,
@@ -54,7 +54,8 @@ declared! {
 }
 
 declared! {
-    /// A servo whose acceleration is to be that of a spring towards a moving point: three rows of second order in one.
+    /// A servo that follows a moving point with the acceleration of a spring: one row of three components, of
+    /// second order.
     struct Servo {
         rate: f64,
     }
@@ -73,7 +74,7 @@ const CHARGED: Charged = Charged {
     drag: [[0.05, 0.01, 0.0], [0.01, 0.08, 0.0], [0.0, 0.0, 0.02]],
 };
 
-/// Every bit of the positions of a discrete and of a continuous motion.
+/// The bits of the positions of a discrete and of a continuous motion.
 fn motions(system: &impl System<3>, start: Start<3>) -> (Vec<[u64; 3]>, [u64; 3]) {
     let bits = |q: &[f64; 3]| q.map(f64::to_bits);
     let discrete = Flow::new(system, 0.01, start).unwrap().until(3.0).unwrap();
@@ -147,7 +148,7 @@ fn a_row_that_is_a_vector_binds_each_of_its_components() {
     for (q, target) in last.q.iter().zip(target) {
         assert!((q - target).abs() < 1e-5, "{last:?}");
     }
-    // what it costs to follow the point: its acceleration less gravity, as the forces at the node
+    // the forces at the last node: the point's acceleration less gravity
     for (force, expected) in last.force.iter().zip([-target[0], -target[1] - 1.0, 0.0]) {
         assert!((force - expected).abs() < 1e-4, "{last:?}");
     }

@@ -5,14 +5,14 @@ use dsocs_tests::declared;
 use dsocs_tests::text::{Flow, System, TaylorFlow};
 
 declared! {
-    /// Two masses with one term for both.
+    /// Two coordinates with one mass for their sum.
     struct OneMass;
     coordinates(x, y, z);
     lagrangian = (dot(x) + dot(y)).powi(2) / 2 + dot(z).powi(2) / 2 - x.powi(2);
 }
 
 declared! {
-    /// A mass, and two coordinates without one: the second stands in the potential alone.
+    /// A mass, and two massless coordinates: the second enters the potential only.
     struct Massless;
     coordinates(x, y, z);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 + x * y - z;
@@ -20,7 +20,7 @@ declared! {
 }
 
 declared! {
-    /// Two rods of the same length between the same ends.
+    /// Two rods of equal length between the same ends.
     struct TwoRods {
         lengths: [f64; 2],
     }
@@ -36,7 +36,7 @@ declared! {
 const TWO_RODS: TwoRods = TwoRods { lengths: [1.0; 2] };
 
 declared! {
-    /// A wall that is told by a square.
+    /// A wall given by a square.
     struct Square;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
@@ -44,7 +44,7 @@ declared! {
 }
 
 declared! {
-    /// Two accelerations, of which only the square is given.
+    /// A squared law for two accelerations.
     struct Squared;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
@@ -57,14 +57,14 @@ fn refused<S: System<N>, const N: usize>(system: &S, q0: [f64; N], v0: [f64; N])
     let error = Flow::new(system, 0.1, Start::second_order(q0, v0))
         .map(|_| ())
         .unwrap_err();
-    // a Taylor series says the same
+    // a Taylor series gives the same message
     let series = TaylorFlow::new(system, Start::second_order(q0, v0), Tolerance::relative(1e-9));
     assert_eq!(series.map(|_| ()).unwrap_err().to_string(), error.to_string());
     let message = error.to_string();
     (error, message)
 }
 
-/// The message of a first step that fails.
+/// The message of a failed first step.
 fn fails<S: System<N>, const N: usize>(system: &S, q0: [f64; N], v0: [f64; N]) -> String {
     let mut flow = Flow::new(system, 0.1, Start::paper(q0, v0)).unwrap();
     flow.until(10.0).unwrap_err().error.to_string()
@@ -173,14 +173,14 @@ fn two_solutions_are_told_with_their_distance() {
 }
 
 declared! {
-    /// A mass on a cone, whose tip has no slope.
+    /// A mass on a cone, without a slope at the tip.
     struct Cone;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (x.powi(2) + y.powi(2)).sqrt();
 }
 
 declared! {
-    /// A law, squared.
+    /// A squared law.
     struct SquaredLaw;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
@@ -215,7 +215,7 @@ fn advice_is_about_what_is_so() {
         !message.contains("start with a velocity") && message.contains("begin elsewhere"),
         "{message}"
     );
-    // as it says: elsewhere, and not with a velocity
+    // as the message advises: at another place; a velocity does not help
     assert!(Flow::new(&Cone, 0.01, Start::second_order([0.0; 2], [1.0, 0.3])).is_err());
     Flow::new(&Cone, 0.01, Start::second_order([0.1, 0.0], [0.0; 2])).unwrap();
 
@@ -242,7 +242,7 @@ fn advice_is_about_what_is_so() {
 }
 
 declared! {
-    /// A force that is switched on smoothly, by a function that overflows long before.
+    /// A smooth switch of a force, whose exponential overflows long before the switch.
     struct Switched { steep: f64 };
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;

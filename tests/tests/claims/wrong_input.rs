@@ -1,4 +1,4 @@
-//! Wrong input is an error that says what is wrong, and a run that fails keeps what it had computed.
+//! Wrong input gives an error that says what is wrong, and a failed run keeps its nodes.
 
 use dsocs_core::{Real, RunError, SetupError, Start, StepFailure, Stepper};
 use dsocs_systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum};
@@ -180,14 +180,14 @@ fn sharp_turns_have_a_root_and_it_is_found_or_failure_is_admitted() {
 }
 
 declared! {
-    /// One mass for two coordinates: nothing is to be divided.
+    /// One mass for two coordinates: there is no factor to divide out.
     struct OneMass;
     coordinates(x, y);
     lagrangian = (dot(x) + dot(y)).powi(2) / 2;
 }
 
 declared! {
-    /// A constraint that leaves the other equation nothing to determine.
+    /// A constraint after which the other equation determines nothing.
     struct Whole;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
@@ -196,7 +196,7 @@ declared! {
 }
 
 declared! {
-    /// The same, with a factor that is divided out.
+    /// That constraint, with a factor that is divided out.
     struct Divided;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
@@ -205,7 +205,7 @@ declared! {
     branch = divide(dot(x) - 5);
 }
 
-/// A factor to divide out is asked for where there is a constraint that may have one, and none is declared.
+/// The message asks for a factor to divide out only where a constraint may have one and none is declared.
 #[test]
 fn advice_is_for_the_system() {
     fn text<S: System<2>>(system: &S) -> String {

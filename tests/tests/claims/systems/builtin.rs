@@ -1,11 +1,11 @@
-//! Every function that the language knows, and its branches.
+//! All functions of the language, with their branches.
 
 #![allow(clippy::unused_self)] // some of these systems have no use for their parameter here
 
 use dsocs_core::{Real, dsocs};
 use dsocs_tests::independent::{Declaration, Number, rate};
 
-/// Fields and rows that all of this file's systems share: one row, one field.
+/// The row and the field of all systems of this file.
 macro_rules! one_row {
     ($name:ident) => {
         impl Declaration<2> for $name {
@@ -60,7 +60,7 @@ impl Everywhere {
 
 one_row!(Everywhere);
 
-/// Functions that need positive arguments, or such as are larger than 1.
+/// Functions that need positive arguments, or arguments above 1.
 #[dsocs {
     coordinates(x, y);
     let r = 1.5 + x.powi(2) + dot(y).powi(2);

@@ -28,8 +28,8 @@ impl Declaration<3> for Two {
     }
 }
 
-/// One row and one force, so two fields, which the macro finds: they span the annihilator, but which they are is its
-/// business, so this compares with the fields `(0, 1, 0)` and `(−dot(y), 0, 1)` of the elimination with the pivot 1.
+/// One row and one force, and so two fields, which the macro finds. Any two fields that span the annihilator
+/// will do; the comparison is with `(0, 1, 0)` and `(−dot(y), 0, 1)`, from elimination with the pivot 1.
 #[dsocs {
     coordinates(x, y, z);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) + x * y * z;

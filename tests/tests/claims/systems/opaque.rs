@@ -1,4 +1,4 @@
-//! Functions and methods of the user's, of which the macro knows nothing but that they take dual numbers.
+//! Functions and methods of the user's, of which the macro knows only that they take dual numbers.
 
 use dsocs_core::{Real, dsocs};
 use dsocs_tests::independent::{Declaration, Number, rate};

@@ -31,7 +31,7 @@ macro_rules! driven {
     };
 }
 
-/// With the map that is taken where none is declared, the paper's. It is compiled, since lanes are made of it.
+/// With the default map, the paper's; compiled, since ensembles need it.
 #[dsocs {
     coordinates(x);
     let drive = 0.6 * (1.7 * t).cos();
@@ -130,7 +130,7 @@ fn a_driven_oscillator_is_its_closed_form_with_every_map() {
     is_known("trapezoid", &DrivenTrapezoid, start, 10.0, &[DRIVEN], 3e-15);
     is_known("nodes", &DrivenNodes, start, 10.0, &[DRIVEN], 3e-15);
     is_known("late", &DrivenLate, start, 10.0, &[DRIVEN], 3e-15);
-    // the force that is left is none, and the energy is that of the time
+    // no constraint force is left, and the energy is that at the time
     let node = discrete(&Driven, 0.01, start, 3.0);
     assert!(node.force[0].abs() < 1e-15, "{node:?}");
     let drive = 0.6 * f64::cos(1.7 * 3.0);
@@ -159,7 +159,7 @@ fn maps_that_name_the_times_are_those_that_have_names() {
 }
 
 declared! {
-    /// A pendulum that loses mass.
+    /// A mass on a quartic spring whose mass varies in time.
     struct Leaking;
     coordinates(x);
     let mass = 2 + (1.3 * t).sin();
@@ -302,7 +302,7 @@ fn a_nonholonomic_row_may_depend_on_time() {
     let [x, y, ..] = by_hand(rate, t0, [1.0, 0.2, 0.5, v0], 5.6);
     let start = Start::second_order([1.0, 0.2], [0.5, v0]).at(t0);
     is_known("belt", &Belt, start, 5.6, &[x, y], 1e-12);
-    // with the velocity that belongs to the time 0 the start is refused
+    // at the time 0 the start's velocity does not obey the row
     let Err(error) = Flow::new(&Belt, 0.01, start.at(0.0)) else {
         panic!("accepted");
     };
@@ -346,7 +346,8 @@ fn a_kinematic_row_may_depend_on_time() {
 }
 
 declared! {
-    /// A slider that is moved as wanted by a rod whose direction turns: the form of the force depends on time.
+    /// A slider with a prescribed motion, by a rod whose direction turns: the form of the force depends on
+    /// time.
     struct Rod;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y.powi(2) / 2;
@@ -377,7 +378,7 @@ fn forms_and_fields_may_depend_on_time() {
 }
 
 declared! {
-    /// A rate of change that is declared, with its partial derivative in time: `dot(e)` of an expression with `t`.
+    /// A declared rate of change with its partial derivative in time: `dot(e)` of an expression with `t`.
     struct Follower;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
@@ -399,11 +400,11 @@ fn dot_of_an_expression_has_its_partial_derivative_in_time() {
     assert!((observed[0] - deviation(4.0)).abs() < 1e-13);
 }
 
-/// A map of three nodes with their times, which is the paper's, and one that takes the time elsewhere.
+/// The paper's map of three nodes, written with their times, and one with the time at another node.
 macro_rules! follower {
     ($name:ident, $($map:tt)*) => {
         declared! {
-            /// A value that is followed, with a map of its own.
+            /// An oscillator about a moving centre, with the given map.
             struct $name;
             coordinates(x);
             lagrangian = dot(x).powi(2) / 2;
@@ -439,7 +440,7 @@ fn maps_of_three_nodes_may_name_the_times() {
     for h in [0.1, 0.05] {
         assert!((node(h, 0).q[0] - node(h, 1).q[0]).abs() < 1e-13);
     }
-    // the time of the first node is of order 1
+    // the time of the first node makes the map of order 1
     let exact = continuous(&Paper, start, 5.7).q[0];
     let errors = STEPS.map(|h| (node(h, 2).q[0] - exact).abs());
     let order = slope(&STEPS, &errors);

@@ -19,7 +19,7 @@ use crate::dop853;
 #[test]
 fn a_start_moves_with_what_it_is_bound_to() {
     let (q, v) = ON_THE_WIRE;
-    // at rest on a wire that turns
+    // a velocity along a wire that turns, without its rotation
     let Err(error) = Flow::new(&BEAD, 0.01, Start::second_order(q, [0.2, 0.0])) else {
         panic!("accepted");
     };
@@ -48,7 +48,7 @@ fn a_start_moves_with_what_it_is_bound_to() {
         error.to_string().contains("holonomic constraint 1 at q0"),
         "{error}"
     );
-    // turned with the wire, and seen from a clock that began earlier, it is the same motion but for gravity's direction
+    // turned with the wire and with a shifted clock it is the same motion but for the direction of gravity
     let t0 = 1.0;
     let [r, rate] = along_the_wire(t0);
     let (sin, cos) = f64::sin_cos(0.7 * t0);
@@ -144,7 +144,7 @@ fn lanes_may_begin_at_different_times() {
     }
 }
 
-/// Runs to a time and back, and says how far from the start it ends.
+/// Runs to a time and back; returns the distance from the start.
 fn there_and_back<S: System<N>, const N: usize>(mut flow: impl Stepper<N>, system: &S, until: f64) -> f64 {
     let _ = system;
     let first = flow.node();
@@ -201,7 +201,7 @@ fn a_run_that_is_turned_round_meets_its_past() {
 }
 
 declared! {
-    /// A pendulum that is pushed, and its nonlinear answer.
+    /// A pendulum pushed in time.
     struct Pushed;
     coordinates(theta);
     lagrangian = dot(theta).powi(2) / 2 + theta.cos() + 0.5 * (1.3 * t).cos() * theta;
@@ -285,7 +285,7 @@ fn orders_of_compositions_of_driven_systems() {
     orders_of_compositions(&steered, Start::second_order([0.0; 2], [1.0; 2]).at(0.4), &truth);
 }
 
-/// The methods that take a time say what the runs say.
+/// Methods with a time as an argument agree with the runs.
 #[test]
 fn residuals_and_forces_are_told_at_a_time() {
     let h = 0.01;
@@ -300,7 +300,7 @@ fn residuals_and_forces_are_told_at_a_time() {
     assert!(at(0.6).iter().any(|row| row.abs() > 1e-2), "{:?}", at(0.6));
     let force = dsocs_core::System::force(&BEAD, 0.5, h, &triple);
     assert!(distance(&force, &nodes[50].force) < 1e-8, "{force:?}");
-    // a leg of the geometry knows it, too
+    // so do legs of the geometry
     let leg = |t: f64| Leg {
         t,
         q: [1.0],
