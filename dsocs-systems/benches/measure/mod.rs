@@ -19,7 +19,7 @@ pub const H_CHAIN: f64 = 0.005;
 /// The number of steps after which a run begins again: 2000 s of the pendulum, the paper's duration.
 const RUN: u32 = 20_000;
 
-/// The same number for the chain: after five seconds rounding has grown so much that two codes differ.
+/// The number for the chain: after five seconds rounding has grown so much that two codes differ.
 const RUN_CHAIN: u32 = 1000;
 
 /// The particle's start: position and velocity.

@@ -115,7 +115,7 @@ impl Motion {
         Ok(Self(owned.map_err(Box::new)?))
     }
 
-    /// The same, with its type.
+    /// The system with the initial values of its parameters, as a `TapeKernel`.
     pub fn kernel(&self) -> &TapeKernel {
         self.0.borrow_owner()
     }
@@ -138,7 +138,7 @@ impl Motion {
         self.0.with_dependent(|_, run| matches!(run, AnyRun::Step(_)))
     }
 
-    /// How many coordinates there are.
+    /// The number of coordinates.
     pub fn dimension(&self) -> usize {
         self.system().shape().dimension()
     }

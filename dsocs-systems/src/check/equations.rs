@@ -73,8 +73,8 @@ fn written(subject: &Subject<'_>, t: f64, nodes: [&[f64]; 3]) -> f64 {
     })
 }
 
-/// How large the derivatives of `L_d` by each coordinate of a node become along the motion, and the terms that they are the sums of:
-/// masses times increments. These terms cancel in a momentum that is conserved and zero.
+/// The size of each derivative of `L_d` by a coordinate, the largest along the motion: of its value, and of
+/// the sum of its terms, masses times increments. These cancel in a momentum that is conserved and zero.
 fn sizes(subject: &Subject<'_>) -> Vec<f64> {
     let n = subject.kernel.shape().dimension();
     let mut sizes = vec![0.0; n];

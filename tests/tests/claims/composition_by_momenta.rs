@@ -251,7 +251,7 @@ fn energy_does_not_drift() {
 }
 
 declared! {
-    /// A damping beside a spring whose force is taken in the middle of the leg.
+    /// A damped spring whose forces are taken at the middle of the leg.
     struct Damped {
         damping: f64,
     }
@@ -262,7 +262,7 @@ declared! {
     phi_lagrangian = midpoint;
 }
 
-/// As where the parabola joins the legs: a leg of the length `-|γ| h` has a solution that the motion leads to while `|γ| h k < 2`.
+/// As with legs joined by parabolas: a leg of length `-|γ| h` has the motion's solution while `|γ| h k < 2`.
 #[test]
 fn a_leg_back_beyond_its_singularity_is_refused() {
     let damped = Damped { damping: 40.0 };
@@ -288,7 +288,8 @@ fn a_leg_back_beyond_its_singularity_is_refused() {
     }
 }
 
-/// An input that changes at a node: the momentum stays, and the motion is that of a run that begins there.
+/// Where an input changes at a node the momentum is continuous, and the motion is that of a run that begins
+/// there.
 #[test]
 fn inputs_change_at_nodes() {
     let start = Start::second_order([1.0, 0.4], [0.3, -0.5]);
@@ -313,7 +314,7 @@ fn inputs_change_at_nodes() {
     assert!((end.q[0] - unchanged.q[0]).abs() > 1e-3);
 }
 
-/// A leg that has no solution says where and why.
+/// The error of a leg without a solution tells the place and the reason.
 #[test]
 fn a_leg_without_solution_is_told() {
     let start = Start::second_order([1.0, 0.4], [300.0, -500.0]);

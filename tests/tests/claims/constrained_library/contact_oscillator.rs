@@ -74,7 +74,7 @@ fn the_energy_drifts_unless_the_system_is_reversible() {
     let kept = stretches(&reversible, 2);
     println!("without the field {kept:?}");
     assert!(spread(&kept) < 1e-6, "{kept:?}");
-    // the motion is chaotic and the drift is not in one direction, so no more than its size is asked for
+    // the motion is chaotic and its drift has no constant direction, so only the size is checked
     let drifting = stretches(&ContactOscillator::default(), 4);
     println!("with the field {drifting:?}");
     assert!(spread(&drifting) > 1e-2, "{drifting:?}");

@@ -12,8 +12,9 @@ fn lyapunov(h: f64, leg: &Leg<f64, 2>) -> f64 {
     InertiaWheelPendulum::default().lyapunov(middle, leg.d.map(|d| d / h))
 }
 
-/// Runs as far as it goes, and asks of every step that `V` falls by `h F`: the time that was reached, the value of `V` there, the
-/// largest deviation relative to `V`, and why the run ended.
+/// Runs as far as possible and measures in every step by how much the decrease of `V` differs from `h F`.
+/// Returns the time that was reached, the value of `V` there, the largest deviation relative to `V`, and the
+/// error at the end.
 fn run(h: f64, until: f64) -> (f64, f64, f64, Option<RunError>) {
     let pendulum = ExactDecrease::default();
     let (q, v) = start("exact-decrease");

@@ -36,7 +36,7 @@ declared! {
     phi_lagrangian = paper;
 }
 
-/// Without a map the step is of order 2, and so much nearer; the paper's has to be asked for.
+/// Without a declared map the step is of order 2 and much nearer than with the paper's.
 #[test]
 fn a_declaration_without_a_map() {
     let edge = KnifeEdge::default();
@@ -69,8 +69,8 @@ fn any_start() {
     };
     let heading =
         |speed: f64, phi: f64, rate| ([0.5, -0.2, phi], [speed * phi.cos(), speed * phi.sin(), rate]);
-    // small steps from the exact second node: at these speeds what the start of second order adds to the rate, which is of third
-    // order, would be the larger part of the error
+    // small steps from the exact second node: with the start of second order, its third-order error in the
+    // rate would dominate at these speeds
     let steps = STEPS.map(|h| h / 16.0);
     for start in [heading(0.8, 2.0, -0.9), heading(-1.2, -0.7, 0.3)] {
         let exact = edge.exact(start.0, start.1, 5.0);
@@ -83,7 +83,7 @@ fn any_start() {
             distance(&nodes.last().unwrap().q, &exact)
         }));
     }
-    // one that does not turn slides down along a line
+    // without rotation it slides down along a line
     let start = heading(0.8, 1.0, 0.0);
     let exact = edge.exact(start.0, start.1, 5.0);
     assert!(distance(&continuous(&edge, start, 5.0).0, &exact) < 1e-13);
