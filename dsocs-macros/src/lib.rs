@@ -1,8 +1,8 @@
 //! The attribute `#[dsocs]`: from the declaration of a discrete second order constrained Lagrangian system to its
 //! generated integrator.
 //!
-//! This crate only calls the library `dsocs-language`, which does all the work and can be used outside of a compiler. Users
-//! depend on `dsocs-core`, which re-exports the attribute.
+//! This crate only calls the library `dsocs-language`, which does all the work and can be used without a
+//! compiler. Users depend on `dsocs-core`, which re-exports the attribute.
 
 use proc_macro::TokenStream;
 

@@ -1,6 +1,6 @@
-//! What the user wrote: the statements of a declaration, typed, with the tokens they came from.
+//! The syntax tree of a declaration: its statements, typed, with the tokens they came from.
 //!
-//! Expressions stay the `syn` expressions that they were parsed as; their meaning is found in [`crate::lower`].
+//! Expressions stay `syn` expressions; [`crate::lower`] finds their meaning.
 
 use proc_macro2::Ident;
 use syn::{Expr, ExprClosure, Path};
@@ -13,14 +13,14 @@ pub(crate) enum Part<T> {
     /// The user did not write it.
     #[default]
     Absent,
-    /// The user wrote it, and a mistake in it was reported: nothing that follows from its absence may be reported.
+    /// The user wrote it with a mistake, which was reported: errors that follow from its absence are not.
     Broken(Reported),
     /// The user wrote it.
     Given(T),
 }
 
 impl<T> Part<T> {
-    /// What was written, if it could be read.
+    /// The statement, if it was given and could be read.
     pub(crate) fn given(&self) -> Option<&T> {
         match self {
             Self::Given(part) => Some(part),
@@ -28,13 +28,13 @@ impl<T> Part<T> {
         }
     }
 
-    /// Whether the statement is not there at all.
+    /// Whether the user did not write the statement.
     pub(crate) fn is_absent(&self) -> bool {
         matches!(self, Self::Absent)
     }
 }
 
-/// The body of the attribute.
+/// The body of the attribute: its statements.
 #[derive(Clone, Default)]
 pub(crate) struct Declaration {
     /// `crate = PATH;`
@@ -76,11 +76,11 @@ pub(crate) struct Declaration {
 /// `coordinates(x, y, theta: [3]);`
 #[derive(Clone, Debug)]
 pub(crate) struct Coordinates {
-    /// What was written, in order.
+    /// The coordinates as written, in order.
     pub(crate) groups: Vec<Group>,
     /// The names of all coordinates, in order: `x`, `y`, `theta_0`, `theta_1`, `theta_2`.
     pub(crate) names: Vec<Ident>,
-    /// How many `let`s stand before: the order of the names decides which of two equal ones is the second.
+    /// The number of `let`s before it: of two equal names, the later one is the mistake.
     pub(crate) lets_before: usize,
 }
 
@@ -89,9 +89,9 @@ pub(crate) struct Coordinates {
 pub(crate) struct Group {
     /// The name.
     pub(crate) name: Ident,
-    /// The place of its first coordinate among all.
+    /// The index of its first coordinate.
     pub(crate) first: usize,
-    /// How many coordinates it has, if it is an array.
+    /// The number of coordinates, if it is an array.
     pub(crate) length: Option<usize>,
     /// Whether it is a rotation, which takes four places.
     pub(crate) is_rotation: bool,
@@ -100,7 +100,7 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    /// How many places it takes among the coordinates.
+    /// The number of its coordinates; a rotation has four.
     pub(crate) fn places(&self) -> usize {
         if self.is_rotation {
             4
@@ -111,7 +111,7 @@ impl Group {
 }
 
 impl Coordinates {
-    /// The first places of those that are rotations.
+    /// For each rotation, the index of its first coordinate.
     pub(crate) fn rotations(&self) -> impl Iterator<Item = usize> {
         let rotations = self.groups.iter().filter(|group| group.is_rotation);
         rotations.map(|group| group.first)
@@ -127,7 +127,7 @@ pub(crate) struct Let {
     pub(crate) value: Result<Expr, Reported>,
     /// Its documentation in one line.
     pub(crate) doc: String,
-    /// Whether it was written for several declarations.
+    /// Whether it comes from statements that several declarations share.
     pub(crate) shared: bool,
 }
 
@@ -136,7 +136,7 @@ pub(crate) struct Let {
 pub(crate) struct Scalar {
     /// The expression.
     pub(crate) value: Expr,
-    /// How many `let`s stand before and may be used.
+    /// The number of `let`s before it, which it may use.
     pub(crate) lets_before: usize,
 }
 
@@ -145,9 +145,9 @@ pub(crate) struct Scalar {
 pub(crate) struct Entry {
     /// The expression.
     pub(crate) value: Expr,
-    /// The indices at which it is read, the outermost first, if `each(…)` stands around it.
+    /// The values of the `each(…)` indices around it, the outermost first.
     pub(crate) indices: Vec<Index>,
-    /// The place of the element in the list as it is written: entries of one `each` have the same.
+    /// The index of the list's element as written: all entries of one `each` have the same.
     pub(crate) group: usize,
 }
 
@@ -167,7 +167,7 @@ pub(crate) struct Constraints {
     pub(crate) keyword: Ident,
     /// The rows.
     pub(crate) rows: Vec<Entry>,
-    /// How many `let`s stand before and may be used.
+    /// The number of `let`s before it, which it may use.
     pub(crate) lets_before: usize,
 }
 
@@ -176,44 +176,44 @@ pub(crate) struct Constraints {
 pub(crate) struct Directions {
     /// The word `variational` or `constraint_forces`.
     pub(crate) keyword: Ident,
-    /// Which of the two.
+    /// Whether fields or forms are given.
     pub(crate) side: Side,
-    /// Each field or force: its components, in the shape of the coordinates.
+    /// Each field or form: its components, in the shape of the coordinates.
     pub(crate) fields: Vec<Entry>,
-    /// How many `let`s stand before and may be used.
+    /// The number of `let`s before it, which it may use.
     pub(crate) lets_before: usize,
 }
 
-/// From which side the variational constraints are given.
+/// How the variational constraints are given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
-    /// `C_V`, by fields that span it.
+    /// By fields that span `C_V`.
     Variational,
-    /// `F_V`, its annihilator, by forms that span it.
+    /// By forms that span `F_V`, the annihilator of `C_V`.
     Forces,
-    /// `F_V`, by Chetaev's rule.
+    /// By Chetaev's rule for `F_V`.
     Chetaev,
 }
 
 /// `phi_… = |q0, q1| …;`
 #[derive(Clone)]
 pub(crate) struct Map {
-    /// The name of the map.
+    /// The word `phi_lagrangian`, `phi_kinematic` or `phi_variational`.
     pub(crate) keyword: Ident,
-    /// What it is.
+    /// The map.
     pub(crate) rule: MapRule,
 }
 
-/// What a map is.
+/// A discretization map, as written.
 #[derive(Clone)]
 pub(crate) enum MapRule {
     /// A formula.
     Closure(Box<ExprClosure>),
-    /// `paper`: the default.
+    /// `paper`.
     Paper,
     /// `midpoint`.
     Midpoint,
-    /// `trapezoid`: the mean of the values at both ends.
+    /// `trapezoid`: the mean of the values at both nodes.
     Trapezoid,
 }
 
@@ -222,9 +222,9 @@ pub(crate) enum MapRule {
 pub(crate) struct Branch {
     /// The word `branch`.
     pub(crate) keyword: Ident,
-    /// For each kinematic row the factor, if any.
+    /// For each kinematic row the factor to divide out, if any.
     pub(crate) factors: Vec<Result<Option<Entry>, Reported>>,
-    /// How many `let`s stand before and may be used.
+    /// The number of `let`s before it, which it may use.
     pub(crate) lets_before: usize,
 }
 
@@ -233,6 +233,6 @@ pub(crate) struct Branch {
 pub(crate) struct Observe {
     /// The names of `let`s.
     pub(crate) names: Vec<Result<Ident, Reported>>,
-    /// How many `let`s stand before and may be used.
+    /// The number of `let`s before it, which it may use.
     pub(crate) lets_before: usize,
 }

@@ -1,4 +1,4 @@
-//! The rules between the parts of a declaration, as far as they need no expression.
+//! Checks of a declaration that need no expression: names, and numbers of equations.
 
 use proc_macro2::Ident;
 
@@ -7,20 +7,20 @@ use crate::errors::{Errors, Reported};
 use crate::input::Fields;
 use crate::names;
 
-/// Checks the names, and how many there are of what is told by the statements alone.
+/// Checks the names, and the numbers of entries in `branch` and `discrete_kinematic`.
 pub(crate) fn check(declaration: &Declaration, fields: &Fields, errors: &Errors) -> Result<(), Reported> {
     names::check(declaration, fields, errors);
     branch(declaration, errors).and(discrete(declaration, errors))
 }
 
-/// How many constraints there are of each kind.
+/// The number of constraints of each kind.
 struct Counts<'d> {
-    /// The statements, with what one of their rows is called, and how many rows there are.
+    /// For each statement of constraints: the noun for one row, the statement, and the number of rows.
     given: Vec<(&'static str, &'d Constraints, usize)>,
 }
 
 impl<'d> Counts<'d> {
-    /// Of a declaration with so many holonomic, nonholonomic and kinematic rows.
+    /// The counts of a declaration with these numbers of holonomic, nonholonomic and kinematic rows.
     fn of(declaration: &'d Declaration, rows: [usize; 3]) -> Self {
         let parts = [
             ("holonomic constraint", &declaration.holonomic),
@@ -34,12 +34,12 @@ impl<'d> Counts<'d> {
         }
     }
 
-    /// All rows.
+    /// The number of all rows.
     fn all(&self) -> usize {
         self.given.iter().map(|(.., rows)| rows).sum()
     }
 
-    /// The word of the last statement.
+    /// The keyword of the last statement.
     fn last_keyword(&self) -> Option<&'d Ident> {
         self.given.last().map(|(_, constraints, _)| &constraints.keyword)
     }
@@ -58,8 +58,8 @@ impl<'d> Counts<'d> {
     }
 }
 
-/// As many equations as coordinates, with so many holonomic, nonholonomic and kinematic rows, as far as that is known: a vector is
-/// several.
+/// Checks that there are as many equations as coordinates. `rows` are the numbers of holonomic, nonholonomic
+/// and kinematic rows; `None` where unknown, since a vector stands for several rows.
 pub(crate) fn counts(
     declaration: &Declaration,
     rows: [Option<usize>; 3],
@@ -75,7 +75,7 @@ pub(crate) fn counts(
     };
     let rows = [holonomic, nonholonomic, of_accelerations];
     let counts = Counts::of(declaration, rows);
-    // of a rotation three
+    // a rotation has three degrees of freedom in four coordinates
     let n = coordinates.names.len() - coordinates.rotations().count();
     match (&declaration.directions, declaration.kinematic.given()) {
         (Part::Broken(_), _) => Ok(()),
@@ -92,7 +92,7 @@ pub(crate) fn counts(
     }
 }
 
-/// Whether a statement of constraints could not be read, and nothing can be said of its rows.
+/// Whether a statement of constraints could not be read, so that the number of its rows is unknown.
 fn is_broken(declaration: &Declaration) -> bool {
     let parts = [
         &declaration.holonomic,
@@ -176,7 +176,7 @@ fn branch(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
     ))
 }
 
-/// What is given for the step stands beside what it discretizes.
+/// Checks that `discrete_kinematic` stands beside `kinematic` and has as many rows.
 fn discrete(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
     let Some(discrete) = declaration.discrete_kinematic.given() else {
         return Ok(());

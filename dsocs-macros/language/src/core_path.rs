@@ -1,4 +1,4 @@
-//! Where the generated code finds `dsocs-core`: `::dsocs_core`, unless the declaration says `crate = path;`.
+//! The path of `dsocs-core` in generated code: `::dsocs_core`, unless the declaration says `crate = path;`.
 
 use proc_macro2::{Group, Ident, Punct, Spacing, TokenStream, TokenTree};
 use quote::ToTokens;
@@ -24,12 +24,12 @@ pub(crate) fn replaced(code: TokenStream, path: &Path) -> TokenStream {
     trees.into_iter().collect()
 }
 
-/// Whether the tokens end in a `::` that nothing stands before, so that a crate's name follows.
+/// Whether the tokens end in a `::` with no name before it, so that a crate's name follows.
 fn ends_in_colons(trees: &[TokenTree]) -> bool {
     let colon = |punct: &Punct| punct.as_char() == ':';
     match trees {
         [before @ .., TokenTree::Punct(first), TokenTree::Punct(second)] => {
-            // what stands before may be a keyword, as in `impl ::dsocs_core::System`
+            // a keyword may stand before it, as in `impl ::dsocs_core::System`
             let after_a_name = before
                 .last()
                 .is_some_and(|tree| syn::parse2::<Ident>(tree.clone().into()).is_ok());

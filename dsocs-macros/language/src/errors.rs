@@ -1,4 +1,4 @@
-//! Every mistake of a declaration, collected and told at once.
+//! The mistakes of a declaration, collected so that all of them are reported at once.
 
 use std::cell::RefCell;
 use std::fmt::Display;
@@ -6,20 +6,20 @@ use std::fmt::Display;
 use proc_macro2::TokenStream;
 use quote::ToTokens;
 
-/// The proof that a mistake was reported, so that what depends on it need not be reported again.
+/// The proof that a mistake was reported, so that its consequences need not be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Reported(());
 
 /// Collects mistakes; [`Errors::finish`] has to be called before it is dropped.
 #[derive(Debug)]
 pub(crate) struct Errors {
-    /// Whether it is a text that is read, perhaps of somebody who knows no Rust.
+    /// Whether the declaration is a text; its author may not know Rust.
     of_text: bool,
     found: RefCell<Option<Vec<syn::Error>>>,
 }
 
 impl Errors {
-    /// No mistakes so far, of a declaration in Rust.
+    /// No mistakes yet, for a declaration in Rust.
     pub(crate) fn new() -> Self {
         Self {
             of_text: false,
@@ -27,26 +27,26 @@ impl Errors {
         }
     }
 
-    /// The same of a text.
+    /// No mistakes yet, for a declaration in a text.
     pub(crate) fn of_text() -> Self {
         let mut errors = Self::new();
         errors.of_text = true;
         errors
     }
 
-    /// Whether there are so many mistakes that nobody reads on.
+    /// Whether there are so many mistakes that reading on is useless.
     pub(crate) fn are_many(&self) -> bool {
         const MANY: usize = 1000;
         let found = self.found.borrow();
         found.as_ref().is_some_and(|found| found.len() > MANY)
     }
 
-    /// Whether messages are for readers of a text, who need not know Rust.
+    /// Whether messages are for authors of a text, who may not know Rust.
     pub(crate) fn are_of_text(&self) -> bool {
         self.of_text
     }
 
-    /// What is said to people who know Rust, or to those who read a text.
+    /// The wording for this declaration: `rust` in Rust, `text` in a text.
     pub(crate) fn words<'w>(&self, rust: &'w str, text: &'w str) -> &'w str {
         if self.of_text { text } else { rust }
     }
@@ -56,7 +56,7 @@ impl Errors {
         self.push(syn::Error::new_spanned(tokens.into_token_stream(), message))
     }
 
-    /// Reports a statement that has to be there and is not, at the attribute.
+    /// Reports a missing statement, at the attribute.
     pub(crate) fn missing(&self, statement: &str) -> Reported {
         self.at(
             TokenStream::new(),
@@ -72,7 +72,7 @@ impl Errors {
         Reported(())
     }
 
-    /// The mistakes, in the order of the source, each once; `Ok` if there are none.
+    /// The mistakes in the order of the source, without repetitions; `Ok` if there are none.
     pub(crate) fn finish(self) -> Result<(), Vec<syn::Error>> {
         let mut found = self.found.borrow_mut().take().unwrap_or_default();
         let place = |error: &syn::Error| {
@@ -80,7 +80,7 @@ impl Errors {
             [start.line, start.column, end.line, end.column]
         };
         found.sort_by_key(place);
-        // what is written once may be read many times: the body of a sum, of a function
+        // the body of a sum or of a function is read several times
         found.dedup_by(|a, b| place(a) == place(b) && a.to_string() == b.to_string());
         if found.is_empty() { Ok(()) } else { Err(found) }
     }

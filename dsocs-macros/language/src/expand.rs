@@ -1,4 +1,5 @@
-//! The whole way: the tokens of the attribute and of the item → the item and its implementation, or the errors.
+//! The whole front end: the tokens of the attribute and of the item → the item with its implementation, or
+//! errors.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -11,8 +12,9 @@ use crate::input::{Fields, not_a_struct};
 use crate::model::Model;
 use crate::{core_path, emit, layout, lower, parse, shared, stub};
 
-/// What `#[dsocs { declaration }] item` becomes: the item with its implementation, or, where the declaration is wrong, the
-/// item with an error at every mistake and an implementation without content, so that none follows from them elsewhere.
+/// The expansion of `#[dsocs { declaration }] item`: the item with its implementation. For a wrong
+/// declaration it is the item with an error at every mistake and an empty implementation, so that no other
+/// errors follow.
 #[must_use]
 pub fn expand(declaration: TokenStream, item: &TokenStream) -> TokenStream {
     let refused = match (
@@ -22,7 +24,8 @@ pub fn expand(declaration: TokenStream, item: &TokenStream) -> TokenStream {
         (Ok(_), Ok(Some(call))) => return call,
         (Ok(parsed), Ok(None)) => match model(shared::in_scope(declaration.clone(), item), &parsed) {
             Ok(model) => return model.code(),
-            // once more, so that mistakes in shared statements are told with the place where they are used
+            // read again without `in_scope`: then a mistake in shared statements also shows where they are
+            // used
             Err(refused) => model(declaration, &parsed).err().unwrap_or(refused),
         },
         (Err(error), _) | (_, Err(error)) => Refused {
@@ -35,7 +38,7 @@ pub fn expand(declaration: TokenStream, item: &TokenStream) -> TokenStream {
 }
 
 impl Model {
-    /// The struct and the implementation of its traits, as the attribute writes them.
+    /// The struct and its trait implementations, as the attribute generates them.
     #[must_use]
     pub fn code(&self) -> TokenStream {
         in_core(emit::expand(self), self.core.as_ref())
@@ -47,19 +50,19 @@ impl Model {
         emit::data(self)
     }
 
-    /// The recurrences of its Taylor series as data; `None` of a declaration of third order, which has none.
+    /// The recurrences of its Taylor series as data; `None` for a system of third order, which has none.
     #[must_use]
     pub fn series(&self) -> Option<Series> {
         emit::series(self)
     }
 }
 
-/// What a wrong declaration leaves.
+/// The result of a wrong declaration.
 #[derive(Debug)]
 pub(crate) struct Refused {
     /// The mistakes, at least one.
     pub(crate) errors: Vec<syn::Error>,
-    /// The implementation without content, if the size of the system is known.
+    /// The empty implementation, if the number of coordinates is known.
     pub(crate) stub: TokenStream,
 }
 
@@ -94,7 +97,7 @@ pub(crate) fn model(declaration: TokenStream, item: &Item) -> Result<Model, Refu
     }
 }
 
-/// Generated code that finds `dsocs-core` where the declaration says.
+/// Generated code that uses the declared path of `dsocs-core`.
 fn in_core(code: TokenStream, path: Option<&Path>) -> TokenStream {
     match path {
         Some(path) => core_path::replaced(code, path),

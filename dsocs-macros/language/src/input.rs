@@ -13,11 +13,12 @@ use crate::syntax::{bare, doc};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Fields {
     all: Vec<Field>,
-    /// Whether no compiler reads the declaration: then nothing of Rust is known but the language.
+    /// Whether the declaration is read without a compiler: then Rust functions and constants cannot be used.
     without_compiler: bool,
 }
 
-/// The most elements of an array that are listed as parameters: a table of data is none.
+/// The largest number of elements of an array that are listed as parameters. A longer array is a table of
+/// data.
 const LISTED: usize = 1000;
 
 /// A field of the struct.
@@ -25,13 +26,13 @@ const LISTED: usize = 1000;
 pub(crate) struct Field {
     /// Its name.
     pub(crate) ident: Ident,
-    /// What its type says about it.
+    /// The kind of its type.
     pub(crate) kind: Kind,
-    /// Its type is a reference to that.
+    /// Whether its type is a reference.
     reference: bool,
-    /// How many elements it has, if it is an array of literal length.
+    /// The number of elements, if it is an array of literal length.
     pub(crate) length: Option<usize>,
-    /// The lengths of an array of numbers of type `f64`, or of arrays of them; empty if it is none.
+    /// The lengths of an array of `f64`, or of an array of such arrays; empty for other types.
     shape: Vec<usize>,
     /// Its type as text.
     ty: String,
@@ -39,14 +40,14 @@ pub(crate) struct Field {
     doc: String,
 }
 
-/// What can be seen of a field's type.
+/// The kind of a field's type, as far as the macro can see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// `f64`.
     Number,
-    /// A number that `f64` holds exactly.
+    /// A number type whose values `f64` holds exactly.
     Exact,
-    /// A primitive type that is no such number.
+    /// A primitive type that `f64` does not hold exactly, or that is no number.
     NoNumber,
     /// An array.
     Array,
@@ -78,7 +79,7 @@ impl Fields {
         }
     }
 
-    /// The same for a declaration that no compiler reads.
+    /// The same fields, for a declaration that no compiler reads.
     pub(crate) fn without_compiler(self) -> Self {
         Self {
             without_compiler: true,
@@ -86,7 +87,7 @@ impl Fields {
         }
     }
 
-    /// Whether a compiler reads the declaration: it knows functions and constants of the user's own.
+    /// Whether a compiler reads the declaration, so that the user's Rust functions and constants can be used.
     pub(crate) fn have_compiler(&self) -> bool {
         !self.without_compiler
     }
@@ -96,12 +97,12 @@ impl Fields {
         self.all.iter()
     }
 
-    /// The field at a place.
+    /// The field at an index.
     pub(crate) fn get(&self, index: usize) -> Option<&Field> {
         self.all.get(index)
     }
 
-    /// The names of the elements of arrays, at the tokens of their fields.
+    /// The names of the elements of arrays, with the spans of their fields.
     pub(crate) fn elements(&self) -> Vec<Ident> {
         let parameters = self.parameters().into_iter();
         parameters
@@ -110,7 +111,7 @@ impl Fields {
             .collect()
     }
 
-    /// The other fields, each with its type.
+    /// The fields that are not numbers, each with its type.
     pub(crate) fn others(&self) -> Vec<(String, String)> {
         let others = self
             .all
@@ -121,7 +122,7 @@ impl Fields {
             .collect()
     }
 
-    /// The fields that can be listed and set by name.
+    /// The numbers in the fields, which can be listed and set by name.
     pub(crate) fn parameters(&self) -> Vec<ParameterField> {
         self.all
             .iter()
@@ -168,7 +169,7 @@ impl Field {
         })
     }
 
-    /// The lengths of an array of numbers, `[3]`, or of a matrix, `[3, 3]`; empty if it is none.
+    /// The lengths of an array of numbers, `[3]`, or of a matrix, `[3, 3]`; empty for other types.
     pub(crate) fn shape(&self) -> &[usize] {
         &self.shape
     }
@@ -183,7 +184,7 @@ impl Field {
         self.reference || matches!(self.kind, Kind::Unknown | Kind::Generic)
     }
 
-    /// The numbers that it consists of.
+    /// The numbers in the field.
     fn parameters(&self) -> Vec<ParameterField> {
         let name = self.ident.unraw().to_string();
         let parameter = |name: String, element| ParameterField {
@@ -206,7 +207,7 @@ impl Field {
         }
     }
 
-    /// An element of an array of numbers, at the tokens where the field is used.
+    /// An element of an array of numbers, with the span of its use.
     pub(crate) fn element(used: &Ident, indices: &[usize]) -> TokenStream {
         let place = place(used);
         let indices = indices.iter().map(|&index| {
@@ -217,7 +218,7 @@ impl Field {
         quote_spanned!(used.span()=> #place #([#indices])*)
     }
 
-    /// The field as an `f64`, at the tokens where it is used.
+    /// The field as an `f64`, with the span of its use.
     pub(crate) fn number(&self, used: &Ident, errors: &Errors) -> Result<TokenStream, Reported> {
         let mut place = place(used);
         if self.reference {
@@ -252,14 +253,14 @@ impl Field {
     }
 }
 
-/// A field as a place, `self.name`, at the tokens where it is used.
+/// A field as a place, `self.name`, with the span of its use.
 pub(crate) fn place(used: &Ident) -> TokenStream {
-    // resolved like the method's own `self`, shown where the user wrote the name
+    // hygiene of the method's own `self`, location of the user's name
     let receiver = Ident::new("self", Span::call_site().located_at(used.span()));
     quote_spanned!(used.span()=> #receiver.#used)
 }
 
-/// A type without what a macro by example puts around a `$t:ty`, and without parentheses.
+/// A type without parentheses and without the group that a macro by example puts around a `$t:ty`.
 fn ungrouped(mut ty: &Type) -> &Type {
     loop {
         ty = match ty {
@@ -270,7 +271,7 @@ fn ungrouped(mut ty: &Type) -> &Type {
     }
 }
 
-/// The lengths of an array of numbers, or of arrays of them, if they are literals.
+/// The lengths of an array of numbers, or of an array of such arrays, if they are literals.
 fn shape(ty: &Type) -> Option<Vec<usize>> {
     match ungrouped(ty) {
         Type::Array(array) => {
@@ -299,7 +300,7 @@ fn length(expr: &Expr) -> Option<usize> {
     }
 }
 
-/// Reports that the item is not a struct, at the token that says so.
+/// Reports that the item is not a struct, at its keyword.
 pub(crate) fn not_a_struct(item: &Item, errors: &Errors) -> Reported {
     const EXPECTED: &str = "expected a struct, whose fields are the parameters of the system";
     match item {
@@ -314,7 +315,7 @@ pub(crate) fn not_a_struct(item: &Item, errors: &Errors) -> Reported {
     }
 }
 
-/// Whether a type, as it is written, is that of a table of samples.
+/// Whether a type, as written, is a table of samples.
 pub(crate) fn is_of_samples(ty: &str) -> bool {
     ty.rsplit("::").next().map(str::trim) == Some("Samples")
 }

@@ -1,15 +1,15 @@
-//! Tokens → text, laid out as in the source that they come from.
+//! Tokens → text, with the lines and columns of their source.
 
 use proc_macro2::{Delimiter, LineColumn, Spacing, TokenStream, TokenTree};
 use syn::{Lit, LitStr};
 
 use crate::shared;
 
-/// The text of a declaration: its tokens in the lines and columns in which they stand in the source, as far as that is known. Comments are left out,
-/// documentation is not.
+/// The text of a declaration, with its tokens in the lines and columns of the source, as far as these are
+/// known. Comments are left out, documentation is kept.
 pub(crate) fn text(tokens: &TokenStream) -> String {
     let mut layout = Layout::default();
-    // also those that several declarations share
+    // with the statements that several declarations share
     for statement in shared::flat(tokens.clone()) {
         layout.write(&statement.tokens);
         layout.is_line_due = true;
@@ -17,23 +17,23 @@ pub(crate) fn text(tokens: &TokenStream) -> String {
     layout.end()
 }
 
-/// What was written so far.
+/// The text written so far, and the state at its end.
 #[derive(Default)]
 struct Layout {
     text: String,
-    /// Where the last token ends in its source.
+    /// The end of the last token in its source.
     last: Option<LineColumn>,
-    /// Whether a token comes right after the last one.
+    /// Whether the next token follows without a space.
     joint: bool,
-    /// Where lines of the declaration begin, the least column of all.
+    /// The margin of the statement: the least column in which one of its lines begins.
     margin: Option<usize>,
-    /// The first and the last line of the brackets in which the next token stands, in their sources.
+    /// For each bracket around the next token, its first and last line in the source.
     around: Vec<(usize, usize)>,
-    /// Whether the last token stands in another source than the brackets around it, so that nothing is known of the distance to the next.
+    /// Whether the last token's place is unknown, so that the distance to the next token is, too.
     is_foreign: bool,
     /// The column of the first token of this line.
     column: usize,
-    /// Whether the next token begins a line, as behind a statement and below documentation.
+    /// Whether the next token begins a line, as it does after a statement or documentation.
     is_line_due: bool,
 }
 
@@ -64,7 +64,7 @@ impl Layout {
                         Delimiter::None => ["", ""],
                     };
                     let (from, to) = (group.span_open(), group.span_close());
-                    // a group that was moved as a whole tells where all of it stands for each of its brackets
+                    // in a group that was moved, each bracket has the span of the whole group
                     let is_whole = to.start() == from.start() && from.start() != from.end();
                     let mut after = from.end();
                     if is_whole {
@@ -91,7 +91,7 @@ impl Layout {
                 }
                 TokenTree::Punct(punct) => {
                     let spacing = punct.spacing();
-                    // signs that follow what they belong to
+                    // these follow without a space
                     self.joint |= matches!(punct.as_char(), ';' | ',' | '.');
                     self.token(&punct.to_string(), &tree);
                     self.joint = spacing == Spacing::Joint || punct.as_char() == '.';
@@ -109,7 +109,7 @@ impl Layout {
         self.place(text, span.start(), span.end());
     }
 
-    /// Writes a token that stands at a place of its source.
+    /// Writes a token with a known place in the source.
     fn place(&mut self, text: &str, start: LineColumn, end: LineColumn) {
         if text.is_empty() {
             return;
@@ -118,7 +118,7 @@ impl Layout {
         let is_known = start != end && around.is_none_or(|&(from, to)| (from..=to).contains(&start.line));
         let is_due = core::mem::take(&mut self.is_line_due) && !self.text.is_empty();
         if is_due && self.around.is_empty() {
-            // each statement has its own margin: it may have been written elsewhere
+            // each statement has its own margin: it may come from another source
             self.margin = None;
             self.line(start.column);
         } else if is_due {
@@ -140,7 +140,7 @@ impl Layout {
         self.last = Some(end).filter(|_| is_known).or(self.last);
     }
 
-    /// Writes a token of which it is not known where it stands.
+    /// Writes a token whose place in the source is unknown.
     fn beside(&mut self, text: &str) {
         if !self.joint && !self.text.is_empty() {
             self.text.push(' ');
@@ -149,7 +149,7 @@ impl Layout {
         (self.joint, self.is_foreign) = (false, true);
     }
 
-    /// Writes the space between the last token and one that stands at a place.
+    /// Writes the space between the last token and one at `start`.
     fn distance(&mut self, start: LineColumn) {
         match self.last {
             Some(last) if start.line == last.line && start.column >= last.column => {
@@ -189,7 +189,7 @@ impl Layout {
         self.is_line_due = true;
     }
 
-    /// The text.
+    /// The finished text.
     fn end(mut self) -> String {
         self.text.truncate(self.text.trim_end().len());
         self.text.push('\n');

@@ -1,16 +1,17 @@
-//! The front end of `#[dsocs]`: from the declaration of a system to its model, and to the code of its integrator.
+//! The front end of `#[dsocs]`: from the declaration of a system to its model and to the code of its
+//! integrator.
 //!
-//! The data goes one way, from room to room:
+//! The data goes one way, from module to module:
 //!
 //! - `shared`: `use name;` → the statements that several declarations share;
-//! - `parse`: tokens → what the user wrote (`ast`), `check`ed for what can be seen there;
-//! - `lower`: that → a `model` whose expressions share one `graph`;
-//! - `mechanics`: the model → what has to vanish, the paper's equations;
-//! - `passes`: the equations made fast, one rewriting of the graph after another;
+//! - `parse`: tokens → the syntax tree (`ast`), on which `check` finds what needs no expression;
+//! - `lower`: the syntax tree → the `model`, whose expressions share one `graph`;
+//! - `mechanics`: the model → the paper's equations, as expressions that have to vanish;
+//! - `passes`: the equations, made fast by one rewriting of the graph after another;
 //! - `emit`: the graph → Rust, or data for an engine that runs it without a compiler.
 //!
-//! Every mistake on the way is collected in `errors` and told at the user's own tokens. The attribute itself is in
-//! `dsocs-macros` and does no more than to call [`expand`]; users depend on `dsocs-core`, which re-exports it.
+//! Mistakes are collected in `errors` and reported at the user's own tokens. The attribute itself is in
+//! `dsocs-macros` and only calls [`expand`]; users depend on `dsocs-core`, which re-exports it.
 
 mod ast;
 mod check;

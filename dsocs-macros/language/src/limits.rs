@@ -1,7 +1,9 @@
-//! How far a text is read: anybody may have written it, so that time, memory and stack are bounded whatever it says.
+//! Limits for declarations in texts. Anybody may have written a text, so the time, memory and stack that it
+//! takes are bounded.
 //!
-//! What a declaration costs is known only while it is written out and differentiated, deep inside of algebra that cannot fail. So whatever goes beyond a
-//! limit unwinds from there to [`within_limits`], without a word of the panic handler. Declarations that a compiler reads have no limits.
+//! The cost of a declaration is known only while it is expanded and differentiated, deep inside algebra that
+//! cannot fail. So passing a limit unwinds from there to [`within_limits`], without the panic handler.
+//! Declarations that a compiler reads have no limits.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -10,14 +12,15 @@ use proc_macro2::Span;
 
 use crate::mistake::Mistake;
 
-/// A text may cost so much: an operation that is written costs one, and one more for each operand. A chain of 32 links costs a quarter of it.
+/// The largest cost of a text: one for each operation in the graph, and one for each of its operands. A chain
+/// of 32 links costs a quarter of it.
 const MOST: u64 = 60_000_000;
 
-/// So deep may an operation be nested, after functions and `let`s are written out.
+/// The deepest nesting of operations, with functions and `let`s expanded.
 const DEEPEST: u32 = 10_000;
 
 thread_local! {
-    /// What may still be spent; `None` without limits.
+    /// The cost that may still be spent; `None` without limits.
     static LEFT: Cell<Option<u64>> = const { Cell::new(None) };
 }
 
@@ -28,7 +31,7 @@ enum Passed {
     Depth,
 }
 
-/// Does something with a text within the limits for time, memory and stack (which has to be of 256 MB).
+/// Runs some work on a text within the limits for time, memory and stack (which has to be of 256 MB).
 ///
 /// # Errors
 ///
@@ -37,7 +40,7 @@ pub fn within_limits<T>(work: impl FnOnce() -> T) -> Result<T, Mistake> {
     within(MOST, work)
 }
 
-/// The same with a limit for the cost.
+/// As [`within_limits`], with a given limit for the cost.
 fn within<T>(most: u64, work: impl FnOnce() -> T) -> Result<T, Mistake> {
     LEFT.set(Some(most));
     let result = catch_unwind(AssertUnwindSafe(work));
@@ -51,14 +54,14 @@ fn within<T>(most: u64, work: impl FnOnce() -> T) -> Result<T, Mistake> {
             Some(Passed::Depth) => format!(
                 "written out, an expression is nested more than {DEEPEST} deep; expected fewer functions of functions, or `let`s of `let`s"
             ),
-            // a mistake of this library
+            // a panic, so a defect of this library
             None => resume_unwind(payload),
         };
         Mistake::of(Span::call_site(), message)
     })
 }
 
-/// Spends something.
+/// Counts a cost; unwinds if the limit is passed.
 pub(crate) fn spend(cost: usize) {
     if let Some(left) = LEFT.get() {
         match left.checked_sub(cost as u64) {
@@ -68,7 +71,7 @@ pub(crate) fn spend(cost: usize) {
     }
 }
 
-/// Goes down to a depth.
+/// Checks the depth of an operation; unwinds if the limit is passed.
 pub(crate) fn descend(depth: u32) {
     if depth > DEEPEST && LEFT.get().is_some() {
         resume_unwind(Box::new(Passed::Depth));
@@ -79,7 +82,8 @@ pub(crate) fn descend(depth: u32) {
 mod tests {
     use super::*;
 
-    /// What is said of a text of which no more than a cost is read.
+    /// The message for a text that is read within a limit of the cost; `None` if it is read without a
+    /// mistake.
     fn told(most: u64, text: &str) -> Option<String> {
         let read = within(most, || {
             let read = crate::read("long", text, &[]);
@@ -110,7 +114,7 @@ mod tests {
         );
         let deep = told(MOST, &text).unwrap();
         assert!(deep.contains("nested more than 10000 deep"), "{deep}");
-        // a mistake is one whatever it costs
+        // a mistake is reported even if the cost up to it is within a small limit
         assert!(
             told(1_000_000, "coordinates(x); lagrangian = y;")
                 .unwrap()

@@ -1,4 +1,4 @@
-//! What is wrong in a declaration, or of no effect there, with its place.
+//! Mistakes and warnings of a declaration, each with its place.
 
 use std::fmt;
 
@@ -7,18 +7,18 @@ use proc_macro2::Span;
 /// A place in a text; lines and columns count from 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Place {
-    /// The line in which it begins.
+    /// The line of its first character.
     pub line: usize,
-    /// The column in which it begins, in characters.
+    /// The column of its first character, counted in characters.
     pub column: usize,
-    /// The line in which it ends.
+    /// The line of its last character.
     pub end_line: usize,
     /// The column after its last character.
     pub end_column: usize,
 }
 
 impl Place {
-    /// That of some tokens.
+    /// The place of some tokens.
     pub(crate) fn of(span: Span) -> Self {
         let (start, end) = (span.start(), span.end());
         Self {
@@ -29,7 +29,7 @@ impl Place {
         }
     }
 
-    /// A mistake there.
+    /// A mistake at this place.
     #[must_use]
     pub fn mistake(self, message: impl Into<String>) -> Mistake {
         Mistake {
@@ -44,24 +44,24 @@ impl Place {
 
 /// A mistake in a declaration, and where it is.
 ///
-/// In text, places are those of the text. In tokens that a compiler has handed over, they are those of its files.
+/// For a text, lines and columns are those of the text; for tokens from a compiler, those of its files.
 #[derive(Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Mistake {
-    /// The line in which the mistake begins, from 1.
+    /// The line of the first character, from 1.
     pub line: usize,
-    /// The column in which it begins, from 1, in characters.
+    /// The column of the first character, from 1, in characters.
     pub column: usize,
-    /// The line in which it ends.
+    /// The line of the last character.
     pub end_line: usize,
     /// The column after its last character.
     pub end_column: usize,
-    /// What is wrong, and what was expected there.
+    /// The message: what is wrong, and what was expected.
     pub message: String,
 }
 
 impl Mistake {
-    /// A mistake at some tokens; those that are in no source stand for the attribute as a whole.
+    /// A mistake at some tokens; tokens without a source are reported at the attribute.
     pub(crate) fn at(span: Span, attribute: Span, message: String) -> Self {
         let span = if is_nowhere(span) { attribute } else { span };
         Place::of(span).mistake(message)
@@ -83,7 +83,8 @@ impl Mistake {
         }
     }
 
-    /// The same of a text; what is missing in it is told at its end.
+    /// The mistakes that `syn` reports in one error of a text; those without a place are put at the end of
+    /// the text.
     pub(crate) fn in_text(error: &syn::Error, end: (usize, usize)) -> impl Iterator<Item = Self> {
         let errors = error.clone().into_iter();
         errors.map(move |error| {
@@ -95,14 +96,14 @@ impl Mistake {
         })
     }
 
-    /// The mistakes that `syn` tells in one error.
+    /// The mistakes that `syn` reports in one error.
     pub(crate) fn all(error: &syn::Error, attribute: Span) -> impl Iterator<Item = Self> {
         let errors = error.clone().into_iter();
         errors.map(move |error| Self::at(error.span(), attribute, error.to_string()))
     }
 }
 
-/// Whether a place is in no source.
+/// Whether a span belongs to no source.
 fn is_nowhere(span: Span) -> bool {
     span.byte_range().is_empty() && span.start() == Span::call_site().start()
 }
@@ -115,7 +116,7 @@ impl fmt::Display for Mistake {
 }
 
 impl fmt::Debug for Mistake {
-    /// Its message: `main` and `unwrap` print a text for people.
+    /// The same text as `Display`, because `main` and `unwrap` print it for people.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(self, formatter)
     }

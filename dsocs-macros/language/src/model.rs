@@ -1,4 +1,4 @@
-//! The checked declaration: what code is made of, without any way left to be wrong.
+//! The checked declaration, from which code is made.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -11,12 +11,12 @@ use crate::graph::{Graph, Leaf, NodeId, Param};
 use crate::input::is_of_samples;
 use crate::mistake::Mistake;
 
-/// A declaration that has passed every check, its expressions in one graph.
+/// A declaration that has passed every check, with its expressions in one graph.
 ///
 /// From [`analyze`](crate::analyze).
 #[derive(Clone)]
 pub struct Model {
-    /// Where `dsocs-core` is found, if not under its own name.
+    /// The path of `dsocs-core`, if it is not `::dsocs_core`.
     pub(crate) core: Option<Path>,
     /// The declaration as text.
     pub(crate) text: String,
@@ -24,42 +24,42 @@ pub struct Model {
     pub(crate) item: ItemStruct,
     /// The coordinates' names.
     pub(crate) coordinates: Vec<Ident>,
-    /// The numbers among the fields, in order.
+    /// The numbers in the fields of the struct, in order.
     pub(crate) parameters: Vec<ParameterField>,
     /// The other fields, each with its type.
     pub(crate) others: Vec<(String, String)>,
-    /// All expressions.
+    /// The graph of all expressions.
     pub(crate) graph: Graph,
     /// `L`, in `Q`, `V` and `T`.
     pub(crate) lagrangian: NodeId,
     /// The constraints: holonomic, then nonholonomic, then kinematic ones.
     pub(crate) constraints: Vec<Row>,
-    /// The forms that span `F_V`, as far as they are known: one for each constraint, or none at all.
+    /// The forms that span `F_V`, if they are known: one for each constraint, or none.
     pub(crate) forms: Vec<Form>,
-    /// What `C_V` is spanned by.
+    /// The virtual displacements `C_V`.
     pub(crate) displacements: Displacements,
-    /// `L_d`, in `X0`, `X1`, `T0`, `T1` and `H`, if it is given and not made of the Lagrangian.
+    /// `L_d`, in `X0`, `X1`, `T0`, `T1` and `H`, if it is declared.
     pub(crate) discrete_lagrangian: Option<NodeId>,
-    /// The generalized forces that are no constraint forces, one for each coordinate, in `Q`, `V` and `T`; empty if there are none.
+    /// The external forces, one for each coordinate, in `Q`, `V` and `T`; empty if there are none.
     pub(crate) external_forces: Vec<NodeId>,
-    /// The points whose mean is taken, one or two.
+    /// `φ_{L_d}⁻¹`: one point, or two whose values are averaged.
     pub(crate) phi_lagrangian: Vec<PairPoint>,
-    /// `None` for the paper's map.
+    /// `φ_{D_K}⁻¹`; `None` for the paper's map.
     pub(crate) phi_kinematic: Option<TriplePoint>,
-    /// As [`Model::phi_kinematic`], for the variational constraints.
+    /// `φ_{D_V}⁻¹`; `None` for the paper's map.
     pub(crate) phi_variational: Option<TriplePoint>,
-    /// The observed expressions and their names, in `Q`, `V`, `A` and `T`.
+    /// The observed expressions, in `Q`, `V`, `A` and `T`, with their names.
     pub(crate) observe: Vec<(Ident, NodeId)>,
-    /// The expressions that the user differentiates along the motion: what stands in a `dot(…)`.
+    /// The arguments of `dot(…)`.
     pub(crate) differentiated: Vec<NodeId>,
-    /// What has no effect, or hardly the one that is meant.
+    /// Declared names that have no effect, or probably not the one that is meant.
     pub(crate) warnings: Vec<Warning>,
-    /// What is said of all this for people; the parameters carry theirs themselves.
+    /// The documentation of the system, the coordinates and the observables; parameters carry their own.
     pub(crate) docs: Docs,
 }
 
 impl Model {
-    /// The table of samples whose value, or a derivative of it, a function is: a field of the type `Samples`.
+    /// The table of samples (a field of type `Samples`) that a callee reads; `None` for other functions.
     pub(crate) fn table(&self, callee: usize) -> Option<String> {
         let name = self.graph.callee(callee).of_samples()?;
         let mut fields = self.others.iter();
@@ -86,13 +86,13 @@ impl Model {
         self.parameters.iter().map(|field| field.name.as_str()).collect()
     }
 
-    /// The names of what is observed, in order.
+    /// The names of the observables, in order.
     #[must_use]
     pub fn observables(&self) -> Vec<String> {
         self.observe.iter().map(|(name, _)| plain(name)).collect()
     }
 
-    /// What is declared and has no effect: the compiler warns of it.
+    /// Warnings: declared names that have no effect, or probably not the one that is meant.
     #[must_use]
     pub fn warnings(&self) -> Vec<Mistake> {
         let warnings = self.warnings.iter();
@@ -101,7 +101,7 @@ impl Model {
             .collect()
     }
 
-    /// How many multipliers are unknown, in a step and in the continuous system.
+    /// The number of unknown multipliers, in a step and in the continuous system.
     pub(crate) fn multipliers(&self) -> usize {
         match self.displacements {
             Displacements::Fields(_) => 0,
@@ -109,7 +109,7 @@ impl Model {
         }
     }
 
-    /// Whether time comes in anywhere.
+    /// Whether any expression depends on time.
     pub(crate) fn depends_on_time(&self) -> bool {
         self.graph.has_leaf(Leaf::T)
             || [Leaf::T0, Leaf::T1, Leaf::T2]
@@ -117,20 +117,20 @@ impl Model {
                 .any(|leaf| self.discrete_has(leaf))
     }
 
-    /// The parameters that holonomic constraints depend on, by their places: where one of them changes, the position would have to
-    /// jump.
+    /// The indices of the parameters in holonomic constraints: if one of them changed in a run, the position
+    /// would have to jump.
     pub(crate) fn parameters_of_positions(&self) -> Vec<usize> {
         let holonomic = self.constraints.iter().filter(|row| row.kind == Kind::Holonomic);
         self.parameters_of(holonomic.map(|row| row.value))
     }
 
-    /// The parameters inside a `dot(…)`, by their places: the derivative takes their rates to be zero, so where one of them changes, what
-    /// is differentiated would have to jump.
+    /// The indices of the parameters inside a `dot(…)`, whose rates are taken to be zero. If one of them
+    /// changed in a run, the differentiated expression would jump.
     pub(crate) fn parameters_of_rates(&self) -> Vec<usize> {
         self.parameters_of(self.differentiated.iter().copied())
     }
 
-    /// The parameters that values depend on, by their places.
+    /// The indices of the parameters that some values depend on.
     fn parameters_of(&self, values: impl Iterator<Item = NodeId>) -> Vec<usize> {
         let mut found = BTreeSet::new();
         for value in values {
@@ -139,7 +139,7 @@ impl Model {
                     Param::Number(place) => {
                         found.insert(place);
                     }
-                    // what Rust reads is not seen into: any field that is named there
+                    // a Rust expression is opaque: it depends on every field that it names
                     Param::Expression(tokens) => {
                         let places = self.parameters.iter().enumerate();
                         let named = places.filter(|(_, field)| mentions(tokens, &field.ident));
@@ -151,32 +151,33 @@ impl Model {
         found.into_iter().collect()
     }
 
-    /// Whether the discrete statements have a leaf.
+    /// Whether the discrete statements depend on a leaf.
     fn discrete_has(&self, leaf: Leaf) -> bool {
         let rows = self.constraints.iter().filter_map(|row| row.discrete);
         rows.chain(self.discrete_lagrangian)
             .any(|value| self.graph.depends_on(value, leaf))
     }
 
-    /// The highest derivative that a step finds: 3 where a constraint binds one, else 2.
+    /// The order of the highest derivative that a step determines: 3 with a constraint of third order, else
+    /// 2.
     pub(crate) fn order(&self) -> usize {
         let rows = self.constraints.iter().map(|row| row.order);
         rows.fold(2, usize::max)
     }
 
-    /// The places of the constraints of third order among all.
+    /// The indices of the constraints of third order.
     pub(crate) fn third_order(&self) -> impl Iterator<Item = usize> {
         let rows = self.constraints.iter().enumerate();
         rows.filter(|(_, row)| row.order == 3).map(|(place, _)| place)
     }
 
-    /// How many constraints there are of a kind.
+    /// The number of constraints of a kind.
     pub(crate) fn count(&self, kind: Kind) -> usize {
         self.constraints.iter().filter(|row| row.kind == kind).count()
     }
 }
 
-/// Whether a name stands among tokens.
+/// Whether a name occurs among tokens.
 fn mentions(tokens: &TokenStream, name: &Ident) -> bool {
     tokens.clone().into_iter().any(|tree| match tree {
         TokenTree::Ident(ident) => ident == *name,
@@ -209,14 +210,14 @@ pub(crate) struct TriplePoint {
     pub(crate) a: Vec<NodeId>,
 }
 
-/// Something that is declared and has no effect, or hardly the one that is meant.
+/// A warning about a declared name.
 #[derive(Clone, Debug)]
 pub(crate) struct Warning {
     /// The name, where it was declared.
     pub(crate) place: Ident,
-    /// What is to be said about it.
+    /// The message.
     pub(crate) message: String,
-    /// Whether nothing uses the name, of which the compiler has a warning of its own.
+    /// Whether nothing uses the name; then the compiler has a warning of its own.
     pub(crate) unused: bool,
 }
 
@@ -225,9 +226,9 @@ pub(crate) struct Warning {
 pub(crate) struct Docs {
     /// The first paragraph of the struct's.
     pub(crate) system: String,
-    /// That of each coordinate.
+    /// That of each coordinate, in order.
     pub(crate) coordinates: Vec<String>,
-    /// That of each observed expression.
+    /// That of each observed expression, in order.
     pub(crate) observe: Vec<String>,
 }
 
@@ -243,41 +244,42 @@ impl fmt::Debug for Model {
     }
 }
 
-/// A name without the mark of a raw identifier.
+/// A name without the prefix `r#` of a raw identifier.
 pub(crate) fn plain(name: &Ident) -> String {
     let name = name.to_string();
     name.strip_prefix("r#").unwrap_or(&name).to_owned()
 }
 
-/// A parameter that can be listed and set by name: a field of type `f64`, or an element of an array of them.
+/// A parameter that can be listed and set by name: a field of type `f64`, or an element of an array or matrix
+/// of them.
 #[derive(Clone, Debug)]
 pub(crate) struct ParameterField {
     /// Its name: `mass`, `masses_2`, `inertia_0_1`.
     pub(crate) name: String,
     /// The field.
     pub(crate) ident: Ident,
-    /// The element's place in the field: one index if it is an array, two if it is a matrix.
+    /// The indices of the element in the field: one for an array, two for a matrix, none for a number.
     pub(crate) element: Vec<usize>,
     /// Its documentation in one line.
     pub(crate) doc: String,
 }
 
 impl ParameterField {
-    /// Its place in the struct: `mass`, `masses[2]`, `inertia[0][1]`.
+    /// The place in the struct: `mass`, `masses[2]`, `inertia[0][1]`.
     pub(crate) fn place(&self) -> TokenStream {
         let ident = &self.ident;
         let element = self.element.iter().map(|&place| Literal::usize_unsuffixed(place));
         quote!(#ident #([#element])*)
     }
 
-    /// How it is read: `self.mass`, `self.masses[2]`.
+    /// The expression that reads it: `self.mass`, `self.masses[2]`.
     pub(crate) fn read(&self) -> TokenStream {
         let place = self.place();
         quote!(self.#place)
     }
 }
 
-/// On how many nodes a constraint is imposed.
+/// The kind of a constraint: on how many nodes it is imposed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// `g(q) = 0`, on every node.
@@ -291,7 +293,7 @@ pub(crate) enum Kind {
 /// A constraint `c = 0`.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
-    /// What the user wrote, for what is to be said about the row.
+    /// The user's tokens, for messages about the row.
     pub(crate) tokens: TokenStream,
     /// Its kind.
     pub(crate) kind: Kind,
@@ -301,26 +303,28 @@ pub(crate) struct Row {
     pub(crate) order: usize,
     /// The factor to divide out, of order 0 or 1.
     pub(crate) divide: Option<NodeId>,
-    /// Whether a factor has been divided out of it already.
+    /// Whether a factor has already been divided out of it.
     pub(crate) divided: bool,
-    /// What stands in its place in a step, in `X0`, `X1`, `X2`, `T0`, `T1`, `T2` and `H`, if it is given.
+    /// The row in a step, in `X0`, `X1`, `X2`, `T0`, `T1`, `T2` and `H`, if it is declared by
+    /// `discrete_kinematic`.
     pub(crate) discrete: Option<NodeId>,
 }
 
-/// A direction in which a constraint force acts.
+/// A one-form, along which a constraint force acts.
 #[derive(Clone, Debug)]
 pub(crate) struct Form {
     /// The components, in `Q`, `V`, `A` and `T`.
     pub(crate) components: Vec<NodeId>,
-    /// Whether it belongs to a holonomic constraint: then it is taken at the middle node, whatever the maps are.
+    /// Whether it belongs to a holonomic constraint: then it is evaluated at the middle node, whatever the
+    /// maps are.
     pub(crate) at_node: bool,
 }
 
 /// The virtual displacements `C_V`.
 #[derive(Clone, Debug)]
 pub(crate) enum Displacements {
-    /// Fields that span them, of `n` components each, in `Q`, `V`, `A` and `T`.
+    /// Spanned by these fields, of `n` components each, in `Q`, `V`, `A` and `T`.
     Fields(Vec<Vec<NodeId>>),
-    /// Those on which the forms vanish; no fields that span them everywhere are known.
+    /// The annihilator of the forms, of which no basis of fields is known.
     Annihilated,
 }

@@ -13,7 +13,7 @@ use crate::graph::NodeId;
 use crate::input::Fields;
 use crate::lower::Value;
 
-/// Names with a meaning of their own.
+/// Words of the language, which cannot be defined anew, and their meanings.
 pub(crate) const RESERVED: [(&str, &str); 8] = [
     ("h", "the step"),
     ("t", "time"),
@@ -25,42 +25,42 @@ pub(crate) const RESERVED: [(&str, &str); 8] = [
     ("each", "an entry of a list for every index"),
 ];
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Clone)]
 pub(crate) enum Binding {
-    /// A coordinate, by its place.
+    /// A coordinate, by its index.
     Coordinate(usize),
-    /// An array of coordinates, by its place among [`Coordinates::groups`](crate::ast::Coordinates::groups).
+    /// An array of coordinates, by its index among [`Coordinates::groups`](crate::ast::Coordinates::groups).
     Array(usize),
-    /// A rotation, by its place among [`Coordinates::groups`](crate::ast::Coordinates::groups).
+    /// A rotation, by its index among [`Coordinates::groups`](crate::ast::Coordinates::groups).
     Rotation(usize),
-    /// A field of the struct, by its place.
+    /// A field of the struct, by its index.
     Field(usize),
     /// A `let`, or an argument of a function.
     Let(Result<Value, Reported>),
-    /// A `let` with a closure: a function of the declaration's own.
+    /// A `let` with a closure: a function of the declaration.
     Function(Function),
-    /// An integer that is known while the declaration is read: an index of a sum, or an argument of a function.
+    /// An integer known while the declaration is read: an index, or an integer argument of a function.
     Index(i64),
-    /// A node of the discrete path, in a map: 0, 1 or 2.
+    /// A node of a map: 0, 1 or 2.
     Node(usize),
-    /// The time of such a node.
+    /// The time of a node of a map.
     NodeTime(usize),
-    /// A `let` in a map, with a component for each coordinate.
+    /// A `let` in a map: one component for each coordinate.
     OfMap(Result<Vec<NodeId>, Reported>),
 }
 
-/// `|i, j| …`, with parameters that have been checked.
+/// A function of the declaration, `|i, j| …`, whose parameters have been checked.
 #[derive(Clone)]
 pub(crate) struct Function {
     /// The closure.
     pub(crate) closure: Rc<ExprClosure>,
-    /// Whether it is defined in a map, and so made of nodes.
+    /// Whether it is defined in a map, so that its values are made of nodes.
     pub(crate) of_nodes: bool,
 }
 
 impl Binding {
-    /// The kind of name, for a message.
+    /// The kind of the name, for a message.
     pub(crate) fn kind(&self) -> &'static str {
         match self {
             Self::Coordinate(_) => "a coordinate",
@@ -76,13 +76,13 @@ impl Binding {
     }
 }
 
-/// The names that can be used at some place.
+/// The names that can be used at a place, the innermost last.
 #[derive(Clone, Default)]
 pub(crate) struct Scope {
     names: Vec<(String, Binding)>,
 }
 
-/// The names that [`Scope::split_off`] took away.
+/// The names that [`Scope::split_off`] removed.
 pub(crate) struct Inner(Vec<(String, Binding)>);
 
 impl Scope {
@@ -93,29 +93,29 @@ impl Scope {
             .map(|(_, binding)| binding)
     }
 
-    /// The place of the innermost meaning of a name; what stands before it was known when it was defined.
+    /// The position of the innermost meaning of a name; the names before it were known when it was defined.
     pub(crate) fn place(&self, name: &Ident) -> Option<usize> {
         let name = name.to_string();
         self.names.iter().rposition(|(known, _)| *known == name)
     }
 
-    /// Takes away the names from a place on, for [`Scope::restore`].
+    /// Removes the names from a position on, until [`Scope::restore`].
     pub(crate) fn split_off(&mut self, place: usize) -> Inner {
         Inner(self.names.split_off(place))
     }
 
-    /// Brings back what [`Scope::split_off`] took away.
+    /// Puts back the names that [`Scope::split_off`] removed, in place of those added since.
     pub(crate) fn restore(&mut self, place: usize, inner: Inner) {
         self.names.truncate(place);
         self.names.extend(inner.0);
     }
 
-    /// Adds a name whose clashes have been checked.
+    /// Adds a name without a check for clashes.
     pub(crate) fn push(&mut self, name: &Ident, binding: Binding) {
         self.names.push((name.to_string(), binding));
     }
 
-    /// Adds a name unless it is in use.
+    /// Adds a name, and reports a clash if it is in use.
     pub(crate) fn define(&mut self, name: &Ident, binding: Binding, errors: &Errors) -> Result<(), Reported> {
         let result = match self.get(name) {
             Some(known) => Err(clash(name, known.kind(), errors)),
@@ -125,12 +125,12 @@ impl Scope {
         result
     }
 
-    /// How many names there are now, for [`Scope::truncate`].
+    /// The number of names, for [`Scope::truncate`].
     pub(crate) fn len(&self) -> usize {
         self.names.len()
     }
 
-    /// Forgets the names that came after.
+    /// Removes the names beyond a length.
     pub(crate) fn truncate(&mut self, len: usize) {
         self.names.truncate(len);
     }
@@ -144,7 +144,7 @@ impl Scope {
     }
 }
 
-/// Reports every top-level name that has a meaning already, at the second one.
+/// Reports every top-level name that has a meaning already, at its second definition.
 pub(crate) fn check<'d>(declaration: &'d Declaration, fields: &'d Fields, errors: &Errors) {
     let mut known: HashMap<String, &str> = HashMap::new();
     let mut add = |name: &Ident, kind| match known.entry(name.to_string()) {
@@ -152,7 +152,7 @@ pub(crate) fn check<'d>(declaration: &'d Declaration, fields: &'d Fields, errors
             clash(name, first.get(), errors);
         }
         Entry::Vacant(place) => {
-            // a reserved word has been reported; what else it clashes with does not matter
+            // a reserved word is reported here, and its other clashes need not be
             let _ = check_reserved(name, errors);
             place.insert(kind);
         }
@@ -181,13 +181,14 @@ pub(crate) fn check<'d>(declaration: &'d Declaration, fields: &'d Fields, errors
     }
     if let Some(coordinates) = declaration.coordinates.given() {
         for name in &coordinates.names {
-            // what is wrong is reported, and what is declared can be read all the same
+            // the mistake is reported; the declaration can be read all the same
             let _ = check_column(name, name, &coordinates.names, errors);
         }
     }
 }
 
-/// Refuses the name of a coordinate or of what is observed, at the tokens that say it, if a run's table has another column of this name.
+/// Refuses the name of a coordinate or observable that another column of a run's table has. It is reported at
+/// `tokens`.
 pub(crate) fn check_column(
     name: &Ident,
     tokens: &Ident,

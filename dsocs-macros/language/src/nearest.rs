@@ -1,4 +1,4 @@
-//! The name that is likely to be meant by one that nothing has.
+//! The known name that is nearest to an unknown one.
 
 /// `; did you mean …?` with the nearest of the candidates, or nothing if none is near.
 pub(crate) fn did_you_mean<'c>(found: &str, candidates: impl IntoIterator<Item = &'c str>) -> String {
@@ -7,10 +7,10 @@ pub(crate) fn did_you_mean<'c>(found: &str, candidates: impl IntoIterator<Item =
         .unwrap_or_default()
 }
 
-/// A longer name is a mistake of no letters; to compare it takes time.
+/// Longer names are not compared: they are no misspellings, and comparing them takes time.
 const LONGEST: usize = 200;
 
-/// The nearest of the candidates, if one is near.
+/// The nearest of the candidates, if one is within a third of the letters.
 pub(crate) fn nearest<'c>(found: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
     let length = found.chars().count();
     if length > LONGEST {

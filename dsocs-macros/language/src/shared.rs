@@ -1,8 +1,9 @@
-//! Statements that several declarations share: `statements! { name { … } }`, and `use name;` where they are wanted.
+//! Statements that several declarations share: `statements! { name { … } }`, inserted by `use name;`.
 //!
-//! No macro can look into another one. So the shared statements become a macro by example of that name, and an attribute that
-//! finds `use name;` hands itself over to it: what comes back is the same attribute with `use { … };` in that place. The block tells
-//! the shared statements from the declaration's own: nothing in it is warned of because this declaration does not need it.
+//! A macro cannot see into another one. So the shared statements become a macro by example of that name, and
+//! an attribute with `use name;` expands to a call of that macro, which gives back the same attribute with
+//! `use { … };` in place of `use name;`. The block tells shared statements from the declaration's own: they
+//! cause no warnings about unused names.
 
 use proc_macro2::{Delimiter, Group, Ident, Punct, Spacing, Span, TokenStream, TokenTree};
 use quote::{quote, quote_spanned};
@@ -15,11 +16,11 @@ use crate::errors::compile_errors;
 pub(crate) struct Chunk {
     /// The tokens.
     pub(crate) tokens: TokenStream,
-    /// Whether it was written for several declarations.
+    /// Whether it comes from shared statements.
     pub(crate) shared: bool,
 }
 
-/// The statements of a declaration in order, those of `use { … };` among them.
+/// The statements of a declaration in order, with those of `use { … };` blocks.
 pub(crate) fn flat(declaration: TokenStream) -> Vec<Chunk> {
     fn push(tokens: TokenStream, shared: bool, flat: &mut Vec<Chunk>) {
         for tokens in chunks(tokens) {
@@ -54,7 +55,7 @@ fn chunks(tokens: TokenStream) -> Vec<TokenStream> {
     chunks
 }
 
-/// What stands in `use { … };`.
+/// The tokens in `use { … };`.
 fn block(tokens: &TokenStream) -> Option<TokenStream> {
     let mut trees = tokens.clone().into_iter();
     match (trees.next(), trees.next()) {
@@ -67,7 +68,7 @@ fn block(tokens: &TokenStream) -> Option<TokenStream> {
     }
 }
 
-/// The name in `use name;`, or what is wrong with it.
+/// The path in `use name;`, or the syntax error in it; `None` for other statements.
 fn used(tokens: &TokenStream) -> Option<syn::Result<Path>> {
     let parser = |input: ParseStream| {
         input.parse::<Token![use]>()?;
@@ -86,7 +87,7 @@ fn used(tokens: &TokenStream) -> Option<syn::Result<Path>> {
     (word == "use").then(|| parser.parse2(tokens.clone()).map_err(wrong))
 }
 
-/// The call of the macro that puts in the statements of the first `use` in a declaration, if there is one.
+/// The call of the macro for the first `use name;` in a declaration; `None` if there is none.
 pub(crate) fn call(declaration: &TokenStream, item: &TokenStream) -> syn::Result<Option<TokenStream>> {
     let chunks = flat(declaration.clone());
     let mut first = None;
@@ -104,10 +105,11 @@ pub(crate) fn call(declaration: &TokenStream, item: &TokenStream) -> syn::Result
     Ok(Some(quote!(#path! { [#attribute] { #before } { #after } #item })))
 }
 
-/// A declaration in whose shared statements names mean what they mean in its own, among them the fields of its struct.
+/// A declaration whose shared statements are resolved in the scope of the item, so that names in them can
+/// mean the fields of its struct.
 ///
-/// As they come out of a macro by example, a name in them is another one than the same name in the struct. But then a mistake in them
-/// is told with the place where they are used.
+/// Macro hygiene would tell a name in shared statements from the same name in the struct. But only with that
+/// hygiene does a mistake in them also show where they are used.
 pub(crate) fn in_scope(declaration: TokenStream, item: &TokenStream) -> TokenStream {
     let first = item.clone().into_iter().next();
     let site = first.map_or_else(Span::call_site, |tree| tree.span());
@@ -118,7 +120,7 @@ pub(crate) fn in_scope(declaration: TokenStream, item: &TokenStream) -> TokenStr
     joined(&chunks)
 }
 
-/// The attribute's own path.
+/// The path of the attribute, by which the call names it.
 fn attribute(chunks: &[Chunk]) -> TokenStream {
     let parser = |input: ParseStream| {
         input.parse::<Token![crate]>()?;
@@ -133,7 +135,7 @@ fn attribute(chunks: &[Chunk]) -> TokenStream {
     core.map_or_else(|| quote!(::dsocs_core::dsocs), |path| quote!(#path::dsocs))
 }
 
-/// The tokens of statements, each shared one in a block.
+/// The tokens of statements, each shared one in a `use { … };` block.
 fn joined(chunks: &[Chunk]) -> TokenStream {
     let tokens = chunks.iter().map(|Chunk { tokens, shared }| match shared {
         true => quote!(use { #tokens };),
@@ -142,7 +144,7 @@ fn joined(chunks: &[Chunk]) -> TokenStream {
     tokens.collect()
 }
 
-/// Tokens at their places, with names as they are resolved at another.
+/// Tokens with their locations, resolved like names at `site`.
 fn resolved_at(tokens: TokenStream, site: Span) -> TokenStream {
     let tree = |tree| match tree {
         TokenTree::Group(group) => {
@@ -158,11 +160,11 @@ fn resolved_at(tokens: TokenStream, site: Span) -> TokenStream {
     tokens.into_iter().map(tree).collect()
 }
 
-/// One `name { … }`.
+/// One item `name { … }` of `statements!`.
 struct Shared {
     /// Its documentation.
     attributes: Vec<Attribute>,
-    /// Where it can be used.
+    /// Its visibility.
     visibility: Visibility,
     /// Its name.
     name: Ident,
@@ -186,7 +188,7 @@ impl Parse for Shared {
     }
 }
 
-/// What `statements! { name { … } }` becomes: a macro of that name for each of them.
+/// The expansion of `statements! { name { … } }`: a macro by example for each name.
 #[must_use]
 pub fn statements(tokens: TokenStream) -> TokenStream {
     let parser = |input: ParseStream| {
@@ -205,7 +207,7 @@ pub fn statements(tokens: TokenStream) -> TokenStream {
     }
 }
 
-/// The macro that an attribute with `use name;` calls.
+/// The macro by example that an attribute with `use name;` calls.
 fn macro_by_example(shared: &Shared) -> TokenStream {
     let Shared {
         attributes,
@@ -213,7 +215,7 @@ fn macro_by_example(shared: &Shared) -> TokenStream {
         name,
         statements,
     } = shared;
-    // a macro for other crates has its place in the root of this one, whatever module it is written in
+    // an exported macro is in the root of its crate, whatever module it is written in
     let (export, alias) = match visibility {
         Visibility::Public(_) => (
             quote!(#[doc(hidden)] #[macro_export]),

@@ -1,4 +1,4 @@
-//! The front end without a compiler: a struct with its attribute, as text or as tokens → its model, or its mistakes.
+//! The front end without a compiler: a struct with its attribute → its model, or its mistakes.
 
 use proc_macro2::{LexError, Span, TokenStream};
 use syn::{Attribute, Item, Meta};
@@ -7,12 +7,12 @@ use crate::expand;
 use crate::mistake::Mistake;
 use crate::model::Model;
 
-/// What can be analyzed: a struct with the attribute `#[dsocs { … }]`, as text or as tokens.
+/// The input of [`analyze`]: a struct with the attribute `#[dsocs { … }]`.
 #[derive(Clone, Debug)]
 pub enum Source<'s> {
-    /// Text.
+    /// As text.
     Text(&'s str),
-    /// Tokens.
+    /// As tokens.
     Tokens(TokenStream),
 }
 
@@ -70,7 +70,7 @@ impl From<TokenStream> for Source<'_> {
 ///
 /// # Errors
 ///
-/// The mistakes, at least one: of the text as Rust, of the item, of the declaration.
+/// The mistakes, at least one: in the syntax of Rust, in the item, in the declaration.
 pub fn analyze<'s>(source: impl Into<Source<'s>>) -> Result<Model, Vec<Mistake>> {
     let nowhere = Span::call_site();
     let tokens = match source.into() {
@@ -116,7 +116,7 @@ fn attributes(item: &mut Item) -> Option<&mut Vec<Attribute>> {
     }
 }
 
-/// Whether an attribute is ours, under whatever path.
+/// Whether an attribute is `dsocs`, under any path.
 fn is_dsocs(attribute: &Attribute) -> bool {
     let name = attribute.path().segments.last();
     name.is_some_and(|name| name.ident == "dsocs")

@@ -1,4 +1,4 @@
-//! What a wrong declaration becomes beside its errors: an implementation that type-checks and is never run.
+//! The implementation for a wrong declaration: it type-checks and is never run.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -8,15 +8,15 @@ use crate::emit::jets;
 use crate::emit::kernel::{Kind, kernel};
 use crate::emit::pieces::between_threads;
 
-/// An implementation of `System<n>` without content, so that a mistake in the declaration brings no further errors
-/// where the type is used.
+/// An empty implementation of `System<n>`, so that a mistake in the declaration causes no errors where the
+/// type is used.
 #[allow(clippy::too_many_lines)] // one trait, quoted
 pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream {
     let jets = jets::none(ident, generics, n);
     let kernel = kernel(ident, generics, n, Kind::default());
     let generics = between_threads(generics);
     let (generics, arguments, bounds) = generics.split_for_impl();
-    // a name that no parameter of the user's has: an associated type may not shadow one
+    // an unlikely name, because an associated type may not shadow a type parameter of the user's
     let scalar = quote!(__DsocsScalar);
     let bound = quote!(#scalar: ::dsocs_core::__private::Scalar);
     let known = quote!(constants: &Self::Constants<#scalar>, known: &Self::Known<#scalar>);

@@ -1,9 +1,9 @@
-//! What is read off Rust's syntax in many places: plain names, expressions without parentheses, documentation.
+//! Helpers for Rust's syntax: plain names, expressions without parentheses, documentation.
 
 use proc_macro2::Ident;
 use syn::{Attribute, Expr, Lit, Meta};
 
-/// The name that an expression consists of, if it is one.
+/// The name, if an expression is a plain one.
 pub(crate) fn plain_name(expr: &Expr) -> Option<&Ident> {
     match expr {
         Expr::Path(path) if path.qself.is_none() => path.path.get_ident(),

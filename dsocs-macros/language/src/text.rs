@@ -1,4 +1,4 @@
-//! A system in a text file: what a Rust file would say of it, and what is run.
+//! A system in a text file: a declaration, values of its parameters, and runs.
 //!
 //! ```text
 //! //! A pendulum in the wind.
@@ -14,8 +14,8 @@
 //! run { start = ([pi / 4], [0.0]); step = 0.01; until = 20.0; }
 //! ```
 //!
-//! Everything but `const`, `parameters` and `run` is the body of the attribute, word for word. The text becomes a struct with that attribute, and goes
-//! the same way.
+//! Everything but `const`, `parameters` and `run` is the body of the attribute, word for word. The text
+//! becomes a struct with that attribute and is read like one.
 
 mod characters;
 mod constants;
@@ -46,27 +46,28 @@ pub use values::Run;
 /// The most bytes that a text may have.
 pub const MOST_BYTES: usize = 1 << 20;
 
-/// So many mistakes are told: nobody reads more.
+/// The largest number of mistakes that are reported one by one.
 const MOST_MISTAKES: usize = 100;
 
-/// Brackets may be nested so deep: those of expressions, which have a limit of their own, in those of statements.
+/// The deepest nesting of brackets: those of expressions, which have a limit of their own, inside those of
+/// statements.
 const DEEPEST: usize = parse::DEEPEST + 20;
 
 /// A system that was read from a text.
 #[derive(Clone, Debug)]
 pub struct Text {
-    /// What it declares.
+    /// The declared system.
     pub model: Model,
-    /// The numbers among its parameters, in the order of [`Model::parameters`].
+    /// The values of its parameters, in the order of [`Model::parameters`].
     pub values: Vec<f64>,
     /// Its tables of samples.
     pub tables: Vec<Table>,
-    /// What is run.
+    /// The runs that the text asks for.
     pub runs: Vec<Run>,
 }
 
-/// Reads a system from a text. `name` is what it is called, such as the name of the file without its ending; `constants` are values in place of those
-/// that the text gives its constants (`const n = 3;`).
+/// Reads a system from a text. `name` is the name of the system, such as that of the file without its ending.
+/// `constants` are values that replace those in the text (`const n = 3;`).
 ///
 /// ```
 /// let text = dsocs_language::read(
@@ -86,7 +87,7 @@ pub struct Text {
 ///
 /// # Errors
 ///
-/// The mistakes, at least one and at most a hundred, in the order of the text.
+/// The mistakes, at least one, in the order of the text; beyond a hundred, only their number is given.
 pub fn read(name: &str, text: &str, constants: &[(String, f64)]) -> Result<Text, Vec<Mistake>> {
     if text.len() > MOST_BYTES {
         let message = format!(
@@ -95,7 +96,7 @@ pub fn read(name: &str, text: &str, constants: &[(String, f64)]) -> Result<Text,
         );
         return Err(vec![Mistake::of(Span::call_site(), message)]);
     }
-    // which an editor may put first
+    // a byte order mark, which some editors write
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let (text, mut mistakes) = characters::read(text);
     let tokens: TokenStream = match text.parse() {
@@ -140,14 +141,14 @@ pub fn read(name: &str, text: &str, constants: &[(String, f64)]) -> Result<Text,
     }
 }
 
-/// Line and column behind the last word of a text.
+/// The line and column after the last word of a text.
 fn end(text: &str) -> (usize, usize) {
     let text = text.trim_end();
     let last = text.rsplit('\n').next().unwrap_or_default();
     (text.matches('\n').count() + 1, last.chars().count() + 1)
 }
 
-/// What is said of brackets in brackets.
+/// The message about brackets that are nested too deep.
 fn too_deep() -> String {
     format!(
         "expected brackets and functions that are nested at most {DEEPEST} deep, and at most {} words and signs between two commas or semicolons",
@@ -192,7 +193,7 @@ fn item(name: &str, docs: &[String], parameters: &[parameters::Parameter]) -> Op
     syn::parse2(tokens).ok()
 }
 
-/// The name of a type: `InvertedPendulum` for `inverted-pendulum`.
+/// The name of the struct: `InvertedPendulum` for `inverted-pendulum`.
 fn type_name(name: &str) -> String {
     let words = name.split(|c: char| !c.is_ascii_alphanumeric());
     let mut camel: String = words
@@ -208,7 +209,7 @@ fn type_name(name: &str) -> String {
     if !camel.starts_with(|first: char| first.is_ascii_alphabetic()) {
         camel.insert_str(0, "System");
     }
-    // a type of this name is a word of Rust
+    // `Self` is a keyword of Rust
     if camel == "Self" {
         "System".to_owned()
     } else {

@@ -1,4 +1,4 @@
-//! Builders: every node in normal form, constants folded.
+//! The builders of nodes: each node in normal form, constants folded.
 
 #![allow(clippy::float_cmp)] // coefficients are compared with exact ones and zeros
 
@@ -17,7 +17,7 @@ impl Graph {
         self.intern(Node::Leaf(leaf))
     }
 
-    /// An `f64` expression in terms of `self` that depends on no coordinate.
+    /// A parameter: an `f64` expression in terms of `self`, independent of the coordinates.
     pub(crate) fn param(&mut self, tokens: TokenStream) -> NodeId {
         let params = &mut self.params;
         let param = *self.param_texts.entry(tokens.to_string()).or_insert_with(|| {
@@ -66,7 +66,7 @@ impl Graph {
 
     /// `constant + Σ coefficient · node`.
     pub(crate) fn linear(&mut self, constant: f64, terms: &[(NodeId, f64)]) -> NodeId {
-        // a node in normal form stays as it is
+        // a single node with coefficient 1 is itself
         if let &[(node, 1.0)] = terms
             && constant == 0.0
         {
@@ -99,7 +99,7 @@ impl Graph {
         self.intern(Node::Sum(Bits::new(constant), terms))
     }
 
-    /// A number in a node that is infinite or none, if there is one.
+    /// The first number in a node that is infinite or NaN, if any.
     pub(crate) fn not_finite(&self, node: NodeId) -> Option<f64> {
         let is_wrong = |number: &f64| !number.is_finite();
         match self.node(node) {
@@ -188,7 +188,8 @@ impl Graph {
         self.scale(coefficient, base)
     }
 
-    /// A number and factors in the place of others of which one is divided by its absolute value, or this by it: their quotient is a sign.
+    /// A product with `s/|s|` or `|s|/s` replaced by a sign: the number and the factors; `None` if there is
+    /// no such quotient.
     fn with_signs(&mut self, factors: &[(NodeId, i32)]) -> Option<(f64, Vec<(NodeId, i32)>)> {
         factors.iter().enumerate().find_map(|(place, &(size, power))| {
             let &Node::Unary(Unary::Abs, argument) = self.node(size) else {
@@ -210,7 +211,7 @@ impl Graph {
         })
     }
 
-    /// The number that an expression is multiplied by in another one, `a = c b`, if the terms of both show it.
+    /// The number `c` with `a = c b`, if the terms of both show it.
     fn ratio(&self, a: NodeId, b: NodeId) -> Option<f64> {
         if a == b {
             return Some(1.0);
@@ -241,8 +242,8 @@ impl Graph {
         }
     }
 
-    /// A simpler expression that has the sign of another one where neither is zero: `s` for `s³`, `|s| s` and `∛s`. A multiple zero, and one at which a derivative is infinite,
-    /// are known to few digits.
+    /// A simpler expression of the same sign: `s` for `s³`, `|s| s` and `∛s`. At a multiple root, or where a
+    /// derivative is infinite, a sign could be told with few digits only.
     fn of_same_sign(&mut self, a: NodeId) -> NodeId {
         let (terms, constant) = self.terms(a);
         let &[(term, c)] = &terms[..] else {
@@ -254,7 +255,7 @@ impl Graph {
         let factors = self.factors(term);
         let mut signs = Vec::with_capacity(factors.len());
         for &(factor, n) in &factors {
-            // what parameters make zero is zero always
+            // a fixed factor is kept: where it is zero, it is zero throughout the run
             if self.is_fixed(factor) {
                 signs.push((factor, n));
                 continue;
@@ -278,9 +279,9 @@ impl Graph {
         self.scale(c, product)
     }
 
-    /// A square root without the squares of parameters and of the step that all terms of its argument share:
-    /// `√(x²/4h² + y²/4h²)` is `√(x² + y²)/2|h|`. A single term gives all of its squares: `√x²` is `|x|`, which has a derivative where
-    /// it changes its sign but for a jump.
+    /// A square root with the squares of parameters and of the step taken out that all terms of its argument
+    /// share: `√(x²/4h² + y²/4h²)` is `√(x² + y²)/2|h|`. Of a single term all squares are taken out: `√x²` is
+    /// `|x|`, which has a derivative wherever it is not zero.
     fn sqrt(&mut self, a: NodeId) -> NodeId {
         let (terms, constant) = self.terms(a);
         let common = match terms.as_slice() {
@@ -309,7 +310,7 @@ impl Graph {
         let rest = self.linear(constant, &rest);
         let mut factors = vec![(self.unary(Unary::Sqrt, rest), 1)];
         for (base, n) in squares {
-            // an even power has no sign
+            // an even power needs no absolute value
             let base = if n % 2 == 0 {
                 base
             } else {
@@ -321,7 +322,7 @@ impl Graph {
         self.scale(root, product)
     }
 
-    /// An expression as the terms of a sum with their coefficients, and the sum's constant.
+    /// An expression as a sum: its terms with their coefficients, and the constant.
     pub(crate) fn terms(&self, a: NodeId) -> (Vec<(NodeId, f64)>, f64) {
         match self.node(a) {
             Node::Sum(constant, terms) => (
@@ -339,7 +340,8 @@ impl Graph {
         constant >= 0.0 && terms.iter().all(|&(term, c)| c > 0.0 && is_square(term))
     }
 
-    /// Whether it is one of several squares, and so zero only where all of them are at the same time.
+    /// Whether an expression is visibly a sum of two or more squares, so that it is zero only where all of
+    /// them are.
     pub(crate) fn is_several_squares(&self, id: NodeId) -> bool {
         let (terms, constant) = self.terms(id);
         terms.len() + usize::from(constant != 0.0) > 1 && self.is_sum_of_squares(id)
@@ -353,7 +355,7 @@ impl Graph {
         }
     }
 
-    /// The factors of parameters and of the step that all terms share, with the smallest of their exponents.
+    /// The factors of parameters and of the step that all terms share, each with the exponent of least size.
     pub(crate) fn common_factors(&self, terms: &[(NodeId, f64)]) -> Vec<(NodeId, i32)> {
         let early = |&(base, _): &(NodeId, i32)| self.leaves(base).all(|leaf| leaf == Leaf::H);
         let mut common: Option<Vec<(NodeId, i32)>> = None;
@@ -389,8 +391,8 @@ impl Graph {
         }
     }
 
-    /// A function of an expression that is a constant where a comparison holds, or where it does not: by pieces, too. The power of zero is zero there, and
-    /// not one that has no derivative.
+    /// A function of a `Select` one of whose branches is a constant: it is taken of each branch. So the power
+    /// of a branch that is zero is zero, and not a power without a derivative.
     fn of_pieces(&mut self, id: NodeId, of: impl Fn(&mut Self, NodeId) -> NodeId) -> Option<NodeId> {
         let &Node::Select(op, [left, right, then, otherwise]) = self.node(id) else {
             return None;
@@ -405,7 +407,7 @@ impl Graph {
     pub(crate) fn atan2(&mut self, y: NodeId, x: NodeId) -> NodeId {
         match (self.as_constant(y), self.as_constant(x)) {
             (Some(y), Some(x)) => self.constant(y.atan2(x)),
-            // then the angle jumps where the ordinate changes its sign, and is constant elsewhere
+            // the angle is ±π/2, by the sign of the ordinate
             (None, Some(0.0)) => {
                 let side = self.unary(Unary::Signum, y);
                 self.scale(FRAC_PI_2, side)
@@ -414,8 +416,9 @@ impl Graph {
         }
     }
 
-    /// What holds where a comparison of velocities does not, without a piece that belongs to equality alone: `B` for `if s < 0 { B } else { C }` after `if s > 0 { A }`. At
-    /// equality a function that jumps with the velocity may have any value between its two sides (Filippov).
+    /// The `else` branch of a comparison of velocities, without a branch that holds at equality alone: `B`
+    /// for `if s < 0 { B } else { C }` after `if s > 0 { A }`. At equality a function that jumps with the
+    /// velocity may have any value between its two sides (Filippov).
     fn without_instant(&self, op: Comparison, [left, right]: [NodeId; 2], otherwise: NodeId) -> NodeId {
         let is_of_velocity = [left, right]
             .iter()
@@ -537,15 +540,15 @@ impl Unary {
     }
 }
 
-/// An exponent within bounds: a power of 2³⁰ and more is 0, 1 or infinite in double precision.
+/// An exponent within ±2³⁰: a power beyond is 0, 1 or infinite in double precision.
 fn bounded(exponent: i32) -> i32 {
     const LARGEST: i32 = 1 << 30;
     exponent.clamp(-LARGEST, LARGEST)
 }
 
-/// Sorts by node, and adds what belongs to the same one, in the order in which it stood.
+/// Sorts by node and adds up the entries of the same node, in their order.
 pub(crate) fn collect<T: Copy>(collected: &mut Vec<(NodeId, T)>, add: impl Fn(&mut T, T)) {
-    // most come in order: those of one node
+    // mostly they are in order, each node once
     if collected.is_sorted_by(|a, b| a.0 < b.0) {
         return;
     }

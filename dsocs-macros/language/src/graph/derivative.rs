@@ -1,24 +1,25 @@
-//! Dual numbers, expanded at compile time: each node's tangent, and nothing where it is structurally zero.
+//! Forward differentiation on the graph: each node's tangent, and no node where the tangent is structurally
+//! zero.
 
 use super::rotation::SLOTS;
 use super::{Graph, Leaf, Node, NodeId, Unary};
 use crate::hash::HashMap;
 use crate::limits;
 
-/// In which direction a derivative is taken.
+/// The direction of a derivative.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Direction {
-    /// Of one leaf.
+    /// Along one leaf.
     Of(Leaf),
-    /// Of the motion: `q` moves with `v`, `v` with `a`, `a` with `j`, and time with itself.
+    /// Along the motion: `q̇ = v`, `v̇ = a`, `ȧ = j`, and time has rate 1.
     Time,
 }
 
-/// Which nodes move in a direction.
+/// The nodes that vary in a direction.
 enum Moving {
-    /// Those that depend on one of some leaves, by their bits.
+    /// Those that depend on one of some leaves, given by their bits.
     With { bits: [usize; 2 * SLOTS], count: usize },
-    /// Those that move with time.
+    /// Those that vary with time.
     WithTime,
 }
 
@@ -44,18 +45,18 @@ impl Graph {
 
     /// `d/dt` along the motion. The node must be of order 2 at most.
     ///
-    /// The tangent is carried through each expression, not summed up from partial derivatives: `d/dt (p²/2)` is `p ṗ`,
-    /// where `ṗ` may be small although its terms are not.
+    /// The tangent is carried through each operation, not summed up from partial derivatives: `d/dt (p²/2)`
+    /// is `p ṗ`, where `ṗ` may be small although its terms are not.
     pub(crate) fn total_derivative(&mut self, id: NodeId) -> NodeId {
         self.tangent(id, Direction::Time)
     }
 
-    /// Whether a node moves with a leaf: depends on it, or on what turns with it.
+    /// Whether a node varies with a leaf: it depends on the leaf, or on a component of the same rotation.
     pub(crate) fn moves(&self, id: NodeId, leaf: Leaf) -> bool {
         self.moving(Direction::Of(leaf)).contains(self, id)
     }
 
-    /// Which nodes move in a direction.
+    /// The nodes that vary in a direction.
     fn moving(&self, direction: Direction) -> Moving {
         match direction {
             Direction::Of(leaf) => {
@@ -87,7 +88,7 @@ impl Graph {
         known: &mut HashMap<NodeId, NodeId>,
     ) -> NodeId {
         let (direction, moving) = of;
-        // most nodes do not move with a leaf
+        // most nodes do not depend on a given leaf
         if !moving.contains(self, id) {
             return self.constant(0.0);
         }
@@ -104,7 +105,7 @@ impl Graph {
                 _ => self.constant(1.0),
             },
             Node::Sum(_, ref terms) => {
-                // to see that a term stays takes an eighth of what an operation does
+                // testing a term costs about an eighth of an operation
                 limits::spend(terms.len() / 8);
                 let mut tangents = Vec::new();
                 for &(term, c) in terms {

@@ -8,20 +8,21 @@ use super::{Graph, Leaf, Node, NodeId, Unary};
 
 use crate::hash::HashMap;
 
-/// An expression at two points and its change.
+/// The values of an expression at two points, and their difference.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Change {
     /// At the first point.
     pub(crate) before: NodeId,
     /// At the second point.
     pub(crate) after: NodeId,
-    /// The second less the first.
+    /// `after - before`, formed without cancellation.
     pub(crate) delta: NodeId,
 }
 
 impl Graph {
-    /// Walks `id` with the leaves' changes; `late(leaf)` tells which leaves of the result are known last, so that
-    /// products keep them out of all but one term. With `whole`, factors that do not change stay outside the change of the others.
+    /// The change of `id`, given the changes of its leaves. `late(leaf)` tells which leaves of the result are
+    /// known last, so that products keep them out of all but one term. With `whole`, factors that do not
+    /// change are taken out of the change.
     pub(crate) fn difference(
         &mut self,
         id: NodeId,
@@ -73,7 +74,7 @@ impl Graph {
                                 .zip(factors)
                                 .map(|(&part, factor)| self.power_change(part, factor.1))
                                 .collect();
-                            // with what does not change outside, several sums share the change
+                            // with constant factors taken out, several sums share the change
                             let (fixed, moving): (Vec<_>, Vec<_>) =
                                 powers.into_iter().partition(|power| whole && power.delta == zero);
                             let change = self.product_change(moving, late);
@@ -117,7 +118,7 @@ impl Graph {
         Change { before, after, delta }
     }
 
-    /// `Δ(f g) = Δf g₋ + f₊ Δg`, with the factors that are known first as `f`.
+    /// `Δ(f g) = Δf g₋ + f₊ Δg`, where `f` are the factors known first.
     fn product_change(&mut self, mut factors: Vec<Change>, late: &dyn Fn(Leaf) -> bool) -> NodeId {
         factors.sort_by_key(|factor| self.leaves(factor.after).any(late));
         let mut product: Option<Change> = None;
@@ -143,7 +144,7 @@ impl Graph {
     fn unary_change(&mut self, op: Unary, x: Change, before: NodeId, after: NodeId) -> NodeId {
         let half = self.scale(0.5, x.delta);
         let middle = self.linear(0.0, &[(x.before, 0.5), (x.after, 0.5)]);
-        // 2 f(middle) g(Δ/2)
+        // the product `2 f(middle) g(Δ/2)`
         let twice = |graph: &mut Self, f: Unary, g: Unary, sign: f64| {
             let (f, g) = (graph.unary(f, middle), graph.unary(g, half));
             let product = graph.mul(f, g);
@@ -177,8 +178,9 @@ impl Graph {
         }
     }
 
-    /// The change of a sine or cosine from `before` by twice the angle `half`. With `s`, `c` the sine and cosine of `half`
-    /// it is `2 s c cos x - 2 s² sin x` and `-2 s c sin x - 2 s² cos x`: what depends on `x` is known before the change.
+    /// The change of a sine or cosine of `x` (`before`) when `x` grows by twice the angle `half`. With `s`,
+    /// `c` the sine and cosine of `half` it is `2 s c cos x - 2 s² sin x` or `-2 s c sin x - 2 s² cos x`: the
+    /// functions of `x` are known before the change.
     pub(crate) fn turn(&mut self, op: Unary, before: NodeId, half: NodeId) -> NodeId {
         let (s, c) = (self.unary(Unary::Sin, half), self.unary(Unary::Cos, half));
         let (sine, cosine) = (self.unary(Unary::Sin, before), self.unary(Unary::Cos, before));

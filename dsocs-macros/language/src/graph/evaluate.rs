@@ -1,10 +1,10 @@
-//! The values of expressions, in numbers.
+//! Numeric evaluation of expressions.
 
 use super::{Comparison, Graph, Leaf, Node, NodeId, for_parts};
 
 impl Graph {
-    /// The values of some expressions, at values of the leaves and of the parameters; `None` where a function of the user's comes in,
-    /// which cannot be seen into.
+    /// The values of some expressions, given those of the leaves and the parameters; `None` where one calls a
+    /// user's function, which the graph cannot evaluate.
     pub(crate) fn values(
         &self,
         nodes: &[NodeId],
@@ -16,7 +16,7 @@ impl Graph {
         for node in nodes {
             needed[node.index()] = true;
         }
-        // an expression is made after its parts, so in the order of their numbers
+        // the parts of a node have smaller numbers than the node
         for place in (0..count).rev() {
             if needed[place] {
                 for_parts(&self.nodes[place], |part| needed[part.index()] = true);

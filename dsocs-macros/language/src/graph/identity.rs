@@ -1,28 +1,29 @@
-//! Whether an expression is zero whatever its leaves and parameters are.
+//! Whether an expression is identically zero in its leaves and parameters.
 //!
-//! The normal form keeps products of sums as they are, because multiplied out they would cost more and round worse; so
-//! it does not see that `(I + J)/h - I/h - J/h` is zero, let alone that a declared factor divides a constraint. Here an
-//! expression is evaluated as a rational function in arithmetic modulo a prime, at random values for its leaves,
-//! parameters and functions of one or more arguments. A function that is not identically zero is zero at a random
-//! point with a probability of about its degree divided by 2⁶¹ (Schwartz and Zippel). Numbers count as what their author
-//! means: `0.1 * 0.3` is three hundredths, although no double is. Functions count as unrelated unknowns, so
-//! `sin² + cos² - 1` is not recognised, and nothing that differs from zero by more than the rounding of numbers is taken for it.
+//! The normal form does not multiply out products of sums, because that would cost more and round worse; so
+//! it does not see that `(I + J)/h - I/h - J/h` is zero, or that a declared factor divides a constraint. Here
+//! an expression is evaluated as a rational function in arithmetic modulo a prime, at random values of its
+//! leaves, its parameters and all functions in it. A function that is not identically zero is zero at a
+//! random point with a probability of about its degree divided by 2⁶¹ (Schwartz and Zippel). Numbers count as
+//! their author means them: `0.1 * 0.3` is three hundredths, although no double is. Functions count as
+//! unrelated unknowns, so `sin² + cos² - 1` is not recognised, and nothing is taken for zero that differs
+//! from it by more than the rounding of numbers.
 
 use super::{Graph, Leaf, Node, NodeId, Unary};
 
 use crate::hash::HashMap;
 
-/// A Mersenne prime.
+/// A Mersenne prime, the modulus.
 const PRIME: u64 = (1 << 61) - 1;
 /// The exponent of [`PRIME`]: `2^61 = 1` modulo the prime.
 const EXPONENT: i32 = 61;
-/// Random points: two, so that one unlucky value decides nothing.
+/// The number of random points: two, so that one unlucky value decides nothing.
 pub(super) const POINTS: usize = 2;
 const SEEDS: [u64; POINTS] = [0x9e37_79b9_7f4a_7c15, 0xd1b5_4a32_d192_ed03];
 
-/// Values that were computed before.
+/// The residues of nodes computed so far; `None` where a node has none.
 pub(super) type Known = HashMap<NodeId, Option<u64>>;
-/// The same for each random point.
+/// The residues at each of the random points.
 pub(super) type Residues = [Known; POINTS];
 
 impl Graph {
@@ -34,7 +35,8 @@ impl Graph {
         (0..POINTS).all(|point| self.residue(id, point) == Some(0))
     }
 
-    /// Whether an expression varies with a leaf for certain, because the leaf stands in one place of it alone, where nothing hides it.
+    /// Whether an expression certainly varies with a leaf: the leaf occurs in one place only, and no factor
+    /// beside it vanishes.
     pub(crate) fn shows(&mut self, id: NodeId, leaf: Leaf) -> bool {
         let with = |parts: Vec<NodeId>| {
             let mut with = parts.into_iter().filter(|&part| self.depends_on(part, leaf));
@@ -62,8 +64,8 @@ impl Graph {
                 .all(|factor| Some(factor) == part || !self.vanishes(factor))
     }
 
-    /// What tells an expression from others that are not equal to it as rational functions, and the same for its
-    /// opposite; `None` where it cannot be evaluated.
+    /// A key that is equal for expressions that are equal as rational functions, and the key of the opposite
+    /// expression; `None` where the expression cannot be evaluated.
     pub(crate) fn fingerprint(&mut self, id: NodeId) -> Option<([u64; 2], [u64; 2])> {
         let key = [self.residue(id, 0)?, self.residue(id, 1)?];
         Some((key, key.map(|residue| (PRIME - residue) % PRIME)))
@@ -77,7 +79,7 @@ impl Graph {
         result
     }
 
-    /// As [`Graph::residue`], with values that are known beforehand: what stands there decides, whatever the node is.
+    /// As [`Graph::residue`], with some residues given: a given one is taken, whatever the node is.
     pub(super) fn residue_with(&self, id: NodeId, point: usize, known: &mut Known) -> Option<u64> {
         if let Some(&known) = known.get(&id) {
             return known;
@@ -118,13 +120,13 @@ impl Graph {
     }
 }
 
-/// The power of a number, which is not zero if the exponent is negative.
+/// A power modulo the prime. The base is not zero if the exponent is negative.
 pub(super) fn signed_power(base: u64, exponent: i32) -> u64 {
     let base = if exponent < 0 { invert(base) } else { base };
     power(base, u64::from(exponent.unsigned_abs()))
 }
 
-/// The reciprocal of a number that is not zero.
+/// The reciprocal modulo the prime of a number that is not zero.
 pub(super) fn invert(a: u64) -> u64 {
     power(a, PRIME - 2)
 }
@@ -138,7 +140,7 @@ pub(super) fn add(a: u64, b: u64) -> u64 {
 }
 
 pub(super) fn multiply(a: u64, b: u64) -> u64 {
-    // 2^61 = 1, so that the upper bits count like the lower ones
+    // 2⁶¹ = 1 modulo the prime, so the upper bits are added to the lower ones
     let product = u128::from(a) * u128::from(b);
     let part = |bits: u128| u64::try_from(bits & u128::from(PRIME)).unwrap_or_default();
     add(part(product), part(product >> EXPONENT))
@@ -156,13 +158,14 @@ fn power(base: u64, exponent: u64) -> u64 {
     result
 }
 
-/// Denominators of fractions that numbers are taken for.
+/// The largest denominator of a fraction that a double is taken for.
 const LARGEST_DENOMINATOR: u64 = 1_000_000;
 
-/// Numbers that were computed from others are wrong by so many units in the last place at most.
+/// The largest error of a number that was computed from others, in units in the last place.
 const ROUNDINGS: f64 = 8.0;
 
-/// The number that a double stands for: a fraction times a power of ten if there is a short one beside it, and else what it is in binary.
+/// The residue of the number that a double stands for: a short fraction times a power of ten if there is one
+/// within rounding, else the exact binary value. `None` if it is not finite.
 fn number(value: f64) -> Option<u64> {
     if !value.is_finite() {
         return None;
@@ -175,9 +178,10 @@ fn number(value: f64) -> Option<u64> {
     })
 }
 
-/// The short fraction times a power of ten that a positive number rounds.
+/// The residue of the short fraction times a power of ten that rounds to a positive number; `None` if there
+/// is none.
 fn fraction(value: f64) -> Option<u64> {
-    // whole numbers and halves are what they are, and products with powers of ten are in range
+    // multiples of 1/16 are exact; beyond the bounds the powers of ten leave the range of doubles
     let is_exact = value < 1e15 && (value * 16.0).fract() == 0.0;
     if is_exact || !(1e-290..1e290).contains(&value) {
         return None;
@@ -185,13 +189,13 @@ fn fraction(value: f64) -> Option<u64> {
     let exponent = value.log10().floor();
     #[expect(clippy::cast_possible_truncation, reason = "between -290 and 290")]
     let exponent = exponent as i32;
-    // both powers are exact to a rounding or two
+    // both powers of ten are exact to a rounding or two
     let mantissa = if exponent < 0 {
         value * 10_f64.powi(-exponent)
     } else {
         value / 10_f64.powi(exponent)
     };
-    // convergents of the continued fraction: numerators and denominators
+    // convergents of the continued fraction: `above` numerators, `below` denominators
     let (mut above, mut below) = ([1.0, 0.0], [0.0, 1.0]);
     let mut rest = mantissa;
     while below[0] <= LARGEST_DENOMINATOR as f64 {
@@ -217,7 +221,7 @@ fn fraction(value: f64) -> Option<u64> {
     None
 }
 
-/// A positive double as the dyadic rational that it is.
+/// The residue of a positive double as a dyadic rational.
 fn dyadic(value: f64) -> u64 {
     let bits = value.to_bits();
     let biased = i32::try_from(bits >> 52 & 0x7ff).unwrap_or_default();
@@ -227,12 +231,12 @@ fn dyadic(value: f64) -> u64 {
     } else {
         (fraction | 1 << 52, biased - 1075)
     };
-    // 2^61 = 1, so that the exponent counts modulo 61 only
+    // 2⁶¹ = 1, so the exponent counts modulo 61
     let shift = u64::try_from(exponent.rem_euclid(EXPONENT)).unwrap_or_default();
     multiply(mantissa % PRIME, power(2, shift))
 }
 
-/// A well mixed number below the prime (splitmix64).
+/// A pseudo-random number below the prime (splitmix64).
 pub(super) fn random(seed: u64) -> u64 {
     let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -286,7 +290,7 @@ mod tests {
             assert_eq!(add(a, b), 0, "{value}");
         }
         assert_eq!(multiply(number(0.25).unwrap(), 4), 1);
-        // as they are meant
+        // numbers that are rounded stand for the decimal that is meant
         for (value, meant) in [
             (0.1 + 0.2, 0.3),
             (0.1 * 0.1, 0.01),
@@ -298,7 +302,7 @@ mod tests {
         }
         assert_eq!(multiply(number(1.2).unwrap(), 10), 12);
         assert_eq!(multiply(number(6.02e23).unwrap(), 50), number(3.01e25).unwrap());
-        // and nothing else is
+        // no other number does
         assert_ne!(number(0.3), number(0.3 + 1e-14));
         assert_ne!(number(core::f64::consts::PI), number(355.0 / 113.0));
     }

@@ -1,19 +1,21 @@
-//! The expression graph: everything that a declaration says, each expression once.
+//! The expression graph: all expressions of a declaration, with common subexpressions shared.
 //!
 //! A node is made by the builder methods of [`Graph`], which keep it in a normal form (sums with collected
-//! coefficients, products with collected exponents, constants folded) and share equal nodes. The set of nodes is
-//! small on purpose, because every way to walk the graph has to know each of them:
+//! coefficients, products with collected exponents, constants folded) and share equal nodes. There are few
+//! kinds of nodes on purpose, because every walk over the graph has to know each of them:
 //!
-//! - [`rewrite`](Graph::rewrite): the walk of every pass that makes one expression of another ([`mod@rewrite`]);
-//! - [`derivative`](Graph::derivative): dual numbers, expanded at compile time ([`mod@derivative`]);
-//! - [`mod@rotation`]: coordinates that are rotations, and how they move;
+//! - [`rewrite`](Graph::rewrite): the walk of every pass that makes one expression from another
+//! ([`mod@rewrite`]);
+//! - [`derivative`](Graph::derivative): forward differentiation ([`mod@derivative`]);
+//! - [`mod@rotation`]: coordinates that are rotations, and their derivatives;
 //! - [`difference`](Graph::difference): the change of an expression between two points, without cancellation
 //!   ([`mod@difference`]);
-//! - [`values`](Graph::values): numbers ([`mod@evaluate`]);
-//! - [`vanishes`](Graph::vanishes): arithmetic modulo a prime, to tell what is zero ([`mod@identity`])
-//!   and what cannot be ([`mod@nonzero`]);
-//! - [`power_of_step`](Graph::power_of_step): powers of the step, to tell what vanishes with it ([`mod@power`]);
-//! - [`algebra`]: what makes expressions shorter, whatever they stand for;
+//! - [`values`](Graph::values): numeric evaluation ([`mod@evaluate`]);
+//! - [`vanishes`](Graph::vanishes): arithmetic modulo a prime, to tell whether an expression is zero
+//! ([`mod@identity`]) or cannot be ([`mod@nonzero`]);
+//! - [`power_of_step`](Graph::power_of_step): the order in the step `h` with which an expression vanishes
+//! ([`mod@power`]);
+//! - [`algebra`]: rewritings that make expressions shorter;
 //! - code, through [`crate::emit::program`].
 
 pub(crate) mod algebra;
@@ -44,16 +46,16 @@ pub(crate) use difference::Change;
 pub(crate) use nonzero::Slopes;
 pub(crate) use rewrite::{Memory, Pass, Substitution};
 
-/// What a [`Node::Param`] is.
+/// A parameter as it is read from the struct.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Param<'g> {
-    /// A number that can be listed and set, by its place among them.
+    /// A number that can be listed and set, by its place among the numbers.
     Number(usize),
-    /// An expression of what is no number, as it stands.
+    /// Any other expression in terms of `self`.
     Expression(&'g TokenStream),
 }
 
-/// The text of some tokens, which does not depend on how they were put together.
+/// The text of some tokens without white space, so that it does not depend on how they were put together.
 fn without_spaces(tokens: &TokenStream) -> String {
     tokens.to_string().replace(char::is_whitespace, "")
 }
@@ -68,18 +70,18 @@ impl NodeId {
     }
 }
 
-/// What an expression is made of in the end.
+/// A variable of an expression.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
 pub(crate) enum Leaf {
-    /// A coordinate, continuous.
+    /// A coordinate of the continuous motion.
     Q(usize),
-    /// A velocity.
+    /// A velocity `q̇`.
     V(usize),
-    /// An acceleration.
+    /// An acceleration `q̈`.
     A(usize),
-    /// A third derivative, a jerk.
+    /// A jerk, the third derivative.
     J(usize),
-    /// Time, continuous.
+    /// The time of the continuous motion.
     T,
     /// A coordinate of a map's first node.
     X0(usize),
@@ -87,7 +89,7 @@ pub(crate) enum Leaf {
     X1(usize),
     /// A coordinate of a map's third node.
     X2(usize),
-    /// Of a rotation: a component of the local increment `x` with which a map's second node follows from the first, `X1 = X0 τ(x)`.
+    /// A component of a rotation's local increment `x` from a map's first node to its second, `X1 = X0 τ(x)`.
     Chord(usize),
     /// The time of a map's first node.
     T0,
@@ -95,7 +97,7 @@ pub(crate) enum Leaf {
     T1,
     /// The time of a map's third node.
     T2,
-    /// The step.
+    /// The step `h`.
     H,
     /// A coordinate of the step's middle node `q1`.
     N(usize),
@@ -103,20 +105,22 @@ pub(crate) enum Leaf {
     Clock,
     /// A component of the increment `q1 - q0`.
     D(usize),
-    /// A component of the second difference before, which ends with `q1`: where constraints are of third order, and nowhere else.
+    /// A component of the previous second difference, which ends with `q1`. Only with constraints of third
+    /// order.
     P(usize),
-    /// A component of the highest difference that is unknown: the second, `q2 - 2 q1 + q0`, or the third, by which it differs from `P`.
+    /// A component of the unknown difference: the second, `q2 - 2 q1 + q0`, or with constraints of third
+    /// order the third, by which it differs from `P`.
     E(usize),
     /// A multiplier.
     Lambda(usize),
-    /// An unknown of the step.
+    /// An unknown of the step, by its place.
     Z(usize),
-    /// A number between -1 and 1 in the place of a sign (see [`crate::mechanics::Sides`]).
+    /// A number between -1 and 1 that replaces a sign (see [`crate::mechanics::Sides`]).
     Side(usize),
 }
 
 impl Leaf {
-    /// The place of the coordinate, multiplier or unknown among those like it; `None` of times and steps.
+    /// The index of the leaf among those of its kind; `None` for times and the step.
     pub(crate) fn place(self) -> Option<usize> {
         match self {
             Self::Q(i)
@@ -138,7 +142,7 @@ impl Leaf {
         }
     }
 
-    /// How often a coordinate is differentiated; `None` if this is none of the continuous motion.
+    /// The order of the derivative of a coordinate; `None` for leaves that are not of the continuous motion.
     pub(crate) fn order(self) -> Option<usize> {
         match self {
             Self::Q(_) => Some(0),
@@ -175,14 +179,14 @@ pub(crate) enum Unary {
     Signum,
 }
 
-/// The condition of a [`Node::Select`].
+/// The comparison of a [`Node::Select`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
 pub(crate) enum Comparison {
     Lt,
     Le,
 }
 
-/// A function of the user's, which the graph cannot see into.
+/// A user's function, which the graph cannot see into.
 #[derive(Clone, Debug)]
 pub(crate) enum Callee {
     /// Everything before the parenthesis: `my_function`, `self.curvature.at`.
@@ -192,7 +196,7 @@ pub(crate) enum Callee {
 }
 
 impl Callee {
-    /// The name of the table of samples whose value this is: `wind` of `self.wind.at`.
+    /// The name of the table of samples that is called: `wind` of `self.wind.at`.
     pub(crate) fn of_samples(&self) -> Option<String> {
         let Self::Function(tokens) = self else { return None };
         let trees: Vec<String> = tokens.clone().into_iter().map(|tree| tree.to_string()).collect();
@@ -202,7 +206,7 @@ impl Callee {
         }
     }
 
-    /// The function as it is written.
+    /// The function as the user wrote it.
     pub(crate) fn written(&self) -> String {
         match self {
             Self::Function(tokens) => tokens.to_string().replace(' ', ""),
@@ -224,7 +228,7 @@ impl Callee {
     }
 }
 
-/// A constant, compared by its bits.
+/// A constant, compared and hashed by its bits.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
 pub(crate) struct Bits(u64);
 
@@ -271,27 +275,27 @@ pub(crate) struct Graph {
     sets: Sets,
     /// For every node, the leaves that it depends on.
     dependence: Vec<Set>,
-    /// For every node, the leaves that decide which side of a jump it is on.
+    /// For every node, the leaves whose change can make it jump.
     deciding: Vec<Set>,
-    /// How many operations there are below each node, one in the other.
+    /// For every node, its depth: the longest chain of operations below it.
     depths: Vec<u32>,
-    /// The last node of each hash, and for every node the one before it with the same.
+    /// The last node of each hash; `before` has, for every node, the previous one with the same hash.
     known: HashMap<u64, NodeId>,
     before: Vec<Option<NodeId>>,
     leaves: Vec<Leaf>,
     leaf_bits: HashMap<Leaf, usize>,
     params: Vec<TokenStream>,
     param_texts: BTreeMap<String, usize>,
-    /// The parameters that are numbers, as they are read, without spaces.
+    /// The parameters that are numbers, as the struct's fields are read, without spaces.
     numbers: Vec<String>,
     callees: Vec<Callee>,
     callee_texts: BTreeMap<String, usize>,
     derivatives: HashMap<derivative::Direction, HashMap<NodeId, NodeId>>,
     /// The first slots of the coordinates that are rotations (see [`mod@rotation`]).
     rotations: Vec<usize>,
-    /// What [`Graph::split`] makes of sums.
+    /// The results of [`Graph::split`] for sums.
     splits: HashMap<NodeId, (f64, NodeId)>,
-    /// What [`Graph::power_of_step`] has found.
+    /// The results of [`Graph::power_of_step`].
     powers: HashMap<NodeId, i32>,
     residues: identity::Residues,
 }
@@ -305,7 +309,7 @@ impl Graph {
         &self.nodes[id.index()]
     }
 
-    /// A node, to be looked at while others are made.
+    /// A node that may be read while others are made.
     pub(crate) fn keep(&self, id: NodeId) -> Rc<Node> {
         Rc::clone(&self.nodes[id.index()])
     }
@@ -315,7 +319,7 @@ impl Graph {
         &self.params[param]
     }
 
-    /// What a [`Node::Param`] is.
+    /// A [`Node::Param`] as a number or an expression.
     pub(crate) fn read_param(&self, param: usize) -> Param<'_> {
         let tokens = self.param_tokens(param);
         let text = without_spaces(tokens);
@@ -325,7 +329,7 @@ impl Graph {
         }
     }
 
-    /// What an expression reads of the struct.
+    /// The parameters that an expression reads.
     pub(crate) fn params_of(&self, id: NodeId) -> Vec<Param<'_>> {
         let (mut params, mut seen, mut open) = (Vec::new(), HashSet::default(), vec![id]);
         while let Some(id) = open.pop() {
@@ -346,7 +350,7 @@ impl Graph {
         params
     }
 
-    /// Tells which parameters are numbers, in order, by how they are read.
+    /// Sets which parameters are numbers: the expressions by which they are read, in order.
     pub(crate) fn set_numbers(&mut self, places: impl Iterator<Item = TokenStream>) {
         self.numbers = places.map(|place| without_spaces(&place)).collect();
     }
@@ -356,7 +360,7 @@ impl Graph {
         &self.callees[callee]
     }
 
-    /// The value of a node that is a number.
+    /// The value of a node that is a constant.
     pub(crate) fn as_constant(&self, id: NodeId) -> Option<f64> {
         match self.node(id) {
             Node::Constant(value) => Some(value.get()),
@@ -373,7 +377,7 @@ impl Graph {
         self.dependence[id.index()] == Set::EMPTY
     }
 
-    /// Whether any expression has a leaf.
+    /// Whether any expression of the graph depends on a leaf.
     pub(crate) fn has_leaf(&self, leaf: Leaf) -> bool {
         self.leaf_bits.contains_key(&leaf)
     }
@@ -384,7 +388,7 @@ impl Graph {
             .is_some_and(|&bit| self.sets.contains(self.dependence[id.index()], bit))
     }
 
-    /// Whether a node may jump where a leaf changes: a derivative does not tell, it is that of one side.
+    /// Whether a node may jump where a leaf changes. A derivative does not show it: it is that of one side.
     pub(crate) fn jumps_with(&self, id: NodeId, leaf: Leaf) -> bool {
         self.leaf_bits
             .get(&leaf)
@@ -397,7 +401,7 @@ impl Graph {
         bits.map(|bit| self.leaves[bit])
     }
 
-    /// Whether a node may call a function of the user's of a leaf that is asked for.
+    /// Whether a node may call a user's function of a leaf for which `asked` holds.
     pub(crate) fn calls_with(&self, id: NodeId, asked: fn(Leaf) -> bool) -> bool {
         let mut seen = HashSet::default();
         let mut open = vec![id];
@@ -413,7 +417,7 @@ impl Graph {
         false
     }
 
-    /// Whether a node is affine in a leaf, with the slope that its derivative says: a node that jumps is not.
+    /// Whether a node is affine in a leaf, given its derivative `slope`. A node that may jump is not.
     pub(crate) fn is_affine(&self, id: NodeId, slope: NodeId, leaf: Leaf) -> bool {
         !self.depends_on(slope, leaf) && !self.jumps_with(id, leaf)
     }
@@ -424,7 +428,7 @@ impl Graph {
         bits.map(|bit| self.leaves[bit])
     }
 
-    /// The number of the set of these leaves: nodes with the same number depend on the same leaves.
+    /// The number of the set of leaves that a node depends on: equal for nodes with the same leaves.
     pub(crate) fn leaf_set(&self, id: NodeId) -> usize {
         self.dependence[id.index()].index()
     }
@@ -434,7 +438,7 @@ impl Graph {
         self.leaves(id).filter_map(Leaf::order).max()
     }
 
-    /// The nodes that a node is made of.
+    /// The operands of a node.
     pub(crate) fn parts(&self, id: NodeId) -> Vec<NodeId> {
         match self.node(id) {
             Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => Vec::new(),
@@ -447,7 +451,7 @@ impl Graph {
         }
     }
 
-    /// The node that is equal to one, if there is one.
+    /// The node that is equal to a given one, if it is in the graph.
     fn find(&self, hash: u64, node: &Node) -> Option<NodeId> {
         let mut found = self.known.get(&hash).copied();
         while let Some(id) = found {
@@ -481,7 +485,7 @@ impl Graph {
             union(&mut self.sets, &self.dependence, &node)
         };
         let mut deciding = union(&mut self.sets, &self.deciding, &node);
-        // what is kept of a node grows with the number of leaves
+        // the sets of a node grow with the number of leaves
         limits::spend(self.sets.size(dependence) + self.sets.size(deciding));
         let compared: &[NodeId] = match &node {
             Node::Unary(Unary::Signum, a) => &[*a],
@@ -501,7 +505,7 @@ impl Graph {
     }
 }
 
-/// Does something with the nodes that a node is made of.
+/// Calls a function with each operand of a node.
 fn for_parts(node: &Node, mut with: impl FnMut(NodeId)) {
     match node {
         Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => {}
@@ -514,7 +518,7 @@ fn for_parts(node: &Node, mut with: impl FnMut(NodeId)) {
     }
 }
 
-/// The union of the sets that belong to the parts of a node.
+/// The union of the sets of a node's operands.
 fn union(sets: &mut Sets, of: &[Set], node: &Node) -> Set {
     let of = |id: NodeId| of[id.index()];
     match node {

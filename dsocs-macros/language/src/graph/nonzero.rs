@@ -1,10 +1,11 @@
-//! Whether a coefficient has to be nonzero for rows to have one solution.
+//! Whether a coefficient has to be nonzero for the rows to have one solution.
 //!
-//! Nothing is known of a parameter: a stiffness may be zero, and so may what a mass and a stiffness add up to. Division by
-//! such a coefficient is safe only if the rows could not be solved anyhow where it is zero, as with a mass that multiplies a
-//! whole row. That is decided as in [`super::identity`]: each way in which the coefficient can become zero is put into the
-//! rows' slopes, and their determinant is evaluated modulo the prime. What is evaluated to be zero at random points is
-//! zero; where it is not, or where not all zeros of the coefficient are found, the answer is no.
+//! Nothing is known of a parameter: a stiffness may be zero, and so may the sum of a mass and a stiffness.
+//! Division by such a coefficient is safe only if the rows are singular anyhow where it is zero, as with a
+//! mass that multiplies a whole row. That is decided as in [`super::identity`]: each way in which the
+//! coefficient can become zero is put into the rows' slopes, and their determinant is evaluated modulo the
+//! prime. A determinant that is zero at the random points counts as zero. Where one is not, or where not all
+//! zeros of the coefficient are found, the answer is no.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,31 +14,32 @@ use crate::hash::HashMap;
 use super::identity::{Known, POINTS, add, invert, multiply, random, signed_power, subtract};
 use super::{Graph, Node, NodeId, Unary};
 
-/// Seeds for the values of an unknown at which a coefficient is looked at.
+/// Seeds for the values of an atom at which an expression is evaluated.
 const PLACES: [u64; 3] = [3, 5, 7];
-/// Powers of a parameter that are recognised.
+/// The highest power of a parameter that is recognised.
 const HIGHEST_POWER: i32 = 8;
 
-/// The derivatives of rows by unknowns.
+/// The derivatives of rows by the unknowns, sparse.
 pub(crate) struct Slopes {
-    /// Row by row those that there are, with the unknown's place.
+    /// For each row its nonzero entries, each with the place of the unknown.
     pub(crate) rows: Vec<Vec<(usize, NodeId)>>,
-    /// How many unknowns there are.
+    /// The number of unknowns.
     pub(crate) columns: usize,
 }
 
-/// An expression of the parameters, and a value for it.
+/// An atom, that is an expression of the parameters, and a value for it.
 type Place = (NodeId, u64);
 
 impl Graph {
-    /// Whether the determinant of `slopes` is zero wherever the coefficient, an expression of the parameters and `h`, is.
+    /// Whether the determinant of `slopes` is zero wherever the coefficient is, an expression of the
+    /// parameters and `h`.
     pub(crate) fn has_to_be_nonzero(&mut self, coefficient: NodeId, slopes: &Slopes) -> bool {
         if let Node::Product(factors) = self.node(coefficient).clone() {
             return factors
                 .into_iter()
                 .all(|(factor, exponent)| exponent < 0 || self.has_to_be_nonzero(factor, slopes));
         }
-        // `h` is never zero, and what depends on nothing else is the user's choice of the step
+        // `h` is never zero, and an expression of `h` alone is the user's choice of the step
         let mut unknown = Vec::new();
         self.atoms(coefficient, &mut unknown);
         (0..POINTS).all(|point| {
@@ -46,7 +48,7 @@ impl Graph {
         })
     }
 
-    /// The expressions of the parameters that a sum of products is made of.
+    /// The atoms of an expression: the expressions of the parameters of which it is a sum of products.
     fn atoms(&self, id: NodeId, found: &mut Vec<NodeId>) {
         match self.node(id) {
             Node::Sum(..) | Node::Product(_) => {
@@ -59,18 +61,19 @@ impl Graph {
         }
     }
 
-    /// Whether an expression depends on a parameter.
+    /// Whether an expression has a parameter in it.
     pub(crate) fn has_parameters(&self, id: NodeId) -> bool {
         matches!(self.node(id), Node::Param(_))
             || self.parts(id).into_iter().any(|part| self.has_parameters(part))
     }
 
-    /// Points at which the coefficient is zero, one on each factor of its numerator, with all atoms but one at random
-    /// values; `None` where factors may be missing.
+    /// Points at which the coefficient is zero, one on each factor of its numerator, with all atoms but one
+    /// at random values; `None` where factors may be missing.
     ///
-    /// A factor in which an atom is linear is zero where this atom has a certain value. A power of an atom is zero with it.
-    /// Any other factor has no atom in which the coefficient is linear: it then divides the slope by each of these atoms,
-    /// and is excluded for an atom on which one such slope does not depend.
+    /// A factor that is linear in an atom is zero at one value of this atom. A power of an atom is zero with
+    /// it. Any other factor contains no atom in which the coefficient is linear. It then divides the slope by
+    /// each of these atoms, and there is none with a given atom if one such slope does not depend on that
+    /// atom.
     fn zeros(&self, coefficient: NodeId, atoms: &[NodeId], point: usize) -> Option<Vec<Place>> {
         let mut zeros = Vec::new();
         let mut linear = Vec::new();
@@ -108,7 +111,7 @@ impl Graph {
         Some(zeros)
     }
 
-    /// How an expression varies with an atom, with a value for another one.
+    /// An expression as a function of one atom, with a value given for another one.
     fn line(&self, id: NodeId, atom: NodeId, point: usize, other: Option<Place>) -> Option<Line> {
         let places = PLACES.map(random);
         let [first, second, third] = self.along(id, atom, point, other, places)?;
@@ -123,7 +126,7 @@ impl Graph {
         })
     }
 
-    /// The power of an atom that an expression is multiplied by, if that is all that there is of it.
+    /// The exponent of an atom, if the expression is a power of it times something independent of it.
     fn exponent(&self, id: NodeId, atom: NodeId, point: usize) -> Option<i32> {
         let places = PLACES.map(random);
         let values = self.along(id, atom, point, None, places)?;
@@ -134,7 +137,7 @@ impl Graph {
         })
     }
 
-    /// The values of an expression for some values of an atom.
+    /// The values of an expression at some values of an atom.
     fn along<const N: usize>(
         &self,
         id: NodeId,
@@ -152,7 +155,7 @@ impl Graph {
         Some(values)
     }
 
-    /// Whether the determinant is zero, or does not exist, where an atom has a value.
+    /// Whether the determinant of `slopes` is zero, or does not exist, where an atom has a value.
     fn singular(&mut self, slopes: &Slopes, point: usize, (atom, value): Place) -> bool {
         let mut known: Known = HashMap::from_iter([(atom, Some(value))]);
         if slopes.columns != slopes.rows.len() {
@@ -167,7 +170,7 @@ impl Graph {
                     Some(residue) => {
                         residues.insert(place, residue);
                     }
-                    // a denominator that is zero here and not elsewhere: the rows do not exist where the atom is so
+                    // a denominator that is zero at this value alone: the rows do not exist there
                     None => return self.residue(slope, point).is_some(),
                 }
             }
@@ -177,23 +180,23 @@ impl Graph {
     }
 }
 
-/// How an expression varies with an atom.
+/// An expression as a function of one atom, at random values of the others.
 struct Line {
     place: u64,
     value: u64,
     slope: u64,
-    /// Whether it is linear.
+    /// Whether it is affine in the atom.
     straight: bool,
 }
 
 impl Line {
-    /// Where it is zero.
+    /// The value of the atom at which the expression is zero.
     fn root(&self) -> u64 {
         subtract(self.place, multiply(self.value, invert(self.slope)))
     }
 }
 
-/// Whether the determinant is zero modulo the prime, of rows without the zeros that are in them.
+/// Whether the determinant of some sparse rows is zero modulo the prime.
 fn determinant_is_zero(mut rows: Vec<BTreeMap<usize, u64>>) -> bool {
     let mut columns: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); rows.len()];
     for (place, row) in rows.iter().enumerate() {
@@ -202,7 +205,7 @@ fn determinant_is_zero(mut rows: Vec<BTreeMap<usize, u64>>) -> bool {
         }
     }
     for column in 0..rows.len() {
-        // the row that brings the fewest entries into the others
+        // the row with the fewest entries, since it fills in least
         let Some(&pivot) = columns[column].iter().min_by_key(|&&row| rows[row].len()) else {
             return true;
         };
@@ -261,7 +264,7 @@ mod tests {
         }
         let two = graph.constant(2.0);
         assert!(graph.has_to_be_nonzero(two, &slopes));
-        // b + k - k²/a: what the first row leaves of the second
+        // b + k - k²/a: the second row after elimination of the first
         let quotient = graph.product(&[(k, 2), (a, -1)]);
         let left = graph.sub(sum, quotient);
         assert!(graph.has_to_be_nonzero(left, &slopes));

@@ -1,18 +1,19 @@
-//! How fast an expression vanishes with the step.
+//! The order in the step with which an expression vanishes.
 
 use super::{Graph, Leaf, Node, NodeId};
 
 use crate::hash::HashMap;
 
-/// The power of what is zero.
+/// The power of an expression that is zero.
 const OF_ZERO: i32 = i32::MAX;
 
-/// The power of an increment, and how much more each further difference has.
+/// The power of an increment; a second difference has twice as much.
 const OF_INCREMENT: i32 = 1;
 
 impl Graph {
-    /// The least power of `h` in an expression of a step, on a smooth motion: an increment is of the first, a second difference of the second. Terms that
-    /// cancel are not seen, and functions are taken to be of power 0. `None` where the expression is zero.
+    /// The least power of `h` in an expression of a step, on a smooth motion: 1 for an increment, 2 for a
+    /// second difference. Terms that cancel are not seen, and functions are taken to be of power 0. `None`
+    /// where the expression is zero.
     pub(crate) fn power_of_step(&mut self, id: NodeId) -> Option<i32> {
         let mut known = std::mem::take(&mut self.powers);
         let power = self.power(id, &mut known);
@@ -20,7 +21,7 @@ impl Graph {
         (power != OF_ZERO).then_some(power)
     }
 
-    /// As [`Graph::power_of_step`], with the powers that are known.
+    /// As [`Graph::power_of_step`], with the powers found so far.
     fn power(&self, id: NodeId, known: &mut HashMap<NodeId, i32>) -> i32 {
         if let Some(&power) = known.get(&id) {
             return power;

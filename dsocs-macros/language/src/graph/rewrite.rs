@@ -1,38 +1,39 @@
-//! The one walk by which expressions are rewritten: from the parts up, each node once.
+//! The one walk by which expressions are rewritten: from the operands up, each node once.
 //!
-//! A [`Pass`] says what becomes of a node; [`Graph::rewrite`] takes it through an expression. Putting expressions in the
-//! place of leaves is the simplest pass ([`Graph::substitute`]); those that make code faster are in [`crate::passes`].
+//! A [`Pass`] rewrites a node; [`Graph::rewrite`] takes it through an expression. The simplest pass
+//! substitutes expressions for leaves ([`Graph::substitute`]); those that make code faster are in
+//! [`crate::passes`].
 
 use super::{Graph, Leaf, Node, NodeId, for_parts};
 
 use crate::hash::HashMap;
 
-/// What has become of nodes so far.
+/// The nodes rewritten so far, and their results.
 pub(crate) type Memory = HashMap<NodeId, NodeId>;
 
-/// What becomes of a node.
+/// A rewriting of nodes.
 pub(crate) trait Pass {
-    /// Whether what the pass gives stays as it is when it comes again.
+    /// Whether the pass leaves its own results unchanged.
     const FINAL: bool = false;
 
-    /// What has become of nodes so far: a pass sees each of them once, also over several expressions.
+    /// The nodes rewritten so far: each is rewritten once, also across several expressions.
     fn memory(&mut self) -> &mut Memory;
 
-    /// What takes a node's place, decided before its parts are looked at; `None` where they are to be rewritten.
+    /// The replacement of a node, decided before its operands are rewritten; `None` to rewrite them first.
     ///
-    /// Parts that are wanted all the same are rewritten with [`Graph::rewrite`].
+    /// An implementation can rewrite an operand that it needs with [`Graph::rewrite`].
     fn before(&mut self, _: &mut Graph, _: NodeId) -> Option<NodeId> {
         None
     }
 
-    /// What takes a node's place whose parts have been rewritten.
+    /// The replacement of a node whose operands have been rewritten.
     fn after(&mut self, _: &mut Graph, id: NodeId) -> NodeId {
         id
     }
 }
 
 impl Graph {
-    /// Takes a pass through an expression.
+    /// An expression rewritten by a pass.
     pub(crate) fn rewrite<P: Pass>(&mut self, id: NodeId, pass: &mut P) -> NodeId {
         if let Some(&done) = pass.memory().get(&id) {
             return done;
@@ -51,7 +52,7 @@ impl Graph {
         result
     }
 
-    /// As [`Graph::rewrite`], for several expressions in their places.
+    /// Rewrites several expressions in place.
     pub(crate) fn rewrite_all<'n>(
         &mut self,
         nodes: impl IntoIterator<Item = &'n mut NodeId>,
@@ -62,7 +63,7 @@ impl Graph {
         }
     }
 
-    /// The same operation on what becomes of its parts.
+    /// The same operation on its rewritten operands.
     pub(crate) fn rewrite_parts(&mut self, id: NodeId, pass: &mut impl Pass) -> NodeId {
         let node = self.keep(id);
         let (mut parts, mut same) = (Vec::new(), true);
@@ -77,8 +78,8 @@ impl Graph {
         self.rebuild(id, &parts)
     }
 
-    /// Whether a node becomes itself when it is made again of its parts: it is in normal form, unless its numbers have left the range of doubles,
-    /// since what is no number is not equal to itself.
+    /// Whether a node that is made again of its operands is itself. It is, being in normal form, unless one
+    /// of its numbers is NaN, which is not equal to itself.
     fn is_settled(&self, id: NodeId) -> bool {
         let is_number = |id: NodeId| match self.node(id) {
             Node::Sum(constant, terms) => {
@@ -92,7 +93,7 @@ impl Graph {
         }
     }
 
-    /// The same operation on other parts (in the order of [`Graph::parts`]).
+    /// The same operation on other operands, in the order of [`Graph::parts`].
     pub(super) fn rebuild(&mut self, id: NodeId, parts: &[NodeId]) -> NodeId {
         match &*self.keep(id) {
             Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => id,
@@ -116,20 +117,20 @@ impl Graph {
         }
     }
 
-    /// Puts expressions in the place of leaves.
+    /// Substitutes expressions for leaves.
     pub(crate) fn substitute(&mut self, id: NodeId, places: &HashMap<Leaf, NodeId>) -> NodeId {
         self.rewrite(id, &mut Substitution::new(places))
     }
 }
 
-/// Expressions in the place of leaves.
+/// The substitution of expressions for leaves.
 pub(crate) struct Substitution<'p> {
     places: &'p HashMap<Leaf, NodeId>,
     memory: Memory,
 }
 
 impl<'p> Substitution<'p> {
-    /// What stands in the place of which leaf; the others stay.
+    /// The expression for each leaf that is replaced; other leaves stay.
     pub(crate) fn new(places: &'p HashMap<Leaf, NodeId>) -> Self {
         Self {
             places,

@@ -1,37 +1,38 @@
-//! Coordinates that are rotations.
+//! Coordinates that are rotations, and their derivatives.
 //!
 //! A rotation takes four slots among the coordinates. A position holds its unit quaternion `(w, x, y, z)`; a velocity, an acceleration, an increment and a
 //! covector hold a zero and the three components in the frame of the body. So vectors of all kinds have the same length, and the slot of the zero is a
 //! particle at rest.
 //!
-//! A leg goes from `g0` to `g1 = g0 τ(x)` by a local increment `x`, with the Padé map `τ`. In the direction of a body slot a position moves by
-//! `δq = ½ q∘(0, e)`, with time by `½ q∘(0, ω)`; the increment of a leg moves by `T(x)` with its second node and by `-T(-x)` with its first, where `T(x)` is
-//! the inverse of the left tangent of `τ`. All other derivatives follow by the chain rule.
+//! A leg goes from `g0` to `g1 = g0 τ(x)` by a local increment `x`, with the Padé map `τ`. The derivative of
+//! a position along a body slot is `½ q∘(0, e)`, and by time `½ q∘(0, ω)`. The derivative of the increment of
+//! a leg is `T(x)` by its second node and `-T(-x)` by its first, where `T(x)` is the inverse of the left
+//! tangent of `τ`. All other derivatives follow by the chain rule.
 
 use super::derivative::Direction;
 use super::{Graph, Leaf, NodeId, Unary};
 
-/// The slots of a rotation.
+/// The number of slots of a rotation.
 pub(crate) const SLOTS: usize = 4;
 
-/// A quaternion, the scalar first.
+/// A unit quaternion `(w, x, y, z)`.
 pub(crate) type Quaternion = [NodeId; SLOTS];
 
-/// The leaf of a slot.
+/// A kind of leaf, as the function from slot to leaf.
 type LeafOf = fn(usize) -> Leaf;
 
 impl Graph {
-    /// Says at which slots rotations begin.
+    /// Sets the first slots of the rotations.
     pub(crate) fn set_rotations(&mut self, first: Vec<usize>) {
         self.rotations = first;
     }
 
-    /// The first slots of rotations.
+    /// The first slots of the rotations.
     pub(crate) fn rotations(&self) -> &[usize] {
         &self.rotations
     }
 
-    /// The first slot of the rotation to which a slot belongs.
+    /// The first slot of the rotation that a slot belongs to; `None` if it belongs to none.
     pub(crate) fn rotation_at(&self, slot: usize) -> Option<usize> {
         let mut rotations = self.rotations.iter();
         rotations
@@ -39,7 +40,8 @@ impl Graph {
             .copied()
     }
 
-    /// Whether a leaf is a component of a rotation or of an increment of one, where it does not move as a number does.
+    /// Whether a leaf is a component of a rotation's position or of its increment, whose derivatives are not
+    /// those of numbers.
     pub(super) fn is_of_rotation(&self, leaf: Leaf) -> bool {
         match leaf {
             Leaf::Q(i) | Leaf::X0(i) | Leaf::X1(i) | Leaf::Chord(i) => self.rotation_at(i).is_some(),
@@ -47,7 +49,8 @@ impl Graph {
         }
     }
 
-    /// The leaves that move with a leaf: itself or, of a rotation, all components of the node and of the increment.
+    /// The leaves that vary in the direction of a leaf: the leaf itself or, of a rotation, all components of
+    /// the node and of the increment.
     pub(super) fn turning(&self, leaf: Leaf) -> [Option<Leaf>; 2 * SLOTS] {
         let mut leaves = [None; 2 * SLOTS];
         let node: LeafOf = match leaf {
@@ -68,7 +71,7 @@ impl Graph {
         leaves
     }
 
-    /// How a component of a rotation, or of the increment of one, moves in a direction.
+    /// The derivative of a component of a rotation, or of its increment, in a direction.
     pub(super) fn turned_leaf(&mut self, leaf: Leaf, direction: Direction) -> NodeId {
         let zero = self.constant(0.0);
         let Some(slot) = leaf.place() else { return zero };
@@ -105,7 +108,7 @@ impl Graph {
                 let q = quaternion(self, Leaf::X1);
                 self.along_slot(q, place - first)[k]
             }
-            // the particle at rest
+            // the slot of the zero: a particle at rest
             (Leaf::Chord(_), Some(Leaf::X0(_) | Leaf::X1(_)), Some(place)) if k == 0 || place == first => {
                 let sign = if matches!(along, Some(Leaf::X1(_))) {
                     1.0
@@ -128,7 +131,7 @@ impl Graph {
         }
     }
 
-    /// `½ q∘(0, e)` along a slot: nothing along the first.
+    /// The derivative `½ q∘(0, e)` along a body slot; zero along the first.
     fn along_slot(&mut self, q: Quaternion, slot: usize) -> Quaternion {
         let (zero, one) = (self.constant(0.0), self.constant(1.0));
         let axis = [1, 2, 3].map(|k| if k == slot { one } else { zero });
@@ -144,7 +147,7 @@ impl Graph {
 
     /// `p∘q`
     pub(crate) fn quaternion_product(&mut self, p: Quaternion, q: Quaternion) -> Quaternion {
-        /// For each component the factors, and the signs of their products.
+        /// For each component of the product, the indices of the factors and the signs.
         const TERMS: [[(usize, usize, f64); 4]; 4] = [
             [(0, 0, 1.0), (1, 1, -1.0), (2, 2, -1.0), (3, 3, -1.0)],
             [(0, 1, 1.0), (1, 0, 1.0), (2, 3, 1.0), (3, 2, -1.0)],
@@ -157,7 +160,7 @@ impl Graph {
         })
     }
 
-    /// `q∘(τ(x) - 1)`: by how much the quaternion changes that moves by an increment.
+    /// `q∘(τ(x) - 1)`: the change of a quaternion that an increment moves.
     pub(crate) fn quaternion_change(&mut self, q: Quaternion, x: [NodeId; 3]) -> Quaternion {
         let [a, b] = self.pade(x);
         // the quaternion of `τ` is (a² - b, a x/2)/(a² + b)
@@ -171,7 +174,7 @@ impl Graph {
         self.quaternion_product(q, [scalar, x, y, z])
     }
 
-    /// The middle of a leg, `X0 (a + x/4)/√(a² + b)`: `τ(x)` is the square of what it is turned by, so it is the same from both ends.
+    /// The middle of a leg, `X0 (a + x/4)/√(a² + b)`: half of the turn `τ(x)` from either end.
     pub(crate) fn middle(&mut self, first: usize) -> Quaternion {
         let q = [0, 1, 2, 3].map(|k| self.leaf(Leaf::X0(first + k)));
         let x = [1, 2, 3].map(|k| self.leaf(Leaf::Chord(first + k)));
@@ -184,8 +187,8 @@ impl Graph {
             .map(|component| self.div(component, norm))
     }
 
-    /// How the body slot `k` of the middle of a leg moves with the slot `i` of its second node, or with `sign = -1` of its first:
-    /// `M(±y) = (I ± ŷ/2)/2` with `y = x/(2 a)`.
+    /// The derivative of the body slot `k` of a leg's middle by the slot `i` of its second node, or with
+    /// `sign = -1` of its first: `M(±y) = (I ± ŷ/2)/2` with `y = x/(2 a)`.
     pub(crate) fn slope_of_middle(&mut self, first: usize, [k, i]: [usize; 2], sign: f64) -> NodeId {
         if k == 0 || i == 0 {
             return self.constant(0.0);
@@ -215,8 +218,9 @@ impl Graph {
         self.sum(&squares)
     }
 
-    /// `c` and `d` of [`Graph::inverse_tangent`]. With `b = 3 (1 - a)` and `1 + |x|²/48 = 2 - a` they are sums of fractions in `a` alone, whose derivatives are
-    /// short: `c = a + 3 - 3/a` and `d = 1/24 + 1/(16 a) - 1/(48 (2 - a))`.
+    /// `c` and `d` of [`Graph::inverse_tangent`]. With `b = 3 (1 - a)` and `1 + |x|²/48 = 2 - a` they are
+    /// sums of fractions in `a` alone, which have short derivatives: `c = a + 3 - 3/a` and `d = 1/24 + 1/(16
+    /// a) - 1/(48 (2 - a))`.
     fn factors_of_tangent(&mut self, x: [NodeId; 3]) -> [NodeId; 2] {
         let [a, _] = self.pade(x);
         let inverse = self.powi(a, -1);
@@ -246,7 +250,8 @@ impl Graph {
         })
     }
 
-    /// What a momentum `p` of the velocity `x` of a leg is by its nodes, `T(x)ᵀp - T(-x)ᵀp = p × x` by both, and by its second `T(x)ᵀp = c p + p × x/2 + d (x·p) x`.
+    /// The momentum `p` conjugate to the increment `x` of a leg, as covectors at its nodes: `T(x)ᵀp - T(-x)ᵀp
+    /// = p × x` by both nodes together, and `T(x)ᵀp = c p + p × x/2 + d (x·p) x` by the second.
     pub(crate) fn momenta_of_turn(&mut self, first: usize, p: [NodeId; 3]) -> [[NodeId; 3]; 2] {
         let x = [1, 2, 3].map(|k| self.leaf(Leaf::Chord(first + k)));
         let [c, d] = self.factors_of_tangent(x);
@@ -261,7 +266,7 @@ impl Graph {
         [both, second]
     }
 
-    /// A vector turned from the frame of the body: `v + 2 w (u × v) + 2 u × (u × v)`.
+    /// A vector in the frame of the body, turned into the frame of space: `v + 2 w (u × v) + 2 u × (u × v)`.
     pub(crate) fn turned(&mut self, [w, u @ ..]: Quaternion, v: [NodeId; 3]) -> [NodeId; 3] {
         let once = self.cross(u, v);
         let twice = self.cross(u, once);

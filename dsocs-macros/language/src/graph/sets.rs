@@ -1,15 +1,16 @@
-//! Sets of leaves. Most expressions depend on the same leaves as others, so each set is kept once, and nodes have its number.
+//! Sets of leaves. Many expressions depend on the same leaves, so each set is kept once, and a node keeps its
+//! number.
 
 use std::rc::Rc;
 
 use crate::hash::HashMap;
 
-/// The number of a set.
+/// The number of a set in [`Sets`].
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
 pub(super) struct Set(u32);
 
 impl Set {
-    /// The set without a leaf.
+    /// The empty set.
     pub(super) const EMPTY: Self = Self(0);
 
     pub(super) fn index(self) -> usize {
@@ -17,13 +18,13 @@ impl Set {
     }
 }
 
-/// Sets of leaves, as bits.
+/// Sets of leaves as bits, each kept once.
 #[derive(Clone, Debug)]
 pub(super) struct Sets {
-    /// The words of each, as many as its last bit asks for.
+    /// The words of each set, without trailing zeros.
     words: Vec<Rc<[u64]>>,
     known: HashMap<Rc<[u64]>, Set>,
-    /// Where a union is formed.
+    /// Scratch space, in which a union is formed.
     union: Vec<u64>,
 }
 
@@ -49,7 +50,7 @@ impl Sets {
 
     /// The union of sets.
     pub(super) fn union(&mut self, sets: impl IntoIterator<Item = Set>) -> Set {
-        // mostly there are one or two, one after the other
+        // mostly there are one or two different sets, one after the other
         let (mut last, mut several) = (Set::EMPTY, false);
         for set in sets {
             if set == last || set == Set::EMPTY {
@@ -74,7 +75,7 @@ impl Sets {
         if several { self.take() } else { last }
     }
 
-    /// The number of the set that was formed.
+    /// The number of the set in the scratch space, which is added if it is new.
     fn take(&mut self) -> Set {
         if let Some(&known) = self.known.get(self.union.as_slice()) {
             return known;
@@ -86,7 +87,7 @@ impl Sets {
         set
     }
 
-    /// How many words a set has.
+    /// The number of words of a set.
     pub(super) fn size(&self, set: Set) -> usize {
         self.words[set.index()].len()
     }
@@ -96,7 +97,7 @@ impl Sets {
         word.is_some_and(|word| word >> (bit % 64) & 1 == 1)
     }
 
-    /// The bits that are set, in order.
+    /// The bits of a set, in ascending order.
     pub(super) fn bits(&self, set: Set) -> impl Iterator<Item = usize> {
         self.words[set.index()]
             .iter()

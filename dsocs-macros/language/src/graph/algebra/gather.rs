@@ -1,12 +1,13 @@
 //! Products of functions of two coordinates, gathered by coordinates.
 //!
-//! The momentum of link `i` of a chain is `Σ_j m_ij (cᵢ cⱼ vⱼ + sᵢ sⱼ vⱼ)`: with what belongs to link `i` taken out, `cᵢ Σ_j m_ij cⱼ vⱼ + sᵢ Σ_j m_ij sⱼ vⱼ`.
-//! The products `cⱼ vⱼ` and their changes then serve every row, and where the `m_ij` share factors, the sums themselves are
-//! running sums ([`crate::emit::program`]). So the products of rows are as many as there are links, not pairs of links. An entry of the
-//! Jacobian keeps a product of what belongs to its row and of what belongs to its column, or two: with angles `m_ij (aᵢ bⱼ + cᵢ dⱼ)`.
+//! The momentum of link `i` of a chain is `Σ_j m_ij (cᵢ cⱼ vⱼ + sᵢ sⱼ vⱼ)`. With the factors of link `i`
+//! taken out it is `cᵢ Σ_j m_ij cⱼ vⱼ + sᵢ Σ_j m_ij sⱼ vⱼ`. The products `cⱼ vⱼ` and their changes then serve
+//! every row, and where the `m_ij` share factors, the sums are running sums ([`crate::emit::program`]). So
+//! the rows have as many products as links, not as pairs of links. An entry of the Jacobian keeps a product
+//! of a factor of its row and a factor of its column, or two: with angles `m_ij (aᵢ bⱼ + cᵢ dⱼ)`.
 //!
-//! What belongs to one coordinate is never multiplied out, nor is what is affine in coordinates: the difference of two positions has
-//! digits that they do not have.
+//! A sum that depends on one coordinate is never multiplied out, nor is one that is affine in coordinates:
+//! multiplied out, a difference of positions would lose digits.
 
 use std::rc::Rc;
 
@@ -15,15 +16,15 @@ use super::{group, simplify};
 use crate::graph::{Graph, Leaf, Node, NodeId};
 use crate::hash::{HashMap, HashSet};
 
-/// Systems with fewer coordinates are left alone.
+/// The least number of coordinates for which anything is gathered.
 const FEWEST: usize = 4;
-/// Slopes with more terms are left alone.
+/// The most terms of a slope that is multiplied out.
 const MOST_TERMS: usize = 20_000;
-/// Entries of a Jacobian with more terms are left alone.
+/// The most terms of an entry of a Jacobian that is multiplied out.
 const MOST_IN_ENTRY: usize = 16;
 
-/// The derivatives of a Lagrangian by its coordinates and velocities, with few products; `None` where there are few coordinates, or this
-/// spares little.
+/// The derivatives of a Lagrangian by its coordinates, then by its velocities, with few products; `None`
+/// where there are few coordinates or little is spared.
 pub(crate) fn slopes(graph: &mut Graph, slopes: &[NodeId]) -> Option<Vec<NodeId>> {
     if slopes.len() < 2 * FEWEST {
         return None;
@@ -48,8 +49,8 @@ pub(crate) fn slopes(graph: &mut Graph, slopes: &[NodeId]) -> Option<Vec<NodeId>
     gathered.filter(|gathered| spares(graph, slopes, gathered))
 }
 
-/// Gathers the entries of a Jacobian that depend on two coordinates, and takes the brackets off those that depend on more, where something
-/// cancels then.
+/// Gathers the entries of a Jacobian that depend on two coordinates. Entries that depend on more are
+/// multiplied out where terms cancel then.
 pub(crate) fn entries(graph: &mut Graph, jacobian: &mut [Vec<NodeId>]) {
     if jacobian.len() < FEWEST {
         return;
@@ -67,12 +68,12 @@ pub(crate) fn entries(graph: &mut Graph, jacobian: &mut [Vec<NodeId>]) {
     }
 }
 
-/// Whether an eighth of the operations or more are spared.
+/// Whether more than an eighth of the operations is spared.
 fn spares(graph: &Graph, before: &[NodeId], after: &[NodeId]) -> bool {
     operations(graph, after) * 8 < operations(graph, before) * 7
 }
 
-/// How many sums and products some expressions take, each computed once.
+/// The number of additions and multiplications in some expressions, common subexpressions counted once.
 fn operations(graph: &Graph, outputs: &[NodeId]) -> usize {
     let (mut seen, mut open, mut count) = (HashSet::default(), outputs.to_vec(), 0);
     while let Some(id) = open.pop() {
@@ -93,12 +94,13 @@ fn operations(graph: &Graph, outputs: &[NodeId]) -> usize {
     count
 }
 
-/// Whether an expression is known when the run begins.
+/// Whether an expression depends on the parameters and the step alone, so that it is known when the run
+/// begins.
 fn is_early(graph: &Graph, id: NodeId) -> bool {
     graph.leaves(id).all(|leaf| leaf == Leaf::H)
 }
 
-/// How many coordinates an expression depends on, as far as it matters: at most three.
+/// The number of coordinates that an expression depends on; 3 stands for three or more.
 fn coordinates(graph: &Graph, id: NodeId) -> usize {
     let (mut found, mut count) = ([0; 3], 0);
     for place in graph.leaves(id).filter_map(Leaf::place) {
@@ -118,7 +120,7 @@ pub(super) fn is_whole(graph: &Graph, sum: NodeId) -> bool {
     coordinates(graph, sum) < 2 || is_affine(graph, sum)
 }
 
-/// Whether a sum is of coordinates, each with a fixed factor.
+/// Whether a sum is affine in the leaves, with fixed coefficients.
 fn is_affine(graph: &Graph, sum: NodeId) -> bool {
     let is_leaf = |factor: NodeId| graph.is_fixed(factor) || matches!(graph.node(factor), Node::Leaf(_));
     let is_affine = |term: NodeId| match graph.node(term) {
@@ -135,7 +137,7 @@ fn is_affine(graph: &Graph, sum: NodeId) -> bool {
     }
 }
 
-/// Expressions, multiplied out.
+/// Expressions multiplied out, as polynomials in their moving factors.
 struct Expansion {
     most: usize,
     known: HashMap<NodeId, Option<Rc<Polynomial>>>,
@@ -163,7 +165,7 @@ impl Expansion {
         let terms: Vec<_> = polynomial
             .iter()
             .map(|(monomial, &coefficient)| {
-                // what is fixed is a factor like others
+                // fixed coefficients are factors like the others
                 let (c, rest) = graph.split(coefficient);
                 let mut factors: Monomial = if rest == one {
                     Vec::new()
@@ -196,7 +198,7 @@ impl Expansion {
         }
         match &*graph.keep(id) {
             Node::Sum(..) if is_whole(graph, id) => {
-                // without what all its terms share, it is the same in every row
+                // without its common fixed factor, the sum is the same node in every row
                 let (common, rest) = without_common(graph, id);
                 Some(Polynomial::from([(vec![(rest, 1)], common)]))
             }
@@ -232,7 +234,7 @@ impl Expansion {
     }
 }
 
-/// A sum as a fixed factor and what is left of it.
+/// The fixed factor that all terms of a sum share, and the sum divided by it.
 fn without_common(graph: &mut Graph, sum: NodeId) -> (NodeId, NodeId) {
     let (terms, constant) = graph.terms(sum);
     if constant != 0.0 {
@@ -252,7 +254,8 @@ fn without_common(graph: &mut Graph, sum: NodeId) -> (NodeId, NodeId) {
     (graph.scale(size, common), rest)
 }
 
-/// A sum with fixed factors multiplied into the sums that they stand beside, where terms cancel then.
+/// A sum with inner sums multiplied out by their fixed factors, where terms cancel then; else the sum as it
+/// is.
 fn without_brackets(graph: &mut Graph, sum: NodeId) -> NodeId {
     let flat = spread(graph, sum, &is_early, &|_, count, _| count > 0);
     if graph.terms(flat).0.len() < graph.terms(sum).0.len() {
@@ -262,7 +265,8 @@ fn without_brackets(graph: &mut Graph, sum: NodeId) -> NodeId {
     }
 }
 
-/// A sum where each term that is another sum with factors of some kind is the terms of that, if a condition on their number and the other sum holds.
+/// A sum with inner sums multiplied out, where the other factors of the term satisfy `is_factor` and `opens`
+/// agrees, given their number and the inner sum.
 pub(super) fn spread(
     graph: &mut Graph,
     sum: NodeId,
@@ -288,7 +292,7 @@ pub(super) fn spread(
             _ => flat.push((term, c)),
         }
     }
-    // what is equal becomes one
+    // collects equal terms
     graph.linear(constant, &flat)
 }
 

@@ -1,21 +1,23 @@
-//! Sums that stand beside the same factor, as one sum.
+//! Terms with the same factor and an inner sum, gathered into one inner sum.
 //!
-//! The momentum of link `i` of a chain is `Σ_{k ≥ i} m_k cᵢ ẋ_k`, where `ẋ_k` is a sum over the links up to `k`: of the order of `n³` terms in all rows. As
-//! `cᵢ Σ_j μ_max(i,j) cⱼ vⱼ` they are `n²`, and nobody has multiplied them out one by one.
+//! The momentum of link `i` of a chain is `Σ_{k ≥ i} m_k cᵢ ẋ_k`, where `ẋ_k` is a sum over the links up to
+//! `k`: of the order of `n³` terms in all rows. As `cᵢ Σ_j μ_max(i,j) cⱼ vⱼ` it has `n²`, and the `n³` terms
+//! are never formed.
 
 use super::gather::{is_whole, spread};
 use crate::graph::{Graph, Node, NodeId};
 use crate::hash::HashMap;
 
-/// Systems with fewer coordinates are left alone: their rows are short.
+/// The least number of coordinates for which terms are grouped; the rows of smaller systems are short.
 const FEWEST: usize = 8;
 
 /// Factors and their exponents.
 type Factors = Vec<(NodeId, i32)>;
-/// A term with a sum in it: what is fixed, the sum, and its number.
+/// A term with an inner sum: its fixed factors, the sum, and its coefficient.
 type Member = (Factors, NodeId, f64);
 
-/// A derivative of a Lagrangian with the sums that stand beside the same moving factors as one; of few coordinates, as it is.
+/// A derivative of a Lagrangian with its inner sums grouped by their moving factors; unchanged where there
+/// are few coordinates.
 pub(crate) fn slope(graph: &mut Graph, coordinates: usize, slope: NodeId) -> NodeId {
     if coordinates < FEWEST {
         return slope;
@@ -23,9 +25,9 @@ pub(crate) fn slope(graph: &mut Graph, coordinates: usize, slope: NodeId) -> Nod
     grouped(graph, slope)
 }
 
-/// A sum with its terms in groups.
+/// A sum with its inner sums grouped by the moving factors beside them.
 fn grouped(graph: &mut Graph, sum: NodeId) -> NodeId {
-    // those that are a sum with a fixed factor are the terms of that
+    // terms that are a fixed factor times a sum are multiplied out
     let flat = spread(graph, sum, &Graph::is_fixed, &|graph, _, inner| {
         !is_whole(graph, inner)
     });
@@ -64,7 +66,8 @@ fn grouped(graph: &mut Graph, sum: NodeId) -> NodeId {
     graph.linear(constant, &others)
 }
 
-/// The sum of some sums, each with its factors, and the factors that all of them have.
+/// The sum of some inner sums, each times its fixed factors, and the factors that all of them share, taken
+/// out.
 fn together(graph: &mut Graph, members: Vec<Member>) -> (Factors, NodeId) {
     let mut common = members.first().map_or_else(Vec::new, |(fixed, ..)| fixed.clone());
     for (fixed, ..) in &members {
@@ -75,7 +78,7 @@ fn together(graph: &mut Graph, members: Vec<Member>) -> (Factors, NodeId) {
         let members: Vec<_> = members.iter().map(|&(_, inner, c)| (inner, c)).collect();
         return (common, graph.linear(0.0, &members));
     }
-    // the numbers and fixed factors of each term are a factor of it
+    // the coefficient of each term collects the numbers and fixed factors beside it
     let mut places: HashMap<NodeId, usize> = HashMap::default();
     let mut terms: Vec<(NodeId, Vec<(NodeId, f64)>)> = Vec::new();
     let one = graph.constant(1.0);

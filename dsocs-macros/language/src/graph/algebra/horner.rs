@@ -1,9 +1,10 @@
 //! Rows of many products, multiplied out and gathered again.
 //!
-//! The equations of a chain of `n` links have of the order of `n²` products of two functions of different links, most of
-//! which cancel or share a factor: `Σ_j m_ij (cᵢ cⱼ aⱼ + sᵢ sⱼ aⱼ)` is `cᵢ Σ_j m_ij cⱼ aⱼ + sᵢ Σ_j m_ij sⱼ aⱼ`, in which
-//! the products `cⱼ aⱼ` serve every row. What costs is a product of two sequences; a sum with constant coefficients does
-//! not. So rows are multiplied out, what cancels goes, and what many terms share is taken out, as in Horner's scheme.
+//! The equations of a chain of `n` links have of the order of `n²` products of two functions of different
+//! links, most of which cancel or share a factor: `Σ_j m_ij (cᵢ cⱼ aⱼ + sᵢ sⱼ aⱼ)` is
+//! `cᵢ Σ_j m_ij cⱼ aⱼ + sᵢ Σ_j m_ij sⱼ aⱼ`, in which the products `cⱼ aⱼ` serve every row. A product of two
+//! series is what costs; a sum with constant coefficients is cheap. So rows are multiplied out, terms cancel,
+//! and shared factors are taken out, as in Horner's scheme.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -12,12 +13,12 @@ use crate::graph::{Graph, Leaf, Node, NodeId, collect};
 use crate::hash::HashMap;
 use crate::limits;
 
-/// Rows with more terms are left alone.
+/// The most terms of a row that is multiplied out.
 const MOST_TERMS: usize = 20_000;
-/// Higher powers of sums are left alone.
+/// The highest power of a sum that is multiplied out.
 const HIGHEST_POWER: i32 = 4;
 
-/// Factors that move, and their exponents.
+/// Moving factors and their exponents.
 pub(crate) type Monomial = Vec<(NodeId, i32)>;
 /// Monomials and their constant coefficients.
 pub(crate) type Polynomial = BTreeMap<Monomial, NodeId>;
@@ -135,12 +136,13 @@ pub(crate) fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Opt
     Some(product)
 }
 
-/// Which of several factors is taken out that equally many terms share.
+/// Which factor is taken out where several occur in equally many terms.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Ties {
-    /// The last.
+    /// The last one.
     Last,
-    /// That beside which the fewest coordinates stand: what is left may be that of other rows.
+    /// The one beside which the fewest coordinates stand: what is left is more likely to occur in other rows,
+    /// too.
     FewestCoordinates,
 }
 
@@ -151,7 +153,6 @@ type Shared = (NodeId, bool);
 fn most_shared(graph: &Graph, terms: &[(Monomial, NodeId)], ties: Ties) -> Option<Shared> {
     let mut counts: HashMap<Shared, usize> = HashMap::default();
     for (monomial, _) in terms {
-        // a product of two takes nothing from being taken apart unless others share a factor
         for &(factor, exponent) in monomial {
             *counts.entry((factor, exponent > 0)).or_insert(0) += 1;
         }
@@ -172,14 +173,14 @@ fn most_shared(graph: &Graph, terms: &[(Monomial, NodeId)], ties: Ties) -> Optio
     }
 }
 
-/// Places of coordinates, as bits.
+/// A set of coordinates, as bits.
 type Places = Vec<u64>;
 
 fn count(places: &Places) -> u32 {
     places.iter().map(|word| word.count_ones()).sum()
 }
 
-/// The coordinates that stand beside each of some factors.
+/// For each of some factors, the coordinates that occur beside it in its terms.
 fn coordinates_beside(
     graph: &Graph,
     terms: &[(Monomial, NodeId)],
@@ -218,7 +219,7 @@ fn places(graph: &Graph, id: NodeId) -> Places {
     places
 }
 
-/// The sum of some terms, with what most of them share taken out, and so on in what is left.
+/// The sum of some terms, with the factor that most of them share taken out, and so on in both parts.
 pub(crate) fn gather(graph: &mut Graph, terms: Vec<(Monomial, NodeId)>, ties: Ties) -> NodeId {
     let Some((shared, positive)) = most_shared(graph, &terms, ties) else {
         let terms: Vec<_> = terms

@@ -1,10 +1,10 @@
-//! Expressions made shorter, whatever they stand for.
+//! Rewritings that make expressions shorter, by algebra alone.
 //!
 //! - [`merge`]: one expression for all that are equal;
 //! - [`simplify`]: common factors of sums, squares of roots;
-//! - [`horner`]: what is multiplied out, and gathered again;
-//! - [`gather`]: products of functions of two coordinates, by coordinates;
-//! - [`group`]: sums beside one factor, as one sum.
+//! - [`horner`]: rows multiplied out and gathered by shared factors;
+//! - [`gather`]: products of functions of two coordinates, gathered by coordinates;
+//! - [`group`]: inner sums with the same factor, gathered into one.
 
 mod gather;
 mod group;

@@ -1,12 +1,13 @@
 //! Fewer products: common factors of sums, and squares of roots.
 //!
-//! A product of two sequences is a convolution; a sum costs nothing beside it. So what all terms of a sum share is
-//! taken out of it, and an even power of a root is a power of what the root was taken of: `|v|³/|v|²` is `|v|`.
+//! In a Taylor series a product of two sequences is a convolution; a sum is cheap beside it. So factors that
+//! all terms of a sum share are taken out, and an even power of a root becomes a power of its radicand:
+//! `|v|³/|v|²` is `|v|`.
 
 use crate::graph::{Graph, Memory, Node, NodeId, Pass, Unary};
 use crate::hash::HashMap;
 
-/// Takes common factors out, and squares of roots.
+/// Takes common factors out of sums, and simplifies even powers of square roots.
 #[derive(Default)]
 pub(crate) struct Simplify {
     memory: Memory,
@@ -37,7 +38,7 @@ impl Pass for Simplify {
     }
 }
 
-/// A term's factors.
+/// The factors of a term, with exponents.
 fn factors(graph: &Graph, term: NodeId) -> Vec<(NodeId, i32)> {
     match graph.node(term) {
         Node::Product(factors) => factors.clone(),
@@ -45,7 +46,7 @@ fn factors(graph: &Graph, term: NodeId) -> Vec<(NodeId, i32)> {
     }
 }
 
-/// A sum as a product with what its terms share, anything else as it is.
+/// A sum as a product with the factors that its terms share; anything else as it is.
 pub(crate) fn factored_sum(graph: &mut Graph, id: NodeId) -> NodeId {
     match graph.terms(id) {
         (terms, constant) if terms.len() > 1 && constant == 0.0 => factored(graph, &terms).unwrap_or(id),
@@ -53,7 +54,7 @@ pub(crate) fn factored_sum(graph: &mut Graph, id: NodeId) -> NodeId {
     }
 }
 
-/// The sum as a product with what its terms share, if they share anything.
+/// The sum as a product with the factors that its terms share; `None` if they share none.
 fn factored(graph: &mut Graph, terms: &[(NodeId, f64)]) -> Option<NodeId> {
     let mut common = factors(graph, terms[0].0);
     for &(term, _) in &terms[1..] {
@@ -83,7 +84,7 @@ fn factored(graph: &mut Graph, terms: &[(NodeId, f64)]) -> Option<NodeId> {
     Some(roots(graph, product))
 }
 
-/// A product whose even powers of roots are powers of what the root was taken of.
+/// A product in which even powers of square roots are powers of their radicands.
 fn roots(graph: &mut Graph, id: NodeId) -> NodeId {
     let (scale, inner) = match graph.node(id).clone() {
         Node::Sum(constant, terms) if constant.get() == 0.0 && terms.len() == 1 => {
