@@ -1,11 +1,11 @@
-//! From forces to the virtual displacements on which they do no work: `C_V` from `F_V = (C_V)°`.
+//! The virtual displacements from the forces: `C_V` as the annihilator of `F_V`.
 
 use crate::graph::{Graph, NodeId};
 
-/// Constants below this fraction of the terms that they are the sums of are rounding errors.
+/// A constant below this fraction of the sizes of its summands is a rounding error.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Why no annihilator was found, and the row that shows it.
+/// The reason why no annihilator was found, with the index of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Defect {
     /// The row is a combination of the others.
@@ -14,17 +14,17 @@ pub(crate) enum Defect {
     NoPivot(usize),
 }
 
-/// Fields that span the annihilator of the rows, `n - m` fields for `m` independent rows of `n` components.
+/// Fields that span the annihilator of the rows: `n - m` fields for `m` independent rows of `n` components.
 ///
-/// Gauss elimination, with pivots that are nonzero constants so that they are nonzero everywhere; where there are
-/// none, `n - 1` rows have an annihilator of one dimension, which their minors give.
+/// By Gauss elimination with pivots that are nonzero constants, so that they are nonzero everywhere. Where
+/// there are no such pivots, `n - 1` rows have an annihilator of one dimension, given by their minors.
 pub(crate) fn annihilator(
     graph: &mut Graph,
     rows: &[Vec<NodeId>],
     n: usize,
 ) -> Result<Vec<Vec<NodeId>>, Defect> {
     let mut reduced: Vec<Vec<NodeId>> = rows.to_vec();
-    // units may differ from column to column
+    // the scale of each entry, because units may differ from column to column
     let mut terms: Vec<Vec<f64>> = rows.iter().map(|row| sizes(graph, row)).collect();
     let mut pivots: Vec<Option<usize>> = vec![None; rows.len()];
     while let Some((row, column)) = best_pivot(graph, &reduced, &pivots, &terms) {
@@ -55,7 +55,7 @@ pub(crate) fn annihilator(
         .collect())
 }
 
-/// The sizes of a row's constants; zero for what is none.
+/// The absolute values of a row's constants; zero for entries that are not constant.
 fn sizes(graph: &Graph, row: &[NodeId]) -> Vec<f64> {
     row.iter()
         .map(|&entry| graph.as_constant(entry).map_or(0.0, f64::abs))
@@ -70,7 +70,8 @@ fn is_negligible(graph: &Graph, row: &[NodeId], terms: &[f64]) -> bool {
     })
 }
 
-/// The row and column of the next pivot: ±1 if there is one, because dividing by it is exact, else the largest.
+/// The row and column of the next pivot: ±1 if there is one, because division by it is exact, else the
+/// largest constant.
 fn best_pivot(
     graph: &Graph,
     reduced: &[Vec<NodeId>],
@@ -100,7 +101,7 @@ fn best_pivot(
     best.map(|(place, _)| place)
 }
 
-/// Makes the pivot 1 and the rest of its column 0. `terms` are the sums of the sizes of the terms that entries are the sums of.
+/// Makes the pivot 1 and the rest of its column 0. `terms` has, for each entry, the sizes of its summands.
 fn eliminate(
     graph: &mut Graph,
     reduced: &mut [Vec<NodeId>],
@@ -132,13 +133,13 @@ fn eliminate(
             *entry = graph.sub(*entry, product);
             *terms += size * own;
         }
-        // exact, whatever rounding has left
+        // exactly zero, without the rounding error
         entries[column] = graph.constant(0.0);
         terms[column] = 0.0;
     }
 }
 
-/// The field that is 1 in one free column and 0 in the other ones.
+/// The field that is 1 in one free column and 0 in the other free ones.
 fn field(
     graph: &mut Graph,
     reduced: &[Vec<NodeId>],
@@ -171,7 +172,7 @@ fn minors(graph: &mut Graph, rows: &[Vec<NodeId>]) -> Vec<NodeId> {
     (0..n).map(minor).collect()
 }
 
-/// The determinant of the rows restricted to as many columns, by the first row.
+/// The determinant of the rows restricted to some columns, expanded by the first row.
 fn determinant(graph: &mut Graph, rows: &[Vec<NodeId>], columns: &[usize]) -> NodeId {
     let Some((first, rest)) = rows.split_first() else {
         return graph.constant(1.0);

@@ -1,4 +1,4 @@
-//! The continuous system (paper, section 2): its rows, its force and its energy.
+//! The continuous system (paper, section 2): rows, constraint force and energy.
 
 use super::equation::{Equation, Pivots};
 use super::works::{Force, works};
@@ -6,17 +6,18 @@ use crate::graph::algebra::grouped_slope;
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::{Displacements, Model};
 
-/// The continuous system in terms of `Q`, `V`, `A`, `T` and, of third order, `J`.
+/// The continuous system in terms of `Q`, `V`, `A`, `T` and, with constraints of third order, `J`.
 pub(crate) struct ContinuousEquations {
-    /// The constraints, differentiated until accelerations come in (those of third order as they are), then `⟨u, Q⟩` for every field, or `Q - Σ λ_j α_j`.
+    /// The constraints, differentiated until they contain accelerations, then `⟨u, Q⟩` for every field, or
+    /// the components of `Q - Σ λ_j α_j`.
     pub(crate) rows: Vec<Equation>,
-    /// What constraints of lower order ask of the velocity: `c(q, v)`, and `dg/dt` of a holonomic one.
+    /// The constraints on velocities: `c(q, v)` of nonholonomic ones, `dg/dt` of holonomic ones.
     pub(crate) velocities: Vec<NodeId>,
     /// The constraint force `Q = -D_{EL}L - f = d/dt ∂L/∂v - ∂L/∂q - f`, with the external forces `f`.
     pub(crate) force: Vec<NodeId>,
 }
 
-/// The continuous system that the declaration describes.
+/// The continuous system of the declaration.
 pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquations {
     let n = model.coordinates.len();
     let mut force = Vec::new();
@@ -30,7 +31,7 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
         let terms: Vec<_> = [(rate, 1.0), (slope, -1.0)].into_iter().chain(external).collect();
         force.push(graph.linear(0.0, &terms));
     }
-    // the momentum of a rotation is seen from its body, which turns
+    // the momentum of a rotation is in the frame of its body, which turns: `ω × p`
     for first in graph.rotations().to_vec() {
         let slots = [1, 2, 3].map(|k| first + k);
         let momentum = slots.map(|i| graph.derivative(model.lagrangian, Leaf::V(i)));
@@ -42,7 +43,7 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
     }
     let (mut rows, mut velocities) = (Vec::new(), Vec::new());
     for row in &model.constraints {
-        // differentiated until accelerations come in
+        // differentiated until it contains accelerations
         let mut value = row.value;
         for order in row.order..2 {
             if order == 1 {
@@ -75,7 +76,7 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
     }
 }
 
-/// `⟨∂L/∂v, v⟩ - L`.
+/// The energy `⟨∂L/∂v, v⟩ - L`.
 pub(crate) fn energy(model: &Model, graph: &mut Graph) -> NodeId {
     let mut terms = Vec::new();
     for i in 0..model.coordinates.len() {

@@ -1,31 +1,33 @@
-//! A row that has to vanish.
+//! An equation: an expression that has to vanish.
 
 use crate::graph::{Leaf, NodeId};
 
-/// A row that has to vanish, and a factor that has to be divided out of it.
+/// An equation `value = 0`, and a factor to be divided out of it.
 #[derive(Clone, Copy)]
 pub(crate) struct Equation {
     pub(crate) value: NodeId,
-    /// The same row with differences as they are: it loses digits, but its derivative does not, and is the simpler one.
+    /// The same expression with differences formed by subtraction. It loses digits; its derivatives do not,
+    /// and are shorter.
     pub(crate) plain: NodeId,
     pub(crate) divide: Option<NodeId>,
     pub(crate) pivots: Pivots,
 }
 
-/// For which unknowns a row may be solved before any numbers are known.
+/// The unknowns for which a row may be solved symbolically.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Pivots {
-    /// Any.
+    /// Any unknown.
     Any,
-    /// This one alone.
+    /// This one.
     One(Leaf),
-    /// None: several accelerations stand in a constraint. The one that it was solved for would be known as the difference of the others and of what
-    /// is prescribed, to their digits. Where a light arm turns against a heavy one the heavy one's would be lost.
+    /// None: the row is a constraint with several accelerations. The one it is solved for would be a
+    /// difference of the others, with their absolute error: where a light arm turns against a heavy one, the
+    /// heavy arm's acceleration would lose its digits.
     None,
 }
 
 impl Pivots {
-    /// Whether an unknown is among them.
+    /// Whether the row may be solved for an unknown.
     pub(crate) fn contain(self, unknown: Leaf) -> bool {
         match self {
             Self::Any => true,
@@ -36,7 +38,7 @@ impl Pivots {
 }
 
 impl Equation {
-    /// Its expressions, to be rewritten.
+    /// The expressions of the equation, for passes to rewrite.
     pub(crate) fn parts(&mut self) -> impl Iterator<Item = &mut NodeId> {
         [&mut self.value, &mut self.plain]
             .into_iter()

@@ -1,24 +1,25 @@
 //! Whether a declared factor divides its constraint.
 //!
-//! It does where the constraint is zero with it, as far as the other equations of the continuous system hold. That is tried at random
-//! points of this kind, found by Newton's method. What cannot be tried is believed: a factor without a zero, a function of the user's.
+//! It does if the constraint is zero wherever the factor and the other equations of the continuous system
+//! are. That is tried at random points of this kind, found by Newton's method. A factor that cannot be tried
+//! is accepted: one without a zero, or with a user's function.
 
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::{Kind, Model};
 
-/// From how many random points it is tried.
+/// The number of random starting points.
 const TRIES: u64 = 12;
-/// So many of them have to be found.
+/// The least number of points found for a verdict.
 const ENOUGH: usize = 3;
-/// Newton's steps from each.
+/// The number of Newton steps from each starting point.
 const STEPS: usize = 60;
-/// A residual below this fraction of its terms is zero.
+/// A residual below this fraction of its terms counts as zero.
 const ZERO: f64 = 1e-11;
-/// A constraint above this fraction of its terms is not.
+/// A constraint above this fraction of its terms counts as nonzero.
 const NOT_ZERO: f64 = 1e-6;
 
-/// Whether the factor of a constraint, by its place, is certainly none: at every point that was found where it and all other equations
-/// are zero, the constraint is not.
+/// Whether the factor declared for a constraint is certainly none: at every point found where it and all
+/// other equations are zero, the constraint is not.
 pub(crate) fn is_no_factor(model: &Model, place: usize) -> bool {
     let Some(factor) = model.constraints.get(place).and_then(|row| row.divide) else {
         return false;
@@ -41,7 +42,7 @@ pub(crate) fn is_no_factor(model: &Model, place: usize) -> bool {
     let trial = Trial::new(&mut graph, &zeros, constraint);
     let mut found = 0;
     for rest in (1..=TRIES).filter_map(|seed| trial.at(&graph, seed)) {
-        // one point where the constraint is zero decides
+        // one point where the constraint is zero suffices: the factor is accepted
         if rest.is_nan() || rest <= NOT_ZERO {
             return false;
         }
@@ -50,10 +51,11 @@ pub(crate) fn is_no_factor(model: &Model, place: usize) -> bool {
     found >= ENOUGH
 }
 
-/// What has to be zero, and the constraint that is looked at there.
+/// The equations of the trial, with their derivatives.
 struct Trial {
     leaves: Vec<Leaf>,
-    /// The expressions that have to be zero, each followed by its derivatives by the leaves; then the constraint, likewise.
+    /// Each expression that has to be zero, followed by its derivatives by the leaves; last the constraint,
+    /// likewise.
     rows: Vec<NodeId>,
 }
 
@@ -71,7 +73,7 @@ impl Trial {
         Self { leaves, rows }
     }
 
-    /// The constraint as a fraction of its terms, at a point near a random one where all else is zero, if one is found.
+    /// The constraint as a fraction of its terms, at a point found near a random one where all else is zero.
     fn at(&self, graph: &Graph, seed: u64) -> Option<f64> {
         let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let mut point: Vec<f64> = self.leaves.iter().map(|_| random.next() * 3.0 - 1.5).collect();
@@ -90,7 +92,7 @@ impl Trial {
                 return None;
             }
             let rows: Vec<&[f64]> = values.chunks(self.leaves.len() + 1).collect();
-            // each in units of its terms
+            // the residual as a fraction of the row's terms
             let part = |row: &[f64]| {
                 let terms = row[1..].iter().zip(&point).map(|(slope, x)| (slope * x).abs());
                 row[0].abs() / (row[0].abs() + terms.sum::<f64>()).max(f64::MIN_POSITIVE)
@@ -107,11 +109,12 @@ impl Trial {
     }
 }
 
-/// The shortest of the solutions `x` of `J x = r`, where each row is `r` and then its part of `J`; `None` where the rows are dependent.
+/// The shortest solution `x` of `J x = r`, where each row is `r` followed by its row of `J`; `None` where the
+/// rows are dependent.
 fn shortest(rows: &[&[f64]]) -> Option<Vec<f64>> {
     let m = rows.len();
     let dot = |a: &[f64], b: &[f64]| a[1..].iter().zip(&b[1..]).map(|(a, b)| a * b).sum::<f64>();
-    // J Jᵀ y = r
+    // the normal equations J Jᵀ y = r
     let mut system: Vec<Vec<f64>> = rows
         .iter()
         .map(|row| rows.iter().map(|other| dot(row, other)).chain([row[0]]).collect())
@@ -142,7 +145,7 @@ fn shortest(rows: &[&[f64]]) -> Option<Vec<f64>> {
     Some(x.collect())
 }
 
-/// Numbers between 0 and 1, the same at every compilation.
+/// Pseudo-random numbers between 0 and 1, the same at every compilation.
 struct Random(u64);
 
 impl Random {

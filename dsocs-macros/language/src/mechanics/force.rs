@@ -1,4 +1,5 @@
-//! The discrete Lagrangian, and the force that its discrete Euler-Lagrange equations leave at a node (paper, section 3).
+//! The discrete Lagrangian, and the constraint force from the discrete Euler-Lagrange equations (paper,
+//! section 3).
 
 use super::nodes::{LeafOf, Nodes, at_pair, mean, on_pair};
 use super::works::Force;
@@ -28,13 +29,15 @@ pub(crate) fn on_first_leg(model: &Model, graph: &mut Graph, values: &[NodeId]) 
         .collect()
 }
 
-/// `-(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`, with the external forces of [`external_on_leg`].
+/// The constraint force `-(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`, with the external
+/// forces of [`external_on_leg`].
 ///
-/// With `P₁, P₂` the parts of `D₁L_d, D₂L_d` that come through the velocity of the map and `F₁, F₂` those that come
-/// through its position, the sum is `F₁(q1,q2) + F₂(q0,q1) + (P₁+P₂)(q1,q2) - [P₂(q1,q2) - P₂(q0,q1)]`. The bracket is
-/// formed as a change (see [`Graph::difference`]), because its two values agree to `O(h)`; `P₁ + P₂` is zero whenever
-/// the map's velocity depends on `x1 - x0` alone. Of a discrete Lagrangian that is given itself, all is taken to come through
-/// the velocity.
+/// With `P₁, P₂` the parts of `D₁L_d, D₂L_d` that come through the velocity of the map and `F₁, F₂` those
+/// that come through its position, the sum is
+/// `F₁(q1,q2) + F₂(q0,q1) + (P₁+P₂)(q1,q2) - [P₂(q1,q2) - P₂(q0,q1)]`. The bracket is formed as a change (see
+/// [`Graph::difference`]), because its two values agree to `O(h)`. `P₁ + P₂` is zero whenever the map's
+/// velocity depends on `x1 - x0` alone. A declared discrete Lagrangian counts as if it depended on the nodes
+/// through the velocity alone.
 pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) -> Force {
     let n = model.coordinates.len();
     let parts = match model.discrete_lagrangian {
@@ -96,10 +99,12 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
     Force { value, plain }
 }
 
-/// The momentum with which a leg arrives at its second node, `D₂L_d + f⁺_d`, component by component, on the leg from `N - D` to `N`.
+/// The momentum `D₂L_d + f⁺_d` at the second node of a leg, component by component, on the leg from `N - D`
+/// to `N`.
 ///
-/// For the paper's map the trapezoid's, which leads to the same equations as long as nothing changes from leg to leg: where a
-/// parameter does, its change counts half on each side of the node, as it has to for the order 2.
+/// For the paper's map it is that of the trapezoid, which gives the same equations as long as no parameter
+/// changes from leg to leg. Where one does, half of its change counts on each side of the node, as the order
+/// 2 needs.
 pub(crate) fn arriving(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
     let value = model.discrete_lagrangian.unwrap_or_else(|| {
         let points = points_of_arriving(model, graph);
@@ -117,13 +122,14 @@ pub(crate) fn arriving(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
     on_first_leg(model, graph, &components)
 }
 
-/// The external forces on a leg, `[f⁻_d, f⁺_d]`: what acts on its first and on its second node, in `X0`, `X1`, `T0` and `T1`. `None`
-/// without external forces.
+/// The external forces on a leg, `[f⁻_d, f⁺_d]`: those on its first and on its second node, in `X0`, `X1`,
+/// `T0` and `T1`. `None` without external forces.
 ///
-/// A force does the work `⟨f, δq⟩` at the points of the first order map, and `δq` there is `∂q/∂x0 δx0 + ∂q/∂x1 δx1`: the midpoint
-/// gives a half to each node, the trapezoid the half at each node to this node. So the order of the step is that of the map. The
-/// paper's point would give all to the first node, and the order 1 where the force depends on velocity or time: beside it the
-/// forces are the trapezoid's (`φ_{L_d}` decides what `L_d` is; forces are of second order with it).
+/// A force does the work `⟨f, δq⟩` at the points of `φ_{L_d}⁻¹`, where `δq` is `∂q/∂x0 δx0 + ∂q/∂x1 δx1`. The
+/// midpoint gives one half to each node; the trapezoid gives each node half of the force there. So the order
+/// of the step is that of the map. The paper's point would give all of it to the first node, which is of
+/// order 1 if the force depends on velocity or time. So with the paper's map the forces are those of the
+/// trapezoid.
 pub(crate) fn external_on_leg(model: &Model, graph: &mut Graph) -> Option<[Vec<NodeId>; 2]> {
     let n = model.coordinates.len();
     if model.external_forces.is_empty() {
@@ -152,7 +158,8 @@ pub(crate) fn external_on_leg(model: &Model, graph: &mut Graph) -> Option<[Vec<N
     Some(sums.map(|components| components.iter().map(|terms| graph.linear(0.0, terms)).collect()))
 }
 
-/// How the component `k` of a point's position moves with the slot `i` of a node: of a rotation in the frame of the body, with the node that it is.
+/// The derivative of the component `k` of a point's position by the slot `i` of a node. Those of a rotation
+/// that is a node are in the frame of the body.
 fn position_slope(graph: &mut Graph, (q, k): (NodeId, usize), leaf: LeafOf, i: usize) -> NodeId {
     let Some(first) = graph.rotation_at(k) else {
         return graph.derivative(q, leaf(i));
@@ -165,7 +172,7 @@ fn position_slope(graph: &mut Graph, (q, k): (NodeId, usize), leaf: LeafOf, i: u
     graph.constant(if moves { 1.0 } else { 0.0 })
 }
 
-/// The points of the first order map; of the paper's both ends of the leg.
+/// The points of `φ_{L_d}⁻¹`; for the paper's map both ends of the leg.
 pub(super) fn points_of_arriving(model: &Model, graph: &mut Graph) -> Vec<PairPoint> {
     match model.phi_lagrangian.as_slice() {
         [only] if is_first_node(graph, only) => ends(graph, only),
@@ -173,13 +180,13 @@ pub(super) fn points_of_arriving(model: &Model, graph: &mut Graph) -> Vec<PairPo
     }
 }
 
-/// Whether a point of the first order map is the paper's: the first node, and its time.
+/// Whether a point of `φ_{L_d}⁻¹` is the paper's: the first node, at its time.
 fn is_first_node(graph: &mut Graph, point: &PairPoint) -> bool {
     point.t == graph.leaf(Leaf::T0)
         && (point.q.iter().enumerate()).all(|(i, &q)| q == graph.leaf(Leaf::X0(i)))
 }
 
-/// Both ends of a leg, with the velocity of a point on it.
+/// Both ends of a leg, with the velocity of a given point.
 fn ends(graph: &mut Graph, point: &PairPoint) -> Vec<PairPoint> {
     let mut end = |t: Leaf, x: LeafOf| PairPoint {
         t: graph.leaf(t),
@@ -189,7 +196,7 @@ fn ends(graph: &mut Graph, point: &PairPoint) -> Vec<PairPoint> {
     vec![end(Leaf::T0, Leaf::X0), end(Leaf::T1, Leaf::X1)]
 }
 
-/// The parts of `D₁L_d` and `D₂L_d`, component by component, in `X0`, `X1`.
+/// The parts of `D₁L_d` and `D₂L_d` (see [`discrete_force`]), component by component, in `X0`, `X1`.
 struct Parts {
     /// `F₁ + P₁ + P₂`.
     rest: Vec<NodeId>,
@@ -202,14 +209,15 @@ struct Parts {
 }
 
 impl Parts {
-    /// Of the mean of the Lagrangian over the points of the first order map.
+    /// The parts for the mean of the Lagrangian over the points of `φ_{L_d}⁻¹`.
     fn of_map(model: &Model, graph: &mut Graph) -> Self {
         let n = model.coordinates.len();
         let weight = 1.0 / model.phi_lagrangian.len() as f64;
         let [mut rest, mut second, mut momentum] =
             [const { Vec::new() }; 3].map(|_: Vec<()>| vec![Vec::new(); n]);
         let mut gathered = false;
-        // velocities that are those of a leg are not taken one by one: the terms of `T(x)ᵀp` have much in common
+        // the velocity of a rotation that is its increment over `h` is treated apart: the terms of `T(x)ᵀp`
+        // share much
         let rotations = graph.rotations().to_vec();
         let turns: Vec<usize> = rotations
             .iter()
@@ -233,7 +241,7 @@ impl Parts {
                 |outer: &[NodeId], inner: &[NodeId], leaf: LeafOf, i: usize, is_position: bool| {
                     let mut terms = Vec::new();
                     for (k, (&outer, &inner)) in outer.iter().zip(inner).enumerate() {
-                        // most components of a map belong to other coordinates
+                        // most components of a map depend on other coordinates
                         if graph.moves(inner, leaf(i)) {
                             let slope = if is_position {
                                 position_slope(graph, (inner, k), leaf, i)
@@ -278,7 +286,7 @@ impl Parts {
         }
     }
 
-    /// Of a discrete Lagrangian that is given.
+    /// The parts for a declared discrete Lagrangian.
     fn of_discrete(graph: &mut Graph, value: NodeId, n: usize) -> Self {
         let momentum: Vec<_> = (0..n).map(|i| graph.derivative(value, Leaf::X1(i))).collect();
         let rest = (0..n)

@@ -1,10 +1,11 @@
-//! What constraints of lower order ask of a pair of nodes, and of a position and a velocity.
+//! Constraints on positions and velocities, for a pair of nodes and for a start.
 
 use super::nodes::{Nodes, on_pair};
 use crate::graph::{Graph, NodeId};
 use crate::model::{Kind, Model, Row};
 
-/// The constraints of lower order on the leg from `N - D` to `N`: `g(q1)`, `c(φ⁻¹(q0, q1))`.
+/// The constraints of lower order on the leg from `N - D` to `N`: `g(q1)` and `c(φ⁻¹(q0, q1))`, in the order
+/// of the declaration.
 pub(crate) fn pair(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
     let nodes = Nodes::new(graph, model.coordinates.len());
     let (node, leg) = (nodes.middle(), nodes.first_leg());
@@ -20,7 +21,7 @@ pub(crate) fn pair(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
     .collect()
 }
 
-/// What the constraints of lower order ask of a position and a velocity: `g(q)` and `c(q, v)`, then `dg/dt`.
+/// The constraints on a position and a velocity: `g(q)` and `c(q, v)`, then `dg/dt`.
 pub(crate) fn phase(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
     let of = |kind| {
         let rows = model.constraints.iter().filter(move |row| row.kind == kind);

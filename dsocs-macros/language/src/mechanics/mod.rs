@@ -1,16 +1,17 @@
-//! What has to vanish: the paper's equations, as expressions. They are formed here and nowhere else.
+//! The paper's equations, as expressions that have to vanish. They are formed here and nowhere else.
 //!
-//! - [`mod@equation`]: a row that has to vanish;
+//! - [`mod@equation`]: an expression that has to vanish;
 //! - [`nodes`]: the nodes of a step and the maps `φ⁻¹` from them to points;
 //! - [`force`]: the discrete Lagrangian and the force of the discrete Euler-Lagrange equations;
-//! - [`mod@works`]: the work of a force along the virtual displacements, or what multipliers leave of it;
+//! - [`mod@works`]: the work of the constraint force along the virtual displacements, or the force less its
+//! multipliers;
 //! - [`mod@step`]: the rows of a step, made of these;
 //! - [`mod@continuous`]: the continuous system, its force and its energy;
-//! - [`lower_order`]: what constraints of lower order ask of a pair of nodes and of a start;
+//! - [`lower_order`]: constraints on positions and velocities, for a pair of nodes and for a start;
 //! - [`mod@annihilator`]: the virtual displacements from the forces, `C_V` from `F_V`;
 //! - [`mod@sides`]: functions that jump with the velocity, with their sides as leaves;
-//! - [`mod@switches`]: where a declaration is given by pieces, or divides by what may be zero;
-//! - [`mod@reduction`]: coordinates whose positions are in no equation;
+//! - [`mod@switches`]: where a declaration changes between pieces, or has a pole;
+//! - [`mod@reduction`]: coordinates whose positions occur in no equation;
 //! - [`factor`]: whether a declared factor divides its constraint;
 //! - [`symmetry`]: whether the step is symmetric in time.
 

@@ -5,7 +5,7 @@ use crate::graph::{Change, Graph, Leaf, NodeId};
 use crate::hash::HashMap;
 use crate::model::{Model, PairPoint, TriplePoint};
 
-/// A point of the second order tangent bundle, component by component.
+/// A point `(t, q, v, a)` of the second order tangent bundle, component by component.
 pub(crate) struct PointNodes {
     pub(crate) t: NodeId,
     pub(crate) q: Vec<NodeId>,
@@ -25,10 +25,10 @@ impl PointNodes {
     }
 }
 
-/// The leaf of a coordinate.
+/// A kind of leaf, as the function from coordinate to leaf.
 pub(super) type LeafOf = fn(usize) -> Leaf;
 
-/// What stands in the place of leaves, coordinate by coordinate.
+/// The substitution of the components of some vectors for leaves.
 pub(super) fn places<const K: usize>(vectors: [(LeafOf, &[NodeId]); K]) -> HashMap<Leaf, NodeId> {
     let components = |(leaf, nodes): (LeafOf, &[NodeId])| {
         nodes
@@ -40,15 +40,17 @@ pub(super) fn places<const K: usize>(vectors: [(LeafOf, &[NodeId]); K]) -> HashM
     vectors.into_iter().flat_map(components).collect()
 }
 
-/// The nodes of a step: `q0 = N - D`, `q1 = N`, `q2 = N + D + e`, at the times `Clock - H`, `Clock` and `Clock + H`. The second
-/// difference `e` is `E`; in a step of third order it is `P + E`, with the one before, which ends with `q1`.
+/// The nodes of a step: `q0 = N - D`, `q1 = N`, `q2 = N + D + e`, at the times `Clock - H`, `Clock` and
+/// `Clock + H`. The second difference `e` is `E`; in a step of third order it is `P + E`, with `P` the
+/// previous second difference, which ends with `q1`.
 pub(super) struct Nodes {
     pub(super) q0: Vec<NodeId>,
     pub(super) q1: Vec<NodeId>,
     pub(super) q2: Vec<NodeId>,
     pub(super) d0: Vec<NodeId>,
     pub(super) d1: Vec<NodeId>,
-    /// By how much each component changes from `q0` to `q1`, and from `q1` to `q2`: the increment, unless it is of a rotation.
+    /// The changes `q1 - q0` and `q2 - q1`, component by component: the increments, unless they are of a
+    /// rotation.
     pub(super) changes: [Vec<NodeId>; 2],
     pub(super) e: Vec<NodeId>,
     pub(super) t0: NodeId,
@@ -57,12 +59,12 @@ pub(super) struct Nodes {
 }
 
 impl Nodes {
-    /// Those of a step of second order, or of a leg.
+    /// The nodes of a step of second order, or of a leg.
     pub(super) fn new(graph: &mut Graph, n: usize) -> Self {
         Self::with(graph, n, |graph, i| graph.leaf(Leaf::E(i)))
     }
 
-    /// Those of the step of a declaration.
+    /// The nodes of a declaration's step.
     pub(super) fn of_step(graph: &mut Graph, model: &Model) -> Self {
         let n = model.coordinates.len();
         if model.order() < 3 {
@@ -105,7 +107,7 @@ impl Nodes {
         nodes
     }
 
-    /// Of a rotation: `q0 = q1 τ(-d0)` and `q2 = q1 τ(d1)`.
+    /// Sets the nodes of a rotation: `q0 = q1 τ(-d0)` and `q2 = q1 τ(d1)`.
     fn turn(&mut self, graph: &mut Graph, first: usize) {
         let slots = first..first + SLOTS;
         let q1 = [0, 1, 2, 3].map(|k| self.q1[first + k]);
@@ -121,7 +123,7 @@ impl Nodes {
         }
     }
 
-    /// What stands in the place of the nodes of a map.
+    /// The substitution for the nodes of a map of triples.
     pub(super) fn places(&self) -> HashMap<Leaf, NodeId> {
         let mut places = places([
             (Leaf::X0 as LeafOf, &self.q0),
@@ -132,24 +134,25 @@ impl Nodes {
         places
     }
 
-    /// What stands in the place of the nodes of a map of pairs, on the leg from `q0` to `q1`.
+    /// The substitution for the nodes of a map of pairs, on the leg from `q0` to `q1`.
     pub(super) fn first_leg(&self) -> HashMap<Leaf, NodeId> {
         leg([(&self.q0, self.t0), (&self.q1, self.t1)], &self.d0)
     }
 
-    /// The same on the leg from `q1` to `q2`.
+    /// The substitution for the nodes of a map of pairs, on the leg from `q1` to `q2`.
     pub(super) fn second_leg(&self) -> HashMap<Leaf, NodeId> {
         leg([(&self.q1, self.t1), (&self.q2, self.t2)], &self.d1)
     }
 
-    /// What stands in the place of a position and its time, at the middle node.
+    /// The substitution for a position and its time, at the middle node.
     pub(super) fn middle(&self) -> HashMap<Leaf, NodeId> {
         let mut places = places([(Leaf::Q as LeafOf, &self.q1)]);
         places.insert(Leaf::T, self.t1);
         places
     }
 
-    /// The map of four nodes `(p, q0, q1, q2)`, of second order and symmetric in time, at the middle of the leg from `q0` to `q1`:
+    /// The substitution by the map of four nodes `(p, q0, q1, q2)`, of second order and symmetric in time, at
+    /// the middle of the leg from `q0` to `q1`:
     /// `((q0+q1)/2, (q1-q0)/h, (q2-q1-q0+p)/2h², (q2-3q1+3q0-p)/h³)`.
     pub(super) fn middle_of_four(&self, graph: &mut Graph) -> HashMap<Leaf, NodeId> {
         let h = graph.leaf(Leaf::H);
@@ -170,7 +173,7 @@ impl Nodes {
         places
     }
 
-    /// How the time goes on from a leg to the next.
+    /// The changes of `T0` and `T1` from the first leg to the second.
     pub(super) fn change_of_time(&self, graph: &mut Graph) -> [(Leaf, Change); 2] {
         let delta = graph.leaf(Leaf::H);
         let change = |before, after| Change { before, after, delta };
@@ -181,21 +184,22 @@ impl Nodes {
     }
 }
 
-/// What stands in the place of the nodes of a map of pairs.
+/// The substitution for the nodes of a map of pairs, with the increment `d` of the leg.
 fn leg([(q0, t0), (q1, t1)]: [(&[NodeId], NodeId); 2], d: &[NodeId]) -> HashMap<Leaf, NodeId> {
     let mut places = places([(Leaf::X0 as LeafOf, q0), (Leaf::X1, q1), (Leaf::Chord, d)]);
     places.extend([(Leaf::T0, t0), (Leaf::T1, t1)]);
     places
 }
 
-/// What stands in the place of a position, a velocity and their time at a point of the first order map.
+/// The substitution for position, velocity and time at a point of `φ_{L_d}⁻¹`.
 pub(super) fn at_pair(point: &PairPoint) -> HashMap<Leaf, NodeId> {
     let mut places = places([(Leaf::Q as LeafOf, &point.q), (Leaf::V, &point.v)]);
     places.insert(Leaf::T, point.t);
     places
 }
 
-/// An expression of positions, velocities and time on a leg, in `X0`, `X1`, `T0` and `T1`: its mean over the points of the first order map.
+/// The mean of an expression of `Q`, `V` and `T` over the points of `φ_{L_d}⁻¹`, in `X0`, `X1`, `T0` and
+/// `T1`.
 pub(super) fn on_pair(model: &Model, graph: &mut Graph, value: NodeId) -> NodeId {
     mean(graph, value, &model.phi_lagrangian)
 }
@@ -210,7 +214,8 @@ pub(super) fn mean(graph: &mut Graph, value: NodeId, points: &[PairPoint]) -> No
     graph.linear(0.0, &terms)
 }
 
-/// The paper's map `(q1, (q2 - q0)/2h, (q2 - 2 q1 + q0)/h²)`, or the declared one.
+/// The point `φ⁻¹(q0, q1, q2)` by a declared map, or else by the paper's
+/// `(q1, (q2 - q0)/2h, (q2 - 2 q1 + q0)/h²)`.
 pub(super) fn map_point(graph: &mut Graph, nodes: &Nodes, map: Option<&TriplePoint>) -> PointNodes {
     let n = nodes.q1.len();
     let Some(TriplePoint { t, q, v, a }) = map else {

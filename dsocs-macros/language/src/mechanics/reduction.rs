@@ -1,5 +1,6 @@
-//! Coordinates whose positions are in no equation, as that of a body in free space or of a cart on a straight track: the step is that of the reduced system,
-//! and the positions follow from their increments (reconstruction).
+//! Coordinates whose positions occur in no equation, as that of a body in free space or of a cart on a
+//! straight track. The step is that of the reduced system, and the positions follow from their increments
+//! (reconstruction).
 
 use std::ops::Range;
 
@@ -7,16 +8,16 @@ use super::nodes::Nodes;
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::model::{Displacements, Kind, Model, PairPoint, TriplePoint};
 
-/// The positions of some coordinates, among the expressions of a model.
+/// A search for the positions of some coordinates in the expressions of a model.
 struct Search<'p> {
     graph: Graph,
-    /// The nodes of a step, for what is written in them.
+    /// The nodes of a step, for expressions in terms of a map's nodes.
     nodes: Substitution<'p>,
     coordinates: Range<usize>,
 }
 
 impl Search<'_> {
-    /// Whether an expression has one of the positions. What has only differences of nodes has none.
+    /// Whether an expression depends on one of the positions. Differences of nodes do not.
     fn is_in(&mut self, value: NodeId) -> bool {
         let value = self.graph.rewrite(value, &mut self.nodes);
         let mut coordinates = self.coordinates.clone();
@@ -24,7 +25,8 @@ impl Search<'_> {
             .any(|i| self.graph.depends_on(value, Leaf::Q(i)) || self.graph.depends_on(value, Leaf::N(i)))
     }
 
-    /// Whether a map takes one of the positions to something else than itself.
+    /// Whether a map, given by its position and its other components, depends on one of the positions other
+    /// than by mapping it to itself.
     fn is_in_map(&mut self, [position, others]: [&[NodeId]; 2]) -> bool {
         let own = self.coordinates.clone();
         let other = position.iter().enumerate().filter(|(i, _)| !own.contains(i));
@@ -33,7 +35,8 @@ impl Search<'_> {
     }
 }
 
-/// In what the positions of some coordinates are, for a message; `None` if they are in no equation.
+/// The part of the declaration in which the positions of some coordinates occur, for a message; `None` if
+/// they occur in no equation.
 pub(crate) fn where_position_is(model: &Model, coordinates: Range<usize>) -> Option<&'static str> {
     let mut graph = model.graph.clone();
     let places = Nodes::new(&mut graph, model.coordinates.len()).places();

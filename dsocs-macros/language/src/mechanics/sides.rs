@@ -1,25 +1,29 @@
-//! Functions that jump with the velocity, such as dry friction, with their sides as leaves.
+//! Functions that jump with the velocity, such as dry friction, with their signs as leaves.
 //!
-//! Where such a function jumps it may have any value between its two sides (Filippov; for friction Moreau). So a declaration that has some is
-//! written once more, with a number `s` in `[-1, 1]` in the place of each sign: [`Leaf::Side`]. Functions with the same argument have the same
-//! side. So has a corner, such as `|u|`, whose argument `u` is that of a jump, as in friction that depends on how fast it slips: it is `s u`. At both ends
-//! of a leg that rests on a moving surface `u` is a little beside zero, on different sides, and `|u|` would be so in the mean, where `s u` is not.
+//! Where such a function jumps it may have any value between its two sides (Filippov; for friction Moreau).
+//! So a declaration with such functions has a second form, in which each sign is a number `s` in `[-1, 1]`,
+//! the leaf [`Leaf::Side`]. Functions with the same argument share their side. So does a corner such as
+//! `|u|`, if its argument `u` is that of a jump, as in friction that depends on the speed of slipping: it
+//! becomes `s u`. At the ends of a leg that rests on a moving surface `u` is slightly off zero, with opposite
+//! signs. There the mean of `|u|` is not zero, while that of `s u` is.
 
 use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass, Unary};
 use crate::hash::HashMap;
 use crate::model::{Displacements, Kind, Model, Row};
 
-/// A declaration with sides in the place of signs.
+/// A declaration with sides in place of signs.
 pub(crate) struct Sides {
-    /// The declaration.
+    /// The declaration with sides.
     pub(crate) model: Model,
     /// The argument of each side, in `Q`, `V` and `T`.
     pub(crate) arguments: Vec<NodeId>,
 }
 
-/// The declaration with sides, if its external forces, its kinematic constraints, or the directions of its constraint forces jump with the velocity.
+/// The declaration with sides, if its external forces, its kinematic constraints, or the directions of its
+/// constraint forces jump with the velocity.
 ///
-/// Not where constraints are of third order or have factors to be divided out: sticking is not looked for there.
+/// `None` also for constraints of third order or with factors to divide out, because sticking is not looked
+/// for there.
 pub(crate) fn sides(model: &Model) -> Option<Sides> {
     let divided = |row: &Row| row.divided || row.divide.is_some();
     if model.order() > 2 || model.constraints.iter().any(divided) {
@@ -37,7 +41,7 @@ pub(crate) fn sides(model: &Model) -> Option<Sides> {
     if !rows.chain(&model.external_forces).chain(directions).any(jumps) {
         return None;
     }
-    // the jumps tell which corners have a side, and may come after them
+    // the jumps are found first: they tell which corners have a side, wherever these occur
     let mut jumps = model.clone();
     let arguments = put(&mut jumps, Signs::default());
     let mut model = Model {
@@ -53,7 +57,7 @@ pub(crate) fn sides(model: &Model) -> Option<Sides> {
     (!arguments.is_empty()).then_some(Sides { model, arguments })
 }
 
-/// Puts sides into all that they may stand in; returns their arguments.
+/// Substitutes sides in all expressions that may have them; returns their arguments.
 fn put(model: &mut Model, mut signs: Signs) -> Vec<NodeId> {
     for force in &mut model.external_forces {
         *force = model.graph.rewrite(*force, &mut signs);
@@ -72,17 +76,18 @@ fn put(model: &mut Model, mut signs: Signs) -> Vec<NodeId> {
     signs.arguments
 }
 
-/// Puts sides in the place of signs.
+/// The pass that substitutes sides for signs.
 #[derive(Default)]
 struct Signs {
     arguments: Vec<NodeId>,
-    /// How many of the arguments are known to be those of jumps.
+    /// The number of arguments, the first ones, that are known to be those of jumps.
     corners: usize,
     memory: Memory,
 }
 
 impl Signs {
-    /// The side of an argument; `None` if it is not one of velocities alone, positions and the time.
+    /// The side of an argument; `None` unless it depends on velocities, and on positions and time at most
+    /// besides.
     fn of(&mut self, graph: &mut Graph, argument: NodeId) -> Option<NodeId> {
         let is_motion = graph
             .leaves(argument)
@@ -91,7 +96,7 @@ impl Signs {
         if !is_motion || !moves {
             return None;
         }
-        // multiples change their sign together
+        // multiples of one argument share a side
         let (factor, argument) = graph.split(argument);
         let known = self.arguments.iter().position(|known| *known == argument);
         let place = known.unwrap_or_else(|| {
@@ -102,7 +107,7 @@ impl Signs {
         Some(graph.scale(factor.signum(), side))
     }
 
-    /// The side of an argument, if it is that of a jump.
+    /// The side of a corner, if its argument is that of a jump.
     fn of_corner(&mut self, graph: &mut Graph, argument: NodeId) -> Option<NodeId> {
         let (_, own) = graph.split(argument);
         let is_known = self.arguments[..self.corners].contains(&own);
@@ -110,7 +115,7 @@ impl Signs {
     }
 }
 
-/// Whether an expression is zero where an argument is, as the difference of the two pieces of a corner.
+/// Whether an expression is zero wherever an argument is, as the difference of a corner's two pieces.
 fn vanishes_with(graph: &mut Graph, value: NodeId, argument: NodeId) -> bool {
     let (terms, constant) = graph.terms(argument);
     let is_velocity = |node: NodeId| matches!(graph.node(node), Node::Leaf(Leaf::V(_)));
@@ -144,7 +149,7 @@ impl Pass for Signs {
             }
             Node::Select(_, [left, right, then, otherwise]) => {
                 let (argument, jump) = (graph.sub(right, left), graph.sub(then, otherwise));
-                // a corner is no jump
+                // at a corner the pieces agree
                 let side = if vanishes_with(graph, jump, argument) {
                     self.of_corner(graph, argument)
                 } else {

@@ -1,4 +1,4 @@
-//! The rows of a step: the constraints at its nodes, and the works of the discrete force (paper, section 3).
+//! The rows of a step: the constraints at its nodes, and the work of the constraint force (paper, section 3).
 
 use super::equation::{Equation, Pivots};
 use super::force::discrete_force;
@@ -8,26 +8,28 @@ use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
 use crate::hash::HashMap;
 use crate::model::{Displacements, Kind, Model, Row};
 
-/// The discrete step in terms of the middle node `N`, the known increment `D` and the second difference `E`; where a constraint is of third
-/// order, of the last second difference `P` and of the third difference `E`.
+/// The discrete step in terms of the middle node `N`, the known increment `D` and the second difference `E`;
+/// with a constraint of third order, in terms of `N`, `D`, the previous second difference `P` and the third
+/// difference `E`.
 ///
-/// There the force is that at the last inner node of four: at the one before, its rows would not contain the node that is sought.
+/// Of third order, the force is that at the last inner one of four nodes: the rows of the force at the first
+/// inner node would not contain the unknown node.
 pub(crate) struct StepEquations {
-    /// The constraints, then `⟨u, Q⟩` for every field, or `Q - Σ λ_j α_j`.
+    /// The constraints, then `⟨u, Q⟩` for every field, or the components of `Q - Σ λ_j α_j`.
     pub(crate) rows: Vec<Equation>,
-    /// How many multipliers are among the unknowns.
+    /// The number of multipliers among the unknowns.
     pub(crate) multipliers: usize,
     /// `φ_{D_K}⁻¹(q0, q1, q2)`.
     pub(crate) point: PointNodes,
     /// The constraint force `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`.
     pub(crate) force: Vec<NodeId>,
-    /// The fields that span the virtual displacements; none where multipliers are unknown instead.
+    /// The fields that span the virtual displacements; empty where multipliers are unknown instead.
     pub(crate) fields: Vec<Vec<NodeId>>,
-    /// The forms in whose directions it acts, as far as they are known.
+    /// The forms along which the constraint force acts, if they are known.
     pub(crate) forms: Vec<Vec<NodeId>>,
 }
 
-/// The discrete step that the declaration asks for.
+/// The discrete step of the declaration.
 pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
     let nodes = Nodes::of_step(graph, model);
     let point = map_point(graph, &nodes, model.phi_kinematic.as_ref());
@@ -80,12 +82,12 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
     }
 }
 
-/// How much of a holonomic constraint's value at the middle node, which is nothing but rounding, the next one takes away.
+/// The fraction of a holonomic constraint's rounding error at `q1` that a step takes away.
 const CORRECTED: f64 = 1.0 / 1024.0;
 
-/// `g(q2)`, for a middle node with `g(q1) = 0`: the change from there, formed without cancellation, and a small part of what
-/// rounding has left there, so that it does not add up. All of it would be seen in the second difference, whose own size is
-/// `h²`.
+/// `g(q2)`, for a middle node with `g(q1) = 0` up to rounding: the change from there, formed without
+/// cancellation, plus a small part of the error at `q1`, so that errors do not add up. The whole error would
+/// show in the second difference, which is itself of the size `h²`.
 fn holonomic(graph: &mut Graph, nodes: &Nodes, g: NodeId) -> Equation {
     let mut change: HashMap<_, _> = (0..nodes.q1.len())
         .map(|i| {
@@ -109,7 +111,8 @@ fn holonomic(graph: &mut Graph, nodes: &Nodes, g: NodeId) -> Equation {
     }
 }
 
-/// For which second differences a constraint may be solved beforehand: of accelerations, for that of the only one.
+/// The second differences for which a row may be solved symbolically. A constraint on accelerations may be
+/// solved only if it has a single one.
 fn pivots(model: &Model, graph: &Graph, row: &Row) -> Pivots {
     if row.kind != Kind::Kinematic || row.order != 2 || row.discrete.is_some() {
         return Pivots::Any;
@@ -121,7 +124,8 @@ fn pivots(model: &Model, graph: &Graph, row: &Row) -> Pivots {
     }
 }
 
-/// The forms of the constraint forces: those of holonomic constraints at the middle node, the others at `φ_{D_V}⁻¹`.
+/// The forms of the constraint forces: of holonomic constraints at the middle node, of the others at
+/// `φ_{D_V}⁻¹`.
 fn discrete_forms(
     model: &Model,
     graph: &mut Graph,

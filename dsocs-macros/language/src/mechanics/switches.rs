@@ -1,27 +1,28 @@
-//! Where a declaration is given by pieces, or divides by what may be zero.
+//! Expressions whose sign changes where a declaration jumps, has a corner or has a pole.
 //!
-//! Whatever a motion may meet a jump, a corner or a pole at is an expression whose sign changes there: the argument of a `signum` or of an absolute
-//! value, the difference of the two sides of a comparison, and what is divided by. Runs of steps watch these *arguments*.
+//! Such an expression is the argument of a `signum` or of an absolute value, the difference of the two sides
+//! of a comparison, or a denominator. Runs of steps watch the signs of these *arguments*.
 
 use super::sides::{Sides, sides};
 use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
 use crate::hash::{HashMap, HashSet};
 use crate::model::{Displacements, Model};
 
-/// The arguments of whatever is given by pieces, and of poles.
+/// The arguments of a declaration's switches and poles.
 pub(crate) struct Switches {
-    /// The graph that they stand in.
+    /// The graph of the arguments.
     pub(crate) graph: Graph,
-    /// The arguments, in `Q`, `V` and `T`, of third order in `A` as well, multiples once: those of functions that jump with the velocity first, in the order of their sides.
+    /// The arguments, in `Q`, `V` and `T`, with constraints of third order in `A` as well, without multiples
+    /// of each other. Those of functions that jump with the velocity come first, in the order of their sides.
     pub(crate) arguments: Vec<NodeId>,
-    /// The tables of samples, each with its argument, in the same leaves.
+    /// The tables of samples with their arguments, in the same leaves.
     pub(crate) tables: Vec<Table>,
 }
 
-/// The value of a table of samples.
+/// A value of a table of samples.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Table {
-    /// The function, by its place in the graph's callees.
+    /// The callee, by its index in the graph.
     pub(crate) callee: usize,
     /// Its argument.
     pub(crate) argument: NodeId,
@@ -29,7 +30,7 @@ pub(crate) struct Table {
 
 /// The switches of a declaration.
 pub(crate) fn switches(model: &Model) -> Switches {
-    // the graph with sides has all nodes of the model's
+    // the graph with sides contains all nodes of the model's graph
     let (mut graph, mut arguments) = match sides(model) {
         Some(Sides { model, arguments }) => (model.graph, arguments),
         None => (model.graph.clone(), Vec::new()),
@@ -68,15 +69,15 @@ pub(crate) fn switches(model: &Model) -> Switches {
         let found = match graph.node(id).clone() {
             Node::Unary(Unary::Signum | Unary::Abs, argument) => vec![argument],
             Node::Select(_, [left, right, ..]) => vec![graph.sub(right, left)],
-            // where a power is not smooth, or infinite, as the logarithm is
+            // at a zero of the base a power is not smooth, and a logarithm is infinite
             Node::Unary(Unary::Sqrt | Unary::Cbrt | Unary::Ln, base) | Node::Powf(base, _) => {
                 let mut found = zero_with(&graph, base);
                 found.extend(turns(&mut graph, base));
                 found
             }
-            // which have a corner where their argument turns back at one
+            // these have a corner where their argument turns back at ±1
             Node::Unary(Unary::Asin | Unary::Acos, argument) => vec![graph.total_derivative(argument)],
-            // where an angle jumps by a whole turn
+            // the angle jumps by a whole turn
             Node::Atan2(ordinate, _) => vec![ordinate],
             Node::Unary(Unary::Tan, angle) => vec![graph.unary(Unary::Cos, angle)],
             Node::Product(factors) => {
@@ -96,7 +97,8 @@ pub(crate) fn switches(model: &Model) -> Switches {
     }
 }
 
-/// Expressions one of which is zero where an expression is: what roots and powers are taken of.
+/// Expressions one of which is zero wherever an expression is: the bases of roots and powers, and the factors
+/// of products.
 fn zero_with(graph: &Graph, id: NodeId) -> Vec<NodeId> {
     match graph.node(id) {
         Node::Unary(Unary::Sqrt | Unary::Cbrt | Unary::Abs, base) | Node::Powf(base, _) => {
@@ -110,7 +112,8 @@ fn zero_with(graph: &Graph, id: NodeId) -> Vec<NodeId> {
     }
 }
 
-/// The rate of what a root is taken of, which changes its sign where that touches zero, if it may do so without changing its own.
+/// The rate of a root's radicand, which changes sign where the radicand touches zero; `None` if the radicand
+/// cannot touch zero without changing its own sign.
 fn turns(graph: &mut Graph, base: NodeId) -> Option<NodeId> {
     let may_touch = matches!(graph.node(base), Node::Sum(..)) && !graph.is_several_squares(base);
     may_touch.then(|| graph.total_derivative(base))
@@ -127,18 +130,19 @@ fn add(graph: &mut Graph, ranges: &mut Ranges, argument: NodeId, order: usize, a
     }
 }
 
-/// Whether an expression changes with position, velocity and time, of third order also with the acceleration, and with nothing else.
+/// Whether an expression depends on position, velocity and time alone, or with constraints of third order on
+/// the acceleration as well.
 fn is_of_motion(graph: &Graph, argument: NodeId, order: usize) -> bool {
     let is_state = |leaf| match leaf {
         Leaf::Q(_) | Leaf::V(_) | Leaf::T => true,
-        // which does not jump where constraints are of third order
+        // with constraints of third order the acceleration does not jump
         Leaf::A(_) => order > 2,
         _ => false,
     };
     graph.leaves(argument).next().is_some() && graph.leaves(argument).all(is_state)
 }
 
-/// Numbers between which the values of expressions lie, as their form tells.
+/// Bounds of the values of expressions, by their form.
 #[derive(Default)]
 struct Ranges {
     known: HashMap<NodeId, [f64; 2]>,
@@ -147,13 +151,13 @@ struct Ranges {
 impl Ranges {
     const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-    /// Whether the values of an expression cannot be below zero, or cannot be above.
+    /// Whether the values of an expression are all nonnegative or all nonpositive.
     fn have_one_sign(&mut self, graph: &Graph, id: NodeId) -> bool {
         let [least, most] = self.of(graph, id);
         least >= 0.0 || most <= 0.0
     }
 
-    /// The range of an expression.
+    /// The least and the largest value of an expression.
     fn of(&mut self, graph: &Graph, id: NodeId) -> [f64; 2] {
         if let Some(&known) = self.known.get(&id) {
             return known;
@@ -180,11 +184,11 @@ impl Ranges {
         range
     }
 
-    /// The range of a power.
+    /// The bounds of a power.
     fn of_power(&mut self, graph: &Graph, factor: NodeId, exponent: i32) -> [f64; 2] {
         let [least, most] = self.of(graph, factor);
         if exponent % 2 == 0 {
-            // an even power of what is bounded by one is, too
+            // an even power of a number in [-1, 1] is at most 1
             let is_bounded = exponent > 0 && least >= -1.0 && most <= 1.0;
             [0.0, if is_bounded { 1.0 } else { f64::INFINITY }]
         } else if exponent == 1 {
@@ -201,7 +205,7 @@ impl Ranges {
     }
 }
 
-/// The range of a product.
+/// The bounds of a product.
 fn times(x: [f64; 2], y: [f64; 2]) -> [f64; 2] {
     let products = x
         .iter()

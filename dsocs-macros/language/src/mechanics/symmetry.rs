@@ -1,12 +1,14 @@
-//! Whether the step can be composed with others of different lengths.
+//! Whether steps of different lengths can be composed.
 //!
-//! Value, slope and curvature at `q1` of the parabola through three nodes exist for legs of any lengths. Where the equations of a
-//! step depend on its nodes through this point alone, and are there those of the continuous system, the map from
-//! node to node is symmetric in time for every leg, and compositions of it have higher orders. That is decided here, with
-//! the point written in place of the nodes: `q1 = q`, `q1 - q0 = h v - h² a/2`, `q2 - 2 q1 + q0 = h² a`.
+//! The parabola through three nodes has a value, a slope and a curvature at `q1` for legs of any lengths. If
+//! the equations of a step depend on its nodes through this point alone, and agree there with those of the
+//! continuous system, the map from node to node is symmetric in time for every leg, and compositions of it
+//! have higher orders. That is decided here, with the nodes expressed by the point: `q1 = q`,
+//! `q1 - q0 = h v - h² a/2`, `q2 - 2 q1 + q0 = h² a`.
 //!
-//! Where `L_d` leads to other equations, as with a mass matrix that varies, legs of different lengths are joined by the momenta at
-//! the nodes instead. That map is symmetric where `L_d` is: where it is the same with its nodes exchanged and `-h` in place of `h`.
+//! Where `L_d` gives other equations, as with a mass matrix that varies, legs of different lengths are joined
+//! by the momenta at the nodes instead. That map is symmetric if `L_d` is: if it stays the same when its
+//! nodes are exchanged and `h` becomes `-h`.
 
 use super::force::points_of_arriving;
 use super::nodes::{LeafOf, Nodes};
@@ -16,7 +18,8 @@ use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::hash::HashMap;
 use crate::model::{Model, PairPoint, TriplePoint};
 
-/// Whether steps of different lengths can be composed, or why not: a variant of `dsocs_core::Symmetry`, which says what each is.
+/// Whether steps of different lengths can be composed, or why not. The variants are those of
+/// `dsocs_core::Symmetry`, where they are explained.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "what each is, dsocs_core says")]
@@ -47,8 +50,8 @@ impl Symmetry {
 }
 
 impl Symmetry {
-    /// Whether the step is symmetric with any legs, or the first reason why not. The step is that of the declaration, in a graph that stays as it is:
-    /// what is written on the way to an answer has no place among the expressions that code is made of.
+    /// Whether the step is symmetric with any legs, or the first reason why not. The given graph is not
+    /// changed: expressions made for the decision do not belong among those from which code is made.
     pub(crate) fn decide(model: &Model, graph: &Graph, step: &StepEquations) -> Self {
         if model.order() > 2 {
             return Self::ThirdOrder;
@@ -58,7 +61,8 @@ impl Symmetry {
         }
         let mut declared = model.graph.clone();
         if !declared.rotations().is_empty() {
-            // no parabola joins legs that turn: the velocities of two legs are seen from one body through `T`
+            // no parabola joins the legs of a rotation, whose velocities are in the frames of different
+            // bodies
             return Self::by_momenta(model, &mut declared);
         }
         if is_paper(model, &mut declared) && !momentum_is_linear(model, &mut declared) {
@@ -71,7 +75,7 @@ impl Symmetry {
         let mut at_point = Substitution::new(&point);
         let mut same = |step: NodeId, continuous: NodeId| {
             let step = graph.rewrite(step, &mut at_point);
-            // functions of equal arguments become one function
+            // functions of equal arguments become the same node
             let continuous = graph.rewrite(continuous, &mut merge);
             let step = graph.rewrite(step, &mut merge);
             let difference = graph.sub(step, continuous);
@@ -135,8 +139,8 @@ impl Symmetry {
     }
 }
 
-/// Whether `L_d` is the same with its nodes exchanged and `-h` in place of `h`. For the paper's map the trapezoid's is taken, see
-/// [`super::arriving`].
+/// Whether `L_d` stays the same when its nodes are exchanged and `h` becomes `-h`. The paper's map counts as
+/// the trapezoid, see [`super::arriving`].
 fn is_symmetric_leg(model: &Model, graph: &mut Graph) -> bool {
     let h = graph.leaf(Leaf::H);
     let mut exchanged = HashMap::from_iter([
@@ -167,7 +171,8 @@ fn is_symmetric_leg(model: &Model, graph: &mut Graph) -> bool {
     if let Some(given) = model.discrete_lagrangian {
         return same(&[given], &[given]);
     }
-    // the middle of a leg that turns is the same from both ends, which its expression, from the first, does not show
+    // the middle of a rotation's leg is symmetric, but its expression, which starts from the first node, does
+    // not show it
     let numbers = |point: &PairPoint| {
         let mut q = point.q.clone();
         for (first, middle) in middles.iter().rev() {
@@ -191,7 +196,7 @@ fn is_symmetric_leg(model: &Model, graph: &mut Graph) -> bool {
     points.iter().all(is_among)
 }
 
-/// Whether the first order map is the paper's.
+/// Whether `φ_{L_d}⁻¹` is the paper's map.
 fn is_paper(model: &Model, graph: &mut Graph) -> bool {
     let first =
         |graph: &mut Graph, q: &[NodeId]| q.iter().enumerate().all(|(i, &q)| q == graph.leaf(Leaf::X0(i)));
@@ -199,8 +204,8 @@ fn is_paper(model: &Model, graph: &mut Graph) -> bool {
         && matches!(model.phi_lagrangian.as_slice(), [point] if first(graph, &point.q))
 }
 
-/// Whether `∂L/∂v` is a constant matrix times `v`, and a constant: with the paper's map its difference over a step is then
-/// the matrix times the curvature.
+/// Whether `∂L/∂v` is a constant matrix times `v`, plus a constant. Then with the paper's map its difference
+/// over a step is the matrix times the curvature.
 fn momentum_is_linear(model: &Model, graph: &mut Graph) -> bool {
     let n = model.coordinates.len();
     (0..n).all(|i| {
@@ -213,7 +218,7 @@ fn momentum_is_linear(model: &Model, graph: &mut Graph) -> bool {
     })
 }
 
-/// The nodes of a step in terms of its parabola's point.
+/// The nodes of a step, expressed by value, slope and curvature of its parabola.
 fn parabola(graph: &mut Graph, n: usize) -> HashMap<Leaf, NodeId> {
     let h = graph.leaf(Leaf::H);
     let mut nodes = HashMap::from_iter([(Leaf::Clock, graph.leaf(Leaf::T))]);

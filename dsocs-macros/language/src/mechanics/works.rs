@@ -1,18 +1,18 @@
-//! What the constraint force may do: no work along the virtual displacements.
+//! The equations of the constraint force: no work along the virtual displacements.
 
 use crate::graph::{Graph, Leaf, NodeId};
 
 use super::equation::{Equation, Pivots};
 
-/// A force, component by component.
+/// The constraint force, component by component.
 pub(super) struct Force {
     pub(super) value: Vec<NodeId>,
-    /// With the difference of the momenta as it is.
+    /// The force with the difference of the momenta formed by subtraction.
     pub(super) plain: Vec<NodeId>,
 }
 
-/// The works `⟨u, Q⟩` of the constraint force along the fields, or, where there are none, what the forces of the
-/// constraints leave of it: `Q - Σ λ_j α_j`.
+/// The works `⟨u, Q⟩` of the constraint force along the fields or, without fields, the force less those of
+/// the multipliers: the components of `Q - Σ λ_j α_j`.
 pub(super) fn works(
     graph: &mut Graph,
     fields: Option<&[Vec<NodeId>]>,

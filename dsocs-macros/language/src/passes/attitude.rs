@@ -1,15 +1,16 @@
-//! What is made of the components of quaternions, as few products.
+//! Polynomials in the components of quaternions, with few products.
 //!
-//! A vector turned into the frame of a body, and what gravity does there, are forms of degree two in the components of a quaternion. As they come, each
-//! component of them has products of its own. Multiplied out all of them share the few that there are, of which `q² = 1` spares one square more. Nothing is lost
-//! with these digits: the components are at most 1, and so are the products.
+//! A vector turned into the frame of a body, and gravity there, are quadratic forms in the components of a
+//! quaternion. As written, each component has products of its own. Multiplied out, all components share a few
+//! products, and `q² = 1` spares one square more. No digits are lost, because the components, and so the
+//! products, are at most 1.
 
 use std::rc::Rc;
 
 use crate::graph::algebra::horner::{self, Horner, Polynomial};
 use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass};
 
-/// Rewrites what is made of attitudes alone.
+/// The pass that rewrites expressions of attitudes alone.
 #[derive(Default)]
 pub(super) struct Attitudes {
     horner: Horner,
@@ -47,7 +48,7 @@ impl Pass for Attitudes {
 }
 
 impl Attitudes {
-    /// The sum of all products; `None` if they are too many.
+    /// The expression as a sum of products; `None` if they are too many.
     fn multiplied_out(&mut self, graph: &mut Graph, id: NodeId) -> Option<NodeId> {
         let mut known = self.horner.polynomial(graph, id)?;
         for first in graph.rotations().to_vec() {
@@ -62,14 +63,15 @@ impl Attitudes {
     }
 }
 
-/// Whether an expression moves with attitudes, and with nothing else.
+/// Whether an expression depends on attitudes and on no other leaf.
 fn is_of_attitudes(graph: &Graph, id: NodeId) -> bool {
     let mut leaves = graph.leaves(id).peekable();
     leaves.peek().is_some()
         && leaves.all(|leaf| matches!(leaf, Leaf::Q(place) if graph.rotation_at(place).is_some()))
 }
 
-/// A polynomial without squares of the scalar of a quaternion, `w² = 1 - x² - y² - z²`; `None` if it has too many terms.
+/// A polynomial with the squares of a quaternion's scalar replaced, `w² = 1 - x² - y² - z²`; `None` if it has
+/// too many terms.
 fn of_norm_one(graph: &mut Graph, known: Rc<Polynomial>, first: usize) -> Option<Rc<Polynomial>> {
     let scalar = graph.leaf(Leaf::Q(first));
     let has_square = |polynomial: &Polynomial| {
@@ -114,7 +116,7 @@ fn of_norm_one(graph: &mut Graph, known: Rc<Polynomial>, first: usize) -> Option
 mod tests {
     use super::*;
 
-    /// The vector that stands upright, seen from the body, in components of a quaternion that was not normalised by hand.
+    /// The vertical unit vector in the frame of the body, with terms that use no `q² = 1`.
     fn upright(graph: &mut Graph) -> [NodeId; 3] {
         let q = [0, 1, 2, 3].map(|k| graph.leaf(Leaf::Q(k)));
         let (zero, one) = (graph.constant(0.0), graph.constant(1.0));
@@ -127,7 +129,7 @@ mod tests {
         let mut graph = Graph::new();
         graph.set_rotations(vec![0]);
         let [x, y, z] = upright(&mut graph);
-        // by w (b + d) as it may come: the square of the scalar is of the others
+        // terms with w² may occur: the square is replaced by those of the other components
         let w = graph.leaf(Leaf::Q(0));
         let with_square = graph.powi(w, 2);
         let mut all = [x, y, z, with_square];
@@ -140,7 +142,7 @@ mod tests {
                 }
             }
         }
-        // bd, ac, ab, cd, b², c², d²
+        // the products bd, ac, ab, cd, b², c², d²
         assert_eq!(products.len(), 7);
         assert!(!products.contains(&with_square));
     }

@@ -1,42 +1,42 @@
-//! Rows multiplied out.
+//! Denominators multiplied out of rows.
 //!
-//! A row vanishes where its product with something else does. So a denominator that is a square root or a sum of squares
-//! is multiplied out where this spares the iteration a division: of a curvature `v×a/|v|³ - κ` becomes `v×a - κ|v|³`, which
-//! is also the better function for Newton's iteration, since it does not flatten out far from its root. Factors of the
-//! parameters and of `h` that all terms share are dropped. What a row was multiplied by is kept ([`Cleared::scale`]):
-//! where that vanishes a root is none of the declared row.
+//! A row vanishes where a multiple of it does. So a denominator that is a square root or a sum of squares is
+//! multiplied out where this spares the iteration a division: a curvature `v×a/|v|³ - κ` becomes
+//! `v×a - κ|v|³`, which also suits Newton's iteration better, since it does not flatten out far from its
+//! root. Factors of the parameters and of `h` that all terms share are dropped. The factor of a row is kept
+//! ([`Cleared::scale`]): where it vanishes, a root of the product is no root of the declared row.
 
 use std::collections::BTreeMap;
 
 use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
 
-/// Rows with more terms keep their denominators: each would be multiplied.
+/// The most terms of a row whose denominator is multiplied out, since every term is multiplied.
 const MOST_TERMS: usize = 6;
 
-/// A row times what it was multiplied by.
+/// A declared row times a factor.
 #[derive(Clone, Copy)]
 pub(crate) struct Cleared {
     /// The product.
     pub(crate) row: NodeId,
-    /// The product with the row as it is differentiated (see [`crate::mechanics::Equation`]).
+    /// The factor times the plain form of the row, for derivatives (see [`crate::mechanics::Equation`]).
     pub(crate) plain: NodeId,
     /// The factor.
     pub(crate) scale: NodeId,
 }
 
 impl Cleared {
-    /// A row as it was declared.
+    /// A row as it was declared, with the factor 1.
     pub(crate) fn untouched(graph: &mut Graph, row: NodeId, plain: NodeId) -> Self {
         let scale = graph.constant(1.0);
         Self { row, plain, scale }
     }
 
-    /// Its expressions, to be rewritten.
+    /// The expressions, for passes to rewrite.
     pub(crate) fn parts(&mut self) -> impl Iterator<Item = &mut NodeId> {
         [&mut self.row, &mut self.plain, &mut self.scale].into_iter()
     }
 
-    /// Multiplies the denominator out that the unknowns occur in, if there is one and it is not negative.
+    /// The row with its denominator multiplied out, if it has one that contains unknowns and is not negative.
     pub(crate) fn without_denominator(self, graph: &mut Graph) -> Self {
         let (terms, _) = graph.terms(self.row);
         let Some((base, halves)) = denominator(graph, &terms) else {
@@ -51,7 +51,7 @@ impl Cleared {
         }
     }
 
-    /// Drops what depends on the parameters and the step alone and is a factor of all terms.
+    /// The row without the factors of the parameters and the step that all its terms share.
     pub(crate) fn without_common_factor(self, graph: &mut Graph) -> Self {
         let (terms, constant) = graph.terms(self.row);
         if constant != 0.0 || graph.as_constant(self.row).is_some() {
@@ -86,7 +86,7 @@ fn times(graph: &mut Graph, sum: NodeId, factor: NodeId) -> NodeId {
     graph.linear(0.0, &products)
 }
 
-/// A sum times so many halves of a power of `base`, term by term.
+/// A sum times `base` to the power `halves/2`, term by term.
 fn times_power(graph: &mut Graph, sum: NodeId, base: NodeId, halves: i32) -> NodeId {
     let (mut terms, constant) = graph.terms(sum);
     if constant != 0.0 {
@@ -107,7 +107,7 @@ fn times_power(graph: &mut Graph, sum: NodeId, base: NodeId, halves: i32) -> Nod
     graph.linear(0.0, &products)
 }
 
-/// A factor's base and exponent in terms of square roots: `√x` to the power `n` is `n` halves of `x`.
+/// The base and the exponent of a factor in halves: `√x` to the power `n` is `n` halves of `x`.
 fn half_power(graph: &Graph, factor: NodeId, n: i32) -> (NodeId, i32) {
     match graph.node(factor) {
         Node::Unary(Unary::Sqrt, inner) => (*inner, n),
@@ -115,7 +115,8 @@ fn half_power(graph: &Graph, factor: NodeId, n: i32) -> (NodeId, i32) {
     }
 }
 
-/// So many halves of a power, as a power of the base or, with one derivative less to sum up, of its root.
+/// `base` to the power `halves/2`, as a base and an exponent: the base or, for odd numbers of halves, its
+/// root.
 fn root_power(graph: &mut Graph, base: NodeId, halves: i32) -> (NodeId, i32) {
     if halves % 2 == 0 {
         (base, halves / 2)
@@ -124,7 +125,8 @@ fn root_power(graph: &mut Graph, base: NodeId, halves: i32) -> (NodeId, i32) {
     }
 }
 
-/// The only denominator with unknowns in it, and its largest power in halves, if it may be multiplied out.
+/// The only denominator that contains unknowns, and its largest power in halves; `None` if it may not be
+/// multiplied out.
 fn denominator(graph: &Graph, terms: &[(NodeId, f64)]) -> Option<(NodeId, i32)> {
     let mut least: BTreeMap<NodeId, (i32, bool)> = BTreeMap::new();
     for &(term, _) in terms {

@@ -1,37 +1,38 @@
-//! Affine expressions, gathered.
+//! Affine expressions gathered as `c₀ + Σ cⱼ xⱼ`.
 //!
-//! Much of a residual is affine in the unknowns: velocities, momenta, `vₓ a_y - aₓ v_y` (its quadratic terms cancel).
-//! Written as `c₀ + Σ cⱼ zⱼ` such an expression costs one product and one sum an unknown in the iteration, and its
-//! coefficients are known when the step begins. The same holds one stage earlier: what the step's leg and functions of
-//! it enter linearly has coefficients that are known when the run begins, and a coefficient that is identically zero
-//! takes its term along. Only affine expressions are gathered: multiplying out a square of the velocity would turn a sum
-//! of positive terms into a cancellation.
+//! Much of a residual is affine in the unknowns: velocities, momenta, `vₓ a_y - aₓ v_y` (its quadratic terms
+//! cancel). Written as `c₀ + Σ cⱼ zⱼ`, such an expression costs the iteration one product and one sum per
+//! unknown, and its coefficients are known when the step begins. The same holds one stage earlier:
+//! expressions that are affine in the leg and in functions of it have coefficients that are known when the
+//! run begins, and a term with a coefficient that is identically zero disappears. Only affine expressions are
+//! gathered: multiplying out a square of the velocity would turn a sum of positive terms into a cancellation.
 
 use std::collections::BTreeMap;
 
 use crate::graph::{Bits, Graph, Leaf, Memory, Node, NodeId, Pass};
 use crate::hash::HashMap;
 
-/// Polynomials with more terms are left alone.
+/// The most terms of a polynomial that is gathered.
 const MOST_TERMS: usize = 64;
-/// A product of two affine expressions may turn out affine after all.
+/// The highest degree of intermediate polynomials: a product of two affine expressions may turn out affine
+/// after all.
 const HIGHEST_DEGREE: u32 = 2;
 
-/// A polynomial in the variables: exponents by variable, and the coefficient.
+/// A polynomial in the variables: for each monomial, its variables with exponents, the coefficient.
 type Polynomial = BTreeMap<Vec<(NodeId, u32)>, NodeId>;
 
-/// In what an expression is to be affine.
+/// The variables in which expressions are gathered.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Variables {
     /// The unknowns of the step.
     Unknowns,
-    /// The components of the leg and functions of them.
+    /// The components of the leg, and functions of them.
     Leg,
-    /// Positions, velocities, accelerations and functions of them.
+    /// Positions, velocities, accelerations and multipliers, and functions of them.
     Motion,
 }
 
-/// Rewrites expressions so that everything affine in the variables is in the form `c₀ + Σ cⱼ xⱼ`.
+/// The pass that writes every expression affine in the variables as `c₀ + Σ cⱼ xⱼ`.
 pub(super) struct Collapse {
     variables: Variables,
     polynomials: HashMap<NodeId, Option<Polynomial>>,
@@ -67,7 +68,7 @@ impl Collapse {
         }
     }
 
-    /// Whether an expression contains variables.
+    /// Whether an expression depends on the variables.
     fn varies(&self, graph: &Graph, id: NodeId) -> bool {
         graph.leaves(id).any(|leaf| match self.variables {
             Variables::Unknowns => matches!(leaf, Leaf::Z(_)),
@@ -76,7 +77,7 @@ impl Collapse {
         })
     }
 
-    /// Whether an expression depends on what is known only after the variables.
+    /// Whether an expression depends on leaves that are known only after the variables.
     fn beyond(&self, graph: &Graph, id: NodeId) -> bool {
         self.variables == Variables::Leg
             && graph
@@ -84,7 +85,7 @@ impl Collapse {
                 .any(|leaf| matches!(leaf, Leaf::Z(_) | Leaf::E(_)))
     }
 
-    /// A sum that is not affine itself: several of its terms may be affine together.
+    /// A sum that is not affine as a whole, with those of its terms gathered that are affine together.
     fn sum(&mut self, graph: &mut Graph, constant: f64, terms: &[(NodeId, Bits)]) -> NodeId {
         let mut whole: Polynomial = BTreeMap::new();
         let mut rest = Vec::new();
@@ -142,7 +143,7 @@ impl Collapse {
         graph.sum(&terms)
     }
 
-    /// The expression as a polynomial in the unknowns, if it is one of low degree.
+    /// The expression as a polynomial in the variables; `None` if it is none of low degree.
     fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
         if let Some(known) = self.polynomials.get(&id) {
             return known.clone();
@@ -195,7 +196,7 @@ impl Collapse {
                 Some(product)
             }
             Node::Leaf(_) => Some(variable(graph, id)),
-            // a function of the unknowns is no polynomial; a function of the leg is a variable like the leg
+            // a function of the unknowns is no polynomial; a function of the leg counts as a variable
             _ if self.variables == Variables::Unknowns => None,
             _ => {
                 let function = graph.rewrite_parts(id, self);

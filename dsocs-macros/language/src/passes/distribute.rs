@@ -1,13 +1,14 @@
 //! Constants multiplied into sums.
 //!
-//! `l (a x + b y)` costs a product more than `(l a) x + (l b) y`, whose constants are known when the run begins. And an
-//! equation in which every term has one constant of its own shares its products with the others: the coefficients of a
-//! mass matrix, say, are symmetric. So a sum that is used once, as a factor beside constants, is multiplied out.
+//! `l (a x + b y)` costs one product more than `(l a) x + (l b) y`, whose constants are known when the run
+//! begins. And an equation in which every term has one constant of its own shares products with the others:
+//! the coefficients of a mass matrix, say, are symmetric. So a sum that is used once, as a factor beside
+//! constants, is multiplied out.
 
 use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass};
 use crate::hash::{HashMap, HashSet};
 
-/// Rewrites expressions of one system.
+/// Runs the pass over the expressions of a system.
 pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
     let mut distribute = Distribute {
         uses: uses(graph, outputs),
@@ -16,7 +17,7 @@ pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
     graph.rewrite_all(outputs.iter_mut().map(|output| &mut **output), &mut distribute);
 }
 
-/// How often each expression is used.
+/// The number of uses of each expression.
 fn uses(graph: &Graph, outputs: &[&mut NodeId]) -> HashMap<NodeId, u32> {
     let (mut uses, mut seen) = (HashMap::default(), HashSet::default());
     let mut open: Vec<NodeId> = outputs.iter().map(|output| **output).collect();
@@ -34,7 +35,7 @@ fn uses(graph: &Graph, outputs: &[&mut NodeId]) -> HashMap<NodeId, u32> {
     uses
 }
 
-/// Multiplies constants into sums that are used once.
+/// The pass that multiplies constants into sums used once.
 struct Distribute {
     uses: HashMap<NodeId, u32>,
     memory: Memory,
@@ -73,7 +74,7 @@ impl Pass for Distribute {
 }
 
 impl Distribute {
-    /// Constants and the sum that they multiply, if neither the product nor the sum is used elsewhere.
+    /// The constants and the sum of a product, if neither the product nor the sum is used elsewhere.
     fn factored_sum(&self, graph: &mut Graph, term: NodeId) -> Option<(NodeId, NodeId)> {
         let once = |id| self.uses.get(&id) == Some(&1);
         let late = |graph: &Graph, id| graph.leaves(id).any(|leaf| leaf != Leaf::H);

@@ -1,52 +1,55 @@
-//! Rows solved for unknowns when the code is generated.
+//! Rows solved symbolically for unknowns.
 //!
-//! A row that is linear in an unknown, with a coefficient that is known early, is solved for it, and the solution put into
-//! the other rows. A coefficient with parameters may be zero, and is divided by only if the rows could not be solved anyhow
-//! where it is ([`Graph::has_to_be_nonzero`]): a mass is, a stiffness is not. Nor is divided by a coefficient that vanishes with the step beside another of the
-//! row, such as that of a spring between two masses beside a mass: the solution would be a difference of large numbers. Other rows, and constraints of several accelerations ([`crate::mechanics::equation::Pivots`]),
-//! are left to pivots in numbers. That is what the paper does by hand with the pendulum: the variational equation gives `ψ₂`, and one
-//! equation for `θ₂` is left. A system whose rows are all of this kind has no unknowns left and takes no iteration.
+//! A row that is linear in an unknown, with a coefficient that is known early, is solved for it, and the
+//! solution is substituted in the other rows. A coefficient with parameters may be zero. It is divided by
+//! only if the rows are singular anyhow where it is zero ([`Graph::has_to_be_nonzero`]): that holds for a
+//! mass, not for a stiffness. Nor is a coefficient divided by that vanishes with the step faster than another
+//! one of the row, such as that of a spring between two masses beside a mass: the solution would be a
+//! difference of large numbers. Other rows, and constraints with several accelerations
+//! ([`crate::mechanics::equation::Pivots`]), are left to the numerical elimination. The paper does the same
+//! by hand for the pendulum: the variational equation gives `ψ₂`, and one equation for `θ₂` is left. A system
+//! in which every row is solved this way has no unknowns left and needs no iteration.
 
 use crate::graph::algebra::Merge;
 use crate::graph::{Graph, Leaf, NodeId, Slopes, Substitution};
 use crate::hash::HashMap;
 use crate::mechanics::Equation;
 
-/// Which rows are solved.
+/// The rule that decides which rows are solved.
 #[derive(Clone, Copy)]
 pub(super) struct Rule {
-    /// Whether a coefficient is known early enough to be divided by.
+    /// Whether a coefficient is known early enough to divide by it.
     pub(super) early: fn(&Graph, NodeId) -> bool,
-    /// With more unknowns than these, only rows are solved whose coefficients are all known early: put into many other
-    /// rows, a solution with products of its own would multiply them.
+    /// With more unknowns than this, a row is solved only if all its coefficients are known early:
+    /// substituted in many other rows, a solution with products of its own would multiply them.
     pub(super) most_unknowns: usize,
 }
 
-/// Rows, the unknowns that are left in them, and the solutions for the others.
+/// The rows that are left, their unknowns, and the solutions for the other unknowns.
 pub(super) struct Elimination {
     pub(super) rows: Vec<Equation>,
     pub(super) unknown: Vec<Leaf>,
     pub(super) solved: Vec<(Leaf, NodeId)>,
 }
 
-/// What was found of a row.
+/// The candidates found in a row, kept while the row does not change.
 struct Found {
-    /// The row as it was then.
+    /// The row for which they were found.
     row: NodeId,
-    /// Whether it was asked for coefficients that are all known early.
+    /// Whether only rows with all coefficients known early had candidates.
     only_early: bool,
     candidates: Vec<Candidate>,
 }
 
 /// An unknown for which a row may be solved.
 struct Candidate {
-    /// Whether parameters are in the coefficient, and how long it is.
+    /// The preference, lowest first: whether the coefficient has parameters, and its length.
     order: (bool, u32),
     unknown: Leaf,
     coefficient: NodeId,
 }
 
-/// The unknowns that an expression depends on, with their places, in order.
+/// The unknowns that an expression depends on, with their indices, in order.
 fn unknowns(graph: &Graph, id: NodeId, places: &HashMap<Leaf, usize>) -> Vec<(usize, Leaf)> {
     let leaves = graph.leaves(id);
     let mut unknown: Vec<_> = leaves
@@ -57,7 +60,7 @@ fn unknowns(graph: &Graph, id: NodeId, places: &HashMap<Leaf, usize>) -> Vec<(us
 }
 
 impl Elimination {
-    /// Nothing is solved yet.
+    /// The system before any row is solved.
     pub(super) fn new(rows: &[Equation], unknown: impl Iterator<Item = Leaf>) -> Self {
         Self {
             rows: rows.to_vec(),
@@ -66,10 +69,10 @@ impl Elimination {
         }
     }
 
-    /// Solves rows as long as there are any that the rule admits.
+    /// Solves rows as long as the rule admits any.
     pub(super) fn run(&mut self, graph: &mut Graph, rule: Rule) {
-        // what has been found of coefficients: it does not change with what is solved, because the determinant of the rows that
-        // are left is that of all rows, divided by coefficients that are not zero
+        // the verdicts on coefficients. They stay valid while rows are solved, because the determinant of the
+        // rows that are left is that of all rows, divided by coefficients that are not zero
         let mut safe = HashMap::default();
         let mut found: Vec<Option<Found>> = self.rows.iter().map(|_| None).collect();
         while let Some(pivot) = self.linear_row(graph, rule, &mut safe, &mut found) {
@@ -78,7 +81,7 @@ impl Elimination {
         }
     }
 
-    /// Solves one row more, if the rule admits any.
+    /// Solves one row, if the rule admits any.
     pub(super) fn run_once(&mut self, graph: &mut Graph, rule: Rule) -> bool {
         let mut found: Vec<Option<Found>> = self.rows.iter().map(|_| None).collect();
         let pivot = self.linear_row(graph, rule, &mut HashMap::default(), &mut found);
@@ -88,7 +91,7 @@ impl Elimination {
         })
     }
 
-    /// Solves a row for an unknown, in which it is linear with the coefficient.
+    /// Solves a row for an unknown in which it is linear, with this coefficient.
     fn solve(&mut self, graph: &mut Graph, (row, unknown, coefficient): (usize, Leaf, NodeId)) {
         let equation = self.rows.remove(row);
         let zero = graph.constant(0.0);
@@ -98,7 +101,7 @@ impl Elimination {
         self.put(graph, &[(unknown, solution)]);
     }
 
-    /// Puts solutions in the place of unknowns everywhere.
+    /// Substitutes solutions for unknowns, in the rows and in earlier solutions.
     pub(super) fn put(&mut self, graph: &mut Graph, solutions: &[(Leaf, NodeId)]) {
         let places = solutions.iter().copied().collect();
         let earlier = self.solved.iter_mut().map(|(_, solution)| solution);
@@ -115,8 +118,8 @@ impl Elimination {
             .retain(|leaf| solutions.iter().all(|(solved, _)| solved != leaf));
     }
 
-    /// A row, an unknown in which it is linear, and the coefficient: the simplest there is, and without parameters if possible. What was
-    /// found of rows stays, as long as they do: most of them do not depend on what is solved.
+    /// The next row to solve, its unknown and the coefficient: the simplest admitted one, without parameters
+    /// if possible. The candidates of rows that have not changed are kept in `found`.
     fn linear_row(
         &self,
         graph: &mut Graph,
@@ -143,14 +146,14 @@ impl Elimination {
                 });
             }
         }
-        // on a copy: the order of terms is that in which nodes were made, and a question should not change it
+        // on a copy: terms are ordered by the age of their nodes, and the test must not change that order
         let mut copy = None;
         loop {
             let candidates = found.iter().enumerate().flat_map(|(row, found)| {
                 let candidates = found.iter().flat_map(|found| &found.candidates);
                 candidates.map(move |candidate| (row, candidate))
             });
-            // of equal ones the first
+            // the first one of equals
             let (row, best) = candidates
                 .filter(|(_, candidate)| safe.get(&candidate.coefficient) != Some(&false))
                 .min_by_key(|(_, candidate)| candidate.order)?;
@@ -171,7 +174,7 @@ impl Elimination {
         }
     }
 
-    /// The unknowns for which a row may be solved.
+    /// The unknowns for which a row may be solved, with their coefficients.
     fn candidates(
         graph: &mut Graph,
         rule: Rule,
@@ -197,7 +200,7 @@ impl Elimination {
         let mut candidates = Vec::new();
         for &(_, unknown) in unknown.iter().rev() {
             let coefficient = graph.derivative(row, unknown);
-            // a zero that the normal form does not see would be divided by, and a row that jumps is not linear
+            // refuses a zero that the normal form does not show, and a row that may jump, which is not linear
             if !(rule.early)(graph, coefficient)
                 || (is_difference(unknown) && graph.power_of_step(coefficient) > least_power)
                 || graph.jumps_with(row, unknown)
@@ -228,7 +231,7 @@ impl Elimination {
         }
     }
 
-    /// What has become of some unknowns: the solution for each that is solved, itself for the others.
+    /// For each leaf, its solution if it is solved, else the leaf itself.
     pub(super) fn solutions(&self, graph: &mut Graph, leaves: impl Iterator<Item = Leaf>) -> Vec<NodeId> {
         let solution = |leaf| self.solved.iter().find(|&&(solved, _)| solved == leaf);
         leaves

@@ -1,10 +1,12 @@
-//! The graph made fast: from the equations of [`crate::mechanics`] to those that code is written for.
+//! The passes: from the equations of [`crate::mechanics`] to equations that are fast to evaluate.
 //!
-//! This page is the pipeline: the passes, in order, for the step ([`step`]) and for the continuous motion ([`motion`]). None
-//! of them changes what an expression is worth, but for rounding and for the factor that a row may be multiplied by. A pass
-//! that makes one expression of another is a [`Pass`](crate::graph::Pass), taken through the graph by [`Graph::rewrite`].
+//! This file is the pipeline: the passes, in order, for the step ([`step`]) and for the continuous motion
+//! ([`motion`]). None of them changes the value of an expression, but for rounding and for the factor by
+//! which a row may be multiplied. A pass that makes one expression from another is a
+//! [`Pass`](crate::graph::Pass), taken through the graph by [`Graph::rewrite`].
 //!
-//! One more comes when code is written, over all products of a method: [`share`], which parts of them are computed once.
+//! One more pass runs when code is written, over all products of a method: [`share`] finds the partial
+//! products that are computed once.
 
 mod attitude;
 mod clear;
@@ -32,28 +34,29 @@ use crate::mechanics::Equation;
 pub(crate) use motion::{without_cancellation, without_factors};
 pub(crate) use together::together;
 
-/// With more rows than this, none is divided by what its terms have in common.
+/// The most rows for which common factors of the parameters and `h` are dropped.
 const MOST_ROWS_WITH_FACTORS: usize = 2;
-/// So many rows of the continuous motion are solved in symbols; beyond, the determinants cost more than an elimination in
-/// numbers.
+/// The most rows of the continuous motion that are solved symbolically; for more, determinants cost more than
+/// a numerical elimination.
 const MOST_SOLVED: usize = 2;
 
-/// The rows of a step that are left, and its second difference, in terms of the unknowns `Z`.
+/// The rows of a step that are left for Newton's iteration, and the second difference, in terms of the
+/// unknowns `Z`.
 pub(crate) struct Unknowns {
-    /// The rows that Newton's iteration makes zero.
+    /// The rows, which the iteration makes zero.
     pub(crate) rows: Vec<NodeId>,
-    /// What each of them is, divided by the declared row.
+    /// For each row, its factor: the row divided by the declared row.
     pub(crate) scales: Vec<NodeId>,
     /// `jacobian[i][j] = ∂rows[i]/∂Z(j)`.
     pub(crate) jacobian: Vec<Vec<NodeId>>,
-    /// What unknown `j` is: a second difference `E`, or a multiplier `Lambda`.
+    /// The meaning of each unknown: a second difference `E`, or a multiplier `Lambda`.
     pub(crate) kept: Vec<Leaf>,
-    /// The second difference of every coordinate.
+    /// The second difference of every coordinate, in terms of the unknowns.
     pub(crate) second_difference: Vec<NodeId>,
 }
 
 impl Unknowns {
-    /// Whether rows were multiplied by more than a number.
+    /// Whether a row has a factor that is not a number.
     pub(crate) fn scaled(&self, graph: &Graph) -> bool {
         let mut scales = self.scales.iter();
         scales.any(|&scale| graph.as_constant(scale).is_none())
@@ -69,37 +72,38 @@ pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: 
         mut second_difference,
     } = eliminated(graph, rows, n, multipliers);
 
-    // quotient: a declared factor is divided out as a polynomial in an unknown. After the elimination, because only where
-    // the other rows hold does it divide exactly.
+    // quotient: a declared factor is divided out as a polynomial in an unknown. After the elimination,
+    // because it divides exactly only where the other rows hold.
     // clear: a denominator with unknowns is multiplied out, and the factor kept.
     let mut rows: Vec<Cleared> = quotient::without_factors(graph, &rows, of_step(&leaves, multipliers))
         .into_iter()
         .map(|row| Cleared::untouched(graph, row.value, row.plain).without_denominator(graph))
         .collect();
 
-    // collapse: what is affine becomes `c₀ + Σ cⱼ xⱼ`, in the unknowns and then, within the coefficients, in the leg. Once
-    // denominators are gone, because they hide what is affine.
+    // collapse: affine expressions become `c₀ + Σ cⱼ xⱼ`, in the unknowns and then, within the coefficients,
+    // in the leg. After the denominators are gone, because these hide affine expressions.
     for variables in [Variables::Unknowns, Variables::Leg] {
         let parts = rows.iter_mut().flat_map(Cleared::parts);
         graph.rewrite_all(parts.chain(&mut second_difference), &mut Collapse::new(variables));
     }
 
-    // clear: what the parameters and `h` alone contribute to all terms is dropped, now that the terms are gathered. Rows that
-    // share products would share fewer of them, each with factors of its own.
+    // clear: factors of the parameters and `h` that all terms share are dropped, now that the terms are
+    // gathered. Not with more rows: with different factors dropped, they would share fewer products.
     if rows.len() <= MOST_ROWS_WITH_FACTORS {
         for row in &mut rows {
             *row = row.without_common_factor(graph);
         }
     }
 
-    // merge: equal expressions become the shortest of them. The rows as they are differentiated come later, since what loses
-    // digits may be shorter.
+    // merge: equal expressions become the shortest of them. The plain rows come later, since their forms,
+    // which lose digits, may be shorter.
     let mut merge = Merge::default();
     let values = rows.iter_mut().flat_map(|row| [&mut row.row, &mut row.scale]);
     graph.rewrite_all(values.chain(&mut second_difference), &mut merge);
     graph.rewrite_all(rows.iter_mut().map(|row| &mut row.plain), &mut merge);
 
-    // the Jacobian, of rows in their last form but one, so that both have most in common
+    // the Jacobian, of the plain rows, rewritten by the same merge so that it shares most expressions with
+    // the rows
     let mut jacobian: Vec<Vec<NodeId>> = rows
         .iter()
         .map(|row| {
@@ -112,12 +116,12 @@ pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: 
         })
         .collect();
 
-    // gather: what belongs to the coordinate of an entry's column, and to that of its row
+    // gather: products sorted by the coordinates of an entry's row and column
     gather_entries(graph, &mut jacobian);
 
-    // rotate: sines and cosines at the second point from those at the first. Then rows and Jacobian show all functions that
-    // there are.
-    // distribute: constants go into sums that are used once, which is known once nothing else changes.
+    // rotate: sines and cosines at the second point from those at the first. Now rows and Jacobian show all
+    // functions that occur.
+    // distribute: constants go into sums that are used once, which is known only when nothing else changes.
     let mut all: Vec<&mut NodeId> = rows.iter_mut().map(|row| &mut row.row).collect();
     all.extend(jacobian.iter_mut().flatten());
     rotate::rewrite(graph, &mut all);
@@ -132,7 +136,7 @@ pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: 
     }
 }
 
-/// In what the rows of a step are divided.
+/// The leaves of a step's rows, for divisions.
 fn of_step(leaves: &[Leaf], multipliers: usize) -> Leaves<'_> {
     Leaves {
         unknown: leaves,
@@ -141,22 +145,23 @@ fn of_step(leaves: &[Leaf], multipliers: usize) -> Leaves<'_> {
     }
 }
 
-/// The rows of a step that are left when others are solved.
+/// The rows of a step that are left after the symbolic elimination.
 struct Eliminated {
-    /// The rows, in the unknowns `Z`.
+    /// The rows, in terms of the unknowns `Z`.
     rows: Vec<Equation>,
-    /// These unknowns.
+    /// The unknowns `Z`.
     leaves: Vec<Leaf>,
-    /// What each is: a second difference `E`, or a multiplier `Lambda`.
+    /// The meaning of each: a second difference `E`, or a multiplier `Lambda`.
     kept: Vec<Leaf>,
-    /// The second difference of every coordinate.
+    /// The second difference of every coordinate, in terms of the unknowns.
     second_difference: Vec<NodeId>,
 }
 
-/// The first pass of a step.
+/// The first pass of a step: the symbolic elimination.
 fn eliminated(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize) -> Eliminated {
-    // eliminate: rows whose coefficient the parameters and `h` decide, and which has to be nonzero, are solved for a second difference or a multiplier.
-    // First, since every row that goes spares all that follows.
+    // eliminate: a row is solved for a second difference or a multiplier if the coefficient depends on the
+    // parameters and `h` alone and has to be nonzero. First, since every row that goes spares the later
+    // passes work.
     let unknown = (0..n).map(Leaf::E).chain((0..multipliers).map(Leaf::Lambda));
     let mut system = Elimination::new(rows, unknown);
     system.run(
@@ -173,7 +178,7 @@ fn eliminated(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize
         ..
     } = system;
 
-    // name: what is left is the unknowns `Z` of Newton's iteration
+    // name: the unknowns that are left become the `Z` of Newton's iteration
     let leaves: Vec<Leaf> = (0..kept.len()).map(Leaf::Z).collect();
     let names = kept
         .iter()
@@ -193,30 +198,30 @@ fn eliminated(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize
     }
 }
 
-/// The accelerations of the continuous motion, and the equations of those that stay unknown.
+/// The accelerations of the continuous motion, and the equations for those that stay unknown.
 pub(crate) struct Motion {
-    /// The acceleration of every coordinate, in `Q`, `V` and those `A` that stay unknown.
+    /// The acceleration of every coordinate, in `Q`, `V`, `T` and the unknowns.
     pub(crate) accelerations: Vec<NodeId>,
     /// The accelerations `A` and multipliers `Lambda` that stay unknown.
     pub(crate) unknown: Vec<Leaf>,
-    /// As many rows, in `Q`, `V` and the unknown ones.
+    /// The equations for the unknowns, as many as these.
     pub(crate) rows: Vec<NodeId>,
     /// `∂rows[i]/∂unknown[j]`.
     pub(crate) jacobian: Vec<Vec<NodeId>>,
-    /// Row and column of its entries that are not zero everywhere.
+    /// The row and column of the Jacobian's entries that are not identically zero.
     pub(crate) entries: Vec<[usize; 2]>,
-    /// How many multipliers there are in all.
+    /// The number of all multipliers.
     pub(crate) multipliers: usize,
-    /// Whether the rows are affine in them.
+    /// Whether the rows are affine in the unknowns.
     pub(crate) affine: bool,
 }
 
-/// What the code for some expressions costs.
+/// The cost of the recurrences for some expressions.
 pub(crate) type Cost = fn(&mut Graph, &[NodeId]) -> usize;
 
-/// The passes of the continuous motion with `n` coordinates: rows are solved for accelerations as far as that keeps the
-/// recurrences of Taylor series short, which have a convolution for every product and nothing for a sum. Rows that are left
-/// are solved once an order, with one matrix.
+/// The passes of the continuous motion with `n` coordinates. Rows are solved for accelerations as far as that
+/// keeps the recurrences of Taylor series short, in which a product is a convolution and a sum is cheap. Rows
+/// that are left are solved once per order, with one matrix.
 pub(crate) fn motion(
     graph: &mut Graph,
     (rows, velocities): (&[Equation], &[NodeId]),
@@ -224,7 +229,7 @@ pub(crate) fn motion(
     multipliers: usize,
     cost: Cost,
 ) -> Motion {
-    // eliminate: rows whose coefficient the parameters alone decide, and which has to be nonzero
+    // eliminate: rows whose coefficient depends on the parameters alone and has to be nonzero
     let rule = Rule {
         early: Graph::is_fixed,
         most_unknowns: MOST_SOLVED,
@@ -233,7 +238,8 @@ pub(crate) fn motion(
     let mut system = Elimination::new(rows, unknown);
     system.run(graph, rule);
 
-    // divide, then collapse: without their declared factors rows may be affine, and eliminated too
+    // divide, then collapse: without their declared factors rows may be affine, and then they are eliminated,
+    // too
     system.rows = without_factors(graph, &system.rows, velocities, (n, multipliers), &system.unknown);
     graph.rewrite_all(
         system.rows.iter_mut().map(|row| &mut row.value),
@@ -241,12 +247,13 @@ pub(crate) fn motion(
     );
     system.run(graph, rule);
 
-    // cramer: a row or two that are affine in as many accelerations
+    // cramer: one or two rows that are affine in as many unknowns
     motion::cramer(graph, &mut system);
     let affine = motion::affine(graph, &system);
 
-    // collapse, simplify, merge: what is affine is gathered, then common factors of sums and squares of roots are taken out,
-    // then equal expressions become one. Last, since the solutions have brought new terms together.
+    // collapse, simplify, merge: affine expressions are gathered, then common factors of sums and squares of
+    // roots taken out, then equal expressions made one. Last, since the solutions have brought new terms
+    // together.
     let accelerations = system.solutions(graph, (0..n).map(Leaf::A));
     let mut all: Vec<NodeId> = system.rows.iter().map(|row| row.value).collect();
     all.splice(..0, accelerations);
@@ -254,7 +261,7 @@ pub(crate) fn motion(
     graph.rewrite_all(&mut all, &mut Simplify::default());
     graph.rewrite_all(&mut all, &mut Merge::default());
 
-    // attitudes: forms in the components of quaternions share their products, where that leaves fewer
+    // attitudes: forms in the components of quaternions are multiplied out where that costs less
     if !graph.rotations().is_empty() {
         let mut turned = all.clone();
         graph.rewrite_all(&mut turned, &mut Attitudes::default());
@@ -263,7 +270,7 @@ pub(crate) fn motion(
         }
     }
 
-    // horner: rows that stay are multiplied out and gathered, where that leaves fewer products
+    // horner: rows that are left are multiplied out and gathered where that costs less
     let rows = motion::gathered(graph, &all[n..], cost);
     all.truncate(n);
     let jacobian: Vec<Vec<NodeId>> = rows

@@ -1,4 +1,5 @@
-//! What only the continuous motion needs: declared factors divided out by a velocity, one or two rows solved by Cramer's rule.
+//! Passes of the continuous motion alone: declared factors divided out, one or two rows solved by Cramer's
+//! rule.
 
 use super::collapse::{Collapse, Variables};
 use super::eliminate::Elimination;
@@ -9,9 +10,10 @@ use crate::graph::{Graph, Leaf, NodeId};
 use crate::hash::{HashMap, HashSet};
 use crate::mechanics::Equation;
 
-/// The rows of the continuous motion of `n` coordinates without their declared factors. These are of order 1 at most, and where the other
-/// rows hold they divide as polynomials in a velocity; then the quotient has a value where the factor is zero. `velocities` is what constraints
-/// of lower order ask of these.
+/// The rows of the continuous motion of `n` coordinates without their declared factors. These are of order 1
+/// at most, and where the other rows hold they divide as polynomials in a velocity; then the quotient has a
+/// value where the factor is zero. `velocities` are the constraints on velocities
+/// ([`crate::mechanics::ContinuousEquations`]).
 pub(crate) fn without_factors(
     graph: &mut Graph,
     rows: &[Equation],
@@ -27,7 +29,8 @@ pub(crate) fn without_factors(
         .collect()
 }
 
-/// The row at a place without its factor, if that divides it exactly, by itself or where the other rows and the constraints of lower order hold.
+/// A row without its factor, if that divides it exactly: by itself, or where the other rows and the
+/// constraints on velocities hold.
 pub(super) fn exact(
     graph: &mut Graph,
     rows: &[Equation],
@@ -53,13 +56,15 @@ pub(super) fn exact(
     })
 }
 
-/// A quotient with its terms gathered: solutions and divisions bring terms together that would cancel in numbers, with loss.
+/// A quotient with its terms gathered, since solutions and divisions leave terms that would cancel in
+/// numbers, with a loss of digits.
 pub(crate) fn without_cancellation(graph: &mut Graph, quotient: NodeId) -> NodeId {
     let gathered = graph.rewrite(quotient, &mut Collapse::new(Variables::Motion));
     graph.rewrite(gathered, &mut Simplify::default())
 }
 
-/// The nearest velocity that obeys what constraints of lower order ask of it, in the place of every velocity: the same where they are obeyed.
+/// The substitution for every velocity of the nearest one that satisfies the constraints: the same velocity
+/// where they hold.
 fn admissible(graph: &mut Graph, velocities: &[NodeId], n: usize) -> Option<HashMap<Leaf, NodeId>> {
     let leaves: Vec<Leaf> = (0..n).map(Leaf::V).collect();
     let mut slopes: Vec<Vec<NodeId>> = Vec::new();
@@ -77,7 +82,8 @@ fn admissible(graph: &mut Graph, velocities: &[NodeId], n: usize) -> Option<Hash
     Some(nearest.collect())
 }
 
-/// Solves a row or two that are affine in as many accelerations; more cost less when they are eliminated in numbers.
+/// Solves one or two rows that are affine in as many unknowns; more rows cost less when they are eliminated
+/// numerically.
 pub(super) fn cramer(graph: &mut Graph, system: &mut Elimination) {
     let m = system.unknown.len();
     if m == 0 || m > MOST_SOLVED || !affine(graph, system) {
@@ -106,7 +112,7 @@ pub(super) fn cramer(graph: &mut Graph, system: &mut Elimination) {
         }
         let first = two_by_two(graph, [right[0], matrix[0][1]], [right[1], matrix[1][1]]);
         let second = two_by_two(graph, [matrix[0][0], right[0]], [matrix[1][0], right[1]]);
-        // common factors of numerator and denominator cancel where both are products
+        // common factors of numerator and denominator cancel where both are written as products
         let mut simplify = Simplify::default();
         [first, second]
             .map(|numerator| {
@@ -141,7 +147,7 @@ pub(super) fn affine(graph: &mut Graph, system: &Elimination) -> bool {
     })
 }
 
-/// Rows multiplied out and gathered, if that costs less.
+/// The rows multiplied out and gathered, if that costs less; else unchanged.
 pub(super) fn gathered(graph: &mut Graph, rows: &[NodeId], cost: Cost) -> Vec<NodeId> {
     let mut horner = Horner::default();
     let rewritten: Option<Vec<NodeId>> = rows.iter().map(|&row| horner.rewrite(graph, row)).collect();

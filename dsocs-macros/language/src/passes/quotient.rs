@@ -1,50 +1,53 @@
-//! Dividing a declared factor out of a row.
+//! Division of a row by its declared factor.
 //!
-//! A Lyapunov constraint `dV/dt + F` has, where the variational equations hold, a factor `w` that the unknowns enter
-//! linearly (see `branch = divide(w)`). Evaluated as a quotient of numbers it is noise near `w = 0`; as a quotient of
-//! polynomials it has no singularity there, costs less, and rounds like a formula derived by hand.
+//! Where the variational equations hold, a Lyapunov constraint `dV/dt + F` has a factor `w` that is linear in
+//! the unknowns (see `branch = divide(w)`). Evaluated as a quotient of numbers it is noise near `w = 0`; as a
+//! quotient of polynomials it has no singularity there, costs less, and rounds like a formula derived by
+//! hand.
 //!
-//! Where the factor divides the row only together with the other rows, these are solved for unknowns, one row after the other, and the
-//! solutions put into this row, until it does. Of rows that cannot be solved for any values of the parameters and at any position, multiples
-//! are subtracted.
+//! If the factor divides the row only together with the other rows, these are solved for unknowns, one row
+//! after the other, and the solutions substituted in this row, until it does. Of rows that cannot be solved
+//! at all parameters and positions, multiples are subtracted.
 
 use super::eliminate::{Elimination, Rule};
 use crate::graph::{Graph, Leaf, Node, NodeId};
 use crate::hash::{HashMap, HashSet};
 use crate::mechanics::Equation;
 
-/// Rows of a higher degree in the unknown are divided as numbers. The square of an energy, as in a Lyapunov function that pumps it, has a rate of
-/// degree 5, and with the square of its power 6.
+/// The highest degree in the unknown that is divided as a polynomial. The rate of the square of an energy, as
+/// in a Lyapunov function that pumps it, has degree 5, and with the square of its power 6.
 const HIGHEST_DEGREE: usize = 8;
 
-/// The same where the degree is not plain from the operations: derivatives of what is no polynomial grow with every order.
+/// The highest degree that is tried where the operations do not show a polynomial: derivatives of other
+/// functions grow with every order.
 const HIGHEST_DEGREE_TRIED: usize = 4;
 
-/// Rows with more unknowns are divided as they stand: the solution of so many others would be longer than all rows.
+/// The most unknowns with which other rows are used: the solutions for more would be longer than all rows.
 const MOST_UNKNOWNS: usize = 16;
-/// So many rows without a coefficient to solve them by are used.
+/// The most rows of which multiples are subtracted.
 const MOST_MULTIPLES: usize = 3;
 
-/// In what rows are solved and divided.
+/// The leaves in which rows are solved and divided.
 #[derive(Clone, Copy)]
 pub(super) struct Leaves<'a> {
-    /// What the rows are solved for.
+    /// The unknowns for which rows are solved.
     pub(super) unknown: &'a [Leaf],
-    /// In what they may be polynomials that a factor divides: those of the first group if it depends on them.
+    /// The variables in which rows may be divided as polynomials: the first group if the factor depends on
+    /// it, else the second.
     pub(super) variables: [&'a [Leaf]; 2],
-    /// How many multipliers are, or were, among the unknowns.
+    /// The number of multipliers that are, or were, among the unknowns.
     pub(super) multipliers: usize,
 }
 
-/// The rows without their declared factors: each as a polynomial where its factor divides it as one, by itself or where the other rows hold;
-/// otherwise the plain quotient.
+/// The rows without their declared factors. A row becomes a polynomial quotient if its factor divides it, by
+/// itself or where the other rows hold; otherwise a quotient of numbers.
 pub(super) fn without_factors(graph: &mut Graph, rows: &[Equation], leaves: Leaves) -> Vec<Equation> {
     (0..rows.len())
         .map(|place| exact(graph, rows, place, leaves).unwrap_or_else(|| of_numbers(graph, rows[place])))
         .collect()
 }
 
-/// A row without its factor as a quotient of numbers.
+/// A row without its factor, as a quotient of numbers.
 pub(super) fn of_numbers(graph: &mut Graph, row: Equation) -> Equation {
     match row.divide {
         Some(factor) => Equation {
@@ -57,17 +60,17 @@ pub(super) fn of_numbers(graph: &mut Graph, row: Equation) -> Equation {
     }
 }
 
-/// The row at a place without its factor, if that divides it exactly, by itself or where the other rows hold.
+/// A row without its factor, if that divides it exactly, by itself or where the other rows hold.
 pub(super) fn exact(graph: &mut Graph, rows: &[Equation], place: usize, leaves: Leaves) -> Option<Equation> {
     by_itself(graph, rows[place], leaves).or_else(|| with_others(graph, rows, place, leaves))
 }
 
-/// A row without its factor, if that divides it as it stands.
+/// A row without its factor, if that divides it by itself.
 fn by_itself(graph: &mut Graph, row: Equation, leaves: Leaves) -> Option<Equation> {
     let factor = row.divide?;
     let mut divided = |value| {
         let slopes = leaves.variables.map(|group| slopes(graph, factor, group));
-        // with multipliers it is a parameter that decides which components of a force are zero
+        // with multipliers, a parameter may decide which components of a force are zero
         let sure =
             |graph: &Graph, slope| leaves.multipliers == 0 && graph.leaves(slope).all(|leaf| leaf == Leaf::H);
         let careful = slopes.iter().find_map(|slopes| {
@@ -92,7 +95,7 @@ fn by_itself(graph: &mut Graph, row: Equation, leaves: Leaves) -> Option<Equatio
     })
 }
 
-/// The slopes of a factor by the variables in which it is linear.
+/// The slopes of a factor by the variables in which it is affine.
 fn slopes(graph: &mut Graph, factor: NodeId, variables: &[Leaf]) -> Vec<(Leaf, NodeId)> {
     let mut slopes = Vec::new();
     for &variable in variables {
@@ -104,8 +107,8 @@ fn slopes(graph: &mut Graph, factor: NodeId, variables: &[Leaf]) -> Vec<(Leaf, N
     slopes
 }
 
-/// The quotient of polynomials in the distance along the factor's gradient, whose square no parameter and no position makes zero as long as the
-/// factor depends on any of the variables.
+/// The quotient as polynomials in the distance along the factor's gradient. The square of the gradient is
+/// nonzero for all parameters and positions as long as the factor depends on any of the variables.
 fn divide_along(
     graph: &mut Graph,
     value: NodeId,
@@ -117,7 +120,7 @@ fn divide_along(
     if slopes.is_empty() || slopes.iter().any(|&(_, slope)| varies(slope)) {
         return None;
     }
-    // it stands in no row, where maps of nodes have been put in
+    // this leaf is free: maps of nodes have been substituted in all rows
     let along = Leaf::X0(0);
     let distance = graph.leaf(along);
     let mut places = HashMap::default();
@@ -132,8 +135,8 @@ fn divide_along(
     Some(graph.substitute(quotient, &HashMap::from_iter([(along, zero)])))
 }
 
-/// The same where the other rows hold: with rows solved whose coefficient has to be nonzero, as few as possible, then with multiples of those
-/// that are left.
+/// A row without its factor, where the other rows hold. Rows whose coefficient has to be nonzero are solved,
+/// as few as possible; then multiples of the rest are subtracted.
 fn with_others(graph: &mut Graph, rows: &[Equation], place: usize, leaves: Leaves) -> Option<Equation> {
     if leaves.unknown.len() > MOST_UNKNOWNS {
         return None;
@@ -142,7 +145,7 @@ fn with_others(graph: &mut Graph, rows: &[Equation], place: usize, leaves: Leave
         early: |graph, coefficient| graph.leaves(coefficient).all(|leaf| leaf == Leaf::H),
         most_unknowns: usize::MAX,
     };
-    // the row itself comes last, where no other row that is solved changes its place
+    // the row itself stands last, so that rows solved before it do not move it
     let mut others: Vec<Equation> = rows.iter().filter(|row| row.divide.is_none()).copied().collect();
     others.push(rows[place]);
     let mut system = Elimination::new(&others, leaves.unknown.iter().copied());
@@ -156,7 +159,8 @@ fn with_others(graph: &mut Graph, rows: &[Equation], place: usize, leaves: Leave
     by_itself(graph, reduced, leaves)
 }
 
-/// A row `c` minus the multiples `m` of others, `f = F x + …`, that leave the least of its slopes: `F Fᵀ m = F c'`.
+/// A row `c` minus the multiples `m` of other rows, `f = F x + …`, that leave the least of its slopes:
+/// `F Fᵀ m = F c'`.
 fn without_multiples(
     graph: &mut Graph,
     row: Equation,
@@ -185,14 +189,15 @@ fn without_multiples(
     })
 }
 
-/// The solution `m` of `F Fᵀ m = b` for rows `F` that the position decides. No coefficient has to be nonzero for it to have a value, since the
-/// matrix is positive definite where the rows are independent. `None` for no row, for many, and for others.
+/// The solution `m` of `F Fᵀ m = b` for rows `F` that depend on the position alone. No coefficient has to be
+/// nonzero for it to exist: the matrix is positive definite where the rows are independent. `None` for no
+/// rows, for many, and for other rows.
 pub(super) fn multiples(
     graph: &mut Graph,
     slopes: &[Vec<NodeId>],
     mut right: Vec<NodeId>,
 ) -> Option<Vec<NodeId>> {
-    // a mass that depends on the position, or the component of a virtual displacement
+    // such as a mass that depends on the position, or the component of a virtual displacement
     let early = |leaf| matches!(leaf, Leaf::H | Leaf::Q(_) | Leaf::T | Leaf::N(_) | Leaf::Clock);
     let k = slopes.len();
     if k == 0
@@ -236,7 +241,7 @@ fn dot(graph: &mut Graph, a: &[NodeId], b: &[NodeId]) -> NodeId {
     graph.sum(&terms)
 }
 
-/// The quotient of polynomials in one variable, which the factor has a slope by.
+/// The quotient of polynomials in one variable, by which the factor has the given slope.
 fn divide_exactly(
     graph: &mut Graph,
     value: NodeId,
@@ -250,7 +255,7 @@ fn divide_exactly(
     let at_zero = HashMap::from_iter([(unknown, zero)]);
     let offset = graph.substitute(factor, &at_zero);
 
-    // terms that carry the factor openly, such as w tanh(w), need no division
+    // terms with the factor in them, such as w tanh(w), need no division
     let (scale, base) = graph.split(factor);
     let (constant, terms) = match graph.node(value).clone() {
         Node::Sum(constant, terms) => (constant.get(), terms.iter().map(|&(t, c)| (t, c.get())).collect()),
@@ -274,7 +279,7 @@ fn divide_exactly(
         return None;
     }
 
-    // Taylor coefficients at 0, until there are no more
+    // Taylor coefficients at 0, until all further ones vanish
     let highest = if is_polynomial(graph, polynomial, unknown) {
         HIGHEST_DEGREE
     } else {
@@ -316,7 +321,8 @@ fn divide_exactly(
     Some(graph.linear(0.0, &open))
 }
 
-/// Whether sums and products alone make an expression of a variable.
+/// Whether an expression is a polynomial in a variable by its operations: sums, and products without negative
+/// powers of it.
 fn is_polynomial(graph: &Graph, value: NodeId, variable: Leaf) -> bool {
     let mut seen = HashSet::default();
     let mut open = vec![value];
@@ -394,7 +400,7 @@ mod tests {
         let expected = graph.linear(0.0, &[(c, 1.0), (z, -3.0), (tanh, 1.0)]);
         let difference = graph.sub(quotient, expected);
         assert!(graph.vanishes(difference));
-        // at w = 0 there is nothing to divide by
+        // the quotient has no denominator that depends on the unknown
         let reciprocal = graph.recip(w);
         let inside = |graph: &Graph| {
             let mut open = vec![quotient];

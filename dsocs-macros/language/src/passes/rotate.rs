@@ -1,15 +1,15 @@
-//! Sines and cosines of the second point from those of the first.
+//! Sines and cosines at the second point, from those at the first.
 //!
-//! The change of a momentum needs the sine and cosine of half an angle's change (see [`crate::graph`], `difference`), and
-//! the momentum itself those of the angle after the change. The latter are those before it, known when the step begins,
-//! turned by the change: four products instead of two functions.
+//! The change of a momentum needs the sine and cosine of half an angle's change (see [`crate::graph`],
+//! `difference`), and the momentum itself those of the angle after the change. The latter follow from those
+//! before it, known when the step begins, and from the half angle's: four products instead of two functions.
 
 use std::collections::BTreeSet;
 
 use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass, Unary};
 use crate::hash::HashMap;
 
-/// Rewrites expressions in the unknowns.
+/// Runs the pass over expressions in the unknowns.
 pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
     let angles = angles(graph, outputs.iter().map(|output| **output));
     let (late, early): (BTreeSet<NodeId>, BTreeSet<NodeId>) = angles
@@ -35,7 +35,7 @@ pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
     graph.rewrite_all(outputs.iter_mut().map(|output| &mut **output), &mut rotate);
 }
 
-/// The arguments of sines and cosines.
+/// The arguments of all sines and cosines in some expressions.
 fn angles(graph: &Graph, outputs: impl Iterator<Item = NodeId>) -> BTreeSet<NodeId> {
     let (mut seen, mut angles) = (BTreeSet::new(), BTreeSet::new());
     let mut open: Vec<NodeId> = outputs.collect();
@@ -54,7 +54,7 @@ fn is_unknown(graph: &Graph, id: NodeId) -> bool {
     graph.leaves(id).any(|leaf| matches!(leaf, Leaf::Z(_)))
 }
 
-/// Functions of turned angles, by the sine and cosine of the angle before and of half the turn.
+/// For each angle after a change, the angle before and half of the change.
 struct Rotate {
     turned: HashMap<NodeId, [NodeId; 2]>,
     memory: Memory,

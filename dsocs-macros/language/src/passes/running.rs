@@ -1,9 +1,11 @@
 //! Sums that share their terms, as running sums.
 //!
-//! Along a chain of `n` links each row has a sum over all links, `Σ_j c_ij x_j` with `c_ij = l_i l_j m_max(i,j)`: with what is shared taken out,
-//! `l_i (m_i Σ_{j ≤ i} l_j x_j + Σ_{j > i} m_j l_j x_j)`. The inner sums of all rows are those of a sum that runs along the chain, and of one that
-//! runs back. Nothing is said of an order of the links, and a tree is as good as a chain: a sum that is a part of another becomes a term of it,
-//! and then the pair of terms that most sums have becomes a term of its own, until no two sums have a pair in common (see [`super::share`]).
+//! Along a chain of `n` links each row has a sum over all links, `Σ_j c_ij x_j` with
+//! `c_ij = l_i l_j m_max(i,j)`. With shared factors taken out it is
+//! `l_i (m_i Σ_{j ≤ i} l_j x_j + Σ_{j > i} m_j l_j x_j)`. The inner sums of all rows are partial sums of one
+//! sum that runs along the chain and of one that runs back. No order of the links is assumed, so a tree works
+//! like a chain: a sum that is a part of another becomes a term of it; then the pair of terms that most sums
+//! have becomes a term of its own, until no two sums have a pair in common (see [`super::share`]).
 //!
 //! Here sums are grouped. Programs and Taylor series write them, each in its own way.
 
@@ -13,29 +15,31 @@ use std::rc::Rc;
 use super::share::{Factor, Product, Shared, in_order, nested};
 use crate::graph::{Bits, NodeId};
 
-/// Sums of fewer terms are written term by term.
+/// The fewest terms of a sum that is grouped.
 pub(crate) const FEWEST_TERMS: usize = 4;
-/// With more pairs of terms in all, sums that are parts of others are found as wholes first: a pair costs as much as a sum does.
+/// With more pairs of terms in all, sums inside others are first found as wholes: a whole sum costs no more
+/// than a pair.
 const FEW_PAIRS: usize = 20_000;
-/// With more pairs of terms in all that are left, none are looked for.
+/// With more pairs of terms left in all, no pairs are searched for.
 const MOST_PAIRS: usize = 1_000_000;
 
-/// A number times factors that are known before the rest of a term.
+/// A number times factors that are known earlier than the rest of a term.
 pub(crate) type Early = (Bits, Rc<[(NodeId, i32)]>);
 
-/// Some terms of a sum, with what they share taken out.
+/// Some terms of a sum, with common factors taken out.
 #[derive(Clone, Debug)]
 pub(crate) struct Running {
     pub(crate) negative: bool,
-    /// What all terms share.
+    /// The factor that all terms share.
     pub(crate) common: Early,
-    /// Sums of terms, each with what those share beyond that.
+    /// Groups of terms, each with the factor that its terms share beyond the common one.
     pub(crate) pieces: Vec<(Early, Product)>,
 }
 
 impl Running {
-    /// The groups of some terms. Of what has powers, all terms have the least in common if `of_powers`, else only what has the same power in each: a
-    /// power that is there costs nothing, one more does, where factors are no numbers when the sum is formed.
+    /// The groups of some terms. With `of_powers`, the least power of a factor is taken out; else only powers
+    /// that are equal in all terms. The second is cheaper where the factors are not numbers when the sum is
+    /// formed: a power that is there costs nothing, a further one does.
     pub(crate) fn of(mut items: Vec<Item>, of_powers: bool) -> Self {
         let common = take_common(&mut items, of_powers);
         let negative = items.iter().all(|item| item.coefficient < 0.0);
@@ -71,7 +75,7 @@ pub(crate) fn shared<'r>(running: impl Iterator<Item = &'r Running>) -> Shared {
 #[derive(Clone)]
 pub(crate) struct Item {
     pub(crate) coefficient: f64,
-    /// By node.
+    /// Sorted by node.
     pub(crate) early: Vec<(NodeId, i32)>,
     pub(crate) late: Vec<(NodeId, i32)>,
 }
@@ -83,7 +87,7 @@ impl Item {
     }
 }
 
-/// What all of some terms share: taken out of them.
+/// The factor that all terms share, taken out of them.
 fn take_common(items: &mut [Item], of_powers: bool) -> Early {
     let mut common = items.first().map_or_else(Vec::new, |item| item.early.clone());
     for item in &*items {
@@ -112,7 +116,7 @@ fn take_common(items: &mut [Item], of_powers: bool) -> Early {
     (Bits::new(if same { size } else { 1.0 }), common.into())
 }
 
-/// What stands in most of some terms: a factor, or a number.
+/// A factor, or the size of the coefficient, by which terms are grouped.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Mark {
     Number(Bits),
@@ -128,7 +132,7 @@ impl Mark {
     }
 }
 
-/// Terms in groups, each with what its terms share.
+/// Terms in groups, each with the factor that its terms share.
 fn pieces(mut items: Vec<Item>) -> Vec<(Early, Vec<Item>)> {
     let mut pieces = Vec::new();
     loop {

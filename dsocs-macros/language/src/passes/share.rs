@@ -1,9 +1,9 @@
-//! Which partial products several products share.
+//! Partial products that several products share.
 //!
-//! The tangents of `n/r³` contain `n/r⁵`: computed on its own that costs five products and leaves the range of doubles
-//! long before the user's expression does; computed from `n/r³`, which is there already, it costs one product and
-//! stays in range. This module finds such parts, greedily: the pair of factors that most products have becomes a factor
-//! of its own, until no two products have a pair in common.
+//! The tangents of `n/r³` contain `n/r⁵`. On its own that costs five products, and it leaves the range of
+//! doubles long before the user's expression does; from `n/r³`, which is computed anyway, it costs one
+//! product and stays in range. The search for shared parts is greedy: the pair of factors that most products
+//! have becomes a factor of its own, until no two products have a pair in common.
 
 pub(super) mod nested;
 mod product;
@@ -18,18 +18,18 @@ use crate::limits;
 
 pub(crate) use product::Product;
 
-/// What a product is made of.
+/// A factor of a product.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub(crate) enum Factor {
     /// A node, or its reciprocal.
     Node { node: NodeId, inverse: bool },
-    /// A number times factors that are known before the rest.
+    /// A number times factors that are known earlier than the rest.
     Early(Bits, Rc<[(NodeId, i32)]>),
-    /// A shared part, by its place.
+    /// A shared part, by its index.
     Part(usize),
 }
 
-/// The shared parts and what every product becomes with them.
+/// The shared parts, and the products in terms of them.
 #[derive(Default)]
 pub(crate) struct Shared {
     parts: Vec<Product>,
@@ -42,7 +42,8 @@ impl Shared {
         Self::find_beyond(in_order(products), 0)
     }
 
-    /// The same where products, in order and each once, are already made of so many parts: those that are found are counted from there on.
+    /// As [`Shared::find`], for sorted products without repetitions that are already made of `known` parts;
+    /// new parts are numbered from there on.
     fn find_beyond(products: Vec<Product>, known: usize) -> Self {
         let originals: Vec<Product> = products.into_iter().filter(|product| size(product) > 1).collect();
         let (factors, numbered) = numbered(&originals);
@@ -84,7 +85,7 @@ impl Shared {
         self.written(&product).cloned().unwrap_or(product)
     }
 
-    /// The same, where it was among the products in which parts were looked for.
+    /// As [`Shared::product`], but `None` if the product is none of those that were searched.
     pub(crate) fn written(&self, product: &Product) -> Option<&Product> {
         if size(product) < 2 {
             return None;
@@ -92,13 +93,13 @@ impl Shared {
         self.products.get(product)
     }
 
-    /// A shared part, in terms of others.
+    /// A shared part, in terms of factors and other parts.
     pub(crate) fn part(&self, place: usize) -> Product {
         self.parts.get(place).cloned().unwrap_or_default()
     }
 }
 
-/// The factors of some products in order, and the products by their numbers.
+/// The different factors of some products, sorted, and the products in terms of the factors' numbers.
 fn numbered(products: &[Product]) -> (Vec<&Factor>, Vec<Numbered>) {
     let mut numbers: HashMap<&Factor, u32> = HashMap::default();
     for factor in products.iter().flat_map(Product::keys) {
@@ -117,7 +118,8 @@ fn numbered(products: &[Product]) -> (Vec<&Factor>, Vec<Numbered>) {
     (factors, numbered)
 }
 
-/// Some products in order, each once. By the numbers of their factors: products that begin with the same factors are many.
+/// Some products, sorted and without repetitions. They are compared by the numbers of their factors, because
+/// many products begin with the same factors.
 pub(crate) fn in_order(products: impl IntoIterator<Item = Product>) -> Vec<Product> {
     let products: Vec<Product> = products.into_iter().collect();
     let (_, numbered) = numbered(&products);
@@ -127,42 +129,44 @@ pub(crate) fn in_order(products: impl IntoIterator<Item = Product>) -> Vec<Produ
     order.into_iter().map(|(_, product)| product).collect()
 }
 
-/// Factors by their numbers, in the order of [`Factor`], and how often they occur; by number.
+/// A product as pairs of a factor's number, in the order of [`Factor`], and its multiplicity, sorted by
+/// number.
 type Numbered = Vec<(u32, u32)>;
 
-/// Two factors by their numbers, the smaller first, or twice the same.
+/// Two factors by their numbers, the smaller first; equal for a square.
 type Pair = [u32; 2];
 
-/// A number of a factor: no declaration comes near four thousand million.
+/// A factor's number as `u32`: no declaration comes near four thousand million.
 fn narrow(number: usize) -> u32 {
     u32::try_from(number).unwrap_or(u32::MAX)
 }
 
 /// The products that have a pair of factors.
 struct Holders {
-    /// Those that had it when it was found, in order.
+    /// Those that had it at first, in order.
     found: Vec<u32>,
-    /// How many of them still have it.
+    /// The number of those that still have it.
     count: usize,
 }
 
 /// The search for pairs of factors.
 struct Search {
-    /// The products, in terms of the parts that were found.
+    /// The products, in terms of the parts found so far.
     products: Vec<Numbered>,
-    /// The pairs that several products had when they were found. No product gains a pair after that: what is new in it is a part that is new.
+    /// The pairs that at least two products have. A product gains no pair of old factors: its new pairs
+    /// contain the newest part.
     holders: HashMap<Pair, Holders>,
-    /// Pairs by how many products have them; entries that have become wrong are put right when they come up.
+    /// Pairs by the number of products that have them; outdated entries are corrected when they come up.
     order: BinaryHeap<(usize, Reverse<Pair>)>,
 }
 
 impl Search {
-    /// A search among some products of so many factors.
+    /// A search among some products, with factors numbered below `factors`.
     fn new(products: Vec<Numbered>, factors: usize) -> Self {
-        // where each factor stands: in which product, and at which place of it
+        // for each factor, the products with it and its positions there
         let mut places: Vec<Vec<(u32, u32)>> = vec![Vec::new(); factors];
         for (holder, product) in products.iter().enumerate() {
-            // each pair is looked at
+            // all pairs of a product are looked at
             limits::spend(product.len() * product.len());
             for (at, &(factor, _)) in product.iter().enumerate() {
                 places[factor as usize].push((narrow(holder), narrow(at)));
@@ -197,7 +201,7 @@ impl Search {
         search
     }
 
-    /// Watches a pair that some products have, if they are several.
+    /// Adds a pair to the search, if at least two products have it.
     fn watch(&mut self, pair: Pair, found: &[u32]) {
         if found.len() > 1 {
             let holders = Holders {
@@ -209,7 +213,7 @@ impl Search {
         }
     }
 
-    /// The pair that most products have, two at least, and those products.
+    /// The pair that most products have, at least two, and those products.
     fn most_frequent(&mut self) -> Option<(Pair, Vec<u32>)> {
         while let Some((count, Reverse(pair))) = self.order.pop() {
             let Some(holders) = self.holders.get(&pair) else {
@@ -229,7 +233,7 @@ impl Search {
         None
     }
 
-    /// How often a product has a factor.
+    /// The multiplicity of a factor in a product.
     fn count(&self, holder: u32, factor: u32) -> u32 {
         let product = &self.products[holder as usize];
         let place = product.binary_search_by_key(&factor, |&(factor, _)| factor);
@@ -244,7 +248,8 @@ impl Search {
         }
     }
 
-    /// Puts a part in the place of a pair in some products, as often as each has the pair. Only pairs with one of the three change.
+    /// Replaces a pair by a part in some products, as often as each has the pair. Only pairs with one of
+    /// these three factors change.
     fn replace_all(&mut self, holders: &[u32], pair: Pair, part: u32) {
         let mut beside = Vec::new();
         for &holder in holders {
@@ -303,12 +308,12 @@ impl Search {
                 }
             }
         }
-        // greater than all others
+        // its number is greater than all others
         product.push((part, often));
     }
 }
 
-/// How many factors a product has, each as often as it occurs.
+/// The number of factors of a product, with multiplicity.
 pub(crate) fn size(product: &Product) -> u32 {
     product.values().sum()
 }

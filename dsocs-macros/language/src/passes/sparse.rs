@@ -1,30 +1,31 @@
-//! In which order a Jacobian is eliminated of which most is zero.
+//! The order of elimination of a sparse Jacobian.
 //!
-//! Eliminated by a pivot, every row with an entry below it gets the entries of the pivot's row. Minimum degree takes the pivot first
-//! that makes the fewest: `(r - 1)(c - 1)` for `r` entries in its row and `c` in its column (Markowitz, "The elimination form of
-//! the inverse", 1957). Nothing is known of the sizes of entries here; the core looks at what comes out, and searches for pivots
-//! in numbers where it is not good.
+//! Elimination by a pivot puts the entries of the pivot's row into every row with an entry below it. Minimum
+//! degree takes first the pivot that makes the fewest new entries: `(r - 1)(c - 1)` for `r` entries in its
+//! row and `c` in its column (Markowitz, "The elimination form of the inverse", 1957). The sizes of entries
+//! are unknown here. The core checks the result, and searches for pivots numerically where it is bad.
 
 use std::collections::BTreeSet;
 
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::passes::Unknowns;
 
-/// Fewer rows are eliminated as a dense matrix, in registers.
+/// The fewest rows of a sparse elimination; smaller systems are eliminated as dense matrices, in registers.
 const FEWEST_ROWS: usize = 12;
-/// An operation of a sparse elimination, which looks up where its operands are, takes as long as so many of a dense one.
+/// The cost of an operation of the sparse elimination, which looks up its operands, in operations of the
+/// dense one.
 const LOOK_UP: usize = 6;
 
-/// Entries and pivots, by row and column.
+/// The pattern and the pivots of a sparse elimination, by row and column.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Order {
-    /// The entries that are not zero everywhere, row by row.
+    /// The entries that are not identically zero, row by row.
     pub(crate) entries: Vec<[usize; 2]>,
     /// The pivots, in order.
     pub(crate) pivots: Vec<[usize; 2]>,
 }
 
-/// Row and column of the entries that are not zero everywhere, row by row.
+/// Row and column of the entries that are not identically zero, row by row.
 pub(crate) fn entries(graph: &Graph, jacobian: &[Vec<NodeId>]) -> Vec<[usize; 2]> {
     let mut entries = Vec::new();
     for (row, slopes) in jacobian.iter().enumerate() {
@@ -34,7 +35,8 @@ pub(crate) fn entries(graph: &Graph, jacobian: &[Vec<NodeId>]) -> Vec<[usize; 2]
     entries
 }
 
-/// The order for the rows of a step; `None` where a dense elimination costs less, or every order meets a pivot that is zero.
+/// The order for the rows of a step; `None` where a dense elimination costs less, or every order meets a
+/// pivot that is zero.
 pub(crate) fn order(graph: &Graph, unknowns: &Unknowns) -> Option<Order> {
     let size = unknowns.rows.len();
     if size < FEWEST_ROWS || u16::try_from(size).is_err() {
@@ -58,19 +60,20 @@ pub(crate) fn order(graph: &Graph, unknowns: &Unknowns) -> Option<Order> {
     (LOOK_UP * operations < size * size * size / 3).then_some(Order { entries, pivots })
 }
 
-/// Where a matrix has entries, while it is eliminated.
+/// The pattern of a matrix during the elimination.
 struct Matrix {
     rows: Vec<BTreeSet<usize>>,
     columns: Vec<BTreeSet<usize>>,
-    /// The rows without a pivot.
+    /// The rows that have had no pivot yet.
     left: BTreeSet<usize>,
-    /// The column that belongs to each row, where the matrix is symmetric in these pairs.
+    /// For each row the column paired with it, if the pattern is symmetric in these pairs.
     partners: Option<Vec<usize>>,
 }
 
 impl Matrix {
-    /// The rows of a step are the constraints, then the works; the unknowns the accelerations, then the multipliers. A work belongs to the acceleration
-    /// that its mass multiplies, and a constraint to its multiplier.
+    /// The rows of a step are the constraints, then the works; the unknowns are the accelerations, then the
+    /// multipliers. A work is paired with the acceleration that its mass multiplies, and a constraint with
+    /// its multiplier.
     fn new(size: usize, entries: &[[usize; 2]], accelerations: usize) -> Self {
         let mut rows = vec![BTreeSet::new(); size];
         let mut columns = rows.clone();
@@ -94,9 +97,9 @@ impl Matrix {
         }
     }
 
-    /// The next pivot, and how many entries it changes: one that stands at a pair, where there is any. What stands there is a
-    /// mass, or what the coordinates that were taken out have left for a multiplier, and of one sign; beside it stand slopes of
-    /// constraints, which may be zero.
+    /// The next pivot, and the number of entries that it changes. A paired entry is preferred: it is a mass
+    /// or, for a multiplier, a sum that the eliminated coordinates have left, and of one sign. Other entries
+    /// are slopes of constraints, which may be zero.
     fn next(&self) -> Option<([usize; 2], usize)> {
         let cost = |&[row, column]: &[usize; 2]| (self.rows[row].len() - 1) * self.columns[column].len();
         let best = |pivots: &mut dyn Iterator<Item = [usize; 2]>| {
@@ -117,7 +120,7 @@ impl Matrix {
         })
     }
 
-    /// Eliminates by a pivot.
+    /// Eliminates by a pivot, with the fill-in that it makes.
     fn take_out(&mut self, [row, column]: [usize; 2]) {
         self.left.remove(&row);
         let right: Vec<usize> = std::mem::take(&mut self.rows[row])
@@ -143,7 +146,7 @@ impl Matrix {
 mod tests {
     use super::*;
 
-    /// The pivots, and how many entries they change in all.
+    /// The pivots in order, and the number of entries that they change in all.
     fn eliminated(size: usize, entries: &[[usize; 2]], accelerations: usize) -> (Vec<[usize; 2]>, usize) {
         let mut matrix = Matrix::new(size, entries, accelerations);
         let mut changes = 0;
@@ -158,7 +161,7 @@ mod tests {
 
     #[test]
     fn what_has_many_neighbours_comes_last() {
-        // unknown 0 stands in every row, and row 0 has every unknown
+        // unknown 0 occurs in every row, and row 0 has every unknown
         let arrow: Vec<[usize; 2]> = (0..20)
             .flat_map(|i| [[i, i], [0, i], [i, 0]])
             .collect::<BTreeSet<_>>()
@@ -171,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_multiplier_has_no_pivot_before_its_coordinates() {
-        // two masses on a rod: works, which belong to accelerations 0 and 1, stand behind the constraint
+        // two masses on a rod: the works, paired with accelerations 0 and 1, follow the constraint
         let entries = [[0, 0], [0, 1], [1, 0], [1, 2], [2, 1], [2, 2]];
         let (pivots, _) = eliminated(3, &entries, 2);
         assert_ne!(pivots[0], [0, 2]);

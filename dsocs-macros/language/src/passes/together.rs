@@ -1,16 +1,17 @@
-//! Factors that divide the continuous constraint and not the discrete one.
+//! Factors that divide the continuous constraint but not the discrete one.
 //!
-//! A factor `w` that divides a constraint only together with the equations of motion need not divide its discrete row, because the discrete
-//! equations differ from these by `O(h²)`: they do where the mass matrix varies. The quotient of the discrete row then has a pole near
-//! `w = 0`, where the step has no solution. So the equations of motion are used before anything is discretized: the constraint becomes
-//! its continuous quotient, which is zero for the same motions (but for those with `w = 0`), and the order stays.
+//! A factor `w` that divides a constraint only together with the equations of motion need not divide its
+//! discrete row: where the mass matrix varies, the discrete equations differ from these by `O(h²)`. The
+//! quotient of the discrete row then has a pole near `w = 0`, where the step has no solution. So the
+//! equations of motion are used before the discretization: the constraint becomes its continuous quotient,
+//! which is zero for the same motions (except those with `w = 0`), and the order stays.
 
 use super::{eliminated, motion, of_step, quotient};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::mechanics;
 use crate::model::{Kind, Model};
 
-/// The declaration with these constraints replaced; `None` if there are none.
+/// The declaration with such constraints replaced by their quotients; `None` if there are none.
 pub(crate) fn together(model: &Model) -> Option<Model> {
     let rows = model.constraints.iter().enumerate();
     let candidates: Vec<usize> = rows
@@ -24,7 +25,7 @@ pub(crate) fn together(model: &Model) -> Option<Model> {
     let mut graph = model.graph.clone();
     let step = mechanics::step(model, &mut graph);
     let step = eliminated(&mut graph, &step.rows, n, multipliers);
-    // rows with factors are never solved, and so keep their order
+    // rows with factors are never solved, so they keep their order
     let divided = (0..step.rows.len()).filter(|&place| step.rows[place].divide.is_some());
     let with_factors = model
         .constraints
@@ -75,8 +76,8 @@ pub(crate) fn together(model: &Model) -> Option<Model> {
     any.map(|()| replaced)
 }
 
-/// A row in which multipliers stand, with those in their place that the force asks for: `Q = Σ λ_j α_j` in the least squares, which the position
-/// decides as long as the forms are independent.
+/// A row with its multipliers replaced by the least-squares solution of `Q = Σ λ_j α_j`, which depends on the
+/// position alone as long as the forms are independent.
 fn without_multipliers(
     graph: &mut Graph,
     value: NodeId,
@@ -103,7 +104,7 @@ fn without_multipliers(
         }
     }
     let rest = graph.linear(0.0, &terms);
-    // what is left of them cancels
+    // the terms with multipliers cancel
     let zero = graph.constant(0.0);
     let none = leaves.into_iter().map(|leaf| (leaf, zero)).collect();
     Some(graph.substitute(rest, &none))

@@ -1,28 +1,30 @@
-//! Sums that are parts of others.
+//! Sums that are parts of other sums.
 //!
-//! The sums along a chain are one inside the other, and so are those over the branches of a tree: each is the largest of those inside of it and a
-//! term or two. To look at sums as wholes finds that in a time that is that of comparing them, where there are too many pairs of terms to look at.
+//! The sums along a chain are nested, and so are those over the branches of a tree: each is the largest of
+//! those inside it plus a term or two. Where there are too many pairs of terms to search, whole sums are
+//! compared instead, one comparison for each pair of sums.
 
 use super::{Factor, Numbered, Product, Shared, in_order, numbered, size};
 use crate::hash::{HashMap, HashSet};
 
-/// With more words to be compared, no sum is looked for in another.
+/// The most words that are compared; beyond, no sum is searched for in another.
 const MOST_COMPARED: usize = 50_000_000;
 
-/// Which factors a list has, as bits.
+/// The set of factors of a list, as bits.
 type Members = Vec<u64>;
 
-/// Lists of factors, in terms of those that are parts of others.
+/// Lists of factors, in terms of lists that are parts of others.
 pub(crate) struct Nested {
-    /// The lists, and each in terms of the parts.
+    /// The given lists, each with its form in terms of the parts.
     lists: Vec<(Product, Product)>,
-    /// The lists that are parts of others, in terms of those that are parts of them.
+    /// The lists that are parts of others, in terms of earlier parts.
     parts: Vec<Product>,
 }
 
 impl Nested {
-    /// Looks for lists in others. Each takes the largest that it contains, then the largest that what is left of it contains, and so on. What of a
-    /// list no other has is apart from the rest, which others may have.
+    /// Finds lists inside others. Each list takes the largest one that it contains, then the largest that its
+    /// rest contains, and so on. Factors that occur in one list only are set apart from the rest, which other
+    /// lists may have.
     pub(crate) fn of(given: impl IntoIterator<Item = Product>) -> Self {
         let given: Vec<Product> = given.into_iter().filter(|list| size(list) > 1).collect();
         let mut counts: HashMap<&Factor, usize> = HashMap::default();
@@ -40,7 +42,7 @@ impl Nested {
         let members = members(&numbered, factors.len());
         let words = members.first().map_or(0, Vec::len);
         let few = lists.len().saturating_mul(lists.len()).saturating_mul(words) / 2 <= MOST_COMPARED;
-        // of powers nothing is said
+        // lists with a repeated factor are left as they are
         let is_plain: Vec<bool> = lists
             .iter()
             .map(|list| list.values().all(|&count| count == 1))
@@ -60,13 +62,13 @@ impl Nested {
                 uses[part] += 1;
             }
         }
-        // what is a part of one list alone, and none that was asked for, is written there
+        // a part of one list only, unless it was given itself, is written out there
         let asked: HashSet<&Product> = given.iter().collect();
         let is_asked: Vec<bool> = lists.iter().map(|list| asked.contains(list)).collect();
         let is_part = |place: usize| uses[place] > 1 || uses[place] == 1 && is_asked[place];
         let mut parts = Vec::new();
         let mut written: Vec<Product> = vec![Product::new(); lists.len()];
-        // smaller lists come later
+        // the lists are sorted by size, the largest first
         for place in (0..lists.len()).rev() {
             let (inside, rest) = &inner[place];
             let mut own = rest.clone();
@@ -87,7 +89,7 @@ impl Nested {
         }
     }
 
-    /// How many pairs of factors are left.
+    /// The number of pairs of factors that are left.
     pub(crate) fn pairs(&self) -> usize {
         let written = self.lists.iter().map(|(_, written)| written);
         written
@@ -96,7 +98,7 @@ impl Nested {
             .sum()
     }
 
-    /// The lists with these parts alone.
+    /// The lists in terms of these parts alone.
     pub(crate) fn alone(self) -> Shared {
         Shared {
             parts: self.parts,
@@ -104,7 +106,7 @@ impl Nested {
         }
     }
 
-    /// The lists with these parts, and with those that what is left of them shares.
+    /// The lists in terms of these parts and of the pairs that the rests share.
     pub(crate) fn with_pairs(self) -> Shared {
         let written = self.lists.iter().map(|(_, written)| written);
         let all = in_order(written.chain(&self.parts).cloned());
@@ -118,7 +120,7 @@ impl Nested {
     }
 }
 
-/// The largest lists in one, which have nothing in common, and the rest of it. Lists stand by their sizes, the largest first.
+/// The largest disjoint lists inside one, and its rest. The lists are sorted by size, the largest first.
 fn inside(
     lists: &[Numbered],
     is_plain: &[bool],
@@ -147,7 +149,7 @@ fn inside(
     (found, rest)
 }
 
-/// The factors of each list, of so many in all, as bits.
+/// The set of factors of each list, out of `factors` in all.
 fn members(lists: &[Numbered], factors: usize) -> Vec<Members> {
     let words = factors.div_ceil(64);
     let of = |list: &Numbered| {
@@ -168,13 +170,13 @@ mod tests {
     use super::*;
     use crate::graph::Bits;
 
-    /// A list of terms that are numbers.
+    /// A list of terms that are plain numbers.
     fn list(terms: impl IntoIterator<Item = u32>) -> Product {
         let term = |number: u32| (Factor::Early(Bits::new(f64::from(number)), Rc::default()), 1);
         terms.into_iter().map(term).collect()
     }
 
-    /// What a list is made of, parts written out.
+    /// A list with all parts written out.
     fn written_out(shared: &Shared, list: &Product) -> Product {
         let mut all = Product::new();
         for (factor, &count) in list {
@@ -188,7 +190,7 @@ mod tests {
         all
     }
 
-    /// How many terms all lists have with what they share.
+    /// The number of terms of all lists and of their parts.
     fn terms(shared: &Shared, lists: &BTreeSet<Product>) -> u32 {
         let lists = lists.iter().map(|list| size(&shared.product(list.clone())));
         lists.chain(shared.parts.iter().map(size)).sum()

@@ -2,7 +2,7 @@
 
 use super::Factor;
 
-/// A product: factors and how often they occur, in the order of factors.
+/// A product: its different factors in order, each with its multiplicity.
 #[derive(Clone, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub(crate) struct Product(Vec<(Factor, u32)>);
 
@@ -15,7 +15,7 @@ impl Product {
         self.0.binary_search_by(|(own, _)| own.cmp(factor))
     }
 
-    /// Puts a factor in, in place of the same one if it is there.
+    /// Sets the multiplicity of a factor.
     pub(crate) fn insert(&mut self, factor: Factor, count: u32) {
         match self.place(&factor) {
             Ok(place) => self.0[place].1 = count,
@@ -23,7 +23,7 @@ impl Product {
         }
     }
 
-    /// How often a factor occurs, if it does.
+    /// The multiplicity of a factor, if it occurs.
     pub(crate) fn get(&self, factor: &Factor) -> Option<&u32> {
         Some(&self.0[self.place(factor).ok()?].1)
     }
@@ -60,7 +60,7 @@ impl Product {
 }
 
 impl Extend<(Factor, u32)> for Product {
-    /// Of the same factor the last count holds.
+    /// Of repeated factors the last multiplicity holds.
     fn extend<I: IntoIterator<Item = (Factor, u32)>>(&mut self, factors: I) {
         self.0.extend(factors);
         if self.0.is_sorted_by(|(a, _), (b, _)| a < b) {
