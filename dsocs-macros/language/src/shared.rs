@@ -108,8 +108,8 @@ pub(crate) fn call(declaration: &TokenStream, item: &TokenStream) -> syn::Result
 /// A declaration whose shared statements are resolved in the scope of the item, so that names in them can
 /// mean the fields of its struct.
 ///
-/// Macro hygiene would tell a name in shared statements from the same name in the struct. But only with that
-/// hygiene does a mistake in them also show where they are used.
+/// Macro hygiene tells a name in shared statements from the same name in the struct. The tokens lose that
+/// hygiene here, and with it the place of their use, which a mistake in them would show.
 pub(crate) fn in_scope(declaration: TokenStream, item: &TokenStream) -> TokenStream {
     let first = item.clone().into_iter().next();
     let site = first.map_or_else(Span::call_site, |tree| tree.span());

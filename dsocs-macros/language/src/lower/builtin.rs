@@ -1,4 +1,4 @@
-//! The functions of `f64` that the expression graph can see into.
+//! The functions of `f64` that the expression graph knows.
 
 use std::f64::consts::{LN_2, LN_10, PI};
 
@@ -19,11 +19,11 @@ pub(crate) enum Builtin {
     Two(fn(&mut Graph, NodeId, NodeId) -> NodeId),
     /// A function of the receiver and two arguments.
     Three(fn(&mut Graph, NodeId, NodeId, NodeId) -> NodeId),
-    /// `powi`, whose argument is a literal.
+    /// `powi`, whose argument is an integer literal.
     Powi,
 }
 
-/// Every builtin function and its name.
+/// The builtin functions by name.
 const BUILTINS: [(&str, Builtin); 34] = [
     ("sqrt", Builtin::One(|g, x| g.unary(Unary::Sqrt, x))),
     ("cbrt", Builtin::One(|g, x| g.unary(Unary::Cbrt, x))),
@@ -67,7 +67,7 @@ const BUILTINS: [(&str, Builtin); 34] = [
     ("powi", Builtin::Powi),
 ];
 
-/// Methods of `f64` that have no derivative, or none that is a number.
+/// Methods of `f64` that have no useful derivative, or no number as a result.
 const NOT_SUPPORTED: [&str; 21] = [
     "floor",
     "ceil",
@@ -93,7 +93,7 @@ const NOT_SUPPORTED: [&str; 21] = [
 ];
 
 impl Builtin {
-    /// The function of that name.
+    /// The function of a name.
     pub(super) fn find(name: &str) -> Option<Self> {
         BUILTINS
             .iter()
@@ -111,7 +111,7 @@ impl Builtin {
         self.arguments() == 0
     }
 
-    /// How many arguments it takes beside the receiver.
+    /// The number of arguments beside the receiver.
     fn arguments(self) -> usize {
         match self {
             Self::One(_) => 0,
@@ -121,13 +121,13 @@ impl Builtin {
     }
 }
 
-/// Whether this is a method of `f64` that an expression of the motion cannot contain.
+/// Whether this is a method of `f64` that expressions may not contain.
 pub(super) fn is_not_supported(name: &str) -> bool {
     NOT_SUPPORTED.contains(&name)
 }
 
 impl Lowering<'_> {
-    /// A call of a builtin function.
+    /// The value of a call of a builtin function.
     pub(super) fn builtin(
         &mut self,
         builtin: Builtin,
@@ -183,7 +183,7 @@ impl Lowering<'_> {
     }
 }
 
-/// Integer powers are products, whose derivatives are written out.
+/// The largest exponent of an integer power, whose derivatives are written out as products.
 const LARGEST_EXPONENT: u32 = 10_000;
 
 fn exp2(g: &mut Graph, x: NodeId) -> NodeId {

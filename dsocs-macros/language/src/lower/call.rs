@@ -1,4 +1,4 @@
-//! Calls: the words of the language, the functions of `f64`, and those of the user.
+//! Calls: the words of the language, the functions of `f64`, and the user's functions.
 
 use proc_macro2::{Ident, TokenStream};
 use quote::{ToTokens, quote, quote_spanned};
@@ -15,7 +15,7 @@ use crate::names::Binding;
 use crate::nearest::{did_you_mean, nearest};
 use crate::syntax::{bare, plain_name};
 
-/// The name of `f64::name`.
+/// `name` in `f64::name`.
 fn function_of_f64(function: &Expr) -> Option<&Ident> {
     match function {
         Expr::Path(path) if path.qself.is_none() && path.path.segments.len() == 2 => {
@@ -33,7 +33,7 @@ impl Lowering<'_> {
         if let Some(name) = plain_name(&call.func) {
             let text = name.to_string();
             match self.scope.get(name) {
-                // also where a name has been given this one, which is reported
+                // checked first, also where a `let` has taken one of these names, which is reported elsewhere
                 _ if matches!(text.as_str(), "dot" | "ddot" | "dddot") => return self.dot(name, call),
                 _ if text == "sum" || text == "product" => return self.fold(name, call),
                 _ if text == "each" => {
@@ -131,7 +131,7 @@ impl Lowering<'_> {
             .map(Value::Number)
     }
 
-    /// What to say where a number is called.
+    /// The error for the call of a number.
     fn called_number(&self, name: &Ident) -> Reported {
         let message = format!(
             "expected a function, but `{name}` is a number; a product is written with `*`, and what depends on time or position is {}",
@@ -143,7 +143,7 @@ impl Lowering<'_> {
         self.errors.at(name, message)
     }
 
-    /// What to say where an array of a text is called.
+    /// The error for the call of an array, in a text.
     fn called_array(&self, name: &Ident) -> Reported {
         let message = format!(
             "expected a function, but `{name}` is an array of numbers; its first is `{name}[0]`, and a product is written with `*`"
@@ -151,7 +151,7 @@ impl Lowering<'_> {
         self.errors.at(name, message)
     }
 
-    /// What to say about a derivative beyond the third.
+    /// The error for a derivative beyond the third.
     fn too_high(&self, name: &Ident) -> Reported {
         let message = "expected at most a third derivative, `dddot(…)`: constraints bind up to four nodes";
         self.errors.at(name, message)
@@ -238,19 +238,19 @@ impl Lowering<'_> {
             .map(Value::Number)
     }
 
-    /// Whether a field is a table of samples of a declaration that no compiler reads.
+    /// Whether a field is a table of samples, in a declaration that no compiler reads.
     pub(super) fn is_table_at(&self, index: usize) -> bool {
         !self.fields.have_compiler() && self.fields.get(index).is_some_and(Field::is_table)
     }
 
-    /// What to say about a table of samples in the place of a number.
+    /// The error for a table of samples in place of a number.
     pub(super) fn whole_table(&self, name: &Ident) -> Reported {
         let message =
             format!("`{name}` is a table of samples; expected its value at a place, `{name}.at(t)`");
         self.errors.at(name, message)
     }
 
-    /// The table of samples that an expression is, in a declaration that no compiler reads.
+    /// The table of samples that an expression names, in a declaration that no compiler reads.
     fn table<'e>(&self, expr: &'e Expr) -> Option<&'e Ident> {
         let name = plain_name(bare(expr))?;
         match self.scope.get(name) {
@@ -259,7 +259,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// What to say about a function that is none of the language and none of the declaration.
+    /// The error for a function that is neither of the language nor of the declaration.
     fn unknown_function(&self, name: &Ident) -> Reported {
         let text = name.to_string();
         let own = nearest(&text, self.functions.iter().map(String::as_str));
@@ -277,7 +277,7 @@ impl Lowering<'_> {
         self.errors.at(name, message)
     }
 
-    /// The module of functions that an expression would be elsewhere: `np` in `np.sin(x)`.
+    /// The module that an expression names in other languages: `np` in `np.sin(x)`.
     pub(super) fn module<'e>(&self, expr: &'e Expr) -> Option<&'e Ident> {
         plain_name(expr).filter(|name| is_module(name) && self.scope.get(name).is_none())
     }
@@ -292,7 +292,7 @@ impl Lowering<'_> {
         Ok(self.graph.call(callee, &arguments))
     }
 
-    /// An argument of a function of the user's.
+    /// An argument of a user's function.
     fn argument(&mut self, argument: &Expr) -> Lowered {
         if let Expr::Reference(reference) = argument {
             return Err(self.errors.at(
@@ -356,7 +356,7 @@ impl Lowering<'_> {
         value.map(|value| self.derivative(value, times, call))
     }
 
-    /// A time derivative of a number.
+    /// The `times`-th time derivative of a number.
     fn derivative(&mut self, mut value: NodeId, times: usize, call: &ExprCall) -> Lowered {
         let order = self.graph.order(value).map_or(0, |order| order + times);
         if order > 3 {
@@ -376,7 +376,7 @@ impl Lowering<'_> {
         Ok(value)
     }
 
-    /// Remembers where a derivative enters the expression.
+    /// Records where a derivative enters the expression, for messages.
     pub(super) fn remember(&mut self, tokens: impl ToTokens, node: NodeId) {
         if let Some(order) = self.graph.order(node) {
             self.origins.push(Origin {
@@ -387,7 +387,7 @@ impl Lowering<'_> {
     }
 }
 
-/// Whether a name is that of a derivative beyond the third.
+/// Whether a name is that of a derivative beyond the third, such as `ddddot`.
 fn is_higher_derivative(text: &str) -> bool {
     let rest = text.strip_suffix("ddddot");
     rest.is_some_and(|rest| rest.chars().all(|c| c == 'd'))

@@ -1,4 +1,4 @@
-//! Choices: `if a < b { … } else { … }`, of numbers and of vectors.
+//! Choices between numbers or vectors: `if a < b { … } else { … }`.
 
 use quote::quote;
 use syn::{BinOp, Expr, ExprIf, UnOp};
@@ -11,7 +11,8 @@ use crate::syntax::bare;
 impl Lowering<'_> {
     /// `if condition { then } else { otherwise }`
     pub(super) fn choice(&mut self, choice: &ExprIf) -> Valued {
-        // the branch that is not taken need not have a meaning: `if i > 0 { theta[i - 1] } else { 0 }`
+        // only the branch taken is read, if the condition is one of indices:
+        // `if i > 0 { theta[i - 1] } else { 0 }`
         match (self.decided(&choice.cond), &choice.else_branch) {
             (Some(true), Some(_)) => return self.block(&choice.then_branch, Self::any),
             (Some(false), Some((_, otherwise))) => return self.any(otherwise),
@@ -31,7 +32,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The same with vectors, component by component.
+    /// A choice between values of the same shape, component by component.
     fn selected(&mut self, choice: &ExprIf, then: &Value, otherwise: &Value) -> Valued {
         let others = otherwise.numbers();
         if then.kind() != otherwise.kind() {
@@ -49,7 +50,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// `if condition { then } else { otherwise }`
+    /// `if condition { then } else { otherwise }`, for numbers
     fn select(&mut self, condition: &Expr, then: NodeId, otherwise: NodeId) -> Lowered {
         match bare(condition) {
             Expr::Binary(binary) => {
@@ -79,7 +80,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// A condition that the graph cannot see into, such as a field of type `bool`.
+    /// A choice by a condition that the graph does not know, such as a field of type `bool`.
     fn flag(&mut self, condition: &Expr, then: NodeId, otherwise: NodeId) -> Lowered {
         let is_opaque = !matches!(condition, Expr::Let(_) | Expr::Lit(_)) && self.is_closed(condition);
         if !is_opaque {

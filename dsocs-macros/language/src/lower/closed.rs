@@ -1,4 +1,4 @@
-//! Expressions of the parameters alone, which become code as they stand, with `self.` before the fields.
+//! Expressions of the parameters alone, which are copied into the code with `self.` before the fields.
 
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{ToTokens, quote_spanned};
@@ -13,7 +13,7 @@ use crate::input::place;
 use crate::names::{Binding, RESERVED};
 use crate::syntax::{bare, plain_name};
 
-/// Looks for something of the motion or of the language.
+/// A search for names of the motion or of the language.
 struct Search<'s, 'l> {
     lowering: &'s Lowering<'l>,
     found: bool,
@@ -72,7 +72,7 @@ impl Lowering<'_> {
             && places.iter().zip(shape).all(|(place, length)| place < length)
     }
 
-    /// The tokens of a closed expression.
+    /// The tokens of a closed expression, with `self.` before the fields.
     pub(super) fn closed(&self, expr: &Expr) -> Result<TokenStream, Reported> {
         let mut bound = Bound::default();
         bound.visit_expr(expr);
@@ -93,7 +93,7 @@ impl Lowering<'_> {
     }
 }
 
-/// The names that patterns inside an expression bind, as those of a closure's parameters.
+/// The names that patterns inside an expression bind, such as parameters of closures.
 #[derive(Default)]
 struct Bound(Vec<String>);
 
@@ -130,12 +130,13 @@ impl Rewrite<'_, '_> {
     }
 }
 
-/// A name that is none of the declaration's: a constant of the user's module, or one of the circle, which need not be imported.
+/// A name that the declaration does not define: a constant of the user's module, or `PI` or `TAU`, which need
+/// no import.
 pub(super) fn free(name: &Ident, have_compiler: bool) -> TokenStream {
     if !have_compiler || !is_of_circle(name) {
         return name.to_token_stream();
     }
-    // what the user's module calls so comes first
+    // a constant of this name in the user's module takes precedence
     let span = Span::call_site().located_at(name.span());
     quote_spanned! {span=> {
         #[allow(unused_imports)]
@@ -148,12 +149,12 @@ pub(super) fn free(name: &Ident, have_compiler: bool) -> TokenStream {
     }}
 }
 
-/// Whether a name is that of a constant of the circle.
+/// Whether a name is `PI` or `TAU`, or their lower case.
 pub(super) fn is_of_circle(name: &Ident) -> bool {
     circle(&name.to_string()).is_some()
 }
 
-/// The value of a constant of the circle.
+/// The value of `PI` or `TAU`.
 pub(crate) fn circle(name: &str) -> Option<f64> {
     match name {
         "PI" | "pi" => Some(core::f64::consts::PI),
@@ -163,7 +164,7 @@ pub(crate) fn circle(name: &str) -> Option<f64> {
 }
 
 impl Rewrite<'_, '_> {
-    /// The value of an index that names nothing which the expression itself binds.
+    /// The value of an index in which no name is bound by the expression itself.
     fn index(&self, index: &Expr) -> Option<i64> {
         let mut names = Names::default();
         names.visit_expr(index);
@@ -172,7 +173,7 @@ impl Rewrite<'_, '_> {
     }
 }
 
-/// The names that an expression consists of.
+/// The plain names in an expression.
 #[derive(Default)]
 struct Names(Vec<String>);
 
@@ -182,7 +183,7 @@ impl<'ast> Visit<'ast> for Names {
     }
 }
 
-/// An integer of whatever type is expected where it stands.
+/// An integer literal of the type that its context expects.
 fn literal(value: i64, span: Span) -> TokenStream {
     let mut digits = Literal::u64_unsuffixed(value.unsigned_abs());
     digits.set_span(span);
@@ -204,7 +205,7 @@ impl VisitMut for Rewrite<'_, '_> {
             Expr::Index(index) => {
                 self.visit_expr_mut(&mut index.expr);
                 match self.index(&index.index) {
-                    // as a number, so that equal elements are one parameter
+                    // written as a literal, so that equal elements are one parameter
                     Some(value) => *index.index = Expr::Verbatim(literal(value, index.index.span())),
                     None => self.visit_expr_mut(&mut index.index),
                 }
@@ -223,7 +224,7 @@ impl VisitMut for Rewrite<'_, '_> {
                 let place = place(name);
                 *call.func = Expr::Verbatim(quote_spanned!(name.span()=> (#place)));
             }
-            // a function of the user's
+            // a user's function: its name stays
             Some(_) => {}
             None => self.visit_expr_mut(&mut call.func),
         }

@@ -15,7 +15,7 @@ use crate::model::{Displacements, Form, Kind, Row};
 type Vectors = Vec<Vec<NodeId>>;
 
 impl Lowering<'_> {
-    /// The rows of a statement: one for each that is written, or several of a vector.
+    /// The rows of a statement, grouped by its entries: a vector stands for several rows.
     pub(super) fn constraints(
         &mut self,
         constraints: &Constraints,
@@ -38,11 +38,11 @@ impl Lowering<'_> {
         })
     }
 
-    /// Counts the rows that one stands for.
+    /// Adds the rows of an entry to the count of its kind; an unknown number makes the count unknown.
     fn count_rows(&mut self, row: &Expr, value: &Valued, kind: Kind) {
         let count = match value {
             Ok(value) => Some(value.numbers().len()),
-            // nothing here is a vector
+            // the entry is wrong, but without arrays and rotations it is no vector
             Err(_)
                 if self
                     .groups
@@ -105,9 +105,10 @@ impl Lowering<'_> {
         Err(self.errors.at(row, message))
     }
 
-    /// An expression without the derivatives that drop out of it, and the highest that is left.
+    /// An expression without derivatives that cancel in it, and the order of the highest one left.
     ///
-    /// On a triple a row of velocities alone is a leapfrog: it has a second solution, which grows where the motion decays.
+    /// A constraint on velocities alone would be a leapfrog scheme on a triple of nodes: it has a second
+    /// solution, which grows where the motion decays.
     pub(super) fn settled(&mut self, value: NodeId) -> (NodeId, Option<usize>) {
         let leaves: Vec<Leaf> = self.graph.leaves(value).collect();
         let highest = self.graph.order(value);
@@ -115,7 +116,7 @@ impl Lowering<'_> {
         if highest.is_none() || top.any(|&leaf| self.graph.shows(value, leaf)) {
             return (value, highest);
         }
-        // on the side: a question leaves no trace in the code
+        // on a copy, so that the test adds no nodes to the code
         let mut graph = self.graph.clone();
         let order = (0..=3).rev().find(|&order| {
             let mut leaves = leaves.iter().filter(|leaf| leaf.order() == Some(order));
@@ -136,12 +137,12 @@ impl Lowering<'_> {
         if self.graph.vanishes(difference) {
             (rest, order)
         } else {
-            // a step function of what drops out, such as `ddot(x).signum()`
+            // a derivative cancels but for a step function, such as `ddot(x).signum()`
             (value, order)
         }
     }
 
-    /// An expression without derivatives that its kind of constraint may not have.
+    /// A row, refused if it has derivatives that its kind of constraint may not have.
     fn of_order(&mut self, value: NodeId, row: &Expr, kind: Kind) -> Lowered {
         match kind {
             Kind::Holonomic => self.is_below(
@@ -162,7 +163,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The fields or forces of a statement.
+    /// The fields or forms of a statement.
     pub(super) fn fields(&mut self, directions: &Directions) -> Result<Vectors, Reported> {
         self.each(&directions.fields, |lowering, field| {
             lowering.origins.clear();
@@ -174,7 +175,8 @@ impl Lowering<'_> {
         })
     }
 
-    /// The forms that span `F_V`, as far as they are told, and the fields that span `C_V`, as far as they are found.
+    /// The forms that span `F_V`, if they are known, and the virtual displacements `C_V`, as fields if these
+    /// can be found.
     ///
     /// `elsewhere`: the displacements are not taken at the middle node.
     pub(super) fn displacements(
@@ -189,7 +191,7 @@ impl Lowering<'_> {
         let side = directions.map(|directions| directions.side);
         let mut given = fields.unwrap_or_default();
         if side == Some(Side::Variational) {
-            // the particles at rest beside rotations
+            // the particles at rest, in the first slots of rotations
             let (zero, one) = (self.graph.constant(0.0), self.graph.constant(1.0));
             let rotations = self.graph.rotations().iter();
             given.extend(
@@ -197,7 +199,7 @@ impl Lowering<'_> {
             );
         }
         if let (Some(Side::Variational), Some(directions)) = (side, directions) {
-            // the annihilator also finds out whether they are independent
+            // the annihilator tells whether the fields are independent
             if let Err(Defect::Dependent(row)) = annihilator(&mut self.graph, &given, n) {
                 return Err(self.dependent(directions, row));
             }
@@ -221,7 +223,7 @@ impl Lowering<'_> {
         let vectors: Vec<_> = forms.iter().map(|form| form.components.clone()).collect();
         let displacements = match annihilator(&mut self.graph, &vectors, n) {
             Err(Defect::Dependent(row)) => {
-                // which of the forces that are written, or which constraint
+                // a form that the user wrote, or else a constraint
                 let written = own[..row].iter().filter(|&&own| !own).count();
                 return Err(match directions {
                     Some(directions) if !own[row] => self.dependent(directions, written),
@@ -236,7 +238,8 @@ impl Lowering<'_> {
         Ok((forms, displacements))
     }
 
-    /// The form of d'Alembert's and Chetaev's rules: the derivative of a constraint by what is highest in it.
+    /// The form by the rules of d'Alembert and Chetaev: the derivative of a constraint by its highest
+    /// derivatives.
     fn ruled(&mut self, row: &Row) -> Vec<NodeId> {
         (0..self.coordinates.len())
             .map(|i| {
@@ -264,7 +267,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Reports a constraint whose force is a combination of the others'.
+    /// Reports a constraint whose force depends linearly on the others'.
     fn without_force(&self, row: &Row) -> Reported {
         let message = "expected independent constraints; the force that belongs to this one is zero or a \
                        combination of the others'";

@@ -1,4 +1,4 @@
-//! The declaration as a whole: its statements in order, each in its scope, then what they say together.
+//! The whole declaration: its statements, each in its scope, then the checks between them.
 
 use proc_macro2::Ident;
 use syn::ItemStruct;
@@ -16,7 +16,7 @@ use crate::model::{Docs, Kind, Model, ParameterField, Row};
 use crate::names::{Binding, Scope};
 use crate::syntax::first_paragraph;
 
-/// Lowers a declaration whose shape has been checked, with the result `checked`.
+/// The model of a declaration whose syntax has been checked, with the result `checked`.
 pub(crate) fn model(
     declaration: &Declaration,
     item: &ItemStruct,
@@ -41,7 +41,7 @@ pub(crate) fn model(
         outer,
     };
 
-    // every part is lowered before the first mistake ends the pass, so that all are reported
+    // every part is lowered before the first error is returned, so that all mistakes are reported
     let lagrangian = scopes.part(&mut lowering, &declaration.lagrangian, Lowering::lagrangian);
     let mut rows = |part, kind| {
         scopes.part(&mut lowering, part, |lowering, constraints| {
@@ -140,7 +140,7 @@ fn lets(lowering: &mut Lowering<'_>, declaration: &Declaration) {
             Ok(value) => lowering.binding(value),
             Err(reported) => Binding::Let(Err(*reported)),
         };
-        // the derivatives in what nothing uses are none of the model's
+        // derivatives in a `let` that nothing uses do not belong to the model
         if !used.contains(&binding.name.to_string()) {
             lowering.differentiated.truncate(differentiated);
         }
@@ -148,7 +148,7 @@ fn lets(lowering: &mut Lowering<'_>, declaration: &Declaration) {
     }
 }
 
-/// Gives each kinematic constraint its factor: a vector one for all of its rows.
+/// Gives each kinematic constraint its factor; the rows of a vector share one.
 fn divide(kinematic: &mut [Vec<Row>], factors: &[Option<NodeId>]) {
     for (rows, factor) in kinematic.iter_mut().zip(factors) {
         for row in rows {
@@ -157,7 +157,7 @@ fn divide(kinematic: &mut [Vec<Row>], factors: &[Option<NodeId>]) {
     }
 }
 
-/// Puts discrete rows in the place of the kinematic ones.
+/// Gives the kinematic constraints their discrete rows.
 fn replace(kinematic: &mut [Vec<Row>], discrete: Vec<Vec<NodeId>>, errors: &Errors) -> Result<(), Reported> {
     for (rows, discrete) in kinematic.iter_mut().zip(discrete) {
         if let Some(row) = rows.first()
@@ -177,7 +177,7 @@ fn replace(kinematic: &mut [Vec<Row>], discrete: Vec<Vec<NodeId>>, errors: &Erro
     Ok(())
 }
 
-/// Refuses beside constraints of third order what is for those of second order.
+/// Refuses statements that are for second order only, if a constraint is of third order.
 fn third_order(declaration: &Declaration, kinematic: &[Vec<Row>], errors: &Errors) -> Result<(), Reported> {
     if kinematic.iter().flatten().all(|row| row.order < 3) {
         return Ok(());
@@ -217,7 +217,8 @@ fn third_order(declaration: &Declaration, kinematic: &[Vec<Row>], errors: &Error
     wrong
 }
 
-/// Refuses factors that do not divide their constraints. `written` is how many rows each kinematic constraint stands for.
+/// Refuses factors that do not divide their constraints. `written` has, for each kinematic constraint, the
+/// number of its rows.
 fn check_factors(
     declaration: &Declaration,
     model: &Model,
@@ -247,7 +248,8 @@ fn check_factors(
     wrong
 }
 
-/// Whether a factor is none for the work of external forces alone: without them it divides its constraint.
+/// Whether a factor fails only because of the power of external forces: without them it divides its
+/// constraint.
 fn lacks_power(model: &Model, place: usize) -> bool {
     if model.external_forces.is_empty() {
         return false;
@@ -257,7 +259,7 @@ fn lacks_power(model: &Model, place: usize) -> bool {
     !mechanics::is_no_factor(&free, place)
 }
 
-/// What the user says for people.
+/// The documentation in a declaration.
 fn docs(declaration: &Declaration, item: &ItemStruct, observe: &[Observed]) -> Docs {
     let groups = declaration.coordinates.given().into_iter();
     let groups = groups.flat_map(|coordinates| &coordinates.groups);
@@ -276,7 +278,7 @@ fn docs(declaration: &Declaration, item: &ItemStruct, observe: &[Observed]) -> D
 
 /// A statement that may use the `let`s before it.
 trait AfterLets {
-    /// How many `let`s stand before.
+    /// The number of `let`s before the statement.
     fn lets_before(&self) -> usize;
 }
 
@@ -294,12 +296,12 @@ after_lets!(Scalar, Constraints, Directions, Branch, Observe);
 
 impl AfterLets for Map {
     fn lets_before(&self) -> usize {
-        // a map uses no `let`; it knows them all to say so
+        // a map may use no `let`, but knows their names for its error messages
         usize::MAX
     }
 }
 
-/// The scopes of the statements.
+/// The scope after all `let`s, from which that of each statement is taken.
 struct Scopes {
     all: Scope,
     outer: usize,

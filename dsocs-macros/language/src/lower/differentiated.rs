@@ -1,6 +1,6 @@
-//! Holonomic constraints that were differentiated twice by hand.
+//! Warnings about holonomic constraints that the user differentiated twice.
 //!
-//! As rows of second order they hold the acceleration alone: what was differentiated is held by nothing, and drifts. The statement
+//! As rows of second order they fix the acceleration alone, so the original constraint drifts. The statement
 //! `holonomic` takes the constraint itself, and finds the same forces.
 
 use proc_macro2::Ident;
@@ -9,7 +9,7 @@ use syn::spanned::Spanned as _;
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::{Kind, Model, Warning};
 
-/// The warnings about rows whose statement is another.
+/// The warnings about kinematic rows that should be holonomic.
 pub(super) fn warnings(model: &Model) -> Vec<Warning> {
     let mut graph = model.graph.clone();
     let rows = model.constraints.iter().enumerate();
@@ -29,7 +29,7 @@ pub(super) fn warnings(model: &Model) -> Vec<Warning> {
         .collect()
 }
 
-/// Whether a row is `d²g/dt²` of a function `g(q)` that is not linear, and its force acts along `dg`.
+/// Whether a row is `d²g/dt²` of a nonlinear function `g(q)`, with a force along `dg`.
 fn is_differentiated(graph: &mut Graph, row: NodeId, form: &[NodeId]) -> bool {
     let n = form.len();
     let slopes: Vec<NodeId> = (0..n).map(|i| graph.derivative(row, Leaf::A(i))).collect();
@@ -37,7 +37,7 @@ fn is_differentiated(graph: &mut Graph, row: NodeId, form: &[NodeId]) -> bool {
         let mut places = (0..n).map(leaf);
         places.any(|leaf| slopes.iter().any(|&slope| graph.depends_on(slope, leaf)))
     };
-    // what is linear in the coordinates may be meant as it stands: a joint that goes on turning
+    // a linear one may be meant: a joint that goes on turning
     let is_of_positions = depends(graph, Leaf::Q) && !depends(graph, Leaf::V) && !depends(graph, Leaf::A);
     if !is_of_positions || slopes.iter().any(|&slope| graph.depends_on(slope, Leaf::T)) {
         return false;
@@ -62,7 +62,7 @@ fn is_differentiated(graph: &mut Graph, row: NodeId, form: &[NodeId]) -> bool {
         })
 }
 
-/// Whether two expressions are the same.
+/// Whether two expressions are equal.
 fn vanishes(graph: &mut Graph, one: NodeId, other: NodeId) -> bool {
     let difference = graph.sub(one, other);
     graph.vanishes(difference)

@@ -1,4 +1,4 @@
-//! A discrete Lagrangian and discrete constraints that are given directly, in terms of the nodes: `x[0]`, `x[1]`, `x[2]`.
+//! Discrete Lagrangians and constraints that are declared in terms of the nodes: `x[0]`, `x[1]`, `x[2]`.
 
 use proc_macro2::Ident;
 use quote::ToTokens;
@@ -15,13 +15,13 @@ use crate::names::Binding;
 use crate::syntax::bare;
 
 impl Lowering<'_> {
-    /// `L_d`, of two nodes.
+    /// `L_d`, a function of two nodes.
     pub(super) fn discrete_lagrangian(&mut self, value: &Expr, maps: &Maps) -> Lowered {
         let discrete = self.of_nodes(value, 2, maps)?;
         self.due(value, &discrete)
     }
 
-    /// The rows of `D_K`, of three nodes: one for each that is written, or several of a vector.
+    /// The rows of `D_K`, functions of three nodes, grouped by the entries of the statement.
     pub(super) fn discrete_kinematic(
         &mut self,
         constraints: &Constraints,
@@ -53,7 +53,7 @@ impl Lowering<'_> {
         value
     }
 
-    /// A coordinate at a node, `x[0]`, where nodes are what expressions are made of.
+    /// A coordinate at a node, `x[0]`, in a discrete expression.
     pub(super) fn at_node(&self, coordinate: usize, index: &Expr) -> Result<Leaf, Reported> {
         self.of_node(
             [Leaf::X0(coordinate), Leaf::X1(coordinate), Leaf::X2(coordinate)],
@@ -66,7 +66,7 @@ impl Lowering<'_> {
         self.of_node([Leaf::T0, Leaf::T1, Leaf::T2], index)
     }
 
-    /// What belongs to the node that an index names.
+    /// The leaf of the node that an index names.
     fn of_node(&self, [first, second, third]: [Leaf; 3], index: &Expr) -> Result<Leaf, Reported> {
         let count = self.discrete.as_ref().map_or(0, |nodes| nodes.count);
         match self.known_integer(index)? {
@@ -83,7 +83,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The coordinate of which an index names a node: `x` in `x[0]`, `theta[1]` in `theta[1][0]`.
+    /// The index of the coordinate at a node: of `x` in `x[0]`, of `theta[1]` in `theta[1][0]`.
     pub(super) fn coordinate_of_node(&self, base: &Expr) -> Option<Result<usize, Reported>> {
         match bare(base) {
             Expr::Path(path) => match self.scope.get(path.path.get_ident()?)? {
@@ -101,7 +101,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// What to say about an expression of the motion among nodes.
+    /// The error for an expression of the motion in a discrete expression.
     pub(super) fn motion_among_nodes(&self, tokens: impl ToTokens, is_coordinate: bool) -> Reported {
         let tokens = tokens.into_token_stream();
         let text = tokens.to_string().replace(' ', "");
@@ -122,7 +122,8 @@ impl Lowering<'_> {
         self.errors.at(tokens, message)
     }
 
-    /// `leg(e, 0)`, the value of `e(q, v)` on the leg from node 0 to node 1, or `node(e)`, that of `e(q, v, a)` at the triple.
+    /// `leg(e, 0)`, the value of `e(q, v)` on the leg from node 0 to node 1, or `node(e)`, that of
+    /// `e(q, v, a)` at the triple.
     pub(super) fn placed(&mut self, name: &Ident, call: &ExprCall) -> Valued {
         let Some(nodes) = self.discrete.clone() else {
             return Err(self.unknown(name));
@@ -176,7 +177,7 @@ impl Lowering<'_> {
         value.map(|number| Ok(self.graph.substitute(number, &point)))
     }
 
-    /// The value of an expression on a leg: the first one, or the later one.
+    /// The value of an expression on a leg: on the second one if `is_later`, else on the first.
     fn on_leg(&mut self, value: NodeId, points: &[PairPoint], is_later: bool) -> NodeId {
         let weight = 1.0 / points.len() as f64;
         let terms: Vec<_> = points
@@ -200,11 +201,11 @@ impl Lowering<'_> {
     }
 }
 
-/// What is said of an acceleration on a leg.
+/// The error for an acceleration on a leg.
 const ON_LEG: &str = "an acceleration comes in here; expected an expression of positions and velocities, which a leg gives; `node(e)` knows \
                       accelerations";
 
-/// What stands in the place of time, position, velocity and, if it is given, acceleration.
+/// The substitution for time, position, velocity and, if it is given, acceleration.
 fn point(t: NodeId, vectors: &[&[NodeId]]) -> HashMap<Leaf, NodeId> {
     let leaves: [fn(usize) -> Leaf; 3] = [Leaf::Q, Leaf::V, Leaf::A];
     let parts = leaves.iter().zip(vectors);

@@ -1,4 +1,4 @@
-//! Functions and constants by the names that they have elsewhere: in mathematics, in Python, in C.
+//! Functions and constants by the names that they have in mathematics, in Python or in C.
 
 use proc_macro2::Ident;
 use quote::ToTokens;
@@ -7,7 +7,7 @@ use super::builtin::Builtin;
 use super::lowering::Lowering;
 use crate::errors::{Errors, Reported};
 
-/// Functions of numbers by other names, and the method that each is here.
+/// Functions of numbers under names of other languages, and the method to use here.
 const METHODS: [(&str, &str); 24] = [
     ("pow", "powi(2)` or `.powf(a)"),
     ("power", "powi(2)` or `.powf(a)"),
@@ -35,7 +35,8 @@ const METHODS: [(&str, &str); 24] = [
     ("minimum", "min(…)"),
 ];
 
-/// The same in words. In Rust these are as likely to be names of the user's own.
+/// Names of functions as words, and the method to use here. Not used in Rust, where they may well be the
+/// user's own.
 const WORDS: [(&str, &str); 18] = [
     ("sine", "sin()"),
     ("cosine", "cos()"),
@@ -57,10 +58,10 @@ const WORDS: [(&str, &str); 18] = [
     ("magnitude", "abs()"),
 ];
 
-/// Those of [`METHODS`] that are as likely to be a function of the user's own.
+/// Those of [`METHODS`] that may well be the user's own functions.
 const OWN: [&str; 3] = ["square", "squared", "cubed"];
 
-/// What methods of vectors are called elsewhere, and the method that each is here.
+/// Methods of vectors under names of other languages, and the method to use here.
 const OF_VECTORS: [(&str, &str); 15] = [
     ("abs", "norm()"),
     ("length", "norm()"),
@@ -79,24 +80,24 @@ const OF_VECTORS: [(&str, &str); 15] = [
     ("transposed", "transpose()"),
 ];
 
-/// The method of vectors that is meant by another name of it.
+/// The method of vectors for a name of another language.
 pub(super) fn of_vector(name: &str) -> Option<&'static str> {
     let known = OF_VECTORS.iter().find(|(known, _)| *known == name);
     known.map(|(_, meant)| *meant)
 }
 
-/// What the time derivative is called elsewhere.
+/// Names of the time derivative in other languages.
 const DERIVATIVES: [&str; 6] = ["diff", "Diff", "der", "deriv", "derivative", "Derivative"];
 
-/// Modules of functions elsewhere.
+/// Modules of functions in other languages.
 const MODULES: [&str; 9] = [
     "np", "numpy", "math", "Math", "cmath", "jnp", "sp", "sympy", "torch",
 ];
 
-/// The method that a function is here, as it is called: `sin()`, `max(…)`.
+/// The method for a function's name, with its parentheses: `sin()`, `max(…)`.
 fn method(name: &str, errors: &Errors) -> Option<String> {
     match name {
-        // of one number it is the natural one
+        // `log` of one number is usually the natural one
         "log" => return Some("ln()` or `.log10()".to_owned()),
         "powi" => return Some("powi(2)".to_owned()),
         _ => {}
@@ -106,14 +107,14 @@ fn method(name: &str, errors: &Errors) -> Option<String> {
     own.or_else(|| of_method(name, errors).map(ToOwned::to_owned))
 }
 
-/// The method that is meant by another name of it.
+/// The method of numbers for a name of another language.
 fn of_method(name: &str, errors: &Errors) -> Option<&'static str> {
     let words = WORDS.iter().filter(|_| errors.are_of_text());
     let known = METHODS.iter().chain(words).find(|(known, _)| *known == name);
     known.map(|(_, meant)| *meant)
 }
 
-/// The constant that is meant by another name of it.
+/// The constant for a name of another language.
 pub(super) fn constant(name: &str) -> Option<&'static str> {
     match name {
         "pi" | "Pi" | "π" => Some("pi"),
@@ -122,13 +123,13 @@ pub(super) fn constant(name: &str) -> Option<&'static str> {
     }
 }
 
-/// Whether a name is that of a module of functions.
+/// Whether a name is that of a module of functions in other languages.
 pub(super) fn is_module(name: &Ident) -> bool {
     MODULES.iter().any(|module| name == module)
 }
 
 impl Lowering<'_> {
-    /// What to say about a function that is called as elsewhere: `sin(x)`, `sign(x)`, `diff(x, t)`.
+    /// The error for a function in the notation of other languages: `sin(x)`, `sign(x)`, `diff(x, t)`.
     pub(super) fn function_elsewhere(
         &self,
         name: &Ident,
@@ -167,7 +168,7 @@ impl Lowering<'_> {
         Some(self.errors.at(name, message))
     }
 
-    /// What to say about a function of a module: `np.sin(x)`.
+    /// The error for a function of a module: `np.sin(x)`.
     pub(super) fn function_of_module(
         &self,
         module: &Ident,
@@ -184,7 +185,7 @@ impl Lowering<'_> {
         self.errors.at(module, message)
     }
 
-    /// What to say about a constant of a module: `np.pi`.
+    /// The error for a constant of a module: `np.pi`.
     pub(super) fn constant_of_module(&self, module: &Ident, name: &Ident) -> Reported {
         let text = name.to_string();
         let meant = constant(&text).map_or_else(
@@ -194,7 +195,7 @@ impl Lowering<'_> {
         self.errors.at(module, meant)
     }
 
-    /// What to say about a method without its parentheses: `x.abs`.
+    /// The error for a method without its parentheses: `x.abs`.
     pub(super) fn method_without_call(&self, name: &Ident) -> Option<Reported> {
         let meant = method(&name.to_string(), self.errors)?;
         let what = self.errors.words("method is called", "function is written");
@@ -202,7 +203,7 @@ impl Lowering<'_> {
         Some(self.errors.at(name, message))
     }
 
-    /// What to say about a method of numbers that has another name here: `x.squared()`.
+    /// The error for a method of numbers that has another name here: `x.squared()`.
     pub(super) fn method_elsewhere(&self, name: &Ident) -> Option<Reported> {
         let meant = of_method(&name.to_string(), self.errors)?;
         if self.errors.are_of_text() {
@@ -217,12 +218,12 @@ impl Lowering<'_> {
     }
 }
 
-/// How a function of the user's own is called whose name means something else.
+/// The hint how to call a user's function whose name means something else.
 fn own(name: &str) -> String {
     format!(" (a function of your own of this name is called by its path, `self::{name}(…)`)")
 }
 
-/// What to say to a reader of a text where a function stands before what it is of.
+/// The hint to write a function behind its argument, for authors of a text.
 fn behind(argument: Option<&impl ToTokens>, meant: &str) -> String {
     let written = argument.map(written).unwrap_or_default();
     let is_short = (1..30).contains(&written.chars().count());
@@ -237,7 +238,7 @@ fn behind(argument: Option<&impl ToTokens>, meant: &str) -> String {
     format!("a function stands behind what it is of: expected `{of}.{meant}`")
 }
 
-/// An expression as its user wrote it.
+/// An expression as the user wrote it, without spaces.
 fn written(expr: &impl ToTokens) -> String {
     expr.to_token_stream().to_string().replace(' ', "")
 }

@@ -16,10 +16,10 @@ use crate::nearest::nearest;
 use crate::parse::plain_let;
 use crate::syntax::{bare, plain_name};
 
-/// What is said of the sign before a rotation.
+/// The error for a sign before a rotation.
 pub(super) const SIGN_OF_ROTATION: &str = "a rotation has no sign; expected that of a vector that it turns, `-(r * c)`, or its inverse, `r.inverse()`, which turns back";
 
-/// What stands behind the sign of a negative expression.
+/// The operand of a negation; `None` for other expressions.
 fn negated(expr: &Expr) -> Option<&Expr> {
     match bare(expr) {
         Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => Some(&unary.expr),
@@ -28,13 +28,13 @@ fn negated(expr: &Expr) -> Option<&Expr> {
 }
 
 impl Lowering<'_> {
-    /// The number that an expression is (in a map: its component [`Lowering::component`]).
+    /// The value of an expression that has to be a number; in a map, its component [`Lowering::component`].
     pub(crate) fn expr(&mut self, expr: &Expr) -> Lowered {
         let value = self.any(expr)?;
         self.due(expr, &value)
     }
 
-    /// The value of an expression: a number, a vector or a matrix.
+    /// The value of an expression: a number, a vector, a matrix or a rotation.
     pub(super) fn any(&mut self, expr: &Expr) -> Valued {
         let value = self.value(expr)?;
         let mut numbers = value.numbers().into_iter();
@@ -51,7 +51,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The same before it is known to be finite.
+    /// The value, which may have numbers that are not finite.
     fn value(&mut self, expr: &Expr) -> Valued {
         let number = match expr {
             Expr::Paren(inner) => return self.any(&inner.expr),
@@ -107,7 +107,7 @@ impl Lowering<'_> {
         number.map(Value::Number)
     }
 
-    /// An expression of the parameters alone, as it stands.
+    /// An expression of the parameters alone, as a node.
     pub(super) fn param(&mut self, expr: &Expr) -> Lowered {
         let tokens = self.closed(expr)?;
         Ok(self.graph.param(tokens))
@@ -135,7 +135,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// What to say about what stands right behind a number.
+    /// The error for a suffix right behind a number.
     fn suffix(&self, digits: &str, suffix: &str) -> String {
         if !self.errors.are_of_text() {
             return format!("every number is an `f64`; expected it without the suffix `{suffix}`");
@@ -159,7 +159,7 @@ impl Lowering<'_> {
                 return Ok(Value::Number(self.graph.param(path.to_token_stream())));
             }
             _ => match path.path.segments.last() {
-                // `std::f64::consts::PI`, as in Rust
+                // `std::f64::consts::PI` is read as in Rust
                 Some(last) if is_of_circle(&last.ident) && path.qself.is_none() => &last.ident,
                 _ => return Err(self.needs_compiler(path)),
             },
@@ -267,7 +267,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// A whole array of coordinates.
+    /// A whole array of coordinates, as a vector.
     fn coordinates_of(&mut self, group: usize) -> Value {
         let (first, length) = self
             .groups
@@ -277,7 +277,7 @@ impl Lowering<'_> {
         Value::Vector(places.map(|place| self.graph.leaf(Leaf::Q(place))).collect())
     }
 
-    /// Time.
+    /// The time `t`.
     fn time(&mut self, name: &Ident) -> Lowered {
         if self.component.is_some() {
             return Err(self.errors.at(
@@ -304,7 +304,7 @@ impl Lowering<'_> {
         }
         let right_side = right;
         if let (BinOp::Mul(_), Some(operand)) = (op, negated(left)) {
-            // the sign binds tighter than the product: `-r * c` is that of a rotation
+            // the sign binds tighter than the product: `-r * c` negates the turned vector
             let operand = self.any(operand);
             if let Ok(Value::Rotation(r)) = operand {
                 let right = self.any(right)?;
@@ -335,7 +335,7 @@ impl Lowering<'_> {
         Err(self.errors.at(op, message))
     }
 
-    /// A block: its `let`s, then what `tail` makes of its last expression.
+    /// A block: its `let`s, then `tail` of its last expression.
     pub(super) fn block<T>(
         &mut self,
         block: &Block,
@@ -417,7 +417,7 @@ impl Lowering<'_> {
             .is_some_and(|binding| matches!(binding, Binding::Node(_) | Binding::OfMap(_)))
     }
 
-    /// One component of a vector of a map.
+    /// One component of a vector in a map.
     pub(super) fn component_of(&mut self, vector: &Expr, component: usize) -> Lowered {
         let outer = self.component.replace(component);
         let value = self.expr(vector);
@@ -425,7 +425,7 @@ impl Lowering<'_> {
         value
     }
 
-    /// What to say about a coordinate in a map.
+    /// The error for a coordinate in a map.
     pub(super) fn motion_in_map(&self, tokens: impl ToTokens, coordinate: impl ToTokens) -> Reported {
         let coordinate = coordinate.to_token_stream().to_string().replace(' ', "");
         self.errors.at(
@@ -466,10 +466,10 @@ impl Lowering<'_> {
     }
 }
 
-/// The most components of a vector that is written `[a; n]`.
+/// The most components of a vector `[a; n]`.
 const LONGEST: usize = 1000;
 
-/// The time of a node of the path.
+/// The time of a node, as a leaf.
 fn node_time(node: usize) -> Leaf {
     match node {
         0 => Leaf::T0,
@@ -478,7 +478,7 @@ fn node_time(node: usize) -> Leaf {
     }
 }
 
-/// A component of a node of the path.
+/// A component of a node, as a leaf.
 fn node_leaf(node: usize, component: usize) -> Leaf {
     match node {
         0 => Leaf::X0(component),

@@ -1,4 +1,5 @@
-//! What is written once and read many times: sums over ranges, and functions of the declaration's own.
+//! Sums and products over ranges, and the functions of the declaration: bodies that are read once for each
+//! index or call.
 
 use std::ops::Range;
 use std::rc::Rc;
@@ -15,11 +16,11 @@ use crate::graph::NodeId;
 use crate::names::{Binding, Function};
 use crate::syntax::bare;
 
-/// The most terms and calls that a declaration may be written out to.
+/// The most terms and calls into which a declaration may expand.
 const MOST: usize = 200_000;
 
 impl Lowering<'_> {
-    /// What a `let` makes of its value.
+    /// The binding of a `let`: a function, or a value.
     pub(super) fn binding(&mut self, value: &Expr) -> Binding {
         match bare(value) {
             Expr::Closure(closure) => match self.check_parameters(closure) {
@@ -58,7 +59,7 @@ impl Lowering<'_> {
         self.folded(name, &closure.body, &terms)
     }
 
-    /// The sum or the product of some terms; of vectors there are sums alone.
+    /// The sum or the product of some terms. Vectors have no product.
     fn folded(&mut self, name: &Ident, body: &Expr, terms: &[Value]) -> Valued {
         if name == "product" {
             let factors = terms.iter().map(|factor| Ok((self.due(body, factor)?, 1)));
@@ -88,7 +89,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// The body of `|i| …` at one index.
+    /// The value of `|i| …` at one index.
     pub(super) fn at(&mut self, closure: &ExprClosure, index: i64) -> Valued {
         self.count(closure)?;
         let outer = self.scope.len();
@@ -133,7 +134,7 @@ impl Lowering<'_> {
             }
             arguments.push(binding);
         }
-        // the body sees what was known where it stands, and its arguments
+        // the body sees the names that were known at its definition, and its arguments
         let place = self.scope.place(name).unwrap_or_default();
         let inner = self.scope.split_off(place);
         let names = closure.inputs.iter().filter_map(plain_parameter);
@@ -145,7 +146,8 @@ impl Lowering<'_> {
         value
     }
 
-    /// The entries of a list, each at its indices. The first mistake in one that stands for several is told for all of these.
+    /// The values of a list's entries, each at its indices. Of the entries of one `each`, only the first
+    /// mistake is reported.
     pub(crate) fn each<T>(
         &mut self,
         entries: &[Entry],
@@ -171,7 +173,8 @@ impl Lowering<'_> {
         wrong.map_or(Ok(values), |(reported, _)| Err(reported))
     }
 
-    /// What an entry is at its indices; the first of several is where their names are checked.
+    /// The value of an entry at its indices. The names of the indices are checked at the first entry of an
+    /// `each`.
     fn at_indices<T>(
         &mut self,
         entry: &Entry,
@@ -194,7 +197,7 @@ impl Lowering<'_> {
         value
     }
 
-    /// Reports parameters that are no plain names, or have a meaning already.
+    /// Reports parameters that are not plain names, or whose names have a meaning already.
     pub(super) fn check_parameters(&mut self, closure: &ExprClosure) -> Result<(), Reported> {
         let outer = self.scope.len();
         let mut wrong = None;
@@ -218,7 +221,7 @@ impl Lowering<'_> {
         wrong.map_or(Ok(()), Err)
     }
 
-    /// The integers of `0..8` or `0..=i`.
+    /// The integers of a range, `0..8` or `0..=i`.
     fn range(&self, expr: &Expr) -> Result<Range<i64>, Reported> {
         let Expr::Range(ExprRange {
             start: Some(start),
@@ -240,7 +243,7 @@ impl Lowering<'_> {
         Ok(first..end)
     }
 
-    /// Counts a term or a call, of which there is an end.
+    /// Counts a term or a call, and refuses it beyond [`MOST`].
     fn count(&mut self, tokens: impl ToTokens) -> Result<(), Reported> {
         self.expanded += 1;
         if self.expanded > MOST {

@@ -1,4 +1,4 @@
-//! Integers that are known while the declaration is read, and what they choose: coordinates of arrays, elements of
+//! Integers known while the declaration is read, and their uses: coordinates of arrays, elements of
 //! parameters, branches.
 
 use proc_macro2::Ident;
@@ -12,12 +12,13 @@ use crate::graph::Leaf;
 use crate::names::Binding;
 use crate::syntax::{bare, plain_name};
 
-/// What is said of an index after a rotation.
+/// The error for an index behind a rotation.
 pub(super) const OF_ROTATION: &str = "the components of a rotation have no names, since `q` and `-q` are the same one; expected those of its matrix, `r.matrix()[0][0]`, or of \
                            what it turns, `(r * c)[0]`";
 
 impl Lowering<'_> {
-    /// The value of an integer expression of literals and indices.
+    /// The value of an integer expression of literals, indices and whole `let`s; `None` for other
+    /// expressions.
     pub(super) fn integer(&self, expr: &Expr) -> Option<i64> {
         match bare(expr) {
             Expr::Lit(literal) => match &literal.lit {
@@ -49,7 +50,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether a condition of integers holds.
+    /// Whether a condition on integers holds; `None` for other conditions.
     pub(super) fn decided(&self, condition: &Expr) -> Option<bool> {
         match bare(condition) {
             Expr::Unary(unary) if matches!(unary.op, UnOp::Not(_)) => {
@@ -75,7 +76,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// `theta[2]`, `masses[i + 1]`, in a map `q0.theta[2]`.
+    /// The value of `theta[2]`, `masses[i + 1]`, or in a map `q0.theta[2]`.
     pub(super) fn index(&mut self, index: &ExprIndex, whole: &Expr) -> Valued {
         let base = bare(&index.expr);
         if self.discrete.is_some()
@@ -149,14 +150,14 @@ impl Lowering<'_> {
         ))
     }
 
-    /// The place of an array of coordinates among the groups.
+    /// The index of an array of coordinates among the groups.
     pub(super) fn array(&self, name: &Ident) -> Option<usize> {
         self.groups
             .iter()
             .position(|group| group.length.is_some() && group.name == *name)
     }
 
-    /// Reports an array of coordinates where one of them should be.
+    /// Reports an array of coordinates in place of one of them.
     pub(super) fn whole_array(&self, tokens: impl ToTokens, used: impl ToTokens, group: usize) -> Reported {
         let length = self.groups.get(group).and_then(|group| group.length).unwrap_or(1);
         let used = used.to_token_stream().to_string().replace(' ', "");
@@ -185,7 +186,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// An integer that has to be known here.
+    /// The value of an integer expression; an error if it is not known.
     pub(super) fn known_integer(&self, expr: &Expr) -> Result<i64, Reported> {
         self.integer(expr).ok_or_else(|| {
             let message = self.errors.words(
@@ -206,7 +207,7 @@ impl Lowering<'_> {
         )
     }
 
-    /// Reports an index after something that has none.
+    /// Reports an index behind something that cannot have one.
     fn check_base(&self, base: &Expr) -> Result<(), Reported> {
         let Some((name, binding)) = plain_name(base).and_then(|name| Some((name, self.scope.get(name)?)))
         else {
@@ -235,7 +236,7 @@ impl Lowering<'_> {
             .at(name, format!("`{name}` is {}: {expected}", binding.kind())))
     }
 
-    /// A coordinate, as it is written.
+    /// A coordinate for a message, as it would be written.
     fn example(&self) -> String {
         self.groups
             .last()
@@ -245,7 +246,7 @@ impl Lowering<'_> {
             })
     }
 
-    /// Reports an index outside of a field whose type tells its length.
+    /// Reports an index beyond the length of a field, if its type shows the length.
     fn check_parameter(&self, base: &Expr, index: &Expr) -> Result<(), Reported> {
         let Some(name) = plain_name(base) else {
             return Ok(());
@@ -263,7 +264,7 @@ impl Lowering<'_> {
     }
 }
 
-/// A number as an integer, if it is one and small enough to be exact.
+/// A number as an integer, if it is one and is exact in double precision.
 #[allow(clippy::cast_possible_truncation, clippy::float_cmp)] // exactly an integer
 fn whole(value: f64) -> Option<i64> {
     (value.trunc() == value && value.abs() < 1e15).then_some(value as i64)

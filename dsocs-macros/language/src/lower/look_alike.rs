@@ -1,13 +1,13 @@
-//! Names that look like others: letters of two alphabets, and letters with dots above.
+//! Names that look alike: letters of two alphabets, and letters with dots above for time derivatives.
 
-/// Letters, and those that they look like.
+/// Letters, and the letters that they look like.
 const FOLDED: [(&str, &str); 9] = [
-    // the sign for a millionth, the sign of the unit, variants of Greek letters
+    // the micro sign, the ohm sign, variants of Greek letters
     (
         "\u{b5}\u{2126}\u{3d5}\u{3d1}\u{3f5}\u{3f0}\u{3f1}\u{3d6}",
         "\u{3bc}\u{3a9}\u{3c6}\u{3b8}\u{3b5}\u{3ba}\u{3c1}\u{3c0}",
     ),
-    // the sign of a unit
+    // the angstrom sign
     ("\u{212b}", "\u{c5}"),
     // Cyrillic
     (
@@ -32,7 +32,7 @@ const FOLDED: [(&str, &str); 9] = [
     ("\u{212f}\u{210e}", "eh"),
 ];
 
-/// A name with each letter as the one that it looks like.
+/// A name with each letter replaced by the one that it looks like.
 pub(super) fn folded(name: &str) -> String {
     let once = |letter: char| {
         let found = FOLDED.iter().find_map(|(letters, others)| {
@@ -40,16 +40,16 @@ pub(super) fn folded(name: &str) -> String {
             others.chars().nth(place)
         });
         found.unwrap_or(match letter {
-            // as wide as those of Chinese
+            // full-width forms
             '\u{ff21}'..='\u{ff5a}' => char::from_u32(u32::from(letter) - 0xfee0).unwrap_or(letter),
             other => other,
         })
     };
-    // a variant of a Greek letter may look like a Latin one
+    // twice, because a variant of a Greek letter may look like a Latin one
     name.chars().map(|letter| once(once(letter))).collect()
 }
 
-/// What is said of a name that looks like a known one.
+/// The error for a name that looks like a known one.
 pub(super) fn told(name: &str, known: &str) -> String {
     let mut pairs = name.chars().zip(known.chars());
     let differ = pairs.find(|(one, other)| one != other);
@@ -63,9 +63,9 @@ pub(super) fn told(name: &str, known: &str) -> String {
     format!("no name `{name}` is known here; it looks like `{known}`, and has another letter{letters}")
 }
 
-/// The name without the dots that stand above its letters, and the word for the derivative that they mean elsewhere.
+/// A name without the dots above its letters, and the derivative that they mean: `dot` or `ddot`.
 pub(super) fn dotted(name: &str) -> Option<(String, &'static str)> {
-    /// Letters with one dot, and with two.
+    /// Letters with dots above, their plain letters, and the derivative.
     const COMPOSED: [(&str, &str, &str); 2] = [
         (
             "\u{227}\u{1e03}\u{10b}\u{1e0b}\u{117}\u{1e1f}\u{121}\u{1e23}\u{1e41}\u{1e45}\u{22f}\u{1e57}\u{1e59}\u{1e61}\u{1e6b}\u{1e87}\u{1e8b}\u{1e8f}\u{17c}",

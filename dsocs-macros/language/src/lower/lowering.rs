@@ -1,4 +1,4 @@
-//! The state of the pass: the graph so far, and what names mean at the place that is read.
+//! The state of the lowering: the graph so far, and the names in scope.
 
 use proc_macro2::{Ident, TokenStream};
 use quote::ToTokens;
@@ -15,51 +15,52 @@ use crate::syntax::bare;
 /// A node, unless a mistake was reported.
 pub(crate) type Lowered = Result<NodeId, Reported>;
 
-/// Where a derivative enters an expression.
+/// A derivative in an expression, with its order.
 #[derive(Clone, Debug)]
 pub(super) struct Origin {
     pub(super) tokens: TokenStream,
     pub(super) order: usize,
 }
 
-/// The state of the pass.
+/// The state of the lowering.
 pub(crate) struct Lowering<'d> {
     pub(crate) graph: Graph,
     pub(super) fields: &'d Fields,
-    /// The coordinates as they were declared.
+    /// The groups of coordinates as declared.
     pub(super) groups: &'d [Group],
     /// All coordinates, those of arrays one by one.
     pub(super) coordinates: &'d [Ident],
     pub(super) errors: &'d Errors,
     pub(super) scope: Scope,
-    /// The component of the vector being lowered; `Some` in the maps only.
+    /// In a map, the component of the vector being lowered.
     pub(super) component: Option<usize>,
-    /// What a discrete expression is made of; `Some` while one is lowered.
+    /// In a discrete expression, its nodes.
     pub(super) discrete: Option<Nodes>,
-    /// The names of all `let`s, to tell an unknown name from one that is defined too late.
+    /// The names of all `let`s, to tell an unknown name from one that is used before its definition.
     pub(super) later: Vec<String>,
-    /// Those of them that are functions.
+    /// The names of those `let`s that are functions.
     pub(super) functions: Vec<String>,
-    /// How many terms of sums and calls of functions have been written out.
+    /// The number of terms of sums and calls of functions expanded so far.
     pub(super) expanded: usize,
-    /// How many rows there are of each kind of constraint, a vector as several; `None` where that is not known.
+    /// The number of rows of each kind of constraint, where a vector counts as several; `None` where it is
+    /// not known.
     pub(super) rows: [Option<usize>; 3],
-    /// What is differentiated along the motion.
+    /// The arguments of `dot(…)` so far.
     pub(super) differentiated: Vec<NodeId>,
     /// The derivatives in the expression being lowered, inner ones first.
     pub(super) origins: Vec<Origin>,
 }
 
-/// The maps of pairs and triples, as far as they could be read.
+/// The maps of pairs and of triples.
 pub(super) type Maps = (
     Result<Vec<PairPoint>, Reported>,
     Result<Option<TriplePoint>, Reported>,
 );
 
-/// What a discrete expression is made of.
+/// The nodes of a discrete expression.
 #[derive(Clone, Debug)]
 pub(super) struct Nodes {
-    /// How many nodes there are.
+    /// The number of nodes.
     pub(super) count: usize,
     /// The maps to the continuous system.
     pub(super) maps: Maps,
@@ -101,7 +102,8 @@ impl<'d> Lowering<'d> {
             differentiated: Vec::new(),
             origins: Vec::new(),
         };
-        // fields first: where a field and a coordinate clash, the clash is reported and the coordinate is meant
+        // fields first: if a coordinate has the same name, the clash is reported and the name means the
+        // coordinate
         for (index, field) in fields.iter().enumerate() {
             lowering.scope.push(&field.ident, Binding::Field(index));
         }
@@ -127,14 +129,14 @@ impl<'d> Lowering<'d> {
 }
 
 impl Lowering<'_> {
-    /// An expression of derivatives below an order.
+    /// The value of an expression whose order must be below a limit; `message` is the error.
     pub(super) fn below(&mut self, limit: usize, expr: &Expr, message: &str) -> Lowered {
         self.origins.clear();
         let value = self.expr(expr)?;
         self.is_below(limit, value, expr, message)
     }
 
-    /// The same of a value that is known, of which a vector is a component.
+    /// As [`Lowering::below`], for a value that is known: a number, or a component of a vector.
     pub(super) fn is_below(&mut self, limit: usize, value: NodeId, expr: &Expr, message: &str) -> Lowered {
         if self.graph.order(value).is_none_or(|order| order < limit) {
             return Ok(value);
@@ -149,7 +151,7 @@ impl Lowering<'_> {
         Err(self.errors.at(tokens, of_jerk(message, order)))
     }
 
-    /// Refuses a jerk, which only kinematic constraints may have.
+    /// Refuses a jerk, which only kinematic constraints may contain.
     pub(super) fn without_jerk(&self, value: NodeId, tokens: impl ToTokens, expected: &str) -> Lowered {
         if self.graph.order(value) != Some(3) {
             return Ok(value);
@@ -163,7 +165,7 @@ impl Lowering<'_> {
     }
 }
 
-/// What is said about an acceleration, said about a jerk where it is one.
+/// A message about an acceleration, changed to one about a jerk if the order is 3.
 pub(super) fn of_jerk(message: &str, order: usize) -> String {
     if order < 3 {
         return message.to_owned();

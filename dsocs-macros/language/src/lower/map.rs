@@ -13,7 +13,7 @@ use crate::names::Binding;
 use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {
-    /// The points of the first order map whose mean is taken.
+    /// The points of `φ_{L_d}⁻¹`, one or two.
     pub(super) fn pairs(&mut self, map: &Map) -> Result<Vec<PairPoint>, Reported> {
         Ok(match &map.rule {
             MapRule::Closure(closure) => {
@@ -32,15 +32,16 @@ impl Lowering<'_> {
         vec![self.pair([1.0, 0.0])]
     }
 
-    /// The chord and the middle of both ends.
+    /// The chord velocity at the middle of the leg.
     fn midpoint_pairs(&mut self) -> Vec<PairPoint> {
         vec![self.pair([0.5, 0.5])]
     }
 
-    /// The map where none is declared, of order 2 always.
+    /// The map if none is declared, always of order 2.
     ///
-    /// The paper's is where `L = T(v) - V(q)`: its `L_d` then differs from the trapezoid's by what telescopes. Where the momentum
-    /// depends on the position or on time, and where a row is imposed on a leg, a point at one end of it is of order 1.
+    /// The paper's map is of order 2 where `L = T(v) - V(q)`: its `L_d` differs from the trapezoid's by terms
+    /// that cancel in the sum over the path. Where the momentum depends on the position or on time, or a row
+    /// is imposed on a leg, a point at one end of the leg is of order 1.
     pub(super) fn default_pairs(&mut self, declaration: &Declaration, lagrangian: NodeId) -> Vec<PairPoint> {
         let on_legs = !declaration.nonholonomic.is_absent() || mentions_legs(declaration);
         if on_legs || self.momentum_varies(lagrangian) {
@@ -53,7 +54,7 @@ impl Lowering<'_> {
     /// Whether `∂L/∂v` depends on the position, as with a mass matrix that does, or on time.
     fn momentum_varies(&mut self, lagrangian: NodeId) -> bool {
         let n = self.coordinates.len();
-        // on the side: a question leaves no trace in the code
+        // on a copy, so that the test adds no nodes to the code
         let mut graph = self.graph.clone();
         (0..n).any(|i| {
             let momentum = graph.derivative(lagrangian, Leaf::V(i));
@@ -64,7 +65,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// The chord at a mean of both ends.
+    /// The chord velocity, at a weighted mean of both ends.
     fn pair(&mut self, [first, second]: [f64; 2]) -> PairPoint {
         let [h, t0, t1] = [Leaf::H, Leaf::T0, Leaf::T1].map(|leaf| self.graph.leaf(leaf));
         let t = self.graph.linear(0.0, &[(t0, first), (t1, second)]);
@@ -87,8 +88,8 @@ impl Lowering<'_> {
         PairPoint { t, q, v }
     }
 
-    /// The time of a point of which a formula gives no more than the position: that of a node, where it is the node's, else the
-    /// middle of the leg.
+    /// The time of a point, if a formula does not give it: that of a node whose position the point has, else
+    /// that of the middle of the leg.
     fn time_on_leg(&mut self, q: &[NodeId]) -> NodeId {
         let [t0, t1] = [Leaf::T0, Leaf::T1].map(|leaf| self.graph.leaf(leaf));
         for (x, t) in [(Leaf::X0 as fn(usize) -> Leaf, t0), (Leaf::X1, t1)] {
@@ -117,7 +118,7 @@ impl Lowering<'_> {
         self.around([0.0, 1.0, 0.0])
     }
 
-    /// The central differences at a mean of the nodes.
+    /// The central differences, at a weighted mean of the nodes.
     fn around(&mut self, [first, second, third]: [f64; 3]) -> TriplePoint {
         let h = self.graph.leaf(Leaf::H);
         let [mut q, mut v, mut a] = [const { Vec::new() }; 3];
@@ -133,8 +134,8 @@ impl Lowering<'_> {
         TriplePoint { t, q, v, a }
     }
 
-    /// The `K` vectors of a map: `q, v` of the first order map (of two nodes), `q, v, a` of the others (of three). Where the nodes
-    /// are named with their times, the time comes first.
+    /// The `K` vectors of a map: `q, v` for a map of two nodes, `q, v, a` for one of three; with the time, if
+    /// the nodes are named with their times.
     fn map<const K: usize>(
         &mut self,
         keyword: &Ident,
@@ -180,7 +181,7 @@ impl Lowering<'_> {
                 None => wrong = Some(self.errors.at(input, "expected a plain name of a node")),
             }
         }
-        // with another number of nodes the body would bring a second error for the same mistake
+        // with a wrong number of nodes, the body would cause a second error for the same mistake
         let value = if let Some(reported) = wrong {
             Err(reported)
         } else {
@@ -199,7 +200,7 @@ impl Lowering<'_> {
         value
     }
 
-    /// The time that a map gives its point: one of the times of its nodes, or between them.
+    /// The time that a map gives its point, in terms of the nodes' times.
     fn time_of_point(&mut self, time: &Expr, expected: &str) -> Lowered {
         let value = self.expr(time)?;
         let mut leaves = self.graph.leaves(value);
@@ -213,7 +214,7 @@ impl Lowering<'_> {
         Ok(value)
     }
 
-    /// `(q, v)` or `(q, v, a)`, perhaps with the time before, and perhaps at the end of a block.
+    /// `(q, v)` or `(q, v, a)`, or with the time first, and perhaps at the end of a block.
     fn point<const K: usize>(
         &mut self,
         body: &Expr,
@@ -265,7 +266,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The components of a vector: an expression that holds for each of them, or a tuple of them.
+    /// The components of a vector: a tuple, or one expression that is read for each component.
     pub(super) fn vector(&mut self, expr: &Expr) -> Result<Vec<NodeId>, Reported> {
         let outer = self.component;
         let value = self.components(expr);
@@ -276,12 +277,12 @@ impl Lowering<'_> {
     fn components(&mut self, expr: &Expr) -> Result<Vec<NodeId>, Reported> {
         match bare(expr) {
             Expr::Tuple(_) => self.entries(expr),
-            // the list of a single array
+            // the list for a single array
             Expr::Array(_) | Expr::Repeat(_) | Expr::Closure(_) if self.groups.len() == 1 => {
                 self.entries(expr)
             }
             Expr::Block(block) if block.label.is_none() => self.block(&block.block, Self::components),
-            // a mistake in one component is a mistake in all of them: the first one ends it
+            // one mistake would be reported for every component: the first error ends the loop
             other => (0..self.coordinates.len())
                 .map(|i| {
                     self.component = Some(i);
@@ -292,17 +293,17 @@ impl Lowering<'_> {
     }
 }
 
-/// What a map is expected to look like.
+/// The expected form of a map.
 struct Shape<'s> {
-    /// The name of the map.
+    /// The keyword of the statement.
     keyword: &'s Ident,
-    /// The same, written out.
+    /// The form, written out for messages.
     expected: &'static str,
     /// Whether the nodes are named with their times.
     timed: bool,
 }
 
-/// Whether a discrete statement takes the value of an expression on a leg, `leg(e, 0)`.
+/// Whether a discrete statement uses `leg(e, …)`.
 fn mentions_legs(declaration: &Declaration) -> bool {
     struct Search(bool);
     impl<'ast> Visit<'ast> for Search {

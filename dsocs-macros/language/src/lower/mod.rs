@@ -1,4 +1,4 @@
-//! The declaration's expressions → nodes of one graph: names resolved, the order of each expression known.
+//! Syntax tree → model: names resolved, expressions as nodes of one graph, their orders checked.
 
 mod builtin;
 mod call;

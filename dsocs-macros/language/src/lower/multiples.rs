@@ -1,18 +1,19 @@
 //! Constraints that are multiples of each other.
 //!
-//! Where one row is a multiple of another, it says nothing more, and what both determine is one unknown too few: no step has one solution.
-//! Other dependent rows are found in a run, which names them.
+//! A row that is a multiple of another one adds no condition, so the step has no unique solution. Other
+//! dependent rows are found in a run, which names them.
 
 use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::{Kind, Row};
 
-/// Refuses rows that are multiples of earlier ones: by any factor that is of lower order than the row, or of derivatives of earlier ones.
+/// Refuses rows that are multiples of earlier rows or of their derivatives, by factors of lower order than
+/// the row.
 pub(super) fn check(rows: &[Row], graph: &Graph, errors: &Errors) -> Result<(), Reported> {
     if rows.len() < 2 {
         return Ok(());
     }
-    // on the side: a question leaves no trace in the code
+    // on a copy, so that the test adds no nodes to the code
     let mut graph = graph.clone();
     let mut wrong = Ok(());
     for (place, row) in rows.iter().enumerate() {
@@ -39,7 +40,8 @@ pub(super) fn check(rows: &[Row], graph: &Graph, errors: &Errors) -> Result<(), 
     wrong
 }
 
-/// How often the first row has to be differentiated for the second to be a multiple of it; `None` if it is not for certain.
+/// The number of time derivatives after which the first row is a multiple of the second; `None` if it is none
+/// for certain.
 fn repeats(graph: &mut Graph, first: &Row, second: &Row) -> Option<usize> {
     let discrete = [first, second].iter().any(|row| row.discrete.is_some());
     if discrete || first.order > second.order || second.order > 2 {
@@ -52,14 +54,14 @@ fn repeats(graph: &mut Graph, first: &Row, second: &Row) -> Option<usize> {
     let top: Vec<Leaf> = (graph.leaves(value).chain(graph.leaves(second.value)))
         .filter(|leaf| leaf.order() == Some(second.order))
         .collect();
-    // the quotient of the two does not vary with the highest derivatives
+    // the quotient of the two must not depend on the highest derivatives
     let same = top
         .into_iter()
         .all(|leaf| is_constant(graph, value, second.value, leaf));
     same.then_some(second.order - first.order)
 }
 
-/// Whether the quotient of two expressions is the same for all values of a leaf.
+/// Whether the quotient of two expressions does not depend on a leaf.
 fn is_constant(graph: &mut Graph, one: NodeId, other: NodeId, leaf: Leaf) -> bool {
     let slopes = [one, other].map(|value| graph.derivative(value, leaf));
     let (left, right) = (graph.mul(slopes[0], other), graph.mul(one, slopes[1]));

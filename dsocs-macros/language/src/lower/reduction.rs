@@ -1,4 +1,4 @@
-//! Coordinates that a declaration insists on being reduced: no equation may have their positions.
+//! The statement `reduced(…)`: coordinates whose positions may occur in no equation.
 
 use crate::ast::{Declaration, Group};
 use crate::errors::{Errors, Reported};
@@ -6,7 +6,7 @@ use crate::mechanics;
 use crate::model::Model;
 use crate::nearest::nearest;
 
-/// Refuses coordinates that cannot be reduced.
+/// Refuses coordinates in `reduced(…)` whose positions occur in an equation.
 pub(super) fn check(
     declaration: &Declaration,
     groups: &[Group],

@@ -1,4 +1,4 @@
-//! Rotations: what they turn, and what a declaration cannot have beside them.
+//! Operations of rotations, and statements that a declaration may not have beside them.
 
 use proc_macro2::Ident;
 use syn::{BinOp, Expr};
@@ -15,13 +15,14 @@ use crate::graph::{Leaf, NodeId};
 use crate::model::Row;
 
 impl Lowering<'_> {
-    /// A rotation by the place of its group.
+    /// A rotation by the index of its group.
     pub(super) fn rotation(&mut self, group: usize) -> Value {
         let first = self.groups.get(group).map_or(0, |group| group.first);
         Value::Rotation([0, 1, 2, 3].map(|k| self.graph.leaf(Leaf::Q(first + k))))
     }
 
-    /// A Lagrangian with the particles at rest in the first slots of rotations, which have mass.
+    /// The Lagrangian plus the kinetic energies of the particles at rest in the first slots of rotations,
+    /// with mass 1.
     pub(super) fn with_particles_at_rest(&mut self, lagrangian: NodeId) -> NodeId {
         let mut terms = vec![(lagrangian, 1.0)];
         for first in self.graph.rotations().to_vec() {
@@ -34,7 +35,7 @@ impl Lowering<'_> {
         self.graph.linear(0.0, &terms)
     }
 
-    /// `r * c` or `r * s`
+    /// The product `r * c` or `r * s`.
     pub(super) fn turned(&mut self, op: &BinOp, r: Quaternion, right: &Value) -> Valued {
         match right {
             Value::Vector(components) => {
@@ -55,7 +56,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// `-r * c`: the vector turned, with the other sign.
+    /// `-r * c`: the negative of the turned vector.
     pub(super) fn negated_and_turned(&mut self, op: &BinOp, left: &Expr, r: Quaternion, c: &Value) -> Valued {
         if !matches!(c, Value::Vector(_)) {
             return Err(self.errors.at(left, SIGN_OF_ROTATION));
@@ -83,7 +84,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// What to say about a method that rotations do not have.
+    /// The error for a method that rotations do not have.
     pub(super) fn no_method_of_rotation(&self, name: &Ident) -> Reported {
         let message = format!(
             "a rotation has no `{name}`; expected `r * c`, a vector turned, `r.inverse()`, `r.angular_velocity()` or `r.matrix()`, from whose elements angles \
@@ -92,7 +93,7 @@ impl Lowering<'_> {
         self.errors.at(name, message)
     }
 
-    /// What to say about a field of a rotation, as `r.w`.
+    /// The error for a field of a rotation, such as `r.w`.
     pub(super) fn field_of_rotation(&self, name: &Ident) -> Reported {
         let text = name.to_string();
         if OF_ROTATIONS.contains(&&*text) {
@@ -105,7 +106,7 @@ impl Lowering<'_> {
         self.no_method_of_rotation(name)
     }
 
-    /// What to say about the name of a column of a rotation's quaternion or velocity, as `r_w` or `v_r_x`.
+    /// The error for the name of a column of a rotation's quaternion or velocity, such as `r_w` or `v_r_x`.
     pub(super) fn column_of_rotation(&self, text: &str) -> Option<String> {
         let (stem, component) = text.rsplit_once('_')?;
         if !matches!(component, "w" | "x" | "y" | "z") {
@@ -123,7 +124,7 @@ impl Lowering<'_> {
         ))
     }
 
-    /// The angular velocity in the frame of the body: that of a coordinate, else `2 r̄∘dr/dt`.
+    /// The angular velocity in the frame of the body: the velocity of a coordinate, or else `2 r̄∘dr/dt`.
     fn angular_velocity(&mut self, name: &Ident, r: Quaternion) -> Vec<NodeId> {
         for first in self.graph.rotations().to_vec() {
             if [0, 1, 2, 3].map(|k| self.graph.leaf(Leaf::Q(first + k))) == r {
@@ -144,7 +145,7 @@ impl Lowering<'_> {
     }
 }
 
-/// Refuses what cannot be had beside rotations.
+/// Refuses statements that are not supported beside rotations.
 pub(super) fn check(declaration: &Declaration, kinematic: &[Row], errors: &Errors) -> Result<(), Reported> {
     let groups = declaration
         .coordinates

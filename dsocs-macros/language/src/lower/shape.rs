@@ -1,4 +1,4 @@
-//! Vectors whose components stand in the shape of the coordinates: `(u, v, [a, b, c])` for `(x, y, theta: [3])`.
+//! Vectors in the shape of the coordinates: `(u, v, [a, b, c])` for `(x, y, theta: [3])`.
 
 use syn::{Expr, ExprClosure};
 
@@ -9,19 +9,19 @@ use crate::errors::Reported;
 use crate::graph::NodeId;
 use crate::syntax::bare;
 
-/// A component as it is written.
+/// A component, as written or computed.
 #[derive(Clone)]
 enum Entry<'e> {
     /// An expression.
     Value(&'e Expr),
     /// `|i| …` at an index.
     At(&'e ExprClosure, i64),
-    /// A component of a vector that stands for several.
+    /// A component of a vector that is known.
     Known(NodeId),
 }
 
 impl Lowering<'_> {
-    /// The components of a vector that is written as a tuple, or for a single group as its one component or list.
+    /// The components of a vector, written as a tuple or, for a single group, as its one component or list.
     pub(super) fn entries(&mut self, whole: &Expr) -> Result<Vec<NodeId>, Reported> {
         let entries = self.flatten(whole)?;
         let lower = |(i, entry): (usize, Entry)| {
@@ -57,7 +57,7 @@ impl Lowering<'_> {
         if parts.len() == n && self.graph.rotations().is_empty() {
             return Ok(parts.into_iter().map(Entry::Value).collect());
         }
-        // a vector with a component for each of them
+        // a single vector of all components
         if self.graph.rotations().is_empty()
             && let ([one], None) = (parts.as_slice(), self.component)
             && !matches!(bare(one), Expr::Closure(_) | Expr::Array(_) | Expr::Repeat(_))
@@ -89,7 +89,8 @@ impl Lowering<'_> {
         Err(self.errors.at(whole, message))
     }
 
-    /// What is said of a vector that has not an entry for each coordinate or array: of a rotation the entry is itself a vector.
+    /// The error for a vector without an entry for each coordinate, array or rotation. The entry of a
+    /// rotation is a vector.
     fn entries_beside_rotations(&self, found: usize) -> String {
         let names = self.groups.iter().map(|group| match group.length {
             Some(length) => format!("`{}: [{length}]`", group.name),
@@ -113,7 +114,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The components of what belongs to a rotation: a vector of three in the frame of its body, or zero.
+    /// The components for a rotation: a vector of three in the frame of its body, or zero.
     fn body_vector<'e>(&mut self, group: &Group, part: &'e Expr) -> Result<Vec<Entry<'e>>, Reported> {
         let zero = self.graph.constant(0.0);
         let components = match self.any(part)? {
@@ -128,7 +129,7 @@ impl Lowering<'_> {
                 return Err(self.errors.at(part, message));
             }
         };
-        // the slot of the scalar is at rest
+        // zero in the first slot, that of the particle at rest
         let all = [zero].into_iter().chain(components);
         Ok(all.map(Entry::Known).collect())
     }
@@ -157,7 +158,7 @@ impl Lowering<'_> {
                 self.check_parameters(closure)?;
                 return Ok((0_i64..).take(length).map(|i| Entry::At(closure, i)).collect());
             }
-            // in a map, a vector; its components are those of the array
+            // in a map it is a vector with the components of the array
             other if self.component.is_some() => {
                 return Ok((0..length).map(|_| Entry::Value(other)).collect());
             }

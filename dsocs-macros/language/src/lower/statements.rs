@@ -1,4 +1,4 @@
-//! Statements with one expression for each entry: the Lagrangian, external forces, factors, what is observed.
+//! The Lagrangian, external forces, factors and observables.
 
 use proc_macro2::Ident;
 use quote::{ToTokens, format_ident};
@@ -73,7 +73,7 @@ impl Lowering<'_> {
             Ok(None) => Ok(None),
             Err(reported) => Err(*reported),
         });
-        // collected twice, so that the first mistake does not hide the others
+        // collected in two steps, so that the first mistake does not hide the others
         let factors: Vec<_> = factors.collect();
         factors.into_iter().collect()
     }
@@ -93,7 +93,7 @@ impl Lowering<'_> {
         Ok(value)
     }
 
-    /// What is observed: a number by its name, the components of a vector by numbered ones, `force_0`.
+    /// The observables: a number by its name, the components of a vector by numbered names, `force_0`.
     pub(super) fn observe(&mut self, observe: &Observe) -> Result<Vec<Observed>, Reported> {
         let mut seen: Vec<&Ident> = Vec::new();
         let mut observed = Vec::new();
@@ -137,7 +137,7 @@ impl Lowering<'_> {
         Ok(observed.into_iter().flatten().collect())
     }
 
-    /// What a `let` is observed as.
+    /// The observables of one `let`.
     fn observed(&self, name: &Ident, value: &Value) -> Result<Vec<Observed>, Reported> {
         let ends: Vec<String> = match value {
             Value::Rotation(_) => {
@@ -171,11 +171,11 @@ impl Lowering<'_> {
     }
 }
 
-/// Something that is observed.
+/// An observable: a number with its name.
 pub(super) struct Observed {
     /// Its name.
     pub(super) name: Ident,
-    /// The `let` that it is, or of which it is a component.
+    /// The `let` that it is, or is a component of.
     pub(super) of: Ident,
     /// Its value.
     pub(super) value: NodeId,

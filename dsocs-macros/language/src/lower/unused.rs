@@ -1,4 +1,4 @@
-//! What is declared and has no effect: `let`s that nothing uses, coordinates that nothing moves.
+//! Warnings about declarations without effect: `let`s that nothing uses, coordinates that no equation moves.
 
 use std::collections::HashSet;
 
@@ -10,7 +10,7 @@ use crate::ast::{Declaration, Entry, Let, MapRule};
 use crate::graph::{Graph, Leaf};
 use crate::model::{Kind, Model, Warning};
 
-/// The warnings about a model.
+/// The warnings about unused `let`s and undetermined coordinates of a model.
 pub(super) fn warnings(declaration: &Declaration, model: &Model) -> Vec<Warning> {
     let mut warnings = unused_lets(declaration);
     let (graph, n) = (&model.graph, model.coordinates.len());
@@ -29,7 +29,7 @@ pub(super) fn warnings(declaration: &Declaration, model: &Model) -> Vec<Warning>
     warnings
 }
 
-/// Whether no equation has the acceleration of a coordinate, so that none can be solved for it.
+/// Whether no equation determines the acceleration of a coordinate.
 fn is_at_rest(model: &Model, graph: &Graph, i: usize) -> bool {
     let bound = model.constraints.iter().any(|row| {
         let highest = match (row.kind, row.order) {
@@ -43,7 +43,7 @@ fn is_at_rest(model: &Model, graph: &Graph, i: usize) -> bool {
     !bound && !graph.depends_on(model.lagrangian, Leaf::V(i)) && model.discrete_lagrangian.is_none()
 }
 
-/// The `let`s whose names stand nowhere else.
+/// The `let`s whose names occur nowhere else.
 fn unused_lets(declaration: &Declaration) -> Vec<Warning> {
     let mut mentioned = in_statements(declaration);
     for binding in &declaration.lets {
@@ -64,7 +64,7 @@ fn unused_lets(declaration: &Declaration) -> Vec<Warning> {
 /// The names that statements use, directly or through `let`s.
 pub(super) fn used(declaration: &Declaration) -> HashSet<String> {
     let mut mentioned = in_statements(declaration);
-    // a `let` uses those before it
+    // a `let` uses only those before it
     for binding in declaration.lets.iter().rev() {
         if mentioned.0.contains(&binding.name.to_string()) {
             mentioned.of(binding);
@@ -73,7 +73,7 @@ pub(super) fn used(declaration: &Declaration) -> HashSet<String> {
     mentioned.0
 }
 
-/// The names that stand in statements, other than `let`s.
+/// The names in statements other than `let`s.
 fn in_statements(declaration: &Declaration) -> Mentioned {
     let mut mentioned = Mentioned::default();
     for expr in expressions(declaration) {
@@ -89,7 +89,7 @@ fn in_statements(declaration: &Declaration) -> Mentioned {
     mentioned
 }
 
-/// All expressions of statements, other than `let`s.
+/// All expressions in statements other than `let`s.
 fn expressions(declaration: &Declaration) -> Vec<&Expr> {
     let mut all: Vec<&Expr> = Vec::new();
     for part in [
@@ -133,12 +133,12 @@ fn values<'d>(entries: impl Iterator<Item = &'d Entry>) -> impl Iterator<Item = 
     entries.map(|entry| &entry.value)
 }
 
-/// The names that stand in expressions.
+/// The names in expressions.
 #[derive(Default)]
 struct Mentioned(HashSet<String>);
 
 impl Mentioned {
-    /// Those in the value of a `let`.
+    /// Adds the names in the value of a `let`.
     fn of(&mut self, binding: &Let) {
         if let Ok(value) = &binding.value {
             self.visit_expr(value);

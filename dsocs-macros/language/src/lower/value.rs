@@ -1,4 +1,4 @@
-//! What an expression is: a number, a vector or a matrix of numbers.
+//! The value of an expression: a number, a vector, a matrix or a rotation.
 
 use crate::errors::Reported;
 use crate::graph::NodeId;
@@ -21,7 +21,7 @@ pub(crate) enum Value {
 }
 
 impl Value {
-    /// Every number in it, a matrix row by row.
+    /// All numbers in it, a matrix row by row.
     pub(crate) fn numbers(&self) -> Vec<NodeId> {
         match self {
             Self::Number(number) => vec![*number],
@@ -31,7 +31,7 @@ impl Value {
         }
     }
 
-    /// The number that it is.
+    /// The number; `None` for other values.
     pub(crate) fn number(&self) -> Option<NodeId> {
         match self {
             Self::Number(number) => Some(*number),
@@ -39,7 +39,7 @@ impl Value {
         }
     }
 
-    /// How often an index can stand behind it.
+    /// The number of indices that can follow it.
     pub(crate) fn rank(&self) -> usize {
         match self {
             Self::Number(_) | Self::Rotation(_) => 0,
@@ -65,7 +65,7 @@ impl Value {
         }
     }
 
-    /// A value of the same shape.
+    /// A value of the same shape, with a function applied to each number.
     pub(crate) fn map<E>(&self, mut of: impl FnMut(NodeId) -> Result<NodeId, E>) -> Result<Self, E> {
         let mut all = |numbers: &[NodeId]| numbers.iter().map(|&number| of(number)).collect();
         Ok(match self {

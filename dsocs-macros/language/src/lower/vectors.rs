@@ -13,10 +13,10 @@ use crate::names::Binding;
 use crate::nearest::did_you_mean;
 use crate::syntax::{bare, plain_name};
 
-/// The methods of vectors and matrices.
+/// The names of the methods of vectors and matrices.
 const METHODS: [&str; 5] = ["inner", "cross", "norm", "norm_squared", "transpose"];
 
-/// Those of rotations.
+/// The names of the methods of rotations.
 pub(super) const OF_ROTATIONS: [&str; 3] = ["inverse", "angular_velocity", "matrix"];
 
 /// Whether vectors or matrices have a method of that name.
@@ -25,7 +25,7 @@ pub(super) fn is_method(name: &str) -> bool {
 }
 
 impl Lowering<'_> {
-    /// The value of an expression that has to be a number.
+    /// The number of a value; an error at `expr` for other values.
     pub(super) fn due(&self, expr: &Expr, value: &Value) -> Lowered {
         let length = match value {
             Value::Number(number) => return Ok(*number),
@@ -53,7 +53,7 @@ impl Lowering<'_> {
         Err(self.errors.at(expr, message))
     }
 
-    /// `[a, b, c]`: a vector, of vectors a matrix.
+    /// `[a, b, c]`: of numbers a vector, of vectors a matrix.
     pub(super) fn listed(&self, expr: &Expr, elements: Vec<Value>) -> Valued {
         let numbers: Option<Vec<NodeId>> = elements.iter().map(Value::number).collect();
         match numbers {
@@ -181,12 +181,13 @@ impl Lowering<'_> {
         self.scaled(left, |graph, component| graph.div(component, *b))
     }
 
-    /// The multiple of a value; of a rotation there is none.
+    /// A value with a factor applied to each component.
     fn scaled(&mut self, value: &Value, mut by: impl FnMut(&mut Graph, NodeId) -> NodeId) -> Valued {
         value.map(|component| Ok(by(&mut self.graph, component)))
     }
 
-    /// A method that only vectors and matrices have; `None` where another one is meant: that of a type of the user's own.
+    /// The value of a method that only vectors, matrices and rotations have; `None` if the method is that of
+    /// a user's type.
     pub(super) fn method_of_vectors(&mut self, call: &ExprMethodCall) -> Option<Valued> {
         let name = call.method.to_string();
         let of_rotations = !self.graph.rotations().is_empty() && OF_ROTATIONS.contains(&name.as_str());
@@ -254,7 +255,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// What to say where something else stands before a method of vectors.
+    /// The error for a receiver that does not have this method of vectors.
     fn before(&self, name: &Ident, receiver: &Value) -> Reported {
         let own = if self.fields.have_compiler() {
             format!(
@@ -270,7 +271,7 @@ impl Lowering<'_> {
         self.errors.at(name, message)
     }
 
-    /// What to say about a method that vectors and matrices do not have.
+    /// The error for a method that vectors and matrices do not have.
     pub(super) fn no_method_of_vectors(&self, name: &Ident, value: &Value) -> Reported {
         let text = name.to_string();
         if let Value::Rotation(_) = value {
@@ -287,7 +288,7 @@ impl Lowering<'_> {
         self.errors.at(name, message)
     }
 
-    /// The component of a vector, or the row of a matrix, that an index names.
+    /// The component of a vector, or the row of a matrix, at an index.
     pub(super) fn component(&self, value: &Value, base: &Expr, index: &Expr) -> Valued {
         let length = match value {
             Value::Number(_) | Value::Rotation(_) => 0,
@@ -306,7 +307,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// How often an index can stand behind an expression of the parameters alone, as far as the language sees into it.
+    /// The number of indices that can follow an expression, as far as its syntax shows.
     pub(super) fn rank(&self, expr: &Expr) -> usize {
         match bare(expr) {
             Expr::Array(array) => 1 + array.elems.first().map_or(0, |first| self.rank(first)),
@@ -332,7 +333,7 @@ impl Lowering<'_> {
     }
 }
 
-/// How many columns a matrix has.
+/// The number of columns of a matrix.
 fn width(rows: &[Vec<NodeId>]) -> usize {
     rows.first().map_or(0, Vec::len)
 }

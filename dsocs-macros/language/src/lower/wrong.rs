@@ -1,4 +1,4 @@
-//! What is said about names and expressions that have no meaning.
+//! Error messages for names and expressions without a meaning.
 
 use proc_macro2::{Ident, Span};
 use quote::{ToTokens, quote};
@@ -13,7 +13,8 @@ use crate::names::Binding;
 use crate::nearest::nearest;
 use crate::syntax::{bare, plain_name};
 
-/// How names of derivatives end elsewhere, and what they mean; the longer ones first, since `x_ddot` also ends in `dot`.
+/// Endings of names of derivatives in other languages, and their meaning; longer ones first, since `x_ddot`
+/// also ends in `dot`.
 const SUFFIXES: [(&str, &str); 8] = [
     ("_dddot", "dddot"),
     ("dddot", "dddot"),
@@ -25,7 +26,7 @@ const SUFFIXES: [(&str, &str); 8] = [
     ("_prime", "dot"),
 ];
 
-/// How they begin.
+/// Beginnings of such names.
 const PREFIXES: [(&str, &str); 9] = [
     ("dddot_", "dddot"),
     ("dddot", "dddot"),
@@ -39,7 +40,7 @@ const PREFIXES: [(&str, &str); 9] = [
 ];
 
 impl Lowering<'_> {
-    /// What to say about an equation, where what is zero is written: `x - y = 0`.
+    /// The error for an equation in place of an expression that vanishes: `x - y = 0`.
     pub(super) fn equation(&self, equals: impl ToTokens, right: &Expr) -> Reported {
         let message = if is_zero(right) {
             "expected the expression that is zero, alone: leave this out"
@@ -49,7 +50,7 @@ impl Lowering<'_> {
         self.errors.at(quote!(#equals #right), message)
     }
 
-    /// `x ** 2`, which Rust reads as `x * (*2)`.
+    /// The error for `x ** 2`, which Rust reads as `x * (*2)`.
     pub(super) fn power(&self, star: impl ToTokens, right: &Expr) -> Option<Reported> {
         let Expr::Unary(unary) = right else {
             return None;
@@ -77,7 +78,7 @@ impl Lowering<'_> {
         Some(self.errors.at(quote!(#star #second), message))
     }
 
-    /// Reports a name that is no name of the declaration and does not look like a constant either.
+    /// Reports a name that the declaration does not know and that does not look like a constant.
     pub(super) fn check_free_name(&self, name: &Ident) -> Result<(), Reported> {
         let text = name.to_string();
         let message = match text.as_str() {
@@ -129,14 +130,14 @@ impl Lowering<'_> {
         Err(self.errors.at(name, message))
     }
 
-    /// Refuses what only a compiler can make sense of.
+    /// The error for an expression that needs a compiler, in a text.
     pub(super) fn needs_compiler(&self, tokens: impl ToTokens) -> Reported {
         let message = "this is beyond the language of such texts; expected numbers, parameters, `let`s and the functions of the language: a function \
                        of your own is written `let f = |x| …;`, and data are given as samples";
         self.errors.at(tokens, message)
     }
 
-    /// The derivative that a name like `x_dot`, `xdot`, `dx` or `x_ddot` stands for elsewhere.
+    /// The derivative that a name like `x_dot`, `xdot`, `dx` or `x_ddot` means in other languages.
     fn derivative_meant(&self, text: &str) -> Option<String> {
         if self.component.is_some() || self.discrete.is_some() {
             return None;
@@ -159,7 +160,7 @@ impl Lowering<'_> {
             }
         };
         let base = |base: &str, word: &str| {
-            // `dx_dt`, `dxdt`
+            // the forms `dx_dt` and `dxdt`
             let base = base.strip_suffix('_').unwrap_or(base);
             let inner = base.strip_prefix('d').filter(|_| text.ends_with("dt"));
             let inner = inner
@@ -189,7 +190,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Where something is so: a text need not be of somebody who knows Rust.
+    /// `in Rust` or, in a text, `here`, for messages.
     pub(super) fn where_it_is_so(&self) -> &'static str {
         if self.fields.have_compiler() {
             "in Rust"
@@ -199,7 +200,7 @@ impl Lowering<'_> {
     }
 }
 
-/// Whether an expression is the number 0.
+/// Whether an expression is the literal 0.
 pub(super) fn is_zero(expr: &Expr) -> bool {
     let digits = match bare(expr) {
         Expr::Lit(literal) => match &literal.lit {
@@ -212,12 +213,12 @@ pub(super) fn is_zero(expr: &Expr) -> bool {
     digits == Some(0.0)
 }
 
-/// Whether a text can be a name.
+/// Whether a string is a valid name.
 fn is_name(text: &str) -> bool {
     syn::parse_str::<Ident>(text).is_ok()
 }
 
-/// Whether a name is none that a map may use.
+/// Whether a map may not use a name.
 fn is_of_motion(binding: &Binding) -> bool {
     match binding {
         Binding::Coordinate(_) | Binding::Array(_) | Binding::Let(_) => true,
@@ -226,7 +227,7 @@ fn is_of_motion(binding: &Binding) -> bool {
     }
 }
 
-/// What to say about an expression that is never a number.
+/// The error for an expression that is never a number.
 pub(super) fn not_a_number(expr: &Expr, errors: &Errors) -> &'static str {
     match expr {
         Expr::Tuple(_) if errors.are_of_text() => {

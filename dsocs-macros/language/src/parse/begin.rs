@@ -1,4 +1,4 @@
-//! How statements begin: `lagrangian : …`, `import numpy`.
+//! Beginnings of statements that are written in the way of other languages: `lagrangian : …`, `import numpy`.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
@@ -7,7 +7,7 @@ use crate::errors::{Errors, Reported};
 use crate::nearest::nearest;
 use crate::text::elsewhere;
 
-/// The tokens of a statement behind its documentation.
+/// The tokens of a statement after its documentation.
 pub(super) fn words(statement: &TokenStream) -> impl Iterator<Item = TokenTree> + use<> {
     let mut trees = statement.clone().into_iter().peekable();
     while matches!(trees.peek(), Some(TokenTree::Punct(sharp)) if sharp.as_char() == '#') {
@@ -17,7 +17,7 @@ pub(super) fn words(statement: &TokenStream) -> impl Iterator<Item = TokenTree> 
     trees
 }
 
-/// Refuses a statement that begins as none does.
+/// Refuses a statement with a beginning that no statement has.
 pub(super) fn check(statement: &TokenStream, errors: &Errors) -> Option<Reported> {
     let mut words = words(statement);
     let TokenTree::Ident(word) = words.next()? else {

@@ -12,7 +12,7 @@ use crate::ast::{Coordinates, Group};
 use crate::errors::{Errors, Reported};
 use crate::syntax::{bare, doc, plain_name};
 
-/// The most coordinates that a system may have: its code grows at least with their number's square.
+/// The most coordinates of a system: its code grows at least with the square of their number.
 const MOST: usize = 1000;
 
 /// `x`, `theta: [3]` or `r: rotation`, with its documentation.
@@ -144,13 +144,13 @@ fn name(expr: &Expr, errors: &Errors) -> Result<Ident, Reported> {
     Err(errors.at(expr, "expected the name of a coordinate"))
 }
 
-/// What is meant by something that is no `rotation`, and looks like one.
+/// The intended meaning of an expression that resembles `rotation`.
 enum Meant {
     One,
     Several,
 }
 
-/// `Rotation`, `quaternion`, `[rotation; 2]`
+/// Whether an expression resembles `rotation`: `Rotation`, `quaternion`, `[rotation; 2]`.
 fn like_a_rotation(expr: &Expr) -> Option<Meant> {
     let is_one = |expr: &Expr| {
         plain_name(bare(expr)).is_some_and(|word| {
@@ -167,7 +167,7 @@ fn like_a_rotation(expr: &Expr) -> Option<Meant> {
     }
 }
 
-/// `[3]`
+/// The length in brackets, `[3]`.
 fn length(brackets: &Expr, errors: &Errors) -> Result<usize, Reported> {
     const EXPECTED: &str = "expected the number of coordinates in brackets, as in `theta: [8]`";
     let number = match bare(brackets) {

@@ -1,4 +1,4 @@
-//! `each(0..16, |i| e)` in a list: an entry for every index.
+//! `each(0..16, |i| e)` in a list: one entry for every index.
 
 use proc_macro2::Ident;
 use syn::{BinOp, Expr, ExprCall, ExprClosure, ExprRange, Lit, Pat, RangeLimits, ReturnType, UnOp};
@@ -7,7 +7,7 @@ use crate::ast::{Entry, Index};
 use crate::errors::{Errors, Reported};
 use crate::syntax::{bare, plain_name};
 
-/// The most entries that a list may be written out to.
+/// The most entries into which a list may expand.
 const MOST: usize = 10_000;
 
 /// The entries of a list's elements.
@@ -24,7 +24,7 @@ pub(crate) fn entries(
     wrong.map(|()| entries)
 }
 
-/// Writes out an element: itself, or an entry for every index.
+/// Adds the entries of an element: itself, or one for every index.
 fn write_out(
     element: &Expr,
     group: usize,
@@ -72,7 +72,7 @@ fn write_out(
     Ok(())
 }
 
-/// What is said of another shape.
+/// The error for a call of `each` in another form.
 fn expected(errors: &Errors) -> &'static str {
     errors.words(
         "expected a range and a closure of its index, `each(0..8, |i| …)`",
@@ -80,7 +80,7 @@ fn expected(errors: &Errors) -> &'static str {
     )
 }
 
-/// The call of `each` that an expression is.
+/// The call of `each`, if an expression is one.
 fn each(expr: &Expr) -> Option<&ExprCall> {
     match bare(expr) {
         Expr::Call(call) if plain_name(&call.func).is_some_and(|name| name == "each") => Some(call),
@@ -93,7 +93,7 @@ pub(super) fn is_each(expr: &Expr) -> bool {
     each(expr).is_some()
 }
 
-/// The one parameter of a closure, by its name.
+/// The parameter of a closure with one plain parameter.
 fn parameter(closure: &ExprClosure) -> Option<&Ident> {
     match closure.inputs.first() {
         Some(Pat::Ident(name))

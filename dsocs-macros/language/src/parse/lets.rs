@@ -7,7 +7,7 @@ use crate::ast::{Declaration, Let};
 use crate::errors::{Errors, Reported};
 use crate::syntax::doc;
 
-/// Reads a statement of the declaration.
+/// Reads a `let` of the declaration.
 pub(super) fn read_let(
     declaration: &mut Declaration,
     local: Local,

@@ -25,7 +25,7 @@ use self::values::{read_factor, read_fields, read_map, read_names, read_path, re
 pub(crate) use self::each::entries;
 pub(crate) use self::lets::plain_let;
 
-/// The words that a statement can begin with, apart from `let`.
+/// The first words of statements, apart from `let`.
 pub(crate) const STATEMENTS: [&str; 16] = [
     "coordinates",
     "lagrangian",
@@ -103,7 +103,7 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
     declaration
 }
 
-/// The expression that tokens are, behind others.
+/// The expression in some tokens, which follow `before`.
 pub(crate) fn expression(
     tokens: &TokenStream,
     before: impl ToTokens,
@@ -127,15 +127,18 @@ fn only_documentation(attributes: &[Attribute], errors: &Errors) {
     }
 }
 
-/// Parsing and lowering go as deep as the expression; beyond this depth the compiler's stack might not.
+/// The deepest nesting of an expression. Parsing and lowering recurse as deep, and the compiler's stack has
+/// to hold.
 pub(crate) const DEEPEST: usize = 100;
 
-/// The most tokens between two commas or semicolons, brackets with what they hold as one: a sum goes as deep as it has terms.
+/// The most tokens between two commas or semicolons, a bracket counting as one: a sum is nested as deep as it
+/// has terms.
 pub(crate) const LONGEST: usize = 8000;
 
-/// The first token beyond a depth of brackets, prefixes like `-`, method calls, closures, assignments and alternatives, or beyond [`LONGEST`].
+/// The first token beyond a depth of brackets, prefixes like `-`, method calls, closures, assignments and
+/// alternatives, or beyond [`LONGEST`].
 pub(crate) fn too_deep(tokens: &TokenStream, left: usize) -> Option<TokenTree> {
-    // how many tokens there are since the last separator, and what goes deeper among them
+    // the tokens since the last separator, and those of them that add to the depth
     let (mut count, mut prefixes, mut methods, mut inner) = (0, 0, 0, 0);
     let mut before = '\0';
     for tree in tokens.clone() {
@@ -159,7 +162,7 @@ pub(crate) fn too_deep(tokens: &TokenStream, left: usize) -> Option<TokenTree> {
                 match punctuation {
                     ',' | ';' => (count, methods, inner) = (0, 0, 0),
                     '.' if before != '.' => methods += 1,
-                    // two of them are a closure's
+                    // a closure has two of these
                     '|' => inner += 1,
                     '=' if !matches!(before, '=' | '<' | '>' | '!') => inner += 1,
                     _ => methods = 0,
@@ -184,13 +187,13 @@ pub(crate) fn too_deep(tokens: &TokenStream, left: usize) -> Option<TokenTree> {
     None
 }
 
-/// A statement, as far as its syntax tells it from the others.
+/// A statement, as far as its syntax tells the kind.
 enum Statement {
-    /// `coordinates(…);`, which is no Rust statement for its arrays.
+    /// `coordinates(…);`, which is no Rust statement because of its arrays.
     Coordinates(Ident, Vec<coordinates::Argument>),
-    /// `crate = …;`, which is none either.
+    /// `crate = …;`, which is no Rust statement either.
     Core(Token![crate], Expr),
-    /// Any other one (several where a `;` is missing).
+    /// Any other statement, or several where a `;` is missing.
     Rust(Vec<Stmt>),
 }
 
@@ -298,7 +301,7 @@ fn read(declaration: &mut Declaration, statement: Stmt, attributes: &[Attribute]
                 unknown(declaration, word, &word.to_string(), errors);
             }
         }
-        // what `;;` is parsed as
+        // the empty statement of `;;`
         Stmt::Expr(Expr::Verbatim(tokens), _) if tokens.is_empty() => {}
         Stmt::Item(Item::Use(other)) => {
             errors.at(
@@ -315,7 +318,7 @@ fn read(declaration: &mut Declaration, statement: Stmt, attributes: &[Attribute]
     }
 }
 
-/// Reads the names of coordinates.
+/// Reads the names in `reduced(…)`.
 fn read_coordinates(keyword: &Ident, call: &ExprCall, errors: &Errors) -> Result<Vec<Ident>, Reported> {
     if call.args.is_empty() {
         return Err(errors.at(keyword, "expected the names of coordinates, `reduced(r);`"));
@@ -412,7 +415,7 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
     }
 }
 
-/// Reports a name that is given an expression as if it were a statement.
+/// Reports an assignment to a name that is no statement.
 fn no_statement(declaration: &mut Declaration, keyword: &Ident, name: &str, errors: &Errors) {
     let is_other = GIVEN_FORCES.contains(&name) || name == "forces" || nearest(name, STATEMENTS).is_some();
     if errors.are_of_text() && RUN.contains(&name) {
@@ -423,7 +426,7 @@ fn no_statement(declaration: &mut Declaration, keyword: &Ident, name: &str, erro
             "no statement is called `{name}`; `let {name} = …;` gives an expression a name, `parameters {{ {name} = … }}` a parameter its value"
         );
         let reported = errors.at(keyword, message);
-        // what uses it is not told again
+        // defined, so that its uses are not reported as well
         declaration.lets.push(Let {
             name: keyword.clone(),
             value: Err(reported),
@@ -466,7 +469,7 @@ fn fill_directions(
     }
 }
 
-/// Reports what is defined as a function: `f(x) = …`.
+/// Reports a definition in the form `f(x) = …`.
 fn defined(declaration: &mut Declaration, call: &ExprCall, errors: &Errors) {
     let Some(name) = plain_name(&call.func) else {
         return;
@@ -482,7 +485,7 @@ fn defined(declaration: &mut Declaration, call: &ExprCall, errors: &Errors) {
     }
 }
 
-/// What forces that are given are called elsewhere.
+/// Names of external forces in other languages.
 const GIVEN_FORCES: [&str; 15] = [
     "force",
     "external",
@@ -501,7 +504,7 @@ const GIVEN_FORCES: [&str; 15] = [
     "nonconservative_forces",
 ];
 
-/// Reports a word that no statement begins with; the nearest one is taken to be meant.
+/// Reports a word with which no statement begins; the nearest statement is taken to be meant.
 fn unknown(declaration: &mut Declaration, keyword: &Ident, word: &str, errors: &Errors) {
     if word == "forces" {
         let message = "`forces` is called `constraint_forces`: the directions in which the forces of the constraints act; \

@@ -1,11 +1,11 @@
-//! Two values side by side: `length theta.sin()`, for a product.
+//! Missing operators between two values: `length theta.sin()` for a product.
 
 use proc_macro2::{Ident, Spacing, Span, TokenStream, TokenTree};
 
 use super::STATEMENTS;
 use crate::errors::Errors;
 
-/// The error of tokens that cannot be read, with what to write if an operator is missing where it ends.
+/// The error for tokens that cannot be read, with a hint if an operator is missing at its place.
 pub(super) fn missing(tokens: &TokenStream, error: syn::Error, errors: &Errors) -> syn::Error {
     if errors.are_of_text()
         && let Some(message) = elsewhere(tokens, error.span())
@@ -26,11 +26,11 @@ pub(super) fn missing(tokens: &TokenStream, error: syn::Error, errors: &Errors) 
     }
 }
 
-/// What `syn` says, in words for people who know no Rust.
+/// An error of `syn`, in words for people who know no Rust.
 fn plain(tokens: &TokenStream, error: &syn::Error) -> syn::Error {
     let said = error.to_string();
     if said.contains("end of input") {
-        // which has no place
+        // the end of input has no place
         let last = last(tokens).filter(|_| error.span().start() == Span::call_site().start());
         let place = last.unwrap_or_else(|| error.span());
         return syn::Error::new(place, "this ends too early: expected a value behind it");
@@ -48,7 +48,7 @@ fn plain(tokens: &TokenStream, error: &syn::Error) -> syn::Error {
     syn::Error::new(error.span(), message)
 }
 
-/// What is meant by a sign or a word that stands at a place of some tokens, as it is used elsewhere.
+/// The hint for a sign or a word of another language, at a place of some tokens.
 fn elsewhere(tokens: &TokenStream, place: Span) -> Option<&'static str> {
     const CHOICE: &str = "a choice is written `if x > 0 { 1 } else { 2 }`";
     let mut before = None;
@@ -84,7 +84,7 @@ fn elsewhere(tokens: &TokenStream, place: Span) -> Option<&'static str> {
     None
 }
 
-/// The sign that a token is.
+/// The sign of a token; `\0` for other tokens.
 fn sign_of(tree: Option<&TokenTree>) -> char {
     match tree {
         Some(TokenTree::Punct(sign)) => sign.as_char(),
@@ -92,7 +92,7 @@ fn sign_of(tree: Option<&TokenTree>) -> char {
     }
 }
 
-/// The last of some tokens that is no semicolon.
+/// The last token that is no semicolon.
 fn last(tokens: &TokenStream) -> Option<Span> {
     let is_end = |tree: &TokenTree| matches!(tree, TokenTree::Punct(sign) if sign.as_char() == ';');
     let last = tokens.clone().into_iter().filter(|tree| !is_end(tree)).last()?;
@@ -116,7 +116,7 @@ fn before(tokens: &TokenStream, place: Span) -> Option<TokenTree> {
     None
 }
 
-/// What is expected at a place where a value follows another one.
+/// The expected token where a value directly follows another one.
 fn side_by_side(tokens: &TokenStream, place: Span, expected: &'static str) -> Option<&'static str> {
     let mut before = None;
     for tree in tokens.clone() {
@@ -143,7 +143,7 @@ fn is_value(tree: &TokenTree) -> bool {
     }
 }
 
-/// Whether a value, and no other statement, may begin with a token.
+/// Whether a token may begin a value, but not a statement.
 fn begins_value(tree: &TokenTree) -> bool {
     match tree {
         TokenTree::Ident(name) => is_name(name) && STATEMENTS.iter().all(|statement| name != statement),
@@ -152,7 +152,7 @@ fn begins_value(tree: &TokenTree) -> bool {
     }
 }
 
-/// Whether an identifier is no word of Rust.
+/// Whether an identifier is no reserved word of Rust.
 fn is_name(name: &Ident) -> bool {
     syn::parse_str::<Ident>(&name.to_string()).is_ok()
 }

@@ -1,4 +1,4 @@
-//! What stands behind the `=` of a statement: rows, maps, fields, factors, names, a path.
+//! The values of statements, behind the `=`: rows, maps, fields, factors, names, a path.
 
 use proc_macro2::Ident;
 use syn::{Expr, Path};
@@ -33,7 +33,7 @@ pub(super) fn read_map(keyword: &Ident, value: Expr, errors: &Errors) -> Result<
     } else {
         ("|q0, q1, q2| (q, v, a)", &["paper", "midpoint"])
     };
-    // also in parentheses, and in the place that a macro by example gives it
+    // also in parentheses, or in the group that a macro by example makes
     let name = match bare(&value) {
         Expr::Closure(closure) => return Ok(MapRule::Closure(Box::new(closure.clone()))),
         other => plain_name(other).map(ToString::to_string),
@@ -65,7 +65,7 @@ pub(super) fn read_map(keyword: &Ident, value: Expr, errors: &Errors) -> Result<
     ))
 }
 
-/// The path of the core.
+/// The path of `dsocs-core`.
 pub(super) fn read_path(value: Expr, errors: &Errors) -> Result<Path, Reported> {
     match value {
         Expr::Path(value) if value.qself.is_none() => Ok(value.path),

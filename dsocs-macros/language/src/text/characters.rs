@@ -1,7 +1,8 @@
-//! Characters: those that no text has, and those that stand in the place of others.
+//! Characters that may not stand in a text, and those that look like others.
 //!
-//! A text is looked through before it is cut into words, since a word that cannot be cut is told without a reason. A character that only looks like a sign
-//! of the language is told, and the sign is read in its place, so that what stands behind it is looked at, too.
+//! A text is checked before it is split into tokens, since the lexer gives no reasons. A character that only
+//! looks like a sign of the language is reported and replaced by that sign, so that the rest of the text is
+//! checked, too.
 
 use proc_macro2::{TokenStream, TokenTree};
 use syn::{Lit, LitStr};
@@ -9,7 +10,7 @@ use syn::{Lit, LitStr};
 use super::DEEPEST;
 use crate::mistake::Mistake;
 
-/// Signs that look like others, and what is meant.
+/// Characters that look like a sign of the language, and that sign.
 const LOOK_ALIKE: [(&str, char); 16] = [
     ("−–—‐‑‒﹣－", '-'),
     ("×·⋅∙•∗＊", '*'),
@@ -29,7 +30,7 @@ const LOOK_ALIKE: [(&str, char); 16] = [
     ("．", '.'),
 ];
 
-/// Signs of mathematics that are words here: the sign, what is read in its place, and how it is written.
+/// Signs of mathematics that are written as words: the sign, its replacement, and a hint.
 const WRITTEN: [(&str, char, &str); 14] = [
     ("²", ' ', "a square is written `x.powi(2)`"),
     ("³", ' ', "a third power is written `x.powi(3)`"),
@@ -51,10 +52,10 @@ const WRITTEN: [(&str, char, &str); 14] = [
     ("…", '0', "in messages it stands for an expression of your own"),
 ];
 
-/// A text with more mistakes than these is something else.
+/// With more mistakes than this, the rest is not checked: it is no text of the language.
 const MOST: usize = 50;
 
-/// Looks through a text: the same with signs of the language in the places of those that look like them, character by character; and what is said of these.
+/// A text with look-alikes replaced, character by character, and the mistakes found.
 pub(super) fn read(text: &str) -> (String, Vec<Mistake>) {
     let mut reader = Reader {
         characters: text.chars().collect(),
@@ -73,26 +74,26 @@ pub(super) fn read(text: &str) -> (String, Vec<Mistake>) {
     (reader.read, reader.mistakes)
 }
 
-/// A place of a text.
+/// A line and a column of a text.
 #[derive(Clone, Copy)]
 struct Place {
     line: usize,
     column: usize,
 }
 
-/// How far a text is read.
+/// The state of the check.
 struct Reader {
     characters: Vec<char>,
-    /// The character that comes next.
+    /// The index of the next character.
     at: usize,
-    /// Its line and its column.
+    /// The line of the next character; `column` is its column.
     line: usize,
     column: usize,
-    /// Whether nothing but space stands before it in its line.
+    /// Whether only white space stands before it in its line.
     is_blank: bool,
-    /// What is read so far.
+    /// The checked text so far.
     read: String,
-    /// The brackets that are open, and where they opened.
+    /// The brackets that are open, and their places.
     open: Vec<(char, Place)>,
     mistakes: Vec<Mistake>,
 }
@@ -119,7 +120,7 @@ impl Reader {
         self.mistakes.push(mistake);
     }
 
-    /// Goes on by one character, in whose place another is read.
+    /// Goes on by one character, and writes another in its place.
     fn put(&mut self, read: char) {
         let Some(character) = self.peek(0) else { return };
         self.is_blank = character == '\n' || (self.is_blank && character.is_whitespace());
@@ -139,13 +140,13 @@ impl Reader {
         }
     }
 
-    /// Goes on by one character as it is.
+    /// Goes on by one character, which stays.
     fn keep(&mut self) {
         let character = self.peek(0).unwrap_or(' ');
         self.put(character);
     }
 
-    /// Goes on to the end of the line, with blanks in the places of its characters.
+    /// Goes on to the end of the line, and writes blanks.
     fn blank_line(&mut self) {
         while self.peek(0).is_some_and(|c| c != '\n') {
             self.put(' ');
@@ -186,7 +187,7 @@ impl Reader {
                     self.keep();
                 }
                 ';' => {
-                    // nothing in parentheses has one
+                    // no statement ends inside parentheses
                     while let Some(&('(', at)) = self.open.last() {
                         self.open.pop();
                         self.mistake(at, "this `(` has no `)` before the end of the statement, `;`");
@@ -202,7 +203,7 @@ impl Reader {
         }
     }
 
-    /// A comment between `/*` and `*/`; one may stand in another.
+    /// Goes past a comment between `/*` and `*/`, which may be nested.
     fn comment(&mut self) {
         let at = self.place();
         let mut depth = 0;
@@ -227,7 +228,7 @@ impl Reader {
         }
     }
 
-    /// What stands in quotation marks, of which one comes next.
+    /// Goes past a string, from its opening quotation mark on.
     fn string(&mut self, ends: &[char]) {
         let at = self.place();
         let line = self.characters[self.at + 1..].iter().take_while(|&&c| c != '\n');
@@ -248,7 +249,7 @@ impl Reader {
                         || (!is_closed && matches!(other, Some(')' | ',' | ';' | '}'))) =>
                 {
                     self.mistake(at, "this quotation mark has no partner in its line");
-                    // what follows is read as if it had one
+                    // the rest is read as if the string were closed
                     let last = self.read.pop();
                     self.read.push(if last == Some('"') { ' ' } else { '"' });
                     return;
@@ -258,7 +259,7 @@ impl Reader {
         }
     }
 
-    /// A sign that is a derivative elsewhere, or half of a pair of quotation marks.
+    /// An apostrophe: a derivative in other notations, or half of a pair of quotation marks.
     fn apostrophe(&mut self, sign: char) {
         let at = self.place();
         let before: String = self.read.chars().rev().take_while(|&c| is_of_name(c)).collect();
@@ -291,9 +292,9 @@ impl Reader {
         }
     }
 
-    /// `#`, which begins a comment elsewhere.
+    /// `#`, which begins a comment in other languages.
     fn hash(&mut self) {
-        // `#[doc = "…"]`, a name such as `r#type`
+        // `#[doc = "…"]`, or a name such as `r#type`
         if matches!(self.peek(1), Some('[' | '!')) || self.before() == Some('r') {
             self.keep();
             return;
@@ -303,7 +304,7 @@ impl Reader {
         self.blank_line();
     }
 
-    /// A bracket that closes.
+    /// A closing bracket.
     fn close(&mut self, bracket: char) {
         let at = self.place();
         let Some(place) = self.open.iter().rposition(|(open, _)| partner(*open) == bracket) else {
@@ -369,7 +370,7 @@ impl Reader {
     }
 }
 
-/// The bracket that closes another one.
+/// The closing bracket for an opening one.
 fn partner(open: char) -> char {
     match open {
         '(' => ')',
@@ -378,19 +379,19 @@ fn partner(open: char) -> char {
     }
 }
 
-/// Whether a name may have a character, apart from its beginning. What comes close is refused where words are cut.
+/// Whether a name may contain a character after its first. Exceptions are left to the lexer.
 fn is_of_name(character: char) -> bool {
     let is_mark = matches!(character, '\u{300}'..='\u{36f}');
     character == '_' || character.is_alphanumeric() || is_mark
 }
 
-/// The digit below a line.
+/// The digit of a subscript.
 fn subscript(character: char) -> Option<char> {
     let digit = u32::from(character).checked_sub(u32::from('₀'))?;
     char::from_digit(digit, 10)
 }
 
-/// Refuses such a character in a string: what is named or said may be shown anywhere.
+/// Refuses invisible characters in strings, because names and documentation may be shown anywhere.
 pub(super) fn check_literals(tokens: &TokenStream) -> Result<(), Vec<Mistake>> {
     for tree in tokens.clone() {
         match tree {
@@ -414,7 +415,8 @@ pub(super) fn check_literals(tokens: &TokenStream) -> Result<(), Vec<Mistake>> {
     Ok(())
 }
 
-/// What is said of a character that a terminal would obey, or that hides what stands in a line.
+/// The error for a control character, or for one that changes the direction of a line; `None` for other
+/// characters.
 fn hidden(character: char, next: Option<char>) -> Option<String> {
     let is_end_of_line = character == '\r' && next == Some('\n');
     let is_space = matches!(character, '\n' | '\t') || is_end_of_line;
@@ -422,7 +424,7 @@ fn hidden(character: char, next: Option<char>) -> Option<String> {
     ((character.is_control() && !is_space) || hides).then(|| unseen(character))
 }
 
-/// What is said of a character that is not seen.
+/// The error for an invisible character.
 fn unseen(character: char) -> String {
     let code = u32::from(character);
     format!("the character U+{code:04X}, which is not seen, is out of place here")

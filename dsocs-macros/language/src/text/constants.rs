@@ -1,4 +1,4 @@
-//! `const n = 3;`: a number that stands where its name does, as for the length of an array.
+//! `const n = 3;`: a number that replaces its name everywhere, also as the length of an array.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use crate::names::RESERVED;
 use crate::nearest::did_you_mean;
 use crate::syntax::bare;
 
-/// Puts the numbers of constants in the places of their names; those that are `given` have these values.
+/// Replaces the names of constants by their numbers. The values in `given` override those of the text.
 pub(super) fn insert(parts: Parts, given: &[(String, f64)], errors: &Errors) -> Parts {
     let mut values: HashMap<String, f64> = HashMap::new();
     for (name, tokens) in &parts.constants {
@@ -67,14 +67,15 @@ pub(super) fn insert(parts: Parts, given: &[(String, f64)], errors: &Errors) -> 
     parts
 }
 
-/// A group with other tokens in it.
+/// A group with its tokens replaced.
 fn inside(group: &Group, replace: &mut impl FnMut(TokenStream) -> TokenStream) -> Group {
     let mut new = Group::new(group.delimiter(), replace(group.stream()));
     new.set_span(group.span());
     new
 }
 
-/// Tokens with numbers in the places of constants. `bound` are the places at which a name that is one gets another meaning.
+/// Tokens with constants replaced by numbers. `bound` collects the places where the name of a constant is
+/// defined anew.
 fn replaced(tokens: TokenStream, values: &HashMap<String, f64>, bound: &mut Vec<Ident>) -> TokenStream {
     let trees: Vec<TokenTree> = tokens.into_iter().collect();
     let is = |place: Option<usize>, c: char| {
@@ -88,7 +89,7 @@ fn replaced(tokens: TokenStream, values: &HashMap<String, f64>, bound: &mut Vec<
                 new.push(inside(group, &mut |tokens| replaced(tokens, values, bound)).into());
             }
             TokenTree::Ident(name) => match values.get(&name.to_string()) {
-                // `q.n` is a coordinate
+                // `q.n` is a coordinate of a node
                 Some(_) if is(place.checked_sub(1), '.') && !is(place.checked_sub(2), '.') => {
                     new.push(tree.clone());
                 }
@@ -115,9 +116,10 @@ fn replaced(tokens: TokenStream, values: &HashMap<String, f64>, bound: &mut Vec<
     new.into_iter().collect()
 }
 
-/// The literal of a number that is not negative: of a whole one a whole one, which may be the length of an array.
+/// The literal of a nonnegative number: an integer literal if it is whole, so that it can be the length of an
+/// array.
 fn literal(value: f64) -> Literal {
-    /// Whole numbers up to this one are exact.
+    /// Whole numbers up to this one are exact in double precision.
     const MOST: f64 = 9_007_199_254_740_992.0;
     if value.fract() == 0.0 && value < MOST {
         #[expect(
@@ -130,12 +132,12 @@ fn literal(value: f64) -> Literal {
     } else if value.is_finite() {
         Literal::f64_unsuffixed(value)
     } else {
-        // told where the value is read
+        // the number is refused where the constant is read
         Literal::u64_unsuffixed(0)
     }
 }
 
-/// The number that tokens are: a literal, or sums, differences, products and quotients of such.
+/// The value of tokens: a literal, or sums, differences, products and quotients of literals.
 fn number(tokens: &TokenStream) -> Option<f64> {
     fn of(expr: &Expr) -> Option<f64> {
         match bare(expr) {

@@ -1,4 +1,4 @@
-//! `name = value`, of which blocks are made: `parameters { … }`, `run { … }`.
+//! The entries `name = value` of the blocks `parameters { … }` and `run { … }`.
 
 use proc_macro2::{Delimiter, Group, Ident, TokenStream, TokenTree};
 use syn::{Attribute, Expr};
@@ -6,19 +6,20 @@ use syn::{Attribute, Expr};
 use crate::errors::{Errors, Reported};
 use crate::parse::{DEEPEST, expression, too_deep};
 
-/// One of them.
+/// An entry of a block.
 pub(super) struct Item {
     /// Its documentation.
     pub(super) attributes: Vec<Attribute>,
     /// Its name.
     pub(super) name: Ident,
-    /// How many it is, in brackets behind a colon.
+    /// The length of an array, in brackets behind a colon.
     pub(super) length: Option<Result<Expr, Reported>>,
-    /// What stands behind `=`.
+    /// The expression behind `=`.
     pub(super) value: Result<Expr, Reported>,
 }
 
-/// The parts of a block, each read by itself, so that a mistake in one does not hide the others. `separator` stands between them, and `other` is taken for it.
+/// The entries of a block, each read by itself, so that a mistake in one does not hide the others. They are
+/// separated by `separator`; `other` is taken for it, and reported.
 pub(super) fn read(group: &Group, [separator, other]: [char; 2], errors: &Errors) -> Vec<Item> {
     if let Some(deep) = too_deep(&group.stream(), DEEPEST) {
         errors.at(deep, "expected values that are nested less deep");
@@ -60,7 +61,7 @@ pub(super) fn read(group: &Group, [separator, other]: [char; 2], errors: &Errors
     items
 }
 
-/// Whether tokens are the beginning of an item or of its documentation.
+/// Whether tokens begin an entry or its documentation.
 fn begins(trees: &[TokenTree]) -> bool {
     match trees {
         [TokenTree::Ident(_), TokenTree::Punct(sign), ..] => matches!(sign.as_char(), '=' | ':'),
@@ -78,7 +79,7 @@ fn line_ends(last: Option<&TokenTree>, next: &TokenTree) -> bool {
     last.is_some_and(|last| last.span().end().line < next.span().start().line)
 }
 
-/// Reads one item. `None` if there is none, or if it has no name, which is told.
+/// Reads one entry. `None` if there is none, or if it has no name, which is reported.
 fn item(trees: Vec<TokenTree>, errors: &Errors) -> Option<Item> {
     let mut rest = trees.into_iter().peekable();
     let mut attributes = Vec::new();

@@ -1,4 +1,4 @@
-//! `parameters { … }`: names, with the values that they have unless a run sets them.
+//! `parameters { … }`: the parameters with their values, which a run may override.
 
 use proc_macro2::{Group, Ident, Literal, TokenStream};
 use quote::{ToTokens, quote};
@@ -9,11 +9,11 @@ use crate::errors::{Errors, Reported};
 use crate::mistake::Place;
 use crate::syntax::{bare, doc, plain_name};
 
-/// How a table of samples is interpolated; `dsocs_core::Samples` says more.
+/// The interpolation of a table of samples, as explained at `dsocs_core::Samples`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Curve {
-    /// A cubic spline, twice continuously differentiable: what is meant unless another is named.
+    /// A cubic spline, twice continuously differentiable. The default.
     #[default]
     Cubic,
     /// Straight lines.
@@ -41,11 +41,11 @@ pub struct Table {
     pub name: String,
     /// The file, as the text names it.
     pub file: String,
-    /// How it is interpolated.
+    /// The interpolation.
     pub curve: Curve,
     /// Its documentation in one line.
     pub doc: String,
-    /// Where the text names the file.
+    /// The place of the file's name in the text.
     pub place: Place,
 }
 
@@ -55,11 +55,11 @@ pub(super) struct Parameter {
     attributes: Vec<Attribute>,
     /// Its name.
     pub(super) name: Ident,
-    /// What it is.
+    /// The value.
     pub(super) value: Value,
 }
 
-/// What a parameter is.
+/// The value of a parameter, as written.
 pub(super) enum Value {
     /// A number.
     Number(Box<Expr>),
@@ -69,12 +69,12 @@ pub(super) enum Value {
     Matrix(Vec<Vec<Expr>>),
     /// Samples in a file.
     Table(String, Curve, Place),
-    /// Nothing, since it is wrong.
+    /// A value with a mistake, which was reported.
     Broken(Reported),
 }
 
 impl Parameter {
-    /// The field of the struct.
+    /// The field of the struct for this parameter.
     pub(super) fn field(&self) -> TokenStream {
         let (attributes, name) = (&self.attributes, &self.name);
         let ty = match &self.value {
@@ -93,7 +93,7 @@ impl Parameter {
         quote!(#(#attributes)* pub #name: #ty)
     }
 
-    /// The table of samples that it is.
+    /// The table of samples, if the parameter is one.
     pub(super) fn table(&self) -> Option<Table> {
         match &self.value {
             Value::Table(file, curve, place) => Some(Table {
@@ -134,7 +134,7 @@ pub(super) fn read(group: Option<Group>, errors: &Errors) -> Vec<Parameter> {
 /// The most elements of an array.
 const MOST: usize = 1000;
 
-/// What a parameter is.
+/// The value of an entry.
 fn value(item: &Item, errors: &Errors) -> Result<Value, Reported> {
     let (name, length) = (&item.name, item.length.as_ref());
     let value = item.value.as_ref().map_err(|reported| *reported)?;
@@ -175,7 +175,7 @@ fn value(item: &Item, errors: &Errors) -> Result<Value, Reported> {
     }
 }
 
-/// The numbers in brackets, `[1.0, 2.0]` or `[1.0; 3]`; in brackets in brackets those of a matrix.
+/// The numbers of an array, `[1.0, 2.0]` or `[1.0; 3]`, or of a matrix, an array of its rows.
 fn array(value: &Expr, errors: &Errors) -> Result<Value, Reported> {
     let rows = elements(value, errors)?;
     if !rows.iter().any(is_array) {
@@ -200,7 +200,7 @@ fn is_array(expr: &Expr) -> bool {
     matches!(bare(expr), Expr::Array(_) | Expr::Repeat(_))
 }
 
-/// What stands between brackets.
+/// The elements of an array.
 fn elements(value: &Expr, errors: &Errors) -> Result<Vec<Expr>, Reported> {
     match bare(value) {
         Expr::Array(array) => Ok(array.elems.iter().cloned().collect()),
@@ -212,7 +212,7 @@ fn elements(value: &Expr, errors: &Errors) -> Result<Vec<Expr>, Reported> {
     }
 }
 
-/// A length.
+/// A number of elements.
 fn count(expr: &Expr, errors: &Errors) -> Result<usize, Reported> {
     let count = match bare(expr) {
         Expr::Lit(literal) => match &literal.lit {

@@ -1,12 +1,12 @@
-//! Slips of those who write such a text for the first time: words that are reserved, decimal commas, semicolons that are missing. Each is told at its place,
-//! and mended there, so that the rest of the text is read as it is meant.
+//! Beginners' mistakes in texts: reserved words as names, decimal commas, missing semicolons. Each is
+//! reported at its place and repaired there, so that the rest of the text is read as it is meant.
 
 use proc_macro2::{Delimiter, Group, Ident, Literal, Punct, Spacing, Span, TokenStream, TokenTree};
 
 use crate::errors::Errors;
 use crate::parse::STATEMENTS;
 
-/// Words that begin statements elsewhere, and how the same is said here.
+/// Words that begin statements in other languages, and what to write instead.
 const ELSEWHERE: [(&str, &str); 22] = [
     ("fn", "a function is written `let f = |x| …;`"),
     ("def", "a function is written `let f = |x| …;`"),
@@ -44,18 +44,18 @@ const ELSEWHERE: [(&str, &str); 22] = [
     ("coordinate", "coordinates are written `coordinates(x, y);`"),
 ];
 
-/// What is said of a word with which no statement begins, where it is one elsewhere.
+/// The hint for a word that begins a statement in another language.
 pub(crate) fn elsewhere(word: &str) -> Option<&'static str> {
     let found = ELSEWHERE.iter().find(|(known, _)| *known == word);
     found.map(|(_, said)| *said)
 }
 
-/// The words of statements that are also reserved: they cannot be read on.
+/// Those of these words that Rust reserves, so that the rest of such a statement cannot be read.
 const CONTROL: [&str; 9] = [
     "fn", "for", "while", "loop", "match", "return", "struct", "static", "pub",
 ];
 
-/// Mends a text.
+/// The tokens of a text with such mistakes repaired.
 pub(super) fn mended(tokens: TokenStream, errors: &Errors) -> TokenStream {
     let tokens = names(tokens, errors);
     let trees: Vec<TokenTree> = tokens.into_iter().collect();
@@ -108,14 +108,14 @@ pub(super) fn mended(tokens: TokenStream, errors: &Errors) -> TokenStream {
     mended.trees.into_iter().collect()
 }
 
-/// What is mended so far.
+/// The repaired tokens so far.
 #[derive(Default)]
 struct Mended {
     trees: Vec<TokenTree>,
-    /// The first token of the present statement that is no documentation, and the last one.
+    /// The first token of the current statement that is not documentation; `last` is its last token so far.
     first: Option<TokenTree>,
     last: Option<TokenTree>,
-    /// Whether documentation may go on with the next token.
+    /// Whether the next token may belong to documentation.
     is_doc: bool,
 }
 
@@ -125,7 +125,7 @@ impl Mended {
         self.first.is_some()
     }
 
-    /// Whether the present statement ends in a line above a token.
+    /// Whether the last token stands in a line above another token.
     fn ends_above(&self, tree: &TokenTree) -> bool {
         let last = self.last.as_ref();
         // a name may stand in the line below its `let`
@@ -149,19 +149,19 @@ impl Mended {
         self.trees.push(tree);
     }
 
-    /// Adds the block of a statement that ends with it.
+    /// Adds the block that ends a statement.
     fn push_block(&mut self, group: Group) {
         self.last = Some(group.clone().into());
         self.trees.push(group.into());
         self.first = None;
     }
 
-    /// Ends a statement that does not end itself.
+    /// Ends a statement that lacks its semicolon.
     fn end(&mut self, errors: &Errors) {
         let (Some(first), Some(last)) = (self.first.take(), &self.last) else {
             return;
         };
-        // of another one it is told that it is none
+        // a statement that does not exist is reported as such
         if matches!(&first, TokenTree::Ident(word) if is_statement(word)) {
             errors.at(
                 end_of(last),
@@ -174,7 +174,7 @@ impl Mended {
     }
 }
 
-/// The last token of a tree: a bracket that closes.
+/// The last token of a tree: for a group, its closing bracket.
 fn end_of(tree: &TokenTree) -> TokenStream {
     let mut end = tree.clone();
     if let TokenTree::Group(group) = tree {
@@ -185,7 +185,8 @@ fn end_of(tree: &TokenTree) -> TokenStream {
     end.into()
 }
 
-/// How many tokens there are up to the end of a statement that cannot be read: a semicolon, a block, or the line above another statement.
+/// The number of tokens up to the end of a statement that cannot be read: up to a semicolon, a block, or the
+/// line above another statement.
 fn skipped(trees: &[TokenTree]) -> usize {
     for (place, tree) in trees.iter().enumerate() {
         match tree {
@@ -207,7 +208,7 @@ fn is_statement(word: &Ident) -> bool {
         .any(|statement| word == statement)
 }
 
-/// Whether tokens can only be the beginning of a statement, or of its documentation.
+/// Whether tokens can only be the beginning of a statement or of its documentation.
 fn begins_statement(trees: &[TokenTree]) -> bool {
     let is = |tree: Option<&TokenTree>, c: char| matches!(tree, Some(TokenTree::Punct(punct)) if punct.as_char() == c);
     let is_group = |tree: Option<&TokenTree>, delimiter| matches!(tree, Some(TokenTree::Group(group)) if group.delimiter() == delimiter);
@@ -224,14 +225,15 @@ fn begins_statement(trees: &[TokenTree]) -> bool {
                 named || is_group(second, Delimiter::Brace)
             }
             "coordinates" => is_group(second, Delimiter::Parenthesis),
-            // also one that is none, or a `let` that is missing: nothing within a statement stands before `=`
+            // also an unknown statement, or one without its `let`: inside a statement, no name stands before
+            // `=`
             _ => is(second, '=') && !is(third, '='),
         },
         _ => false,
     }
 }
 
-/// A block of numbers without decimal commas.
+/// A group with decimal commas replaced by points.
 fn inside(group: &Group, errors: &Errors) -> Group {
     let trees: Vec<TokenTree> = group.stream().into_iter().collect();
     let mut mended = Vec::with_capacity(trees.len());
@@ -250,7 +252,7 @@ fn inside(group: &Group, errors: &Errors) -> Group {
     new
 }
 
-/// The number that is written with a comma, as `1,5`, if tokens begin with one.
+/// The number that is written with a decimal comma, such as `1,5`, if the tokens begin with one.
 fn decimal_comma(trees: &[TokenTree], errors: &Errors) -> Option<Literal> {
     let [
         TokenTree::Literal(whole),
@@ -280,12 +282,12 @@ fn decimal_comma(trees: &[TokenTree], errors: &Errors) -> Option<Literal> {
     Some(number)
 }
 
-/// Words that mean something here, though they are reserved.
+/// Reserved words of Rust that mean something in the language.
 const KNOWN: [&str; 13] = [
     "let", "if", "else", "const", "use", "crate", "self", "as", "true", "false", "mut", "ref", "_",
 ];
 
-/// Tokens without reserved words in the places of names.
+/// Tokens with reserved words replaced where a name is expected.
 fn names(tokens: TokenStream, errors: &Errors) -> TokenStream {
     let trees: Vec<TokenTree> = tokens.into_iter().collect();
     let mut named = Vec::with_capacity(trees.len());
@@ -303,15 +305,15 @@ fn names(tokens: TokenStream, errors: &Errors) -> TokenStream {
     named.into_iter().collect()
 }
 
-/// A word; one that is reserved, where a name is expected, with a sign that it is a name.
+/// A word; a reserved one in place of a name is reported and replaced by a valid name.
 fn name(word: &Ident, next: Option<&TokenTree>, errors: &Errors) -> Ident {
     let text = word.to_string();
-    // any other word can be a name
+    // other words can be names
     let is_free =
         KNOWN.contains(&text.as_str()) || text.starts_with("r#") || syn::parse_str::<Ident>(&text).is_ok();
     let is_name = match next {
         Some(TokenTree::Punct(sign)) if text == "move" => sign.as_char() != '|',
-        // an expression may begin with these
+        // an expression may begin with this sign
         Some(TokenTree::Punct(sign)) if CONTROL.contains(&text.as_str()) => {
             !matches!(sign.as_char(), '-' | '!' | '&' | '|')
         }

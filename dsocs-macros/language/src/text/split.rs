@@ -1,4 +1,4 @@
-//! A text → its parts: documentation, constants, parameters, runs, and the declaration.
+//! A text → documentation, constants, parameters, runs, and the declaration.
 
 use proc_macro2::{Delimiter, Group, Ident, TokenStream, TokenTree};
 use syn::{Lit, LitStr};
@@ -10,13 +10,13 @@ use crate::errors::Errors;
 pub(super) struct Parts {
     /// The lines of `//!`.
     pub(super) docs: Vec<String>,
-    /// `const n = 3;`: the name, and what stands behind `=`.
+    /// `const n = 3;`: the name, and the tokens behind `=`.
     pub(super) constants: Vec<(Ident, TokenStream)>,
     /// `parameters { … }`.
     pub(super) parameters: Option<Group>,
-    /// `run name { … }`; one may be without a name.
+    /// `run name { … }`: the word `run`, the name, which is optional, and the block.
     pub(super) runs: Vec<(Ident, Option<Ident>, Group)>,
-    /// All the rest.
+    /// The other statements, which are the declaration.
     pub(super) declaration: TokenStream,
 }
 

@@ -1,4 +1,4 @@
-//! Parameters and constants that nothing uses, and those whose names mean something else.
+//! Warnings about parameters and constants that nothing uses, or whose names mean something else.
 
 use std::collections::HashSet;
 
@@ -9,18 +9,18 @@ use super::split::Parts;
 use crate::model::Warning;
 use crate::parse::STATEMENTS;
 
-/// The names of a text.
+/// The names in a text.
 pub(super) struct Names {
-    /// Those of its constants.
+    /// The names of its constants.
     constants: Vec<Ident>,
-    /// Those that stand where something may be used.
+    /// The names that occur in expressions.
     mentioned: HashSet<String>,
-    /// Those of them that stand elsewhere than in the values of parameters.
+    /// Those of them that occur outside the values of parameters.
     beyond_values: HashSet<String>,
 }
 
 impl Names {
-    /// Those of a text in which constants still have their names.
+    /// The names of a text whose constants have not been replaced yet.
     pub(super) fn of(parts: &Parts) -> Self {
         let mut names = Self {
             constants: parts.constants.iter().map(|(name, _)| name.clone()).collect(),
@@ -41,7 +41,7 @@ impl Names {
         names
     }
 
-    /// Adds the names in some tokens; in a block, those of its parts are none.
+    /// Adds the names in some tokens. In a block, the names of its entries do not count.
     fn add(&mut self, tokens: TokenStream, is_block: bool) {
         let mut trees = tokens.into_iter().peekable();
         while let Some(tree) = trees.next() {
@@ -60,7 +60,7 @@ impl Names {
         }
     }
 
-    /// What is said of those that nothing uses, and of those that mean something else.
+    /// The warnings about names that nothing uses, and about names that mean something else.
     pub(super) fn warnings(&self, parameters: &[Parameter]) -> Vec<Warning> {
         let constants = self.constants.iter().map(|name| (name, "constant"));
         let parameters = parameters.iter().map(|parameter| (&parameter.name, "parameter"));

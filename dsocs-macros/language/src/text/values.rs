@@ -1,4 +1,4 @@
-//! Numbers of a text: the values of parameters, and what its runs begin with.
+//! The numbers of a text: the values of parameters, and the settings of its runs.
 
 use std::collections::HashSet;
 
@@ -17,7 +17,7 @@ use crate::nearest::did_you_mean;
 use crate::parse::entries;
 use crate::syntax::bare;
 
-/// `run { … }`: what is run.
+/// A `run { … }` block.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Run {
@@ -27,17 +27,17 @@ pub struct Run {
     pub start: Option<[Vec<f64>; 2]>,
     /// The acceleration at the start, where a constraint is of third order.
     pub acceleration: Option<Vec<f64>>,
-    /// Near which initial acceleration to look where there are several.
+    /// The initial acceleration near which one is searched for, if there are several.
     pub near_acceleration: Option<Vec<f64>>,
     /// The step.
     pub step: Option<f64>,
     /// The time at which it ends.
     pub until: Option<f64>,
-    /// Whether the start is moved onto the constraints on positions and velocities.
+    /// Whether the start is projected onto the constraints on positions and velocities.
     pub project: bool,
 }
 
-/// What can be said of a run.
+/// The names of the settings of a run.
 pub(crate) const RUN: [&str; 6] = [
     "start",
     "acceleration",
@@ -47,7 +47,7 @@ pub(crate) const RUN: [&str; 6] = [
     "until",
 ];
 
-/// Words for the same elsewhere.
+/// Names of the settings in other languages, and what to write instead.
 const ELSEWHERE: [(&str, &str); 18] = [
     ("q0", "`start = ([…], […])`, position and velocity"),
     ("x0", "`start = ([…], […])`, position and velocity"),
@@ -69,11 +69,11 @@ const ELSEWHERE: [(&str, &str); 18] = [
     ("stop", "`until = …`"),
 ];
 
-/// Where expressions of parameters are evaluated.
+/// The evaluation of expressions of parameters.
 struct Evaluation<'d> {
     lowering: Lowering<'d>,
     errors: &'d Errors,
-    /// The values of the parameters so far.
+    /// The values of the parameters known so far.
     values: Vec<f64>,
 }
 
@@ -91,11 +91,11 @@ impl<'d> Evaluation<'d> {
         }
     }
 
-    /// The nodes of expressions and the numbers that they are.
+    /// The values of the nodes of some expressions.
     fn evaluated(&mut self, exprs: &[&Expr], nodes: &[NodeId]) -> Vec<f64> {
         let mut numbers = self.numbers(nodes);
         for (number, expr) in numbers.iter_mut().zip(exprs) {
-            // the graph knows no sign of zero
+            // the graph has no negative zero, but a literal `-0` asks for one
             if *number == 0.0
                 && matches!(bare(expr), Expr::Unary(unary) if matches!(bare(&unary.expr), Expr::Lit(_)))
             {
@@ -105,7 +105,7 @@ impl<'d> Evaluation<'d> {
         numbers
     }
 
-    /// The numbers that nodes are.
+    /// The values of nodes.
     fn numbers(&self, nodes: &[NodeId]) -> Vec<f64> {
         let graph = &self.lowering.graph;
         let param = |which| match graph.read_param(which) {
@@ -117,7 +117,7 @@ impl<'d> Evaluation<'d> {
             .unwrap_or_else(|| vec![f64::NAN; nodes.len()])
     }
 
-    /// The number that an expression is.
+    /// The value of an expression that has to be a finite number.
     fn number(&mut self, expr: &Expr) -> Result<f64, Reported> {
         let node = self.lowering.expr(expr)?;
         let [value] = self.evaluated(&[expr], &[node])[..] else {
@@ -126,7 +126,7 @@ impl<'d> Evaluation<'d> {
         self.finite(expr, value)
     }
 
-    /// A number that is one.
+    /// A number, refused if it is not finite.
     fn finite(&self, expr: &Expr, value: f64) -> Result<f64, Reported> {
         if value.is_finite() {
             return Ok(value);
@@ -169,7 +169,7 @@ impl<'d> Evaluation<'d> {
     }
 }
 
-/// The values of the parameters that are numbers.
+/// The values of all numbers among the parameters.
 pub(super) fn parameters(
     parameters: &[Parameter],
     fields: &Fields,
@@ -202,7 +202,7 @@ pub(super) fn parameters(
     wrong.map(|()| evaluation.values)
 }
 
-/// Refuses parameters whose values are given later.
+/// Refuses a value that uses parameters whose values are given later.
 fn before(
     known: &[ParameterField],
     all: &[ParameterField],
@@ -228,7 +228,7 @@ fn before(
     Ok(())
 }
 
-/// Reads what is run.
+/// Reads the runs.
 pub(super) fn runs(
     runs: Vec<(Ident, Option<Ident>, Group)>,
     model: &Model,
@@ -305,7 +305,7 @@ fn run(
         wrong = wrong.and(result);
     }
     wrong?;
-    // without a step of its own it goes on in time
+    // without a step of its own the run goes forward in time
     if run
         .until
         .is_some_and(|until| until * run.step.unwrap_or(1.0) < 0.0)
@@ -316,7 +316,7 @@ fn run(
     Ok(run)
 }
 
-/// Whether two whole numbers stand beside a comma without a blank, as in `1,5`.
+/// Whether an array has two whole numbers with a comma and no blank between them, as in `1,5`.
 fn has_decimal_comma(expr: &Expr) -> bool {
     let Expr::Array(array) = bare(expr) else {
         return false;
@@ -332,7 +332,7 @@ fn has_decimal_comma(expr: &Expr) -> bool {
     })
 }
 
-/// Sets what one setting says.
+/// Sets one setting of a run.
 fn set(
     run: &mut Run,
     (text, key): (&str, &Ident),
@@ -346,7 +346,7 @@ fn set(
         if numbers.len() == n {
             return Ok(numbers);
         }
-        // of a rotation three numbers, in the frame of the body
+        // a rotation has three numbers, in the frame of the body; its first slot is zero
         if !is_position && numbers.len() + rotations.len() == n {
             for &first in rotations {
                 numbers.insert(first, 0.0);
