@@ -1,4 +1,4 @@
-//! The cold form: `impl Source`, a tape of all that a declaration says.
+//! The cold form: `impl Source`, a tape of everything in a declaration.
 
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
@@ -14,21 +14,21 @@ use crate::mechanics::{self, Sides, StepEquations, Switches, Table};
 use crate::model::{Kind, Model};
 use crate::passes;
 
-/// The version of the format, as `dsocs_core` knows it.
+/// The version of the tape's format, as `dsocs_core` reads it.
 const VERSION: u8 = 6;
 
-/// Expressions of a step as it was declared.
+/// Expressions of a step as it was declared, before the passes.
 pub(super) struct Declared {
-    /// The rows.
+    /// The rows of the equations.
     rows: Vec<NodeId>,
-    /// The fields that span the virtual displacements, one after the other.
+    /// The components of the fields that span the virtual displacements, field by field.
     fields: Vec<NodeId>,
-    /// What is to be divided out of each kinematic row; 1 where there is nothing.
+    /// The factor to be divided out of each kinematic row, or 1.
     factors: Vec<NodeId>,
 }
 
 impl Declared {
-    /// Those of a step.
+    /// The declared expressions of a step.
     pub(super) fn new(model: &Model, graph: &mut Graph, step: &StepEquations) -> Self {
         let one = graph.constant(1.0);
         let constraints = step.rows.iter().zip(&model.constraints);
@@ -41,7 +41,7 @@ impl Declared {
     }
 }
 
-/// Expressions of the continuous system, of a pair of nodes, and of a step as it was declared.
+/// Expressions of the continuous system, of a leg, and of the switches.
 pub(super) struct Expressions {
     graph: Graph,
     discrete_lagrangian: NodeId,
@@ -49,9 +49,9 @@ pub(super) struct Expressions {
     /// The rows of the continuous system, then their Jacobian.
     continuous: Vec<NodeId>,
     force: Vec<NodeId>,
-    /// The external forces on a leg: those on its first node, then those on its second.
+    /// The external forces on a leg: on its first node, then on its second.
     external: Vec<NodeId>,
-    /// The momentum with which a leg arrives.
+    /// The momentum at the second node of a leg, `D₂L_d + f⁺_d`.
     arriving: Vec<NodeId>,
     switches: Switches,
 }
@@ -113,7 +113,7 @@ impl Expressions {
     }
 }
 
-/// The tape of a declaration, and what it calls.
+/// The tape of a declaration, and the functions and expressions that it calls.
 pub(super) struct Cold {
     pub(super) bytes: Vec<u8>,
     pub(super) calls: Calls,
@@ -137,10 +137,10 @@ pub(super) fn tape(
     Cold { bytes, calls }
 }
 
-/// How many segments a tape has.
+/// The number of segments of a tape.
 const SEGMENTS: usize = 29;
 
-/// A tape of constants alone.
+/// A tape with a segment of constants, and all others empty.
 pub(super) fn of_constants(constants: &Segment) -> Vec<u8> {
     let none = Segment::default().bytes();
     let others = (1..SEGMENTS).map(|_| none.clone());
@@ -319,7 +319,8 @@ fn segments(
     ]
 }
 
-/// The tables of samples: of each the number of its call, whether it is differentiated, and its argument.
+/// The tables of samples as triples: the number of its call, 1 if it is differentiated or else 0, and its
+/// argument.
 fn tables(switches: &Switches, calls: &mut Calls) -> Segment {
     let mut graph = switches.graph.clone();
     let mut all = Vec::with_capacity(3 * switches.tables.len());
@@ -336,7 +337,7 @@ fn tables(switches: &Switches, calls: &mut Calls) -> Segment {
     program.segment(Segment::default(), &values, 0, &HashMap::default(), calls)
 }
 
-/// What is known when the run begins: for the step, then for the energy.
+/// The values known when the run begins: those for the step, then those for the energy.
 fn constants(stages: &Stages, calls: &mut Calls) -> Segment {
     let nothing = HashMap::default();
     let none = Segment::default();
@@ -349,8 +350,8 @@ fn constants(stages: &Stages, calls: &mut Calls) -> Segment {
         .segment(of_step, &energy.constants, 0, &nothing, calls)
 }
 
-/// The arguments of functions that jump with the velocity; the rows of a step as they were declared and the constraint force, and the rows of the
-/// continuous system and its force, with sides in the place of signs.
+/// Three segments with sides in place of signs: the arguments of functions that jump with the velocity; the
+/// declared rows of a step and its constraint force; the rows of the continuous system and its force.
 fn sided(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> Segment) -> [Segment; 3] {
     let Some(Sides { model, arguments }) = mechanics::sides(model) else {
         return [Segment::default(), Segment::default(), Segment::default()];
@@ -368,7 +369,7 @@ fn sided(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> Segment
     ]
 }
 
-/// What constraints of lower order ask of a position and a velocity, and of a leg.
+/// The constraints of lower order: at a position and a velocity, with their slopes, and on a leg.
 fn lower_order(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> Segment) -> [Segment; 3] {
     let mut graph = model.graph.clone();
     let Some(Phase {

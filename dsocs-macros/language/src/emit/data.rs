@@ -1,4 +1,4 @@
-//! A declaration as data: what an engine runs it from that no compiler has seen.
+//! A declaration as data, from which an engine runs it without a compiler.
 
 use super::cold::Cold;
 use super::facts::Facts;
@@ -6,18 +6,19 @@ use crate::mechanics::Symmetry;
 use crate::model::{Model, plain};
 use crate::passes::sparse::Order;
 
-/// A declaration as data, from [`Model::data`]. `dsocs_core::Shape` says what the counts and kinds are, `dsocs_core::tape` what the bytes of the tape.
+/// A declaration as data, from [`Model::data`]. `dsocs_core::Shape` explains the counts and kinds,
+/// `dsocs_core::tape` the bytes of the tape.
 #[expect(
     clippy::struct_excessive_bools,
     reason = "facts that do not depend on each other"
 )]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Data {
-    /// The operations of the declaration.
+    /// The tape of operations.
     pub tape: Vec<u8>,
-    /// The functions and numbers that the tape asks for, by their places.
+    /// The functions and numbers that the tape calls, in the order of their numbers.
     pub calls: Vec<Call>,
-    /// The name of the system and its documentation.
+    /// The name of the system, and its documentation.
     pub itself: Quantity,
     /// The declaration as text: the body of the attribute.
     pub declaration: String,
@@ -25,35 +26,35 @@ pub struct Data {
     pub coordinates: Vec<Quantity>,
     /// The parameters that are numbers.
     pub parameters: Vec<Quantity>,
-    /// The other parameters, each with its type in the place of the documentation.
+    /// The other parameters, each with its type in place of the documentation.
     pub others: Vec<Quantity>,
     /// The observed expressions.
     pub observables: Vec<Quantity>,
-    /// How many unknowns a step has.
+    /// The number of unknowns of a step.
     pub unknowns: usize,
-    /// How many the continuous system has.
+    /// The number of unknowns of the continuous system.
     pub motion: usize,
-    /// How many values are known when a run begins.
+    /// The number of values known when a run begins.
     pub constants: usize,
-    /// How many are known when a step begins.
+    /// The number of values known when a step begins.
     pub known: usize,
-    /// The highest order of a derivative in a constraint, and at least 2.
+    /// The highest order of a derivative in the constraints, at least 2.
     pub order: usize,
-    /// How many holonomic constraints there are.
+    /// The number of holonomic constraints.
     pub holonomic: usize,
-    /// How many nonholonomic constraints.
+    /// The number of nonholonomic constraints.
     pub nonholonomic: usize,
-    /// How many kinematic constraints.
+    /// The number of kinematic constraints.
     pub kinematic: usize,
-    /// How many one-forms of constraint forces are known.
+    /// The number of one-forms of constraint forces that are known.
     pub forms: usize,
-    /// The places of the constraints of third order among all constraints.
+    /// The indices of the constraints of third order among all constraints.
     pub third_order: Vec<usize>,
-    /// The first of the four places of each coordinate that is a rotation.
+    /// The index of the first of the four coordinates of each rotation.
     pub rotations: Vec<usize>,
-    /// The places of the parameters that holonomic constraints depend on.
+    /// The indices of the parameters that holonomic constraints depend on.
     pub of_positions: Vec<usize>,
-    /// The places of the parameters inside a `dot(…)`.
+    /// The indices of the parameters inside a `dot(…)`.
     pub of_rates: Vec<usize>,
     /// Whether any expression depends on time.
     pub depends_on_time: bool,
@@ -61,23 +62,24 @@ pub struct Data {
     pub external_forces: bool,
     /// Whether the rows of a step are affine in the unknowns.
     pub linear: bool,
-    /// Whether a row may jump where an unknown changes.
+    /// Whether a row may jump when an unknown changes.
     pub jumps: bool,
-    /// Whether a row has a `signum` or a comparison that positions or velocities decide.
+    /// Whether a row has a `signum` or a comparison that depends on positions or velocities.
     pub piecewise: bool,
-    /// Whether anything is given by pieces or divided by what may be zero, as the motion or the time decides.
+    /// Whether a switch or a pole depends on the motion or the time.
     pub switches: bool,
-    /// Whether rows were multiplied by more than a number.
+    /// Whether a row has a factor that is not a number.
     pub scaled: bool,
-    /// Whether the declaration names a factor to be divided out of a row.
+    /// Whether the declaration has a factor to be divided out of a row.
     pub divided: bool,
     /// Whether steps of different lengths can be composed, or why not.
     pub symmetry: Symmetry,
-    /// Row and column of the entries of the Jacobian that are not zero everywhere, and of the pivots, where most are zero.
+    /// The Jacobian's entries that are not identically zero, and the pivots, by row and column, if the
+    /// elimination is sparse.
     pub sparse: Option<[Vec<[usize; 2]>; 2]>,
 }
 
-/// A name and what is said of it.
+/// A name with its documentation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Quantity {
     /// The name.
@@ -86,24 +88,24 @@ pub struct Quantity {
     pub doc: String,
 }
 
-/// What a tape asks for beside its operations.
+/// A call of a tape: a function or a number that is no operation.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Call {
     /// A number.
     Number(f64),
-    /// The derivative of some order of a table of samples at its one argument; of order 0 its value.
+    /// A derivative of a table of samples at its one argument; of order 0 its value.
     Samples {
-        /// The name of the parameter.
+        /// The name of the table's parameter.
         name: String,
-        /// The order.
+        /// The order of the derivative.
         derivative: usize,
     },
-    /// Something that only a compiler can make sense of, as it is written.
+    /// An expression that needs a compiler, as it is written in Rust.
     Rust(String),
 }
 
-/// A quantity.
+/// A name with its documentation.
 fn quantity(name: impl Into<String>, doc: &str) -> Quantity {
     Quantity {
         name: name.into(),

@@ -1,4 +1,4 @@
-//! Counts and kinds of a declaration, as code and data tell them.
+//! Counts and kinds of a declaration, for code and for data.
 
 use super::stages::Stages;
 use crate::graph::{Graph, Leaf, NodeId};
@@ -6,7 +6,7 @@ use crate::mechanics::Symmetry;
 use crate::model::{Kind, Model};
 use crate::passes::Unknowns;
 
-/// Counts and kinds of a declaration; `dsocs_core::Shape` says what each is.
+/// Counts and kinds of a declaration, as explained at `dsocs_core::Shape`.
 #[expect(
     clippy::struct_excessive_bools,
     reason = "facts that do not depend on each other"
@@ -38,7 +38,7 @@ pub(crate) struct Facts {
 }
 
 impl Facts {
-    /// Those of a declaration whose step is computed in some stages.
+    /// The facts of a declaration, from the stages and the unknowns of its step.
     pub(crate) fn new(
         model: &Model,
         graph: &Graph,
@@ -52,7 +52,7 @@ impl Facts {
         let jumps = |&row: &NodeId| graph.deciding(row).any(is_unknown) || graph.calls_with(row, is_unknown);
         let moves = |leaf| matches!(leaf, Leaf::N(_) | Leaf::D(_) | Leaf::P(_) | Leaf::Z(_));
         let mut solved = unknowns.rows.iter().chain(&unknowns.second_difference);
-        // of third order a step knows the last second difference, too
+        // with constraints of third order a step also knows the previous second difference
         let past = if model.order() > 2 { n } else { 0 };
         Self {
             parameters: model.parameters.len(),

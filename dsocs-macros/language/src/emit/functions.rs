@@ -1,7 +1,7 @@
-//! The user's functions: each is called in one place, generic over its number.
+//! The user's functions: each is called in one place, generic in its number type.
 //!
-//! Steps, tapes and jets call a function with many types of numbers. They do so through one method of the struct for each function,
-//! so that rustc tells once what is wrong with a function, at its name.
+//! Steps, tapes and jets call a function with many number types. They do so through one method of the struct
+//! for each function, so that rustc reports a mistake in a function once, at its name.
 
 use std::collections::BTreeSet;
 
@@ -13,17 +13,19 @@ use crate::lower::Builtin;
 use crate::model::{Displacements, Model};
 use crate::nearest::nearest;
 
-/// Functions of up to so many arguments are called through `dsocs_core`, which knows what to say about a wrong one.
+/// The most arguments of a function that is called through `dsocs_core`, which has error messages for wrong
+/// functions.
 const MOST_ARGUMENTS: usize = 6;
 
-/// A function, and with how many arguments it is called.
+/// A function, and the number of arguments of its call.
 type Called = (usize, usize);
 
-/// The functions in what is differentiated.
+/// The functions in differentiated expressions.
 pub(super) struct Functions(BTreeSet<Called>);
 
 impl Functions {
-    /// Those of a declaration. One that is observed alone is called with plain numbers alone, and so need not be generic.
+    /// The functions of a declaration. One that is only observed is called with plain numbers, and so need
+    /// not be generic.
     pub(super) fn new(model: &Model) -> Self {
         let mut nodes = vec![model.lagrangian];
         nodes.extend(model.discrete_lagrangian);
@@ -59,7 +61,7 @@ impl Functions {
         Self(called)
     }
 
-    /// The methods through which they are called.
+    /// The methods through which the functions are called.
     pub(super) fn methods(&self, model: &Model) -> TokenStream {
         if self.0.is_empty() {
             return TokenStream::new();
@@ -92,7 +94,8 @@ impl Functions {
         }
     }
 
-    /// The same at dual numbers; `None` for a function that is called with plain numbers alone.
+    /// As [`Functions::on_numbers`], at dual numbers; `None` for a function that is called with plain numbers
+    /// only.
     pub(super) fn on_duals(
         &self,
         graph: &Graph,
@@ -108,14 +111,14 @@ impl Functions {
 
 /// The method of one function.
 fn method(callee: &Callee, place: usize, count: usize) -> TokenStream {
-    // everything that is wrong with a function is told at the user's name
+    // mistakes in a function are reported at the user's name
     let span = callee.span();
     let name = method_name(place, count, span);
     let number = Ident::new("__Number", Span::mixed_site());
     let named = |name: &str| Ident::new(name, span);
     let x: Vec<_> = (0..count).map(|i| named(&format!("__x{i}"))).collect();
     let body = match callee {
-        // the function's own types come first, so that what is wrong with them is told once
+        // the function's own types come first, so that a mistake in them is reported once
         Callee::Function(_) if count <= MOST_ARGUMENTS => {
             let (function, call) = (named("__function"), plain(callee, &x));
             let through = named(&format!("call_{count}"));
@@ -139,8 +142,8 @@ fn method(callee: &Callee, place: usize, count: usize) -> TokenStream {
     }
 }
 
-/// For a method of numbers whose name is like that of a function of `f64`: one of that name that is found last, after any of the
-/// user's own, and says which is meant.
+/// A trait method with the name of a user's method, if the name resembles that of a function of `f64`. It is
+/// found last, after any method of the user's, and its error names the function that is meant.
 fn hint_for(method: &Ident, count: usize) -> Option<TokenStream> {
     let meant = meant(&method.to_string())?;
     let span = method.span();
@@ -151,7 +154,7 @@ fn hint_for(method: &Ident, count: usize) -> Option<TokenStream> {
         #[diagnostic::on_unimplemented(message = #message, label = #label)]
         trait __Meant {}
         trait __NotThere: Sized {
-            // by `&mut self`, which is tried after `self` and `&self`
+            // `&mut self` is tried after `self` and `&self`
             fn #method<#(#types),*>(&mut self #(, _: #types)*) -> Self
             where
                 Self: __Meant,
@@ -163,7 +166,7 @@ fn hint_for(method: &Ident, count: usize) -> Option<TokenStream> {
     })
 }
 
-/// The function of `f64` that is likely to be meant by the name of another method.
+/// The function of `f64` that a method's name probably means.
 fn meant(name: &str) -> Option<&'static str> {
     const MEANT: [(&str, &str); 2] = [("sqr", "powi(2)"), ("cube", "powi(3)")];
     let known = MEANT.iter().find(|(known, _)| *known == name);
@@ -193,8 +196,8 @@ fn method_name(place: usize, count: usize, span: Span) -> Ident {
     )
 }
 
-/// The value of a function, or its derivative by some arguments: with dual numbers nested as deep as the derivative asks, seeded one
-/// argument a level. `number` makes a constant of the type of the arguments.
+/// The value of a function, or its derivative by some arguments: with nested dual numbers, one level for each
+/// derivative, seeded in one argument each. `number` makes a constant of the arguments' type.
 pub(super) fn call(
     graph: &Graph,
     callee: usize,
@@ -216,7 +219,7 @@ pub(super) fn call(
     quote_spanned!(seeds.span=> #receiver.#name(#(#arguments),*) #(.#parts)*)
 }
 
-/// Dual numbers that tell derivatives.
+/// Dual numbers that are seeded for a derivative.
 struct Seeds<'s> {
     span: Span,
     number: &'s dyn Fn(Literal) -> TokenStream,

@@ -12,7 +12,7 @@ use crate::hash::HashMap;
 use crate::model::Model;
 use crate::passes::sparse::Order;
 
-/// Where a leaf stands in the arguments of the generated methods.
+/// The place of a leaf in the arguments of the generated methods.
 fn argument(leaf: Leaf) -> Place {
     match leaf {
         Leaf::H => Place::number("h"),
@@ -27,7 +27,8 @@ fn argument(leaf: Leaf) -> Place {
         Leaf::V(i) => Place::own(quote!(v), i),
         Leaf::A(i) => Place::own(quote!(a), i),
         Leaf::Lambda(j) => Place::element("multipliers", j),
-        // the nodes of a map are replaced before code is written, and no step has a jerk; sides stand on the tape alone
+        // the nodes of a map are replaced before code is written, and no step has a jerk; sides occur on the
+        // tape only
         Leaf::X0(_)
         | Leaf::X1(_)
         | Leaf::X2(_)
@@ -40,7 +41,7 @@ fn argument(leaf: Leaf) -> Place {
     }
 }
 
-/// The code of a method that is handed what was computed before.
+/// The code of a method of a step, which is given `constants` and `known`.
 fn later(stages: &Stages, outputs: &[Value]) -> (TokenStream, Vec<TokenStream>) {
     stages.program.code(outputs, &stages.in_step(), "n", &argument)
 }
@@ -59,8 +60,9 @@ pub(super) fn compiled(model: &Model, facts: &Facts, stages: &Stages) -> TokenSt
     let rotations = rotations(model);
     let n = Literal::usize_unsuffixed(n);
     quote! {
-        // straight-line code: the lints for people do not apply to it. What is part of a step has to be inlined, because lanes compile
-        // their steps for the machine's own instructions, and what stands outside is not compiled for them
+        // generated straight-line code needs no lints. The methods of a step have to be inlined: lanes
+        // compile their steps for the machine's own instructions, and functions outside are not compiled for
+        // these
         #[allow(unused_variables, clippy::all, clippy::pedantic, clippy::nursery)]
         #[automatically_derived]
         impl #impl_generics ::dsocs_core::__private::Compiled<#n> for #name #type_generics #where_clause {
@@ -74,7 +76,7 @@ pub(super) fn compiled(model: &Model, facts: &Facts, stages: &Stages) -> TokenSt
     }
 }
 
-/// The associated types, all arrays of literal sizes, and what kind of rows there are.
+/// The associated types, all arrays of literal sizes, and the constants about the rows.
 fn types(facts: &Facts) -> TokenStream {
     let Facts {
         linear,
@@ -93,7 +95,7 @@ fn types(facts: &Facts) -> TokenStream {
         facts.motion,
     ]
     .map(Literal::usize_unsuffixed);
-    // what is empty has its default
+    // empty lists have a default in the trait
     let places = |name: TokenStream, places: &[usize]| {
         let literals = places.iter().copied().map(Literal::usize_unsuffixed);
         (!places.is_empty()).then(|| quote!(const #name: &'static [usize] = &[#(#literals),*];))
@@ -123,7 +125,7 @@ fn types(facts: &Facts) -> TokenStream {
     }
 }
 
-/// How many components the last second difference has that a step needs to know.
+/// The number of components of the previous second difference that a step needs.
 fn past_count(model: &Model) -> usize {
     if model.order() > 2 {
         model.coordinates.len()
@@ -132,7 +134,7 @@ fn past_count(model: &Model) -> usize {
     }
 }
 
-/// Where rotations begin, if there are some.
+/// The first slots of the rotations; `None` if there are none.
 fn rotations(model: &Model) -> Option<TokenStream> {
     let first: Vec<_> = (model.graph.rotations().iter())
         .map(|&first| Literal::usize_unsuffixed(first))
@@ -140,7 +142,7 @@ fn rotations(model: &Model) -> Option<TokenStream> {
     (!first.is_empty()).then(|| quote!(const ROTATIONS: &'static [usize] = &[#(#first),*];))
 }
 
-/// What a step of third order knows of the past, beside the leg: it stands behind the constants.
+/// The methods for a step of third order, which stores the previous second difference behind the constants.
 fn third_order(model: &Model, stages: &Stages) -> Option<TokenStream> {
     let rows: Vec<_> = model.third_order().map(Literal::usize_unsuffixed).collect();
     if rows.is_empty() {
@@ -167,12 +169,12 @@ fn third_order(model: &Model, stages: &Stages) -> Option<TokenStream> {
     })
 }
 
-/// The statement that reads it.
+/// The statement that reads the previous second difference.
 fn past(model: &Model) -> Option<TokenStream> {
     (model.order() > 2).then(|| quote!(let past = Self::past(constants);))
 }
 
-/// `parameters`, `constants` and `known`: what comes before the iteration.
+/// `parameters`, `constants` and `known`: values known before the iteration.
 fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
     let read = model.parameters.iter().map(crate::model::ParameterField::read);
     let nothing = HashMap::default();
@@ -215,7 +217,7 @@ fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
     }
 }
 
-/// What is told of a step that is evaluated at its unknowns.
+/// The arguments of a method that is evaluated at the unknowns of a step.
 fn at_z() -> TokenStream {
     quote! {
         constants: &Self::Constants<__T>,
@@ -284,7 +286,8 @@ fn linearize_method(stages: &Stages) -> TokenStream {
     }
 }
 
-/// The same where most of the Jacobian is zero: `entries` computes the rest.
+/// `linearize` with a sparse Jacobian: its entries that are not identically zero, and the order of
+/// elimination.
 fn sparse_methods(stages: &Stages, order: &Order) -> TokenStream {
     let (code, results) = later(stages, &stages.entries(order));
     let (rows, entries) = results.split_at(stages.rows.len());
@@ -331,7 +334,7 @@ fn sparse_methods(stages: &Stages, order: &Order) -> TokenStream {
     }
 }
 
-/// `scales`, where there is something to tell.
+/// `scales`, unless no row has a factor.
 fn scales_method(stages: &Stages) -> Option<TokenStream> {
     if stages.unscaled() {
         return None;
@@ -350,7 +353,7 @@ fn scales_method(stages: &Stages) -> Option<TokenStream> {
     })
 }
 
-/// `report`: what is computed at a node once its step is solved.
+/// `report`: point, force and energy at a node whose step has been solved.
 fn report_method(model: &Model, stages: &Stages) -> TokenStream {
     let (n, past) = (model.coordinates.len(), past(model));
     let (code, results) = later(stages, &stages.node());
@@ -359,7 +362,8 @@ fn report_method(model: &Model, stages: &Stages) -> TokenStream {
     let (v, rest) = rest.split_at(n);
     let (a, t) = rest.split_at(n);
     let energy = &stages.energy;
-    // a point is an operand of the energy, which is therefore the same wherever the point comes from
+    // the point is an operand of the energy, so that the energy has the same bits wherever the point comes
+    // from
     let (energy_code, energy) = energy
         .program
         .code(&energy.value, &stages.in_energy(), "m", &argument);

@@ -1,4 +1,4 @@
-//! The hot form behind an interface of slices: `impl Kernel`, each function of which is one call.
+//! `impl Kernel`: the hot form on slices, each method of which is one call.
 
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::quote;
@@ -6,14 +6,14 @@ use syn::Generics;
 
 use super::pieces::between_threads;
 
-/// What not every system has beyond the trait's own methods.
+/// Features that decide which optional methods of the trait are written.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Kind {
     /// Whether a constraint is of third order.
     pub(crate) third_order: bool,
     /// Whether the Jacobian is eliminated as a sparse matrix.
     pub(crate) sparse: bool,
-    /// Whether rows were multiplied by more than a number.
+    /// Whether a row has a factor that is not a number.
     pub(crate) scaled: bool,
 }
 

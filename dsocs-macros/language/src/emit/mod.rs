@@ -1,10 +1,11 @@
-//! From a checked declaration to its code; nothing here can fail.
+//! From a checked declaration to its code. Nothing here can fail.
 //!
-//! [`crate::mechanics`] says what has to vanish, [`crate::passes`] make it fast; here code is written, and nothing else.
-//! [`program`] turns expressions into operations, [`stages`] says when those of a step are computed. They are written twice:
-//! [`hot`], what a run evaluates often, as straight-line code, which [`kernel`] puts behind slices, and [`cold`], all of them, as a tape. [`jets`] writes the
-//! recurrences of Taylor series, as code or as data, and [`phase`] how a motion is brought back onto constraints. [`functions`] is where all of them call the user's functions.
-//! [`system`] puts everything together.
+//! [`crate::mechanics`] forms the equations and [`crate::passes`] make them fast; here they are only written.
+//! [`program`] turns expressions into operations, and [`stages`] decides when those of a step are computed.
+//! They are written twice: [`hot`] writes those that a run evaluates often as straight-line code, which
+//! [`kernel`] puts behind slices, and [`cold`] writes all of them as a tape. [`jets`] writes the recurrences
+//! of Taylor series, as code or as data, and [`phase`] the projection of a motion onto constraints of lower
+//! order. All of them call the user's functions through [`functions`]. [`system`] puts everything together.
 
 mod cold;
 mod data;

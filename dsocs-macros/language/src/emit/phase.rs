@@ -1,4 +1,4 @@
-//! Constraints of lower order: what they ask of a position and of a velocity, and the slopes by which a motion is brought back onto them.
+//! Constraints on positions and velocities, with the slopes by which a motion is projected onto them.
 
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
@@ -10,10 +10,11 @@ use crate::hash::HashMap;
 use crate::mechanics;
 use crate::model::{Kind, Model};
 
-/// More operations stay on the tape: straight-line code for them would take longer to compile than it saves in most runs.
+/// The most operations that are written as code; more stay on the tape, since compiling them would take
+/// longer than most runs would gain.
 const MOST_OPERATIONS: usize = 400;
 
-/// Rows, and their derivatives, row by row.
+/// Rows, and their derivatives by the coordinates or the velocities, row by row.
 pub(super) struct Rows {
     pub(super) rows: Vec<NodeId>,
     slopes: Vec<NodeId>,
@@ -38,16 +39,16 @@ impl Rows {
     }
 }
 
-/// Constraints of lower order at a point.
+/// The constraints of lower order at a position and a velocity.
 pub(super) struct Phase {
-    /// Rows of the position.
+    /// The rows for the position: the holonomic constraints.
     pub(super) positions: Rows,
-    /// Rows of the velocity: the derivatives of the former, and those that were declared.
+    /// The rows for the velocity: nonholonomic constraints, and derivatives of holonomic ones.
     pub(super) velocities: Rows,
 }
 
 impl Phase {
-    /// Those of a declaration, if there are any.
+    /// The constraints of a declaration; `None` if there are none.
     pub(super) fn new(model: &Model, graph: &mut Graph) -> Option<Self> {
         let [holonomic, nonholonomic] = [Kind::Holonomic, Kind::Nonholonomic].map(|kind| model.count(kind));
         if holonomic + nonholonomic == 0 {
@@ -63,7 +64,8 @@ impl Phase {
     }
 }
 
-/// `phase_slopes`, where there is something to tell: the rows and slopes of the tape's segment `PhaseSlopes`, as code.
+/// `phase_slopes`, if there are such constraints: the rows and slopes of the tape's segment `PhaseSlopes`, as
+/// code.
 pub(super) fn method(model: &Model) -> Option<TokenStream> {
     let mut graph = model.graph.clone();
     let Phase {
@@ -101,7 +103,7 @@ pub(super) fn method(model: &Model) -> Option<TokenStream> {
     })
 }
 
-/// Where a leaf stands in the arguments.
+/// The place of a leaf in the arguments.
 fn argument(leaf: Leaf) -> Place {
     match leaf {
         Leaf::T => Place::number("t"),

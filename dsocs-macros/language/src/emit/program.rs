@@ -1,8 +1,8 @@
 //! From the expression graph to straight-line code.
 //!
-//! A [`Program`] holds the operations of several functions, each operation once, with the *stage* at which it can be
-//! computed: what a sum or product knows early is gathered into a partial result of its own, so that the later stages
-//! are left with as little as possible. Which stages there are is the caller's business; see [`super::step`].
+//! A [`Program`] holds the operations of several functions, each operation once, with the *stage* at which it
+//! can be computed. The early factors of a sum or product are gathered into a partial result of its own, so
+//! that later stages have as little to do as possible. The caller defines the stages; see [`super::stages`].
 
 mod cells;
 mod place;
@@ -61,7 +61,7 @@ impl Op {
         parts
     }
 
-    /// Does something with what it reads.
+    /// Calls a function with each operand.
     fn for_parts(&self, mut with: impl FnMut(Value)) {
         match self {
             Self::Constant(_) | Self::Leaf(_) | Self::Param(_) => {}
@@ -76,22 +76,23 @@ impl Op {
     }
 }
 
-/// Where a value stands that another method has computed.
+/// The array and the index of a value that another method has computed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Stored {
-    /// In the array that is computed once a run.
+    /// In `constants`, computed once a run.
     Constants(usize),
-    /// In the array that is computed once a step.
+    /// In `known`, computed once a step.
     Known(usize),
 }
 
-/// Values that are given.
+/// Values that other methods have computed, and where they are stored.
 pub(crate) type Given = HashMap<Value, Stored>;
 
-/// Powers up to this one are products; beyond, a call of `powi`.
+/// The highest power that is written as products; a higher one is a call of `powi`.
 const LONGEST_PRODUCT: i32 = 64;
 
-/// With more operations in all, those that are alike are written once.
+/// The most operations of a program that is written without cells, that is, without loops over similar
+/// operations.
 const MOST_WITHOUT_CELLS: usize = 8000;
 
 /// Operations, each with the stage at which it can be computed.
@@ -102,19 +103,20 @@ pub(crate) struct Program<'g> {
     stages: Vec<usize>,
     known: HashMap<Op, Value>,
     lowered: HashMap<NodeId, Value>,
-    /// When the nodes that depend on a set of leaves are known.
+    /// The stage at which nodes with a set of leaves are known.
     set_stages: HashMap<usize, usize>,
     shared: Shared,
-    /// The shared parts that are lowered.
+    /// The shared parts that have been lowered.
     parts: HashMap<usize, Value>,
-    /// What terms know early, as far as it is lowered.
+    /// The early parts of terms that have been lowered.
     early: HashMap<Early, Value>,
-    /// What of a sum is computed as running sums; see [`running`].
+    /// The parts of a sum that are computed as running sums; see [`running`].
     running: HashMap<NodeId, Vec<Rc<running::Running>>>,
     running_parts: Shared,
-    /// The shared partial sums that are lowered.
+    /// The shared partial sums that have been lowered.
     running_values: HashMap<usize, Value>,
-    /// Where every operation stands among those alike, where they are so many that those alike are written once; see [`cells`].
+    /// For every operation its cell, if the program is so long that similar operations become loops; see
+    /// [`cells`].
     cells: Vec<cells::Cell>,
 }
 
@@ -142,7 +144,7 @@ impl Term {
     }
 }
 
-/// What is known late and is a factor of every term.
+/// The late factors that all terms share.
 fn common_factors(group: &[Term]) -> Product {
     let mut products = group.iter().map(|term| term.product(false));
     let mut common = products.next().unwrap_or_default();
@@ -171,12 +173,13 @@ fn is_one((coefficient, factors): &Early) -> bool {
 }
 
 impl<'g> Program<'g> {
-    /// How many operations there are.
+    /// The number of operations.
     pub(crate) fn operations(&self) -> usize {
         self.ops.len()
     }
 
-    /// An empty program; `stage_of` tells when a leaf is known. Numbers and parameters are known at stage 0.
+    /// An empty program; `stage_of` is the stage at which a leaf is known. Numbers and parameters are known
+    /// at stage 0.
     pub(crate) fn new(graph: &'g Graph, stage_of: fn(Leaf) -> usize) -> Self {
         Self {
             graph,
@@ -238,19 +241,19 @@ impl<'g> Program<'g> {
         value
     }
 
-    /// Looks which operations are alike, where there are many; to be called once everything is lowered.
+    /// Finds similar operations, if there are many operations; to be called once everything is lowered.
     pub(crate) fn look_for_cells(&mut self) {
         if self.ops.len() > MOST_WITHOUT_CELLS {
             self.cells = self.cells_of_values();
         }
     }
 
-    /// Whether operations that are alike are written once.
+    /// Whether similar operations are written as loops.
     fn has_cells(&self) -> bool {
         !self.cells.is_empty()
     }
 
-    /// Values in the order in which they are handed on to another method: those that are alike stand together.
+    /// Values in the order in which they are passed to another method: similar ones together.
     pub(crate) fn in_order(&self, values: impl IntoIterator<Item = Value>) -> Vec<Value> {
         let mut values: Vec<Value> = values.into_iter().collect();
         if self.has_cells() {
@@ -259,7 +262,7 @@ impl<'g> Program<'g> {
         values
     }
 
-    /// When a value is known.
+    /// The stage at which a value is known.
     pub(crate) fn stage(&self, value: Value) -> usize {
         self.stages[value.0 as usize]
     }
@@ -301,7 +304,7 @@ impl<'g> Program<'g> {
         *self.set_stages.entry(graph.leaf_set(id)).or_insert_with(stage)
     }
 
-    /// A sum's terms, or a product as the only term, split into what is known early and the rest.
+    /// The terms of a sum, or a product as the only term, split into early and late factors.
     fn terms(&mut self, terms: &[(NodeId, Bits)]) -> Vec<Term> {
         let (graph, nothing) = (self.graph, Rc::default());
         terms
@@ -333,8 +336,9 @@ impl<'g> Program<'g> {
             .collect()
     }
 
-    /// Terms with the same early part, which is then multiplied once; in the order in which they become known, so that
-    /// each stage adds to the sum of the one before, and positive ones first, so that the sum needs no negation.
+    /// The terms in groups with the same early part, which is multiplied once. Groups come in the order of
+    /// their stages, so that each stage adds to the sum of the one before; positive ones first, so that the
+    /// sum needs no negation.
     fn groups(&mut self, terms: &[(NodeId, Bits)]) -> Vec<Vec<Term>> {
         let mut groups: Vec<Vec<Term>> = Vec::new();
         let mut places: HashMap<(usize, Early), usize> = HashMap::default();
@@ -358,7 +362,8 @@ impl<'g> Program<'g> {
         groups
     }
 
-    /// Finds the partial products that the expressions share; to be called once, before anything is lowered.
+    /// Finds the partial products and sums that the expressions share; to be called once, before anything is
+    /// lowered.
     pub(crate) fn plan(&mut self, outputs: &[NodeId]) {
         self.plan_running(&self.sums(outputs));
         let mut products = Vec::new();
@@ -375,7 +380,7 @@ impl<'g> Program<'g> {
                 Node::Product(_) => vec![(id, Bits::new(1.0))],
                 _ => Vec::new(),
             };
-            // a product as a term of a sum is multiplied there, with its coefficient
+            // a product that is a term of a sum is multiplied there, with its coefficient
             let is_term = |part: &NodeId| matches!(self.graph.node(*part), Node::Product(_));
             let sum = matches!(self.graph.node(id), Node::Sum(..));
             let (inner, plain): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| sum && is_term(part));
@@ -389,7 +394,7 @@ impl<'g> Program<'g> {
                     Product::new()
                 };
                 let mut found = |product: Product| {
-                    // what is no product shares nothing
+                    // a product of one factor shares nothing
                     if share::size(&product) > 1 {
                         products.push(product);
                     }
@@ -411,7 +416,7 @@ impl<'g> Program<'g> {
         self.shared = Shared::find(products);
     }
 
-    /// The sums that some expressions contain.
+    /// The sums in some expressions.
     fn sums(&self, outputs: &[NodeId]) -> Vec<NodeId> {
         let (mut sums, mut seen, mut open) = (Vec::new(), HashSet::default(), outputs.to_vec());
         while let Some(id) = open.pop() {
@@ -429,7 +434,7 @@ impl<'g> Program<'g> {
         let mut sum = (constant.get() != 0.0).then(|| self.push(Op::Constant(constant)));
         let others = self.beside_running(id, terms);
         let running = self.running.get(&id).cloned().unwrap_or_default();
-        // by when they become known
+        // in the order of their stages
         let mut running = running.into_iter().peekable();
         for group in self.groups(&others) {
             while let Some(first) = running.next_if(|running| running.stage <= group[0].stage) {
@@ -449,7 +454,7 @@ impl<'g> Program<'g> {
         }
     }
 
-    /// A sum, if there is one already, and one term more.
+    /// A sum, if there is one already, plus one term.
     fn add(&mut self, sum: Option<Value>, negative: bool, magnitude: Value) -> Value {
         self.push(match (sum, negative) {
             (None, false) => return magnitude,
@@ -459,7 +464,7 @@ impl<'g> Program<'g> {
         })
     }
 
-    /// Terms with the same early part, without the sign of the first.
+    /// The value of a group of terms, without the sign of the first.
     fn lower_group(&mut self, group: &[Term]) -> Value {
         let negative = group[0].negative;
         if let [term] = group {
@@ -487,7 +492,7 @@ impl<'g> Program<'g> {
         }
     }
 
-    /// A term without its sign.
+    /// The value of a term, without its sign.
     fn lower_term(&mut self, term: &Term) -> Value {
         self.lower_shared(term.product(true))
     }
@@ -499,7 +504,7 @@ impl<'g> Program<'g> {
         }
     }
 
-    /// What a term knows early, as a term.
+    /// The early part of a term, as a term.
     fn early_term(&mut self, (coefficient, factors): &Early) -> Term {
         let stage = factors
             .iter()
@@ -530,7 +535,7 @@ impl<'g> Program<'g> {
         value
     }
 
-    /// A product of factors and shared parts, what is known first first.
+    /// A product of factors and shared parts, earlier factors first.
     fn lower_shared(&mut self, product: Product) -> Value {
         let shared = self.shared.written(&product).cloned();
         self.lower_factors(&shared.unwrap_or(product))
@@ -571,7 +576,7 @@ impl<'g> Program<'g> {
         }
     }
 
-    /// A shared part, which may be made of others.
+    /// A shared part, which may contain others.
     fn lower_part(&mut self, place: usize) -> Value {
         if let Some(&value) = self.parts.get(&place) {
             return value;
@@ -627,9 +632,10 @@ impl<'g> Program<'g> {
         }
     }
 
-    /// The values of the parameters alone that the computation of `outputs` needs as they are. Numbers are not among them.
+    /// The values that depend on the parameters alone and that the computation of `outputs` uses directly.
+    /// Numbers are not among them.
     pub(crate) fn fixed_frontier(&self, outputs: &[Value]) -> BTreeSet<Value> {
-        // parts stand before what they are parts of
+        // operands come before the operations that use them
         let mut fixed: Vec<bool> = Vec::with_capacity(self.ops.len());
         for op in &self.ops {
             let mut is_fixed = !matches!(op, Op::Leaf(_));
@@ -653,8 +659,9 @@ impl<'g> Program<'g> {
         frontier
     }
 
-    /// The values of stage `stage` or earlier that the computation of `outputs` needs as they are: they are outputs
-    /// themselves or parts of something later. Numbers are not among them. Values in `given` need not be computed.
+    /// The values of stage `stage` or earlier that the computation of `outputs` uses directly: they are
+    /// outputs, or operands of later operations. Numbers are not among them. Values in `given` need not be
+    /// computed.
     pub(crate) fn frontier(
         &self,
         outputs: &[Value],

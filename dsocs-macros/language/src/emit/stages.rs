@@ -1,4 +1,5 @@
-//! The values of one step's methods, and when each is known: once a run, once a step, once an iteration.
+//! The values that the methods of a step compute, and their stages: once a run, once a step, once an
+//! iteration.
 
 use std::collections::BTreeSet;
 
@@ -9,11 +10,11 @@ use crate::mechanics::{PointNodes, StepEquations};
 use crate::passes::Unknowns;
 use crate::passes::sparse::{self, Order};
 
-/// Known when the run begins.
+/// The stage of values known when the run begins.
 const RUN: usize = 0;
-/// Known when the step begins.
+/// The stage of values known when the step begins.
 const STEP: usize = 1;
-/// Known in the iteration only.
+/// The stage of values known only in the iteration.
 const ITERATION: usize = 2;
 
 fn stage_of(leaf: Leaf) -> usize {
@@ -29,7 +30,7 @@ pub(super) fn lower(program: &mut Program, nodes: &[NodeId]) -> Vec<Value> {
     nodes.iter().map(|&node| program.lower(node)).collect()
 }
 
-/// The operations that compute some nodes, all of one stage.
+/// The operations that compute some nodes, as a program of one stage.
 pub(super) fn single<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Vec<Value>) {
     let mut program = Program::new(graph, |_| 0);
     program.plan(nodes);
@@ -38,30 +39,30 @@ pub(super) fn single<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Ve
     (program, values)
 }
 
-/// What is computed in a step, and where. Straight-line code and the tape are written from this.
+/// The values of a step and their stages. Straight-line code and the tape are written from this.
 pub(super) struct Stages<'g> {
     pub(super) program: Program<'g>,
     pub(super) rows: Vec<Value>,
     pub(super) scales: Vec<Value>,
     pub(super) jacobian: Vec<Value>,
-    /// How the Jacobian is eliminated, where most of it is zero.
+    /// The order of elimination, if the Jacobian is sparse.
     pub(super) sparse: Option<Order>,
     pub(super) second_difference: Vec<Value>,
-    /// Position, velocity, acceleration, and the time.
+    /// Position, velocity, acceleration and time of the node.
     pub(super) point: Vec<Value>,
     pub(super) force: Vec<Value>,
     pub(super) forms: Vec<Value>,
-    /// What unknown `j` is: a second difference `E`, or a multiplier `Lambda`.
+    /// The meaning of each unknown: a second difference `E`, or a multiplier `Lambda`.
     pub(super) kept: Vec<Leaf>,
-    /// Computed once a run, in the order of the array `constants`, before what the energy adds to it.
+    /// The array `constants`, computed once a run, without the constants of the energy at its end.
     pub(super) constants: Vec<Value>,
-    /// Computed once a step, in the order of the array `known`.
+    /// The array `known`, computed once a step.
     pub(super) known: Vec<Value>,
     /// The energy at a point.
     pub(super) energy: Energy<'g>,
 }
 
-/// The energy, and what of it the parameters alone decide.
+/// The energy, and its values that depend on the parameters alone.
 pub(super) struct Energy<'g> {
     pub(super) program: Program<'g>,
     pub(super) value: Vec<Value>,
@@ -121,7 +122,7 @@ impl<'g> Stages<'g> {
             .partition(|&value| program.stage(value) == STEP);
         let once = program.in_order(known.iter().copied());
         constants.extend(program.frontier(&once, RUN, &nothing));
-        // what the node needs beyond that is computed there, from the leg
+        // other values of the node are computed when it is reported, from the leg
         constants.extend(program.frontier(
             &[point.clone(), force.clone(), forms.clone()].concat(),
             RUN,
@@ -150,7 +151,7 @@ impl<'g> Stages<'g> {
         [self.rows.as_slice(), &self.jacobian].concat()
     }
 
-    /// The rows, then those entries of their Jacobian that are not zero everywhere.
+    /// The rows, then the entries of their Jacobian that are not identically zero.
     pub(super) fn entries(&self, order: &Order) -> Vec<Value> {
         let entries = order.entries.iter();
         let entries = entries.map(|&[row, column]| self.jacobian[row * self.rows.len() + column]);
@@ -162,35 +163,35 @@ impl<'g> Stages<'g> {
         [self.point.as_slice(), &self.force].concat()
     }
 
-    /// Whether no row was multiplied by anything.
+    /// Whether every row has the factor 1.
     pub(super) fn unscaled(&self) -> bool {
         self.scales.iter().all(|&scale| self.program.is_one(scale))
     }
 
-    /// How many numbers the array `constants` has.
+    /// The length of the array `constants`.
     pub(super) fn constants_count(&self) -> usize {
         self.constants.len() + self.energy.constants.len()
     }
 
-    /// What is given once the run has begun.
+    /// The values given once the run has begun.
     pub(super) fn in_run(&self) -> Given {
         stored(&self.constants, 0, Stored::Constants)
     }
 
-    /// What is given once the step has begun.
+    /// The values given once the step has begun.
     pub(super) fn in_step(&self) -> Given {
         let mut given = stored(&self.known, 0, Stored::Known);
         given.extend(self.in_run());
         given
     }
 
-    /// What is given of the energy.
+    /// The values given for the energy.
     pub(super) fn in_energy(&self) -> Given {
         stored(&self.energy.constants, self.constants.len(), Stored::Constants)
     }
 }
 
-/// Values that a former method has left in an array, from a place on.
+/// Values that another method has stored in an array, from the index `first` on.
 fn stored(values: &[Value], first: usize, array: fn(usize) -> Stored) -> Given {
     let values = values.iter().enumerate();
     values

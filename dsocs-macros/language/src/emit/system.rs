@@ -1,4 +1,4 @@
-//! The struct with all of its implementations.
+//! The struct with all its implementations.
 
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
@@ -16,7 +16,7 @@ use crate::mechanics::{self, Symmetry};
 use crate::model::{Model, ParameterField, Warning, plain};
 use crate::passes;
 
-/// The struct as the user wrote it, and its `impl System`.
+/// The struct as the user wrote it, with all its implementations.
 pub(crate) fn expand(model: &Model) -> TokenStream {
     let together = passes::together(model);
     let model = together.as_ref().unwrap_or(model);
@@ -36,8 +36,8 @@ pub(crate) fn expand(model: &Model) -> TokenStream {
     }
 }
 
-/// A warning at the user's name: that of the compiler itself where a name is not used. The stable compiler lets an attribute say something
-/// of its own only by the use of something deprecated.
+/// A warning at the user's name. For an unused name it is the compiler's own. Stable Rust lets a macro give
+/// other warnings only through the use of something deprecated.
 fn warning(warning: &Warning) -> TokenStream {
     let Warning {
         place,
@@ -61,7 +61,7 @@ fn warning(warning: &Warning) -> TokenStream {
     }
 }
 
-/// The step of a declaration, and all that is known of it.
+/// The step of a declaration with its facts and stages.
 struct Assembled<'a> {
     model: &'a Model,
     facts: Facts,
@@ -71,7 +71,7 @@ struct Assembled<'a> {
     expressions: &'a Expressions,
 }
 
-/// Assembles the step of a declaration, and makes something of it.
+/// Assembles the step of a declaration, and calls `make` with it.
 fn assembled<R>(model: &Model, make: impl FnOnce(Assembled<'_>) -> R) -> R {
     let mut graph = model.graph.clone();
     let step = mechanics::step(model, &mut graph);
@@ -143,7 +143,7 @@ fn code(all: &Assembled<'_>) -> TokenStream {
     }
 }
 
-/// The `impl System`: names, and access to the parameters by their place.
+/// The `impl System`: names, and access to the parameters by index.
 fn metadata(model: &Model, facts: &Facts) -> TokenStream {
     let name = &model.item.ident;
     let generics = between_threads(&model.item.generics);

@@ -112,7 +112,7 @@ impl Symmetry {
         let (mut at_nodes, mut at_point) = (Substitution::new(&nodes), Substitution::new(&point));
         let mut is_its_point = |map: &Option<TriplePoint>| {
             let Some(TriplePoint { t, q, v, a }) = map else {
-                return true; // the paper's
+                return true; // the paper's map
             };
             let leaves = [Leaf::Q as LeafOf, Leaf::V, Leaf::A]
                 .into_iter()

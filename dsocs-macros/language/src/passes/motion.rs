@@ -102,7 +102,7 @@ pub(super) fn cramer(graph: &mut Graph, system: &mut Elimination) {
     }
     let solutions = if m == 1 {
         if graph.vanishes(matrix[0][0]) {
-            return; // no such system determines its motion; the numbers will tell
+            return; // singular at all points: the numerical elimination reports it
         }
         vec![graph.div(right[0], matrix[0][0])]
     } else {

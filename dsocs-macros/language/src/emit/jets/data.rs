@@ -1,4 +1,5 @@
-//! The recurrences as data, for an engine that runs them without a compiler; `dsocs_core` says what the bytes mean.
+//! The recurrences as data, for an engine that runs them without a compiler; `dsocs_core` documents the
+//! bytes.
 
 use super::computed;
 use super::plan::{Factor, Plan};
@@ -11,7 +12,7 @@ use crate::hash::HashMap;
 use crate::model::Model;
 use crate::passes;
 
-/// The version of the format, as `dsocs_core` knows it.
+/// The version of the format, as `dsocs_core` reads it.
 const VERSION: u8 = 3;
 
 /// The recurrences of Taylor series as data, from [`Model::series`].
@@ -19,13 +20,13 @@ const VERSION: u8 = 3;
 pub struct Series {
     /// The recurrences.
     pub recurrences: Vec<u8>,
-    /// A tape of what the parameters decide.
+    /// A tape of the factors that depend on the parameters.
     pub constants: Vec<u8>,
-    /// The functions and numbers that both ask for, by their places.
+    /// The functions and numbers that both call, in the order of their numbers.
     pub calls: Vec<Call>,
 }
 
-/// The recurrences of a declaration; `None` of one of third order, whose motion has no series.
+/// The recurrences of a declaration; `None` with a constraint of third order, whose motion has no series.
 pub(crate) fn series(model: &Model) -> Option<Series> {
     let together = passes::together(model);
     let model = together.as_ref().unwrap_or(model);
@@ -52,12 +53,12 @@ pub(crate) fn series(model: &Model) -> Option<Series> {
     })
 }
 
-/// The bytes of a plan.
+/// The bytes of a plan, in the making.
 struct Bytes<'g> {
     graph: &'g Graph,
     plan: &'g Plan,
     calls: Calls,
-    /// The factors that are numbers.
+    /// The different numbers among the factors.
     numbers: Vec<f64>,
     out: Vec<u8>,
 }
@@ -82,7 +83,7 @@ impl Bytes<'_> {
         self.number(2 * operand.sequence().index() + usize::from(is_rate));
     }
 
-    /// A factor: an even number for one of the numbers, an odd one for one that is computed.
+    /// A factor: `2 i` for the number `i`, `2 i + 1` for the computed factor `i`.
     fn factor(&mut self, constant: Constant) {
         let place = match self.plan.factor(self.graph, constant) {
             Factor::Number(value) => {
@@ -100,13 +101,13 @@ impl Bytes<'_> {
         self.number(place);
     }
 
-    /// The place of a switch and one more; 0 if there is none.
+    /// The index of a switch plus one; 0 if there is none.
     fn switch(&mut self, argument: Argument) {
         let place = self.plan.sequences.place(argument);
         self.number(place.map_or(0, |place| place + 1));
     }
 
-    /// Everything but the numbers.
+    /// Writes everything but the numbers.
     fn all(&mut self, model: &Model) {
         let Plan {
             sequences, motion, ..
@@ -164,7 +165,7 @@ impl Bytes<'_> {
             self.number(match leaf {
                 Leaf::Lambda(i) => 2 * i + 1,
                 Leaf::A(i) => 2 * i,
-                // nothing else is unknown
+                // no other leaf is unknown
                 _ => usize::from(u16::MAX),
             });
         }
@@ -177,7 +178,7 @@ impl Bytes<'_> {
         }
     }
 
-    /// The numbers, and everything else.
+    /// All bytes: the numbers, then everything else.
     fn recurrences(&self) -> Vec<u8> {
         let mut bytes = vec![VERSION];
         number(&mut bytes, self.numbers.len());
@@ -188,7 +189,7 @@ impl Bytes<'_> {
         bytes
     }
 
-    /// An operation: its code, in which lists it stands, what it reads, and its inner sums.
+    /// Writes an operation: its code, the lists that it is in, its operands, and its inner sums.
     fn operation(&mut self, to: Sequence, op: &Op) {
         let code = code(op);
         self.out.push(code);
@@ -236,7 +237,7 @@ impl Bytes<'_> {
                 self.number(match lane {
                     Some(Lane::Product(place)) => 2 * place,
                     Some(Lane::Square(place)) => 2 * place + 1,
-                    // those of what lasts were added
+                    // inner sums were added for lasting sequences only
                     None => 0,
                 });
             }

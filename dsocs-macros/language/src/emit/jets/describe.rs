@@ -1,4 +1,4 @@
-//! An expression as text, to be read in an error.
+//! An expression as text, for error messages.
 
 use std::fmt::Write as _;
 
@@ -6,10 +6,10 @@ use proc_macro2::Ident;
 
 use crate::graph::{Callee, Graph, Leaf, Node, NodeId};
 
-/// Longer texts are cut.
+/// The longest text, in characters; longer ones are cut.
 const LONGEST: usize = 100;
 
-/// An expression about as a declaration has it.
+/// An expression, approximately as the declaration has it.
 pub(super) fn describe(graph: &Graph, coordinates: &[Ident], id: NodeId) -> String {
     let text = text(graph, coordinates, id, false);
     match text.char_indices().nth(LONGEST) {
@@ -26,12 +26,12 @@ pub(super) fn function(graph: &Graph, callee: usize) -> String {
     }
 }
 
-/// Tokens as one would write them, without the struct.
+/// Tokens as one would write them, without `self.`.
 fn short(tokens: &str) -> String {
     tokens.replace(' ', "").replace("self.", "")
 }
 
-/// The text, in parentheses if it is a part of a product and a sum itself.
+/// The text of an expression; a sum that is a factor is in parentheses.
 #[allow(clippy::float_cmp)] // a coefficient of one is not written
 fn text(graph: &Graph, coordinates: &[Ident], id: NodeId, is_factor: bool) -> String {
     let part = |id: NodeId, is_factor: bool| text(graph, coordinates, id, is_factor);

@@ -9,16 +9,17 @@ use crate::graph::{Comparison, Graph, Node, NodeId, Unary};
 use crate::hash::HashMap;
 use crate::passes::share::{Factor, Product, Shared};
 
-/// What is divided by a power of this degree or a higher one is flat far from where that is zero.
+/// A divisor with a power of this degree or a higher one may make a function flat far from its zero.
 const HIGH: u32 = 4;
 
-/// What is a factor with this power or a higher one is flat where it is small: fewer orders than these see how it begins.
+/// A factor with this power or a higher one is flat where it is small, so the series has to see at least so
+/// many orders to detect its rise.
 const LEAST_HILL: i32 = 8;
 
-/// Roots of this degree and lower ones are looked for in exponents.
+/// The highest degree of a root that is looked for in exponents.
 const MOST_DEGREE: u32 = 16;
 
-/// Makes sequences of expressions, each expression once.
+/// The lowering of expressions to sequences, each expression once.
 pub(super) struct Lower<'g> {
     pub(super) graph: &'g mut Graph,
     pub(super) sequences: Sequences,
@@ -31,7 +32,7 @@ pub(super) struct Lower<'g> {
 }
 
 impl<'g> Lower<'g> {
-    /// Expressions whose products and sums will be shared.
+    /// A lowering in which the expressions share products and running sums.
     pub(super) fn new(graph: &'g mut Graph, outputs: &[NodeId]) -> Self {
         let sums = Sums::find(graph, outputs);
         Self {
@@ -40,7 +41,7 @@ impl<'g> Lower<'g> {
         }
     }
 
-    /// Expressions whose products will be shared, but no sums.
+    /// A lowering in which the expressions share products, but no sums.
     fn term_by_term(graph: &'g mut Graph, outputs: &[NodeId]) -> Self {
         let products = products(graph, outputs);
         Self {
@@ -55,7 +56,7 @@ impl<'g> Lower<'g> {
         }
     }
 
-    /// How many products of sequences some expressions take, functions aside.
+    /// The number of products of sequences in some expressions, not counting functions.
     pub(super) fn cost(graph: &mut Graph, outputs: &[NodeId]) -> usize {
         let mut lower = Lower::term_by_term(graph, outputs);
         for &output in outputs {
@@ -129,7 +130,7 @@ impl<'g> Lower<'g> {
         }
     }
 
-    /// The angle of a point.
+    /// The angle `atan2(y, x)`.
     fn angle(&mut self, y: NodeId, x: NodeId) -> Sequence {
         let radius = [self.graph.powi(x, 2), self.graph.powi(y, 2)];
         let radius = self.graph.sum(&radius);
@@ -140,8 +141,8 @@ impl<'g> Lower<'g> {
         angle
     }
 
-    /// The angle of a point whose abscissa is fixed by the parameters. Where these make it zero, the angle is a quarter of a turn with the sign of the ordinate, which
-    /// its series cannot tell.
+    /// The angle of a point whose abscissa depends on the parameters alone. If they make it zero, the angle
+    /// is ±π/2 by the sign of the ordinate, which the series of the angle cannot give.
     fn angle_beside(&mut self, y: NodeId, x: NodeId) -> Sequence {
         let [none, one] = [0.0, 1.0].map(|value| self.graph.constant(value));
         let size = self.graph.unary(Unary::Abs, x);
@@ -149,7 +150,7 @@ impl<'g> Lower<'g> {
         let is_other = self.graph.sub(one, is_zero);
         let abscissa = self.graph.add(x, is_zero);
         let angle = self.angle(y, abscissa);
-        // whose sign does not change where it is not asked for
+        // 1 where the abscissa is not zero, so that its sign is constant there
         let ordinate = self.graph.mul(is_zero, y);
         let ordinate = self.graph.add(ordinate, is_other);
         let side = self.graph.unary(Unary::Signum, ordinate);
@@ -159,7 +160,8 @@ impl<'g> Lower<'g> {
             .push(Op::Linear(None, vec![(quarter, side), (is_other, angle)]))
     }
 
-    /// `constant + Σ coefficient · term`, where constant factors of terms join their coefficients; if something runs of what moves, it is all of that.
+    /// `constant + Σ coefficient · term`, where constant factors of terms join their coefficients. `running`,
+    /// if it is not empty, replaces all terms that move.
     fn sum(
         &mut self,
         constant: f64,
@@ -196,7 +198,7 @@ impl<'g> Lower<'g> {
         }
     }
 
-    /// A product of factors that move.
+    /// A product of moving factors.
     pub(super) fn product(&mut self, factors: &[(NodeId, i32)]) -> Sequence {
         if let &[(factor, 1)] = factors {
             return self.lower(factor);
@@ -225,7 +227,7 @@ impl<'g> Lower<'g> {
                     let part = self.shared.part(*place);
                     (self.shared_product(&part), false)
                 }
-                // constants have been taken out before
+                // constant factors have been taken out before
                 Factor::Early(..) => continue,
             };
             let power = self.power(sequence, count);
@@ -360,7 +362,7 @@ impl<'g> Lower<'g> {
         self.sequences.push(Op::Linear(Some(one), vec![(one, square)]))
     }
 
-    /// Watches a divisor, and what in it has a high power: a multiple root is known to few digits.
+    /// Watches a divisor, and its factors with a high power: a multiple root is known to few digits only.
     fn watch_divisor(&mut self, id: NodeId, degree: u32) {
         let mut watched = vec![(id, degree)];
         if let Node::Sum(_, terms) = self.graph.node(id) {
@@ -376,7 +378,7 @@ impl<'g> Lower<'g> {
         }
     }
 
-    /// Watches the base of a power.
+    /// Watches the base of a power with a high exponent.
     fn watch_power(&mut self, id: NodeId, exponent: i32) {
         let sequence = self.lower(id);
         self.sequences
@@ -388,8 +390,8 @@ impl<'g> Lower<'g> {
         self.sequences.switch(Argument::Bounded(value, bound), Vec::new());
     }
 
-    /// Watches a root of the base of a power, if it may touch zero: that which has a simple zero where the base has one of the lowest degree that makes a corner, as the fourth root
-    /// for the exponents 1/4 and -3/4.
+    /// Watches a root of the base of a power, if the base may touch zero. The root has the lowest degree with
+    /// which the base touching zero makes a corner: the fourth root for the exponents 1/4 and -3/4.
     fn watch_root(&mut self, base: NodeId, exponent: f64) {
         let degree = (2..=MOST_DEGREE)
             .step_by(2)
@@ -405,12 +407,13 @@ impl<'g> Lower<'g> {
         }
     }
 
-    /// Whether an expression may touch zero where nothing else tells of it.
+    /// Whether an expression may touch zero without another switch showing it.
     fn may_touch(&self, id: NodeId) -> bool {
         !self.graph.is_several_squares(id) && !self.begins_piece(id)
     }
 
-    /// Whether an expression is zero where one of its factors begins another piece, as `x.max(0)`: that place is watched already.
+    /// Whether an expression is zero where a factor changes to another piece, such as `x.max(0)`, which is
+    /// watched already.
     fn begins_piece(&self, id: NodeId) -> bool {
         let is_piece = |node: NodeId| {
             matches!(
@@ -427,7 +430,7 @@ impl<'g> Lower<'g> {
         }
     }
 
-    /// The highest power in an expression that is a sum or a product.
+    /// The highest degree of a term in moving factors, for an expression that is a sum or a product.
     fn degree(&self, id: NodeId) -> u32 {
         let of_factors = |id: NodeId| match self.graph.node(id) {
             Node::Product(factors) => {
@@ -454,7 +457,7 @@ impl<'g> Lower<'g> {
                     self.watch_power(node, whole(exponent));
                 }
                 Some(_) => {}
-                // a parameter may make it any
+                // a parameter may give the exponent any value
                 None => self.watch_divisor(node, HIGH),
             }
             let power = self.sequences.push(Op::Power(base, exponent));
@@ -471,7 +474,7 @@ impl<'g> Lower<'g> {
     }
 }
 
-/// A whole number near an exponent.
+/// The integer nearest to an exponent.
 #[allow(clippy::cast_possible_truncation)] // the nearest in its range
 fn whole(exponent: f64) -> i32 {
     exponent.round() as i32
@@ -480,7 +483,7 @@ fn whole(exponent: f64) -> i32 {
 /// Factors and their exponents.
 type Factors = Vec<(NodeId, i32)>;
 
-/// The factors of a term that do not move, and those that do.
+/// The constant and the moving factors of a term.
 pub(super) fn split(graph: &Graph, term: NodeId) -> (Factors, Factors) {
     let factors = match graph.node(term) {
         Node::Product(factors) => factors.clone(),
@@ -499,7 +502,7 @@ fn as_product(factors: &[(NodeId, i32)]) -> Product {
     product
 }
 
-/// Every product of factors that move in some expressions.
+/// All products of moving factors in some expressions.
 fn products(graph: &Graph, outputs: &[NodeId]) -> BTreeSet<Product> {
     let mut products = BTreeSet::new();
     let mut seen = BTreeSet::new();

@@ -1,8 +1,10 @@
 //! Taylor series of the continuous motion: the recurrences of a declaration.
 //!
-//! The expression graph, walked a third time: after values and dual numbers, jets. [`passes::motion`] solves the continuous
-//! system for the accelerations, [`lower`] makes of them sequences of coefficients ([`sequence`]), [`plan`] says what is computed
-//! in which order, and [`write`] writes the code of order 0 and of any other order, or [`data`] the same as data. The orders are a loop, so the code is as long as the declaration, whatever the order.
+//! The third walk over the expression graph, after values and dual numbers. [`passes::motion`] solves the
+//! continuous system for the accelerations, [`lower`] makes sequences of coefficients of them ([`sequence`]),
+//! and [`plan`] orders the computation. [`write`] writes the code, of order 0 and of any other order, and
+//! [`data`] the same as data. The orders are a loop, so the code is as long as the declaration, whatever the
+//! order.
 
 mod data;
 mod describe;
@@ -30,7 +32,7 @@ use crate::model::Model;
 pub use data::Series;
 pub(crate) use data::series;
 
-/// Of a Jacobian with fewer entries than one in so many, those are written alone.
+/// If fewer than one in this many entries of the Jacobian are nonzero, only these are written.
 const MOSTLY_ZERO: usize = 4;
 
 /// The `impl Jets` of the declaration.
@@ -52,7 +54,7 @@ pub(super) fn jets(model: &Model) -> TokenStream {
     let (c, series, table) = (local("c"), local("series"), local("table"));
     let phase_slopes = phase::method(model);
     quote! {
-        // straight-line code: the lints for people do not apply to it
+        // generated straight-line code needs no lints
         #[allow(unused, clippy::all, clippy::pedantic, clippy::nursery)]
         #[automatically_derived]
         impl #impl_generics ::dsocs_core::__private::Jets<#n> for #name #type_generics #where_clause {
@@ -85,7 +87,7 @@ pub(super) fn jets(model: &Model) -> TokenStream {
     }
 }
 
-/// How many switches there are, behind a comma, and what they are called; nothing if there are none.
+/// The number of switches behind a comma, and their names; both empty if there are none.
 fn switches(model: &Model, graph: &Graph, plan: &Plan) -> (TokenStream, TokenStream) {
     let names = plan.names(model, graph);
     let count = match names.len() - plan.calls.len() {
@@ -104,7 +106,8 @@ fn switches(model: &Model, graph: &Graph, plan: &Plan) -> (TokenStream, TokenStr
     )
 }
 
-/// The `impl Jets` of what has no Taylor series, a declaration of third order or a wrong one: nothing calls it.
+/// The `impl Jets` of a type without Taylor series, for a constraint of third order or a wrong declaration.
+/// It is never called.
 pub(crate) fn none(ident: &Ident, generics: &Generics, n: usize) -> TokenStream {
     let generics = between_threads(generics);
     let (generics, arguments, bounds) = generics.split_for_impl();
@@ -145,7 +148,8 @@ impl Writer<'_> {
         ops.map(|(to, op)| self.next(to, op)).collect()
     }
 
-    /// The Jacobian at order 0. Where most of it is zero the rest is written entry by entry: the compiler looks at every one.
+    /// The Jacobian at order 0. If it is mostly zero, the other entries are written one by one, because the
+    /// compiler looks at every entry.
     fn matrix(&self, m: usize) -> TokenStream {
         let Plan { motion, jacobian, .. } = self.plan;
         if motion.entries.len() * MOSTLY_ZERO >= m * m {
@@ -166,7 +170,7 @@ impl Writer<'_> {
         })
     }
 
-    /// The method that takes an order, and where rotations begin if there are some.
+    /// The method that adds an order to the series, and the first slots of rotations if there are any.
     fn push(&self) -> (TokenStream, TokenStream) {
         let first = self.graph.rotations().iter();
         let first: Vec<_> = first.map(|&first| Literal::usize_unsuffixed(first)).collect();
@@ -301,7 +305,7 @@ impl Writer<'_> {
     }
 }
 
-/// The operations of expressions of the parameters, and their results.
+/// The operations of some expressions of the parameters, and their results.
 fn computed<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Vec<Value>) {
     let mut program = Program::new(graph, |_| 0);
     program.plan(nodes);

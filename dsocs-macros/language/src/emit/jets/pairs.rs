@@ -1,20 +1,20 @@
-//! Terms that go together.
+//! Pairs of terms that always occur together in sums.
 //!
-//! The acceleration of a link has two terms, `cⱼ aⱼ` and `sⱼ vⱼ²`, with one factor in every row. As a term of their own they are what a sum along the
-//! chain takes from link to link.
+//! The acceleration of a link has two terms, `cⱼ aⱼ` and `sⱼ vⱼ²`, with one factor in every row. Joined into
+//! one term, they are what a sum along the chain adds from link to link.
 
 use crate::graph::{Graph, NodeId};
 use crate::hash::{HashMap, HashSet};
 use crate::passes::running::Item;
 
-/// Terms that go together in fewer sums are left alone.
+/// The fewest sums in which two terms are joined.
 const FEWEST_SUMS: usize = 3;
 
-/// Where a term stands: in which sum, and at which place of it.
+/// The occurrences of a term: the index of a sum, and the position in it.
 type Places = Vec<(usize, usize)>;
 
-/// Makes one term of two where a term never stands without another, and always with the same multiple of its factor. Returns how many terms those
-/// have that are made.
+/// Joins two terms where one of them occurs only beside the other, and always with the same multiple of its
+/// factor. Returns the number of terms in the joined ones.
 pub(super) fn join(graph: &mut Graph, mut sums: Vec<&mut Vec<Item>>) -> usize {
     let columns = columns(&sums);
     let mut order: Vec<NodeId> = columns.keys().copied().collect();
@@ -52,7 +52,7 @@ pub(super) fn join(graph: &mut Graph, mut sums: Vec<&mut Vec<Item>>) -> usize {
                 let item = &mut sums[sum][own];
                 item.coefficient *= size;
                 item.late = vec![(pair, 1)];
-                // places stay those of their terms until all are done
+                // emptied, not removed, so that positions stay valid until all pairs are joined
                 sums[sum][place].late.clear();
             }
         }
@@ -69,7 +69,7 @@ fn is(item: &Item, late: NodeId) -> bool {
     matches!(item.late[..], [(own, 1)] if own == late)
 }
 
-/// Where each term stands; none that stands twice in a sum.
+/// The occurrences of each term; not of terms that occur twice in a sum.
 fn columns(sums: &[&mut Vec<Item>]) -> HashMap<NodeId, Places> {
     let mut columns: HashMap<NodeId, Places> = HashMap::default();
     let mut twice = HashSet::default();
@@ -87,7 +87,7 @@ fn columns(sums: &[&mut Vec<Item>]) -> HashMap<NodeId, Places> {
     columns
 }
 
-/// By how much the factor of a guest is larger than that of a host, wherever the guest is.
+/// The ratio of the guest's factor to the host's, if it is the same in all sums with the guest.
 fn ratio(
     sums: &[&mut Vec<Item>],
     columns: &HashMap<NodeId, Places>,

@@ -1,4 +1,5 @@
-//! What is computed of a motion, in which order, and from what: all that is known before it is written, as code or as data.
+//! The plan of the recurrences: what is computed, in which order, and from what. Code and data are written
+//! from it.
 
 use std::collections::BTreeSet;
 
@@ -10,43 +11,43 @@ use crate::mechanics;
 use crate::model::Model;
 use crate::passes::{self, Motion};
 
-/// How many sums a block of lanes holds, as `LANES` in `dsocs-core/src/series/orders.rs`.
+/// The number of sums in a block of lanes, as `LANES` in `dsocs-core/src/series/orders.rs`.
 pub(super) const LANES: usize = 4;
 
-/// With up to so many products the time of an order is that of the longest chain of operations; with more it is that of
-/// all of them.
+/// With up to this many products, the time of an order is that of its longest chain of operations; with more,
+/// it is that of all operations.
 const MOST_EAGER: usize = 16;
 
-/// What is computed, and in which order.
+/// The plan of the recurrences of a motion.
 pub(super) struct Plan {
-    /// The operations, and the sums of their recurrences.
+    /// All operations, with the inner sums of their recurrences.
     pub(super) sequences: Sequences,
-    /// Those that orders beyond 0 need.
+    /// The sequences that are needed beyond order 0.
     pub(super) lasting: BTreeSet<Sequence>,
-    /// Those that depend on accelerations that are solved for in numbers.
+    /// The sequences that depend on accelerations that are solved for numerically.
     pub(super) accelerated: BTreeSet<Sequence>,
-    /// Those of the latter that the orders to come need once the accelerations are known.
+    /// Those of the latter that higher orders need once the accelerations are known.
     pub(super) again: BTreeSet<Sequence>,
     pub(super) accelerations: Vec<Sequence>,
     pub(super) rows: Vec<Sequence>,
     /// The Jacobian of the rows, row by row.
     pub(super) jacobian: Vec<Sequence>,
-    /// What the parameters decide, each once.
+    /// The factors that depend on the parameters, each once.
     pub(super) constants: Vec<NodeId>,
-    /// The sequences that are calls of the user's functions, by place.
+    /// The calls of the user's functions, in order.
     pub(super) calls: Vec<Sequence>,
-    /// Whether inner sums take the newest coefficients from variables.
+    /// Whether inner sums take the newest coefficients from variables instead of arrays.
     pub(super) eager: bool,
-    /// The motion that is expanded.
+    /// The motion whose series is computed.
     pub(super) motion: Motion,
 }
 
-/// A factor that does not change in time.
+/// A factor that is constant in time.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Factor {
     /// A number.
     Number(f64),
-    /// What the parameters decide, by its place among [`Plan::constants`].
+    /// An expression of the parameters, by its index in [`Plan::constants`].
     Computed(usize),
 }
 
@@ -57,7 +58,8 @@ impl Plan {
         Self::new(graph, motion, &watched(model))
     }
 
-    /// The sequences of a motion, and those of functions that jump although the motion shows nothing of it.
+    /// The plan of a motion. `watched` are functions in which the declaration jumps although the motion does
+    /// not show it.
     pub(super) fn new(graph: &mut Graph, motion: Motion, watched: &[NodeId]) -> Self {
         let lasting = [motion.accelerations.as_slice(), &motion.rows].concat();
         let mut lower = Lower::new(graph, &lasting);
@@ -85,7 +87,7 @@ impl Plan {
         plan
     }
 
-    /// Finds inner sums, constants and calls: those of the orders beyond 0, then those of order 0.
+    /// Finds inner sums, constants and calls: first those of the orders beyond 0, then those of order 0.
     fn find(&mut self, graph: &Graph) {
         for is_start in [false, true] {
             for accelerated in [false, true] {
@@ -123,7 +125,7 @@ impl Plan {
         self.again = self.accelerated.intersection(&needed).copied().collect();
     }
 
-    /// The operations of order 0, of sequences that depend on accelerations or of the others.
+    /// The operations of order 0, of the sequences that depend on accelerations or of the others.
     pub(super) fn at_start(&self, accelerated: bool) -> impl Iterator<Item = (Sequence, &Op)> {
         let ops = self.sequences.ops();
         ops.filter(move |(to, _)| self.accelerated.contains(to) == accelerated)
@@ -135,12 +137,12 @@ impl Plan {
             .filter(|(to, _)| self.lasting.contains(to))
     }
 
-    /// The operations of an order that the orders to come need once the accelerations are known.
+    /// The operations that higher orders need once the accelerations of an order are known.
     pub(super) fn again(&self) -> impl Iterator<Item = (Sequence, &Op)> {
         self.sequences.ops().filter(|(to, _)| self.again.contains(to))
     }
 
-    /// A factor that does not change in time.
+    /// A constant factor, as a number or by its index.
     pub(super) fn factor(&self, graph: &Graph, constant: Constant) -> Factor {
         let computed = || {
             let mut constants = self.constants.iter();
@@ -149,12 +151,13 @@ impl Plan {
         number(graph, constant).map_or_else(|| Factor::Computed(computed()), Factor::Number)
     }
 
-    /// What the switches are called: those of the declaration, then one for each of the user's functions.
+    /// The names of the switches for error messages: those of the declaration, then one for each call of a
+    /// user's function.
     pub(super) fn names(&self, model: &Model, graph: &Graph) -> Vec<String> {
         let text = |&node: &NodeId| describe::describe(graph, &model.coordinates, node);
         let declared = self.sequences.switches().iter();
         let declared = declared.map(|(argument, nodes)| match argument {
-            // no motion ends there
+            // these end no motion
             Argument::Steep(_) | Argument::Power(..) | Argument::Bounded(..) => String::new(),
             _ => nodes.iter().map(text).collect::<Vec<_>>().join(" - "),
         });
@@ -167,7 +170,7 @@ impl Plan {
     }
 }
 
-/// The number that a constant is, if it is written as one.
+/// The value of a constant, if it is a finite number.
 fn number(graph: &Graph, constant: Constant) -> Option<f64> {
     graph.as_constant(constant).filter(|value| value.is_finite())
 }
@@ -180,8 +183,9 @@ fn motion(model: &Model, graph: &mut Graph) -> Motion {
     passes::motion(graph, rows, n, model.multipliers(), Lower::cost)
 }
 
-/// What jumps in the Lagrangian and in constraints on positions or velocities. The equations may show nothing of it, since a derivative is that of
-/// one side: `lagrangian = dot(x).powi(2) / 2 - x.signum()` is a step of the potential, and the acceleration is zero on both sides of it.
+/// The jumps in the Lagrangian and in constraints on positions or velocities. The equations may not show
+/// them, since a derivative is that of one side: `lagrangian = dot(x).powi(2) / 2 - x.signum()` has a step in
+/// the potential, and the acceleration is zero on both sides of it.
 fn watched(model: &Model) -> Vec<NodeId> {
     let graph = &model.graph;
     let constraints = model.constraints.iter();

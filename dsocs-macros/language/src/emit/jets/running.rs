@@ -1,5 +1,6 @@
-//! Running sums of series: the rows of a chain of `n` links have sums of `n` terms each, which are `2 n` terms in all where they run along the
-//! chain (see [`crate::passes::running`]). A term of a sum costs an operation an order.
+//! Running sums of series. The rows of a chain of `n` links have sums of `n` terms each, but `2 n` terms in
+//! all if they run along the chain (see [`crate::passes::running`]). A term of a sum costs one operation per
+//! order.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -13,17 +14,17 @@ use crate::hash::{HashMap, HashSet};
 use crate::passes::running::{self, Early, FEWEST_TERMS, Item, Running};
 use crate::passes::share::{Factor, Product, Shared};
 
-/// The sums that share their terms, and what they share.
+/// The running sums, and the partial sums that they share.
 #[derive(Default)]
 pub(super) struct Sums {
     running: HashMap<NodeId, Rc<Running>>,
     shared: Shared,
-    /// The shared parts that are lowered.
+    /// The shared partial sums that have been lowered.
     parts: HashMap<usize, Sequence>,
 }
 
 impl Sums {
-    /// The sums in some expressions that share their terms; none where that spares less than a quarter of these.
+    /// The running sums in some expressions; none if they spare less than a quarter of the terms.
     pub(super) fn find(graph: &mut Graph, outputs: &[NodeId]) -> Self {
         let mut found: Vec<(NodeId, Vec<Item>)> = Vec::new();
         for sum in sums(graph, outputs) {
@@ -79,8 +80,8 @@ impl Sums {
     }
 }
 
-/// Gives lists of terms the signs with which most of their terms stand in the lists before: two that differ by their sign are one. A factor of a list costs
-/// nothing.
+/// Gives lists of terms the sign with which most of their terms occur in earlier lists, so that two lists
+/// that differ by their sign become equal. The factor of a list takes the sign at no cost.
 fn align<'r>(pieces: impl Iterator<Item = &'r mut (Early, Product)>) {
     let negated = |size: Bits| Bits::new(-size.get());
     let mut known: HashSet<Early> = HashSet::default();
@@ -112,7 +113,7 @@ fn align<'r>(pieces: impl Iterator<Item = &'r mut (Early, Product)>) {
     }
 }
 
-/// The sums that move in some expressions.
+/// The moving sums in some expressions.
 fn sums(graph: &Graph, outputs: &[NodeId]) -> Vec<NodeId> {
     let (mut sums, mut seen, mut open) = (Vec::new(), BTreeSet::new(), outputs.to_vec());
     while let Some(id) = open.pop() {
@@ -127,7 +128,8 @@ fn sums(graph: &Graph, outputs: &[NodeId]) -> Vec<NodeId> {
     sums
 }
 
-/// A term that moves: what the parameters decide of it, with the factors that a sum of them has in common, and the rest.
+/// A moving term: its coefficient and constant factors, with sums among these factored, and its moving
+/// factors. `None` for a constant term.
 fn item(graph: &mut Graph, term: NodeId, mut coefficient: f64) -> Option<Item> {
     if graph.is_fixed(term) {
         return None;
@@ -155,7 +157,7 @@ fn item(graph: &mut Graph, term: NodeId, mut coefficient: f64) -> Option<Item> {
 }
 
 impl Lower<'_> {
-    /// What of a sum runs, with its coefficients; `None` if nothing does.
+    /// The terms of a sum as running sums, with their coefficients; `None` if it has none.
     pub(super) fn running(&mut self, sum: NodeId) -> Option<Vec<(Constant, Sequence)>> {
         let running = Rc::clone(self.sums.running.get(&sum)?);
         let mut terms = Vec::new();
@@ -178,7 +180,7 @@ impl Lower<'_> {
         Some(terms)
     }
 
-    /// The sum of terms and of shared parts.
+    /// The sum of a list of terms and shared partial sums.
     fn list(&mut self, list: &Product) -> Sequence {
         let one = self.graph.constant(1.0);
         let mut terms = Vec::new();
@@ -186,7 +188,7 @@ impl Lower<'_> {
             match factor {
                 Factor::Part(place) => terms.insert(0, (one, self.part(*place))),
                 Factor::Early(size, factors) => terms.push(self.term(&(*size, Rc::clone(factors)))),
-                // lists are made of items
+                // does not occur: lists are made of items
                 Factor::Node { node, .. } => terms.push((one, self.lower(*node))),
             }
         }
@@ -196,7 +198,7 @@ impl Lower<'_> {
         }
     }
 
-    /// A shared partial sum, which may be made of others.
+    /// A shared partial sum, which may contain others.
     fn part(&mut self, place: usize) -> Sequence {
         if let Some(&known) = self.sums.parts.get(&place) {
             return known;
@@ -207,7 +209,7 @@ impl Lower<'_> {
         sequence
     }
 
-    /// A term, and its coefficient.
+    /// The coefficient and the sequence of a term.
     fn term(&mut self, (size, factors): &Early) -> (Constant, Sequence) {
         let product = self.graph.product(factors);
         let (fixed, moving) = split(self.graph, product);
@@ -224,7 +226,8 @@ mod tests {
     use crate::mechanics;
     use crate::model::Model;
 
-    /// Rods that hang one from the other or from a pivot, each with a mass at its end; rod `i` hangs from one before it.
+    /// Rods that hang one from the other or from a pivot, each with a mass at its end; rod `i` hangs from an
+    /// earlier one.
     fn rods(parents: &[usize]) -> Model {
         let n = parents.len();
         let places = parents.iter().enumerate().map(|(i, parent)| {
@@ -247,12 +250,13 @@ mod tests {
         }
     }
 
-    /// Numbers between 1 and 2 that follow one from the other.
+    /// Pseudo-random numbers between 1 and 2.
     fn number(seed: usize) -> f64 {
         1.0 + (seed as f64 * 0.618_033_988_749_895).fract()
     }
 
-    /// Of each rod, the one that it hangs from: of a chain the one before it, of a tree one of the three before it.
+    /// For each rod, the rod that it hangs from: in a tree one of the three before it, in a chain the last
+    /// one.
     fn tree(n: usize, seed: usize) -> Vec<usize> {
         let parent = |i: usize| i.saturating_sub(1 + (seed + 7 * i) * (i + 5) % 11 % 3);
         (0..n).map(parent).collect()
@@ -262,7 +266,7 @@ mod tests {
         (0..n).map(|i| i.saturating_sub(1)).collect()
     }
 
-    /// How many terms the sums of an order beyond 0 have.
+    /// The number of terms of all sums beyond order 0.
     fn terms(plan: &Plan) -> usize {
         let all = [false, true]
             .into_iter()

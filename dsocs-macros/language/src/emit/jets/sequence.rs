@@ -1,8 +1,8 @@
-//! Sequences of Taylor coefficients, and what each is computed from.
+//! Sequences of Taylor coefficients, and the operations that compute them.
 //!
-//! A recurrence of order `k` needs sums `Σ x_j y_{k-j}`. All terms but the first and the last are of lower orders, so
-//! that the inner sums of every recurrence are formed together, in lanes, before the rest of the order: a [`Lane`] is one
-//! such sum.
+//! A recurrence of order `k` needs sums `Σ x_j y_{k-j}`. All their terms but the first and the last have
+//! lower orders only. So these inner sums of all recurrences are formed together, in lanes, before the rest
+//! of the order. A [`Lane`] is one inner sum.
 
 use std::collections::BTreeSet;
 
@@ -19,15 +19,15 @@ impl Sequence {
     }
 }
 
-/// A factor that does not change in time: an expression of the parameters.
+/// A factor that is constant in time: an expression of the parameters.
 pub(super) type Constant = NodeId;
 
-/// How a sequence is computed. `u` is the argument, and primes are derivatives by time.
+/// The operation that computes a sequence. `u` is the argument, and primes are time derivatives.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Op {
-    /// A position, a velocity, or an acceleration that is known or solved for.
+    /// A position, velocity, acceleration or multiplier, or the time.
     Leaf(Leaf),
-    /// A number or an expression of the parameters, where a sequence is asked for.
+    /// A number or an expression of the parameters, as a sequence.
     Constant(Constant),
     /// `constant + Σ coefficient · term`.
     Linear(Option<Constant>, Vec<(Constant, Sequence)>),
@@ -61,13 +61,13 @@ pub(super) enum Op {
     Sinh(Sequence, Sequence),
     /// `c = cosh u` from `c' = s u'`; the partner is `s`.
     Cosh(Sequence, Sequence),
-    /// `w = tan u` from `w' = g u'` with `g = 1 + w²`, the second.
+    /// `w = tan u` from `w' = g u'`; the second is `g = 1 + w²`.
     Tan(Sequence, Sequence),
-    /// `w = tanh u` from `w' = g u'` with `g = 1 - w²`, the second.
+    /// `w = tanh u` from `w' = g u'`; the second is `g = 1 - w²`.
     Tanh(Sequence, Sequence),
-    /// `1 - u²`, of `u` and `u²`, as `(1 - u)(1 + u)` at order 0.
+    /// `1 - u²`, from `u` and `u²`; at order 0 as `(1 - u)(1 + u)`.
     Conjugate(Sequence, Sequence),
-    /// A function `w` of `u` from `g w' = u'`: an arc or area function, and `g`.
+    /// `w` from `g w' = u'`: an inverse function of `u`, then `u` and `g`.
     Inverse(Inverse, Sequence, Sequence),
     /// `w = atan2(y, x)` from `(x² + y²) w' = x y' - y x'`; the last is `x² + y²`.
     Atan2(Sequence, Sequence, Sequence),
@@ -75,9 +75,9 @@ pub(super) enum Op {
     Abs(Sequence),
     /// The sign of `u` at order 0.
     Signum(Sequence),
-    /// One of the last two, by comparing the first two at order 0.
+    /// The third or the fourth, by comparing the first two at order 0.
     Select(Comparison, [Sequence; 4]),
-    /// A partial derivative of a function of the user's.
+    /// A user's function, or a partial derivative of it.
     Call {
         callee: usize,
         args: Vec<Sequence>,
@@ -86,7 +86,7 @@ pub(super) enum Op {
 }
 
 impl Op {
-    /// The sequences that it is made of; a partner in the recurrence is one, too.
+    /// The operands, with the partner of a recurrence.
     pub(super) fn parts(&self) -> Vec<Sequence> {
         match self {
             Self::Leaf(_) | Self::Constant(_) => Vec::new(),
@@ -118,7 +118,8 @@ impl Op {
         }
     }
 
-    /// The inner sums of its recurrence beyond order 0, in the order in which the recurrence takes them; `own` is the sequence itself.
+    /// The inner sums of the recurrence beyond order 0, in the order in which it uses them; `own` is the
+    /// sequence itself.
     pub(super) fn inner(&self, own: Sequence) -> Vec<[Operand; 2]> {
         use Operand::{Plain, Rate};
         match *self {
@@ -154,7 +155,7 @@ impl Op {
         }
     }
 
-    /// The constants of its recurrence, of order 0 or of the others.
+    /// The constants in the recurrence: at order 0 if `is_start`, else beyond.
     pub(super) fn constants(&self, is_start: bool) -> Vec<Constant> {
         match self {
             Self::Constant(constant) if is_start => vec![*constant],
@@ -196,7 +197,7 @@ impl Inverse {
     }
 }
 
-/// An operand of a convolution: a sequence `x_j`, or `j x_j`, which belongs to its derivative.
+/// An operand of a convolution: a sequence `x_j`, or `j x_j`, from its time derivative.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
 pub(super) enum Operand {
     Plain(Sequence),
@@ -212,7 +213,7 @@ impl Operand {
     }
 }
 
-/// The inner sum `Σ x_j y_{k-j}` over `0 < j < k`, by its place.
+/// The inner sum `Σ x_j y_{k-j}` over `0 < j < k`, by its index.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Lane {
     /// Of two operands.
@@ -221,34 +222,35 @@ pub(super) enum Lane {
     Square(usize),
 }
 
-/// What decides between pieces, or hides something narrow: an argument.
+/// The argument of a switch, which decides between pieces or shows that something narrow may be missed.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Argument {
-    /// Of a function that depends on a sign.
+    /// The argument of a function that depends on its sign.
     Sign(Sequence),
-    /// Of a smooth function that is flat but for a neighbourhood of zero.
+    /// The argument of a smooth function that is flat except near zero.
     Steep(Sequence),
-    /// The base of a power of a high degree, which is negative in a divisor: it may be flat but where the power is large.
+    /// The base of a power of a high degree, with its exponent, which is negative in a divisor: the power may
+    /// be flat except where it is large.
     Power(Sequence, i32),
-    /// The value of a function that has bounds. Its series may lead beyond, as that of `√(u²)` does, which is that of `u` or of `-u`.
+    /// A value that has bounds, which its series may leave: that of `√(u²)` is the series of `u` or of `-u`.
     Bounded(Sequence, Bound),
-    /// The first without the second.
+    /// The difference of the first and the second.
     Difference(Sequence, Sequence),
 }
 
 /// The bounds of a function's values.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Bound {
-    /// A root is not negative.
+    /// Zero from below, of a root.
     Zero,
-    /// An angle is within a quarter of a turn, to both sides.
+    /// ±π/2, of an angle.
     Quarter,
-    /// It is within half a turn.
+    /// ±π, of an angle.
     Half,
 }
 
 impl Bound {
-    /// The largest absolute value of an angle; zero of a root.
+    /// The largest absolute value of an angle; zero for a root.
     pub(super) fn value(self) -> f64 {
         match self {
             Self::Zero => 0.0,
@@ -258,7 +260,7 @@ impl Bound {
     }
 }
 
-/// All sequences of a system in the order in which they are computed, each once.
+/// All sequences of a system, each once, in the order in which they are computed.
 #[derive(Default)]
 pub(super) struct Sequences {
     ops: Vec<Op>,
@@ -268,12 +270,12 @@ pub(super) struct Sequences {
     /// The operands of the square lanes.
     pub(super) squares: Vec<Operand>,
     places: HashMap<[Operand; 2], Lane>,
-    /// The arguments that decide between pieces, and the expressions that they are; of a difference, both sides.
+    /// The arguments of switches with their expressions; a difference has two.
     switches: Vec<(Argument, Vec<NodeId>)>,
 }
 
 impl Sequences {
-    /// The sequence of an operation.
+    /// The sequence of an operation, shared with equal ones.
     pub(super) fn push(&mut self, op: Op) -> Sequence {
         if let Some(&known) = self.known.get(&op) {
             return known;
@@ -283,7 +285,7 @@ impl Sequences {
         sequence
     }
 
-    /// A sequence that its maker remembers.
+    /// The sequence of an operation, without sharing.
     fn add(&mut self, op: Op) -> Sequence {
         let sequence = Sequence(u32::try_from(self.ops.len()).unwrap_or(u32::MAX));
         self.ops.push(op);
@@ -334,7 +336,7 @@ impl Sequences {
         &self.ops[sequence.index()]
     }
 
-    /// Which sequences some others are made of, themselves among them.
+    /// The sequences that some outputs depend on, with the outputs.
     pub(super) fn needed(&self, outputs: &[Sequence]) -> BTreeSet<Sequence> {
         let mut needed = BTreeSet::new();
         let mut open = outputs.to_vec();
@@ -346,10 +348,10 @@ impl Sequences {
         needed
     }
 
-    /// Which sequences depend on an acceleration.
+    /// The sequences that depend on an acceleration or a multiplier.
     pub(super) fn accelerated(&self) -> BTreeSet<Sequence> {
         let mut found = BTreeSet::new();
-        // a partner may come later, and its dependence is that of the argument
+        // repeated, because a partner may come later, and depends on the same argument
         loop {
             let before = found.len();
             for (sequence, op) in self.ops() {
@@ -364,7 +366,8 @@ impl Sequences {
         }
     }
 
-    /// Puts squares into the lanes that products leave free in blocks of so many, if all of them find a place: a loop less.
+    /// Moves the squares into free places of the last block of products, if there are enough: that spares a
+    /// loop.
     pub(super) fn fill(&mut self, lanes: usize) {
         let free = self.products.len().next_multiple_of(lanes) - self.products.len();
         if self.squares.len() > free {
@@ -377,7 +380,7 @@ impl Sequences {
         }
     }
 
-    /// Notes that an argument decides between pieces.
+    /// Adds a switch, unless its argument is constant in time or it is known.
     pub(super) fn switch(&mut self, argument: Argument, nodes: Vec<NodeId>) {
         let moves = |sequence: Sequence| !matches!(self.op(sequence), Op::Constant(_));
         let any = match argument {
@@ -391,17 +394,17 @@ impl Sequences {
         }
     }
 
-    /// The place of a switch; `None` if its argument does not move.
+    /// The index of a switch; `None` if there is none with this argument.
     pub(super) fn place(&self, argument: Argument) -> Option<usize> {
         self.switches.iter().position(|(known, _)| *known == argument)
     }
 
-    /// All switches.
+    /// All switches with their expressions.
     pub(super) fn switches(&self) -> &[(Argument, Vec<NodeId>)] {
         &self.switches
     }
 
-    /// The sequences that switches are made of.
+    /// The sequences in the arguments of switches.
     pub(super) fn switched(&self) -> Vec<Sequence> {
         let arguments = self.switches.iter().flat_map(|(argument, _)| match *argument {
             Argument::Sign(u) | Argument::Steep(u) | Argument::Power(u, _) | Argument::Bounded(u, _) => {
@@ -412,7 +415,7 @@ impl Sequences {
         arguments.flatten().collect()
     }
 
-    /// The lane of an inner sum that was added.
+    /// The lane of an inner sum, if it was added.
     pub(super) fn lane(&self, [x, y]: [Operand; 2]) -> Option<Lane> {
         self.places.get(&[x.min(y), x.max(y)]).copied()
     }

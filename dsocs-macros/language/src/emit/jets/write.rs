@@ -1,4 +1,4 @@
-//! The code of a recurrence: order 0, and any other order.
+//! The code of the recurrences: that of order 0, and that of any other order.
 
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{ToTokens, quote, quote_spanned};
@@ -8,16 +8,17 @@ use super::sequence::{Argument, Constant, Lane, Op, Operand, Sequence};
 use crate::emit::functions;
 use crate::graph::{Comparison, Graph, Leaf};
 
-/// Longer sums are formed by a function, in several sums side by side.
+/// The longest sum that is written out; longer ones call a function, which forms several partial sums side by
+/// side.
 const SHORT_SUM: usize = 4;
 
-/// Writes the recurrences of some sequences.
+/// The writer of the recurrences of a plan.
 pub(super) struct Writer<'g> {
     pub(super) graph: &'g Graph,
     pub(super) plan: &'g Plan,
 }
 
-/// A name that no name of the user's can be.
+/// A name that cannot capture one of the user's.
 pub(super) fn local(name: &str) -> Ident {
     Ident::new(name, Span::mixed_site())
 }
@@ -26,7 +27,7 @@ fn at(index: usize) -> Literal {
     Literal::usize_unsuffixed(index)
 }
 
-/// The element of an array.
+/// The element of an array for a sequence.
 fn element(array: &str, sequence: Sequence) -> TokenStream {
     let (array, index) = (local(array), at(sequence.index()));
     quote!(#array[#index])
@@ -42,7 +43,7 @@ pub(super) fn kth(sequence: Sequence) -> TokenStream {
     element("s", sequence)
 }
 
-/// What is divided by in every order, inverted.
+/// The inverted divisor of a sequence's recurrence, the same in every order.
 fn inverse(sequence: Sequence) -> TokenStream {
     element("y", sequence)
 }
@@ -70,7 +71,7 @@ impl<'g> Writer<'g> {
         Self { graph, plan }
     }
 
-    /// A factor that does not change in time.
+    /// A constant factor as a generic scalar.
     fn constant(&self, constant: Constant) -> TokenStream {
         match self.plan.factor(self.graph, constant) {
             Factor::Number(value) => {
@@ -196,7 +197,7 @@ impl<'g> Writer<'g> {
                 let (u, partner) = (z(u), z(partner));
                 quote!((#to, #partner) = __T::sin_cos(#u);)
             }
-            // written with its sine
+            // written together with its sine
             Op::Cos(..) => TokenStream::new(),
             Op::Sinh(u, _) => method("sinh", u),
             Op::Cosh(u, _) => method("cosh", u),
@@ -215,7 +216,7 @@ impl<'g> Writer<'g> {
                 quote!(#to = __T::atan2(#ordinate, #abscissa); #y)
             }
             Op::Abs(u) => {
-                // its sign serves in every order
+                // stored, since every order needs its sign
                 let (value, y, sign) = (method("abs", u), inverse(sequence), self.sign(*u));
                 quote!(#value #y = #sign;)
             }
@@ -255,12 +256,12 @@ impl<'g> Writer<'g> {
         }
     }
 
-    /// A call of the user's function, as a function of jets.
+    /// A call of a user's function, as a closure of jets.
     fn function(&self, op: &Op) -> TokenStream {
         let Op::Call { callee, args, wrt } = op else {
             return TokenStream::new();
         };
-        // at the user's name, so that rustc's word on a wrong function points there
+        // with the location of the user's name, so that rustc's errors point there
         let span = Span::mixed_site().located_at(self.graph.callee(*callee).span());
         let names: Vec<_> = (0..args.len())
             .map(|i| Ident::new(&format!("x{i}"), span))
@@ -271,19 +272,19 @@ impl<'g> Writer<'g> {
         quote!(|[#(#names),*]| #result)
     }
 
-    /// Which of some sequences have coefficients beyond order 0, as an array.
+    /// For each of some sequences, whether it has coefficients beyond order 0, as an array.
     fn all_move(&self, sequences: &[Sequence]) -> TokenStream {
         let moves = sequences.iter().map(|&sequence| self.moves(sequence));
         quote!([#(#moves),*])
     }
 
-    /// The table of a switch and its place there, if its argument moves.
+    /// The table of switches and the switch's index in it; `None` if its argument is constant.
     fn switch(&self, argument: Argument) -> Option<[TokenStream; 2]> {
         let (table, place) = (local("table"), at(self.plan.sequences.place(argument)?));
         Some([quote!(#table), quote!(#place)])
     }
 
-    /// Order 0 of the arguments behind which something narrow may hide.
+    /// Passes the coefficients of order 0 to the switches behind which something narrow may hide.
     pub(super) fn narrow(&self) -> TokenStream {
         let table = local("table");
         let switches = self.plan.sequences.switches().iter().enumerate();
@@ -309,7 +310,7 @@ impl<'g> Writer<'g> {
             .collect()
     }
 
-    /// The sign of a sequence at order 0, or that of the piece that is continued.
+    /// The sign of a sequence at order 0, or that of the piece which is being continued.
     fn sign(&self, u: Sequence) -> TokenStream {
         let value = zeroth(u);
         let own = quote!(__T::signum(#value));
@@ -319,7 +320,7 @@ impl<'g> Writer<'g> {
         }
     }
 
-    /// Hands the coefficients of order `k` of their arguments to the switches.
+    /// Passes the coefficients of order `k` to the switches.
     pub(super) fn watch(&self) -> TokenStream {
         let (table, k) = (local("table"), local("k"));
         let switches = self.plan.sequences.switches().iter().enumerate();
@@ -341,7 +342,7 @@ impl<'g> Writer<'g> {
             .collect()
     }
 
-    /// The place of a call among all.
+    /// The index of a call among all calls.
     fn call(&self, sequence: Sequence) -> usize {
         let mut calls = self.plan.calls.iter();
         calls.position(|&known| known == sequence).unwrap_or_default()
@@ -352,13 +353,13 @@ impl<'g> Writer<'g> {
         !matches!(self.plan.sequences.op(sequence), Op::Constant(_))
     }
 
-    /// An inner sum. Its newest terms, of the orders 1 and `k-1`, may come from variables: what has just been stored, number by number, cannot
-    /// be loaded at once as a row.
+    /// An inner sum. If the plan is eager, its newest terms, of the orders 1 and `k-1`, come from variables:
+    /// numbers that were just stored one by one cannot be loaded at once as a row.
     fn inner(&self, [x, y]: [Operand; 2]) -> TokenStream {
         let (array, place) = match self.plan.sequences.lane([x, y]) {
             Some(Lane::Product(place)) => (local("products"), place),
             Some(Lane::Square(place)) => (local("squares"), place),
-            // nothing but what lasts has a recurrence
+            // does not occur: a sequence with a recurrence is lasting
             None => return quote!(__T::splat(0.0)),
         };
         let (block, lane) = (at(place / LANES), at(place % LANES));
@@ -481,7 +482,7 @@ impl<'g> Writer<'g> {
         quote!(#to = #value;)
     }
 
-    /// Stores the operands of order `k` for the inner sums of the orders to come.
+    /// Stores the operands of order `k` for the inner sums of higher orders.
     pub(super) fn store(&self) -> TokenStream {
         let (table, k, degree) = (local("table"), local("k"), local("degree"));
         let operand = |operand: Option<&Operand>| match operand {

@@ -1,12 +1,13 @@
-//! Operations that are alike, written once.
+//! Similar operations as loops.
 //!
-//! The links of a chain, or the nodes of a lattice, have the same operations with other numbers. Where a method has thousands of
-//! operations, those that are alike become loops over arrays: every operation is the same as in straight-line code, and so is every
-//! bit, but the code is that of one link.
+//! The links of a chain, or the nodes of a lattice, have the same operations with other numbers. Where a
+//! method has thousands of operations, similar ones become loops over arrays. Every operation, and so every
+//! bit, is the same as in straight-line code, but the code is that of one link.
 //!
-//! Operations are of one *kind* if they do the same with parts of the same kinds ([`Kinds`]). Those of one kind stand in one array, in
-//! the order of their parts, so that most parts are read one after the other, or are the same for many in a row: a *run*. Kinds
-//! that have as many members, each with a part in the other's place, are computed in one loop ([`Group`]).
+//! Operations are of one *kind* if they do the same with operands of the same kinds ([`Kinds`]). Those of one
+//! kind are in one array, in the order of their operands, so that most operands are read one after the other,
+//! or are the same many times in a row: a *run*. Kinds with equally many members, whose operands belong
+//! together one by one, are computed in one loop ([`Group`]).
 
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
@@ -20,29 +21,30 @@ use super::{Op, Program, Value};
 use crate::graph::{Bits, Comparison, Leaf, Unary};
 use crate::hash::HashMap;
 
-/// So many operations of one kind make a loop.
+/// The fewest operations of one kind that make a loop.
 const FEWEST: usize = 6;
 
-/// A loop reads no more arrays, counted with those that stand there twice.
+/// The most arrays that a loop reads, where one that is read twice counts twice.
 const MOST_INPUTS: usize = 24;
 
-/// What operations have in common that are alike.
+/// The kind of an operation: what similar operations have in common.
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Kind {
     Constant(Bits),
     Leaf(std::mem::Discriminant<Leaf>),
     Parameter,
-    /// A value that another method has computed, by what it is there.
+    /// A value that another method has computed, by its kind there.
     Given(usize),
-    /// Sums and differences of any number of terms of some kinds, where only that is asked for.
+    /// Sums and differences of any number of terms of some kinds, where the number does not matter.
     Sum(BTreeSet<usize>),
-    /// What is done, with what, and whether each part stands before or after the next among those alike.
+    /// The operation, the kinds of its operands, and the order of each operand relative to the next one of
+    /// the same kind.
     Operation(Operation, Vec<usize>, Vec<Ordering>),
-    /// Like nothing else.
+    /// Similar to no other operation.
     Alone(Value),
 }
 
-/// What an operation does.
+/// An operation without its operands.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Operation {
     Neg,
@@ -59,13 +61,13 @@ enum Operation {
 }
 
 impl Operation {
-    /// Whether a function is called, by which a loop is not computed in wide registers.
+    /// Whether it calls a function, so that a loop with it is not vectorized.
     fn is_call(self) -> bool {
         let in_registers = matches!(self, Self::Unary(Unary::Sqrt | Unary::Abs | Unary::Signum));
         matches!(self, Self::Powi(_) | Self::Unary(_) | Self::Powf | Self::Atan2) && !in_registers
     }
 
-    /// The expression.
+    /// The expression of the operation.
     fn write(self, parts: &[TokenStream]) -> TokenStream {
         let function = |name: &str| {
             let name = Ident::new(name, Span::call_site());
@@ -87,12 +89,12 @@ impl Operation {
             (Self::Atan2, _) => function("atan2"),
             (Self::Select(Comparison::Lt), _) => function("select_lt"),
             (Self::Select(Comparison::Le), _) => function("select_le"),
-            _ => quote!(::core::unreachable!()), // every operation has the parts that it has
+            _ => quote!(::core::unreachable!()), // every operation has its number of operands
         }
     }
 }
 
-/// The kinds of some operations, each with the number of its kind.
+/// The kinds of some operations, and their numbers.
 struct Kinds {
     numbers: HashMap<Kind, usize>,
     of: HashMap<Value, usize>,
@@ -113,14 +115,14 @@ impl Kinds {
         *self.numbers.entry(kind).or_insert(next)
     }
 
-    /// The kind of an operation whose parts have been told.
+    /// Adds an operation of a kind, whose operands have been added; returns the kind's number.
     fn take(&mut self, value: Value, kind: Kind) -> usize {
         let number = self.number(kind);
         self.of.insert(value, number);
         number
     }
 
-    /// The parts in the order of their kinds, where the order is free.
+    /// The operands in the order of their kinds, where the operation is commutative.
     fn ordered(&self, operation: Operation, mut parts: Vec<Value>) -> Vec<Value> {
         if matches!(operation, Operation::Add | Operation::Mul) {
             parts.sort_by_key(|part| (self.of.get(part).copied(), *part));
@@ -130,7 +132,8 @@ impl Kinds {
 }
 
 impl Program<'_> {
-    /// What an operation does, and with what; `None` for what is read, and for calls of the user's functions.
+    /// An operation and its operands; `None` for constants, leaves, parameters and calls of the user's
+    /// functions.
     fn alike(&self, value: Value, schedule: Option<&Schedule>) -> Option<(Operation, Vec<Value>)> {
         let operation = match self.op(value) {
             Op::Constant(_) | Op::Leaf(_) | Op::Param(_) | Op::Call { .. } => return None,
@@ -151,7 +154,8 @@ impl Program<'_> {
         Some((operation, self.op(value).parts()))
     }
 
-    /// For every operation, the number of its kind, where sums of any number of alike terms are alike.
+    /// The number of the kind of every operation, where sums of similar terms are similar whatever their
+    /// number.
     fn kinds_of_values(&self) -> Vec<usize> {
         let mut kinds = Kinds::new();
         self.values()
@@ -200,17 +204,17 @@ impl Program<'_> {
     }
 }
 
-/// So many coordinates of those that a value depends on say where it stands among those alike.
+/// The number of coordinates of a value that are used to order it among similar ones.
 const IN_KEY: usize = 4;
 
-/// Where a value stands, to be ordered by.
+/// The position of a value among similar ones, for sorting.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) struct Cell {
     /// The number of its kind.
     pub(super) kind: usize,
-    /// The first coordinates that it depends on. What depends on none stands where it is used first.
+    /// The first coordinates that it depends on; without any, those of its first use.
     key: Vec<usize>,
-    /// Whether it depends on any.
+    /// Whether it depends on coordinates.
     varies: bool,
 }
 
@@ -250,22 +254,22 @@ impl Program<'_> {
     }
 }
 
-/// Where a part stands.
+/// The place of an operand.
 #[derive(Clone, PartialEq, Eq, Debug)]
 enum At {
-    /// It is a number or a name by itself.
+    /// A number, or a value with a name of its own.
     One(Value),
-    /// An element of an argument, by the text of the argument.
+    /// An element of an argument: its text, and the index.
     Argument(String, usize),
-    /// A member of a kind.
+    /// A member of a kind: the kind, and the index.
     Member(usize, usize),
 }
 
-/// The parts of some operations in the same place.
+/// The operands of some operations in the same position.
 struct Slot {
     /// The array, or the one value.
     array: Array,
-    /// The element for every member; empty for one value.
+    /// The index for every member; empty for one value.
     elements: Vec<usize>,
 }
 
@@ -276,18 +280,18 @@ enum Array {
     Kind(usize),
 }
 
-/// How the elements of a slot follow one another.
+/// The order of the indices of a slot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Follow {
-    /// One after the other.
+    /// Increasing by one.
     Next,
-    /// The same.
+    /// Constant.
     Same,
-    /// In no order.
+    /// Any order, given by a list.
     Listed,
 }
 
-/// An operation for every cell of a group.
+/// One operation for every cell of a group.
 struct Line {
     /// The number of the kind.
     kind: usize,
@@ -295,7 +299,7 @@ struct Line {
     slots: Vec<Slot>,
 }
 
-/// Kinds with as many members, in one loop.
+/// Kinds with equally many members, computed in one loop.
 struct Group {
     count: usize,
     lines: Vec<Line>,
@@ -303,7 +307,7 @@ struct Group {
 }
 
 impl Group {
-    /// The arrays of other groups that it reads.
+    /// The operands that the loop reads from arrays of other groups or arguments.
     fn outside(&self) -> impl Iterator<Item = &Slot> {
         let own = |slot: &&Slot| match slot.array {
             Array::One(_) => true,
@@ -315,7 +319,7 @@ impl Group {
     }
 }
 
-/// The arrays that a group reads, each with the elements for every cell.
+/// The arrays that a group reads, with the order of their indices.
 struct Inputs<'a> {
     slots: Vec<&'a Slot>,
     follows: Vec<Follow>,
@@ -336,13 +340,13 @@ impl<'a> Inputs<'a> {
         inputs
     }
 
-    /// Which of them stands in a slot.
+    /// The index of the input that is read in a slot.
     fn position(&self, slot: &Slot) -> Option<usize> {
         let same = |known: &&Slot| known.array == slot.array && known.elements == slot.elements;
         self.slots.iter().position(same)
     }
 
-    /// The places of elements that follow one another in no order.
+    /// The lists of indices of inputs that are read in any order.
     fn lists(&self) -> TokenStream {
         let lists = self.slots.iter().zip(&self.follows).enumerate();
         let lists = lists.filter(|(_, (_, follow))| **follow == Follow::Listed);
@@ -355,14 +359,14 @@ impl<'a> Inputs<'a> {
     }
 }
 
-/// How one operation is written, where the second says what its operands are.
+/// A function that writes one operation, given a function that writes an operand.
 type Write<'a> = dyn Fn(Value, &dyn Fn(Value) -> TokenStream) -> TokenStream + 'a;
 
-/// What stands in the code one after the other.
+/// An item of the code, in order.
 enum Item {
     One(Value),
     Group(Group),
-    /// Moved to a later place.
+    /// Moved to a later position.
     Moved,
 }
 
@@ -371,22 +375,23 @@ pub(super) struct Cells<'a, 'g> {
     program: &'a Program<'g>,
     schedule: &'a Schedule,
     names: &'a HashMap<Value, Ident>,
-    /// What names begin with.
+    /// The prefix of names.
     prefix: &'a str,
     places: HashMap<Value, Place>,
     items: Vec<Item>,
-    /// Where the members of a kind stand: the item, or none for what is computed by itself.
+    /// The item that computes a kind; none for kinds that are computed one by one.
     item_of_kind: HashMap<usize, usize>,
     item_of_one: HashMap<Value, usize>,
     at: HashMap<Value, At>,
     /// Arguments by their text.
     arguments: HashMap<String, TokenStream>,
-    /// How many members a kind has.
+    /// The number of members of each kind.
     counts: HashMap<usize, usize>,
 }
 
 impl<'a, 'g> Cells<'a, 'g> {
-    /// Orders the operations of a method; `given` tells what kind a value is that another method has computed.
+    /// Sorts the operations of a method into items; `given` is the kind of a value that another method has
+    /// computed.
     pub(super) fn new(
         program: &'a Program<'g>,
         schedule: &'a Schedule,
@@ -423,7 +428,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         cells
     }
 
-    /// The kind of a value; numbers are told on the way.
+    /// The kind of a value; its place is recorded, too.
     fn kind(&mut self, kinds: &mut Kinds, value: Value, given: &dyn Fn(Value) -> usize) -> Kind {
         if let Some(place) = self.places.get(&value) {
             let at = match place.argument() {
@@ -468,7 +473,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         }
     }
 
-    /// Gives the members of a kind their places.
+    /// Places the members of a kind in a loop or one by one.
     fn place(&mut self, kinds: &Kinds, kind: usize, members: Vec<Value>) {
         if members
             .first()
@@ -485,7 +490,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         }
     }
 
-    /// The same as a loop; `false` where the parts stand too far apart.
+    /// Places the members of a kind in a loop; `false` if their operands are too scattered.
     fn place_group(&mut self, kinds: &Kinds, kind: usize, members: &[Value]) -> bool {
         let Some((operation, first)) = self.program.alike(members[0], Some(self.schedule)) else {
             return false;
@@ -502,7 +507,7 @@ impl<'a, 'g> Cells<'a, 'g> {
             };
             rows.push((places, value));
         }
-        // the slot that counts the cells of an earlier group says in which order they stand
+        // the last slot with each member of an earlier group once decides the order
         let leading = (0..first.len())
             .rev()
             .find(|&slot| self.counts_cells(&rows, slot));
@@ -532,12 +537,12 @@ impl<'a, 'g> Cells<'a, 'g> {
         self.item_of_kind.insert(kind, item);
         match &mut self.items[item] {
             Item::Group(group) => group.lines.push(line),
-            Item::One(_) | Item::Moved => return false, // `item_for` gives groups
+            Item::One(_) | Item::Moved => return false, // `item_for` returns groups only
         }
         true
     }
 
-    /// Whether a slot has each member of another kind, one for one.
+    /// Whether a slot has each member of another kind exactly once.
     fn counts_cells(&self, rows: &[(Vec<At>, Value)], slot: usize) -> bool {
         let mut seen = BTreeSet::new();
         let mut kinds = BTreeSet::new();
@@ -553,7 +558,7 @@ impl<'a, 'g> Cells<'a, 'g> {
             && kinds.iter().all(|kind| self.counts[kind] == rows.len())
     }
 
-    /// The group that computes a line: the last one with as many cells that it goes with, or a new one.
+    /// The group that computes a line: the last one of the same size into which the line fits, or a new one.
     fn item_for(&mut self, line: &Line, count: usize) -> usize {
         let is_call = line.operation.is_call();
         let needs = |slot: &Slot| match &slot.array {
@@ -561,7 +566,7 @@ impl<'a, 'g> Cells<'a, 'g> {
             Array::Argument(_) => None,
             Array::Kind(kind) => self.item_of_kind.get(kind).copied(),
         };
-        // its own cells in the group, or what stands elsewhere
+        // whether a slot reads, cell by cell, what the group itself computes
         let own = |slot: &Slot, item: usize| {
             needs(slot) == Some(item)
                 && matches!(slot.array, Array::Kind(_))
@@ -590,7 +595,7 @@ impl<'a, 'g> Cells<'a, 'g> {
             {
                 return item;
             }
-            // or it is computed later, if nothing has read it by now
+            // or the group is moved to the end, if nothing has read it yet
             let later = line
                 .slots
                 .iter()
@@ -607,7 +612,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         self.items.len() - 1
     }
 
-    /// Whether an item after this one reads what it computes.
+    /// Whether an item after this one reads its values.
     fn is_read_after(&self, item: usize) -> bool {
         let Item::Group(group) = &self.items[item] else {
             return true;
@@ -628,7 +633,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         })
     }
 
-    /// What a single operation reads.
+    /// The operands of a single operation.
     fn reads(&self, value: Value) -> Vec<Value> {
         match self.program.alike(value, Some(self.schedule)) {
             Some((_, parts)) => parts,
@@ -679,7 +684,8 @@ impl<'a, 'g> Cells<'a, 'g> {
         }
     }
 
-    /// The items in the order in which they are computed: each sum from its first term to its last, so that it stays in a register.
+    /// The items in the order of computation. Each sum is computed from its first term to its last, so that
+    /// it stays in a register.
     fn in_order(&self, outputs: &[Value]) -> Vec<usize> {
         let (mut order, mut done, mut begun) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
         for &output in outputs {
@@ -706,7 +712,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         order
     }
 
-    /// The items that an item reads.
+    /// The items whose values an item reads.
     fn needed_by(&self, item: usize) -> Vec<usize> {
         match &self.items[item] {
             Item::Moved => Vec::new(),
@@ -727,7 +733,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         }
     }
 
-    /// An expression for a value.
+    /// The expression for a value.
     fn operand(&self, value: Value) -> TokenStream {
         match self.at.get(&value) {
             Some(At::Member(kind, element)) => {
@@ -749,7 +755,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         }
     }
 
-    /// The kinds whose members are read outside of their group: these are kept in arrays.
+    /// The kinds whose members are read outside their group; these are stored in arrays.
     fn read_outside(&self, outputs: &[Value]) -> BTreeSet<usize> {
         let mut read = BTreeSet::new();
         let mut member = |value: &Value| {
@@ -830,7 +836,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         }
     }
 
-    /// What is done for each cell of a group.
+    /// The loop's body: the operations for one cell of a group.
     fn body(&self, group: &Group, inputs: &Inputs, read: &BTreeSet<usize>) -> TokenStream {
         let place = Ident::new("place", Span::mixed_site());
         let expression = |slot: &Slot| match (&slot.array, inputs.position(slot)) {
@@ -864,7 +870,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         lines.collect()
     }
 
-    /// What a run reads and writes, from the first element of each array on.
+    /// The slices that a run reads and writes, each from its first element on.
     fn views(
         &self,
         inputs: &Inputs,
@@ -890,7 +896,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         read.chain(written).collect()
     }
 
-    /// The array of a kind.
+    /// The name of the array of a kind.
     fn array_name(&self, kind: usize) -> Ident {
         name(&format!("{}_cells", self.prefix), kind)
     }
@@ -908,7 +914,7 @@ impl<'a, 'g> Cells<'a, 'g> {
     }
 }
 
-/// The parts of some operations in one place; `None` if they stand in different arrays.
+/// The operands of some operations in one position; `None` if they are in different arrays.
 fn slot_of(rows: &[(Vec<At>, Value)], slot: usize) -> Option<Slot> {
     let array = match &rows[0].0[slot] {
         At::One(value) => Array::One(*value),
@@ -927,7 +933,7 @@ fn slot_of(rows: &[(Vec<At>, Value)], slot: usize) -> Option<Slot> {
     Some(Slot { array, elements })
 }
 
-/// How most elements follow one another.
+/// The order of most of the indices.
 fn follow(elements: &[usize]) -> Follow {
     let count = |step: usize| {
         elements
@@ -945,7 +951,7 @@ fn follow(elements: &[usize]) -> Follow {
     }
 }
 
-/// Where the runs begin, in which all elements follow one another as they do in most places.
+/// The cells at which runs begin; within a run, all indices follow their order.
 fn run_starts(count: usize, inputs: &[&Slot], follows: &[Follow]) -> Vec<usize> {
     let goes_on = |cell: &usize| {
         inputs.iter().zip(follows).all(|(slot, follow)| {
@@ -961,7 +967,7 @@ fn run_starts(count: usize, inputs: &[&Slot], follows: &[Follow]) -> Vec<usize> 
     std::iter::once(0).chain(breaks).collect()
 }
 
-/// The same of arrays as they follow best.
+/// As [`run_starts`], with the order that suits each array best.
 fn runs_of(count: usize, inputs: &[&Slot]) -> Vec<usize> {
     let inputs: Vec<&Slot> = inputs
         .iter()
@@ -977,7 +983,7 @@ fn name(prefix: &str, number: usize) -> Ident {
     Ident::new(&format!("{prefix}{number}"), Span::mixed_site())
 }
 
-/// The part of it that a run computes.
+/// The part of a kind's array that a run computes.
 fn output_name(kind: usize) -> Ident {
     name("out", kind)
 }
@@ -987,17 +993,17 @@ fn value_name(kind: usize) -> Ident {
     name("c", kind)
 }
 
-/// What a run reads.
+/// The slice that a run reads.
 fn input_name(input: usize) -> Ident {
     name("in", input)
 }
 
-/// Where it begins.
+/// The index of its first element.
 fn first_name(input: usize) -> Ident {
     name("first", input)
 }
 
-/// The elements that it reads.
+/// The list of indices of an input.
 fn list_name(input: usize) -> Ident {
     name("LIST", input)
 }

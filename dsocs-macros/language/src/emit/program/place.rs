@@ -1,20 +1,20 @@
-//! Where values stand, and numbers, as code.
+//! Places of values in arguments, and numbers, as code.
 
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
 
 use super::Stored;
 
-/// Where a value stands in the arguments.
+/// The place of a value in the arguments of a method.
 pub(crate) struct Place {
     /// The argument.
     pub(super) array: TokenStream,
-    /// Its element, if it is an array, and whether it is a reference to one.
+    /// The index, if the argument is an array, and whether it is a reference to one.
     pub(super) element: Option<(usize, bool)>,
 }
 
 impl Place {
-    /// A number.
+    /// An argument that is a number.
     pub(crate) fn number(name: &str) -> Self {
         let name = Ident::new(name, Span::call_site());
         Self {
@@ -23,7 +23,7 @@ impl Place {
         }
     }
 
-    /// A number that stands in a field.
+    /// A field that is a number.
     pub(crate) fn value(field: TokenStream) -> Self {
         Self {
             array: field,
@@ -31,7 +31,7 @@ impl Place {
         }
     }
 
-    /// The place of what does not occur.
+    /// The place of a leaf that does not occur in the method.
     pub(crate) fn nowhere() -> Self {
         Self {
             array: quote!(::core::unreachable!()),
@@ -39,7 +39,7 @@ impl Place {
         }
     }
 
-    /// An element of an array that is referred to.
+    /// An element of an array behind a reference.
     pub(crate) fn element(name: &str, index: usize) -> Self {
         let name = Ident::new(name, Span::call_site());
         Self {
@@ -56,7 +56,7 @@ impl Place {
         }
     }
 
-    /// Where another method has put it.
+    /// The place of a value that another method has stored.
     pub(super) fn stored(place: Stored) -> Self {
         match place {
             Stored::Constants(index) => Self::element("constants", index),
@@ -64,12 +64,12 @@ impl Place {
         }
     }
 
-    /// The array and the element, where it is one.
+    /// The array and the index, if the place is an element.
     pub(super) fn argument(&self) -> Option<(&TokenStream, usize)> {
         self.element.map(|(element, _)| (&self.array, element))
     }
 
-    /// An expression for it.
+    /// The expression that reads it.
     pub(crate) fn read(&self) -> TokenStream {
         let array = &self.array;
         match self.element {

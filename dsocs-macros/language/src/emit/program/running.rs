@@ -1,4 +1,5 @@
-//! Running sums of a program: those of the terms of a sum that become known at one stage (see [`crate::passes::running`]).
+//! Running sums of a program, each of the terms of a sum that become known at one stage (see
+//! [`crate::passes::running`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -12,14 +13,14 @@ use crate::passes::share::{Factor, Product};
 #[derive(Clone, Debug)]
 pub(super) struct Running {
     pub(super) stage: usize,
-    /// Their groups.
+    /// The terms in groups with common factors.
     pub(super) sums: running::Running,
-    /// The terms, by their nodes.
+    /// The nodes of the terms.
     terms: BTreeSet<NodeId>,
 }
 
 impl Program<'_> {
-    /// Finds the sums that share partial sums with others; to be called before any is lowered.
+    /// Finds the sums that share partial sums with others; to be called before any sum is lowered.
     pub(super) fn plan_running(&mut self, sums: &[NodeId]) {
         let mut candidates = Vec::new();
         for &sum in sums {
@@ -38,7 +39,7 @@ impl Program<'_> {
         }
     }
 
-    /// The terms of a sum that may share partial sums with others.
+    /// For each stage, the terms of a sum that may share partial sums with others.
     fn candidates(&mut self, sum: NodeId) -> Vec<Running> {
         let graph = self.graph;
         let Node::Sum(_, terms) = graph.node(sum) else {
@@ -100,7 +101,7 @@ impl Program<'_> {
         self.push(Op::Mul(early, value))
     }
 
-    /// The sum of terms and of shared parts.
+    /// The sum of a list of terms and shared partial sums.
     fn lower_list(&mut self, list: &Product) -> Value {
         let mut values: Vec<(bool, bool, Value)> = Vec::new();
         for factor in list.keys() {
@@ -110,7 +111,7 @@ impl Program<'_> {
                     let negative = coefficient.get() < 0.0;
                     (negative, true, self.lower_item(coefficient.get().abs(), factors))
                 }
-                // lists are made of items
+                // does not occur: lists are made of items
                 Factor::Node { node, .. } => (false, true, self.lower(*node)),
             });
         }
@@ -125,7 +126,7 @@ impl Program<'_> {
         }
     }
 
-    /// A shared partial sum, which may be made of others.
+    /// A shared partial sum, which may contain others.
     fn lower_partial_sum(&mut self, place: usize) -> Value {
         if let Some(&value) = self.running_values.get(&place) {
             return value;
@@ -136,7 +137,7 @@ impl Program<'_> {
         value
     }
 
-    /// A term without its sign: its factors are told apart again, by when they become known.
+    /// A term without its sign; its factors are split again into early and late ones.
     fn lower_item(&mut self, coefficient: f64, factors: &Rc<[(NodeId, i32)]>) -> Value {
         let term = self.early_term(&(Bits::new(coefficient), Rc::clone(factors)));
         self.lower_term(&term)

@@ -1,28 +1,28 @@
-//! Which operations some results need, and in which order.
+//! The operations that some results need, in order.
 
 use crate::hash::HashSet;
 
 use super::{Given, Op, Program, Value};
 
-/// The operations that some results need: straight-line code and tapes are both written from this, so that they compute the
-/// same bits.
+/// The operations that some results need. Straight-line code and tapes are both written from this, so that
+/// they compute the same bits.
 pub(super) struct Schedule {
-    /// What is computed, read or loaded, in order; no numbers.
+    /// The operations to compute, read or load, in order; without numbers.
     pub(super) values: Vec<Value>,
-    /// Reciprocals that are not computed: the product that reads one is a division.
+    /// Reciprocals that are not computed, because the product that reads one becomes a division.
     pub(super) folded: HashSet<Value>,
 }
 
-/// What a product is.
+/// A product, as it is written.
 pub(super) enum Product {
-    /// A product.
+    /// A multiplication.
     Of(Value, Value),
-    /// A division, by what stands in a reciprocal.
+    /// A division, in place of the product with a reciprocal.
     Quotient(Value, Value),
 }
 
 impl Schedule {
-    /// A product, or the division that it becomes.
+    /// A product, as a multiplication or a division.
     pub(super) fn product(&self, program: &Program<'_>, a: Value, b: Value) -> Product {
         let (top, reciprocal) = if self.folded.contains(&b) {
             (a, b)
@@ -39,13 +39,13 @@ impl Schedule {
 }
 
 impl Program<'_> {
-    /// What has to be computed for `outputs` where some values are given.
+    /// The operations that `outputs` need, if some values are given.
     pub(super) fn schedule(&self, outputs: &[Value], given: &Given) -> Schedule {
         let mut needed = vec![false; self.ops.len()];
         let mut uses = vec![0_u32; self.ops.len()];
         let mut open: Vec<Value> = outputs.to_vec();
         for output in outputs {
-            uses[output.index()] += 2; // an output is never folded into another operation
+            uses[output.index()] += 2; // so that an output is never folded into another operation
         }
         while let Some(value) = open.pop() {
             if std::mem::replace(&mut needed[value.index()], true) || given.contains_key(&value) {

@@ -1,4 +1,4 @@
-//! Operations of a [`Program`] as bytes of a tape; `dsocs_core` says what they mean.
+//! Operations of a [`Program`] as bytes of a tape, in the format of `dsocs_core`.
 
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
@@ -12,10 +12,10 @@ use crate::hash::HashMap;
 use crate::lower::circle;
 use crate::model::Model;
 
-/// The byte of the first function.
+/// The byte of the first function of one argument.
 const FIRST_FUNCTION: u8 = 32;
 
-/// What a tape calls, besides operations: functions of the user's, and expressions of parameters that are no numbers.
+/// The calls of a tape: the user's functions, and expressions of the parameters that are not plain numbers.
 #[derive(Default)]
 pub(crate) struct Calls(Vec<Called>);
 
@@ -59,7 +59,7 @@ impl Calls {
         self.0.iter().any(differentiated)
     }
 
-    /// What is called, for an engine that has no compiler.
+    /// The calls as data, for an engine without a compiler.
     pub(crate) fn asked(&self, graph: &Graph) -> Vec<Call> {
         let calls = self.0.iter();
         calls
@@ -85,7 +85,7 @@ impl Calls {
             .collect()
     }
 
-    /// The arms that evaluate the calls, with the arguments as plain numbers.
+    /// The match arms that evaluate the calls at plain numbers.
     pub(crate) fn arms(&self, graph: &Graph, functions: &Functions) -> Vec<TokenStream> {
         let calls = self.0.iter().enumerate();
         calls
@@ -102,7 +102,7 @@ impl Calls {
                     }
                     Called::Expression(param) => match graph.read_param(*param) {
                         Param::Expression(tokens) => quote!((#place, &[]) => #tokens),
-                        // has a leaf of its own
+                        // numbers are leaves, not calls
                         Param::Number(_) => quote!((#place, &[]) => f64::NAN),
                     },
                 }
@@ -110,7 +110,7 @@ impl Calls {
             .collect()
     }
 
-    /// The arms that evaluate those of functions that can be differentiated, with dual numbers for arguments.
+    /// The match arms that evaluate calls of differentiable functions at dual numbers.
     pub(crate) fn dual_arms(&self, graph: &Graph, functions: &Functions) -> Vec<TokenStream> {
         let calls = self.0.iter().enumerate();
         calls
@@ -129,7 +129,7 @@ impl Calls {
             .collect()
     }
 
-    /// The arms that give the calls that are data: tables of samples, with the order of the derivative.
+    /// The match arms of calls that are data: tables of samples, with the order of the derivative.
     pub(crate) fn data_arms(&self, model: &Model) -> Vec<TokenStream> {
         let calls = self.0.iter().enumerate();
         calls
@@ -153,15 +153,16 @@ impl Calls {
 /// A segment of a tape.
 #[derive(Default)]
 pub(crate) struct Segment {
-    /// The operations as bytes, and how many they are.
+    /// The operations as bytes; `count` is their number.
     operations: Vec<u8>,
     count: usize,
-    /// The places of the results, and how many of them belong to the head.
+    /// The indices of the results; the first `head` of them are the head.
     results: Vec<usize>,
     head: usize,
 }
 
-/// So many results in a row that are the same, zeros of a large Jacobian, are written as one and their number.
+/// The shortest run of equal results, such as zeros of a large Jacobian, that is written as one and its
+/// length.
 const SHORTEST_RUN: usize = 16;
 
 impl Segment {
@@ -200,7 +201,7 @@ pub(crate) fn number(bytes: &mut Vec<u8>, mut number: usize) {
     }
 }
 
-/// Operations as bytes, and their places.
+/// The writer of a segment: its bytes, and the index of every operation written.
 struct Writer<'p, 'g> {
     program: &'p Program<'g>,
     bytes: Vec<u8>,
@@ -209,7 +210,7 @@ struct Writer<'p, 'g> {
 }
 
 impl Writer<'_, '_> {
-    /// Writes an operation and what it reads.
+    /// Writes an operation with its operands.
     fn write(&mut self, value: Value, code: u8, operands: &[Value]) {
         let places: Vec<usize> = operands.iter().map(|operand| self.place(*operand)).collect();
         self.bytes.push(code);
@@ -220,7 +221,7 @@ impl Writer<'_, '_> {
         self.count += 1;
     }
 
-    /// The place of a value that stands before, or of a number, which is written where it is read first.
+    /// The index of a value written before, or of a number, which is written at its first use.
     fn place(&mut self, value: Value) -> usize {
         if let Some(&place) = self.places.get(&value) {
             return place;
@@ -234,7 +235,7 @@ impl Writer<'_, '_> {
         self.count - 1
     }
 
-    /// Writes one operation with what follows it, without operands.
+    /// Writes an operation without operands, with its index.
     fn load(&mut self, value: Value, code: &[u8], index: usize) {
         self.bytes.extend(code);
         number(&mut self.bytes, index);
@@ -244,8 +245,8 @@ impl Writer<'_, '_> {
 }
 
 impl Program<'_> {
-    /// The segment that computes `outputs`, the first `head` of which are its head: the operations of [`Program::code`] in
-    /// the same order. It begins with the operations and the results of `before`.
+    /// The segment that computes `outputs`, the first `head` of which are its head. The operations are those
+    /// of [`Program::code`], in the same order, after the operations and results of `before`.
     pub(crate) fn segment(
         &self,
         before: Segment,
@@ -287,7 +288,7 @@ impl Program<'_> {
         }
     }
 
-    /// Writes an operation that is no product.
+    /// Writes an operation that is not a product.
     fn operation_bytes(&self, value: Value, op: &Op, writer: &mut Writer<'_, '_>, calls: &mut Calls) {
         match op {
             // written where it is read
@@ -352,13 +353,13 @@ fn leaf_bytes(leaf: Leaf) -> (u8, usize) {
         Leaf::P(i) => (12, i),
         Leaf::J(i) => (13, i),
         Leaf::Side(i) => (14, i),
-        // the nodes of a map and their times are replaced before code is written; there is no such kind
+        // the nodes of a map and their times are replaced before code is written; the format has no such kind
         Leaf::T0 | Leaf::T1 | Leaf::T2 => (u8::MAX, 0),
         Leaf::X0(i) | Leaf::X1(i) | Leaf::X2(i) | Leaf::Chord(i) => (u8::MAX, i),
     }
 }
 
-/// The place of a function among all.
+/// The number of a function in the tape's format.
 fn function_byte(function: Unary) -> u8 {
     match function {
         Unary::Sqrt => 0,

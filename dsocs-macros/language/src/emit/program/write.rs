@@ -13,14 +13,16 @@ use crate::emit::functions;
 use crate::graph::{Comparison, Graph, Leaf, Param};
 use crate::hash::HashMap;
 
-/// Every `let` opens a scope inside of the one before it. Some thousands of them, one in another, overflow the stack of
-/// the compiler where it writes debug information; longer code stands in blocks, which hand on what is used later.
+/// The most `let`s in one block. Every `let` opens a scope inside the one before it, and some thousands of
+/// nested scopes overflow the compiler's stack when it writes debug information. Longer code is split into
+/// blocks, which return the values used later.
 const MOST_SCOPES: usize = 200;
 
-/// The time that the compiler takes for a function grows faster than the function: longer code is several functions.
+/// The most statements of a function. Compiling time grows faster than a function's length, so longer code
+/// becomes several functions.
 const LONGEST_FUNCTION: usize = 2000;
 
-/// With more operations, those of a method that are alike are written once.
+/// The most operations of a method that is written without loops, even if the program has cells.
 const FEWEST_WITH_CELLS: usize = 200;
 
 impl Program<'_> {
@@ -35,18 +37,18 @@ impl Program<'_> {
         leaf: &dyn Fn(Leaf) -> Place,
     ) -> (TokenStream, Vec<TokenStream>) {
         let schedule = self.schedule(outputs, given);
-        // numbered in the order in which they are computed, so that the code shows nothing of how it came about
+        // numbered in the order of computation, so that the code does not depend on the order of lowering
         let names: HashMap<Value, Ident> = schedule
             .values
             .iter()
             .enumerate()
-            // mixed-site hygiene: no name of ours can capture one of the user's
+            // mixed-site hygiene: a generated name cannot capture one of the user's
             .map(|(place, &value)| (value, Ident::new(&format!("{prefix}{place}"), Span::mixed_site())))
             .collect();
         let operand = |value: Value| match (names.get(&value), self.op(value)) {
             (Some(name), _) => quote!(#name),
             (None, Op::Constant(bits)) => number(bits.get()),
-            (None, _) => quote!(::core::unreachable!()), // a folded reciprocal is nobody's operand
+            (None, _) => quote!(::core::unreachable!()), // a folded reciprocal is never an operand
         };
         let place = |value: Value| match (given.get(&value), self.op(value)) {
             (Some(&stored), _) => Some(Place::stored(stored)),
@@ -73,7 +75,7 @@ impl Program<'_> {
                 self.operation(value, &schedule, operand)
             });
         }
-        // what an operation reads, with what the reciprocals read that were folded into it
+        // the operands of an operation, and those of the reciprocals folded into it
         let reads = |value: Value| -> Vec<Value> {
             let mut reads = self.op(value).parts();
             for place in 0..reads.len() {
@@ -83,7 +85,7 @@ impl Program<'_> {
             }
             reads
         };
-        // what stands in the arguments may be read in every function by itself
+        // arguments can be read again in every function
         let mut loads: Vec<(Value, Place)> = Vec::new();
         let mut computed: Vec<Value> = Vec::new();
         for &value in &schedule.values {
@@ -122,7 +124,7 @@ impl Program<'_> {
                 let tokens = self.graph.param_tokens(*param);
                 quote!(__T::splat(#tokens))
             }
-            Op::Leaf(_) => quote!(::core::unreachable!()), // stands in an argument
+            Op::Leaf(_) => quote!(::core::unreachable!()), // leaves are arguments
             Op::Neg(a) => {
                 let a = operand(a);
                 quote!(-#a)
@@ -181,8 +183,8 @@ impl Program<'_> {
     }
 }
 
-/// The statements that give names to what stands in the arguments, one for each argument: a pattern takes no checks of
-/// indices, of which the compiler would have to see that they hold.
+/// The statements that name the values in the arguments, with one pattern per argument: a pattern needs no
+/// bounds checks that the compiler would have to remove.
 fn loads(values: &[(&Ident, &Place)]) -> TokenStream {
     let mut groups: Vec<(String, Vec<(&Ident, &Place)>)> = Vec::new();
     for &(name, place) in values {
@@ -213,18 +215,19 @@ fn loads(values: &[(&Ident, &Place)]) -> TokenStream {
     statements.collect()
 }
 
-/// How statements are cut into blocks and functions.
+/// The split of statements into blocks and functions.
 struct Layout<'a> {
     names: &'a HashMap<Value, Ident>,
-    /// The place of the statement that reads a value last.
+    /// The index of the last statement that reads a value.
     last_use: &'a HashMap<Value, usize>,
     statement: &'a dyn Fn(Value) -> TokenStream,
-    /// What a statement reads.
+    /// The operands of a statement.
     reads: &'a dyn Fn(Value) -> Vec<Value>,
 }
 
 impl Layout<'_> {
-    /// The statements; if they are too many for one function, in several, each of which reads the arguments by itself.
+    /// The statements, in several functions if they are too many for one; each function reads the arguments
+    /// itself.
     fn functions(&self, all: &[(Value, Place)], computed: &[Value], outputs: &[Value]) -> TokenStream {
         let loads_of = |is_read: &dyn Fn(&Value) -> bool| {
             let read = all.iter().filter(|(value, _)| is_read(value));
@@ -252,7 +255,7 @@ impl Layout<'_> {
         quote!(#functions #last)
     }
 
-    /// The statements of one function, the first of which has place `start`; if they are many, in blocks.
+    /// The statements of one function, in blocks if they are many. `start` is the index of the first.
     fn blocks(&self, values: &[Value], start: usize) -> TokenStream {
         let mut blocks = TokenStream::new();
         for (block, part) in values.chunks(MOST_SCOPES).enumerate() {
@@ -266,7 +269,7 @@ impl Layout<'_> {
         blocks
     }
 
-    /// Those of some values, the first of which has place `start`, that are read after the last of them.
+    /// The values of a block that are read after it. `start` is the index of the first.
     fn lasting(&self, values: &[Value], start: usize) -> Vec<&Ident> {
         let end = start + values.len();
         let lasts = |value: &&Value| self.last_use.get(value).is_some_and(|&place| place >= end);
@@ -278,7 +281,8 @@ impl Layout<'_> {
     }
 }
 
-/// A call of the user's function in each lane: with plain numbers for its value, with dual numbers for a derivative.
+/// A call of a user's function in each lane: at plain numbers for its value, at dual numbers for a
+/// derivative.
 fn call(graph: &Graph, callee: usize, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
     let span = graph.callee(callee).span();
     let lane = Ident::new("lane", Span::mixed_site());
