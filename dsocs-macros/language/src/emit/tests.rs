@@ -1,4 +1,4 @@
-//! What is emitted: some declarations to read, and what must not be there.
+//! The generated code of some declarations: snapshots, and operations that must not occur.
 
 #![allow(clippy::needless_pass_by_value)] // tokens are written in place
 
@@ -7,7 +7,7 @@ use quote::quote;
 
 use crate::expand::expand;
 
-/// The code, but for the bytes of the tape.
+/// The code, without the bytes of the tape and the text of the declaration.
 fn code(declaration: TokenStream, item: TokenStream) -> String {
     without_tape(&with_tape(declaration, item))
 }
@@ -35,7 +35,7 @@ fn without_declaration(code: &str) -> String {
     format!("{}{}", &code[..start], &code[end..])
 }
 
-/// The code with the tape's length in the place of its bytes: its operations are those of the code.
+/// The code with the tape's length in place of its bytes, whose operations are those of the code.
 fn without_tape(code: &str) -> String {
     let (Some(start), Some(end)) = (code.find("b\""), code.find("\",\n        );")) else {
         return code.to_owned();
@@ -130,13 +130,13 @@ fn pendulum_with_a_lyapunov_constraint() {
         code.contains("type Unknown<__T: ::dsocs_core::__private::Scalar> = [__T; 1];"),
         "the linear row is solved for psi"
     );
-    // the factor w divides the constraint exactly: nothing is divided by it any more
+    // the factor w divides the constraint exactly, so there is no division left
     let rows = method(&code, "linearize");
     assert!(!rows.contains("recip") && !rows.contains(" / "), "{rows}");
     insta::assert_snapshot!(code);
 }
 
-/// The listing of the book is the code.
+/// The book's listing is the generated code.
 #[test]
 fn the_book_shows_the_pendulums_step() {
     let path = concat!(
@@ -208,13 +208,14 @@ fn what_the_start_of_the_step_decides_is_not_in_the_iteration() {
 #[test]
 fn a_constant_mass_leaves_no_momentum_to_subtract() {
     let code = particle(quote!());
-    // Q = m e / h², no difference of momenta; the energy has its own
+    // Q = m e / h², without a difference of momenta; the energy stands apart
     let report = method(&code, "report");
     let force = &report[..report.find("let q:").unwrap_or_default()];
     assert!(force.contains(" * ") && !force.contains(" - "), "{force}");
 }
 
-/// Of an autonomous system no code of the step reads the clock: it is handed on to what a node reports, and that is all. Forces change nothing of that.
+/// In an autonomous system no code of the step reads the clock, except to report the time of a node. External
+/// forces do not change that.
 #[test]
 fn time_that_is_not_declared_is_only_reported() {
     let item = || {
@@ -248,7 +249,7 @@ fn time_that_is_not_declared_is_only_reported() {
     ] {
         assert_eq!(particle(extra).matches("leg.t").count(), 1);
     }
-    // where it is declared, the sine is known before the iteration
+    // with a declared time, its sine is known before the iteration
     assert!(driven.contains("const DEPENDS_ON_TIME: bool = true;"));
     assert!(method(&driven, "known").contains("leg.t") && !method(&driven, "linearize").contains("sin"));
 }
@@ -271,7 +272,7 @@ fn an_absent_function_is_not_called() {
     }
 }
 
-/// The operations of the rows and their Jacobian for a chain of so many links.
+/// The number of operations in the rows and the Jacobian of a chain with some links.
 fn operations_of_a_chain(links: usize) -> usize {
     let links = Literal::usize_unsuffixed(links);
     let code = code(
@@ -299,11 +300,12 @@ fn operations_of_a_chain(links: usize) -> usize {
         .sum()
 }
 
-/// Sums along a chain run from link to link, so that rows take operations in proportion to the links. An entry of the Jacobian takes four.
+/// The rows of a chain take operations in proportion to the links, by running sums; an entry of the Jacobian
+/// takes four.
 #[test]
 fn rows_of_a_chain_have_running_sums() {
     let [five, seven, nine] = [5, 7, 9].map(operations_of_a_chain);
-    // what is quadratic in the number of links n is 4 n²
+    // the part that is quadratic in the number of links n is 4 n²
     assert_eq!(nine + five - 2 * seven, 4 * 2 * 2 * 2, "{five}, {seven}, {nine}");
     assert!(nine < 1200, "{nine}");
 }

@@ -1,4 +1,4 @@
-//! The graph against numbers: normal form, derivatives and differences.
+//! The graph against numeric values: normal form, derivatives and differences.
 
 use super::{Change, Comparison, Graph, Leaf, Node, NodeId, Unary};
 
@@ -46,7 +46,7 @@ const UNARY: [Unary; 20] = [
     Unary::Signum,
 ];
 
-/// Expressions in `Q(0)`, `Q(1)` that together use every node.
+/// Expressions in `Q(0)`, `Q(1)` that together contain every kind of node.
 fn expressions(graph: &mut Graph) -> Vec<NodeId> {
     let (x, y) = (graph.leaf(Leaf::Q(0)), graph.leaf(Leaf::Q(1)));
     let product = graph.mul(x, y);
@@ -158,7 +158,7 @@ fn differences_agree_with_subtraction_and_keep_digits_that_it_loses() {
             "{:?}: {coarse} against {plain}",
             graph.node(id)
         );
-        // at 1e-9 subtraction keeps 7 digits; what has a rule of its own keeps all
+        // at 1e-9 a subtraction keeps 7 digits; nodes with a rule for differences keep all
         if matches!(graph.node(id), Node::Product(_) | Node::Sum(..))
             || matches!(
                 graph.node(id),

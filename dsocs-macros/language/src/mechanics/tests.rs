@@ -1,11 +1,12 @@
-//! The equations as numbers, beside the same written by hand: derivatives of the discrete Lagrangian are differences here.
+//! The equations in numbers, against the same written by hand with numeric differences of the discrete
+//! Lagrangian.
 
 use super::*;
 use crate::expand;
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::Model;
 
-/// Two coordinates; what they are at the three nodes is `N - D`, `N` and `N + D + E`.
+/// Data of a step with two coordinates, whose nodes are `N - D`, `N` and `N + D + E`.
 const N: [f64; 2] = [0.7, -0.4];
 const D: [f64; 2] = [0.23, 0.31];
 const E: [f64; 2] = [-0.11, 0.07];
@@ -22,7 +23,7 @@ const A: [f64; 2] = [0.4, 1.9];
 /// The only parameter.
 const K: f64 = 2.5;
 
-/// Central differences are off by so much at most.
+/// The largest error of central differences.
 const DIFFERENCES: f64 = 1e-7;
 
 type Node = (f64, [f64; 2]);
@@ -36,7 +37,7 @@ type Points = fn(Node, Node) -> Vec<Point>;
 /// A force at a point.
 type Acts<'f> = &'f dyn Fn(f64, [f64; 2], [f64; 2]) -> [f64; 2];
 
-/// What a force is at both nodes of a leg, `f⁻_d` and `f⁺_d`.
+/// The discrete force at both nodes of a leg, `[f⁻_d, f⁺_d]`, for a given force.
 type Shares = fn(Node, Node, Acts<'_>) -> [[f64; 2]; 2];
 
 /// A discrete Lagrangian.
@@ -92,12 +93,13 @@ fn slope(at: [f64; 2], i: usize, function: impl Fn([f64; 2]) -> f64) -> f64 {
     (moved(1e-5) - moved(-1e-5)) / 2e-5
 }
 
-/// What is written by hand of a declaration: `L(t, q, v)` and the external forces, and the points of a leg whose mean is taken.
+/// A declaration by hand: `L(t, q, v)`, the external forces, and the points of a leg over which the mean is
+/// taken.
 struct ByHand {
     lagrangian: fn(f64, [f64; 2], [f64; 2]) -> f64,
     forces: fn(f64, [f64; 2], [f64; 2]) -> [f64; 2],
     points: Points,
-    /// Where external forces act, as `f⁻_d` and `f⁺_d`.
+    /// The shares of the external forces at the nodes, `f⁻_d` and `f⁺_d`.
     shares: Shares,
 }
 
@@ -116,7 +118,7 @@ fn half(f: [f64; 2]) -> [f64; 2] {
     f.map(|f| f / 2.0)
 }
 
-/// Half at each end with the chord's velocity.
+/// Half of the force at each end, with the chord's velocity.
 fn ends(a: Node, b: Node, f: Acts<'_>) -> [[f64; 2]; 2] {
     let v = chord(a, b);
     [half(f(a.0, a.1, v)), half(f(b.0, b.1, v))]
@@ -176,7 +178,7 @@ impl ByHand {
         let rows: Vec<NodeId> = step.rows.iter().map(|row| row.value).collect();
         for (i, wanted) in self.force().into_iter().enumerate() {
             near(force[i], wanted, DIFFERENCES);
-            // nothing binds it: the rows are the force
+            // without constraints the rows are the components of the force
             near(values(&graph, &rows)[i], force[i], 1e-14);
             near(values(&graph, &plain)[i], force[i], 1e-12);
         }
@@ -209,14 +211,15 @@ fn the_force_is_that_of_the_declared_map() {
         let (t, q) = middle(a, b);
         vec![(t, q, chord(a, b))]
     };
-    // the default, where the mass matrix depends on the position
+    // the default map, if the mass matrix depends on the position
     ByHand::new(point, at_the_middle).is("");
     ByHand::new(point, at_the_middle).is("phi_lagrangian = midpoint;");
     let trapezoid = |a: Node, b: Node| vec![(a.0, a.1, chord(a, b)), (b.0, b.1, chord(a, b))];
     ByHand::new(trapezoid, ends).is("phi_lagrangian = trapezoid;");
 }
 
-/// At the first node, but not at its time: forces act there, and not at both ends as beside the paper's map.
+/// A map to the first node's position at another time: forces act at this point, and not at both ends as with
+/// the paper's map.
 #[test]
 fn a_point_with_the_time_of_another_is_not_the_papers() {
     ByHand::new(
@@ -226,7 +229,8 @@ fn a_point_with_the_time_of_another_is_not_the_papers() {
     .is("phi_lagrangian = |t0, q0, t1, q1| (t1, q0, (q1 - q0) / h);");
 }
 
-/// A velocity that is no function of the difference of the nodes: what comes through it at both nodes does not cancel.
+/// A velocity that is no function of the difference of the nodes: its contributions at both nodes do not
+/// cancel.
 #[test]
 fn the_velocity_of_a_map_may_depend_on_the_nodes() {
     fn velocity(a: Node, b: Node) -> [f64; 2] {
@@ -249,7 +253,7 @@ fn the_velocity_of_a_map_may_depend_on_the_nodes() {
     );");
 }
 
-/// Given by itself: nothing of it is a function of the difference of the nodes alone.
+/// A declared discrete Lagrangian does not depend on the difference of the nodes alone.
 #[test]
 fn a_discrete_lagrangian_may_be_given() {
     let model = model(
@@ -275,7 +279,7 @@ fn a_discrete_lagrangian_may_be_given() {
     }
 }
 
-/// The momentum with which a leg arrives: that of the trapezoid for the paper's map.
+/// The momentum at the second node of a leg: with the paper's map, that of the trapezoid.
 #[test]
 fn momenta_that_arrive() {
     let middle_of = |a, b| {
@@ -316,8 +320,8 @@ fn rows_of(graph: &Graph, rows: &[Equation]) -> Vec<[f64; 2]> {
     rows.iter().map(of).collect()
 }
 
-/// Rows of all orders, where each stands: at the last node (and a small part of what is left at the middle one, so that rounding does not
-/// add up), on the last leg, at the triple.
+/// Constraints of all orders at their places: at the last node (plus a small part of the rounding error at
+/// the middle one), on the last leg, at the triple.
 #[test]
 fn constraints_stand_where_their_order_says() {
     let g = |(t, [x, y]): Node| x * x + y.sin() * t;
@@ -362,7 +366,7 @@ fn constraints_stand_where_their_order_says() {
             near(found[2 + i][0], wanted, 1e-13);
             near(found[2 + i][1], wanted, 1e-12);
         }
-        // on the leg before, and of a state
+        // on the leg before, and at a state
         let pairs = pair(&both, &mut graph);
         let pairs = values(&graph, &pairs);
         near(pairs[0], g(node(1)), 1e-14);
@@ -409,7 +413,8 @@ fn a_row_of_second_order_and_the_works() {
     }
 }
 
-/// The continuous system: `d/dt ∂L/∂v - ∂L/∂q - f`, its rows differentiated until accelerations come in, and its energy.
+/// The continuous system: `d/dt ∂L/∂v - ∂L/∂q - f`, its rows differentiated until they contain accelerations,
+/// and its energy.
 #[test]
 fn the_continuous_system() {
     let model = model(&format!("{BODY} holonomic = x.powi(2) + y.sin() * t;"));
@@ -439,7 +444,7 @@ fn the_continuous_system() {
     near(values(&graph, &[energy])[0], wanted, DIFFERENCES);
 }
 
-/// A declared factor is taken where the row is.
+/// A declared factor is evaluated at the point of its row.
 #[test]
 fn a_factor_stands_at_the_point_of_its_row() {
     let model = model(
@@ -457,7 +462,7 @@ fn a_factor_stands_at_the_point_of_its_row() {
     );
 }
 
-/// Which steps can be composed, and the first reason where one cannot.
+/// Which steps can be composed, and the first reason why one cannot.
 #[test]
 fn symmetry_in_time() {
     let free = "lagrangian = dot(x).powi(2) / 2 + dot(y).powi(2) / 2";

@@ -1,9 +1,9 @@
-//! Arrays of coordinates, sums over ranges and functions of the declaration: each means the same as written out.
+//! Arrays of coordinates, sums over ranges and functions of the declaration: each equals its expanded form.
 
 use super::{fields_of, model};
 use crate::model::Model;
 
-/// The model in which two expressions are observed, of the coordinates `x` and `theta: [3]`.
+/// A model that observes two expressions, with the coordinates `x` and `theta: [3]`.
 fn observed(left: &str, right: &str) -> Model {
     model(&format!(
         "coordinates(x, theta: [3]); let before = |i| x * i + theta[i]; lagrangian = x; \
@@ -11,7 +11,7 @@ fn observed(left: &str, right: &str) -> Model {
     ))
 }
 
-/// Asserts that two expressions are one.
+/// Asserts that two expressions are the same node.
 #[track_caller]
 fn same(left: &str, right: &str) {
     let model = observed(left, right);
@@ -101,7 +101,7 @@ fn parameters_of_an_index() {
         "sum(0..2, |i| curvature.at(theta[i], i))",
         "curvature.at(theta_0, 0) + curvature.at(theta_1, 1)",
     );
-    // a closure of Rust's own keeps its own names
+    // a Rust closure keeps the names of its own
     let own = "masses.iter().enumerate().map(|(k, m)| m * masses[k]).sum::<f64>()";
     same(&format!("sum(0..2, |i| i * {own})"), own);
     same("{ let two = 2; masses[two] }", "masses[2]");
@@ -170,7 +170,7 @@ fn maps_of_arrays() {
 #[test]
 fn numbers_from_a_macro_by_example() {
     use proc_macro2::{Delimiter, Group};
-    // what a fragment such as `$n:literal` is substituted by
+    // groups without delimiters, as a fragment such as `$n:literal` produces
     let group = |source: &str| Group::new(Delimiter::None, super::tokens(source));
     let (n, last) = (group("3"), group("3 - 1"));
     let declaration = quote::quote! {

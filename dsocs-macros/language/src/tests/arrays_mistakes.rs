@@ -1,4 +1,4 @@
-//! What is said about arrays, sums and functions that are wrong.
+//! Error messages for wrong arrays, sums and functions.
 
 use super::mistakes::{one, one_on};
 

@@ -1,4 +1,4 @@
-//! What is said about wrong constraints of any order, about discrete expressions and about named maps.
+//! Error messages for wrong constraints, discrete expressions and named maps.
 
 use super::mistakes::{mistakes_on, one, statement};
 use super::{ITEM, model};
@@ -23,7 +23,7 @@ fn orders() {
     statement("nonholonomic = mass;", "mass", "does not depend on the motion");
 }
 
-/// Each would be a leapfrog with a second solution that grows.
+/// Each of these would be a leapfrog scheme with a second solution that grows.
 #[test]
 fn kinematic_rows_without_an_acceleration() {
     const VELOCITIES: &str = "written `nonholonomic = …;`";
@@ -35,7 +35,7 @@ fn kinematic_rows_without_an_acceleration() {
     two("dot(x) + x", "dot(x) + x", VELOCITIES);
     two("x * y - 1", "x * y - 1", POSITIONS);
     two("mass", "mass", "does not depend on the motion");
-    // what drops out, in the normal form or only once it is multiplied out
+    // derivatives that cancel, in the normal form or only once it is multiplied out
     let idle = "ddot(x) - ddot(x) + dot(x)";
     two(idle, idle, VELOCITIES);
     let idle = "(ddot(x) + dot(y)).powi(2) - ddot(x).powi(2) - 2 * ddot(x) * dot(y)";
@@ -66,13 +66,13 @@ fn kinematic_rows_without_an_acceleration() {
         "dot(x[1])",
         VELOCITIES,
     );
-    // a function that the attribute cannot see into depends on its arguments
+    // a function that the attribute does not know depends on its arguments
     let known =
         model("coordinates(x); lagrangian = dot(x); variational = []; kinematic = curvature.at(x, ddot(x));");
     assert_eq!(known.constraints[0].order, 2);
 }
 
-/// The statement that the message names takes the row as it is.
+/// The statement that the message names accepts the row as it is.
 #[test]
 fn what_drops_out_is_left_out() {
     let row = "(ddot(x) + dot(y)).powi(2) - ddot(x).powi(2) - 2 * ddot(x) * dot(y)";
@@ -88,7 +88,7 @@ fn what_drops_out_is_left_out() {
     );
 }
 
-/// The declaration of a pendulum with a wheel, whose Lyapunov constraint has the factor `w` where the other equation holds.
+/// A pendulum with a wheel, whose Lyapunov constraint has the factor `w` where the other equation holds.
 fn pendulum(factor: &str) -> String {
     format!(
         "coordinates(theta, psi);
@@ -121,7 +121,7 @@ fn a_branch_is_a_factor() {
     right("dot(x).powi(2) * (ddot(y) + x)", "dot(x)");
     right("dot(x).sinh() * ddot(y) + 1 - dot(x).cos()", "dot(x)");
     right("ddot(y) * (1 - x.sin().powi(2)) + x.cos() * y", "x.cos()");
-    // nothing can be said against these
+    // nothing shows that these are wrong
     right("ddot(y) + x", "1 + x.powi(2)");
     right("ddot(y) + x", "curvature.at(x)");
     let wrong = |row: &str, factor: &str| {
@@ -219,7 +219,7 @@ fn rows_that_are_multiples_of_others_are_refused() {
     }
 }
 
-/// What is wrong with a factor is told: the power of external forces only where it is missing in the constraint.
+/// Errors of factors: the power of external forces is named only if the constraint lacks it.
 #[test]
 fn wrong_factors() {
     let declared = |constraint: &str, factor: &str| {
@@ -279,7 +279,7 @@ fn rules_of_displacements() {
         "(2, 0, 0)",
         "expected independent forces",
     );
-    // no basis of the displacements is known everywhere
+    // no basis of the displacements exists everywhere
     let free = model("coordinates(x, y, z); lagrangian = dot(x); holonomic = x * y + z * z;");
     assert!(matches!(free.displacements, Displacements::Annihilated));
     assert_eq!(free.multipliers(), 1);

@@ -1,4 +1,4 @@
-//! `each(…)` in lists: the same as its entries written out.
+//! `each(…)` in lists equals its entries written out.
 
 use super::code;
 use super::mistakes::one;
@@ -6,7 +6,7 @@ use super::mistakes::one;
 /// A chain of four point masses in the plane with rods.
 const CHAIN: &str = "coordinates(x: [4], y: [4]); lagrangian = sum(0..4, |i| (dot(x[i]).powi(2) + dot(y[i]).powi(2)) / 2 - y[i]);";
 
-/// Asserts that two declarations have the same code.
+/// Asserts that two declarations generate the same code.
 #[track_caller]
 fn same(written: &str, short: &str) {
     let code = |rest: &str| code(&format!("{CHAIN} {rest}"));

@@ -1,9 +1,9 @@
-//! What is likely to be meant by what has no meaning, and what is said of what has no effect.
+//! Hints for misspelt or foreign names, and warnings about declarations without effect.
 
 use super::mistakes::{expression, mistakes_on, one, one_on, statement};
 use super::{ITEM, model};
 
-/// What is written elsewhere for what is written here in another way.
+/// Notations of other languages, and the hints for them.
 #[test]
 fn other_ways_of_writing() {
     for name in ["x_dot", "xdot", "dx", "dot_x", "dx_dt", "dxdt"] {
@@ -25,7 +25,7 @@ fn other_ways_of_writing() {
         "denergy",
         "did you mean `dot(energy)`?",
     );
-    // the field comes before the derivative of something else
+    // a field is found before the derivative of another name
     assert_eq!(
         mistakes_on(
             "coordinates(x); lagrangian = dx * dot(x);",
@@ -55,7 +55,7 @@ fn other_ways_of_writing() {
     );
 }
 
-/// Functions and constants by their names elsewhere.
+/// Functions and constants by their names in other languages.
 #[test]
 fn names_elsewhere() {
     for (call, name, meant) in [
@@ -107,7 +107,7 @@ fn names_elsewhere() {
     ] {
         expression(&format!("{call} * y"), name, meant);
     }
-    // a name of the declaration comes first, and a path is the user's own
+    // a name of the declaration takes precedence, and a path means the user's function
     for own in [
         "let sign = |i| i; lagrangian = sign(x) * dot(x);",
         "let pi = 3; lagrangian = pi * dot(x);",
@@ -124,7 +124,7 @@ fn names_elsewhere() {
     }
 }
 
-/// What has no effect is no mistake, but is told.
+/// Declarations without effect are warned of; they are no mistakes.
 #[test]
 fn warnings() {
     let told = |declaration: &str| -> Vec<(usize, String)> {
@@ -187,12 +187,12 @@ fn differentiated_constraints() {
         assert_eq!(found[0].0, free.len() + " kinematic = ".len() + 1, "{row}");
     }
     for row in [
-        // led back to where it belongs, or damped, or not a second derivative of positions alone
+        // stabilised, damped, or not a second derivative of positions alone
         "kinematic = ddot(_g) + 2 * dot(_g) + _g - 1; variational = chetaev;",
         "kinematic = ddot(_g) + dot(x); variational = chetaev;",
         "kinematic = dot(x * dot(y) - y * dot(x)); variational = chetaev;",
         "kinematic = dot(dot(x).powi(2) + dot(y).powi(2)); variational = chetaev;",
-        // a motor that is free to act elsewhere, a joint that goes on turning
+        // a force that may act in another direction, or a joint that goes on turning
         "kinematic = ddot(_g); constraint_forces = [(1, 0)];",
         "kinematic = ddot(x - y); variational = chetaev;",
     ] {

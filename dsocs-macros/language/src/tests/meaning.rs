@@ -1,4 +1,4 @@
-//! What a declaration means: the values of its expressions, and the parts of its model.
+//! The meaning of declarations: the values of their expressions, and the parts of their models.
 
 use super::{ITEM, analyzed, code, fields_of, model};
 use crate::graph::{Callee, Comparison, Graph, Leaf, Node, NodeId};
@@ -85,7 +85,7 @@ impl At {
     }
 }
 
-/// The model in which `e` is observed.
+/// A model in which `e` is observed, and the node of `e`.
 fn observed(expression: &str) -> (Model, NodeId) {
     let model = model(&format!(
         "coordinates(x, y); lagrangian = x; let e = {expression}; observe = [e];"
@@ -125,7 +125,7 @@ fn is_call(expression: &str, callee: &str, arguments: &[f64]) {
     assert!(wrt.is_empty());
 }
 
-/// As the attribute's documentation has it: both compare by `<`, which does not hold for NaN.
+/// As the attribute's documentation says: both compare by `<`, which does not hold for NaN.
 #[test]
 fn the_smaller_and_the_larger_of_a_number_and_none() {
     // at x = 0.3
@@ -268,7 +268,8 @@ fn maps_of_components_and_of_vectors() {
     check("|q0, q1| (((q0.x + q1.0) / 2, (q0.y + q1.1) / 2), if h < 1 { (q1 - q0) * 2 } else { q0 })");
 }
 
-/// Where no map is written, the step is of order 2: the paper's map for `L = T(v) - V(q)`, the middle of the leg elsewhere.
+/// Without a declared map the step is of order 2: the paper's map for `L = T(v) - V(q)`, the middle of the
+/// leg otherwise.
 #[test]
 fn the_map_of_the_lagrangian_where_none_is_written() {
     const FREE: &str = "lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - x * y";
@@ -417,7 +418,7 @@ fn one_coordinate_needs_no_tuple() {
     }
 }
 
-/// The forces do no work on the fields, and there are enough of these.
+/// Asserts that the forces do no work on the fields, and that there are enough fields.
 #[track_caller]
 fn annihilates(coordinates: &[&str], forces: &[&str]) -> Vec<Vec<f64>> {
     let n = coordinates.len();

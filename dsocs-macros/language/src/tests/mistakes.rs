@@ -1,4 +1,4 @@
-//! Each kind of mistake: where it is reported, and what is said.
+//! Every kind of mistake: its place and its message.
 
 use super::{ITEM, analyzed};
 
@@ -362,7 +362,7 @@ fn counts() {
         "variational",
         "a second time",
     );
-    // what could not be read has no count
+    // the number of rows is unknown if they could not be read
     statement(
         "kinematic = ; variational = [(1, 0)];",
         ";",

@@ -1,4 +1,4 @@
-//! The front end: what a declaration means, and what is said about a wrong one.
+//! Tests of the front end: the meaning of declarations, and the messages for wrong ones.
 
 mod arrays;
 mod arrays_mistakes;

@@ -1,11 +1,11 @@
-//! Random declarations: the answer is code or errors, never a panic, and both are Rust.
+//! Random declarations: the result is code or errors, never a panic, and both are valid Rust.
 
 use proptest::prelude::*;
 
 use super::{ITEM, tokens};
 use crate::expand::{expand, model};
 
-/// An expression, more often than not one that is allowed.
+/// A random expression, in most cases a valid one.
 fn expression() -> impl Strategy<Value = String> {
     let leaf = prop_oneof![
         8 => prop::sample::select(vec![

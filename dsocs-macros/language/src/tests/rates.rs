@@ -1,8 +1,8 @@
-//! Which parameters a `dot(…)` has passed over: their own rates are missing in the derivative.
+//! The parameters inside a `dot(…)`, whose rates are missing in the derivative.
 
 use super::model;
 
-/// The names of the parameters inside a `dot(…)` of a declaration in `x` and `y`.
+/// The names of the parameters inside a `dot(…)`, in a declaration in `x`, `y` and `z: [3]`.
 fn inside(declaration: &str) -> Vec<String> {
     let model = model(&format!("coordinates(x, y, z: [3]); {declaration}"));
     let names = model.parameters();
@@ -15,7 +15,7 @@ const KINETIC: &str = "dot(x).powi(2) + dot(y).powi(2) + sum(0..3, |i| dot(z[i])
 #[test]
 fn of_every_way_to_write_one() {
     for (body, expected) in [
-        // directly, through names, functions, sums and functions that are not seen into
+        // directly, and through names, functions, sums and user's functions
         ("lagrangian = KINETIC + dot(x + mass * y.sin());", &["mass"][..]),
         (
             "let tip = x + mass * y.sin(); lagrangian = KINETIC + dot(tip).powi(2);",
@@ -74,7 +74,7 @@ fn of_every_way_to_write_one() {
             "lagrangian = KINETIC; kinematic = dddot(mass * x); variational = chetaev;",
             &["mass"],
         ),
-        // what the library differentiates itself keeps no rate of a parameter that it would need
+        // the derivatives that the library itself takes need no rate of a parameter
         ("lagrangian = mass * (KINETIC) - masses[0] * x.cos();", &[]),
         (
             "lagrangian = KINETIC; nonholonomic = dot(x) - mass * dot(y);",
@@ -89,7 +89,7 @@ fn of_every_way_to_write_one() {
             &[],
         ),
         ("lagrangian = KINETIC + mass * dot(x * y);", &[]),
-        // what nothing uses
+        // an expression that nothing uses
         ("let _v = dot(mass * x); lagrangian = KINETIC;", &[]),
         (
             "let _v = dot(mass * x); let _w = 2 * _v; lagrangian = KINETIC;",

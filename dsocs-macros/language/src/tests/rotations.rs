@@ -1,4 +1,4 @@
-//! Rotations as coordinates: what is made of them, and what is said where they have no meaning.
+//! Rotations as coordinates: their operations, and the messages where they have no meaning.
 
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::{Text, read};
@@ -16,7 +16,7 @@ fn text(statements: &str) -> Result<Text, Vec<crate::Mistake>> {
     )
 }
 
-/// The numbers of what is observed of a `let`, at a position whose quaternion has the norm one.
+/// The numeric values of a `let`, at a position with a unit quaternion.
 fn observed(value: &str) -> Vec<f64> {
     let text = text(&format!("let value = {value}; observe = [value];"))
         .unwrap_or_else(|mistakes| panic!("{value}\n{mistakes:?}"));
@@ -24,7 +24,7 @@ fn observed(value: &str) -> Vec<f64> {
     values(&text.model.graph, &nodes)
 }
 
-/// Numbers at a place of the motion.
+/// The numeric values of nodes at a state of the motion.
 fn values(graph: &Graph, nodes: &[NodeId]) -> Vec<f64> {
     const Q: [f64; 8] = [0.5, -0.1, 0.7, 0.5, 0.3, -0.2, 0.9, 0.4];
     const V: [f64; 8] = [0.0, 0.6, -0.3, 1.1, 0.2, 0.5, -0.7, 0.1];
@@ -65,7 +65,7 @@ fn a_rotation_turns_vectors() {
     near("-r.inverse() * x", "-(r.inverse() * x)");
     near("-w.inner(x) * x + -r * x", "-(w.inner(x) * x) - r * x");
     near("r.matrix().transpose() * x", "r.inverse() * x");
-    // a half turn about the second axis and a third
+    // the first entry of the matrix, 2 (w² + x²) - 1
     near("(r * [1, 0, 0])[0]", "2 * (0.25 + 0.01) - 1");
 }
 
@@ -93,7 +93,7 @@ fn a_rotation_is_four_places_and_three_unknowns() {
     );
     let data = text.model.data();
     assert_eq!((data.rotations, data.motion), (vec![0], 8));
-    // the particles at rest and the numbers are solved for beforehand
+    // the particles at rest and the other coordinates are solved for symbolically
     assert_eq!(data.unknowns, 3);
 }
 
@@ -161,7 +161,7 @@ fn equations_are_counted_by_three_for_a_rotation() {
     );
 }
 
-/// Statements that are refused, each with a part of what is said.
+/// Statements that are refused, each with a part of the message.
 #[track_caller]
 fn refused(all: &[(&str, &str)]) {
     for (statements, message) in all {
@@ -388,7 +388,7 @@ fn what_is_reduced_has_its_position_in_no_equation() {
         )
     };
     let energy = "lagrangian = w.norm_squared() + mass * dot(x).norm_squared() / 2 + dot(s).powi(2);";
-    // a reduced body may be bound by its velocities, and forced; a difference of nodes is no position
+    // a reduced body may have velocity constraints and forces, and a difference of nodes is no position
     for statements in [
         "",
         "nonholonomic = w[2] - depth * dot(s);",

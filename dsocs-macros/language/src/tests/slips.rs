@@ -1,4 +1,5 @@
-//! What is said to people who write a text for the first time: each slip once, at its place, in words that need no Rust.
+//! Error messages for people who write a text for the first time: each mistake once, at its place, in words
+//! that need no Rust.
 
 use crate::read;
 
@@ -17,7 +18,7 @@ fn told(text: &str) -> Vec<String> {
     }
 }
 
-/// One after the other is said of a text, and nothing else; and nothing that only a Rust programmer understands.
+/// Asserts that a text has these mistakes, in this order, and that no message needs knowledge of Rust.
 fn says(text: &str, expected: &[&str]) {
     let told = told(text);
     assert_eq!(told.len(), expected.len(), "{text}\n{told:#?}");
@@ -402,7 +403,7 @@ fn numbers_that_are_none() {
             told.len() == 1 && told[0].starts_with("3:") && told[0].contains(message),
             "{told:?}"
         );
-        // of a declaration in Rust, too
+        // the same hint in a declaration in Rust
         let rust =
             format!("#[dsocs {{ coordinates(theta); lagrangian = {of}; }}] struct S {{ gravity: f64 }}");
         let told = crate::analyze(rust.as_str()).unwrap_err();
@@ -418,7 +419,7 @@ fn of_very_many_mistakes_the_first_are_told() {
         told[0].starts_with("3:1: ") && told[100].contains("more mistakes"),
         "{told:?}"
     );
-    // a name that is none takes no time
+    // an invalid long name takes no time
     let long = "a".repeat(500_000);
     assert!(!self::told(&format!("{HEAD}{long} = 1; lagrangian = {long}b;")).is_empty());
 }

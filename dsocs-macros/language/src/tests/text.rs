@@ -1,4 +1,4 @@
-//! Declarations as text, without a compiler: what is accepted, and where mistakes are.
+//! Declarations as Rust text, without a compiler: what is accepted, and the places of mistakes.
 
 use crate::{Mistake, Model, analyze};
 
@@ -48,7 +48,7 @@ fn a_struct_with_its_attribute_has_a_model() {
     assert_eq!(model.coordinates(), ["x"]);
     assert_eq!(model.parameters(), ["stiffness", "type"]);
     assert_eq!(model.observables(), ["force"]);
-    // the other attributes are the struct's own
+    // other attributes belong to the struct
     let code = syn::parse2::<syn::File>(model.code()).unwrap();
     let syn::Item::Struct(item) = &code.items[0] else {
         panic!("the struct comes first");

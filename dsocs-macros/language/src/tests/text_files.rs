@@ -1,4 +1,4 @@
-//! Systems in text files: what is read, and what is said about a wrong one.
+//! Systems in text files: what is read, and the messages for wrong ones.
 
 use proptest::prelude::*;
 
@@ -132,7 +132,7 @@ fn parameters_and_runs_have_their_values() {
     assert!(data.calls.contains(&table), "{:?}", data.calls);
 }
 
-/// Where the first file of a text is named.
+/// The place where a text names its first file.
 fn gust_at(text: &Text) -> Place {
     text.tables[0].place
 }
@@ -166,7 +166,7 @@ fn the_text_of_a_declaration_declares_the_same() {
     }
 }
 
-/// Texts before a declaration, the line and column of the mistake, and a part of its message.
+/// Statements before a declaration, the line and column of the mistake, and a part of its message.
 const MISTAKES: &[(&str, &str, &str)] = &[
     (
         "parameters { length = 1, length2 = lenght }",
@@ -297,7 +297,7 @@ fn every_mistake_is_told_at_its_place() {
 {told:#?}"
         );
     }
-    // of all statements at once
+    // mistakes in all statements are reported at once
     let all = mistakes(
         "parameters { length = lenght }\nrun { stepp = 1; }\ncoordinates(theta);\nlagrangian = thta;",
     );
@@ -364,7 +364,7 @@ fn what_is_too_large_is_refused() {
     }
 }
 
-/// What is as long as it may be is read, on the stack that texts have.
+/// A text of the greatest allowed length is read on the stack that texts have.
 #[test]
 fn a_long_sum_is_read() {
     let terms = crate::parse::LONGEST / 2 - 10;
@@ -380,8 +380,8 @@ fn a_long_sum_is_read() {
     assert_eq!(read.join().unwrap().unwrap(), 0);
 }
 
-/// `let`s that use the one before them several times are parts of one graph, and take no more time than their number: a walk that forgets where it has
-/// been would take each of these texts billions of steps.
+/// `let`s that use the previous one several times share their nodes, and take time in proportion to their
+/// number. A walk without a memory of visited nodes would take billions of steps for each of these texts.
 #[test]
 fn chained_lets_are_shared() {
     const COUNT: usize = 30;
@@ -409,7 +409,7 @@ fn chained_lets_are_shared() {
             format!("let e{} = {value};", i + 1)
         });
         let lets = lets.collect::<String>();
-        // each form in two uses, each use with two forms or three
+        // each form in two uses, each use with two or three forms
         for used in [at, at + 3].map(|at| uses[at % uses.len()]) {
             let used = used.replace('#', &format!("e{COUNT}"));
             let text = format!("coordinates(x, y); let e0 = x; {lets} {used}");
@@ -417,7 +417,7 @@ fn chained_lets_are_shared() {
             assert!(data.tape.len() > COUNT, "{form}: {used}");
         }
     }
-    // they grow by what is new
+    // the graph grows by the new nodes only
     let chain = |count: usize| {
         let lets = (0..count).map(|i| format!("let e{} = e{i} * e{i}.sin() + e{i};", i + 1));
         let lets = lets.collect::<String>();
@@ -427,7 +427,7 @@ fn chained_lets_are_shared() {
     assert!(chain(40) < 3 * chain(20));
 }
 
-/// Words of which texts are made.
+/// Words from which random texts are made.
 const WORDS: [&str; 40] = [
     "parameters",
     "run",

@@ -1,4 +1,4 @@
-//! Third derivatives: where they may stand, and what people will write wrongly.
+//! Third derivatives: where they are allowed, and the messages for wrong ones.
 
 use super::mistakes::{one, statement};
 use super::model;
@@ -25,7 +25,7 @@ fn a_jerk_is_a_third_derivative_however_it_is_written() {
         assert_eq!(model.third_order().collect::<Vec<_>>(), [0]);
     }
     assert_eq!(model(&declared("ddot(x) - 1")).order(), 2);
-    // a jerk that drops out is none
+    // a jerk that cancels does not count
     assert_eq!(model(&declared("dddot(x) - dot(ddot(x)) + ddot(x)")).order(), 2);
 }
 

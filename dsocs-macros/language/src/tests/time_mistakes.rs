@@ -1,4 +1,4 @@
-//! What people will write wrongly about time and external forces: where it is told, and what to do.
+//! Likely mistakes with time and external forces: their places and the advice.
 
 use super::mistakes::{expression, mistakes_on, one_on, statement};
 use super::{ITEM, model};
@@ -131,9 +131,9 @@ fn time_is_no_function_and_nothing_is_a_function_of_it_but_functions() {
         "t[0]",
         "times of nodes, `t[0]`, stand in discrete expressions alone",
     );
-    // what is a function may be one of time
+    // a function may be one of time
     model("coordinates(x); lagrangian = dot(x).powi(2) - curvature.at(t) * x - wind(t) * x - force(t);");
-    // and a derivative may be one with respect to time alone
+    // a derivative may be one by time alone
     model("coordinates(x); lagrangian = dot(x).powi(2) - dot((mass * t).sin()) * x;");
 }
 
@@ -157,7 +157,7 @@ fn maps_know_the_times_that_they_name() {
         "(t0, q0, (q1 - q0) / h)",
         "expected 2 vectors, `phi_lagrangian = |q0, q1| (q, v);`, found 3",
     );
-    // in the wrong order the names are those of other things
+    // in the wrong order the names mean other things
     let order = "the time stands before its node, `|t0, q0, t1, q1| (t, q, v)`";
     map("|q0, t0, q1, t1| (t0, q0, (q1 - q0) / h)", "t0", order);
     map("|t0, q0, t1, q1| (q0, q0, (q1 - q0) / h)", "q0", order);
@@ -201,7 +201,8 @@ fn constraints_are_constraints_of_the_motion_also_with_time() {
     );
 }
 
-/// What is not declared costs nothing: no expression of an autonomous system has the time for a leaf, and one that has is known for it.
+/// A time that is not declared costs nothing: no expression of an autonomous system depends on it. A system
+/// that depends on time is recognised.
 #[test]
 fn who_depends_on_time_is_known() {
     let start = "coordinates(x, y); lagrangian = dot(x) * dot(y) - x * y;";

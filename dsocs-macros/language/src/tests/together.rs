@@ -1,4 +1,4 @@
-//! What is said about several mistakes, and what is left of a wrong declaration.
+//! Several mistakes at once, and what remains of a wrong declaration.
 
 use super::mistakes::{mistakes_on, one};
 use super::{ITEM, analyzed};
@@ -11,7 +11,7 @@ fn the_second_of_two_names_is_shown() {
     ) else {
         panic!("the clash was not found")
     };
-    // the field's tokens are those of another source, and stand in its first line
+    // the field's tokens come from another source, where they are in the first line
     assert_eq!(mistakes.errors[0].span().start().column, "struct A { ".len());
 }
 

@@ -1,4 +1,4 @@
-//! Vectors and matrices: each means the same as written out by components.
+//! Vectors and matrices: each equals its components written out.
 
 use super::{code, fields_of, model};
 use crate::{Text, read};
@@ -7,7 +7,7 @@ use crate::{Text, read};
 const SPACE: &str =
     "coordinates(x: [3], y: [3], s); let u = dot(x); let m = [[1, s, 0], [0, 2, 0], [x[0], 0, 3]];";
 
-/// Asserts that two expressions are one.
+/// Asserts that two expressions are the same node.
 #[track_caller]
 fn same(left: &str, right: &str) {
     let model = model(&format!(
@@ -18,7 +18,7 @@ fn same(left: &str, right: &str) {
     assert_eq!(left_nodes, right_nodes, "{left}\n{right}");
 }
 
-/// Asserts that two declarations have the same code.
+/// Asserts that two declarations generate the same code.
 #[track_caller]
 fn same_code(written: &str, short: &str) {
     let of = |rest: &str| code(&format!("{SPACE} {rest}"));
@@ -166,7 +166,7 @@ fn forces_and_fields() {
         format!("{:?}", fields_of(&short)),
         format!("{:?}", fields_of(&long))
     );
-    // one vector for numbers that stand side by side
+    // one vector in place of adjacent numbers
     let flat = |force: &str| {
         code(&format!(
             "coordinates(x, y, z); lagrangian = dot(x).powi(2); let _r = [x, y, z]; external_forces = {force};"

@@ -1,4 +1,4 @@
-//! What is said about vectors and matrices that are wrong.
+//! Error messages for wrong vectors and matrices.
 
 use super::mistakes::{one, one_on};
 use crate::read;

@@ -1,4 +1,4 @@
-//! What the recurrences are made of: how many products, and what must not be there.
+//! The recurrences of some declarations: the number of products, and operations that must not occur.
 
 #![allow(clippy::needless_pass_by_value)] // tokens are written in place
 
@@ -8,7 +8,8 @@ use quote::quote;
 use super::*;
 use crate::expand;
 
-/// The numbers of products and squares of sequences in the recurrences of a declaration, and of rows left to numbers.
+/// The numbers of products and squares of sequences in the recurrences of a declaration, and of rows that are
+/// solved numerically.
 fn counts(declaration: TokenStream, item: TokenStream) -> [usize; 3] {
     let model = match expand::model(declaration, &syn::parse2(item).unwrap()) {
         Ok(model) => model,
@@ -16,7 +17,7 @@ fn counts(declaration: TokenStream, item: TokenStream) -> [usize; 3] {
     };
     let mut graph = model.graph.clone();
     let plan = Plan::of(&model, &mut graph);
-    // squares may stand in lanes of products
+    // squares may be placed in lanes of products
     let products = plan.sequences.products.iter();
     let among = products.filter(|[left, right]| left == right).count();
     [
@@ -89,7 +90,8 @@ fn chain(n: usize) -> (TokenStream, TokenStream) {
 
 #[test]
 fn the_particle_takes_two_products_and_three_squares() {
-    // |v|³/|v|² is |v|: two squares of velocities, one for the root, and the curvature's rate times each velocity
+    // |v|³/|v|² is |v|: two squares of velocities, one for the root, and the curvature's rate times each
+    // velocity
     let (declaration, item) = particle();
     assert_eq!(counts(declaration, item), [2, 3, 0]);
 }
@@ -110,7 +112,7 @@ fn the_factor_of_the_pendulum_is_divided_out_exactly() {
     let quotient = |op: &Op| matches!(op, Op::Quotient(..) | Op::Reciprocal(_));
     let ops: Vec<&Op> = plan.sequences.ops().map(|(_, op)| op).collect();
     assert!(!ops.iter().any(|op| quotient(op)), "{ops:?}");
-    // what is left of the dissipation is the hyperbolic tangent of the factor
+    // the factor leaves its hyperbolic tangent in the dissipation
     assert!(ops.iter().any(|op| matches!(op, Op::Tanh(..))));
 }
 
@@ -157,7 +159,7 @@ fn products_with_the_parameters_are_none_of_sequences() {
     assert_eq!(count, [0, 0, 0]);
 }
 
-/// What decides between pieces in the recurrences of a declaration, as an error names it.
+/// The names of a declaration's switches, as error messages show them; `None` if there are none.
 fn switched(declaration: TokenStream, item: TokenStream) -> Option<String> {
     let model = match expand::model(declaration, &syn::parse2(item).unwrap()) {
         Ok(model) => model,
@@ -175,10 +177,10 @@ fn what_decides_between_pieces_is_named_and_what_does_not_costs_nothing() {
     assert_eq!(switched(declaration, item), None);
     let (declaration, item) = chain(3);
     assert_eq!(switched(declaration, item), None);
-    // no motion ends where a function is steep
+    // a steep function ends no motion
     let (declaration, item) = pendulum();
     assert_eq!(switched(declaration, item).unwrap(), "\"\"");
-    // the same argument decides once, and one of the parameters never
+    // equal arguments are one switch, and arguments of the parameters are none
     let names = switched(
         quote! {
             coordinates(x);
