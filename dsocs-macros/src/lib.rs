@@ -139,12 +139,16 @@ use proc_macro::TokenStream;
 ///   components), `a.norm()` and `a.norm_squared()` are their products and lengths, `m * v`, `m * n` and `m.transpose()` those of matrices, `v[i]` and
 ///   `m[i][j]` their components. `dot(v)` is the vector of derivatives. A `let`, an argument of a function, the terms of a `sum` and both cases of an
 ///   `if` may be vectors.
-/// - `coordinates(r: rotation, x: [3]);` declares a rotation, a unit quaternion that moves by three numbers. `r * c` turns a vector of the body into one of
-///   space, `r.inverse() * c` turns it back; `r * s`, `r.matrix()` and `r.angular_velocity()` (in the frame of the body) are the others. What belongs to a
-///   rotation in a field, a form or a force is a vector in the frame of its body, or 0. In numbers it takes four places: the quaternion, the scalar first, in
-///   positions, and a zero and three numbers in velocities, accelerations and forces.
-/// - A row that is a vector is one row for each component: `holonomic = x - y;`. Beside it `branch` and `discrete_kinematic` have one entry, for all of
-///   them. A vector that is observed has a column for each component, `force_0`, `force_1`.
+/// - `coordinates(r: rotation, x: [3]);` declares a rotation: a unit quaternion with three degrees of
+///   freedom. `r * c` turns a vector from the frame of the body into that of space, `r.inverse() * c` turns
+///   it back. Other operations are `r * s`, the product of two rotations, `r.matrix()`, and
+///   `r.angular_velocity()` in the frame of the body. The entry of a rotation in a field, a form or a force
+///   is a vector in the frame of its body, or 0. In a run's numbers a rotation takes four places: the
+///   quaternion, scalar first, in positions; a zero and three numbers in velocities, accelerations and
+///   forces.
+/// - A row that is a vector stands for one row per component: `holonomic = x - y;`. `branch` and
+///   `discrete_kinematic` have one entry for all of them. A vector that is observed has a column for each
+///   component, `force_0`, `force_1`.
 /// - `sum(range, |i| e)` and `product(range, |i| e)` are written out when the declaration is read. The range has both
 ///   ends, `0..8` or `0..=i`.
 /// - An index is an integer expression: literals, indices of enclosing sums and `let`s of whole numbers, joined by `+`, `-`, `*`,

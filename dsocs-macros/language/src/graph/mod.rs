@@ -5,16 +5,16 @@
 //! kinds of nodes on purpose, because every walk over the graph has to know each of them:
 //!
 //! - [`rewrite`](Graph::rewrite): the walk of every pass that makes one expression from another
-//! ([`mod@rewrite`]);
+//!   ([`mod@rewrite`]);
 //! - [`derivative`](Graph::derivative): forward differentiation ([`mod@derivative`]);
 //! - [`mod@rotation`]: coordinates that are rotations, and their derivatives;
 //! - [`difference`](Graph::difference): the change of an expression between two points, without cancellation
 //!   ([`mod@difference`]);
 //! - [`values`](Graph::values): numeric evaluation ([`mod@evaluate`]);
 //! - [`vanishes`](Graph::vanishes): arithmetic modulo a prime, to tell whether an expression is zero
-//! ([`mod@identity`]) or cannot be ([`mod@nonzero`]);
+//!   ([`mod@identity`]) or cannot be ([`mod@nonzero`]);
 //! - [`power_of_step`](Graph::power_of_step): the order in the step `h` with which an expression vanishes
-//! ([`mod@power`]);
+//!   ([`mod@power`]);
 //! - [`algebra`]: rewritings that make expressions shorter;
 //! - code, through [`crate::emit::program`].
 

@@ -4,7 +4,7 @@
 //! - [`nodes`]: the nodes of a step and the maps `φ⁻¹` from them to points;
 //! - [`force`]: the discrete Lagrangian and the force of the discrete Euler-Lagrange equations;
 //! - [`mod@works`]: the work of the constraint force along the virtual displacements, or the force less its
-//! multipliers;
+//!   multipliers;
 //! - [`mod@step`]: the rows of a step, made of these;
 //! - [`mod@continuous`]: the continuous system, its force and its energy;
 //! - [`lower_order`]: constraints on positions and velocities, for a pair of nodes and for a start;

@@ -37,8 +37,8 @@ enum Kind {
     Given(usize),
     /// Sums and differences of any number of terms of some kinds, where the number does not matter.
     Sum(BTreeSet<usize>),
-    /// The operation, the kinds of its operands, and the order of each operand relative to the next one of
-    /// the same kind.
+    /// The operation, the kinds of its operands, and the order of each operand's coordinates and the next
+    /// one's.
     Operation(Operation, Vec<usize>, Vec<Ordering>),
     /// Similar to no other operation.
     Alone(Value),
