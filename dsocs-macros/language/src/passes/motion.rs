@@ -13,7 +13,7 @@ use crate::mechanics::Equation;
 /// The rows of the continuous motion of `n` coordinates without their declared factors. These are of order 1
 /// at most, and where the other rows hold they divide as polynomials in a velocity; then the quotient has a
 /// value where the factor is zero. `velocities` are the constraints on velocities
-/// ([`crate::mechanics::ContinuousEquations`]).
+/// (`ContinuousEquations`).
 pub(crate) fn without_factors(
     graph: &mut Graph,
     rows: &[Equation],
