@@ -38,6 +38,8 @@
 //! | bar | the limit that a measured value has to meet |
 //! | tape | the declaration as a list of operations, evaluated at run time where speed does not matter |
 //! | lane | one of the eight runs, or steps, that are computed side by side with SIMD instructions |
+//! | entry | a system with its start, its step and its drawing, as the command line lists it |
+//! | held input | a parameter that a run changes at nodes and keeps on the legs between |
 //! | certificate | two singular values that tell whether the equations of a step determine the next node and the previous one |
 //!
 //! Notation: `n` is the number of coordinates, `q` the position, `v = q̇` the velocity, `a = q̈` the acceleration, `h` the step, `L` the Lagrangian.
