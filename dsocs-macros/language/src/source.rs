@@ -50,7 +50,7 @@ impl From<TokenStream> for Source<'_> {
 /// # Ok::<(), dsocs_language::Mistake>(())
 /// ```
 ///
-/// Of a wrong declaration every mistake is told, at its place:
+/// For a wrong declaration every mistake is reported at its place:
 ///
 /// ```
 /// let Err(mistakes) = dsocs_language::analyze(
