@@ -219,8 +219,8 @@ impl Graph {
     }
 
     /// `c` and `d` of [`Graph::inverse_tangent`]. With `b = 3 (1 - a)` and `1 + |x|²/48 = 2 - a` they are
-    /// sums of fractions in `a` alone, which have short derivatives: `c = a + 3 - 3/a` and `d = 1/24 + 1/(16
-    /// a) - 1/(48 (2 - a))`.
+    /// sums of fractions in `a` alone, which have short derivatives: `c = a + 3 - 3/a` and
+    /// `d = 1/24 + 1/(16 a) - 1/(48 (2 - a))`.
     fn factors_of_tangent(&mut self, x: [NodeId; 3]) -> [NodeId; 2] {
         let [a, _] = self.pade(x);
         let inverse = self.powi(a, -1);
@@ -250,8 +250,9 @@ impl Graph {
         })
     }
 
-    /// The momentum `p` conjugate to the increment `x` of a leg, as covectors at its nodes: `T(x)ᵀp - T(-x)ᵀp
-    /// = p × x` by both nodes together, and `T(x)ᵀp = c p + p × x/2 + d (x·p) x` by the second.
+    /// The momentum `p` conjugate to the increment `x` of a leg, as covectors at its nodes:
+    /// `T(x)ᵀp - T(-x)ᵀp = p × x` by both nodes together, and `T(x)ᵀp = c p + p × x/2 + d (x·p) x` by the
+    /// second.
     pub(crate) fn momenta_of_turn(&mut self, first: usize, p: [NodeId; 3]) -> [[NodeId; 3]; 2] {
         let x = [1, 2, 3].map(|k| self.leaf(Leaf::Chord(first + k)));
         let [c, d] = self.factors_of_tangent(x);
