@@ -1,5 +1,4 @@
-//! The equations in numbers, against the same written by hand with numeric differences of the discrete
-//! Lagrangian.
+//! The equations in numbers, against hand-written ones with numeric differences of the discrete Lagrangian.
 
 use super::*;
 use crate::expand;
@@ -93,8 +92,7 @@ fn slope(at: [f64; 2], i: usize, function: impl Fn([f64; 2]) -> f64) -> f64 {
     (moved(1e-5) - moved(-1e-5)) / 2e-5
 }
 
-/// A declaration by hand: `L(t, q, v)`, the external forces, and the points of a leg over which the mean is
-/// taken.
+/// A declaration by hand: `L(t, q, v)`, the external forces, and the points of a leg that are averaged.
 struct ByHand {
     lagrangian: fn(f64, [f64; 2], [f64; 2]) -> f64,
     forces: fn(f64, [f64; 2], [f64; 2]) -> [f64; 2],
@@ -218,8 +216,7 @@ fn the_force_is_that_of_the_declared_map() {
     ByHand::new(trapezoid, ends).is("phi_lagrangian = trapezoid;");
 }
 
-/// A map to the first node's position at another time: forces act at this point, and not at both ends as with
-/// the paper's map.
+/// A map to the first node's position at another time: forces act there, not at both ends of the leg.
 #[test]
 fn a_point_with_the_time_of_another_is_not_the_papers() {
     ByHand::new(
@@ -229,8 +226,7 @@ fn a_point_with_the_time_of_another_is_not_the_papers() {
     .is("phi_lagrangian = |t0, q0, t1, q1| (t1, q0, (q1 - q0) / h);");
 }
 
-/// A velocity that is no function of the difference of the nodes: its contributions at both nodes do not
-/// cancel.
+/// A velocity that is no function of the difference of the nodes, so that nothing cancels.
 #[test]
 fn the_velocity_of_a_map_may_depend_on_the_nodes() {
     fn velocity(a: Node, b: Node) -> [f64; 2] {
