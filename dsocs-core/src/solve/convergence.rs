@@ -3,12 +3,12 @@
 //! The rules stand here once, for every iteration of this crate: that of one trajectory ([`super::newton`]), that of
 //! several in lanes ([`crate::ensemble`]) and that for the accelerations of a Taylor series ([`crate::taylor`]).
 //!
-//! An update is small or large relative to the unknown, or, where the unknown is smaller, to the *size* that it is expected
-//! to have. There is no absolute tolerance. How small a size can be is decided by what rounding lets the rows tell: see
-//! [`NaturalSizes`].
+//! An update is small or large relative to the unknown, or relative to the unknown's expected *size* where
+//! that is larger. There is no absolute tolerance. The smallest meaningful size follows from the rounding
+//! error of the rows: see [`NaturalSizes`].
 //!
-//! With quadratic convergence the updates obey `ρ' = C ρ²`, so that the error after an update is told by the update and the
-//! one before it, without an evaluation to confirm it.
+//! With quadratic convergence the updates obey `ρ' = C ρ²`. So two consecutive updates bound the error that
+//! is left, without an evaluation to confirm it.
 
 use core::ops::{BitAnd, BitOr, Not};
 
@@ -33,7 +33,7 @@ const MUCH_SMALLER: f64 = 0.25;
 /// An update that is not this part of the one before does not shrink.
 const SHRINKS: f64 = 0.5;
 
-/// How small an update that does not shrink must be, in the first iterations, to be suspected of being rounding.
+/// Below this relative size, an update that does not shrink in the first iterations may be rounding.
 const SUSPECT: f64 = 1e-2;
 
 /// From this iteration on every update that does not shrink is suspected.
@@ -43,7 +43,7 @@ const LATE: u32 = 2;
 /// many iterations is noise, if it is as small as a last one.
 const STAGNANT: u32 = 4;
 
-/// A row within so many bounds of its rounding error is zero for all that can be told.
+/// A row is taken for zero if it is within this many bounds of its rounding error.
 pub(crate) const ROUNDINGS: f64 = 4.0;
 
 /// An unknown smaller than this part of its natural size is treated as if it were as large. So the last update, which is
@@ -54,7 +54,8 @@ const PART_OF_NATURAL: f64 = 1e-6;
 /// with [`PART_OF_NATURAL`], sizes that are too large by this factor change no rule.
 const WELL_CONDITIONED: f64 = 1e6;
 
-/// With more rows, the columns of an inverse are not found one after the other, since each takes an elimination of its own.
+/// An inverse of more rows than this is computed by one elimination, not column by column with one
+/// elimination each.
 const MOST_SOLVED_ONE_BY_ONE: usize = 8;
 
 /// Numbers that can be compared, lane by lane.
@@ -65,7 +66,8 @@ pub(crate) trait Compare: Scalar {
     /// True in every lane.
     fn always() -> Self::Truth;
 
-    /// Whether a truth value is false in the only lane. Several lanes are not asked, for they take no branches.
+    /// Whether a truth value is false in the only lane. Always `false` for several lanes, which take no
+    /// branches.
     fn is_never(truth: Self::Truth) -> bool {
         let _ = truth;
         false
@@ -187,7 +189,7 @@ impl<U> Update<'_, U> {
         let mut largest = zero;
         for (place, update) in self.components.as_ref().iter().enumerate() {
             let update = update.abs();
-            // no update is a small one, also of an unknown that is zero
+            // an update of zero is small, also where the unknown is zero
             let quotient = update / unknowns[place].abs().larger(sizes[place]);
             let ratio = T::select_le(update, zero, zero, quotient);
             largest = T::select_le(ratio, largest, largest, ratio);
@@ -209,25 +211,25 @@ pub(crate) fn is_last(before: f64, now: f64) -> bool {
     now <= LAST_UPDATE && now * contraction * contraction <= REMAINDER
 }
 
-/// How the updates of an iteration shrink that does not converge fast.
+/// Decrease of the updates of an iteration that does not converge fast.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Progress {
     /// The smallest update so far, relative to the unknowns.
     smallest: f64,
-    /// The last one.
+    /// The last update, relative to the unknowns.
     last: f64,
-    /// How many updates have not been much smaller than the smallest one.
+    /// Number of consecutive updates that were not much smaller than the smallest one.
     stagnant: u32,
 }
 
-/// What is to be thought of an update that does not shrink.
+/// Possible cause of an update that does not shrink.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Suspicion {
-    /// Nothing: it shrinks, or there is still time.
+    /// No suspicion: it shrinks, or it is too early to tell.
     None,
-    /// It may be rounding: it is if the rows are within [`ROUNDINGS`] bounds of theirs.
+    /// Perhaps rounding: it is if all rows are within [`ROUNDINGS`] bounds of their rounding errors.
     Rounding,
-    /// It is the noise of a function, whatever the rows' bounds say.
+    /// Noise of a user's function, whatever the bounds of the rows' rounding errors are.
     Noise,
 }
 
@@ -246,7 +248,7 @@ impl Progress {
         self.last
     }
 
-    /// Takes the size of the next update, relative to the unknowns.
+    /// Records the size of the next update, relative to the unknowns.
     pub fn take(&mut self, size: f64) {
         if size < SHRINKS * self.smallest {
             (self.smallest, self.stagnant) = (size, 0);
@@ -256,7 +258,8 @@ impl Progress {
         self.last = size;
     }
 
-    /// What is to be thought of the last update, a full one of iteration `iteration`, after one of the size `before`.
+    /// The suspicion about the last update, a full one of iteration `iteration`, after one of the size
+    /// `before`.
     pub fn suspicion(&self, before: f64, iteration: u32) -> Suspicion {
         let size = self.last;
         if size < SHRINKS * before || (size > SUSPECT && iteration <= LATE) {
@@ -269,21 +272,22 @@ impl Progress {
     }
 }
 
-/// The *natural size* of each unknown: what it would be if the terms of the rows did not cancel,
-/// `S = |J⁻¹| T` with the Jacobian `J` of the rows and the sizes `T` of their terms.
+/// The *natural size* of each unknown, `S = |J⁻¹| T`, with the Jacobian `J` of the rows and the sizes `T` of
+/// their terms: its size if the terms of the rows did not cancel.
 ///
-/// Rounding changes the rows by about `u T`, with the unit round-off `u`, and so the root by `u S`: no unknown is known to
-/// more, however small it is. Where unknowns span many decades (a pull at the inner end of a chain is felt at its outer end
-/// by `1e-15` of it) this, and not its own size, is what a small unknown has to be measured by. (N. J. Higham, *Accuracy and
-/// Stability of Numerical Algorithms*, 2nd ed., section 7.2: componentwise perturbations of linear equations.)
+/// Rounding changes the rows by about `u T`, with the unit round-off `u`, and so the root by about `u S`: no
+/// unknown can be known more precisely. Unknowns may span many decades: a pull at the inner end of a chain is
+/// felt at its outer end by `1e-15` of it. Then a small unknown has to be measured by its natural size, not
+/// by its own. (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed., section 7.2:
+/// componentwise perturbations of linear equations.)
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct NaturalSizes {
     /// The sizes.
     pub sizes: Vector,
-    /// The largest diagonal entry of `|J⁻¹| |J|`, which no scaling of rows or unknowns changes; 1 where rows and unknowns
-    /// have nothing to do with each other.
+    /// The largest diagonal entry of `|J⁻¹| |J|`, which does not depend on the scaling of rows or unknowns; 1
+    /// for a diagonal Jacobian.
     pub condition: f64,
-    /// How large the unknowns are in units of their natural sizes, of all the largest.
+    /// The largest ratio `|z|/S` of an unknown to its natural size.
     pub level: f64,
 }
 
@@ -339,13 +343,13 @@ impl NaturalSizes {
         &self.sizes
     }
 
-    /// Whether they say how unknowns are coupled, and not that the rows hardly determine them: near a double root, or where
-    /// there is nearly one, natural sizes are large without bound.
+    /// Whether the sizes come from coupled unknowns and not from nearly singular rows: near a double root,
+    /// natural sizes are large without bound.
     pub fn are_usual(&self) -> bool {
         self.condition <= WELL_CONDITIONED && self.level * WELL_CONDITIONED >= 1.0
     }
 
-    /// Sizes that are not too small to be known.
+    /// Expected sizes, raised to at least [`PART_OF_NATURAL`] of the natural sizes.
     pub fn raise(&self, sizes: &Vector) -> Vector {
         sizes.zip(&self.sizes, |size, natural| size.max(PART_OF_NATURAL * natural))
     }
@@ -358,7 +362,7 @@ pub(crate) struct Remembered {
     pub part: Vector,
     /// `1/S`.
     pub inverse: Vector,
-    /// How large the unknowns were in units of their natural sizes, of all the largest.
+    /// The largest ratio of an unknown to its natural size at that step.
     pub level: f64,
 }
 
@@ -374,15 +378,17 @@ impl Remembered {
         }
     }
 
-    /// How large unknowns are in units of the natural sizes, of all the largest.
+    /// The largest ratio of an unknown to its natural size.
     fn level(&self, z: &[f64]) -> f64 {
         let ratios = z.iter().zip(self.inverse.iter());
         ratios.fold(0.0, |largest, (z, inverse)| f64::max(largest, z.abs() * inverse))
     }
 
-    /// Makes sizes not too small to be known, where the unknowns have lately been as large as `lately` says.
+    /// Raises expected sizes to at least [`PART_OF_NATURAL`] of the natural sizes, for recent sizes `lately`
+    /// of the unknowns.
     ///
-    /// Natural sizes go with those of the unknowns: they shrink as these do, and grow once these have outgrown them.
+    /// Natural sizes are rescaled with the unknowns: they shrink as these do, and grow once these have
+    /// outgrown them.
     #[inline(never)] // seldom needed, and then by systems that have many unknowns
     pub fn raise(&self, sizes: &mut [f64], lately: &[f64]) {
         let level = self.level(lately);

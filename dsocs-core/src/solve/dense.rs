@@ -1,8 +1,9 @@
 //! Small dense matrices and their singular values.
 //!
-//! What is decomposed here has as many rows as a system has equations, and is decomposed where a run starts or is examined, never
-//! in a step. One-sided rotations (Hestenes 1958, de Rijk 1989) find small singular values to full relative accuracy and
-//! take a page; a library of linear algebra takes longer to compile than all else that this crate depends on.
+//! The matrices have as many rows as a system has equations. They are decomposed at the start of a run or in
+//! an analysis, never in a step. One-sided rotations (Hestenes 1958, de Rijk 1989) find small singular values
+//! to full relative accuracy and take a page; a library of linear algebra takes longer to compile than all
+//! other dependencies of this crate.
 
 use core::ops::{Index, IndexMut};
 
@@ -11,13 +12,13 @@ use crate::solve::elimination::inverse_power_of_two;
 /// Two columns are orthogonal if the cosine of their angle is below this.
 const ORTHOGONAL: f64 = 2.0 * f64::EPSILON;
 
-/// So often every pair of columns is rotated, at most: convergence is quadratic.
+/// Largest number of sweeps over all pairs of columns; convergence is quadratic.
 const SWEEPS: usize = 60;
 
 /// A singular value below this part of the largest is zero, where rows and columns have entries of about 1.
 pub(crate) const ZERO: f64 = 1e-11;
 
-/// How often rows and columns are scaled in turn.
+/// Number of passes that scale rows and columns in turn.
 const SCALINGS: usize = 4;
 
 /// A matrix, by columns.
@@ -30,7 +31,7 @@ pub(crate) struct Matrix {
 }
 
 impl Matrix {
-    /// The matrix of some entries, by row and column.
+    /// The matrix with `entry(i, j)` in row `i` and column `j`.
     pub(crate) fn from_fn(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
         let column = |j| (0..rows).map(|i| entry(i, j)).collect();
         Self {
@@ -56,7 +57,7 @@ impl Matrix {
         }
     }
 
-    /// Divides every column by its length, and tells the lengths.
+    /// Divides every column by its length and returns the lengths.
     pub(crate) fn normalize_columns(&mut self) -> Vec<f64> {
         let lengths: Vec<f64> = self.columns.iter().map(|column| length(column)).collect();
         for (column, length) in self.columns.iter_mut().zip(&lengths) {
@@ -72,7 +73,7 @@ impl Matrix {
         self.columns.iter().flatten().all(|x| x.is_finite())
     }
 
-    /// Rows for columns.
+    /// The transpose.
     pub(crate) fn transposed(&self) -> Self {
         Self::from_fn(self.columns.len(), self.rows, |i, j| self[(j, i)])
     }
@@ -136,8 +137,9 @@ impl Matrix {
         right
     }
 
-    /// Square equations with rows and columns of a common size: decomposed, with the right-hand sides scaled along with their rows, and the lengths
-    /// by which a solution is to be divided. `None` where they are not finite, or a column is zero.
+    /// Solves square equations of any scaling: rows and columns are divided by their sizes, `right` with its
+    /// rows, and the matrix is decomposed. Returns the decomposition and the lengths of the columns, by which
+    /// a solution is to be divided. `None` where they are not finite, or a column is zero.
     pub(crate) fn equilibrated(mut self, right: &mut [f64]) -> Option<(Singular, Vec<f64>)> {
         for (i, right) in right.iter_mut().enumerate() {
             let largest = self.row(i).fold(0.0_f64, |largest, x| largest.max(x.abs()));
@@ -151,8 +153,9 @@ impl Matrix {
         finite.then(|| (self.decomposed(), lengths))
     }
 
-    /// A solution of equations whose finite matrix is symmetric and has no negative eigenvalue, as that of rows in a metric: what depends on other rows is left out.
-    /// The units of rows do not matter.
+    /// Solves equations with a finite, symmetric, positive semidefinite matrix, such as the Gram matrix of
+    /// constraint rows in a metric. Dependent rows are left out. The result does not depend on the rows'
+    /// units.
     pub(crate) fn solve_metric(&self, wanted: &[f64]) -> Vec<f64> {
         let unit = |i: usize| {
             let unit = self[(i, i)].sqrt().recip();
@@ -230,25 +233,25 @@ impl IndexMut<(usize, usize)> for Matrix {
     }
 }
 
-/// A matrix as `Σ σ u vᵀ`, in no order: as many terms as it has rows or columns, of which it has fewer.
+/// A matrix as the sum `Σ σ u vᵀ`, in no order, of `min(rows, columns)` terms.
 #[derive(Clone, Debug)]
 pub(crate) struct Singular {
     /// The singular values `σ`.
     pub(crate) values: Vec<f64>,
-    /// The vectors `u`; zero where `σ` is.
+    /// The left singular vectors `u`; zero where `σ` is.
     left: Vec<Vec<f64>>,
-    /// The vectors `v`. Those of a matrix with at least as many rows as columns are a basis.
+    /// The right singular vectors `v`. If the matrix has at least as many rows as columns, they are a basis.
     pub(crate) right: Vec<Vec<f64>>,
 }
 
 impl Singular {
-    /// The smallest and the largest singular value; of no matrix, 1.
+    /// The smallest and the largest singular value; `[1, 1]` for an empty matrix.
     pub(crate) fn extremes(&self) -> [f64; 2] {
         let fold = |of: fn(f64, f64) -> f64| self.values.iter().copied().reduce(of).unwrap_or(1.0);
         [fold(f64::min), fold(f64::max)]
     }
 
-    /// The shortest vector of those that come nearest to a solution, where singular values up to `zero` count as zero.
+    /// The least-squares solution of least norm; singular values up to `zero` count as zero.
     pub(crate) fn solve(&self, wanted: &[f64], zero: f64) -> Vec<f64> {
         let mut solution = vec![0.0; self.right.first().map_or(0, Vec::len)];
         for ((&value, left), right) in self.values.iter().zip(&self.left).zip(&self.right) {
@@ -299,7 +302,7 @@ fn add(sum: &mut [f64], factor: f64, vector: &[f64]) {
     }
 }
 
-/// A basis of the directions that a square matrix takes to zero, each with 1 for its largest component.
+/// A basis of the null space of a square matrix; the largest component of each vector is 1.
 pub(crate) fn null_directions(mut matrix: Matrix, size: usize) -> Vec<Vec<f64>> {
     let scales = equilibrate(&mut matrix, size);
     let directions = null_vectors(&matrix, ZERO).into_iter().map(|mut vector| {
@@ -313,8 +316,8 @@ pub(crate) fn null_directions(mut matrix: Matrix, size: usize) -> Vec<Vec<f64>> 
     directions.collect()
 }
 
-/// Scales rows and columns in turn until their largest entries are about 1, and tells by what the columns were multiplied.
-/// What is zero stays zero.
+/// Scales rows and columns in turn until their largest entries are about 1, and returns the factors of the
+/// columns. Rows and columns of zeros stay zero.
 pub(crate) fn equilibrate(matrix: &mut Matrix, size: usize) -> Vec<f64> {
     let mut scales = vec![1.0; size];
     for _ in 0..SCALINGS {
@@ -337,7 +340,7 @@ pub(crate) fn equilibrate(matrix: &mut Matrix, size: usize) -> Vec<f64> {
     scales
 }
 
-/// A basis of what a matrix takes to zero that has at least as many rows as columns.
+/// A basis of the null space of a matrix with at least as many rows as columns.
 pub(crate) fn null_vectors(matrix: &Matrix, zero: f64) -> Vec<Vec<f64>> {
     let singular = matrix.decomposed();
     let [_, largest] = singular.extremes();

@@ -3,19 +3,19 @@
 //! The matrix is balanced, brought to Hessenberg form by elimination, and deflated by double QR steps with Francis' shifts (J. H. Wilkinson and
 //! C. Reinsch, *Handbook for Automatic Computation II, Linear Algebra*, 1971: `balance`, `elmhes`, `hqr`).
 
-/// So many QR steps are made at most for one eigenvalue; three are usual.
+/// Largest number of QR steps for one eigenvalue; three are usual.
 const MAX_STEPS: u32 = 60;
 
-/// After so many steps without success the shift is another one.
+/// After this many steps without convergence an exceptional shift is used.
 const UNUSUAL: u32 = 10;
 
-/// Rows and columns are scaled as long as the sum of their sizes becomes less than this part of it.
+/// A row and its column are scaled only if this reduces the sum of their norms below this part of it.
 const BALANCED: f64 = 0.95;
 
-/// So often rows and columns are gone through to be scaled.
+/// Largest number of balancing passes over all rows and columns.
 const MAX_SCALINGS: usize = 100;
 
-/// Real parts are ordered to this part of the largest eigenvalue.
+/// Real parts that differ by less than this part of the largest eigenvalue are ordered as equal.
 const SAME: f64 = 1e-12;
 
 /// The eigenvalues of a square matrix, given by its rows: real and imaginary part of each, from the largest real part to the least, then from the
@@ -49,10 +49,10 @@ pub(crate) fn eigenvalues(rows: &[Vec<f64>]) -> Option<Vec<[f64; 2]>> {
     Some(found)
 }
 
-/// A matrix on its way to triangular form, by rows.
+/// A matrix on its way to Hessenberg form and to triangular form, by rows.
 struct Hessenberg(Vec<Vec<f64>>);
 
-/// A vector of three components that a reflection takes to a multiple of the first axis, and the size by which it was divided.
+/// The vector that defines a Householder reflection of the double step, and the size by which it was divided.
 struct Bulge {
     parts: [f64; 3],
     size: f64,
@@ -63,7 +63,8 @@ impl Hessenberg {
         self.0.len()
     }
 
-    /// Scales rows and columns by powers of two, which do not round, until those of the same place are of about the same size.
+    /// Balances: scales each row and its column by powers of two, which do not round, until both have about
+    /// the same norm.
     fn balance(&mut self) {
         let n = self.len();
         for _ in 0..MAX_SCALINGS {
@@ -159,7 +160,8 @@ impl Hessenberg {
         Some(found)
     }
 
-    /// Where the block begins that ends at a place: above it the subdiagonal is zero to rounding, and is made so.
+    /// First row of the unreduced block that ends at row `last`. The subdiagonal entry above it is zero to
+    /// rounding, and is set to zero.
     fn split(&mut self, last: usize, norm: f64) -> usize {
         for l in (1..=last).rev() {
             let beside = self.0[l - 1][l - 1].abs() + self.0[l][l].abs();
@@ -172,7 +174,8 @@ impl Hessenberg {
         0
     }
 
-    /// The last two diagonal entries, the last first, and the product of those beside them.
+    /// The last two diagonal entries of a block, the last first, and the product of the two off-diagonal
+    /// ones.
     fn corner(&self, last: usize) -> [f64; 3] {
         let a = &self.0;
         match last.checked_sub(1) {
@@ -181,7 +184,8 @@ impl Hessenberg {
         }
     }
 
-    /// Where a double step begins, and with which vector.
+    /// First row of a double step in the block `first..=last`, and its first reflection: two consecutive
+    /// subdiagonal entries are small there.
     fn begin(&self, first: usize, last: usize, [x, y, w]: [f64; 3]) -> (usize, Bulge) {
         let a = &self.0;
         let mut m = last - 2;
@@ -264,7 +268,8 @@ impl Hessenberg {
     }
 }
 
-/// The eigenvalues of two rows and columns, from the diagonal, the last entry first, and the product of the other two.
+/// The eigenvalues of a 2×2 block, from its diagonal, the last entry first, and the product of the
+/// off-diagonal entries.
 fn pair(x: f64, y: f64, w: f64) -> [[f64; 2]; 2] {
     let p = 0.5 * (y - x);
     let square = p * p + w;

@@ -11,7 +11,7 @@ use crate::number::scalar::Scalar;
 mod many;
 pub(crate) mod slices;
 
-/// Up to so many rows are eliminated where they are used, with loops of lengths that are known.
+/// Up to this many rows are eliminated inline, with loops of literal length; more by [`many`].
 const FEW: usize = 8;
 
 /// Determinants must be larger than this for Cramer's rule, and pivots of rows as they are.
@@ -20,7 +20,7 @@ pub(crate) const SMALLEST_DETERMINANT: f64 = 1e-100;
 /// Determinants must be smaller than this for Cramer's rule, and pivots of rows as they are.
 pub(crate) const LARGEST_DETERMINANT: f64 = 1e100;
 
-/// Whether a number is as wanted in every lane.
+/// Whether a number fulfils a condition in every lane.
 #[inline(always)]
 pub(crate) fn every_lane<T: Scalar>(x: T, wanted: impl Fn(f64) -> bool) -> bool {
     (0..T::LANES).all(|lane| wanted(x.lane(lane)))
@@ -62,7 +62,7 @@ pub(crate) fn quotients<T: Scalar, const M: usize>(
     solution
 }
 
-/// Brings the rows of a matrix to a common size, by powers of two, and tells by which.
+/// Brings the rows of a matrix to a common size by powers of two, and returns these factors.
 #[inline(always)]
 fn scale_rows<T: Scalar, const M: usize>(a: &mut [[T; M]; M]) -> [T; M] {
     let mut scales = [T::splat(1.0); M];
@@ -80,7 +80,7 @@ fn scale_rows<T: Scalar, const M: usize>(a: &mut [[T; M]; M]) -> [T; M] {
 
 /// Gauss elimination of rows that are first brought to a common size.
 ///
-/// It is never part of its caller, whose own room on the stack, with the matrix of a large system in it, would be as large again.
+/// Never inlined: the matrix of a large system would double the stack frame of the caller.
 #[inline(never)]
 pub(crate) fn eliminate_scaled<T: Scalar, const M: usize>(
     matrix: &[[T; M]; M],
@@ -89,7 +89,7 @@ pub(crate) fn eliminate_scaled<T: Scalar, const M: usize>(
     eliminate_scaled_here(matrix, right)
 }
 
-/// The same as part of its caller, which is compiled for the machine's own instructions.
+/// [`eliminate_scaled`] inlined into its caller, which is compiled for the machine's own instructions.
 #[inline(always)]
 pub(crate) fn eliminate_scaled_here<T: Scalar, const M: usize>(
     matrix: &[[T; M]; M],
@@ -108,16 +108,16 @@ pub(crate) fn eliminate_scaled_here<T: Scalar, const M: usize>(
     (x, Scaled { sign, pivots })
 }
 
-/// The factors of the determinant of rows that were brought to a common size for their elimination.
+/// Sign and pivots of the elimination of scaled rows, as factors of the determinant of the unscaled ones.
 pub(crate) struct Scaled<T, const M: usize> {
     /// -1 where rows were exchanged an odd number of times, 1 elsewhere.
     pub sign: T,
-    /// The pivots, and the rows' sizes among them.
+    /// The pivots, with the scaling of the rows undone.
     pub pivots: [T; M],
 }
 
 impl<T: Scalar, const M: usize> Scaled<T, M> {
-    /// That of the first lane.
+    /// The determinant in the first lane.
     #[inline(always)]
     pub fn determinant(&self) -> Determinant {
         Determinant::of_pivots(
@@ -127,7 +127,7 @@ impl<T: Scalar, const M: usize> Scaled<T, M> {
     }
 }
 
-/// What elimination tells of the pivots.
+/// Sizes of the pivots and sign of the row exchanges after an elimination.
 pub(crate) struct Pivots<T> {
     /// The absolute value of the smallest.
     pub smallest: T,
@@ -145,7 +145,7 @@ pub(crate) fn eliminate<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut 
     eliminate_here(a, x)
 }
 
-/// The same as part of its caller, which is compiled for the machine's own instructions.
+/// [`eliminate`] inlined into its caller, which is compiled for the machine's own instructions.
 #[inline(always)]
 pub(crate) fn eliminate_here<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M]) -> Pivots<T> {
     if M > FEW
@@ -189,12 +189,12 @@ pub(crate) fn eliminate_here<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: 
 pub struct Determinant {
     /// The number, with the sign.
     pub value: f64,
-    /// The power of two beside it.
+    /// The exponent of the power of two.
     pub exponent: i32,
 }
 
 impl Determinant {
-    /// A number within the range of doubles, as the determinants of one and of two rows are taken to be.
+    /// A determinant in the range of doubles; those of one and two rows are assumed to be.
     #[inline]
     pub(crate) fn of(value: f64) -> Self {
         Self { value, exponent: 0 }
@@ -220,13 +220,13 @@ impl Determinant {
         }
     }
 
-    /// Where it is not known.
+    /// An unknown determinant.
     pub(crate) const UNKNOWN: Self = Self {
         value: f64::NAN,
         exponent: 0,
     };
 
-    /// In units of `2^exponent`, as far as the range of doubles goes.
+    /// The determinant divided by `2^exponent`, within the range of doubles.
     #[inline]
     pub(crate) fn in_units_of(self, exponent: i32) -> f64 {
         if self.exponent == exponent {
@@ -277,7 +277,7 @@ pub(crate) fn inverse<const FUSED: bool, const M: usize>(matrix: &[[f64; M]; M])
     (columns, sign_of(kind.sign, &pivots))
 }
 
-/// The sign of a product: that of a number, turned by every factor that is negative.
+/// The sign of a product: `sign`, changed by every negative factor.
 #[inline(always)]
 fn sign_of(sign: f64, factors: &[f64]) -> f64 {
     let bits = factors.iter().fold(sign.to_bits(), |bits, factor| {
@@ -294,12 +294,13 @@ pub(crate) fn determinant_of<const M: usize>(matrix: &[[f64; M]; M]) -> Determin
     Determinant::of_pivots((0..M).map(|k| a[k][k]), exchanges.odd)
 }
 
-/// What elimination does with the entries of a matrix and of its right-hand sides `R`.
+/// The operations of elimination on the entries of a matrix and on its right-hand sides `R`.
 trait Kind<T, R, const M: usize> {
     /// Whether columns are taken out of the rows above, too.
     const ABOVE: bool = false;
 
-    /// Whether rows are left as they are where their entry is zero, as most are of bodies that are joined to few others.
+    /// Whether rows with a zero entry in the column are skipped. Most are zero if bodies are joined to few
+    /// others.
     const SKIPS: bool = false;
 
     /// Brings the row with the largest entry in column `k`, from row `k` down, to the place `k`.
@@ -308,7 +309,7 @@ trait Kind<T, R, const M: usize> {
     /// `lower - factor · upper`, of entries.
     fn minus(lower: T, factor: T, upper: T) -> T;
 
-    /// The same of right-hand sides.
+    /// `lower - factor · upper`, of right-hand sides.
     fn minus_right(lower: R, factor: T, upper: R) -> R;
 }
 
@@ -339,7 +340,7 @@ impl<T: Scalar, const M: usize> Kind<T, T, M> for Solution<T> {
     }
 }
 
-/// The columns of the identity for right-hand sides.
+/// The columns of the identity as right-hand sides: elimination gives the inverse.
 struct Inverse<const FUSED: bool> {
     /// -1 where rows were exchanged an odd number of times, 1 elsewhere.
     sign: f64,
@@ -371,7 +372,7 @@ impl<const FUSED: bool, const M: usize> Kind<f64, [f64; M], M> for Inverse<FUSED
     }
 }
 
-/// No right-hand side.
+/// No right-hand side: elimination gives the determinant.
 struct Exchanges {
     /// Whether rows were exchanged an odd number of times.
     odd: bool,
@@ -392,7 +393,7 @@ impl<const M: usize> Kind<f64, (), M> for Exchanges {
     fn minus_right((): (), _: f64, (): ()) {}
 }
 
-/// Takes every column out; `inverse` becomes the reciprocals of the pivots.
+/// Eliminates every column; `inverse` receives the reciprocals of the pivots.
 #[inline(always)]
 fn take_all_out<T: Scalar, R: Copy, K: Kind<T, R, M>, const M: usize>(
     a: &mut [[T; M]; M],
@@ -420,7 +421,8 @@ fn is_zero<T: Scalar>(entry: T) -> bool {
     every_lane(entry, |x| x == 0.0)
 }
 
-/// Takes column `k` out of the other rows, the one with its largest entry first.
+/// Eliminates column `k` from the other rows, after the row with its largest entry was brought to the place
+/// `k`.
 #[inline(always)]
 #[allow(clippy::needless_range_loop)] // with a literal `k` no loop and no index is left of it
 fn take_out<T: Scalar, R: Copy, K: Kind<T, R, M>, const M: usize>(
@@ -463,7 +465,7 @@ fn swap_up<T: Scalar, R, const M: usize>(a: &mut [[T; M]; M], x: &mut [R; M], k:
     pivot != k
 }
 
-/// The same in each lane by itself; `sign` has changed where rows were exchanged.
+/// [`swap_up`] in each lane by itself; returns `sign`, reversed in lanes whose rows were exchanged.
 #[inline(always)]
 fn exchange<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M], k: usize, sign: T) -> T {
     let (mut pivot, mut largest) = (T::splat(k as f64), a[k][k].abs());

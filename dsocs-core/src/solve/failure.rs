@@ -13,22 +13,25 @@ pub enum StepFailure {
     Singular,
     /// The updates did not become small: there may be no root, or none near the guess.
     NotConverged,
-    /// The residual has a minimum that is not zero: on a path from a guess along which the rows become smaller, there is a point that is
-    /// not a root and from which they can only grow again. What the declaration asks for cannot be met there.
+    /// The residual has a minimum that is not zero: on a path from a guess along which the rows decrease,
+    /// there is a point that is not a root and beyond which they only grow. The declared equations cannot be
+    /// fulfilled there.
     NoSolution,
     /// At the root that was found, a denominator of a declared row is zero, so the row is not defined. Or a factor of the row that does not
     /// depend on the unknowns is zero, so the row holds for all values of the unknowns.
     Degenerate,
-    /// Between the last node and the next one the equations become singular, and the acceleration, of third order the jerk, grows without bound: no
-    /// motion leads past, and the solution that was found belongs to another one.
+    /// Between the last node and the next one the equations become singular, and the acceleration (in third
+    /// order the jerk) grows without bound. No motion leads past this point; the root that was found belongs
+    /// to another motion.
     PassesSingularity,
-    /// The motion passes through rest, where a constraint of third order holds whatever the third derivative is. Behind it there are two motions: one
-    /// that is smooth, and one with what the constraint prescribes going on, such as a curvature.
+    /// The motion passes through rest, where a constraint of third order holds for every third derivative.
+    /// Two motions continue from there: a smooth one, and one that keeps the prescribed quantity, such as a
+    /// curvature.
     PassesRest,
-    /// What is at rest is led away from it by a force that jumps with the velocity, as one along it, to either side: there are three motions, and one of them
-    /// stays at rest.
+    /// A body at rest is driven to either side by a force that jumps with the velocity, such as one along the
+    /// velocity. Three motions are possible, and one of them stays at rest.
     Forks,
-    /// A rotation turns by half a turn or more in the step: which way round is not known then.
+    /// A rotation turns by half a turn or more in the step, so the sense of the turn is not determined.
     TurnsTooFar,
     /// There are two solutions, near or far apart, and neither the guess nor the past decides which one belongs to the motion.
     AmbiguousRoot,
@@ -68,11 +71,12 @@ pub struct NewtonFailure {
 
 crate::debug_is_message!(NewtonFailure);
 
-/// So many of the last updates say how the iteration converges.
+/// Number of last updates that are used to judge the convergence.
 const TAIL: usize = 8;
 
 impl NewtonFailure {
-    /// Whether several roots have become one: each update is then the same part of the one before, `1 − 1/m` of it at an `m`-fold root.
+    /// Whether the iteration converges to a multiple root: at an `m`-fold root each update is `1 − 1/m` of
+    /// the one before.
     #[must_use]
     pub fn is_at_multiple_root(&self) -> bool {
         let finite = self.updates.iter().skip_while(|update| !update.is_finite());
@@ -121,7 +125,7 @@ impl fmt::Display for History<'_> {
 
 impl core::error::Error for NewtonFailure {}
 
-/// The history of a failed iteration.
+/// The history of a failed iteration, for display.
 pub(crate) struct History<'a>(pub &'a NewtonFailure);
 
 #[cfg(test)]

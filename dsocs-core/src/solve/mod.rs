@@ -1,8 +1,9 @@
 //! Equations: vectors and matrices of any size, and Newton's iteration.
 //!
-//! [`unknown`] says what is looked for, [`predictor`] guesses it from past solutions, [`newton`] iterates until [`convergence`] says that it has
-//! arrived, or says why not ([`failure`]). [`elimination`] solves linear rows, many of them by [`sparse`]; [`dense`] decomposes small matrices, and
-//! [`eigenvalues`] has theirs.
+//! [`unknown`] defines the unknowns, [`predictor`] guesses them from past solutions, [`newton`] iterates
+//! until [`convergence`] says that the error is small, and [`failure`] lists the reasons why it may not be.
+//! [`elimination`] solves linear equations, [`sparse`] those with many zeros; [`dense`] decomposes small
+//! matrices, and [`eigenvalues`] finds their eigenvalues.
 
 pub(crate) mod convergence;
 pub(crate) mod dense;

@@ -1,4 +1,4 @@
-//! Newton's iteration: when it has arrived, when it must be slowed down, and when it has failed.
+//! Newton's iteration: when it has converged, when its updates must be shortened, and when it has failed.
 
 // vectors stand in the results themselves, so that nothing is allocated
 #![allow(clippy::result_large_err)]
@@ -17,22 +17,25 @@ use crate::solve::{Square, Vector, is_finite};
 /// The unit round-off, `2⁻⁵³`.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// The smallest part of an update that is tried.
+/// The smallest part of an update that is tried in the line search.
 const SMALLEST_PART: f64 = 1.0 / (1 << 20) as f64;
 
-/// Another root is close if it is nearer than the unknown is large, over this.
+/// Another root is close if its distance is less than the size of the unknown divided by this.
 pub(crate) const CLOSE: f64 = 0.5;
 
-/// Where the rows bend less than this on the way to a root (see [`Root::bend`]), no other root is in question.
+/// If the rows bend less than this on the way to a root (see [`Root::bend`]), no other root is possible
+/// nearby.
 pub(crate) const BENT: f64 = 1e-4;
 
-/// How far an unknown is moved, relative to itself, to see whether the rows depend on it.
+/// Relative change of the unknowns by which it is tested whether the rows depend on them.
 const NEARBY: f64 = 1e-3;
 
-/// So many times the bound of a row's rounding may be left of it along a rounded direction that does not change it.
+/// A row does not depend on a null direction of the Jacobian if, along it, it stays below this many bounds of
+/// its rounding error.
 const LEFT: f64 = 64.0;
 
-/// How often a full update may be taken although no part of it makes the next one smaller.
+/// Largest number of full updates in an iteration that are taken although no part of them makes the next
+/// update smaller.
 const PATIENCE: u32 = 3;
 
 /// How Newton's iteration ended with a root.
@@ -47,17 +50,19 @@ pub enum Stop {
     Rounding,
     /// The residual is exactly zero, although the updates did not decrease as fast as expected.
     Exact,
-    /// The rows have no root: they pass zero in a jump, as with dry friction where the next velocity would have the other sign on either side. The
-    /// node is that of the jump, or something comes to rest with the next leg: there a value of the function between those of its two sides, such as
-    /// `0.3` for `signum`, solves the rows. Where several functions of the user's jump in one step, each has the value of a path that goes straight on.
-    /// [`Unresolved`](crate::Unresolved) counts these steps.
+    /// The rows have no root: they change sign in a jump, as with dry friction where the next velocity would
+    /// have the other sign on either side. The node is that of the jump; or a body comes to rest with the
+    /// next leg, and then a value of the function between those of its two sides, such as `0.3` for `signum`,
+    /// solves the rows. If several of the user's functions jump in one step, each has the value on a path
+    /// that goes straight on. [`Unresolved`](crate::Unresolved) counts these steps.
     Jump,
-    /// Something rests where a function jumps, such as a mass that dry friction holds, and has rested on the leg before. The function has the value between
-    /// its two sides that solves the rows. [`Unresolved`](crate::Unresolved) does not count these steps.
+    /// A body rests where a function jumps, such as a mass that dry friction holds, and has rested on the leg
+    /// before. The value of the function between those of its two sides solves the rows.
+    /// [`Unresolved`](crate::Unresolved) does not count these steps.
     Sticks,
 }
 
-/// Equations with as many rows as unknowns, on slices: for all that is compiled once.
+/// Equations with as many rows as unknowns, on slices: for code that is compiled once for all systems.
 pub(crate) trait Equations {
     /// Whether the rows are affine in the unknowns, between their jumps if they have any.
     fn are_affine(&self) -> bool {
@@ -69,12 +74,12 @@ pub(crate) trait Equations {
         false
     }
 
-    /// Whether roots are watched for others nearby.
+    /// Whether the iteration to a root is watched for a second root nearby.
     fn are_watched(&self) -> bool {
         false
     }
 
-    /// Whether they are watched also where the others would not be close.
+    /// Whether it is watched also for roots that would not be close.
     fn past_is_short(&self) -> bool {
         false
     }
@@ -82,20 +87,21 @@ pub(crate) trait Equations {
     /// The rows and their Jacobian.
     fn linearize(&self, z: &[f64]) -> Linearized;
 
-    /// The rows and Newton's update, where most of the Jacobian is zero and the update found without the rest is a good one.
+    /// The rows and Newton's update by sparse elimination; `None` if the Jacobian is dense or the update
+    /// inaccurate.
     fn sparse_update(&self, z: &[f64]) -> Option<Evaluation<Vector>> {
         let _ = z;
         None
     }
 
-    /// Whether what the declared rows were multiplied by is anything but zero at `z`, by comparison with a point
-    /// `nearby`: a root where it is zero is none of the declared rows.
+    /// Whether the factor by which a declared row was multiplied is nonzero at `z`, compared with its value
+    /// at a point `nearby`. If it is zero, `z` is no root of the declared rows.
     fn is_declared(&self, z: &[f64], nearby: &[f64]) -> bool {
         let _ = (z, nearby);
         true
     }
 
-    /// Bounds of the rounding errors in the rows.
+    /// Bounds of the rounding errors of the rows.
     fn rounding(&self, z: &[f64]) -> Vector;
 }
 
@@ -114,7 +120,8 @@ impl Linearized {
         self.jacobian.solve(&self.rows.map(|row| -row))
     }
 
-    /// The rows and the update, which nobody has looked at; where one update solves the equations, it has to be a good one.
+    /// The rows and the update, unchecked; for linear equations, where one update is the solution, an
+    /// accurate one.
     fn evaluation(self, are_linear: bool) -> Evaluation<Vector> {
         let Self { rows, mut jacobian } = self;
         if are_linear {
@@ -144,13 +151,13 @@ pub(crate) struct Evaluation<Z> {
     pub rows: Z,
     /// The update.
     pub update: Z,
-    /// Whether the update is what Newton's iteration asks for, if it is finite.
+    /// Whether the update, if finite, is Newton's, unharmed by overflow or underflow.
     pub safe: bool,
     /// The determinant of the Jacobian.
     pub determinant: Determinant,
 }
 
-/// Vectors of unknowns: arrays where steps are made, [`Vector`] elsewhere.
+/// Vectors of unknowns: arrays in smooth steps, [`Vector`] elsewhere.
 pub(crate) trait Components<T: Copy = f64>: Clone + AsRef<[T]> + AsMut<[T]> {
     /// A function of the components of two vectors, one by one.
     #[inline(always)]
@@ -166,7 +173,7 @@ pub(crate) trait Components<T: Copy = f64>: Clone + AsRef<[T]> + AsMut<[T]> {
 
 impl<T: Copy, Z: Clone + AsRef<[T]> + AsMut<[T]>> Components<T> for Z {}
 
-/// Equations as the first three iterations see them, which are part of every step.
+/// Equations as the first three iterations use them, which are part of every step.
 pub(crate) trait Quick {
     /// The unknowns.
     type Z: Components;
@@ -214,23 +221,24 @@ impl Quick for dyn Equations + '_ {
     }
 }
 
-/// What is noted on the way to a root.
+/// Records of an iteration: the sizes of its updates and the natural sizes of the unknowns.
 pub(crate) trait Notes {
-    /// The size of an update, relative to the unknowns; not for iterations that end with one of the first three.
+    /// Records the size of an update relative to the unknowns; not called if one of the first three updates
+    /// is the last.
     fn update(&mut self, size: f64) {
         let _ = size;
     }
 
-    /// The natural sizes of the unknowns, where they were needed.
+    /// Records the natural sizes of the unknowns, if they were needed.
     fn natural_sizes(&mut self, sizes: &NaturalSizes) {
         let _ = sizes;
     }
 }
 
-/// Nothing is noted.
+/// Records nothing.
 impl Notes for () {}
 
-/// The sizes of the updates.
+/// Records the sizes of the updates.
 impl Notes for Vec<f64> {
     fn update(&mut self, size: f64) {
         self.push(size);
@@ -242,29 +250,29 @@ impl Notes for Vec<f64> {
 pub(crate) struct Root<Z> {
     /// The unknowns.
     pub z: Z,
-    /// How often the rows and their Jacobian were evaluated.
+    /// Number of evaluations of the rows and their Jacobian.
     pub evaluations: u32,
     /// How the iteration ended.
     pub stop: Stop,
-    /// The second update over the first, both relative to the unknowns: how much the rows bend on the way to the root, and
-    /// so about how far away the root is in units of the distance to another one. Zero where one or two evaluations were
-    /// enough.
+    /// The second update over the first, both relative to the unknowns: a measure of the rows' curvature, and
+    /// so about the ratio of the distance of the guess to that of another root. Zero if one or two
+    /// evaluations were enough.
     pub bend: f64,
-    /// Whether another root would then be no farther away than a few times the size of the unknowns.
+    /// Whether such a root would be no farther away than a few times the size of the unknowns.
     pub close: bool,
     /// The determinant of the Jacobian from which the last update came, if it is known.
     pub determinant: Determinant,
 }
 
-/// The iteration ended without a root here.
+/// An iteration that ended without a root.
 pub(crate) struct Failed {
-    /// Why.
+    /// The reason.
     pub reason: StepFailure,
-    /// The unknowns.
+    /// The last unknowns.
     pub z: Vector,
     /// The rows there.
     pub rows: Vector,
-    /// How often the rows and their Jacobian were evaluated.
+    /// Number of evaluations of the rows and their Jacobian.
     pub evaluations: u32,
 }
 
@@ -280,7 +288,7 @@ pub(crate) struct Iterate<Z> {
 }
 
 impl<Z> Iterate<Z> {
-    /// The update, to be judged by the sizes that the unknowns are expected to have.
+    /// The update, to be compared with the expected sizes of the unknowns.
     #[inline]
     fn update<'a>(&'a self, sizes: &'a Z) -> Update<'a, Z> {
         Update {
@@ -291,7 +299,7 @@ impl<Z> Iterate<Z> {
     }
 }
 
-/// A point of the iteration, or why there is none.
+/// A point of the iteration, or the reason why there is none.
 type Evaluated = Result<Iterate<Vector>, Failed>;
 
 /// The next point of the iteration, and the part of the update that led there.
@@ -301,22 +309,22 @@ type Descent = (Iterate<Vector>, f64);
 struct Newton<'a> {
     /// The equations.
     equations: &'a dyn Equations,
-    /// How large each unknown is expected to be, at least.
+    /// The expected size of each unknown, at least.
     size: Vector,
     /// The natural sizes, where they are known.
     natural: Option<Vector>,
-    /// How often the rows were evaluated.
+    /// Number of evaluations of the rows.
     evaluations: u32,
-    /// Evaluations that need not be made again.
+    /// Evaluations that were made before and are reused.
     made: &'a [Trial<Vector>],
 }
 
-/// An evaluation of the rows whose update nobody has looked at yet.
+/// An evaluation of the rows whose update has not been checked yet.
 #[derive(Clone)]
 pub(crate) struct Trial<Z> {
     /// The point, with its update where the iteration may use it.
     at: Iterate<Z>,
-    /// Whether the update is what Newton's iteration asks for, if it is finite.
+    /// Whether the update, if finite, is Newton's, unharmed by overflow or underflow.
     safe: bool,
     /// The determinant of the Jacobian.
     determinant: Determinant,
@@ -344,35 +352,35 @@ impl<Z: Components> Trial<Z> {
         self.safe && self.at.update(size).is_small(tolerance)
     }
 
-    /// Whether the update is the last, after that of `before`. As a call it would have both evaluations written to memory in every
-    /// step of two.
+    /// Whether the update is the last, after that of `before`. Inlined: a call would write both evaluations
+    /// to memory in every step that takes two.
     #[inline(always)]
     #[allow(clippy::inline_always)] // as it says
     fn settles(&self, before: &Self, size: &Z) -> bool {
         before.safe && self.safe && self.at.update(size).settles(&before.at.update(size))
     }
 
-    /// Whether affine rows are solved by the update.
+    /// Whether the update solves affine rows: whether it is safe and finite.
     #[inline]
     fn is_solution(&self) -> bool {
         self.safe && self.at.update.as_ref().iter().all(|update| update.is_finite())
     }
 
-    /// Where the update leads.
+    /// The point that the update leads to.
     #[inline]
     fn next(&self) -> Z {
         self.at.z.with(&self.at.update, |z, update| z + update)
     }
 }
 
-/// The first three iterations of Newton's from `start`, or what they found where they are not enough.
+/// The first three iterations of Newton's from `start`, or their evaluations if they are not enough.
 ///
-/// `size` says how large each unknown is expected to be: an update is small or large relative to the unknown,
-/// or to `size` where the unknown is smaller. There is no absolute tolerance.
+/// `size` is the expected size of each unknown: an update is measured relative to the unknown, or to `size`
+/// where the unknown is smaller. There is no absolute tolerance.
 ///
 /// With a good start there is one evaluation of the rows: the update is applied, and its size shows that no
-/// more is needed. Up to three evaluations are the usual case: whatever is odd fails
-/// to be small, and is left to [`solve`], which looks at everything.
+/// more is needed. Usually there are at most three. All unusual cases fail to have a small update and are
+/// left to [`solve`], which makes every check.
 #[inline(always)]
 #[allow(clippy::inline_always)] // part of every step
 pub(crate) fn quick<E: Quick + ?Sized>(
@@ -390,7 +398,7 @@ pub(crate) fn quick<E: Quick + ?Sized>(
         return Ok(arrived(&first, 1));
     }
     let second = Trial::new(equations, first.next());
-    // the first point is a point nearby for which there is nothing left to compute
+    // the first point was evaluated already: as the point nearby it costs nothing
     let declared =
         |z: &E::Z, nearby: &E::Z| equations.is_declared(z, nearby) || is_declared(equations, z, size);
     if second.settles(&first, size) && declared(&second.at.z, &first.at.z) {
@@ -403,7 +411,8 @@ pub(crate) fn quick<E: Quick + ?Sized>(
     Err([first, second, third])
 }
 
-/// Solves the equations by Newton's iteration from `start`, with sizes as in [`quick`]. `notes` are taken on the way.
+/// Solves the equations by Newton's iteration from `start`, with sizes as in [`quick`]. `notes` records the
+/// updates.
 pub(crate) fn solve(
     equations: &dyn Equations,
     start: &Vector,
@@ -417,7 +426,7 @@ pub(crate) fn solve(
     }
 }
 
-/// The iteration after three evaluations that did not end it.
+/// Continues the iteration after three evaluations that did not end it.
 #[inline(never)]
 fn go_on(
     equations: &dyn Equations,
@@ -459,7 +468,8 @@ fn go_on(
     })
 }
 
-/// Tells how the rows bend on the way to a root, if anybody wants to know, or another root may be close.
+/// Finds how much the rows bend on the way to a root, if the equations are watched or another root may be
+/// close.
 #[inline]
 fn watched<E: Quick + ?Sized>(
     equations: &E,
@@ -491,11 +501,12 @@ fn watched<E: Quick + ?Sized>(
     }
 }
 
-/// What the first two updates tell of the rows on the way to a root: how they bend, and whether another root would be close.
+/// The bend of the rows (see [`Root::bend`]) from the first two updates, and whether another root would be
+/// close.
 #[cold]
 fn bend(updates: [&[f64]; 2], at: [&[f64]; 2], size: &[f64]) -> (f64, bool) {
     let [before, after] = [0, 1].map(|k| relative(updates[k], at[k], size));
-    // close also where nothing is known
+    // close also where an update is NaN
     let far = matches!(
         after.partial_cmp(&(CLOSE * before * before)),
         Some(Ordering::Less)
@@ -503,7 +514,7 @@ fn bend(updates: [&[f64]; 2], at: [&[f64]; 2], size: &[f64]) -> (f64, bool) {
     (after / before, !far)
 }
 
-/// Whether a root at `z` is one of the declared rows, by comparison with a point as near as the last update leads.
+/// Whether a root at `z` is one of the declared rows, compared with a point at the distance of a last update.
 #[inline(always)]
 #[allow(clippy::inline_always)] // part of every step
 fn is_declared<E: Quick + ?Sized>(equations: &E, z: &E::Z, size: &E::Z) -> bool {
@@ -535,7 +546,7 @@ pub(crate) fn relative(update: &[f64], z: &[f64], size: &[f64]) -> f64 {
     .relative()
 }
 
-/// Solves equations that failed from `start` once more, to write down the history of the updates.
+/// Repeats a failed iteration from `start`, to record the history of its updates.
 #[cold]
 pub(crate) fn explain(
     equations: &dyn Equations,
@@ -585,7 +596,7 @@ impl Newton<'_> {
         }
     }
 
-    /// What it means that there is no update: a root all the same, a singularity, or no values at all.
+    /// Why there is no update at `z`: an exact root, a singular Jacobian, or rows that are not finite.
     #[cold]
     fn without_update(&self, z: Vector, at: &Linearized) -> Evaluated {
         let rows = at.rows.clone();
@@ -598,11 +609,12 @@ impl Newton<'_> {
             });
         }
         let is_zero = rows.iter().all(|&row| row == 0.0);
-        // a double root is one; rows that stay zero along a direction that the Jacobian takes to zero do not determine it
+        // a double root is a root; rows that stay zero along a null direction of the Jacobian do not
+        // determine the unknowns
         let determined = |direction: Vec<f64>| {
             let lengths = z.iter().zip(self.size.iter());
             let lengths = lengths.map(|(z, size)| z.abs().max(*size));
-            // how far a change by the direction is, in units of the unknowns
+            // size of a change by the direction, relative to the unknowns
             let far = direction
                 .iter()
                 .zip(lengths)
@@ -615,7 +627,7 @@ impl Newton<'_> {
             for (z, along) in moved.iter_mut().zip(&direction) {
                 *z += part * along;
             }
-            // the direction is rounded, and what rounding leaves is zero, too
+            // the direction is rounded: rows within their rounding errors count as zero
             let rows = self.equations.linearize(&moved).rows;
             let bounds = self.equations.rounding(&moved);
             let mut rows = rows.iter().zip(bounds.iter());
@@ -666,8 +678,8 @@ impl Newton<'_> {
         self.evaluate(from.z.zip(&from.update, |z, update| z + update))
     }
 
-    /// Full updates from `start`, as long as each is much smaller than the one before: nothing else needs to be looked
-    /// at.
+    /// Full updates from `start`, as long as each is much smaller than the one before. No other check is
+    /// needed then.
     fn look(
         mut self,
         start: &Vector,
@@ -695,7 +707,7 @@ impl Newton<'_> {
                 });
             }
             if !converges(size, next_size) || self.evaluations >= max_iterations {
-                // perhaps an unknown was taken for larger than rounding lets it be known
+                // perhaps the expected size of an unknown is below the accuracy that rounding allows
                 if self.natural.is_none() && self.learn(&at.z, notes) {
                     size = now.update(&self.size).relative();
                     continue;
@@ -708,7 +720,7 @@ impl Newton<'_> {
         }
     }
 
-    /// Finds out the natural sizes of the unknowns near `z`; `false` if there are none.
+    /// Computes the natural sizes of the unknowns near `z`; `false` if there are none.
     #[cold]
     fn learn(&mut self, z: &Vector, notes: &mut dyn Notes) -> bool {
         if z.len() < 2 {
@@ -729,7 +741,7 @@ impl Newton<'_> {
         true
     }
 
-    /// The iteration from a point whose update is not small enough to be the last; the point that it leads to
+    /// Continues the iteration from a point whose update is not small enough to be the last; the next point
     /// has been evaluated.
     #[inline(never)]
     fn iterate(
@@ -838,7 +850,7 @@ impl Newton<'_> {
     /// Whether the update at `to` is smaller than the one at `from`, both relative to the same sizes.
     fn shrinks(&self, from: &Iterate<Vector>, to: &Iterate<Vector>) -> bool {
         let (mut before, mut after) = (0.0_f64, 0.0_f64);
-        // an unknown far below its natural size has no say in it
+        // unknowns far below their natural sizes do not count
         let natural = self.natural.as_ref().unwrap_or(&self.size);
         let size = natural.zip(&self.size, f64::max);
         let expected = from
@@ -846,7 +858,7 @@ impl Newton<'_> {
             .zip(&size, |z, size| z.abs().max(size))
             .zip(&from.update, |size, x| size.max(x.abs()));
         for (i, &size) in expected.iter().enumerate() {
-            // an unknown that has no size yet cannot have too large an update
+            // an unknown without a size yet cannot have too large an update
             if size > 0.0 {
                 before = before.max(from.update[i].abs() / size);
                 after = after.max(to.update[i].abs() / size);
@@ -864,7 +876,7 @@ impl Newton<'_> {
             .zip(bounds.iter())
             .fold(0.0, |largest, (row, bound)| {
                 let ratio = if *row == 0.0 { 0.0 } else { row.abs() / bound };
-                // a NaN must not pass for zero, nor be forgotten
+                // a NaN must not count as zero, and must be kept
                 if ratio > largest || ratio.is_nan() {
                     ratio
                 } else {

@@ -1,4 +1,4 @@
-//! Where Newton's iteration begins: a polynomial through the last solutions.
+//! The initial guess of Newton's iteration: a polynomial through the last solutions.
 
 use core::marker::PhantomData;
 use core::ops::Sub;
@@ -15,25 +15,26 @@ use crate::solve::Vector;
 /// The highest degree of the polynomial.
 const ORDER: usize = 5;
 
-/// How many backward differences are kept: `∇⁰z, ∇¹z, … ∇⁵z`.
+/// Number of backward differences that are kept: `∇⁰z, ∇¹z, … ∇⁵z`.
 pub(crate) const DIFFERENCES: usize = ORDER + 1;
 
-/// How much of the size of past unknowns is remembered from one step to the next.
+/// Factor by which the recorded size of an unknown decays from one step to the next.
 const MEMORY: f64 = 0.75;
 
-/// What past solutions say of the next one: their backward differences, sizes and determinants.
+/// The past solutions that predict the next one: backward differences, sizes and determinants.
 ///
 /// A smooth motion is predicted with degree 5. Where the motion is not smooth on the scale of the step (a
 /// switch is crossed, a phase turns several radians a step) differences grow with their order, and the degree
 /// falls, down to the last solution itself.
 #[derive(Clone, Debug)]
 pub(crate) struct Predictor {
-    /// How many unknowns there are.
+    /// The number of unknowns.
     unknowns: usize,
-    /// `∇⁰z, ∇¹z, … ∇⁵z`, NaN where the history is too short; then the largest absolute value of each unknown, forgotten at the rate
-    /// [`MEMORY`]; then what the rows of the last smooth step were multiplied by, NaN before it.
+    /// `∇⁰z, ∇¹z, … ∇⁵z`, NaN where the history is too short; then the recent size of each unknown, its
+    /// largest absolute value, which decays by [`MEMORY`] a step; then the factors by which the rows of the
+    /// last smooth step were multiplied, NaN before it.
     past: Vec<f64>,
-    /// Their natural sizes, where they were needed lately.
+    /// The natural sizes of the unknowns, if they were needed lately.
     natural: Option<Box<Remembered>>,
     /// The determinants at the last solutions.
     pub determinants: Determinants,
@@ -43,76 +44,79 @@ pub(crate) struct Predictor {
 pub(crate) struct Arrays<'p, U> {
     /// The differences.
     pub differences: [&'p mut U; DIFFERENCES],
-    /// The sizes.
+    /// The recent sizes.
     pub size: &'p mut U,
-    /// What the rows of the last smooth step were multiplied by; NaN before it.
+    /// The factors by which the rows of the last smooth step were multiplied; NaN before it.
     pub scales: &'p mut U,
     /// The determinants at the last solutions.
     pub determinants: &'p mut Determinants,
-    /// The natural sizes, where they were needed lately.
+    /// The natural sizes, if they were needed lately.
     pub natural: Option<&'p Remembered>,
 }
 
-/// The same for numbers of any type, such as lanes.
+/// Backward differences and sizes for numbers of any type, such as lanes.
 #[repr(align(16))] // as the sums, see [`crate::number::compensated`]
 #[derive(Clone, Copy, Debug)]
 #[allow(clippy::struct_field_names)] // as they are called
 pub(crate) struct Differences<U, T = f64> {
     /// `∇⁰z, ∇¹z, … ∇⁵z`; NaN where the history is too short.
     differences: [U; DIFFERENCES],
-    /// The largest absolute value of each unknown, forgotten at the rate [`MEMORY`].
+    /// The recent size of each unknown: its largest absolute value, which decays by [`MEMORY`] a step.
     size: U,
-    /// The numbers that the unknowns are made of.
+    /// The type of the unknowns' numbers.
     scalar: PhantomData<T>,
 }
 
 /// The determinants of the rows' Jacobian at the last solutions, the last first, in a common unit; NaN where they are not
 /// known.
 ///
-/// Along a motion the determinant changes smoothly. The roots of a pair have Jacobians of opposite orientation, so that where
-/// a step goes over to another motion the determinant departs from its continuation.
+/// Along a motion the determinant changes smoothly. The two roots of a pair have Jacobians of opposite
+/// orientation. So the determinant departs from its extrapolation where a step changes to another motion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Determinants {
     /// The numbers.
     pub last: [f64; PAST],
-    /// The power of two that is their unit.
+    /// The exponent of the power of two that is their unit.
     pub unit: i32,
-    /// The inverse of the one that was looked at last, in that unit; NaN before.
+    /// The inverse of the determinant that was examined last, in that unit; NaN before.
     pub inverse: f64,
-    /// That of the step which is being solved.
+    /// The determinant of the step that is being solved.
     pub next: f64,
-    /// Whether the last one was nearly that before it, and whether the one which is being solved is nearly the last.
+    /// Whether the last two determinants are nearly equal, and whether the next one nearly equals the last.
     pub steady: [bool; 2],
 }
 
-/// From so many solutions determinants are continued.
+/// Number of past determinants that are kept for the extrapolation.
 pub(crate) const PAST: usize = 4;
 
-/// How far a determinant may be from its continuation, relative to it. That of the other root of a pair is about 2 away.
+/// Largest relative deviation of a determinant from its extrapolation. That of the other root of a pair is
+/// about 2.
 pub(crate) const FITS: f64 = 0.5;
 
-/// Determinants in a row that differ by no more, relative to themselves, do not depart: a jump to the other root would show.
+/// Consecutive determinants with at most this relative difference do not depart: a change to the other root
+/// would be larger.
 pub(crate) const STEADY: f64 = 0.25;
 
-/// A determinant is looked at where it has become smaller than this part of what it was when it was looked at last.
+/// A determinant is examined once it is below this part of the one that was examined last.
 pub(crate) const FALLEN: f64 = 0.5;
 
-/// And where it has become so many times as large, so that it is known what it falls from: seldom in a motion that comes and goes.
+/// It is examined, too, once it is this many times as large, so that a later fall is measured from there.
+/// Rarely reached in an oscillation.
 pub(crate) const RISEN: f64 = 64.0;
 
-/// What a determinant says of the root that a step has found.
+/// A determinant compared with those of the steps before, to judge the root of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Continuation {
-    /// It continues those of the steps before, or nothing is known of these.
+    /// It continues them, or they are not known.
     Fits,
-    /// It does not.
+    /// It departs from their extrapolation.
     Departs,
-    /// It does not even have their sign.
+    /// It departs, and has the other sign.
     Turned,
 }
 
 impl Determinants {
-    /// Without a past.
+    /// No past determinants.
     pub const UNKNOWN: Self = Self {
         last: [f64::NAN; PAST],
         unit: 0,
@@ -121,7 +125,7 @@ impl Determinants {
         steady: [false; 2],
     };
 
-    /// Takes the determinant of the step that is being solved.
+    /// Records the determinant of the step that is being solved, and compares it with the past.
     #[inline]
     pub fn take(&mut self, determinant: Determinant) -> Continuation {
         if self.inverse.is_nan() {
@@ -129,10 +133,10 @@ impl Determinants {
         }
         let now = determinant.in_units_of(self.unit);
         self.next = now;
-        // false also where there is no past
+        // false also without a past
         let is_steady = (self.last[0] - now).abs() <= STEADY * now.abs();
         self.steady[1] = is_steady;
-        // not both at once from memory, where one was just written
+        // the flag from memory first: loading both at once would wait for the one that was just written
         if self.steady[0] && is_steady {
             Continuation::Fits
         } else {
@@ -140,7 +144,8 @@ impl Determinants {
         }
     }
 
-    /// Whether a determinant has become small since it was looked at last, or large, or has passed zero.
+    /// Whether a determinant is to be examined: it has become small or large since the last examination, or
+    /// has changed its sign.
     #[inline]
     #[expect(clippy::manual_range_contains, reason = "a number that is none asks nothing")]
     pub fn asks(&self, determinant: Determinant) -> bool {
@@ -149,12 +154,13 @@ impl Determinants {
         part < FALLEN || part > RISEN
     }
 
-    /// How large the determinant of the step that was solved last is, in units of that which was looked at last; NaN if it is not known.
+    /// The determinant of the last solved step over the one that was examined last; NaN if it is not known.
     pub fn part(&self) -> f64 {
         self.next * self.inverse
     }
 
-    /// Looks at the determinant of the step that was solved last: whether it has become small since the last look, or has passed zero.
+    /// Examines the determinant of the last solved step: returns whether it has become small since the last
+    /// examination, or has changed its sign.
     pub fn look(&mut self) -> bool {
         let part = self.part();
         if !(FALLEN..=RISEN).contains(&part) {
@@ -163,16 +169,16 @@ impl Determinants {
         part < FALLEN
     }
 
-    /// The determinant of the next step is looked at, whatever it is.
+    /// Has the determinant of the next step examined, whatever it is.
     pub fn look_again(&mut self) {
         self.inverse = f64::MIN_POSITIVE.copysign(self.inverse);
     }
 
-    /// Compares a determinant with the continuations of those of the past, of the first and of the second degree.
+    /// Compares a determinant with extrapolations of the past ones, of degree 1 and of degree 2.
     #[inline(never)] // seldom needed: most determinants hardly change from step to step
     pub fn compare(&self, now: f64) -> Continuation {
         let [a, b, c, _] = self.last;
-        // as many as are known
+        // of the degree for which enough are known
         let continued = if a.is_nan() {
             return Continuation::Fits;
         } else if b.is_nan() {
@@ -183,7 +189,8 @@ impl Determinants {
             [2.0 * a - b, 3.0 * (a - b) + c]
         };
         let bound = FITS * now.abs();
-        // where it has changed by more than itself, it may as well have turned back before zero as have passed it
+        // a change larger than the determinant itself does not tell whether it passed zero or turned back
+        // before
         let is_clear = (a - now).abs() <= now.abs();
         if is_clear && continued.iter().all(|x| (x - now).abs() <= bound) {
             Continuation::Fits
@@ -194,7 +201,7 @@ impl Determinants {
         }
     }
 
-    /// Puts the determinant taken last among those of the past.
+    /// Moves the determinant of the solved step to the past.
     #[inline]
     pub fn push(&mut self) {
         self.last = [self.next, self.last[0], self.last[1], self.last[2]];
@@ -202,7 +209,7 @@ impl Determinants {
     }
 }
 
-/// Takes in the solution of a step.
+/// Records the solution of a step.
 #[allow(clippy::inline_always)] // part of every step
 #[inline(always)]
 fn push<'u, T: Scalar, U: Unknown<T> + 'u>(
@@ -218,7 +225,8 @@ fn push<'u, T: Scalar, U: Unknown<T> + 'u>(
     *size = size.zip(z, |size, z| (T::splat(MEMORY) * size).larger(z.abs()));
 }
 
-/// Takes in the solution of a step where the past lies as in a [`Predictor`]; `size_after` says what becomes of a size.
+/// Records the solution of a step in a past that is stored as in [`Predictor`]; `size_after` gives the new
+/// recent size.
 pub(crate) fn push_past<T: Copy + Sub<Output = T>>(past: &mut [T], z: &[T], size_after: impl Fn(T, T) -> T) {
     let m = z.len();
     let Some((differences, sizes)) = past.split_at_mut_checked(DIFFERENCES * m) else {
@@ -234,7 +242,7 @@ pub(crate) fn push_past<T: Copy + Sub<Output = T>>(past: &mut [T], z: &[T], size
     }
 }
 
-/// How large an unknown has been lately, after a solution.
+/// The recent size of an unknown, after a solution.
 #[allow(clippy::inline_always)] // for the machine's own instructions
 #[inline(always)]
 pub(crate) fn size_after<T: Scalar>(size: T, z: T) -> T {
@@ -253,14 +261,15 @@ fn extrapolate<T: Scalar, U: AsRef<[T]> + AsMut<[T]> + Clone>(
         *size = size.abs();
     }
     let (mut guess, mut sum, mut smallest, mut before) = (last.clone(), last.clone(), sizes.clone(), sizes);
-    // degree by degree and all unknowns side by side, with selections for branches: this is part of every step
+    // degree by degree for all unknowns together, with selections instead of branches: this is part of every
+    // step
     for difference in differences {
         let (guess, sum, smallest, before) =
             (guess.as_mut(), sum.as_mut(), smallest.as_mut(), before.as_mut());
         for (place, &difference) in difference.as_ref().iter().enumerate() {
             sum[place] = sum[place] + difference;
             let size = difference.abs();
-            // NaN where the history is too short, which is not smaller than anything
+            // NaN where the history is too short: comparisons with it are false
             let larger = before[place].larger(size);
             guess[place] = T::select_le(larger, smallest[place], sum[place], guess[place]);
             smallest[place] = larger.smaller(smallest[place]);
@@ -270,7 +279,7 @@ fn extrapolate<T: Scalar, U: AsRef<[T]> + AsMut<[T]> + Clone>(
     guess
 }
 
-/// The same of one unknown that stands for itself.
+/// [`extrapolate`] for one unknown.
 #[allow(clippy::inline_always)] // for the machine's own instructions
 #[inline(always)]
 pub(crate) fn extrapolate_one<T: Scalar>(last: T, differences: &[T; ORDER]) -> T {
@@ -295,8 +304,9 @@ pub(crate) fn foresees(guess: &[f64], z: &[f64], part: f64) -> bool {
         .all(|(z, guess)| (z - guess).abs() <= part * z.abs())
 }
 
-/// Whether a second difference follows from the last two, if unknowns do not tell it: parts that are known without a root need no unknowns,
-/// and have no prediction. It follows where it is near the last one, or near the line through both: that passes zero as a motion does.
+/// Whether a second difference follows from the last two, where the unknowns do not determine it: coordinates
+/// that are known without a root have no unknowns and no prediction. It follows if it is near the last one,
+/// or near the line through both; the line can pass zero, as a motion does.
 #[inline]
 pub(crate) fn continues(unknowns: usize, past: Option<[&[f64]; 2]>, e: &[f64], part: f64) -> bool {
     unknowns >= e.len()
@@ -310,7 +320,7 @@ pub(crate) fn continues(unknowns: usize, past: Option<[&[f64]; 2]>, e: &[f64], p
 }
 
 impl<U: Unknown<f64>> Arrays<'_, U> {
-    /// Takes in the solution of a step; the determinant only of a system whose roots are watched for others.
+    /// Records the solution of a step, and its determinant if the system's roots are `watched` for others.
     #[allow(clippy::inline_always)] // part of every step
     #[inline(always)]
     pub fn push(&mut self, z: &U, watched: bool) {
@@ -337,7 +347,7 @@ impl<U: Unknown<f64>> Arrays<'_, U> {
 }
 
 impl<T: Scalar, U: Unknown<T>> Differences<U, T> {
-    /// Without a past.
+    /// No past solutions.
     pub fn new() -> Self {
         let unknown = U::zero();
         Self {
@@ -347,14 +357,14 @@ impl<T: Scalar, U: Unknown<T>> Differences<U, T> {
         }
     }
 
-    /// Takes in the solution of a step.
+    /// Records the solution of a step.
     #[allow(clippy::inline_always)] // for the machine's own instructions
     #[inline(always)]
     pub fn push_here(&mut self, z: &U) {
         push(&mut self.differences, &mut self.size, z);
     }
 
-    /// How large each unknown has been lately.
+    /// The recent size of each unknown.
     #[inline]
     pub fn size(&self) -> &U {
         &self.size
@@ -375,7 +385,7 @@ impl<T: Scalar, U: Unknown<T>> Differences<U, T> {
         self.differences.iter().chain([&self.size])
     }
 
-    /// The same, to be changed.
+    /// The vectors of [`Differences::vectors`], mutable.
     #[allow(clippy::inline_always)] // for the machine's own instructions
     #[inline(always)]
     pub fn vectors_mut(&mut self) -> impl Iterator<Item = &mut U> {
@@ -384,7 +394,7 @@ impl<T: Scalar, U: Unknown<T>> Differences<U, T> {
 }
 
 impl Predictor {
-    /// A predictor of so many unknowns without a past.
+    /// A predictor of this many unknowns, without a past.
     pub fn new(unknowns: usize) -> Self {
         let mut past = vec![f64::NAN; DIFFERENCES * unknowns];
         past.resize((DIFFERENCES + 1) * unknowns, 0.0);
@@ -415,11 +425,11 @@ impl Predictor {
             .unwrap_or(&[])
     }
 
-    /// The same as arrays; `None` of another number of unknowns.
+    /// Differences, sizes and factors as arrays; `None` for another number of unknowns.
     #[allow(clippy::inline_always)] // part of every step
     #[inline(always)]
     pub fn arrays<U: Array<f64>>(&mut self) -> Option<Arrays<'_, U>> {
-        // one look in place of eight
+        // one check of the length in place of eight
         if self.past.len() < (DIFFERENCES + 2) * U::LENGTH {
             return None;
         }
@@ -441,18 +451,18 @@ impl Predictor {
         Some(arrays)
     }
 
-    /// Takes in the solution of a step.
+    /// Records the solution of a step that was not smooth.
     pub fn push(&mut self, z: &[f64]) {
         push_past(&mut self.past, z, size_after);
-        // those of a step that was not smooth are not known
+        // the factors of such a step are not known
         for scale in self.past.iter_mut().skip((DIFFERENCES + 1) * self.unknowns) {
             *scale = f64::NAN;
         }
         self.determinants.push();
     }
 
-    /// Takes in the solution of a smooth step, and what its rows were multiplied by; the determinant only of a system whose roots are watched for
-    /// others.
+    /// Records the solution of a smooth step and the factors of its rows, and its determinant if the system's
+    /// roots are `watched` for others.
     #[inline]
     pub fn push_smooth(&mut self, z: &[f64], scales: &[f64], watched: bool) {
         push_past(&mut self.past, z, size_after);
@@ -463,18 +473,19 @@ impl Predictor {
         }
     }
 
-    /// What the rows of the last smooth step were multiplied by; NaN where it is not known.
+    /// The factors by which the rows of the last smooth step were multiplied; NaN where they are not known.
     #[inline]
     pub fn scales(&self) -> &[f64] {
         self.vector(DIFFERENCES + 1)
     }
 
-    /// How large each unknown has been lately.
+    /// The recent size of each unknown.
     pub fn size(&self) -> &[f64] {
         self.vector(DIFFERENCES)
     }
 
-    /// Forgets the past but for the last solution, its size and the natural sizes, because the run turns round.
+    /// Forgets the past, except the last solution, its size and the natural sizes, because the run reverses
+    /// its time.
     pub fn turn(&mut self) {
         let last = self.last();
         let mut turned = Self::new(self.unknowns);
@@ -493,7 +504,7 @@ impl Predictor {
         *self = turned;
     }
 
-    /// How large each unknown is expected to be: as lately, and at least as `least` says.
+    /// The expected size of each unknown: its recent one, and at least `least`.
     pub fn expected(&self, least: &[f64]) -> Vector {
         let mut sizes = Vector::of(self.size()).zip(least, f64::max);
         if let Some(natural) = &self.natural {
@@ -502,7 +513,7 @@ impl Predictor {
         sizes
     }
 
-    /// Holds the determinant at the root of the step that is being solved against those of the steps before.
+    /// Compares the determinant at the root of the step that is being solved with those of the steps before.
     pub fn take_determinant(&mut self, determinant: Determinant) -> Continuation {
         self.determinants.take(determinant)
     }
@@ -512,7 +523,7 @@ impl Predictor {
         self.natural.as_deref()
     }
 
-    /// Sets these.
+    /// Sets the natural sizes.
     pub fn set_natural(&mut self, natural: Option<Remembered>) {
         self.natural = natural.map(Box::new);
     }
@@ -528,7 +539,7 @@ impl Predictor {
         let mut differences: Vec<Vector> = self.vectors().take(DIFFERENCES).map(Vector::of).collect();
         let mut solutions = Vec::with_capacity(PAST);
         for k in 0..PAST {
-            // one step back: each difference loses the next one
+            // shifted one step back: each shift loses the highest difference
             let known = if k == 0 { 0 } else { DIFFERENCES.saturating_sub(k) };
             for place in 0..known {
                 differences[place] =
@@ -545,7 +556,7 @@ impl Predictor {
         self.predict_as(Vector::of)
     }
 
-    /// The same as vectors of another kind, which `of` makes of numbers.
+    /// The predicted unknowns as vectors of another type, which `of` makes from numbers.
     #[inline]
     pub fn predict_as<U: AsRef<[f64]> + AsMut<[f64]> + Clone>(&self, of: impl Fn(&[f64]) -> U) -> Option<U> {
         let last = of(self.last()?);
@@ -651,7 +662,7 @@ mod tests {
         assert_eq!(predictor.size(), &[8.0, 1.0]);
     }
 
-    /// What is said of the last of some determinants, the first first.
+    /// The verdict on the last of some determinants, given from the first to the last.
     fn said(determinants: &[f64]) -> Continuation {
         let mut kept = Determinants::UNKNOWN;
         let mut said = Continuation::Fits;

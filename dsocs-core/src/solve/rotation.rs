@@ -1,4 +1,4 @@
-//! How coordinates that are rotations move: unit quaternions, by increments in the frame of the body.
+//! Coordinates that are rotations: unit quaternions, moved by increments in the frame of the body.
 //!
 //! A rotation takes four slots among the coordinates. A position holds its quaternion `(w, x, y, z)`; an increment holds a zero and three numbers
 //! `x`, and leads from `q` to `q τ(x)` with the Padé map `τ(x) = ((a² - b) + a x/2)/(a² + b)`, `a = 1 - |x|²/48`, `b = |x|²/16`: it is `exp` up to `|x|⁵/11520`
@@ -21,16 +21,16 @@ pub(crate) use series::{about, coefficient};
 pub(crate) use tangent::{Carried, Number, body, body_covector, carried, of_nodes, turn_rates};
 pub(crate) use update::part_of_update;
 
-/// How many slots a rotation takes.
+/// Number of slots of a rotation.
 pub(crate) const SLOTS: usize = 4;
 
-/// A start's quaternion may be so far from the norm one.
+/// Largest deviation from 1 of the norm of a start's quaternion.
 const NEARLY_ONE: f64 = 1e-6;
 
-/// An increment of half a turn has the length 3.165.
+/// Longest increment of a step; half a turn has the length 3.165.
 const LONGEST: f64 = 3.0;
 
-/// What products are made with.
+/// Numbers with the operations of quaternion products.
 pub(crate) trait Arithmetic:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
@@ -61,25 +61,25 @@ fn less_one<T: Scalar>([x, y, z]: [T; 3]) -> [T; 4] {
     [T::splat(-2.0) * b / denominator, half * x, half * y, half * z]
 }
 
-/// By how much a quaternion changes that moves by an increment.
+/// The change of a quaternion that is moved by an increment.
 fn change<T: Scalar>(q: [T; 4], x: [T; 3]) -> [T; 4] {
     product(q, less_one(x))
 }
 
-/// The slots of a rotation.
+/// The four slots of a rotation, from its first place on.
 #[inline(always)]
 fn slots<T: Copy>(numbers: &[T], first: usize) -> Option<[T; 4]> {
     numbers.get(first..)?.first_chunk().copied()
 }
 
-/// The position that an increment leads to, in any numbers.
+/// The position that an increment leads to, for any type of number.
 pub(crate) fn moved<T: Scalar>(rotations: &[usize], q: &[T], d: &[T]) -> Vec<T> {
     let mut moved: Vec<T> = q.iter().zip(d).map(|(&q, &d)| q + d).collect();
     place(rotations, q, d, &mut moved);
     moved
 }
 
-/// The same without an allocation.
+/// [`moved`] for doubles, without an allocation.
 pub(crate) fn moved_vector(rotations: &[usize], q: &[f64], d: &Vector) -> Vector {
     let mut moved = Vector::of(q).zip(d, |q, d| q + d);
     place(rotations, q, d, &mut moved);
@@ -99,7 +99,8 @@ fn place<T: Scalar>(rotations: &[usize], q: &[T], d: &[T], to: &mut [T]) {
     }
 }
 
-/// Writes the increments of rotations that lead from one position to another, where it is no more than half a turn; `q` and `-q` are one.
+/// Writes the increments of the rotations between two positions, of at most half a turn; `q` and `-q` are the
+/// same attitude.
 pub(crate) fn difference(rotations: &[usize], [from, to]: [&[f64]; 2], d: &mut [f64]) {
     for &first in rotations {
         let (Some([w, x, y, z]), Some(to)) = (slots(from, first), slots(to, first)) else {
@@ -115,7 +116,8 @@ pub(crate) fn difference(rotations: &[usize], [from, to]: [&[f64]; 2], d: &mut [
     }
 }
 
-/// Writes the turns of rotations from one position to another, as rotation vectors in the frame of the body: of at most half a turn; `q` and `-q` are one.
+/// Writes the rotation vectors, in the frame of the body, between two positions, of at most half a turn; `q`
+/// and `-q` are the same attitude.
 pub(crate) fn turns(rotations: &[usize], [from, to]: [&[f64]; 2], d: &mut [f64]) {
     for &first in rotations {
         let (Some([w, x, y, z]), Some(to)) = (slots(from, first), slots(to, first)) else {
@@ -131,8 +133,8 @@ pub(crate) fn turns(rotations: &[usize], [from, to]: [&[f64]; 2], d: &mut [f64])
     }
 }
 
-/// Writes the increments of rotations in the place of the changes of their quaternions, which are sums: to as many digits as these changes have. Beyond half
-/// a turn an increment is too long.
+/// Replaces the changes of quaternions, which are sums, by the increments of the rotations, to as many digits
+/// as the changes have. Beyond half a turn an increment is too long.
 pub(crate) fn from_changes(rotations: &[usize], from: &[f64], [d, d_low]: [&mut [f64]; 2]) {
     for &first in rotations {
         let (Some([w, x, y, z]), Some(change), Some(low)) =
@@ -148,7 +150,7 @@ pub(crate) fn from_changes(rotations: &[usize], from: &[f64], [d, d_low]: [&mut 
     forget(rotations, d_low);
 }
 
-/// The increment of a quaternion.
+/// The increment of a quaternion, the inverse of `τ`.
 fn increment([scalar, vector @ ..]: [f64; 4]) -> [f64; 4] {
     // the half way is (a + x/4)/√(a² + b), and the square of it the whole: with t = |x|/(4 a), a = 1 - a² t²/3
     let ratio = vector.map(|component| component / (1.0 + scalar));
@@ -165,7 +167,7 @@ fn put<T: Copy>(numbers: [T; SLOTS], first: usize, to: &mut [T]) {
     }
 }
 
-/// Takes away what rounding took from rotations.
+/// Sets the low parts of rotations to zero.
 pub(crate) fn forget(rotations: &[usize], low: &mut [f64]) {
     for &first in rotations {
         for low in low.iter_mut().skip(first).take(SLOTS) {
@@ -174,7 +176,7 @@ pub(crate) fn forget(rotations: &[usize], low: &mut [f64]) {
     }
 }
 
-/// The same of sums.
+/// [`moved`] for compensated sums.
 pub(crate) fn moved_sum(rotations: &[usize], q: &Sum, d: &Sum) -> Sum {
     let mut sum = q.plus(d);
     turn(
@@ -186,7 +188,7 @@ pub(crate) fn moved_sum(rotations: &[usize], q: &Sum, d: &Sum) -> Sum {
     sum
 }
 
-/// Writes the rotations among the positions, as sums, that increments lead to.
+/// Writes the rotations that increments lead to; positions and increments are compensated sums.
 pub(crate) fn turn(
     rotations: &[usize],
     [q, q_low]: [&[f64]; 2],
@@ -196,7 +198,7 @@ pub(crate) fn turn(
     turn_in(rotations, [q, q_low], [d, d_low], [to, to_low]);
 }
 
-/// The same in any numbers.
+/// [`turn`] for any type of number.
 #[inline(always)]
 pub(crate) fn turn_in<T: Scalar>(
     rotations: &[usize],
@@ -217,7 +219,7 @@ pub(crate) fn turn_in<T: Scalar>(
     }
 }
 
-/// The quaternion, as a sum, that an increment leads to.
+/// The quaternion that an increment leads to, as a compensated sum.
 #[inline(always)]
 pub(crate) fn turned<T: Scalar>(
     [hi, lo]: [[T; SLOTS]; 2],
@@ -237,12 +239,12 @@ pub(crate) fn turned<T: Scalar>(
     of_norm_one(sums)
 }
 
-/// A quaternion, as a sum, without what rounding does to its norm.
+/// Brings a quaternion, as a compensated sum, back to the norm 1, from which rounding moves it.
 #[inline(always)]
 fn of_norm_one<T: Scalar>([hi, lo]: [[T; SLOTS]; 2]) -> [[T; SLOTS]; 2] {
     let two = T::splat(2.0);
     let excess = (hi.iter().zip(&lo)).fold(T::splat(-1.0), |sum, (&hi, &lo)| sum + hi * (hi + two * lo));
-    // the inverse root, for what a coarse series leaves out, too
+    // the inverse root to second order, for the error of a coarse series, too
     let part = (T::splat(0.375) * excess - T::splat(0.5)) * excess;
     let mut sums = [hi, lo];
     for k in 0..SLOTS {
@@ -263,7 +265,7 @@ pub(crate) fn longest_square<T: Scalar>(rotations: &[usize], d: &[T]) -> T {
     longest
 }
 
-/// The square of an increment that turns too far.
+/// The square of the length beyond which an increment turns too far.
 pub(crate) const TOO_FAR: f64 = LONGEST * LONGEST;
 
 /// Moves positions, as sums, by increments. Nothing is allocated.
@@ -287,18 +289,18 @@ pub(crate) fn move_sum(rotations: &[usize], [q, q_low]: [&mut [f64]; 2], d: &[f6
     }
 }
 
-/// Takes away what rounding, or the truncation of a series, does to the norms of quaternions, which are sums: it would add up, and nothing else brings them
-/// back.
+/// Brings quaternions, as compensated sums, back to the norm 1. Errors of rounding, or of the truncation of a
+/// series, would add up without it.
 pub(crate) fn keep_norm(rotations: &[usize], q: [&mut [f64]; 2]) {
     keep_norm_in(rotations, q);
 }
 
-/// The first rotation that an increment turns by half a turn or nearly so, or more, and by how much it does.
+/// The first rotation that an increment turns by nearly half a turn or more, and the length of its increment.
 pub(crate) fn turns_too_far(rotations: &[usize], d: &[f64]) -> Option<(usize, f64)> {
     rotations.iter().find_map(|&first| {
         let [_, x, y, z] = slots(d, first)?;
         let size = (x * x + y * y + z * z).sqrt();
-        // false also where it is no number
+        // false also for a NaN
         let is_short = size < LONGEST;
         (!is_short).then_some((first, size))
     })
@@ -314,7 +316,7 @@ pub(crate) fn rates(first: usize, [q, v, a]: [&[f64]; 3]) -> [[f64; SLOTS]; 3] {
     [q, rate, second]
 }
 
-/// The same in any numbers.
+/// [`keep_norm`] for any type of number.
 #[inline(always)]
 pub(crate) fn keep_norm_in<T: Scalar>(rotations: &[usize], [q, q_low]: [&mut [T]; 2]) {
     for &first in rotations {
@@ -327,7 +329,7 @@ pub(crate) fn keep_norm_in<T: Scalar>(rotations: &[usize], [q, q_low]: [&mut [T]
     }
 }
 
-/// Brings quaternions to the norm one.
+/// Divides quaternions by their norms.
 pub(crate) fn unit(rotations: &[usize], q: &mut [f64]) {
     for &first in rotations {
         if let Some(quaternion) = q.get_mut(first..first + SLOTS) {
@@ -352,14 +354,15 @@ pub(crate) fn rate(rotations: &[usize], q: &[f64], v: &[f64]) -> Vector {
     rate
 }
 
-/// Brings the quaternions of a start to the norm one. The place of the first whose norm is farther from it, if there is one, with its norm.
+/// Brings the quaternions of a start to the norm 1. The error is the place and the norm of the first one that
+/// is not [`NEARLY_ONE`].
 pub(crate) fn normalize(rotations: &[usize], q: &mut [f64]) -> Result<(), (usize, f64)> {
     for &first in rotations {
         let Some(quaternion) = q.get_mut(first..first + SLOTS) else {
             continue;
         };
         let norm = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
-        // false also where it is no number
+        // false also for a NaN
         if (norm - 1.0).abs() < NEARLY_ONE {
             for q in quaternion {
                 *q /= norm;

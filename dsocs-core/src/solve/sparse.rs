@@ -1,13 +1,15 @@
-//! Linear equations of which most coefficients are zero: elimination in an order that was found when the code was generated.
+//! Linear equations of which most coefficients are zero: elimination in an order that is chosen in advance.
 //!
-//! A row of a chain depends on its neighbours alone. Of the Jacobian's `M²` entries a few a row are then more than zero, and
-//! elimination in a good order makes few more. The attribute knows which entries there are and chooses the order
-//! (`passes/sparse.rs` of `dsocs-macros`); from both, [`Plan`] works out once a process which entry is changed by which. Time
-//! and room of an update are then in proportion to the entries.
+//! A row of a chain depends on its neighbours alone. Then few of the `M²` entries of the Jacobian are
+//! nonzero, and elimination in a good order adds few more. The attribute knows the entries and chooses the
+//! order (`passes/sparse.rs` of `dsocs-macros`). From both, [`Plan`] derives once per process which entry
+//! changes which. Time and memory of an update are then proportional to the number of entries.
 //!
-//! The order does not look at numbers, so a pivot may turn out small, or zero. Every solution is therefore put into the
-//! equations: where what is left is more than rounding, row by row in units of the row's own terms, it is not used, and
-//! the dense matrix is solved with pivots that are searched for. (Li and Demmel, "Making sparse Gaussian elimination scalable by
+//! The order does not depend on numbers, so a pivot may turn out small, or zero. Every solution is therefore
+//! put into the equations. If a residual is larger than rounding, measured by the terms of its row, the
+//! solution is discarded, and the dense matrix is solved with pivoting. (Li and Demmel, "Making sparse
+//! Gaussian elimination scalable by static pivoting", 1998. The criterion is Oettli and Prager's
+//! componentwise backward error, Higham, *Accuracy and Stability of Numerical Algorithms*, theorem 7.3.)
 //! static pivoting", 1998; what is compared is Oettli and Prager's componentwise backward error, Higham, *Accuracy and Stability
 //! of Numerical Algorithms*, theorem 7.3.)
 
@@ -22,13 +24,13 @@ use crate::number::instructions::Chosen;
 use crate::number::lanes::Lanes;
 use crate::number::scalar::Scalar;
 
-/// What may be left of a row, in units of its terms: some hundred roundings.
+/// Largest residual of a row, in units of the sum of its terms: some hundred roundings.
 const LEFT: f64 = 256.0 * f64::EPSILON;
 
 /// The entries of a sparse matrix, and the order in which they are eliminated.
 #[derive(Clone, Debug)]
 pub struct Sparse {
-    /// How many rows and columns there are.
+    /// The number of rows and columns.
     size: usize,
     /// Row and column of each entry.
     entries: Cow<'static, [[u16; 2]]>,
@@ -37,15 +39,15 @@ pub struct Sparse {
     plan: OnceLock<Plan>,
 }
 
-/// What elimination does, in order.
+/// The operations of an elimination, in order.
 ///
-/// Entries, those too that come in on the way, stand in *slots*, pivot by pivot: the pivot, what is right of it in its row, what is
-/// below it in its column.
+/// Entries, including the fill-in, stand in *slots*, pivot by pivot: the pivot, the entries right of it in
+/// its row, the entries below it in its column.
 #[derive(Clone, Debug, Default)]
 struct Plan {
     /// The slot of each entry.
     slots: Vec<u32>,
-    /// How many slots there are.
+    /// The number of slots.
     count: usize,
     pivots: Vec<Pivot>,
     /// For each pivot the columns of the entries right of it; then, for each entry below it, the row and the slots that are
@@ -60,17 +62,17 @@ struct Plan {
 struct Pivot {
     row: u32,
     column: u32,
-    /// How many entries are right of it.
+    /// Number of entries right of it.
     right: u32,
-    /// How many entries are below it.
+    /// Number of entries below it.
     below: u32,
 }
 
-/// A solution.
+/// The rows and an update.
 pub(crate) struct Update<U> {
     /// The rows.
     pub rows: U,
-    /// Newton's update; NaN in lanes where it cannot be trusted.
+    /// Newton's update; NaN in lanes where it is inaccurate.
     pub update: U,
 }
 
@@ -86,8 +88,8 @@ impl Sparse {
         }
     }
 
-    /// The same of a system that is read at run time. `None` unless all entries lie in the matrix, each once, and the pivots are those of a
-    /// matrix: one in each row and each column.
+    /// A matrix with entries and pivots that are known at run time. `None` unless all entries lie in the
+    /// matrix, each once, and there is one pivot in each row and each column.
     #[must_use]
     pub fn owned(size: usize, entries: Vec<[u16; 2]>, pivots: Vec<[u16; 2]>) -> Option<Self> {
         let is_inside = |place: &[u16; 2]| place.iter().all(|&side| usize::from(side) < size);
@@ -109,7 +111,7 @@ impl Sparse {
         })
     }
 
-    /// How many rows and columns there are.
+    /// The number of rows and columns.
     pub(crate) fn size(&self) -> usize {
         self.size
     }
@@ -119,7 +121,7 @@ impl Sparse {
         &self.entries
     }
 
-    /// The dense matrix of some entries.
+    /// The dense matrix with the given values of the entries.
     #[must_use]
     pub fn dense<T: Scalar, U: Unknown<T>>(&self, entries: &[T]) -> U::Square {
         let mut matrix = U::zeros();
@@ -129,8 +131,9 @@ impl Sparse {
         matrix
     }
 
-    /// Newton's update `-J⁻¹ r`, where `evaluate` tells the rows `r` and the entries of their Jacobian `J`. `pivot` is told every
-    /// pivot, in order; the product of all is the determinant, but for its sign ([`Sparse::is_odd`]).
+    /// Newton's update `-J⁻¹ r`. `evaluate` computes the rows `r` and the entries of their Jacobian `J`.
+    /// `pivot` receives every pivot, in order; their product is the determinant, up to its sign
+    /// ([`Sparse::is_odd`]).
     #[inline]
     pub(crate) fn update<T: Working, U: Clone + AsRef<[T]> + AsMut<[T]>>(
         &self,
@@ -152,14 +155,14 @@ impl Sparse {
         self.plan().odd
     }
 
-    /// What elimination does.
+    /// The plan of the elimination, made at the first call.
     #[inline]
     fn plan(&self) -> &Plan {
         self.plan
             .get_or_init(|| Plan::new(self.size, &self.entries, &self.pivots))
     }
 
-    /// `-x` for a solution `x` of `J x = r`, and NaN where it is none to rounding.
+    /// `-x` for the solution `x` of `J x = r`; NaN if its residual is larger than rounding.
     #[inline]
     fn trusted<T: Scalar, U: Clone + AsRef<[T]> + AsMut<[T]>>(
         &self,
@@ -193,8 +196,9 @@ impl Sparse {
 }
 
 impl Plan {
-    /// Follows the elimination without numbers. Entries without a pivot in their row or column are left out, as an empty plan is
-    /// where the pivots are not those of a matrix: both make a solution that is none.
+    /// Derives the operations symbolically. Entries without a pivot in their row or column are left out, and
+    /// pivots that do not cover the matrix give an empty plan: in both cases the solution fails the test of
+    /// its residual.
     fn new(size: usize, entries: &[[u16; 2]], pivots: &[[u16; 2]]) -> Self {
         let mut rows: Vec<BTreeSet<u32>> = vec![BTreeSet::new(); size];
         let mut columns = rows.clone();
@@ -204,7 +208,7 @@ impl Plan {
         }
         let mut plan = Self::default();
         let mut slots = std::collections::HashMap::new();
-        // what is below and right of each pivot, in slots that are known at the end
+        // the entries right of and below each pivot; the slots are numbered at the end
         let mut order = Vec::new();
         for &[row, column] in pivots {
             let [row, column] = [row, column].map(u32::from);
@@ -307,7 +311,7 @@ impl Plan {
         self.back(factors, x, &inverses)
     }
 
-    /// The unknowns, the last pivot's first.
+    /// Back substitution: the unknowns, from the last pivot to the first.
     #[inline]
     fn back<T: Scalar, U: Clone + AsRef<[T]> + AsMut<[T]>>(
         &self,
@@ -334,7 +338,7 @@ impl Plan {
     }
 }
 
-/// Whether a permutation is odd; of other sequences nothing is said.
+/// Whether a permutation is odd; undefined for other sequences.
 fn is_odd(mut permutation: Vec<u16>) -> bool {
     let mut odd = false;
     for place in 0..permutation.len() {
@@ -350,21 +354,21 @@ fn is_odd(mut permutation: Vec<u16>) -> bool {
     odd
 }
 
-/// A count, which no system makes as large as this bound.
+/// A count as `u32`, which no system exceeds.
 fn saturated(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }
 
-/// The determinant, pivot by pivot.
+/// The determinant as a running product of pivots.
 pub(crate) struct Product(Determinant);
 
 impl Product {
-    /// Before the first pivot.
+    /// The product before the first pivot.
     pub(crate) fn new(odd: bool) -> Self {
         Self(Determinant::of(if odd { -1.0 } else { 1.0 }))
     }
 
-    /// Takes a pivot.
+    /// Multiplies by a pivot.
     #[inline]
     pub(crate) fn take(&mut self, pivot: f64) {
         self.0 = self.0.times(pivot);
@@ -376,9 +380,9 @@ impl Product {
     }
 }
 
-/// Numbers for which every thread keeps the room that elimination takes.
+/// Numbers for which every thread keeps the workspace of an elimination.
 pub(crate) trait Working: Scalar {
-    /// Room for so many numbers.
+    /// Calls `work` with a workspace of `length` numbers.
     fn with_room<R>(length: usize, work: impl FnOnce(&mut [Self]) -> R) -> R;
 }
 
@@ -390,7 +394,8 @@ macro_rules! working {
                 thread_local! {
                     static ROOM: Cell<Vec<$number>> = const { Cell::new(Vec::new()) };
                 }
-                // rows that call the user's functions, and these a run of another system, find another, empty room
+                // rows may call a user's function that runs another system: that elimination finds an empty
+                // workspace
                 let mut room = ROOM.take();
                 if room.len() < length {
                     room.resize(length, <$number>::splat(0.0));

@@ -4,12 +4,12 @@ use crate::number::compensated::{Compensated, add, plus};
 use crate::number::point::sized;
 use crate::solve::Vector;
 
-/// A vector of any number of such sums.
+/// A vector of compensated sums `hi + lo`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sum {
-    /// The numbers, rounded.
+    /// The rounded values.
     pub hi: Vector,
-    /// What rounding took away.
+    /// Their rounding errors.
     pub lo: Vector,
 }
 
@@ -22,14 +22,14 @@ impl Sum {
         }
     }
 
-    /// The exact difference of two numbers, component by component.
+    /// The exact difference of two vectors, component by component.
     pub fn difference(left: &[f64], right: &[f64]) -> Self {
         let mut sum = Self::exact(Vector::of(left));
         sum.add(&Vector::of(right).map(|x| -x));
         sum
     }
 
-    /// The sum with the other sign.
+    /// The negated sum.
     #[must_use]
     pub fn negated(&self) -> Self {
         Self {

@@ -35,7 +35,7 @@ impl<T: Scalar, U: Unknown<T>> Linearization<T, U> {
         U::solve_with_determinant(&self.jacobian, &self.rows.zip(&self.rows, |row, _| -row))
     }
 
-    /// Newton's update without a look at it, whether it can be trusted if it is finite, and the determinant (see
+    /// Newton's update unchecked, whether it can be trusted if it is finite, and the determinant (see
     /// [`Unknown::solve_quick`]). The Jacobian is destroyed.
     #[inline]
     #[must_use]
@@ -83,9 +83,10 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     #[must_use]
     fn solve_with_determinant(matrix: &Self::Square, right: &Self) -> (Option<Self>, Determinant);
 
-    /// Puts the solution of `matrix · z = right` in the place of `right`, but does not look at it: it may be infinite or
-    /// NaN. Rows of three and more unknowns are taken as they are, and destroyed. If the solution is finite, `true` says
-    /// that neither overflow nor underflow has harmed it. Beside it stands the determinant, of the first lane.
+    /// Puts the solution of `matrix · z = right` in the place of `right`, unchecked: it may be infinite or
+    /// NaN. Three and more rows are taken unscaled, and destroyed. If the solution is finite, `true` says
+    /// that neither overflow nor underflow has harmed it. The second result is the determinant, of the first
+    /// lane.
     #[must_use]
     fn solve_quick(matrix: &mut Self::Square, right: &mut Self) -> (bool, Determinant);
 
@@ -93,16 +94,17 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     #[must_use]
     fn determinant(matrix: &Self::Square) -> Determinant;
 
-    /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve`]. In lanes without a solution
-    /// some component is infinite or NaN. Beside it stands the determinant, as for [`Unknown::solve_lanes`].
+    /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve`]. In
+    /// lanes without a solution some component is infinite or NaN. The second result is the determinant, as
+    /// for [`Unknown::solve_lanes`].
     #[must_use]
     fn solve_scaled(matrix: &Self::Square, right: &Self, scales: &[T; 2]) -> (Self, T);
 
     /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve_quick`].
     ///
-    /// In lanes without a solution that is finite and can be trusted some component is infinite or NaN. Beside it stands the
-    /// determinant, lane by lane, in units of its own: that of three and more rows times the first of `scales` and, for every
-    /// row after the first, the second.
+    /// In lanes without a finite, reliable solution some component is infinite or NaN. The second result is
+    /// the determinant, lane by lane; that of three and more rows is multiplied by the first of `scales` and,
+    /// for every row after the first, by the second.
     #[must_use]
     fn solve_lanes(matrix: &Self::Square, right: &Self, scales: &[T; 2]) -> (Self, T);
 }
@@ -122,7 +124,8 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
 
     #[inline(always)]
     fn zip(&self, other: &Self, function: impl Fn(T, T) -> T) -> Self {
-        // a loop, not `array::from_fn`: there are hundreds of instances, and each would bring a dozen of the library's
+        // a loop, not `array::from_fn`: each of the hundreds of instances would add a dozen of the library's
+        // functions
         let mut result = *self;
         for (x, y) in result.iter_mut().zip(other) {
             *x = function(*x, *y);
@@ -132,7 +135,7 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
 
     #[inline]
     fn solve_with_determinant(matrix: &[[T; M]; M], right: &Self) -> (Option<Self>, Determinant) {
-        // M is a literal where this is compiled: one branch is left
+        // M is a literal in each instance: one branch is left
         let (solution, determinant) = match M {
             1 => {
                 let mut solution = *right;

@@ -1,6 +1,6 @@
-//! Vectors and square matrices of any size, for all that is compiled once.
+//! Vectors and square matrices of any size, for code that is compiled once for all systems.
 //!
-//! Small ones stand where they are used: nothing is allocated for up to [`FEW`] unknowns.
+//! Small ones are stored inline: up to [`FEW`] unknowns nothing is allocated.
 
 use core::ops::{Deref, DerefMut};
 
@@ -8,13 +8,13 @@ use smallvec::{SmallVec, smallvec};
 
 use crate::solve::elimination::{Determinant, slices};
 
-/// So many components stand in the vector itself.
+/// Up to this many components are stored inline.
 const FEW: usize = 8;
 
-/// So many entries stand in the matrix itself.
+/// Up to this many entries are stored inline.
 const FEW_ENTRIES: usize = 16;
 
-/// What is known beside unknowns, such as when a run or a step begins: up to so many numbers stand in the place itself.
+/// Known values of a run or a step, such as those of its start; up to 32 are stored inline.
 pub(crate) type Numbers = SmallVec<[f64; 32]>;
 
 /// A vector.
@@ -27,7 +27,7 @@ impl Vector {
         Self(smallvec![0.0; size])
     }
 
-    /// No numbers, where nothing is known.
+    /// A vector of NaN: unknown values.
     pub fn nan(size: usize) -> Self {
         Self(smallvec![f64::NAN; size])
     }
@@ -37,7 +37,7 @@ impl Vector {
         Self(SmallVec::from_slice(numbers))
     }
 
-    /// As many numbers as there are unknowns; those without one are zero.
+    /// The numbers in a vector of the given size: cut off, or filled with zeros.
     pub fn resized(numbers: &[f64], size: usize) -> Self {
         let mut vector = Self::zero(size);
         for (x, number) in vector.iter_mut().zip(numbers) {
@@ -46,7 +46,7 @@ impl Vector {
         vector
     }
 
-    /// The vector whose components are what a function makes of their places.
+    /// The vector with the components `component(i)`.
     pub fn from_fn(size: usize, component: impl FnMut(usize) -> f64) -> Self {
         Self((0..size).map(component).collect())
     }
@@ -133,7 +133,7 @@ impl FromIterator<f64> for Vector {
 /// A square matrix.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Square {
-    /// How many rows it has.
+    /// The number of rows.
     size: usize,
     /// The entries, row by row.
     entries: SmallVec<[f64; FEW_ENTRIES]>,
@@ -148,7 +148,7 @@ impl Square {
         }
     }
 
-    /// The matrix whose entries are what a function makes of row and column.
+    /// The matrix with the entries `entry(i, j)`.
     pub fn from_fn(size: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
         let places = (0..size).flat_map(|i| (0..size).map(move |j| (i, j)));
         Self {
@@ -157,7 +157,7 @@ impl Square {
         }
     }
 
-    /// How many rows it has.
+    /// The number of rows.
     pub fn size(&self) -> usize {
         self.size
     }
@@ -194,8 +194,9 @@ impl Square {
         solution.is_finite().then_some(solution)
     }
 
-    /// Puts the solution of `matrix · z = right` in the place of `right`, but does not look at it. If it is finite, `true` says that
-    /// neither overflow nor underflow has harmed it. Beside it stands the determinant. The matrix is destroyed.
+    /// Puts the solution of `matrix · z = right` in the place of `right`, unchecked. If it is finite, `true`
+    /// says that neither overflow nor underflow has harmed it. The second result is the determinant. The
+    /// matrix is destroyed.
     pub fn solve_quick(&mut self, right: &mut [f64]) -> (bool, Determinant) {
         slices::solve_quick(&mut self.entries, right, &mut Vector::zero(right.len()))
     }
@@ -211,7 +212,7 @@ mod tests {
     use super::*;
     use crate::solve::unknown::Unknown;
 
-    /// The same bits as with arrays.
+    /// Checks that slices give the same bits as arrays.
     fn compare<const M: usize>(matrix: &[[f64; M]; M], right: [f64; M]) {
         let square = Square::from_fn(M, |i, j| matrix[i][j]);
         let found = square.solve(&right);

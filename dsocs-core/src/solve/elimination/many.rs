@@ -1,19 +1,19 @@
 //! Elimination of many rows of doubles: one function for any number of them, for the widest registers that the machine has.
 //!
-//! It takes two columns out at a time, so that an entry is loaded and stored once for both. Every entry has the same operations in
-//! the same order as one column after the other, so the bits are the same, too.
+//! Two columns are eliminated at a time, so that an entry is loaded and stored once for both. Every entry has
+//! the same operations in the same order as with one column after the other, so the bits are the same.
 
 use pulp::{Arch, Simd, WithSimd};
 
 use super::Pivots;
 
-/// Gauss elimination with partial pivoting, in place, of the rows of a square matrix that stand one after the other. The pivots stay on
-/// the diagonal.
+/// Gauss elimination with partial pivoting, in place, of a square matrix, row by row. The pivots stay on the
+/// diagonal.
 pub(super) fn eliminate(a: &mut [f64], x: &mut [f64], inverse: &mut [f64]) -> Pivots<f64> {
     Arch::new().dispatch(Elimination { a, x, inverse })
 }
 
-/// The matrix, the right-hand sides, which become the solution, and room for the reciprocals of the pivots.
+/// The matrix, the right-hand side, which becomes the solution, and room for the reciprocals of the pivots.
 struct Elimination<'a> {
     a: &'a mut [f64],
     x: &'a mut [f64],
@@ -35,7 +35,7 @@ impl WithSimd for Elimination<'_> {
             if k + 1 == size {
                 break;
             }
-            // the factors stand where the column is taken out, and the next column is all that the next pivot asks for
+            // the factors replace the eliminated column, and the next pivot needs the next column alone
             let next = a[k * size + k + 1];
             for i in k + 1..size {
                 let row = &mut a[i * size + k..i * size + k + 2];
@@ -50,7 +50,7 @@ impl WithSimd for Elimination<'_> {
     }
 }
 
-/// Takes the columns `k` and `k + 1` out of the rows below; the factors of the first stand in its place.
+/// Eliminates the columns `k` and `k + 1` from the rows below; the factors of the first replace it.
 #[inline(always)]
 fn take_two_out<S: Simd>(simd: S, a: &mut [f64], x: &mut [f64], inverse: &mut [f64], k: usize) {
     let size = x.len();
@@ -62,7 +62,7 @@ fn take_two_out<S: Simd>(simd: S, a: &mut [f64], x: &mut [f64], inverse: &mut [f
     }
     x[k + 1] -= factor * x[k];
     inverse[k + 1] = second[k + 1].recip();
-    // from a place on where registers begin: what stands there in the rows below is not read again
+    // from a multiple of the register's length on: the entries before it in the rows below are not read again
     let from = (k + 2) / S::F64_LANES * S::F64_LANES;
     let (first, first_rest) = S::as_simd_f64s(&first[from..]);
     let (second, second_rest) = S::as_simd_f64s(&second[from..]);
@@ -82,7 +82,7 @@ fn take_two_out<S: Simd>(simd: S, a: &mut [f64], x: &mut [f64], inverse: &mut [f
     }
 }
 
-/// An entry without its parts in two rows.
+/// An entry minus its multiples of two rows.
 #[inline(always)]
 fn without(entry: f64, factors: [f64; 2], upper: [f64; 2]) -> f64 {
     entry - factors[0] * upper[0] - factors[1] * upper[1]
@@ -109,7 +109,7 @@ fn bring_up(a: &mut [f64], x: &mut [f64], k: usize) -> bool {
     true
 }
 
-/// The solution, the last unknown first.
+/// Back substitution, from the last unknown to the first.
 #[inline(always)]
 fn solve(a: &[f64], x: &mut [f64], inverse: &[f64], odd: bool) -> Pivots<f64> {
     let size = x.len();

@@ -1,4 +1,5 @@
-//! Elimination of any number of rows, which stand one after the other: the operations of arrays, in the same order, so the same bits.
+//! Elimination of any number of rows on slices, with the operations of arrays in the same order, so the same
+//! bits.
 
 use super::many;
 use super::{
@@ -8,8 +9,9 @@ use super::{
 use crate::number::scalar::Scalar;
 use crate::solve::Vector;
 
-/// Puts the solution of `matrix · z = right` in the place of `right`; rows may differ in size by hundreds of orders of magnitude. Not finite where the
-/// matrix is singular. Beside it stands the determinant. The matrix is destroyed; `room` has two numbers for each row.
+/// Puts the solution of `matrix · z = right` in the place of `right`; rows may differ in size by hundreds of
+/// orders of magnitude. Not finite where the matrix is singular. Returns the determinant. The matrix is
+/// destroyed; `room` has two numbers for each row.
 #[inline]
 pub(crate) fn solve(matrix: &mut [f64], right: &mut [f64], room: &mut [f64]) -> Determinant {
     match (&mut *matrix, &mut *right) {
@@ -30,7 +32,7 @@ pub(crate) fn solve(matrix: &mut [f64], right: &mut [f64], room: &mut [f64]) -> 
     }
 }
 
-/// The same of rows that are first brought to a common size.
+/// [`solve`] for three and more rows, which are first brought to a common size.
 fn solve_scaled(matrix: &mut [f64], right: &mut [f64], room: &mut [f64]) -> Determinant {
     let size = right.len();
     let (inverse, scales) = room.split_at_mut(size);
@@ -40,8 +42,9 @@ fn solve_scaled(matrix: &mut [f64], right: &mut [f64], room: &mut [f64]) -> Dete
     Determinant::of_pivots(diagonal.map(|(pivot, scale)| *pivot / *scale), pivots.sign < 0.0)
 }
 
-/// The same without a look at the sizes of the rows. If the solution is finite, `true` says that neither overflow nor underflow has harmed it.
-/// Beside it stands the determinant. `room` has as many numbers as there are rows, at least.
+/// [`solve`] without scaling of the rows. If the solution is finite, `true` says that neither overflow nor
+/// underflow has harmed it. The second result is the determinant. `room` has at least as many numbers as
+/// there are rows.
 #[inline]
 pub(crate) fn solve_quick(matrix: &mut [f64], right: &mut [f64], room: &mut [f64]) -> (bool, Determinant) {
     match (&mut *matrix, &mut *right) {
@@ -63,10 +66,12 @@ pub(crate) fn solve_quick(matrix: &mut [f64], right: &mut [f64], room: &mut [f64
     }
 }
 
-/// Puts the solution of `matrix · z = right` in the place of `right`, in every lane by itself. If rows `are_scaled`, they are first brought to a common
-/// size, with the operations of [`Unknown::solve_scaled`](crate::solve::unknown::Unknown::solve_scaled) of three rows and more, otherwise with those of
-/// [`Unknown::solve_lanes`](crate::solve::unknown::Unknown::solve_lanes): in lanes without a solution that can be trusted some component is infinite or
-/// NaN. Beside it stand the determinants, in the units of `scales`. The matrix is destroyed; `room` has two numbers for each row.
+/// Puts the solution of `matrix · z = right` in the place of `right`, in every lane by itself. If
+/// `are_scaled`, the rows are first brought to a common size, with the operations of
+/// [`Unknown::solve_scaled`](crate::solve::unknown::Unknown::solve_scaled) for three rows and more, otherwise
+/// with those of [`Unknown::solve_lanes`](crate::solve::unknown::Unknown::solve_lanes). In lanes without a
+/// reliable solution some component is infinite or NaN. Returns the determinants, in the units of `scales`.
+/// The matrix is destroyed; `room` has two numbers for each row.
 #[inline(always)]
 #[allow(clippy::inline_always)] // for the machine's own instructions
 pub(crate) fn solve_lanes<T: Scalar>(
@@ -167,7 +172,8 @@ fn eliminate_lanes<T: Scalar>(matrix: &mut [T], right: &mut [T], inverse: &mut [
     }
 }
 
-/// The determinant of a matrix of so many rows, which is destroyed; rows may differ in size by hundreds of orders of magnitude.
+/// The determinant of a matrix of `size` rows, which is destroyed; rows may differ in size by hundreds of
+/// orders of magnitude.
 pub(crate) fn determinant(matrix: &mut [f64], size: usize) -> Determinant {
     match matrix {
         [a] => Determinant::of(*a),
@@ -193,9 +199,10 @@ fn quotients([a, b, c, d]: [f64; 4], [x, y]: [f64; 2]) -> (f64, f64) {
     ((x * d - b * y) * scale, (a * y - c * x) * scale)
 }
 
-/// The inverse of a matrix of so many rows, by columns; rows may differ in size by hundreds of orders of magnitude. NaN if it is singular. Products
-/// and sums are rounded once if `FUSED`. The matrix is destroyed; `right` and `inverse` are as large, and `pivots` has as many numbers as there are rows.
-/// Returns the sign of the determinant.
+/// The inverse of a square matrix, by columns; rows may differ in size by hundreds of orders of magnitude.
+/// NaN if it is singular. Products and sums are rounded once if `FUSED`. The matrix is destroyed; `right` and
+/// `inverse` are as large, and `pivots` has as many numbers as there are rows. Returns the sign of the
+/// determinant.
 #[inline(always)]
 #[allow(clippy::inline_always)] // for the machine's own instructions
 pub(crate) fn inverse<const FUSED: bool>(
@@ -275,7 +282,7 @@ pub(crate) fn inverse<const FUSED: bool>(
     sign_of(sign, pivots)
 }
 
-/// Brings a row to a common size with others, by a power of two, and tells by which.
+/// Scales a row by a power of two, so that all rows have a common size, and returns the factor.
 fn scale_row(row: &mut [f64]) -> f64 {
     let size = row.iter().fold(
         0.0,
@@ -290,7 +297,7 @@ fn scale_row(row: &mut [f64]) -> f64 {
     scale
 }
 
-/// Brings the rows to a common size, by powers of two, and tells by which.
+/// Brings the rows to a common size by powers of two, and returns the factors in `scales`.
 fn scale_rows(matrix: &mut [f64], right: &mut [f64], scales: &mut [f64]) {
     let rows = matrix.chunks_exact_mut(right.len().max(1));
     for ((row, x), scale) in rows.zip(right).zip(scales) {

@@ -1,44 +1,45 @@
-//! The way to a root from a guess that Newton's iteration runs away from.
+//! Newton's homotopy: the path to a root from a guess from which Newton's iteration diverges.
 //!
-//! The rows at the guess are what is wrong with it, so they are taken away little by little: `F(z) = (1 − λ) F(guess)` has
-//! the guess for its root at `λ = 0` and the root that is looked for at `λ = 1` (Newton's homotopy; P. Deuflhard, *Newton
-//! Methods for Nonlinear Problems*, section 5.1). From a straight line a particle is led to its turn through all smaller
-//! turns. Scaling rows or unknowns changes nothing of the path.
+//! The residual at the guess is removed little by little: `F(z) = (1 − λ) F(guess)` has the root `guess` at
+//! `λ = 0` and the wanted root at `λ = 1` (P. Deuflhard, *Newton Methods for Nonlinear Problems*, section
+//! 5.1). For a particle that is to turn, the path leads from the straight line through all smaller turns. It
+//! does not depend on the scaling of rows or unknowns.
 
 use super::{Equations, Root, relative, solve};
 use crate::solve::Vector;
 
-/// How often the rows may be evaluated on the way.
+/// Largest number of evaluations of the rows on a path.
 const MAX_EVALUATIONS: u32 = 2000;
 
-/// How often a point of the path is corrected before the step that led there is taken for too long.
+/// Largest number of corrections of a point; if they are not enough, the step of `λ` was too long.
 const CORRECTIONS: u32 = 4;
 
 /// A correction must be this part of the one before.
 const CONTRACTION: f64 = 0.25;
 
-/// A correction this small relative to the unknowns is enough on the way.
+/// A correction this small relative to the unknowns ends the correction of a point.
 const CLOSE: f64 = 1e-4;
 
 /// The shortest step of `λ`.
 const SHORTEST: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// A path on which an unknown grows to so many times the size that it is expected to have leads away, and has no fold.
+/// A path on which an unknown exceeds this many times its expected size goes to infinity, and has no fold.
 const AWAY: f64 = 1e8;
 
-/// Rows at a fold that are no more than so many times the bound of their rounding errors may have a root there.
+/// If the rows at a fold are below this many bounds of their rounding errors, there may be a root.
 const ABOVE_ROUNDING: f64 = 1e3;
 
-/// A fold is looked for so far from the last point of a path, to either side, relative to the unknowns.
+/// Half-width of the interval in which a fold is searched about the last point of a path, relative to the
+/// unknowns.
 const BEYOND: f64 = 1e-2;
 
-/// And to within so much.
+/// Accuracy to which the fold is located, relative to the unknowns.
 const NARROW: f64 = 1e-9;
 
 /// The golden section.
 const SECTION: f64 = 0.618_033_988_749_894_9;
 
-/// Where a path turns back: near it the rows come no nearer to zero.
+/// A fold, where the path turns back: a local minimum of the residual that is not zero.
 #[derive(Clone, Debug)]
 pub(crate) struct Fold {
     /// The unknowns.
@@ -62,17 +63,18 @@ struct Waypoint {
 struct Path<'a> {
     /// The equations.
     equations: &'a dyn Equations,
-    /// How large each unknown is expected to be, at least.
+    /// The expected size of each unknown, at least.
     size: &'a Vector,
     /// The rows at the guess.
     rows: Vector,
-    /// How often the rows were evaluated.
+    /// Number of evaluations of the rows.
     evaluations: u32,
 }
 
-/// Follows the path from `start` to a root. If it ends before (in a fold, a singularity, at infinity) there is none; a fold is told.
+/// Follows the path from `start` to a root. `Err` if it ends before: with the fold where it turns back, with
+/// `None` at a singularity or at infinity.
 ///
-/// Evaluations are added to `evaluations`, also those of a path that ends.
+/// Evaluations are added to `evaluations`, also those of a path that ends before.
 #[cold]
 pub(crate) fn follow(
     equations: &dyn Equations,
@@ -105,7 +107,7 @@ pub(crate) fn follow(
 }
 
 impl Path<'_> {
-    /// The end of the path, or the last point of one that does not get there.
+    /// The end of the path, or its last point if it ends before.
     fn walk(&mut self, start: Vector, slope: Vector) -> Result<Vector, Waypoint> {
         let mut at = Waypoint { z: start, slope };
         let (mut lambda, mut step) = (0.0, 1.0_f64);
@@ -125,8 +127,8 @@ impl Path<'_> {
         if lambda >= 1.0 { Ok(at.z) } else { Err(at) }
     }
 
-    /// The fold at the last point of a path, if that is how it ends: along the path's direction there the largest row, in units of its
-    /// rounding, has a least value.
+    /// The fold near the last point of a path: along the path's direction the largest row, in units of its
+    /// rounding error, has a minimum. `None` if the path ends otherwise.
     fn fold(&self, last: &Waypoint) -> Option<Fold> {
         let mut parts = last.z.iter().zip(self.size);
         if !parts.all(|(z, size)| z.abs() <= AWAY * size) {
@@ -144,7 +146,7 @@ impl Path<'_> {
             })?;
             Some(Fold { z, rows, left })
         };
-        // by sections of equal ratio
+        // golden section search
         let (mut low, mut high) = (-BEYOND, BEYOND);
         let [mut first, mut second] = [high - SECTION * (high - low), low + SECTION * (high - low)];
         let (mut before, mut after) = (at(first)?, at(second)?);
@@ -160,11 +162,12 @@ impl Path<'_> {
             }
         }
         let is_inside = low > -BEYOND && high < BEYOND;
-        // false also where it is no number
+        // false also for a NaN
         (is_inside && before.left > ABOVE_ROUNDING).then_some(before)
     }
 
-    /// Newton's iteration to the point of the path where `part` of the first rows is left; it has to converge fast.
+    /// Newton's iteration to the point of the path where the residual is `part` of that at the guess; it has
+    /// to converge fast.
     fn correct(&mut self, guess: Vector, part: f64) -> Option<Waypoint> {
         let (mut z, mut before) = (guess, f64::INFINITY);
         for _ in 0..CORRECTIONS {

@@ -1,34 +1,36 @@
-//! Rows that pass zero in a jump.
+//! Rows that change sign in a jump.
 //!
-//! An example is dry friction that stops a velocity within a step. With the friction of either direction, the next velocity has the opposite
-//! direction, and no node solves the rows. Newton's iteration then alternates between two points. Each is the root of the rows as they are on the
-//! side of the other point. Somewhere between the two points the rows jump. There they have a root in the sense of Filippov: a value between those of
-//! the two sides solves them.
+//! An example is dry friction that stops a velocity within a step. With the friction of either direction, the
+//! next velocity has the opposite direction, and no node solves the rows. Newton's iteration then alternates
+//! between two points: each is the root of the rows as they are on the side of the other point. Somewhere
+//! between them the rows jump. There they have a root in the sense of Filippov: a value between those of the
+//! two sides solves them.
 
 use super::{Equations, Failed, Iterate, Root, Stop, Trial, arrived, is_declared, relative, scalar_product};
 use crate::solve::Vector;
 use crate::solve::failure::StepFailure;
 
-/// An update that leads back goes at least this part of the way.
+/// An update leads back if it goes at least this part of the way.
 const BACK: f64 = 0.5;
 
-/// So often the distance between the two points is halved: to the rounding of a part of it.
+/// Number of bisections between the two points: down to rounding.
 const HALVINGS: u32 = 53;
 
-/// How often the two points are found anew, where the rows are not affine.
+/// Number of times that the two points are found anew if the rows are not affine.
 const REPETITIONS: u32 = 8;
 
-/// A jump is more than so many times the bounds of the rounding errors of its rows, which do not know those of a user's function.
+/// A jump exceeds this many bounds of the rounding errors of its rows; the bounds do not include those of a
+/// user's function.
 const ROUNDINGS: f64 = 64.0;
 
-/// A jump that moves by at most this, relative to the unknowns, has been found.
+/// A jump is located once it moves by at most this, relative to the unknowns.
 const FOUND: f64 = 1e-12;
 
-/// So many pieces are looked at for one that has its own root.
+/// Largest number of pieces that are searched for one that contains its own root.
 const PIECES: u32 = 12;
 
-/// The root of rows that are affine in pieces, starting from the last two points. Only full updates are made: a full update leads to the root of the
-/// piece on which it begins, and a shortened one leads to no root.
+/// The root of piecewise affine rows, starting from the last two points. Only full updates are made: a full
+/// update leads to the root of the piece on which it begins, a shortened one to no root.
 #[cold]
 pub(super) fn between_pieces(
     equations: &dyn Equations,
@@ -65,7 +67,7 @@ pub(super) fn between(
     [first, second]: [&Iterate<Vector>; 2],
     size: &Vector,
 ) -> Option<Root<Vector>> {
-    // what is expected may be nothing, as at rest
+    // the expected size may be zero, as at rest
     let larger = |size: &Vector, z: &Vector| size.zip(z, |size, z| size.max(z.abs()));
     let units = larger(&larger(size, &first.z), &second.z);
     if along(&second.update, &first.update, &units) > -BACK {
@@ -77,12 +79,12 @@ pub(super) fn between(
     for _ in 0..REPETITIONS {
         let way = to.zip(&from, |to, from| to - from);
         let [before, behind] = narrow(equations, &from, &way, &units, &mut evaluations)?;
-        // a root has no updates on either side of it
+        // at a root of one side both updates would be zero
         let apart = before
             .at
             .update
             .zip(&behind.at.update, |before, behind| before - behind);
-        // false also where it is no number
+        // false also for a NaN
         let is_jump = along(&apart, &way, &units) >= BACK;
         if !is_jump || is_rounding(equations, [&from, &to], [&before.at, &behind.at]) {
             return None;
@@ -100,15 +102,16 @@ pub(super) fn between(
             return is_declared(equations, &z, size).then_some(root);
         }
         last = Some(z);
-        // the roots of the two sides, as they look from the jump
+        // the roots of the two sides, as seen from the jump
         (from, to) = (behind.next(), before.next());
     }
     None
 }
 
-/// Whether rounding explains the difference of the rows on the two sides. Close to a root an iteration alternates, too, because of rounding errors.
+/// Whether rounding explains the difference of the rows on the two sides: close to a root an iteration may
+/// alternate because of rounding errors, too.
 ///
-/// The bounds are those of the ends of the way: at the jump itself they may contain it.
+/// The bounds are those at the ends of the way; at the jump itself they might include the jump.
 fn is_rounding(
     equations: &dyn Equations,
     ends: [&Vector; 2],
@@ -121,12 +124,12 @@ fn is_rounding(
         .all(|((before, behind), (first, second))| (before - behind).abs() <= ROUNDINGS * (first + second))
 }
 
-/// How much of a way an update goes: 1 if it leads to the end, −1 if it leads back.
+/// The component of an update along a way: 1 if it leads to the end, −1 if it leads back.
 fn along(update: &Vector, way: &Vector, units: &Vector) -> f64 {
     scalar_product(update, way, units) / scalar_product(way, way, units)
 }
 
-/// The points on both sides of the jump on a way, as near as their difference can be told.
+/// The points on both sides of the jump on a way, as close together as rounding allows.
 fn narrow(
     equations: &dyn Equations,
     from: &Vector,

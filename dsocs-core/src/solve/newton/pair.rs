@@ -1,32 +1,34 @@
-//! Roots that lie close together: noticing that there are two, and finding the other one.
+//! Pairs of roots that lie close together: detection, and the second root.
 //!
-//! Two simple roots side by side lie on two sides of a fold, where the Jacobian is singular and beyond which it has changed
-//! its orientation. Along the way from the guess to the root the Jacobian's change says how far away the fold is, and the
-//! other root is as far away again (exactly, where the rows are of second degree). What is there is then looked at.
+//! Two simple roots side by side lie on two sides of a fold, where the Jacobian is singular and beyond which
+//! it has the opposite orientation. The change of the Jacobian on the way from the guess to the root tells
+//! the distance of the fold. The other root is as far again behind it (exactly, if the rows are of second
+//! degree). This place is then searched.
 //!
-//! The other root itself is found by deflation: the rows over the distance from the known root have it for their root, but
-//! no longer the known one (K. M. Brown, W. B. Gearhart, *Deflation techniques for the calculation of further solutions of
+//! The other root is found by deflation: the rows divided by the distance from the known root have only the
+//! other root (K. M. Brown, W. B. Gearhart, *Deflation techniques for the calculation of further solutions of
 //! a nonlinear system*, 1971). Newton's update for them is that of the rows, made longer or shorter.
 
 use super::{Equations, relative};
 use crate::solve::{Square, Vector};
 
-/// How often the deflated rows are evaluated.
+/// Largest number of evaluations of the deflated rows.
 const DEFLATED: u32 = 60;
 
-/// How often the rows are evaluated to make the other root accurate.
+/// Largest number of evaluations of the rows to polish the other root.
 const POLISHED: u32 = 12;
 
-/// A deflated update this small relative to the distance of the roots has arrived.
+/// A deflated update this small relative to the distance of the roots has converged.
 const ARRIVED: f64 = 1e-3;
 
-/// Rows within so many bounds of their rounding errors are zero.
+/// Rows within this many bounds of their rounding errors are zero.
 const ROUNDINGS: f64 = 8.0;
 
-/// Roots are two if they are farther apart than this part of the bound of their rounding errors, which is seldom reached.
+/// Two roots are distinct if their distance exceeds this part of the bound of their rounding errors; the
+/// bound itself is seldom reached.
 const DISTINCT: f64 = 1.0 / 16.0;
 
-/// The other root of a pair that Newton's iteration on its way from `start` to `root` comes near to.
+/// The other root of a pair that Newton's iteration comes near to on its way from `start` to `root`.
 #[cold]
 pub(crate) fn nearby(
     equations: &dyn Equations,
@@ -46,7 +48,7 @@ pub(crate) fn nearby(
     other_root(equations, &other, root, size)
 }
 
-/// A Jacobian along a direction, in units of another one: with one unknown, the quotient of the two.
+/// The component along a direction of `unit⁻¹ · jacobian`; for one unknown, the quotient of the two.
 pub(crate) fn orientation(
     unit: &Square,
     jacobian: &Square,
@@ -57,7 +59,7 @@ pub(crate) fn orientation(
     Some(scalar_product(direction, &moved, sizes) / scalar_product(direction, direction, sizes))
 }
 
-/// A root other than `root`, from a guess that is not too far from it.
+/// A root other than `root`, from a guess not too far from it.
 #[cold]
 pub(crate) fn other_root(
     equations: &dyn Equations,
@@ -70,7 +72,7 @@ pub(crate) fn other_root(
     for _ in 0..DEFLATED {
         let update = equations.linearize(&z).update()?;
         let apart = z.zip(root, |z, root| z - root);
-        // in units of the distance itself, so that no size of unknowns comes in
+        // in units of the distance itself, so that the sizes of the unknowns do not matter
         let units = apart.zip(&update, |apart, update| apart.abs().max(update.abs()));
         let square = scalar_product(&apart, &apart, &units);
         let along = scalar_product(&apart, &update, &units);

@@ -144,17 +144,17 @@ fn a_step_out_of_the_domain_is_shortened() {
 
 #[test]
 fn noise_is_told_from_failure() {
-    // the row's noise of 1e-10 is far above its unit round-off, and the bound knows of it
+    // noise of 1e-10, far above the unit round-off, that the bound includes
     let noisy = |x: f64| (x - 1.0 + 1e-10 * (x * 1e13).sin(), 1.0, 1e-10);
     let root = run(noisy, 0.3, 0.0).unwrap();
     assert!((root.z[0] - 1.0).abs() < 1e-9, "{root:?}");
-    // the same where the bound does not know of it, as of a function of the user's
+    // the same noise in a user's function, which the bound does not include
     let noisy = |x: f64| (x - 1.0 + 1e-10 * (x * 1e13).sin(), 1.0, 1e-16);
     let root = run(noisy, 0.3, 0.0).unwrap();
     assert!((root.z[0] - 1.0).abs() < 1e-9, "{root:?}");
 }
 
-/// An update is the last only after one that Newton's iteration asked for.
+/// An update is the last only after a valid Newton update.
 #[test]
 fn nothing_settles_after_an_update_that_is_none() {
     let trial = |update: f64, safe: bool| Trial {
@@ -179,7 +179,7 @@ fn path(function: impl Fn(f64) -> (f64, f64, f64), start: f64) -> Result<Root<Ve
 
 #[test]
 fn a_path_that_turns_back_ends_in_a_fold() {
-    // a parabola that does not reach zero, from far and near, and from either side; small and large in its units
+    // a parabola that does not reach zero, from far and near, from either side, in small and large units
     for start in [0.1, 0.5, 3.0, -2.0, 100.0] {
         for least in [1e-6, 1.0, 1e6] {
             let fold = path(|x| (x * x + least, 2.0 * x, 1e-16 * least), start);
@@ -194,7 +194,7 @@ fn a_path_that_turns_back_ends_in_a_fold() {
             assert!(fold.left > 1e9, "{fold:?}");
         }
     }
-    // a double root, known to rounding alone, is none: there the rows are zero for all that can be told
+    // a double root to rounding is no fold: there the rows are zero to rounding
     assert!(!matches!(
         path(|x| ((x - 1.0).powi(2) + 1e-16, 2.0 * (x - 1.0), 1e-15), 3.0),
         Err(Some(_))
@@ -203,7 +203,7 @@ fn a_path_that_turns_back_ends_in_a_fold() {
 
 #[test]
 fn paths_that_end_otherwise_have_no_fold() {
-    // to a root, away to where the rows fall for ever or tend to something, and to the edge of what has a value
+    // paths to a root, to infinity where the rows fall for ever or to a limit, and to the edge of the domain
     assert!((path(|x| (x * x - 2.0, 2.0 * x, 1e-16), 5.0).unwrap().z[0] - 2.0_f64.sqrt()).abs() < 1e-15);
     let falling = path(|x| (x.exp(), x.exp(), 1e-16 * x.exp()), 1.0);
     assert!(matches!(falling, Err(None)), "{falling:?}");
@@ -213,7 +213,7 @@ fn paths_that_end_otherwise_have_no_fold() {
     assert!(matches!(edge, Err(None)), "{edge:?}");
 }
 
-/// Rows that tend to something for ever have no fold, however rounding makes the last of them rise and fall.
+/// Rows that tend to a nonzero limit have no fold, although rounding makes the last of them rise and fall.
 #[test]
 fn rounding_far_away_is_no_fold() {
     let tending = |x: f64| (1.0 + 1.0 / x + 1e-14 * (x * 1e3).sin(), -1.0 / (x * x), 1e-18);
@@ -223,7 +223,7 @@ fn rounding_far_away_is_no_fold() {
     }
 }
 
-/// A path ends where it folds: it does not go over to another one that is there, too.
+/// A path ends at its fold: it does not jump to another branch.
 #[test]
 fn a_path_does_not_jump() {
     // a minimum of 1/3 at 1, and a root beyond the maximum
@@ -234,7 +234,7 @@ fn a_path_does_not_jump() {
         };
         assert!((fold.z[0] - 1.0).abs() < 1e-2, "{start}: {fold:?}");
     }
-    // waves on a slope, whose next extremum is before the root
+    // waves on a slope, whose next extremum lies before the root
     for ([a, b, c], start) in [
         ([1.163, 2.1695, -4.798], 1.8246),
         ([0.826, 1.639, -4.484], 4.907),
@@ -283,7 +283,7 @@ fn another_root_is_one_of_the_declared_rows_and_farther_than_rounding() {
         assert!((other[0] + 1.0).abs() < 1e-15, "{guess}: {other:?}");
     }
     assert_eq!(other_root(&Declared, &one(0.4), &one(1.0), &one(1.0)), None);
-    // two roots that are one to rounding
+    // two roots that agree to rounding
     let double = Scalar(|z: f64| ((z - 1.0).powi(2), 2.0 * (z - 1.0), 8.0 * f64::EPSILON));
     for guess in [3.0, 0.2] {
         assert_eq!(
@@ -329,13 +329,13 @@ fn a_root_tells_whether_another_one_may_be_close() {
         let root = solve(&Watched::<false>(distance), &one(start), &one(1.0), 60, &mut ());
         root.unwrap_or_else(|failed| panic!("{}", failed.reason))
     };
-    // the other one is nearer than the unknown is large, and the way to this one is bent
+    // the other root is nearer than the unknown is large, and the way to this one is bent
     let near = solved(0.1, 0.999);
     assert!(
         near.evaluations == 3 && near.close && near.bend > BENT,
         "{near:?}"
     );
-    // far away, and straight
+    // far away, on a straight way
     let far = solved(1e3, 0.999);
     assert!(!far.close, "{far:?}");
     let short = solve(&Watched::<true>(20.0), &one(0.7), &one(1.0), 60, &mut ());

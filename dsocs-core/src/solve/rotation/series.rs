@@ -1,4 +1,4 @@
-//! Taylor series of rotations: the coefficients of a quaternion, and the increments between nodes that a series knows.
+//! Taylor series of rotations: coefficients of a quaternion, and increments between nodes on a series.
 
 #![allow(clippy::inline_always)] // parts of recurrences, which are compiled for each kind of register
 
@@ -8,8 +8,9 @@ use crate::number::scalar::Scalar;
 /// The Taylor coefficient of order `k + 1` of a quaternion, from its coefficients and those of its angular velocity, up to order `k`:
 /// `(k + 1) q_{k+1} = ½ Σ q_j∘(0, ω_{k-j})`.
 ///
-/// The sums are those of each component of `ω` with all four of `q`, which stand side by side in a register; of even and odd `j` by themselves, as one sum
-/// alone would wait for itself. `add_product` adds to its first argument the product of the others.
+/// The sums are the products of each component of `ω` with all four components of `q`, which fill a register.
+/// Even and odd `j` are summed apart, so that additions need not wait for each other. `add_product` adds to
+/// its first argument the product of the others.
 #[inline(always)]
 pub(crate) fn coefficient<T: Scalar>(
     k: usize,
@@ -29,7 +30,7 @@ pub(crate) fn coefficient<T: Scalar>(
     if j == k {
         add_turn(&mut sums[0], q(j), w(0), add_product);
     }
-    // what stands side by side in the loop does not here, and the compiler would give up the one for the other
+    // the vectorised form of the loop ends here; without this the compiler would give it up
     let [[x, y, z], [x_odd, y_odd, z_odd]] = core::hint::black_box(sums);
     let of = |sum: [T; SLOTS], odd: [T; SLOTS]| move |i: usize| sum[i] + odd[i];
     let (x, y, z) = (of(x, x_odd), of(y, y_odd), of(z, z_odd));
@@ -57,8 +58,9 @@ fn add_turn<T: Scalar>(
     }
 }
 
-/// The increments of rotations about a node `q`, whose quaternion changes by `even ∓ odd` to the node before and to the one after: the increment that leads
-/// from the first to `q`, and by how much the next one is longer. Both have as many digits as the two parts.
+/// The increments of rotations before and after a node `q`, whose quaternion changes by `even ∓ odd` to the
+/// node before and to the one after: `d` leads from the first to `q`, and `e` is the second difference. Both
+/// have as many digits as the two parts.
 pub(crate) fn about(rotations: &[usize], q: &[f64], [even, odd]: [&[f64]; 2], [d, e]: [&mut [f64]; 2]) {
     for &first in rotations {
         let (Some([w, x, y, z]), Some(even), Some(odd)) =
@@ -67,7 +69,8 @@ pub(crate) fn about(rotations: &[usize], q: &[f64], [even, odd]: [&[f64]; 2], [d
             continue;
         };
         let [even, odd] = [even, odd].map(|part| product([w, -x, -y, -z], part));
-        // with the ratio r = v/(1 + c) of vector and scalar an increment is 8 r/(1 + √(1 + 4/3 |r|²)); each step by the sum and the difference of both sides
+        // with the ratio r = v/(1 + c) of vector and scalar an increment is 8 r/(1 + √(1 + 4/3 |r|²));
+        // computed by sums and differences of both sides
         let shares = [1.0, -1.0].map(|side| 1.0 / (2.0 + even[0] + side * odd[0]));
         let [share, by_share] = halves(shares, -2.0 * odd[0] * shares[0] * shares[1]);
         let sum = [1, 2, 3].map(|i| share * even[i] + by_share * odd[i]);
@@ -87,7 +90,7 @@ pub(crate) fn about(rotations: &[usize], q: &[f64], [even, odd]: [&[f64]; 2], [d
     }
 }
 
-/// Half of the sum of two numbers, and half of their difference, which is known by itself.
+/// Half the sum of two numbers, and half their difference, which is given.
 fn halves([one, other]: [f64; 2], difference: f64) -> [f64; 2] {
     [f64::midpoint(one, other), difference / 2.0]
 }

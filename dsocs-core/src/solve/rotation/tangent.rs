@@ -1,11 +1,11 @@
-//! How small turns of a rotation are carried along its motion: they are three numbers in the frame of the body, `δq = ½ q∘(0, ξ)`, and covectors of them as
-//! well.
+//! Tangents of rotations: small turns `ξ`, three numbers in the frame of the body with `δq = ½ q∘(0, ξ)`, and
+//! covectors of them.
 //!
-//! In vectors of slots they stand behind a zero, as velocities do.
+//! In vectors of slots they stand behind a zero, as angular velocities do.
 
 use super::{Arithmetic, SLOTS, product, put, slots};
 
-/// Numbers that small turns are computed with.
+/// Numbers for computations with small turns.
 pub(crate) trait Number: Arithmetic {
     /// A constant.
     fn of(value: f64) -> Self;
@@ -21,7 +21,8 @@ impl Number for f64 {
 /// A matrix, by rows.
 type Matrix<T> = [[T; 3]; 3];
 
-/// How the second node of a leg, `q∘τ(x)`, turns with its first node and with the increment `x`.
+/// Derivatives of the second node of a leg, `q∘τ(x)`, by its first node and by its increment `x`, as small
+/// turns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Carried<T> {
     /// By a turn of the first node: the inverse of the rotation `τ(x)`.
@@ -49,7 +50,7 @@ fn times<T: Number>(matrix: &Matrix<T>, v: [T; 3]) -> [T; 3] {
 }
 
 impl<T: Number> Carried<T> {
-    /// Of a leg with the increment `x`.
+    /// The derivatives for a leg with the increment `x`.
     #[inline(always)]
     pub fn of(x: [T; 3]) -> Self {
         let [one, two, part, sixteenth] = [1.0, 2.0, 1.0 / 48.0, 1.0 / 16.0].map(T::of);
@@ -69,7 +70,7 @@ impl<T: Number> Carried<T> {
         }
     }
 
-    /// The turn of the second node.
+    /// The turn of the second node, for those of the first node and of the increment.
     #[inline(always)]
     pub fn forward(&self, node: [T; 3], increment: [T; 3]) -> [T; 3] {
         let (of_node, of_increment) = (times(&self.by_node, node), times(&self.by_increment, increment));
@@ -77,7 +78,8 @@ impl<T: Number> Carried<T> {
     }
 }
 
-/// Where the second node of a leg goes with its first one and its increment: numbers by their sum.
+/// The change of the second node of a leg, for those of its first node and of its increment; coordinates that
+/// are no rotations add.
 pub(crate) fn carried(rotations: &[usize], d: &[f64], node: &[f64], increment: &[f64]) -> Vec<f64> {
     let mut sum: Vec<f64> = node.iter().zip(increment).map(|(q, d)| q + d).collect();
     for &first in rotations {
@@ -92,7 +94,7 @@ pub(crate) fn carried(rotations: &[usize], d: &[f64], node: &[f64], increment: &
     sum
 }
 
-/// How the increment of a leg changes with the turns of both of its nodes; as a matrix by the first node, and one by the second.
+/// The derivatives of a leg's increment by the turns of its first and of its second node.
 pub(crate) fn of_nodes(x: [f64; 3]) -> [Matrix<f64>; 2] {
     let square: f64 = x.iter().map(|x| x * x).sum();
     let (a, b) = (1.0 - square / 48.0, square / 16.0);
@@ -102,7 +104,7 @@ pub(crate) fn of_nodes(x: [f64; 3]) -> [Matrix<f64>; 2] {
     [by_first, axial(x, [c, d, -0.5])]
 }
 
-/// The turns in the place of the changes of quaternions.
+/// Replaces changes of quaternions by turns.
 pub(crate) fn body(rotations: &[usize], q: &[f64], change: &[f64]) -> Vec<f64> {
     let mut turns = change.to_vec();
     for &first in rotations {
@@ -114,7 +116,7 @@ pub(crate) fn body(rotations: &[usize], q: &[f64], change: &[f64]) -> Vec<f64> {
     turns
 }
 
-/// The rates of turns and of numbers, from those of velocities: `ξ' = δω + ξ×ω`.
+/// The rates of turns, `ξ' = δω + ξ×ω`, and of other coordinates, from changes of the velocities.
 pub(crate) fn turn_rates(rotations: &[usize], v: &[f64], turns: &[f64], velocities: &[f64]) -> Vec<f64> {
     let mut rates = velocities.to_vec();
     for &first in rotations {
@@ -132,7 +134,7 @@ pub(crate) fn turn_rates(rotations: &[usize], v: &[f64], turns: &[f64], velociti
     rates
 }
 
-/// The derivatives by the turn of a quaternion in the place of those by its components.
+/// The derivatives by the turn of a quaternion, from those by its components.
 #[inline(always)]
 pub(crate) fn body_covector<T: Number>([w, x, y, z]: [T; SLOTS], slopes: [T; SLOTS]) -> [T; SLOTS] {
     let zero = T::of(0.0);

@@ -1,12 +1,13 @@
-//! How much of an update of a position is taken, where it would turn bodies far.
+//! Shortening of an update of positions that would turn bodies far.
 
 use super::longest_square;
 
-/// An update turns a body by no more, in rad: a row that is the sine of an angle leads from 1.2 rad on to the other side of the circle.
+/// Largest turn of a body by an update, in rad: for a row that is the sine of an angle, an update from beyond
+/// 1.2 rad leads to the other side of the circle.
 const FARTHEST: f64 = 0.4;
 
-/// The largest power of a half that, as a part of an update, turns no body farther. It is the same for updates nearby, so that what is made of it has
-/// derivatives.
+/// The largest power of ½ that, as a factor of an update, turns no body farther. It is locally constant, so
+/// that the shortened update is differentiable.
 pub(crate) fn part_of_update(rotations: &[usize], update: &[f64]) -> f64 {
     let longest = longest_square(rotations, update).sqrt();
     let mut part = 1.0;

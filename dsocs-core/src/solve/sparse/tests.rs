@@ -3,7 +3,7 @@
 use super::*;
 use crate::solve::unknown::Linearization;
 
-/// How many rows there are.
+/// The number of rows.
 const M: usize = 24;
 
 /// Random numbers (splitmix64).
@@ -61,7 +61,7 @@ fn solved(sparse: &Sparse, entries: &[f64], rows: [f64; M]) -> ([f64; M], Determ
     (found.update, product.value())
 }
 
-/// The same by dense elimination.
+/// The update and the determinant by dense elimination.
 fn densely(sparse: &Sparse, entries: &[f64], rows: [f64; M]) -> (Option<[f64; M]>, Determinant) {
     let jacobian = sparse.dense::<f64, [f64; M]>(entries);
     let determinant = <[f64; M] as Unknown<f64>>::determinant(&jacobian);
@@ -76,7 +76,7 @@ fn both_eliminations_agree() {
     let mut random = Random(1);
     for round in 0..400 {
         let sparse = random.sparse(round % 60);
-        // pivots that dominate their rows: the order is as good as any
+        // pivots that dominate their rows: every order is accurate
         let entries: Vec<f64> = sparse
             .entries
             .iter()
@@ -110,7 +110,7 @@ fn what_the_order_does_not_solve_is_not_told_for_a_solution() {
     let (mut refused, mut taken) = (0, 0);
     for _ in 0..400 {
         let sparse = random.sparse(50);
-        // a pivot that has become small, or zero, where another order would do
+        // a pivot that is small or zero, where another order would be accurate
         let bad = [0.0, 1e-30, 1e-17, 1e-9, 1e-4][random.below(5)];
         let worst = sparse.pivots[random.below(M / 2)];
         let entries: Vec<f64> = sparse
