@@ -1,19 +1,20 @@
 //! Arrays by loops.
 //!
-//! [`core::array::from_fn`] and the method `map` of arrays bring half a dozen functions of the standard library for every closure and every
-//! number of components; what is here is part of the function that it is called in.
+//! [`core::array::from_fn`] and the method `map` of arrays bring half a dozen functions of the standard
+//! library for every closure and every number of components. These functions are inlined into their callers
+//! instead.
 
 #![allow(clippy::inline_always)] // that is what it is for
 
 /// An array of a literal size, whose size is kept out of signatures that do not need it.
 pub trait Array<T>: Copy + Send + Sync + AsRef<[T]> + AsMut<[T]> {
-    /// How many components it has.
+    /// The number of components.
     const LENGTH: usize;
 
-    /// The first components of a slice; none of a shorter one.
+    /// The first components of a slice; `None` if it is shorter.
     fn read(slice: &[T]) -> Option<&Self>;
 
-    /// The first components of a slice, and the rest; none of a shorter one.
+    /// The first components of a slice, and the rest; `None` if it is shorter.
     fn split(slice: &mut [T]) -> Option<(&mut Self, &mut [T])>;
 }
 

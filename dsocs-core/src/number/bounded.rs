@@ -1,9 +1,9 @@
 //! Running error analysis: a number with a bound of its rounding error, to first order.
 //!
-//! Because the generated code is generic over its scalar, the residual can be evaluated with these numbers and then
-//! says how much of itself is rounding. Newton's iteration asks when its updates stop shrinking: a residual within
-//! its own rounding error is zero for all that double precision can tell. (N. J. Higham, *Accuracy and Stability of
-//! Numerical Algorithms*, 2nd ed., section 3.3.)
+//! Because the generated code is generic over its scalar, the residual can be evaluated with these numbers,
+//! which gives a bound of its rounding error. Newton's iteration needs the bound when its updates stop
+//! shrinking: a residual within its own rounding error is zero to double precision. (N. J. Higham, *Accuracy
+//! and Stability of Numerical Algorithms*, 2nd ed., section 3.3.)
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -12,10 +12,12 @@ use crate::number::scalar::Scalar;
 /// The unit round-off of double precision, `2⁻⁵³`.
 pub(crate) const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// The distance of neighbours among numbers below the smallest normal one, which have fewer digits: a product that falls there is known to half of it.
+/// The spacing of numbers below the smallest normal one, which have fewer digits: the error of a product that
+/// falls there is at most half of it.
 pub(crate) const QUANTUM: f64 = f64::from_bits(1);
 
-/// A value and a bound of its error: of all that rounding does if `ROUNDS`, else of what is lost only because products fall below the smallest normal number.
+/// A value and a bound of its error: of the whole rounding error if `ROUNDS`, else of the digits that are
+/// lost only because products fall below the smallest normal number.
 #[derive(Clone, Copy, Debug)]
 pub struct Bound<const ROUNDS: bool> {
     value: f64,
@@ -25,7 +27,7 @@ pub struct Bound<const ROUNDS: bool> {
 /// A value and a bound of its rounding error.
 pub type Bounded = Bound<true>;
 
-/// A value and a bound of what it has lost by products that fall below the smallest normal number.
+/// A value and a bound of its loss by products that fall below the smallest normal number.
 pub(crate) type Underflowing = Bound<false>;
 
 impl<const ROUNDS: bool> Bound<ROUNDS> {
@@ -39,7 +41,8 @@ impl<const ROUNDS: bool> Bound<ROUNDS> {
         self.error
     }
 
-    /// A result whose operation rounds to within `ulps` units, with `inherited` error from its operands.
+    /// A result whose operation rounds to within `units` unit round-offs, with the `inherited` error of its
+    /// operands.
     fn rounded(value: f64, inherited: f64, units: f64) -> Self {
         let own = if ROUNDS { units * UNIT * value.abs() } else { 0.0 };
         Self {
@@ -48,7 +51,8 @@ impl<const ROUNDS: bool> Bound<ROUNDS> {
         }
     }
 
-    /// The same of an operation whose result may fall below the smallest normal number; `is_exact` where a zero is one.
+    /// [`Bound::rounded`] for an operation whose result may fall below the smallest normal number; `is_exact`
+    /// if a result of zero is exact.
     fn scaled(value: f64, inherited: f64, units: f64, is_exact: bool) -> Self {
         let lost = if value.abs() < f64::MIN_POSITIVE && !is_exact {
             QUANTUM
@@ -60,8 +64,8 @@ impl<const ROUNDS: bool> Bound<ROUNDS> {
 
     /// A function of one variable with slope at most `slope` at the value.
     fn function(self, value: f64, slope: f64) -> Self {
-        // library functions are right to within one unit in the last place, two units of round-off
-        // an exact argument hands on no error, also where the slope is infinite
+        // library functions are right to within one unit in the last place, two units of round-off; an exact
+        // argument passes on no error, also where the slope is infinite
         let inherited = if self.error == 0.0 {
             0.0
         } else {
@@ -134,7 +138,8 @@ impl<const ROUNDS: bool> Scalar for Bound<ROUNDS> {
         self.value
     }
 
-    /// What the arguments of a user's function inherit is not seen; its own result counts as correctly rounded.
+    /// Errors of the arguments are not propagated through a user's function; its result counts as correctly
+    /// rounded.
     fn from_lanes<const P: usize>(mut function: impl FnMut(usize) -> [f64; P]) -> [Self; P] {
         function(0).map(|value| Self::rounded(value, 0.0, 2.0))
     }

@@ -1,4 +1,4 @@
-//! Sums whose rounding errors are carried along.
+//! Compensated sums, which carry their rounding errors along.
 
 // parts of every step, also of those that are compiled for the machine's own instructions
 #![allow(clippy::inline_always)]
@@ -6,13 +6,13 @@
 use crate::number::scalar::Scalar;
 
 /// A vector of numbers, each as an unevaluated sum `hi + lo` with `hi` the sum rounded to double precision.
-// two numbers are read and written at once, which costs more where they lie on both sides of a cache line's end
+// aligned: a pair of numbers is read and written at once, which is slower across the end of a cache line
 #[repr(align(16))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Compensated<const N: usize, T = f64> {
-    /// The numbers, rounded.
+    /// The rounded values.
     pub hi: [T; N],
-    /// What rounding took away.
+    /// Their rounding errors.
     pub lo: [T; N],
 }
 
@@ -63,7 +63,7 @@ fn negative<T: Scalar, const N: usize>(x: &[T; N]) -> [T; N] {
     negative
 }
 
-/// Adds numbers of plain double precision to sums.
+/// Adds numbers of plain double precision to compensated sums.
 #[inline]
 pub(crate) fn add_all(hi: &mut [f64], lo: &mut [f64], term: &[f64]) {
     for ((hi, lo), &term) in hi.iter_mut().zip(lo).zip(term) {
@@ -71,7 +71,7 @@ pub(crate) fn add_all(hi: &mut [f64], lo: &mut [f64], term: &[f64]) {
     }
 }
 
-/// Adds sums, each as its two parts, to others.
+/// Adds compensated sums, given by their high and low parts, to others.
 #[inline]
 pub(crate) fn plus_all([hi, lo]: [&mut [f64]; 2], [term_hi, term_lo]: [&[f64]; 2]) {
     let terms = term_hi.iter().zip(term_lo);
@@ -80,14 +80,14 @@ pub(crate) fn plus_all([hi, lo]: [&mut [f64]; 2], [term_hi, term_lo]: [&[f64]; 2
     }
 }
 
-/// Adds a number of plain double precision to a sum.
+/// Adds a number of plain double precision to a compensated sum.
 #[inline(always)]
 pub(crate) fn add<T: Scalar>((hi, lo): (T, T), term: T) -> (T, T) {
     let (sum, error) = two_sum(hi, term);
     fast_two_sum(sum, error + lo)
 }
 
-/// Adds two sums.
+/// Adds two compensated sums.
 #[inline(always)]
 pub(crate) fn plus<T: Scalar>((hi, lo): (T, T), (term_hi, term_lo): (T, T)) -> (T, T) {
     let (sum, error) = two_sum(hi, term_hi);
@@ -103,7 +103,7 @@ fn two_sum<T: Scalar>(a: T, b: T) -> (T, T) {
     (sum, (a - a_virtual) + (b - b_virtual))
 }
 
-/// The same where `|a| >= |b|` (Dekker).
+/// [`two_sum`] if `|a| >= |b|` (Dekker).
 #[inline(always)]
 fn fast_two_sum<T: Scalar>(a: T, b: T) -> (T, T) {
     let sum = a + b;

@@ -1,4 +1,4 @@
-//! The methods: their fractions of a step, and where they come from.
+//! The composition methods: the fractions of a step, and their sources.
 
 #![allow(clippy::excessive_precision)] // fractions as they are printed
 
@@ -19,7 +19,7 @@ use core::fmt;
 /// ```
 #[derive(Clone, Copy, PartialEq)]
 pub struct Composition {
-    /// Whose it is.
+    /// The name of the method, by its authors.
     name: &'static str,
     /// The order.
     order: u32,

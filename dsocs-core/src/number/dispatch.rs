@@ -1,20 +1,20 @@
-//! The machine's own instructions.
+//! Code that is compiled for the instructions of the machine at hand.
 //!
-//! A program is compiled for every machine of its kind, so without fused products and wide registers. What is worth it
-//! is compiled a second time with them, and the machine is asked when the program runs. The results of both differ by
-//! rounding.
+//! A program is compiled for every machine of its kind, so without fused products and wide registers. Code
+//! that gains by them is compiled a second time with them, and the machine is asked when the program runs.
+//! The results of both differ by rounding.
 
-/// Work that is compiled for more than one machine. All that it calls is to be inlined.
+/// Work that is compiled for more than one machine. All functions that it calls have to be inlined.
 pub(crate) trait Work {
-    /// What it gives.
+    /// The result.
     type Output;
 
     /// Does the work, with products and sums rounded once if `FUSED`.
     fn run<const FUSED: bool>(self) -> Self::Output;
 }
 
-/// Does the work with the best instructions that there are, or, if `rounded`, with those that all machines have: then the results are the
-/// same on all.
+/// Does the work with the best instructions of the machine. If `rounded`, only with those that all machines
+/// have: then the results are the same on all.
 #[inline]
 pub(crate) fn run_as<W: Work>(rounded: bool, work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
@@ -30,8 +30,8 @@ pub(crate) fn run_as<W: Work>(rounded: bool, work: W) -> W::Output {
     work.run::<false>()
 }
 
-/// The same with wide registers alone, for work on many numbers side by side. Nothing is fused, and so the results are
-/// the same on every machine.
+/// [`run_as`] with wide registers alone, for work on many numbers side by side. Nothing is fused, so the
+/// results are the same on every machine.
 #[inline]
 pub(crate) fn run_wide<W: Work>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]

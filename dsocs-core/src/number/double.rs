@@ -1,15 +1,16 @@
 //! Numbers of twice the precision, each as an unevaluated sum of two doubles: some 32 digits.
 //!
-//! Rows of a step are evaluated with them where they are to be known better than the nodes that they are formed from. Sums,
-//! products and quotients are those of Dekker and Knuth (Hida, Li and Bailey, *Library for double-double and quad-double
-//! arithmetic*, 2007); functions begin with the double's and are improved by a step of Newton's, or are Taylor series. A function of
-//! the user's is called with plain numbers, and is known to no more.
+//! The rows of a step are evaluated with them where they must be more accurate than the nodes that they are
+//! formed from. Sums, products and quotients are those of Dekker and Knuth (Hida, Li and Bailey, *Library for
+//! double-double and quad-double arithmetic*, 2007). Functions start from the double's value and improve it
+//! by a step of Newton's, or are Taylor series. A user's function is called with plain doubles, and is
+//! accurate to double precision only.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::number::scalar::Scalar;
 
-/// A number as the unevaluated sum `hi + lo`, with `hi` the sum rounded.
+/// A number as the unevaluated sum `hi + lo`, with `hi` the rounded sum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Double {
     hi: f64,
@@ -29,10 +30,10 @@ const HALF_PI: [f64; 3] = [
     -1.497_384_904_859_169_8e-33,
 ];
 
-/// The exponential is that of an argument divided by `2^HALVINGS`, so often squared.
+/// The exponential is computed for the argument divided by `2^HALVINGS`, and squared this many times.
 const HALVINGS: i32 = 8;
 
-/// Beyond this the hyperbolic tangent is one.
+/// Beyond this argument the hyperbolic tangent is 1.
 const FLAT: f64 = 40.0;
 
 impl Double {
@@ -54,7 +55,7 @@ impl Double {
         self.hi
     }
 
-    /// The sum of two doubles of which the first is the larger.
+    /// The sum of two doubles, the first of which is larger in absolute value.
     fn sum(hi: f64, lo: f64) -> Self {
         let sum = hi + lo;
         if !sum.is_finite() {
@@ -66,7 +67,7 @@ impl Double {
         }
     }
 
-    /// Times a power of two.
+    /// The number times a power of two.
     fn scaled(self, by: f64) -> Self {
         Self {
             hi: self.hi * by,
@@ -74,7 +75,7 @@ impl Double {
         }
     }
 
-    /// `exp(x) − 1` of a small argument.
+    /// `exp(x) − 1` for a small argument.
     fn exp_m1_small(self) -> Self {
         let part = self.scaled(f64::from(-HALVINGS).exp2());
         let (mut term, mut sum) = (part, part);
@@ -368,7 +369,7 @@ impl Scalar for Double {
     fn atan2(self, x: Self) -> Self {
         let first = Self::exact(self.hi.atan2(x.hi));
         let [sin, cos] = first.sin_cos();
-        // the tangent of what is left
+        // the tangent of the remaining angle
         let rest = (self * cos - x * sin) / (x * cos + self * sin);
         if rest.hi.is_finite() { first + rest } else { first }
     }

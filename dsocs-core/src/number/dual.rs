@@ -1,19 +1,20 @@
-//! The dual numbers that functions of the user's are called with.
+//! The dual numbers with which the user's functions are called.
 //!
-//! A dual number is a value and a derivative, each a number or a dual number in its turn: nested twice they give second
-//! derivatives. `num-dual` has such numbers too ([`Real`] takes them), but some functions of
-//! those leave the range of doubles long before their results do (`tanh` is NaN from 355 on, `atan` flat from 1e154 on), or
-//! are NaN where a limit exists (`sqrt` of the constant 0, `powi(3)` at 0 times an infinite slope), or panic (`%`). These
-//! here are right wherever the function and its derivative are numbers, or have limits.
+//! A dual number is a value and a derivative, each a number or a dual number in its turn: nested twice they
+//! give second derivatives. `num-dual` has such numbers too ([`Real`] takes them). But some of its functions
+//! leave the range of doubles long before their results do (`tanh` is NaN from 355 on, `atan` flat from 1e154
+//! on), or are NaN where a limit exists (`sqrt` of the constant 0, `powi(3)` at 0 times an infinite slope),
+//! or panic (`%`). The functions here are right wherever the function and its derivative are finite, or have
+//! limits.
 
 mod functions;
 mod numbers;
 
 use crate::number::real::Real;
 
-/// What the parts of a dual number may be: real numbers, and dual numbers over them.
+/// The type of a dual number's parts: real numbers, and dual numbers over them.
 pub trait Part: Real {
-    /// Whether every part is zero: a constant's derivative.
+    /// Whether every part is zero, as in the derivative of a constant.
     fn vanishes(&self) -> bool;
 }
 
@@ -43,7 +44,7 @@ pub struct Dual<D> {
 }
 
 impl<D> Dual<D> {
-    /// A dual number of its parts.
+    /// A dual number with the given parts.
     pub fn new(re: D, eps: D) -> Self {
         Self { re, eps }
     }
@@ -61,7 +62,8 @@ impl<D: Part> Dual<D> {
         Self { re, eps: D::zero() }
     }
 
-    /// A function's value, and its derivative by the chain rule. A constant stays a constant, however steep the function.
+    /// A function's value, and its derivative by the chain rule. The derivative of a constant stays zero,
+    /// also where the slope is infinite.
     fn chain(self, value: D, slope: impl FnOnce() -> D) -> Self {
         Self {
             re: value,
@@ -70,7 +72,7 @@ impl<D: Part> Dual<D> {
     }
 }
 
-/// One term of a chain rule, zero for a constant.
+/// One term of the chain rule, `derivative · slope`; zero if the derivative is.
 fn part<D: Part>(derivative: D, slope: impl FnOnce() -> D) -> D {
     if derivative.vanishes() {
         D::zero()

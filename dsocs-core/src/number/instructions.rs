@@ -1,4 +1,4 @@
-//! The machine's instructions, chosen when the program runs.
+//! Sets of machine instructions, chosen when the program runs.
 
 use core::cell::Cell;
 use core::fmt;
@@ -22,14 +22,14 @@ pub enum Instructions {
     Avx512,
 }
 
-/// Whether steps are compiled for more than the program was.
+/// Whether steps are also compiled for wider instructions than those of the program.
 pub(crate) const OTHERS: bool = cfg!(any(test, not(debug_assertions)));
 
 impl Instructions {
     /// All sets, the narrowest first.
     pub const ALL: [Self; 3] = [Self::Compiled, Self::Avx2, Self::Avx512];
 
-    /// The widest that this machine has.
+    /// The widest set that this machine has.
     ///
     /// ```
     /// use dsocs_core::Instructions;
@@ -42,7 +42,7 @@ impl Instructions {
         available.unwrap_or(Self::Compiled)
     }
 
-    /// Whether this machine, and this build, has them.
+    /// Whether this machine, and this build, has the set.
     #[must_use]
     pub fn are_available(self) -> bool {
         match self {
@@ -67,9 +67,10 @@ impl fmt::Display for Instructions {
     }
 }
 
-/// Work on lanes. All that it calls is to be inlined: what is not, is not compiled for the instructions, and is many times slower.
+/// Work on lanes. All functions that it calls have to be inlined: others are not compiled for the
+/// instructions, and are many times slower.
 pub(crate) trait InLanes {
-    /// What it gives.
+    /// The result.
     type Output;
 
     /// Does the work.
@@ -78,16 +79,17 @@ pub(crate) trait InLanes {
 
 /// Registers of instructions that are chosen when the program runs.
 pub(crate) trait Chosen: Register {
-    /// What tells that the machine has them.
+    /// Proof that the machine has them.
     type Token: Copy + Send + Sync;
 
-    /// Asks the machine.
+    /// The proof, if the machine has them.
     fn token() -> Option<Self::Token>;
 
-    /// Does work that is compiled for them.
+    /// Does work that is compiled for these instructions.
     fn run<W: InLanes>(token: Self::Token, work: W) -> W::Output;
 
-    /// Room for so many lanes. Elimination of sparse rows takes it, which uses the registers that were compiled for.
+    /// Calls `work` with a workspace of `length` lanes. Sparse elimination needs it; it uses the registers
+    /// for which the program was compiled.
     fn with_room<T>(length: usize, work: impl FnOnce(&mut [Lanes<Self>]) -> T) -> T {
         work(&mut vec![Lanes::splat(0.0); length])
     }
@@ -109,7 +111,7 @@ impl Chosen for wide::f64x8 {
         thread_local! {
             static ROOM: Cell<Vec<Lanes>> = const { Cell::new(Vec::new()) };
         }
-        // rows that call the user's functions, and these a run of another system, find another, empty room
+        // rows may call a user's function that runs another system: that elimination finds an empty workspace
         let mut room = ROOM.take();
         if room.len() < length {
             room.resize(length, Lanes::splat(0.0));

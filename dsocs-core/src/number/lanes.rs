@@ -19,7 +19,7 @@ pub(crate) mod x86;
 
 pub use register::Register;
 
-/// How many numbers lie side by side.
+/// The number of lanes.
 pub(crate) const LANES: usize = 8;
 
 /// Eight real numbers, one for each of eight trajectories that the generated code steps at once.
@@ -74,12 +74,12 @@ impl<R: Register> fmt::Debug for Lanes<R> {
     }
 }
 
-/// For each lane, whether something holds there.
+/// A truth value for each lane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mask<R = f64x8>(R);
 
 impl<R: Register> Mask<R> {
-    /// The same in every lane.
+    /// The same truth value in every lane.
     #[inline(always)]
     pub fn splat(holds: bool) -> Self {
         Self(R::splat(f64::from_bits(if holds { u64::MAX } else { 0 })))
@@ -136,25 +136,25 @@ impl<R: Register> Not for Mask<R> {
 }
 
 impl<R: Register> Lanes<R> {
-    /// Where `self < other`; nowhere where either is NaN.
+    /// The lanes where `self < other`; false where either is NaN.
     #[inline(always)]
     pub(crate) fn below(self, other: Self) -> Mask<R> {
         Mask(self.0.below(other.0))
     }
 
-    /// Where `self <= other`; nowhere where either is NaN.
+    /// The lanes where `self <= other`; false where either is NaN.
     #[inline(always)]
     pub(crate) fn at_most(self, other: Self) -> Mask<R> {
         Mask(self.0.at_most(other.0))
     }
 
-    /// Where the number is neither infinite nor NaN.
+    /// The lanes where the number is neither infinite nor NaN.
     #[inline(always)]
     pub(crate) fn finite(self) -> Mask<R> {
         self.abs().below(Self::splat(f64::INFINITY))
     }
 
-    /// The same in other registers.
+    /// The numbers in registers of another kind.
     #[inline(always)]
     pub(crate) fn moved<Q: Register>(self) -> Lanes<Q> {
         Lanes(Q::new(self.0.array()))
@@ -180,7 +180,7 @@ impl<R: Register> Lanes<R> {
         Self(R::new(self.0.array().map(function)))
     }
 
-    /// The same for two arguments.
+    /// A function of `f64` with two arguments, lane by lane.
     #[inline]
     fn each_pair(self, other: Self, function: impl Fn(f64, f64) -> f64) -> Self {
         let (left, right) = (self.0.array(), other.0.array());
@@ -327,7 +327,7 @@ impl<R: Register> Scalar for Lanes<R> {
 
     #[inline(always)]
     fn powi(self, exponent: i32) -> Self {
-        // by squares, as `f64::powi` goes
+        // by repeated squares, as in `f64::powi`
         let (mut result, mut square, mut left) = (Self::splat(1.0), self, exponent.unsigned_abs());
         loop {
             if left & 1 == 1 {

@@ -1,4 +1,4 @@
-//! Numbers as messages show them.
+//! The format of numbers in messages.
 
 use core::fmt;
 

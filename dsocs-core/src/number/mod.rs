@@ -1,4 +1,5 @@
-//! What a declaration is evaluated with: doubles, lanes, derivatives, bounds of rounding, sums that carry their rounding.
+//! The numbers with which a declaration is evaluated: doubles, lanes, derivatives, bounds of rounding errors,
+//! compensated sums.
 
 pub(crate) mod array;
 pub(crate) mod bounded;
@@ -16,7 +17,7 @@ pub(crate) mod scalar;
 pub(crate) mod tangent;
 
 /// The larger of two sizes, neither of which is negative; NaN if either is.
-// as bits such numbers have the same order, and NaN stands above all
+// as bits, such numbers have the same order, and NaN is the largest
 #[inline]
 pub(crate) fn larger(size: f64, other: f64) -> f64 {
     f64::from_bits(size.to_bits().max(other.to_bits()))

@@ -1,4 +1,4 @@
-//! Legs and points: where equations are evaluated, in arrays and in slices.
+//! Legs and points at which equations are evaluated, as arrays and as slices.
 
 use crate::number::scalar::Scalar;
 use crate::number::tangent::Tangent;
@@ -45,7 +45,7 @@ pub struct AnyLeg<'a, T> {
 }
 
 impl<T, const N: usize> Leg<T, N> {
-    /// The leg on slices, for what is compiled once for any number of coordinates.
+    /// The leg on slices, for code that is compiled once for any number of coordinates.
     #[must_use]
     pub fn any(&self) -> AnyLeg<'_, T>
     where
@@ -70,7 +70,7 @@ impl<T: Copy> AnyLeg<'_, T> {
         }
     }
 
-    /// The same in another type of number.
+    /// The leg in another type of number.
     pub(crate) fn map<U>(&self, mut number: impl FnMut(T) -> U) -> OwnedLeg<U> {
         OwnedLeg {
             t: number(self.t),
@@ -92,7 +92,7 @@ pub struct OwnedLeg<T> {
 }
 
 impl<T: Copy> OwnedLeg<T> {
-    /// By reference.
+    /// A reference to the leg.
     #[must_use]
     pub fn any(&self) -> AnyLeg<'_, T> {
         AnyLeg {
@@ -117,7 +117,7 @@ pub struct AnyPoint<'a, T> {
 }
 
 impl<T: Scalar, const N: usize> Point<T, N> {
-    /// A point with its number of coordinates; numbers that are missing are NaN.
+    /// The point as arrays; missing numbers are NaN.
     #[inline]
     pub(crate) fn of(point: AnyPoint<'_, T>) -> Self {
         Self {
@@ -138,7 +138,7 @@ impl<T: Copy> AnyPoint<'_, T> {
 }
 
 impl<T, const N: usize> Point<T, N> {
-    /// The point on slices, for what is compiled once for any number of coordinates.
+    /// The point on slices, for code that is compiled once for any number of coordinates.
     #[must_use]
     pub fn any(&self) -> AnyPoint<'_, T>
     where
@@ -156,19 +156,19 @@ impl<T, const N: usize> Point<T, N> {
 /// A point with any number of coordinates.
 #[derive(Clone, Debug)]
 pub struct OwnedPoint<T> {
-    /// How many coordinates there are.
+    /// The number of coordinates.
     coordinates: usize,
     /// Position, velocity and acceleration, then the time.
     values: Vec<T>,
 }
 
 impl OwnedPoint<f64> {
-    /// Room for a point of `n` coordinates.
+    /// A point of `n` coordinates, all zero.
     pub(crate) fn zero(n: usize) -> Self {
         Self::new(n, vec![0.0; 3 * n + 1])
     }
 
-    /// The same in another type of number.
+    /// The point in another type of number.
     pub(crate) fn map<T: Copy>(&self, number: impl Fn(f64) -> T) -> OwnedPoint<T> {
         OwnedPoint::new(self.coordinates, self.values.iter().map(|x| number(*x)).collect())
     }
@@ -178,7 +178,7 @@ impl OwnedPoint<f64> {
         &self.values[..3 * self.coordinates]
     }
 
-    /// Position, velocity and acceleration, and the time, to be written.
+    /// Position, velocity and acceleration, and the time, mutable.
     pub(crate) fn parts(&mut self) -> ([&mut [f64]; 3], &mut f64) {
         let (q, rest) = self.values.split_at_mut(self.coordinates);
         let (v, rest) = rest.split_at_mut(self.coordinates);
@@ -193,7 +193,7 @@ impl<T: Copy> OwnedPoint<T> {
         Self { coordinates, values }
     }
 
-    /// By reference.
+    /// A reference to the point.
     #[must_use]
     pub fn any(&self) -> AnyPoint<'_, T> {
         let (q, rest) = self.values.split_at(self.coordinates);
@@ -202,7 +202,7 @@ impl<T: Copy> OwnedPoint<T> {
         AnyPoint { t: t[0], q, v, a }
     }
 
-    /// The point with its number of coordinates.
+    /// The point as arrays.
     #[must_use]
     pub fn sized<const N: usize>(&self) -> Point<T, N>
     where
@@ -212,12 +212,12 @@ impl<T: Copy> OwnedPoint<T> {
     }
 }
 
-/// Numbers of another type.
+/// Numbers in another type.
 pub(crate) fn map<T: Copy, U>(numbers: &[T], number: impl FnMut(T) -> U) -> Vec<U> {
     numbers.iter().copied().map(number).collect()
 }
 
-/// Numbers of which one moves.
+/// The vector `x` as tangents in the direction of its component `j`.
 pub(crate) fn moved(x: &[f64], j: usize) -> Vec<Tangent> {
     let numbers = x.iter().enumerate();
     numbers
@@ -225,7 +225,7 @@ pub(crate) fn moved(x: &[f64], j: usize) -> Vec<Tangent> {
         .collect()
 }
 
-/// Copies as many numbers as there is room for.
+/// Copies numbers, as many as both slices have.
 #[inline]
 pub(crate) fn copy(to: &mut [f64], from: &[f64]) {
     for (to, from) in to.iter_mut().zip(from) {
@@ -233,7 +233,7 @@ pub(crate) fn copy(to: &mut [f64], from: &[f64]) {
     }
 }
 
-/// A vector with its number of coordinates; what is missing is NaN.
+/// A slice as an array; missing numbers are NaN.
 pub(crate) fn sized<T: Scalar, const N: usize>(numbers: &[T]) -> [T; N] {
     if let Some(vector) = numbers.first_chunk() {
         return *vector;

@@ -267,8 +267,8 @@ macro_rules! forward {
     };
 }
 
-/// Everything that `num-dual` offers over `f64`, `f64` itself among it. Functions are named in full throughout: a call by name
-/// alone would be one of the method that is being defined.
+/// The numbers of `num-dual` over `f64`, `f64` itself among them. Functions are named in full throughout: the
+/// plain name would call the method that is being defined.
 #[cfg(feature = "num-dual")]
 impl<R: num_dual::DualNum<Primitive = f64> + Copy> Real for R {
     #[inline]

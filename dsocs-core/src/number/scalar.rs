@@ -20,7 +20,7 @@ pub trait Scalar:
     + Neg<Output = Self>
     + 'static
 {
-    /// How many trajectories one value holds.
+    /// The number of lanes, one for each trajectory.
     const LANES: usize;
 
     /// The same number in every lane.
@@ -31,10 +31,10 @@ pub trait Scalar:
 
     /// Calls a function of one lane for every lane; its `P` results become `P` scalars.
     ///
-    /// Functions of the user's, which compute with dual numbers over `f64`, enter the generated code here.
+    /// The user's functions, which compute with dual numbers over `f64`, enter the generated code here.
     fn from_lanes<const P: usize>(function: impl FnMut(usize) -> [f64; P]) -> [Self; P];
 
-    /// Numbers as doubles, where that is what they are.
+    /// The numbers as doubles, if this type is `f64`.
     fn doubles(numbers: &mut [Self]) -> Option<&mut [f64]> {
         let _ = numbers;
         None

@@ -8,18 +8,19 @@ use crate::number::dual::{Dual, Part};
 use crate::number::real::Real as _;
 use crate::number::scalar::Scalar;
 
-/// The weights of the difference quotient of eighth order, of the differences over once to four times the shift.
+/// The weights of the central difference quotient of order 8, for the differences over one to four times the
+/// shift.
 const WEIGHTS: [f64; 4] = [0.8, -0.2, 4.0 / 105.0, -1.0 / 280.0];
 
-/// The lanes in one direction: the place itself, and four on either side.
+/// Number of lanes for one direction: the unshifted argument, and four on either side.
 pub(crate) const PLACES: usize = 1 + 2 * WEIGHTS.len();
 
-/// A number and its derivative in one direction (`Tangent`), or in two and by both (`Tangent<Dual<f64>>`, see
-/// [`Tangent::second`]).
+/// A number and its derivative in one direction (`Tangent`), or its first derivatives in two directions and
+/// the mixed second one (`Tangent<Dual<f64>>`, see [`Tangent::second`]).
 ///
-/// Derivatives are exact but for functions of the user's ([`Scalar::from_lanes`]), which are called with plain numbers: those
-/// are differentiated by differences of eighth order. Where no argument of theirs moves, all values agree, and the derivative
-/// is exactly zero.
+/// Derivatives are exact, except those of the user's functions ([`Scalar::from_lanes`]), which are called
+/// with plain numbers: they are difference quotients of order 8. If no argument of such a function varies,
+/// all values agree, and the derivative is exactly zero.
 ///
 /// ```
 /// use dsocs_core::__private::{Scalar, Tangent};
@@ -33,7 +34,7 @@ pub(crate) const PLACES: usize = 1 + 2 * WEIGHTS.len();
 #[derive(Clone, Copy, Debug)]
 pub struct Tangent<D: Nested = f64>(Dual<D>);
 
-/// A number with its derivatives in two directions and by both.
+/// A number with its derivatives in two directions and the mixed one.
 pub type Tangent2 = Tangent<Dual<f64>>;
 
 impl Tangent {
@@ -51,7 +52,7 @@ impl Tangent {
 }
 
 impl Tangent2 {
-    /// A number with its derivatives in two directions, and none by both.
+    /// A number with its derivatives in two directions, and mixed derivative zero.
     #[must_use]
     pub fn second(value: f64, [first, other]: [f64; 2]) -> Self {
         Self(Dual::new(Dual::new(value, first), Dual::new(other, 0.0)))
@@ -63,7 +64,7 @@ impl Tangent2 {
         [self.0.re.eps, self.0.eps.re]
     }
 
-    /// The derivative by both directions.
+    /// The mixed second derivative.
     #[must_use]
     pub fn mixed(self) -> f64 {
         self.0.eps.eps
@@ -78,30 +79,31 @@ impl<D: Nested> Tangent<D> {
     }
 }
 
-/// What stands for the number in a dual number: a number, or a dual number once more.
+/// The value's type in a dual number: a number, or a dual number once more.
 pub trait Nested: Part + Send + Sync {
-    /// How far arguments of the user's functions are moved along a derivative, once, twice, three and four times. Derivatives
-    /// are best those by coordinates in units of a leg. What rounding leaves of a quotient is that over the shift, and over its
-    /// square for a second derivative, which is therefore larger.
+    /// The shift of the difference quotients of the user's functions, relative to the derivatives of their
+    /// arguments. Derivatives are best taken by coordinates in units of a leg. The rounding error of a
+    /// quotient is inversely proportional to the shift, that of a second derivative to its square, which is
+    /// why its shift is larger.
     #[doc(hidden)]
     const SHIFT: f64;
 
-    /// The number moved to a lane's place.
+    /// The number, shifted for a lane.
     #[doc(hidden)]
     fn moved(number: &Dual<Self>, lane: usize) -> f64;
 
-    /// The number of a function's values at all places.
+    /// A function's values and derivatives, from its values at all shifts.
     #[doc(hidden)]
     fn gathered<const P: usize>(function: impl FnMut(usize) -> [f64; P]) -> [Dual<Self>; P];
 }
 
-/// By how much a place is moved, in units of the derivative.
+/// The shift for a place, in units of the derivative.
 fn shift<D: Nested>(place: usize) -> f64 {
     let far = place.div_ceil(2) as f64 * D::SHIFT;
     if place % 2 == 1 { far } else { -far }
 }
 
-/// `number` moved by `by`: itself where it has no derivative, which may be infinite times nothing.
+/// `number + by · derivative`; `number` itself if either factor is zero, also where the other is infinite.
 fn along(number: f64, derivative: f64, by: f64) -> f64 {
     if derivative == 0.0 || by == 0.0 {
         number
@@ -110,7 +112,7 @@ fn along(number: f64, derivative: f64, by: f64) -> f64 {
     }
 }
 
-/// The difference quotient from the values at all places.
+/// The difference quotient from the values at all shifts.
 fn quotient<D: Nested>(values: impl Fn(usize) -> f64) -> f64 {
     let differences = WEIGHTS.iter().enumerate();
     differences
@@ -161,8 +163,8 @@ impl Nested for Dual<f64> {
     }
 }
 
-// Not inlined: a generated method is thousands of such operations, each with branches, and nobody waits for derivatives by
-// these numbers as long as the compiler would for one function of them all.
+// Not inlined: a generated method is thousands of such operations, each with branches. Compiling them as one
+// function would cost more time than these derivatives ever save.
 
 macro_rules! operators {
     ($($name:ident :: $method:ident),* $(,)?) => {
@@ -208,7 +210,7 @@ impl<D: Nested> Scalar for Tangent<D> {
         Self(Dual::from(value))
     }
 
-    /// The number itself in lane 0, moved along its derivatives in the others.
+    /// The number itself in lane 0, shifted along its derivatives in the others.
     fn lane(self, lane: usize) -> f64 {
         D::moved(&self.0, lane)
     }

@@ -1,12 +1,12 @@
 //! Functions of dual numbers.
 //!
-//! A value is what the function of the parts gives, in the end that of `f64`. A derivative is written so that nothing in it
-//! overflows before it does itself, and in dual numbers again where there are more of them inside.
+//! A value is the function of the value part, in the end that of `f64`. A derivative is written so that no
+//! intermediate result overflows before it does itself, and in dual numbers again where these are nested.
 
 use super::{Dual, Part, part};
 use crate::number::real::Real;
 
-/// `1/(1 + x²)`, also where `x²` leaves the range.
+/// `1/(1 + x²)`, also where `x²` overflows.
 fn lorentz<D: Part>(x: D) -> D {
     if x.re().abs() <= 1.0 {
         (x * x + 1.0).recip()
@@ -16,7 +16,7 @@ fn lorentz<D: Part>(x: D) -> D {
     }
 }
 
-/// `1 − x²`, where neither it nor its derivative cancels.
+/// `1 − x²`, without cancellation in it or its derivative.
 fn below_one<D: Part>(x: D) -> D {
     if x.re().abs() <= 0.5 {
         -(x * x) + 1.0
@@ -26,7 +26,7 @@ fn below_one<D: Part>(x: D) -> D {
 }
 
 impl<D: Part> Dual<D> {
-    /// The terms of `atan2`, for the larger of the two divided by.
+    /// The derivative of `atan2`, written in the quotient of the smaller argument by the larger.
     fn angle(y: Self, x: Self) -> D {
         if x.re().abs() >= y.re().abs() {
             let slope = y.re / x.re;
@@ -44,7 +44,7 @@ impl<D: Part> Real for Dual<D> {
     }
 
     fn abs(self) -> Self {
-        // a jet notes that the sign decides
+        // a jet records that the sign decides
         if self.re.signum().re() < 0.0 { -self } else { self }
     }
 

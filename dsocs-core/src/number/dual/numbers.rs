@@ -1,4 +1,4 @@
-//! Arithmetic, comparison and conversion of dual numbers: what [`Real`] asks for beside functions.
+//! Arithmetic, comparison and conversion of dual numbers, as [`Real`] requires.
 
 use core::cmp::Ordering;
 use core::fmt;
@@ -62,7 +62,7 @@ impl<D: Part> Div for Dual<D> {
 impl<D: Part> Rem for Dual<D> {
     type Output = Self;
 
-    /// The remainder, whose derivative is that of `self − n other` with the whole number `n` that was taken away.
+    /// The remainder. Its derivative is that of `self − n other` with the integer quotient `n` held constant.
     fn rem(self, other: Self) -> Self {
         let times = (self.re() / other.re()).trunc();
         Self {
@@ -167,7 +167,7 @@ impl<D: Part> Product for Dual<D> {
     }
 }
 
-// comparisons look at the value alone, so that a function takes the same branches as with real numbers
+// comparisons use the value alone, so that a function takes the same branches as with real numbers
 
 impl<D: Part> PartialEq for Dual<D> {
     fn eq(&self, other: &Self) -> bool {

@@ -1,5 +1,5 @@
-//! What the table of hard cases does not cover: two arguments, remainders, conversions. Functions of one argument are held
-//! against 420-digit arithmetic by `dsocs stability`.
+//! Cases beside the table of hard cases: two arguments, remainders, conversions. Functions of one argument
+//! are compared with 420-digit arithmetic by `dsocs stability`.
 
 use super::Dual;
 use crate::number::real::Real as _;

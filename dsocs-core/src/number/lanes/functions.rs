@@ -14,13 +14,13 @@ use super::register::Register;
 use super::{LANES, Lanes, Mask};
 use crate::number::scalar::Scalar;
 
-/// `1.5 · 2⁵²`: what is added to it is rounded to an integer, which then stands in the lowest bits.
+/// `1.5 · 2⁵²`: a number added to it is rounded to an integer, which then stands in the lowest bits.
 const TO_INTEGER: f64 = 6_755_399_441_055_744.0;
 
-/// The largest argument whose multiple of `π/2` the reduction takes away without rounding.
+/// The largest argument for which the reduction subtracts the multiple of `π/2` without rounding.
 const LARGEST_ANGLE: f64 = 1e6;
 
-/// A reduced angle must not be smaller: the digits of `π/2` that are carried would no longer suffice.
+/// The smallest reduced angle for which the digits of `π/2` that are carried suffice.
 const SMALLEST_ANGLE: f64 = 1.0 / (1 << 24) as f64;
 
 /// The largest argument whose exponential the vector code computes: beyond it, powers of two leave the range.
@@ -39,7 +39,7 @@ fn polynomial<R: Register, const D: usize>(x: Lanes<R>, coefficients: [f64; D]) 
     sum
 }
 
-/// Calls `function` in the lanes where the vector code's `result` does not hold.
+/// Calls `function` in the lanes where the `result` of the vector code is not valid.
 #[inline(always)]
 fn patch<R: Register>(x: Lanes<R>, valid: Mask<R>, result: Lanes<R>, function: fn(f64) -> f64) -> Lanes<R> {
     let bits = valid.bits();
@@ -50,7 +50,7 @@ fn patch<R: Register>(x: Lanes<R>, valid: Mask<R>, result: Lanes<R>, function: f
     }
 }
 
-/// The rare part of [`patch`].
+/// The lanes of [`patch`] that are not valid, seldom needed.
 #[cold]
 #[inline(never)]
 fn replaced(x: [f64; LANES], valid: u32, mut result: [f64; LANES], function: fn(f64) -> f64) -> [f64; LANES] {
@@ -74,7 +74,7 @@ pub(super) fn cos<R: Register>(x: Lanes<R>) -> Lanes<R> {
     circular(x, 1, f64::cos)
 }
 
-/// The sine of `x` plus so many quarter turns.
+/// The sine of `x + quarters · π/2`.
 #[inline(always)]
 fn circular<R: Register>(x: Lanes<R>, quarters: u64, function: fn(f64) -> f64) -> Lanes<R> {
     let shifted = x * Lanes::splat(core::f64::consts::FRAC_2_PI) + Lanes::splat(TO_INTEGER);
@@ -122,7 +122,7 @@ fn circular<R: Register>(x: Lanes<R>, quarters: u64, function: fn(f64) -> f64) -
     };
 
     let quadrant = shifted.0.add_integers(Lanes::<R>::pattern(quarters).0);
-    // an even number of quarter turns, less one, has all bits; an odd number of half turns has the second bit
+    // the lowest bit minus 1 has all bits set in an even quadrant (sine); the second bit is the sign
     let last = quadrant.and(Lanes::<R>::pattern(1).0);
     let even = Mask(last.add_integers(Lanes::<R>::pattern(u64::MAX).0));
     let sign = quadrant.and(Lanes::<R>::pattern(2).0).shift_left::<62>();
@@ -130,13 +130,13 @@ fn circular<R: Register>(x: Lanes<R>, quarters: u64, function: fn(f64) -> f64) -
     let result = Lanes(chosen.0.xor(sign));
 
     let size = x.abs();
-    // near 0 nothing is taken away, and nothing lost
+    // near 0 nothing is subtracted, and no digits are lost
     let accurate = Lanes::splat(SMALLEST_ANGLE).at_most(r.abs()) | size.below(Lanes::splat(0.5));
     let valid = accurate & size.at_most(Lanes::splat(LARGEST_ANGLE));
     patch(x, valid, result, function)
 }
 
-/// `a + b r + c r² + d r³`. No closure: called several times, it would not be compiled for the registers.
+/// `a + b r + c r² + d r³`. Not a closure: called several times, it would not be compiled for the registers.
 #[inline(always)]
 fn part<R: Register>(r: Lanes<R>, square: Lanes<R>, [a, b, c, d]: [f64; 4]) -> Lanes<R> {
     (Lanes::splat(a) + Lanes::splat(b) * r) + (Lanes::splat(c) + Lanes::splat(d) * r) * square
@@ -153,7 +153,7 @@ fn reduced_exponential<R: Register>(x: Lanes<R>) -> (Lanes<R>, Lanes<R>) {
     let rest = (high - r) - low;
     let square = r * r;
     let fourth = square * square;
-    // 1/3! + r/4! + … + r¹¹/14!, four coefficients at a time: the sums do not wait for one another
+    // 1/3! + r/4! + … + r¹¹/14!, four coefficients at a time, so that the sums are independent of each other
     let inner = part(r, square, [1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0])
         + fourth
             * (part(
@@ -215,7 +215,7 @@ pub(super) fn exp_m1<R: Register>(x: Lanes<R>) -> Lanes<R> {
 #[inline(always)]
 pub(super) fn tanh<R: Register>(x: Lanes<R>) -> Lanes<R> {
     let size = x.abs();
-    // a NaN is not below anything and stays
+    // a NaN stays: comparisons with it are false
     let size = Lanes::select_lt(Lanes::splat(SATURATION), size, Lanes::splat(SATURATION), size);
     let one = Lanes::splat(1.0);
     let two = Lanes::splat(2.0);

@@ -1,9 +1,10 @@
 //! The registers that hold eight numbers, one kind for each set of instructions.
 //!
-//! What the crate was compiled for has its registers from [`wide`]. The others are used where the machine was found to have them
-//! when the program runs (see [`crate::number::instructions`]). No kind fuses products with sums, so that all give the same bits.
+//! The registers for which the crate was compiled are those of [`wide`]. The others are used if the machine
+//! turns out to have them when the program runs (see [`crate::number::instructions`]). No kind fuses products
+//! with sums, so that all give the same bits.
 
-// the code has to become part of a function that is compiled for the machine's own instructions
+// this code has to be inlined into functions that are compiled for the machine's own instructions
 #![allow(clippy::inline_always)]
 
 use core::fmt::Debug;
@@ -44,35 +45,35 @@ pub trait Register: Copy + Debug + Send + Sync + 'static {
     /// The smaller numbers; those of `other` where either is NaN.
     #[must_use]
     fn smaller(self, other: Self) -> Self;
-    /// A mask of where `self < other`.
+    /// The mask of `self < other`.
     #[must_use]
     fn below(self, other: Self) -> Self;
-    /// A mask of where `self <= other`.
+    /// The mask of `self <= other`.
     #[must_use]
     fn at_most(self, other: Self) -> Self;
     /// `then` where the mask holds, `otherwise` elsewhere.
     #[must_use]
     fn select(self, then: Self, otherwise: Self) -> Self;
-    /// The bits that both have.
+    /// Bitwise and.
     #[must_use]
     fn and(self, other: Self) -> Self;
-    /// The bits that either has.
+    /// Bitwise or.
     #[must_use]
     fn or(self, other: Self) -> Self;
-    /// The bits that one of them has.
+    /// Bitwise exclusive or.
     #[must_use]
     fn xor(self, other: Self) -> Self;
     /// Sums of the bit patterns as integers.
     #[must_use]
     fn add_integers(self, other: Self) -> Self;
-    /// Bit patterns that are moved up by so many places.
+    /// Bit patterns shifted left.
     #[must_use]
     fn shift_left<const BY: i32>(self) -> Self;
     /// One bit for each lane of a mask, lane 0 in the lowest.
     fn mask_bits(self) -> u32;
 }
 
-/// What the crate was compiled for.
+/// The registers for which the crate was compiled.
 impl Register for f64x8 {
     #[inline(always)]
     fn splat(value: f64) -> Self {
@@ -119,7 +120,7 @@ impl Register for f64x8 {
         self.sqrt()
     }
 
-    // the instructions of this architecture give their second operand where either is NaN
+    // the minimum and maximum instructions of this architecture return their second operand if either is NaN
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     fn larger(self, other: Self) -> Self {

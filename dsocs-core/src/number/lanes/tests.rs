@@ -5,7 +5,7 @@ use wide::f64x8;
 use super::*;
 use crate::number::instructions::Instructions;
 
-/// Values where functions have their corners, and many others of all sizes and both signs.
+/// Values at which functions have special cases, and many others of all sizes and both signs.
 fn arguments() -> Vec<f64> {
     let mut values = vec![
         0.0,
@@ -64,7 +64,7 @@ fn distance(x: f64, exact: f64) -> f64 {
         return 0.0;
     }
     if !x.is_finite() || !exact.is_finite() || x == exact {
-        // also zeros of different signs
+        // also for zeros of different signs
         return f64::INFINITY;
     }
     (x - exact).abs() / (exact.abs().next_up() - exact.abs())
@@ -79,7 +79,7 @@ fn check<R: Register>(
 ) {
     let arguments = arguments();
     let mut worst = (0.0, 0.0);
-    // those that the program was compiled for stand for all
+    // only the registers for which the program was compiled are tested with all arguments
     let stride = if TypeId::of::<R>() == TypeId::of::<f64x8>() {
         1
     } else {
@@ -103,7 +103,7 @@ fn check<R: Register>(
     );
 }
 
-/// Functions of two numbers, by the second in turn.
+/// Tests a function of two numbers.
 #[track_caller]
 fn check_pair<R: Register>(
     name: &str,
@@ -156,7 +156,7 @@ mod in_registers {
     );
 }
 
-/// Functions with vector code, against those in the registers that the program was compiled for.
+/// Compares the vector code of functions with that in the registers for which the program was compiled.
 fn functions_give_the_same_bits<R: Register>() {
     let narrow: [fn(Lanes) -> Lanes; 5] = [
         Scalar::sin,

@@ -19,7 +19,8 @@ pub(crate) type Avx512 = [engines::avx512::F64x8; 1];
 /// The lowest bit of each byte.
 const BYTES: u64 = 0x0101_0101_0101_0101;
 
-/// Brings the lowest bits of eight bytes together in the highest byte of the product, the first byte's to the lowest place.
+/// Multiplier that collects the lowest bits of eight bytes in the highest byte of the product, that of the
+/// first byte lowest.
 const TOGETHER: u64 = 0x0102_0408_1020_4080;
 
 /// A function of two vectors, register by register.
@@ -32,7 +33,7 @@ fn zip<V: Copy, const K: usize>(left: [V; K], right: [V; K], function: impl Fn(V
     result
 }
 
-/// A function of one.
+/// A function of one vector, register by register.
 #[inline(always)]
 fn map<V: Copy, const K: usize>(mut x: [V; K], function: impl Fn(V) -> V) -> [V; K] {
     for x in &mut x {
@@ -164,7 +165,7 @@ where
 
     #[inline(always)]
     fn mask_bits(self) -> u32 {
-        // there is an instruction for the bits of bytes
+        // there is an instruction for the sign bits of bytes
         let (mut bits, mut place) = (0_u64, 0);
         for mask in self {
             let mut numbers = [0.0; LANES];

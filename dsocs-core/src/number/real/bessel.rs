@@ -2,7 +2,8 @@
 
 use super::Real;
 
-/// Up to this argument spherical Bessel functions are summed up; beyond, nothing cancels in their closed forms.
+/// Up to this argument spherical Bessel functions are summed as series; beyond it, their closed forms have no
+/// cancellation.
 const SERIES: f64 = 1.5;
 
 /// Terms of the series: the last is below `1.5³²/32!`.

@@ -1,14 +1,16 @@
-//! How generated code calls the functions of the user's, and what is said of one that is not generic over its number.
+//! Calls of the user's functions in generated code, and the error message for one that is not generic over
+//! its number.
 
 // a call through these is the call itself
 #![allow(clippy::inline_always)]
 
 use super::Real;
 
-/// That a function takes and gives the number that it is called with.
+/// The function takes and returns the number type of the caller.
 ///
-/// Asked for every argument and for the result at once, it is refused once. `F` is the function: the type of a closure, so that the compiler
-/// proposes no bound for the number of generated code, which nobody could write down.
+/// Required for every argument and for the result at once, so that an unsuitable function gives one error.
+/// `F` is the type of the closure: so the compiler proposes no bound for the number type of generated code,
+/// which a user could not write down.
 #[diagnostic::on_unimplemented(
     message = "a function that a declaration calls has to be generic over its number, and this one is of `{T}`: write it as \
                `fn f<R: dsocs_core::Real>(x: R) -> R`",
@@ -16,9 +18,9 @@ use super::Real;
     note = "derivatives come from other numbers than `f64`; inside the function, `R::from(2.0)` makes a number of an `f64`"
 )]
 pub trait Generic<T, F>: Sized {
-    /// The number as the function takes it.
+    /// The number in the type that the function takes.
     fn given(self) -> T;
-    /// The number that the function gives.
+    /// The function's result in the number type of the caller.
     fn taken(result: T) -> Self;
 }
 
@@ -34,7 +36,7 @@ impl<T: Real, F> Generic<T, F> for T {
     }
 }
 
-/// Calls a function of one argument, whose types are its own: they are found first, and then asked for.
+/// Calls a function of one argument. Its types are inferred first, then the bounds are checked.
 #[inline(always)]
 pub fn call_1<F, A, T, N>(f: F, a: N) -> N
 where
