@@ -1,5 +1,5 @@
-//! The smooth steps of a system that was not compiled, where it has few coordinates and unknowns: those of [`smooth`](super::smooth), which are compiled here for
-//! each number of them.
+//! The smooth steps of an interpreted system with few coordinates and unknowns: those of
+//! [`smooth`](super::smooth), compiled here for each number of them.
 
 #![allow(clippy::inline_always)] // parts of every step
 
@@ -17,10 +17,11 @@ use crate::solve::Numbers;
 use crate::solve::newton::Evaluation;
 use crate::solve::unknown::Linearization;
 
-/// So many numbers are handed over one by one: the processor waits with a load of two that were just written, each by itself.
+/// Fewer numbers than this are copied one by one: a wide load of numbers that were just written one by one
+/// would stall the processor.
 const FEWER: usize = 4;
 
-/// Hands numbers to a system.
+/// Copies values into the numbers of a system.
 #[inline(always)]
 fn hand_over<const K: usize>(numbers: &mut [f64], places: Range<usize>, values: &[f64; K]) {
     if K > FEWER {
@@ -34,7 +35,7 @@ fn hand_over<const K: usize>(numbers: &mut [f64], places: Range<usize>, values: 
     }
 }
 
-/// A system with so many unknowns, and what it computes in.
+/// An interpreted system with `M` unknowns, and the numbers that its programs compute in.
 struct Few<'k, const M: usize> {
     kernel: &'k TapeKernel,
     numbers: Cell<&'k mut [f64]>,
@@ -42,7 +43,7 @@ struct Few<'k, const M: usize> {
 }
 
 impl<const M: usize> Few<'_, M> {
-    /// Computes.
+    /// Calls `work` with the kernel and the numbers.
     #[inline(always)]
     fn compute<R>(&self, work: impl FnOnce(&TapeKernel, &mut [f64]) -> R) -> R {
         let numbers = self.numbers.take();
@@ -55,7 +56,7 @@ impl<const M: usize> Few<'_, M> {
 impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
     type Unknown = [f64; M];
     type Constants = [f64];
-    /// It stands where the system computes.
+    /// Nothing: the known values of a step are among the kernel's numbers.
     type Known = ();
 
     #[inline(always)]
@@ -107,7 +108,7 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
     fn constants_of<'c>(&self, run: &'c mut Numbers) -> Option<&'c mut [f64]> {
         self.compute(|kernel, numbers| {
             kernel.take_constants(numbers, run);
-            // a guess has none
+            // a guess has no multipliers
             let multipliers = numbers.get_mut(kernel.hot().places.multipliers.clone());
             multipliers.unwrap_or_default().fill(0.0);
         });
@@ -209,7 +210,8 @@ fn steps<const N: usize, const M: usize>(
     smooth::steps::<_, N>(&few, course, count)
 }
 
-/// Makes up to `count` steps of a run; `None` if there are no steps of so many coordinates and unknowns.
+/// Makes up to `count` steps of a run; `None` if no instance has the system's numbers of coordinates and
+/// unknowns.
 pub(super) fn smooth(
     kernel: &TapeKernel,
     numbers: &mut [f64],

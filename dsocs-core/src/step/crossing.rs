@@ -1,8 +1,10 @@
-//! What jumps where an argument of a declaration changes its sign on a way.
+//! Jumps of the acceleration where an argument of a piecewise expression changes its sign on the path of a
+//! step.
 //!
-//! What stands on the two sides of the place is compared: at a corner it is the same, what jumps is not, and at a pole it grows without bound. What rests on
-//! a surface does so on both sides, as long as its sides allow it: so a jump that lets a resting mass go is seen, and so is one that acts on another
-//! coordinate while something rests.
+//! Accelerations on the two sides of the place are compared: at a corner they agree, at a jump they differ,
+//! and at a pole they grow without bound. A body at rest on a surface is taken to rest on both sides, as long
+//! as the forces allow it. So a jump that releases a resting mass is noticed, and so is one that acts on
+//! another coordinate while a body rests.
 
 use super::jumps;
 use super::switches::Crossing;
@@ -17,51 +19,58 @@ use crate::start::place::{Place, Way};
 use crate::start::{self, third};
 use crate::tape::declaration::Declaration;
 
-/// So far from a place, as a part of the way, what has a pole there is smaller than beside it.
+/// Distance from a place, as a part of the path, at which the accelerations for comparison are taken: a pole
+/// is smaller there.
 const ASIDE: f64 = 1e-4;
 
-/// So far from a place it still is, by this factor at least: one over a root.
+/// Distance from a place at which a quantity with a pole is smaller than right beside it, by the factor
+/// [`GROWS`] at least: one over a root.
 const NEAR: f64 = 1e-8;
 const GROWS: f64 = 10.0;
 
-/// It is so by this factor: one over the distance by a hundred million, one over its root by ten thousand.
+/// The least such factor between a place and [`ASIDE`]: one over the distance grows by a hundred million, one
+/// over its root by ten thousand.
 const POLE: f64 = 1e3;
 
-/// So far from a place on both sides a value has digits whose own are lost beside it, as that of a root of what touches zero; what has a pole there grows towards it by more
-/// than this factor from ten times as far.
+/// Distance from a place beyond which a value is accurate that loses its digits there, as the root of a
+/// quantity that touches zero. A pole grows towards the place by more than the next factor from ten times
+/// this distance.
 const LOST: f64 = 1e-5;
 const GROWS_SLOWLY: f64 = 2.0;
 
-/// An acceleration nearly jumps that changes so close to a place, as a part of the way, by this part of itself: what is resolved does so by a quarter at most.
+/// An acceleration nearly jumps if it changes within this part of the path by more than the next factor; a
+/// resolved one changes by a quarter at most.
 const CLOSE: f64 = 1.0 / 32.0;
 const MOST: f64 = 0.5;
 
-/// A place so near to an end of the way, as a part of it, is there.
+/// A place nearer than this to an end of the path, as a part of it, counts as that end.
 const AT_NODE: f64 = 1e-9;
 
-/// An acceleration is known to this part of what sides make of it, and other quantities to this part of themselves.
+/// Relative accuracy of an acceleration with resting bodies, and of other quantities.
 const NOISE: f64 = 1e-9;
 
-/// It is known to this part of the largest of all components.
+/// Accuracy of a component of the acceleration, relative to the largest one.
 const ROUNDING: f64 = 1e-12;
 
-/// A way, and what holds on it.
+/// The path of a step with the declarations that hold on it.
 pub(crate) struct OnWay<'a> {
-    /// Its places.
+    /// The path: time, position, velocity and acceleration as a function of the part 0…1.
     pub(crate) way: &'a Way<'a>,
-    /// The step whose rounding velocities have.
+    /// The length of the step, from which the rounding of its velocities follows.
     pub(crate) h: f64,
-    /// The declaration up to the middle of the way, and from there on.
+    /// The declaration up to the middle of the path, and from there on.
     pub(crate) declarations: [Declaration<'a>; 2],
-    /// Where the arguments of functions that jump with the velocity are when it begins; those between rest. Empty where none does.
+    /// The pieces of the arguments of functions that jump with the velocity, at the beginning of the path;
+    /// those between two pieces rest. Empty without such functions.
     pub(crate) pieces: &'a [Piece],
 }
 
-/// The acceleration at a place.
+/// The acceleration at a place of the path.
 struct Acceleration {
-    /// The acceleration; of third order that which the equations without jerks have next to that of the way, then the jerk.
+    /// The acceleration. In third order, the acceleration of the equations without jerks next to that of the
+    /// path, then the jerk.
     a: Vector,
-    /// How far each component is known.
+    /// The rounding error of each component.
     noise: Vector,
     /// The rates of the arguments of functions that jump with the velocity.
     rates: Vec<f64>,
@@ -73,7 +82,7 @@ impl OnWay<'_> {
         self.declarations[usize::from(part >= 0.5)]
     }
 
-    /// The acceleration at a part of the way.
+    /// The acceleration at a part of the path, with resting bodies where there are any.
     fn acceleration(&self, part: f64) -> Option<Acceleration> {
         let Place { t, q, v, a } = (self.way)(part);
         let declaration = self.declaration(part);
@@ -99,7 +108,7 @@ impl OnWay<'_> {
         let arguments = point.arguments();
         let rests = self.pieces.contains(&Piece::Between);
         let fastest = rests.then(|| point.fastest(&Vector::zero(q.len()), multipliers));
-        // a surface may have another velocity at once, to which nothing comes within the step
+        // a surface may change its velocity at once: then nothing comes to rest on it within the step
         let follows = |g: usize| {
             fastest
                 .as_ref()
@@ -115,7 +124,7 @@ impl OnWay<'_> {
         let held = point.held(&pieces, &guess)?;
         let zero: Vec<bool> = pieces.iter().map(|piece| *piece == Piece::Between).collect();
         let a = if zero.contains(&true) {
-            // what rests does so as long as it can
+            // a body at rest stays at rest as long as it can
             Vector::of(point.solve(&zero, multipliers, Some(&held.x))?.x.get(..q.len())?)
         } else {
             Vector::of(held.x.get(..q.len())?)
@@ -124,7 +133,7 @@ impl OnWay<'_> {
         Some(of(a, &held.reach, rates))
     }
 
-    /// The same of third order.
+    /// The acceleration and the jerk in third order.
     fn third(&self, declaration: &Declaration<'_>, t: f64, [q, v, a]: [&[f64]; 3]) -> Option<Acceleration> {
         let n = q.len();
         let mut all = third::lower_acceleration(declaration, t, [q, v, a])?;
@@ -143,8 +152,9 @@ impl OnWay<'_> {
         })
     }
 
-    /// How far the acceleration at a part of the way is from what its ends lead to expect, relative to itself; 0 if that is less than a quarter: there the step
-    /// leads over something that it does not see.
+    /// Deviation of the acceleration at a part of the path from the linear interpolation of its ends,
+    /// relative to itself; 0 if less than a quarter. There the step passes over a feature that it does not
+    /// resolve.
     pub(crate) fn swings_at(&self, part: f64) -> f64 {
         let [Some(first), Some(here), Some(last)] = [0.0, part, 1.0].map(|part| self.acceleration(part))
         else {
@@ -156,8 +166,9 @@ impl OnWay<'_> {
         if apart > 0.25 * size { apart / size } else { 0.0 }
     }
 
-    /// How much the acceleration jumps at the place where an argument changes its sign, relative to itself: the largest of all components. It is infinite where
-    /// the acceleration has no value, or grows without bound, or the velocity has to jump.
+    /// The jump of the acceleration where an argument changes its sign, relative to itself: the largest of
+    /// all components. Infinite if the acceleration has no value, or grows without bound, or the velocity has
+    /// to jump.
     pub(crate) fn jump_at(&self, Crossing { switch, parts }: Crossing) -> f64 {
         let jump = self.jump_between(switch, parts);
         if jump.is_finite() {
@@ -175,8 +186,8 @@ impl OnWay<'_> {
         }
     }
 
-    /// How much the acceleration changes close to a place where it does not jump, if most of it does so there: relative to itself, else 0. What rests and what moves are not
-    /// compared.
+    /// The relative change of the acceleration close to a place where it does not jump, if most of the change
+    /// occurs there, else 0. Always 0 if the declaration has sides, where rest and motion cannot be compared.
     fn near_jump(&self, [before, after]: [f64; 2]) -> f64 {
         if self.declarations[0].sides() > 0 {
             return 0.0;
@@ -195,7 +206,7 @@ impl OnWay<'_> {
         };
         let sizes = [&first, &left, &here, &right, &last].map(|at| largest(&at.a));
         let size = sizes.into_iter().fold(0.0, f64::max);
-        // a jump that costs no order
+        // a jump too small to lower the order
         if largest(&here.a.zip(&there.a, |here, there| there - here)) > jumps::TOLD * size {
             return 0.0;
         }
@@ -205,7 +216,7 @@ impl OnWay<'_> {
         if change > MOST * size { change / size } else { 0.0 }
     }
 
-    /// Whether accelerations at some places on both sides of another one are not much larger than farther away.
+    /// Whether the accelerations at two places about a third one are not much larger than farther away.
     fn is_bounded(&self, [before, after]: [f64; 2]) -> bool {
         let sizes = [before - 9.0 * LOST, before, after, after + 9.0 * LOST].map(|part| {
             let at = self.acceleration(part)?;
@@ -217,7 +228,7 @@ impl OnWay<'_> {
         before <= GROWS_SLOWLY * left && after <= GROWS_SLOWLY * right
     }
 
-    /// The same between two places.
+    /// The jump of the acceleration between two places.
     fn jump_between(&self, switch: usize, parts: [f64; 2]) -> f64 {
         let [before, after] = parts;
         let places = [before - ASIDE, before, after, after + ASIDE];
@@ -228,7 +239,7 @@ impl OnWay<'_> {
         else {
             return f64::INFINITY;
         };
-        // what is led back from either side comes to rest
+        // the argument is led back from either side: it comes to rest
         let rates = [&before, &after].map(|at| at.rates.get(switch).copied());
         if let [Some(before), Some(after)] = rates
             && before * after < 0.0
@@ -241,11 +252,12 @@ impl OnWay<'_> {
                 .map_or_else(|| before.a.clone(), |at| at.a)
         });
         let all = jump([&before.a, &after.a], [&left.a, &right.a], ends.each_ref(), noise);
-        // what is only narrow is as large at some distance
+        // a narrow peak, unlike a pole, is as large at some distance
         if all == f64::INFINITY && !self.grows(places, [&before.a, &after.a]) {
             return 1.0;
         }
-        // a leg of third order takes the jerk at its middle, so that one which jumps at a node costs no order
+        // a leg of third order takes the jerk at its middle, so that a jump of the jerk at a node does not
+        // lower the order
         let is_at_node = parts.iter().all(|part| (part - part.round()).abs() < AT_NODE);
         let jump = if all.is_finite() && is_at_node && self.declarations[0].shape().is_of_third_order() {
             let n = ends[0].len() / 2;
@@ -256,7 +268,7 @@ impl OnWay<'_> {
         } else {
             all
         };
-        // with sides the arguments of what rests are zero to rounding, and have any sign
+        // with sides, the arguments of resting bodies are zero to rounding, with any sign
         let has_sides = self.declarations[0].sides() > 0;
         if jump.is_finite() && jump > 0.0 && !has_sides && !self.has_cause(places, &before.a) {
             return 0.0;
@@ -264,7 +276,8 @@ impl OnWay<'_> {
         jump
     }
 
-    /// Whether an acceleration without a bound is larger beside a place than at a small distance from it.
+    /// Whether an unbounded acceleration is larger right beside a place than at the distance [`NEAR`] from
+    /// it.
     fn grows(&self, [_, before, after, _]: [f64; 4], beside: [&Vector; 2]) -> bool {
         let near = [before - NEAR, after + NEAR].map(|part| self.acceleration(part));
         near.iter().zip(beside).any(|(near, beside)| {
@@ -273,15 +286,15 @@ impl OnWay<'_> {
         })
     }
 
-    /// Whether the velocity has to jump: the Lagrangian does, with the position or the velocity, or the momentum, or what constraints ask of positions and
-    /// velocities.
+    /// Whether the velocity has to jump: the Lagrangian jumps with position or velocity, or the momentum
+    /// does, or the constraints on positions and velocities do.
     fn has_step(&self, places: [f64; 4]) -> bool {
         let begin = (self.way)(places[1]).t;
         let declaration = self.declaration(places[1]);
         let all = places.map(|part| {
             let Place { t, q, v, .. } = (self.way)(part);
             let still = map(&q, Tangent::splat);
-            // a Lagrangian that jumps in time alone makes no force
+            // a Lagrangian that jumps in time alone exerts no force
             let lagrangian = declaration.lagrangian::<f64>(begin, &q, &v);
             let momenta = (0..v.len()).map(|j| {
                 let moved = moved(&v, j);
@@ -299,12 +312,12 @@ impl OnWay<'_> {
         differ(all, &terms)
     }
 
-    /// What makes the motion: the generalized force `∂L/∂q + f`, the kinematic rows with an acceleration, of third order with a jerk after it, the forms of
-    /// the constraint forces, and the mass.
+    /// The quantities that determine the motion: the generalized force `∂L/∂q + f`, the kinematic rows at an
+    /// acceleration (in third order with a jerk after it), the constraint forms, and the mass matrix.
     fn causes(&self, part: f64, motion: &[f64]) -> Vec<f64> {
         let Place { t, q, v, a: own } = (self.way)(part);
         let (a, j) = motion.split_at(q.len());
-        // of third order the acceleration is that of the way, which does not jump
+        // in third order the acceleration is that of the path, which does not jump
         let a = if own.is_empty() { a } else { &own };
         let declaration = self.declaration(part);
         let shape = declaration.shape();
@@ -335,9 +348,10 @@ impl OnWay<'_> {
         causes
     }
 
-    /// Whether anything that makes the motion jumps at a place, to a part of itself. A corner of a constraint's curvature or of a mass makes the acceleration jump,
-    /// and costs no order: the discrete equations balance momenta. A mass that jumps with the velocity, whose momentum does not, costs that of the velocity at the
-    /// nodes beside the place, which is the mean of those of two legs.
+    /// Whether one of the [`causes`](Self::causes) jumps at a place. Otherwise the acceleration jumps because
+    /// of a corner in a constraint or a mass, which does not lower the order: the discrete equations balance
+    /// momenta. A mass that jumps with the velocity, without a jump of the momentum, lowers only the order of
+    /// the velocity at the nodes beside the place, which is the mean over two legs.
     fn has_cause(&self, parts: [f64; 4], a: &[f64]) -> bool {
         differ(parts.map(|part| self.causes(part, a)), &[])
     }
@@ -348,8 +362,8 @@ fn largest(a: &[f64]) -> f64 {
     a.iter().fold(0.0_f64, |largest, a| largest.max(a.abs()))
 }
 
-/// Whether any of some quantities jumps between the second and the third of four places: by more than a part of itself or of its terms, and by more than it
-/// changes beside them.
+/// Whether a quantity jumps between the second and the third of four places: by more than a part of itself or
+/// of its terms, and by more than it changes beside them.
 fn differ([left, before, after, right]: [Vec<f64>; 4], terms: &[f64]) -> bool {
     (0..before.len()).any(|i| {
         let all = [left[i], before[i], after[i], right[i]];
@@ -361,8 +375,8 @@ fn differ([left, before, after, right]: [Vec<f64>; 4], terms: &[f64]) -> bool {
     })
 }
 
-/// How much two accelerations differ, relative to the largest of the way: the most of all components, each of which is known to a rounding error; infinite at
-/// a pole, where one is larger by far than both of those at some distance.
+/// The largest difference of the components of two accelerations beyond their `noise`, relative to the
+/// largest on the path. Infinite at a pole, where one is far larger than both of those at some distance.
 fn jump(
     [before, after]: [&Vector; 2],
     [left, right]: [&Vector; 2],
@@ -375,14 +389,14 @@ fn jump(
             return f64::INFINITY;
         }
         let elsewhere = left[i].abs().max(right[i].abs()).max(noise(i));
-        // what is divided by zero where it is zero itself has few digits there, and does not jump
+        // a quotient `0/0` has few digits at its zero, and does not jump
         let difference = (after[i] - before[i]).abs().min((right[i] - left[i]).abs());
         if size > POLE * elsewhere && elsewhere > 0.0 {
             f64::INFINITY
         } else if difference <= noise(i) {
             0.0
         } else {
-            // a root is steep at its zero, and does not jump; and a small acceleration is none to compare with
+            // a root is steep at its zero, and does not jump; a small acceleration is no measure for it
             let size = ends
                 .iter()
                 .fold(size.max(elsewhere), |size, end| size.max(end[i].abs()));

@@ -1,4 +1,4 @@
-//! What smooth steps ask of a system whose numbers of coordinates and unknowns are known where they are compiled, and how declared types answer.
+//! The trait of systems for smooth steps on arrays, and its implementation for declared types.
 
 #![allow(clippy::inline_always)] // parts of every step
 
@@ -11,13 +11,13 @@ use crate::solve::sparse::{Product, Update};
 use crate::solve::unknown::{Linearization, Unknown};
 use crate::system::System;
 
-/// What smooth steps ask of a system whose numbers of coordinates and unknowns are known where they are compiled.
+/// A system as smooth steps use it, with numbers of coordinates and unknowns that are known at compile time.
 pub(crate) trait Smooth<const N: usize> {
     /// The unknowns of a step.
     type Unknown: Unknown<f64> + Array<f64>;
-    /// What is known when the run begins.
+    /// Known values of a run.
     type Constants: ?Sized;
-    /// What is known when the step begins.
+    /// Known values of a step.
     type Known;
 
     /// Whether the rows are affine in the unknowns, between their jumps if they have any.
@@ -29,10 +29,10 @@ pub(crate) trait Smooth<const N: usize> {
     /// Whether the declaration names a factor to be divided out of a row.
     fn is_divided(&self) -> bool;
 
-    /// Whether rows were multiplied by more than a number.
+    /// Whether rows were multiplied by a factor that is not a number.
     fn is_scaled(&self) -> bool;
 
-    /// Whether anything is given by pieces or divided by what may be zero.
+    /// Whether an expression is piecewise, or divided by one that may be zero.
     fn is_switching(&self) -> bool;
 
     /// Whether any expression depends on time.
@@ -47,13 +47,13 @@ pub(crate) trait Smooth<const N: usize> {
     /// The first of the four places of each coordinate that is a rotation.
     fn rotations(&self) -> &[usize];
 
-    /// Takes in what a run knows since it began; `None` if that is of another system.
+    /// The constants in the known values of a run; `None` if they belong to another system.
     fn constants_of<'c>(&self, run: &'c mut Numbers) -> Option<&'c mut Self::Constants>;
 
-    /// Sets the second difference that a step of third order goes on from.
+    /// Sets the last second difference, which a step of third order continues.
     fn set_past(&self, constants: &mut Self::Constants, past: &[f64; N]);
 
-    /// What is known when a step begins.
+    /// The known values of a step, from its leg.
     fn known_of(&self, constants: &Self::Constants, leg: &Leg<f64, N>) -> Self::Known;
 
     /// The rows and Newton's update.
@@ -64,7 +64,7 @@ pub(crate) trait Smooth<const N: usize> {
         z: &Self::Unknown,
     ) -> Evaluation<Self::Unknown>;
 
-    /// What each row is, divided by the declared one.
+    /// The factor of each row: the row over the declared one.
     fn row_scales(
         &self,
         constants: &Self::Constants,
@@ -155,7 +155,7 @@ impl<S: System<N>, const N: usize> Smooth<N> for S {
         if const { S::SPARSE } {
             return sparse_evaluation(self, constants, known, z);
         }
-        // in place: a copy of the matrix of a large system is no small part of the stack
+        // in place: a copy of the matrix of a large system would take much of the stack
         evaluated(&mut self.linearize(constants, known, z), S::LINEAR && !S::JUMPS)
     }
 
@@ -185,7 +185,7 @@ impl<S: System<N>, const N: usize> Smooth<N> for S {
     }
 }
 
-/// The rows and Newton's update by all entries. The Jacobian is destroyed.
+/// The rows and Newton's update by dense elimination. The Jacobian is destroyed.
 #[inline(always)]
 pub(crate) fn evaluated<U: Unknown<f64>>(
     linearization: &mut Linearization<f64, U>,
@@ -193,7 +193,7 @@ pub(crate) fn evaluated<U: Unknown<f64>>(
 ) -> Evaluation<U> {
     let rows = linearization.rows;
     let (update, safe, determinant) = if are_linear {
-        // the only update has to be a good one
+        // a single update solves linear rows: it has to be accurate
         let (update, determinant) = linearization.update_and_determinant();
         (update.unwrap_or(rows), update.is_some(), determinant)
     } else {
@@ -207,7 +207,7 @@ pub(crate) fn evaluated<U: Unknown<f64>>(
     }
 }
 
-/// By the entries that are not zero everywhere. Where that gives no good update, the step asks.
+/// The rows and Newton's update by sparse elimination; not `safe` if the update is inaccurate.
 #[inline(always)]
 fn sparse_evaluation<S: System<N>, const N: usize>(
     system: &S,

@@ -1,4 +1,4 @@
-//! What is done where the prediction of a step does not lead to a root: other guesses, and what is told of a failure.
+//! Steps whose prediction does not lead to a root: other guesses, and the causes of a failure.
 
 use super::pair::Found;
 use super::{Equations as _, Guess, Step, StepReport};
@@ -19,19 +19,20 @@ use crate::start::place::Place;
 use crate::start::{self, Begins, third};
 use crate::step::singular;
 
-/// How far a guess is from the straight line, in units of the longest leg, coordinate by coordinate.
+/// Offsets of guesses beside the straight line, by coordinate, in units of the longest component of the leg.
 const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
 
-/// How often the continuous system's third derivative is improved by the acceleration that belongs to it.
+/// Number of iterations between the continuous system's third derivative and the acceleration that belongs to
+/// it.
 const THIRD_DERIVATIVE: usize = 4;
 
-/// A singularity is looked for so many steps ahead of a step without a solution.
+/// Number of steps ahead of a failed step in which a singularity is searched.
 const AHEAD: f64 = 4.0;
 
-/// A row that is left by less than this part of what is left of another one is met.
+/// A row counts as fulfilled if its relative residual is below this part of the largest one.
 const UNMET: f64 = 1e-3;
 
-/// Where and when a step failed.
+/// Place of a failed step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Failing<'a> {
     /// The number of the step's middle node.
@@ -48,7 +49,7 @@ impl Step<'_> {
         self.shape().is_of_third_order()
     }
 
-    /// Solves the step from every guess but the prediction.
+    /// Solves the step from all guesses except the prediction.
     #[cold]
     pub fn solve_without_prediction(
         &self,
@@ -61,7 +62,7 @@ impl Step<'_> {
         let continuous = self.continuous().map(|z| (z, Guess::Continuous));
         let last = predictor.last().map(|z| (Vector::of(z), Guess::Last));
         let turned = predictor.last().and_then(|z| self.turned(z));
-        // the first step has the acceleration for its best guess; later the last solution is nearer
+        // the first step has the acceleration as its best guess; later the last solution is nearer
         let guesses = if last.is_none() {
             [continuous.clone(), Some(straight.clone()), None, None]
         } else {
@@ -83,7 +84,7 @@ impl Step<'_> {
                 Err(failed) => evaluations += failed.evaluations,
             }
         }
-        // a straight line is a point where nothing decides between two roots if these are each other's mirror images
+        // at a straight line nothing decides between two roots that are mirror images of each other
         for start in self.beside_straight() {
             match newton::solve(self, &start, size, max_iterations, predictor) {
                 Ok(root) => {
@@ -126,7 +127,7 @@ impl Step<'_> {
             .unwrap_or(straight.0);
         let failure = newton::explain(self, &best, size, max_iterations);
         Err(match folds {
-            // nothing leads to a root, and this is where the rows stop to come nearer to zero
+            // no guess leads to a root, and the residual has a minimum at this fold
             Some(fold) if failure.reason == StepFailure::NotConverged => NewtonFailure {
                 reason: StepFailure::NoSolution,
                 unknowns: fold.z.to_vec(),
@@ -137,8 +138,8 @@ impl Step<'_> {
         })
     }
 
-    /// Where several functions jump in one step and no node solves the rows: the node that does if each has the value of a path that goes straight
-    /// on.
+    /// The step in which several functions jump and no node solves the rows: the root of the affine rows on
+    /// the pieces of a straight path.
     fn ahead(&self, evaluations: u32) -> Option<Root<Vector>> {
         if !(self.are_affine() && self.may_jump()) {
             return None;
@@ -157,13 +158,13 @@ impl Step<'_> {
         })
     }
 
-    /// The rows, as they were declared, that are not met at the second difference `e`, and what is left of each.
+    /// The declared rows that the second difference `e` does not fulfil, each with its residual.
     fn unmet(&self, e: &[f64]) -> Vec<(DependentRow, f64)> {
         let (h, leg) = (self.h, self.leg);
         let declaration = self.declaration();
         let multipliers = multipliers::of_step(&declaration, h, leg, e);
         let rows = declaration.declared(h, leg, e, &multipliers);
-        // each against what it changes by on the way from a straight line
+        // relative to its change on the way from a straight line
         let straight = declaration.declared(h, leg, &Vector::zero(e.len()), &multipliers);
         let named = rows.iter().zip(&straight).enumerate();
         let parts: Vec<_> = named
@@ -175,7 +176,7 @@ impl Step<'_> {
             .collect()
     }
 
-    /// The failure of a step whose rows have a root that leads to no finite node.
+    /// The failure of a step whose root is not finite, or whose affine rows are singular.
     #[cold]
     pub fn not_finite(&self, z: &[f64]) -> NewtonFailure {
         // affine rows without an update are singular
@@ -194,7 +195,7 @@ impl Step<'_> {
         }
     }
 
-    /// The failure of a step whose root is none that the motion leads to.
+    /// The failure of a step whose root does not continue the motion.
     #[cold]
     pub fn refused(&self, reason: StepFailure, z: &[f64]) -> NewtonFailure {
         NewtonFailure {
@@ -216,7 +217,8 @@ impl Step<'_> {
         let open = |e: &[f64]| deficiency::of_step(&declaration, self.h, leg, e);
         let deficiency = match cause.reason {
             StepFailure::Singular => open(&e),
-            // rows that are singular but for rounding send the iteration anywhere: these are so on a straight line, too
+            // rows that are singular except for rounding send the iteration anywhere: these are singular on a
+            // straight line, too
             StepFailure::NotConverged => {
                 open(&straight).and_then(|straight| open(&e).filter(|open| *open == straight))
             }
@@ -231,7 +233,7 @@ impl Step<'_> {
         };
         let undefined = match cause.reason {
             StepFailure::NotFinite | StepFailure::Degenerate => {
-                // on a straight line, where the iteration went nowhere
+                // on a straight line, if the iteration diverged
                 let e = if e.is_finite() { &e } else { &straight };
                 undefined::of_point(&declaration, declaration.point(self.h, leg, e).any())
             }
@@ -292,7 +294,8 @@ impl Step<'_> {
         }
     }
 
-    /// Where constraints of positions and velocities depend on each other, if a step without a solution comes to such a place.
+    /// The time and the first dependent row of dependent constraints on positions and velocities, if a step
+    /// without a solution approaches such a place.
     fn dependence(&self, reason: StepFailure) -> Option<(f64, DependentRow)> {
         let declaration = self.declaration();
         if declaration.lower() == 0 || !matches!(reason, StepFailure::NoSolution | StepFailure::NotConverged)
@@ -313,12 +316,12 @@ impl Step<'_> {
         singular::dependence(&declaration, &way, NEARLY_DEPENDENT)
     }
 
-    /// The singularity that a step without a solution comes to.
+    /// The singularity that a step without a solution approaches, if there is one.
     pub(crate) fn singularity_ahead(&self) -> Option<Singularity> {
         let (leg, h) = (self.leg, self.h);
         let declaration = self.declaration();
         if self.is_of_third_order() {
-            // as the jerk in the middle of the leg leads on
+            // extrapolated with the jerk in the middle of the leg
             let none = Vector::zero(leg.d.len());
             let Place { t, q, v, a } = Place::on_cubic(h, leg, &self.before, &none, -0.5);
             let j = third::jerk(&declaration, t, [&q, &v, &a], &none)?;
@@ -328,7 +331,7 @@ impl Step<'_> {
         }
         let (q, v) = (Vector::of(leg.q), Vector::of(leg.d).map(|d| d / h));
         let (a, _) = start::acceleration(&declaration, (leg.t, &q, &v), None).ok()?;
-        // as the acceleration in the middle of the leg leads on
+        // extrapolated with the acceleration in the middle of the leg
         let at = |steps: f64| {
             let way = v.map(|v| steps * h * v);
             let q = rotation::moved_vector(&self.shape().rotations, &q, &way);
@@ -337,8 +340,8 @@ impl Step<'_> {
         singular::on_the_way(&declaration, &[at(-0.5), at(AHEAD)], &a)
     }
 
-    /// The unknowns of a step that turns as the last one did, where that turned by much: the last leg but one, mirrored
-    /// in the last. No polynomial through the past foresees a path that goes to and fro.
+    /// The unknowns of a step that turns as the last one did, if that turned by much: the last leg but one,
+    /// mirrored at the last. A polynomial through the past cannot predict a path that moves to and fro.
     fn turned(&self, last: &[f64]) -> Option<Vector> {
         if self.is_of_third_order() {
             return None;
@@ -346,7 +349,7 @@ impl Step<'_> {
         let d = self.leg.d;
         let e = self.second_difference(last);
         let product = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
-        // by the largest component first, for squares of any size
+        // divided by the largest component first, against overflow of squares
         let largest = d
             .iter()
             .chain(e.iter())
@@ -362,19 +365,20 @@ impl Step<'_> {
         e.is_finite().then(|| self.unknowns(&e))
     }
 
-    /// The unknowns of paths that leave the straight line a little, and more: to one side, and to the other.
+    /// The unknowns of paths beside the straight line, a little and more, to both sides.
     fn beside_straight(&self) -> [Vector; 4] {
         let d = self.leg.d;
         let longest = d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
         let by = |turn: f64| {
-            // along no axis, and along none of the usual diagonals
+            // parallel to no axis, and to no usual diagonal
             let e = Vector::from_fn(d.len(), |i| turn * longest * ASIDE[i % ASIDE.len()]);
             self.unknown(&e, &[])
         };
         [by(1.0), by(-1.0), by(6.0), by(-6.0)]
     }
 
-    /// The unknowns of the continuous system's third derivative in the middle of the leg, looked for near a third difference.
+    /// The unknowns of the continuous system's third derivative in the middle of the leg, searched near a
+    /// third difference.
     pub(super) fn continuous_of_third(&self, near: &[f64]) -> Option<Vector> {
         let (leg, h, before) = (self.leg, self.h, &self.before);
         let q = Vector::of(leg.q).zip(leg.d, |q, d| q - 0.5 * d);
@@ -387,7 +391,7 @@ impl Step<'_> {
             let j = third::jerk(&declaration, leg.t - 0.5 * h, [&q, &v, &a], &near)?;
             Some(Vector::of(&j).map(|j| j * cube))
         };
-        // with the acceleration of one of them, whatever is near
+        // iterated with the acceleration that belongs to it
         let mut third = Vector::zero(before.len());
         for _ in 1..THIRD_DERIVATIVE {
             third = improved(&third, &third)?;
@@ -395,8 +399,8 @@ impl Step<'_> {
         Some(self.unknowns(&improved(&third, near)?))
     }
 
-    /// The unknowns of the acceleration with which the motion is said to begin or, where nothing was said, of the continuous
-    /// system's at `(q1, d/h)`; where that has none, of the acceleration at the start.
+    /// The unknowns of the acceleration that was given for the start, else of the continuous system's at
+    /// `(q1, d/h)`, else of that at the start.
     pub(super) fn continuous(&self) -> Option<Vector> {
         let (leg, h) = (self.leg, self.h);
         if self.is_of_third_order() {

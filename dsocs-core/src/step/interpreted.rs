@@ -1,4 +1,4 @@
-//! A kernel that was not compiled: a declaration's tape, walked.
+//! A kernel that was not compiled: it interprets a declaration's tape.
 
 use core::cell::Cell;
 use core::fmt;
@@ -24,7 +24,7 @@ use crate::solve::sparse::Sparse;
 use crate::tape::Tier;
 use crate::tape::{CallData, Leaf, Part, Program, Segment, Shape, Source, Straight, Stretch, Tape, TapeCall};
 
-/// A declared system as its tape and its shape alone: what a declaration becomes that is read at run time.
+/// A declared system as its tape and its shape alone, such as one that is read at run time.
 ///
 /// It does the same operations in the same order as the code that the attribute writes for the declaration, and so gives the same bits. A
 /// step takes several times as long.
@@ -32,23 +32,23 @@ use crate::tape::{CallData, Leaf, Part, Program, Segment, Shape, Source, Straigh
 pub struct TapeKernel {
     tape: Arc<Tape>,
     shape: Shape,
-    /// The values of the parameters, where a run holds no others.
+    /// The values of the parameters, for runs that hold none of their own.
     values: Vec<f64>,
     sparse: Option<Sparse>,
-    /// What the tape calls, which is data.
+    /// The functions that the tape calls, given as data.
     calls: Vec<TapeCall>,
     hot: Arc<Hot>,
     series: Arc<Recurrences>,
 }
 
-/// The recurrences of Taylor series, which are made when they are asked for.
+/// The recurrences of Taylor series, made at the first request.
 #[derive(Default)]
 struct Recurrences {
     made: OnceLock<Option<Arc<Series>>>,
     make: Option<Box<Make>>,
 }
 
-/// What makes recurrences.
+/// Makes recurrences.
 type Make = dyn Fn() -> Option<Series> + Send + Sync;
 
 impl fmt::Debug for Recurrences {
@@ -64,11 +64,11 @@ pub enum TapeError {
     /// The tape and the shape belong to different declarations, or the tape is malformed.
     #[error("the tape has {found} {what}, and the shape says {expected}")]
     Count {
-        /// What is counted.
+        /// The counted items.
         what: &'static str,
-        /// How many the tape has.
+        /// Their number in the tape.
         found: usize,
-        /// How many the shape says.
+        /// Their number in the shape.
         expected: usize,
     },
     /// The declaration calls functions that only a compiled system has.
@@ -80,7 +80,8 @@ pub enum TapeError {
 
 crate::debug_is_message!(TapeError);
 
-/// What is evaluated often. Each program reads what was computed before from the numbers that it is handed.
+/// The programs that are evaluated often. Each reads its inputs, and the results of others, from the numbers
+/// that it is handed.
 #[derive(Debug)]
 pub(crate) struct Hot {
     pub places: Places,
@@ -97,12 +98,13 @@ pub(crate) struct Hot {
     /// Position, velocity, acceleration, time and constraint force.
     pub node: Straight,
     pub energy: Straight,
-    /// When the programs of steps become machine code.
+    /// Decides when the programs of steps become machine code.
     #[cfg(feature = "jit")]
     tier: Tier,
 }
 
-/// Where what is handed to programs stands in the stretch that they compute in. The first number there is handed to none: it is NaN.
+/// The places of the programs' inputs in the stretch that they compute in. The first number there belongs to
+/// no input: it is NaN.
 #[derive(Clone, Debug)]
 pub(crate) struct Places {
     pub h: usize,
@@ -110,7 +112,7 @@ pub(crate) struct Places {
     pub t: usize,
     pub parameters: Range<usize>,
     pub constants: Range<usize>,
-    /// The second difference before, which stands behind the constants.
+    /// The last second difference of a run of third order, at the end of the constants.
     pub past: usize,
     pub known: Range<usize>,
     pub z: Range<usize>,
@@ -125,7 +127,7 @@ pub(crate) struct Places {
     pub count: usize,
 }
 
-/// So many unknowns are few: the rows and their Jacobian stand one after the other.
+/// Up to this many unknowns are few: their rows and Jacobian stand one after the other.
 pub(super) const FEW: usize = 8;
 
 impl Places {
@@ -158,7 +160,7 @@ impl Places {
         }
     }
 
-    /// Where a leaf is; at the place of nothing if there is none of this number.
+    /// The place of a leaf; 0, the place of NaN, if there is none of this number.
     fn of(&self, leaf: Leaf) -> usize {
         let (range, i) = match leaf {
             Leaf::H => return self.h,
@@ -181,15 +183,15 @@ impl Places {
     }
 }
 
-/// A program, what is handed to it, and where its results stand if other programs read them.
+/// A program, the leaves that it reads as inputs, and the place of its results if other programs read them.
 type Reading = (Program, fn(Leaf) -> bool, Option<usize>);
 
-/// What the run knows when it begins.
+/// The leaves that are known when a run begins.
 fn is_of_run(leaf: Leaf) -> bool {
     matches!(leaf, Leaf::H | Leaf::Parameter(_))
 }
 
-/// What a step begins with.
+/// The leaves that are known when a step begins.
 fn is_of_leg(leaf: Leaf) -> bool {
     matches!(
         leaf,
@@ -197,7 +199,7 @@ fn is_of_leg(leaf: Leaf) -> bool {
     )
 }
 
-/// What an iteration knows.
+/// The leaves that are known in an iteration.
 fn is_of_iteration(leaf: Leaf) -> bool {
     matches!(leaf, Leaf::Constant(_) | Leaf::Known(_) | Leaf::Z(_))
 }
@@ -277,7 +279,7 @@ impl Hot {
 
 #[cfg(feature = "jit")]
 impl Hot {
-    /// Compiles the programs of steps. The constants are computed once in a run.
+    /// Compiles the programs of steps. Those of the constants, evaluated once a run, stay interpreted.
     fn compile(&self) -> Result<(), JitError> {
         self.tier.compile(&[
             &self.known,
@@ -293,18 +295,18 @@ impl Hot {
 }
 
 impl TapeKernel {
-    /// Compiles the system to machine code at once, and not only when a run has made some steps.
+    /// Compiles the system to machine code at once, not only after some steps of a run.
     ///
     /// # Errors
     ///
-    /// [`JitError`] where there is no machine code: on another processor than x86-64, or where the system gives no memory that may be executed. The system is
-    /// interpreted then.
+    /// [`JitError`] if there is no machine code: on another processor than x86-64, or if the operating system
+    /// grants no executable memory. Then the system is interpreted.
     #[cfg(feature = "jit")]
     pub fn compile(&self) -> Result<(), JitError> {
         self.hot.compile()
     }
 
-    /// The same system, which is never compiled to machine code.
+    /// The system without compilation to machine code.
     #[cfg(feature = "jit")]
     #[must_use]
     pub fn interpreted(self) -> Self {
@@ -332,7 +334,7 @@ impl TapeKernel {
         Self::with_calls(tape, shape, values, Vec::new())
     }
 
-    /// The same of a tape that calls numbers and tables of samples.
+    /// [`TapeKernel::new`] for a tape that calls numbers and tables of samples.
     ///
     /// # Errors
     ///
@@ -406,7 +408,7 @@ impl TapeKernel {
         })
     }
 
-    /// The same with Taylor series. Their recurrences are made when a method asks for them first.
+    /// The system with Taylor series, whose recurrences are made when a method first asks for them.
     #[cfg_attr(not(feature = "text"), allow(dead_code))] // only what is read from a text has any
     pub(crate) fn with_series(self, make: impl Fn() -> Option<Series> + Send + Sync + 'static) -> Self {
         let series = Recurrences {
@@ -426,7 +428,7 @@ impl TapeKernel {
         made.clone()
     }
 
-    /// The same with a Jacobian that is eliminated as a sparse matrix.
+    /// The system with a Jacobian that is eliminated as a sparse matrix.
     ///
     /// # Errors
     ///
@@ -448,28 +450,28 @@ impl TapeKernel {
         })
     }
 
-    /// What is evaluated often.
+    /// The programs that are evaluated often.
     pub(crate) fn hot(&self) -> &Hot {
         &self.hot
     }
 
-    /// What the tape calls.
+    /// The functions that the tape calls.
     pub(crate) fn calls(&self) -> &[TapeCall] {
         &self.calls
     }
 
-    /// Computes in the room that this thread keeps.
+    /// Calls `work` with the workspace of this thread.
     fn in_room<R>(&self, work: impl FnOnce(&mut [f64], &mut Beside) -> R) -> R {
-        // whoever evaluates this kernel inside finds another, empty room, and so does who evaluates it where the thread ends
+        // an evaluation inside `work`, or at the end of the thread, finds an empty workspace
         let mut room = ROOM.try_with(Cell::take).unwrap_or_default();
         let Room { numbers, beside } = &mut room;
         let result = work(self.hot.stretch.prepare(numbers), beside);
-        // where the thread ends there is nothing to keep it in
+        // at the end of the thread there is no place to keep it
         let _ = ROOM.try_with(|kept| kept.set(room));
         result
     }
 
-    /// Evaluates a program; as many results are written as there is room for.
+    /// Evaluates a program and writes as many results as `out` has room for.
     #[inline(always)]
     #[allow(clippy::inline_always)] // part of every step
     pub(super) fn write(&self, program: &Straight, numbers: &mut [f64], out: &mut [f64]) {
@@ -479,7 +481,7 @@ impl TapeKernel {
         }
     }
 
-    /// Evaluates a program; the results go to one slice and then to another.
+    /// Evaluates a program and writes its results to one slice, then to another.
     fn write_both(&self, program: &Straight, numbers: &mut [f64], first: &mut [f64], second: &mut [f64]) {
         program.run(&self.hot.stretch, &self.calls, numbers);
         let mut results = program.results(numbers);
@@ -506,25 +508,25 @@ impl TapeKernel {
         })
     }
 
-    /// Takes in where an iteration is.
+    /// Copies the constants, the known values and the unknowns of an iteration into the numbers.
     fn take_at(&self, numbers: &mut [f64], at: At<'_>) {
         self.take_constants(numbers, at.constants);
         take(numbers, &self.hot.places.known, at.known);
         self.take_unknowns(numbers, at.z);
     }
 
-    /// Where the second difference of a step of third order begins among the constants.
+    /// The place of the last second difference of third order among the constants.
     fn place_of_past(&self) -> usize {
         self.tape.count(Segment::Constants, Part::All)
     }
 }
 
 thread_local! {
-    /// What kernels compute in on this thread; kept, so that a step allocates nothing.
+    /// The workspace of kernels on this thread; kept, so that a step allocates nothing.
     static ROOM: Cell<Room> = const { Cell::new(Room::EMPTY) };
 }
 
-/// Takes numbers in; missing ones are NaN.
+/// Copies values into the numbers; missing ones are NaN.
 #[inline(always)]
 #[allow(clippy::inline_always)] // of arrays it is some moves, part of every step
 pub(super) fn take(numbers: &mut [f64], places: &Range<usize>, values: &[f64]) {
@@ -537,7 +539,7 @@ pub(super) fn take(numbers: &mut [f64], places: &Range<usize>, values: &[f64]) {
     }
 }
 
-/// The same of more or fewer numbers.
+/// [`take`] for more or fewer values than places.
 #[inline(never)]
 fn take_some(numbers: &mut [f64], places: &Range<usize>, values: &[f64]) {
     let room = numbers.get_mut(places.clone()).unwrap_or_default();
@@ -545,7 +547,7 @@ fn take_some(numbers: &mut [f64], places: &Range<usize>, values: &[f64]) {
     copy(room, values);
 }
 
-/// Takes one number in.
+/// Copies one value.
 #[inline]
 fn take_one(numbers: &mut [f64], place: usize, value: f64) {
     if let Some(number) = numbers.get_mut(place) {
@@ -658,7 +660,7 @@ impl Kernel for TapeKernel {
                 Halt::Done => {}
                 asks @ Halt::Asks(_) => return asks,
             }
-            // where it fails the rest is interpreted, too
+            // if it fails, the programs stay interpreted
             let _ = self.hot.compile();
             return self.walk(course, count - first);
         }
@@ -765,7 +767,7 @@ impl Kernel for TapeKernel {
         let (motion, force) = node.vectors.split_at_mut(3 * n);
         let energy = self.in_room(|numbers, _| {
             self.take_constants(numbers, &course.constants);
-            // as it was before the step
+            // as before the step
             take(
                 numbers,
                 &(places.past..places.constants.end),
@@ -791,7 +793,7 @@ impl Kernel for TapeKernel {
             self.write(energy, numbers, &mut value);
             value[0]
         });
-        // the node is the one between the legs, whatever the maps say
+        // the node is the one between the legs, whatever the maps are
         copy(motion, leg.q);
         node.scalars.energy = energy;
     }

@@ -1,41 +1,43 @@
-//! Whether a force or an acceleration jumps on the way of a step.
+//! Jumps of a force or an acceleration on the path of a step.
 //!
-//! It is evaluated at some places of the way. What a step resolves changes there as a polynomial of low degree does.
+//! It is evaluated at equally spaced places of the path. A resolved quantity is close to a polynomial of low
+//! degree there.
 
 use crate::solve::Vector;
 use crate::start;
 use crate::start::place::{Place, Way};
 use crate::tape::declaration::Declaration;
 
-/// In so many equal parts a way is divided.
+/// Number of equal parts of a path.
 const PLACES: u8 = 16;
 
-/// So many of them are a part of the way in which what is smooth is nearly linear.
+/// Number of them in a quarter of the path, where a smooth quantity is nearly linear.
 const QUARTER: usize = 4;
 
-/// What is smooth departs from a straight line over a quarter of the way by less than this part of its departure over the whole: a parabola by 0.06, and
-/// what grows with the sixth power of the time from a start at rest, as the cube of a position does, by 0.18. What jumps departs by as much.
+/// A smooth quantity deviates from a straight line over a quarter of the path by less than this part of its
+/// deviation over the whole: a parabola by 0.06, and one that grows with the sixth power of the time, as the
+/// cube of a position does from rest, by 0.18. A jump deviates by as much over a quarter as over the whole.
 const STRAIGHT: f64 = 0.19;
 
-/// What has a multiple zero on the way departs by more, but hardly from a polynomial of this degree.
+/// A quantity with a multiple zero on the path deviates by more, but is close to a polynomial of this degree.
 const DEGREE: usize = 5;
 
-/// It does so by less than this part of its range. A jump departs by a quarter, at least; tanh(t/w) by 0.02 to 0.1 if w is a tenth of the step, and by
-/// 0.004 to 0.013 if it is a quarter.
+/// Its largest distance from that polynomial, relative to its range. A jump has at least a quarter; tanh(t/w)
+/// has 0.02 to 0.1 if w is a tenth of the step, and 0.004 to 0.013 if it is a quarter.
 const LEFT: f64 = 0.004;
 
-/// What departs by more than this part of itself is unresolved.
+/// An acceleration that deviates by more than this part of itself is unresolved.
 pub(crate) const UNRESOLVED: f64 = 0.1;
 
-/// A jump of an acceleration is told that is larger than this part of itself.
+/// A jump of the acceleration larger than this part of itself is reported.
 pub(crate) const TOLD: f64 = 1e-3;
 
-/// The places of a way, from 0 to 1.
+/// The places of a path, from 0 to 1.
 pub(crate) fn places() -> impl Iterator<Item = f64> {
     (0..=PLACES).map(|place| f64::from(place) / f64::from(PLACES))
 }
 
-/// How far equally spaced values are from the straight line between the first and the last.
+/// Largest distance of equally spaced values from the straight line between the first and the last.
 pub(crate) fn aside(values: &[f64]) -> f64 {
     let (Some(first), Some(last)) = (values.first(), values.last()) else {
         return 0.0;
@@ -48,13 +50,14 @@ pub(crate) fn aside(values: &[f64]) -> f64 {
     asides.fold(0.0, f64::max)
 }
 
-/// Whether values at the places of a way are those of something smooth.
+/// Whether values at the places of a path are those of a smooth quantity.
 pub(crate) fn is_smooth(values: &[f64]) -> bool {
     let quarters = values.windows(QUARTER + 1).step_by(QUARTER).map(aside);
     quarters.fold(0.0, f64::max) <= STRAIGHT * aside(values) || is_polynomial(values)
 }
 
-/// How far accelerations at the places of a way depart from a straight line, relative to themselves: the largest of all components that are not smooth.
+/// Deviation of the accelerations at the places of a path from a straight line, relative to themselves: the
+/// largest of all components that are not smooth.
 pub(crate) fn departure(accelerations: &[Vector]) -> f64 {
     let components = accelerations.first().map_or(0, |a| a.len());
     let departures = (0..components).map(|i| {
@@ -68,7 +71,7 @@ pub(crate) fn departure(accelerations: &[Vector]) -> f64 {
     departures.fold(0.0, f64::max)
 }
 
-/// Whether they are nearly those of a polynomial of low degree, as its distance by least squares tells.
+/// Whether values are close to a polynomial of degree [`DEGREE`], by least squares.
 fn is_polynomial(values: &[f64]) -> bool {
     let [least, most] = range(values.iter().copied());
     let product = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
@@ -77,7 +80,7 @@ fn is_polynomial(values: &[f64]) -> bool {
             *from -= part * of;
         }
     };
-    // orthogonal polynomials, each the one before times the place
+    // orthogonal polynomials, each from the one before times the place
     let mut basis: Vec<Vec<f64>> = Vec::with_capacity(DEGREE + 1);
     let mut rest: Vec<f64> = values.to_vec();
     for _ in 0..=DEGREE {
@@ -96,7 +99,7 @@ fn is_polynomial(values: &[f64]) -> bool {
     rest.iter().all(|rest| rest.abs() <= LEFT * (most - least))
 }
 
-/// The accelerations at equally spaced places of a way, from 0 to 1; `None` where the equations do not determine one.
+/// The accelerations at the places of a path; `None` if the equations do not determine one.
 pub(crate) fn accelerations(declaration: &Declaration<'_>, way: &Way<'_>) -> Option<Vec<Vector>> {
     let accelerations = places().map(|part| {
         let Place { t, q, v, .. } = way(part);
@@ -113,7 +116,7 @@ pub(crate) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
-/// What moves a node by less than the rounding of an increment is no jump: the largest acceleration of which that can be said.
+/// The acceleration that moves a node by one rounding of the increment `d`: a smaller jump cannot be noticed.
 pub(crate) fn rounding(h: f64, d: f64) -> f64 {
     f64::EPSILON * d.abs() / (h * h)
 }

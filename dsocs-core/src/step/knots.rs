@@ -1,24 +1,27 @@
-//! Samples that lie closer to each other than the nodes of a run, and samples where a table bends.
+//! Samples that lie closer to each other than the nodes of a run, and samples where a table has a corner.
 //!
-//! A step sees a table of samples at its nodes alone. What the samples between them say it never meets, as a blow that lasts a third of the step. They are known,
-//! so the place is known, too, at which the table departs most from the straight line that the step sees.
+//! A step evaluates a table of samples at its nodes alone. It misses the samples between them, such as a blow
+//! that lasts a third of the step. Their places are known, and so is the one at which the table deviates most
+//! from the interpolation through the nodes.
 
 use super::switches::{Crossing, MOST, NONE};
 use crate::samples::{BENDS, Samples};
 use crate::start::place::Way;
 use crate::tape::declaration::Declaration;
 
-/// Samples between two nodes matter that depart from the cubic polynomial through what four nodes see by more than this part of the range of the table there: those
-/// of a smooth curve that the nodes resolve do not.
+/// Samples between two nodes matter if they deviate by more than this part of the table's range there from
+/// the cubic polynomial through the values at four nodes. Samples of a smooth curve that the nodes resolve do
+/// not.
 const ASIDE: f64 = 0.2;
 
-/// One sample between two nodes makes a corner; a pulse that no node sees has two, at least.
+/// A single sample between two nodes makes a corner; a pulse that no node sees has at least two.
 const FEWEST: usize = 2;
 
-/// So many samples ahead are looked at, at most.
+/// Largest number of samples ahead that are examined.
 const AHEAD: usize = 256;
 
-/// The parts of a way where tables of samples depart most from what the nodes see of them, with the middles of the pieces beside: where a step leads over samples.
+/// The places of a path where tables deviate most from their values at the nodes, each with the middles of
+/// the two neighbouring pieces: there the step passes over samples.
 pub(super) fn hidden(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f64> {
     let hidden = arguments(declaration, way).into_iter();
     hidden
@@ -32,13 +35,14 @@ pub(super) fn hidden(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f64> {
         .collect()
 }
 
-/// In how many steps a step may lead over samples, from that on whose way is given; 0 if that one or the next may do so.
+/// Number of steps after the given path that pass over no relevant samples; 0 if this or the next one may do
+/// so.
 pub(super) fn clear(declaration: &Declaration<'_>, way: &Way<'_>) -> f64 {
     let clears = arguments(declaration, way).into_iter().map(|table| {
         let (samples, [from, to]) = (table.samples, table.ends);
         let change = to - from;
         let (mut steps, mut seen) = (0.0, 0);
-        // steps that overlap: nodes need not be where the argument leads
+        // overlapping steps: nodes need not lie where the argument is extrapolated to
         while steps < MOST && seen < AHEAD {
             let next = [from + steps * change, to + (steps + 0.5) * change];
             if inside(samples, next).is_some() || bend(&table, next).is_some() {
@@ -47,14 +51,14 @@ pub(super) fn clear(declaration: &Declaration<'_>, way: &Way<'_>) -> f64 {
             seen += between(samples, next).len();
             steps += 1.0;
         }
-        // an argument may go faster than it did
+        // the argument may become faster
         if steps > 1.0 { (0.5 * steps).ceil() } else { steps }
     });
     clears.fold(MOST, f64::min)
 }
 
-/// The places on a way where a table of which a derivative is taken bends most: the force of a potential jumps there, the velocity of what a constraint leads, and
-/// the acceleration of what rests on a surface.
+/// The places on a path where a differentiated table has its sharpest corner. There the force of a potential
+/// jumps, or the velocity of a driven constraint, or the acceleration of a body at rest on a surface.
 pub(super) fn bends(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<Crossing> {
     let bends = arguments(declaration, way).into_iter().enumerate();
     bends
@@ -73,7 +77,7 @@ pub(super) fn bends(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<Crossin
         .collect()
 }
 
-/// The sample between two arguments, or at the second, where a table of which a derivative is taken bends most.
+/// The argument of the sharpest corner of a differentiated table, between two arguments or at the second.
 fn bend(table: &Table<'_>, [from, to]: [f64; 2]) -> Option<f64> {
     let samples = table.samples;
     let places = samples.places();
@@ -88,7 +92,7 @@ fn bend(table: &Table<'_>, [from, to]: [f64; 2]) -> Option<f64> {
     bends.max_by(|x, y| x.0.total_cmp(&y.0)).map(|(_, place)| place)
 }
 
-/// A table, with its argument at both ends of a way.
+/// A table, with its argument at both ends of a path.
 struct Table<'d> {
     samples: &'d Samples,
     is_differentiated: bool,
@@ -111,7 +115,7 @@ fn arguments<'d>(declaration: &Declaration<'d>, way: &Way<'_>) -> Vec<Table<'d>>
         .collect()
 }
 
-/// The places of samples between two arguments.
+/// The arguments of the samples between two arguments.
 fn between(samples: &Samples, [from, to]: [f64; 2]) -> &[f64] {
     let places = samples.places();
     let [least, most] = [from.min(to), from.max(to)];
@@ -120,8 +124,8 @@ fn between(samples: &Samples, [from, to]: [f64; 2]) -> &[f64] {
     places.get(first..last).unwrap_or(&[])
 }
 
-/// The place of the sample between two arguments that departs most from what the nodes see, between those of its neighbours, if samples between the arguments
-/// matter.
+/// The sample between two arguments that deviates most from the cubic through the nodes, between its two
+/// neighbours; `None` if it deviates too little to matter.
 fn inside(samples: &Samples, [from, to]: [f64; 2]) -> Option<[f64; 3]> {
     let places = between(samples, [from, to]);
     if places.len() < FEWEST {

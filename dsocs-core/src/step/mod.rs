@@ -1,8 +1,9 @@
 //! One step: from a leg to the second difference that leads to the next node.
 //!
-//! [`smooth`] makes the steps of a smooth motion, one after the other, in code of the declared type. Where a step asks a
-//! [`Question`](crate::kernel::question::Question), the equations of that step are taken on slices ([`Step`]) and solved with the module
-//! [`solve`](crate::solve): [`guesses`] are tried where the prediction does not lead to a root, and [`pair`] tells two roots apart.
+//! [`smooth`] makes the steps of a smooth motion, one after the other, in code of the declared type. If a
+//! step asks a [`Question`](crate::kernel::question::Question), its equations are taken on slices ([`Step`])
+//! and solved with the module [`solve`](crate::solve): [`guesses`] are tried if the prediction does not lead
+//! to a root, and [`pair`] tells two roots apart.
 
 mod arrays;
 pub(crate) mod crossing;
@@ -37,10 +38,10 @@ pub(crate) use guesses::Failing;
 pub use interpreted::{TapeError, TapeKernel};
 use pair::Found;
 
-/// How large an unknown second difference is expected to be at least, relative to the increment.
+/// The expected size of an unknown second difference, at least, relative to the increment.
 pub(crate) const SECOND_DIFFERENCE: f64 = 1e-5;
 
-/// How much what the rows were multiplied by may change, relative to itself, from a root to a point nearby.
+/// Largest relative change of a row's factor from a root to a point nearby, if the factor is not zero there.
 pub(crate) const NEARLY_THE_SAME: f64 = 1e-2;
 
 /// The equations of one step.
@@ -50,22 +51,22 @@ pub(crate) struct Step<'a> {
     pub kernel: &'a dyn Kernel,
     /// The values of its parameters.
     pub values: &'a [f64],
-    /// What is known since the run began.
+    /// The known values of the run.
     pub constants: &'a [f64],
-    /// What is known since the step began.
+    /// The known values of the step.
     known: Numbers,
     /// The step's first two nodes.
     pub leg: AnyLeg<'a, f64>,
-    /// The second difference that a step of third order goes on from; of second order, zero.
+    /// The last second difference, which a step of third order continues; in second order, zero.
     pub before: Vector,
-    /// The step.
+    /// The length of the step.
     pub h: f64,
-    /// Whether the past is too short to tell by it which of two roots continues the motion: other roots are then looked for
-    /// wherever the rows bend.
+    /// Whether the past is too short to tell which of two roots continues the motion: then other roots are
+    /// searched wherever the rows bend.
     pub past_is_short: bool,
-    /// The acceleration with which the motion begins, where the step is the first.
+    /// The acceleration that is given for the beginning of the motion, if the step is the first.
     pub begins: Option<Begins>,
-    /// The legs of the last solutions, the last first, where these do not lie one step apart.
+    /// The legs of the last solutions, the last first, if they do not lie one step apart.
     pub past: Option<[AnyLeg<'a, f64>; PAST]>,
 }
 
@@ -115,7 +116,7 @@ impl Equations for Step<'_> {
         let (Some(here), Some(there)) = (self.scales(z), self.scales(nearby)) else {
             return true;
         };
-        // false also where one of them is no number
+        // false also for a NaN
         let mut scales = here.iter().zip(there.iter());
         scales.all(|(here, there)| (here - there).abs() < NEARLY_THE_SAME * here.abs())
     }
@@ -128,7 +129,8 @@ impl Equations for Step<'_> {
 }
 
 impl<'a> Step<'a> {
-    /// The equations of the step `h` that begins with a leg, of a system with these values of its parameters and what is known with them.
+    /// The equations of the step `h` after a leg, of a system with the given parameters and known values of
+    /// the run.
     pub fn new(
         (kernel, values): (&'a dyn Kernel, &'a [f64]),
         constants: &'a [f64],
@@ -152,12 +154,12 @@ impl<'a> Step<'a> {
         }
     }
 
-    /// What is known of the system.
+    /// The shape of the system.
     pub fn shape(&self) -> &'a Shape {
         self.kernel.shape()
     }
 
-    /// The declaration, after the second difference that a step of third order goes on from.
+    /// The declaration, with the last second difference of third order.
     pub fn declaration(&self) -> Declaration<'_> {
         Declaration::of(self.kernel).with(self.values).after(&self.before)
     }
@@ -184,7 +186,7 @@ impl<'a> Step<'a> {
         e
     }
 
-    /// What the rows are, divided by the declared ones, where they are not the same.
+    /// The factor of each row, the row over the declared one; `None` if no row was multiplied.
     fn scales(&self, z: &[f64]) -> Option<Vector> {
         self.shape().scaled.then(|| {
             let mut scales = Vector::zero(self.shape().unknowns);
@@ -193,7 +195,7 @@ impl<'a> Step<'a> {
         })
     }
 
-    /// The second difference and the rows of the step that begins with another leg.
+    /// The second difference and the rows of the step after another leg.
     fn on_leg(&self, leg: AnyLeg<'_, f64>, z: &[f64]) -> (Vector, Linearized) {
         let moved = Step {
             known: known(self.kernel, self.constants, leg),
@@ -206,13 +208,13 @@ impl<'a> Step<'a> {
         (moved.second_difference(z), moved.linearize(z))
     }
 
-    /// The unknowns that belong to a second difference, with the multipliers that come nearest to its constraint force.
+    /// The unknowns of a second difference, with the multipliers that fit its constraint force best.
     pub fn unknowns(&self, e: &[f64]) -> Vector {
         let multipliers = multipliers::of_step(&self.declaration(), self.h, self.leg, e);
         self.unknown(e, &multipliers)
     }
 
-    /// The sign of the determinant of the rows, as they were declared.
+    /// The sign of the determinant of the declared rows' Jacobian.
     pub fn orientation(&self, z: &[f64]) -> f64 {
         let sign = self.linearize(z).jacobian.determinant().value.signum();
         let scales = self.scales(z);
@@ -220,12 +222,13 @@ impl<'a> Step<'a> {
         scales.fold(sign, |sign, scale| sign * scale.signum())
     }
 
-    /// How large each unknown is expected to be without a past.
+    /// The expected size of each unknown without a past.
     pub fn least(&self) -> Vector {
         self.unknown(self.leg.d, &[]).map(|d| SECOND_DIFFERENCE * d.abs())
     }
 
-    /// How large each unknown is expected to be: as lately, and not much smaller than the increment.
+    /// The expected size of each unknown: its recent one, and at least [`SECOND_DIFFERENCE`] of the
+    /// increment.
     pub fn size(&self, predictor: &Predictor) -> Vector {
         predictor.expected(&self.least())
     }
@@ -255,7 +258,7 @@ impl<'a> Step<'a> {
     }
 }
 
-/// What is known when a step begins.
+/// The known values of a step, from its leg.
 fn known(kernel: &dyn Kernel, constants: &[f64], leg: AnyLeg<'_, f64>) -> Numbers {
     let mut known = smallvec![f64::NAN; kernel.shape().known];
     kernel.known(constants, leg, &mut known);

@@ -1,4 +1,4 @@
-//! Steps with two solutions.
+//! Steps with two solutions: which of two roots continues the motion.
 
 use super::{Guess, Step, StepReport};
 use crate::kernel::course::MAX_ITERATIONS;
@@ -11,52 +11,55 @@ use crate::solve::predictor::{Continuation, Predictor};
 use crate::solve::{Vector, is_finite, rotation};
 use crate::start;
 
-/// A root that is this many lengths of a leg away is not in question.
+/// A root farther away than this many lengths of a leg is discarded.
 const FAR: f64 = 10.0;
 
-/// Roots that are so many lengths of a leg apart differ by rounding: they are one.
+/// Roots closer than this many lengths of a leg differ by rounding: they are the same.
 const ONE: f64 = 16.0 * f64::EPSILON;
 
-/// A root that is farther away than half a leg is in question only where the updates have not led straight to the one that was found.
+/// A root farther away than half a leg is considered only if the updates did not converge directly to the one
+/// that was found.
 const NEAR: f64 = 0.5;
 
-/// A root is the one that is meant if it is nearer to where the past leads, or, without one, to the continuous system's
-/// acceleration, than this part of the other one's distance.
+/// A root is chosen if its distance from the extrapolated past (without one, from the continuous system's
+/// acceleration) is less than this part of the other root's distance.
 const NEARER: f64 = 0.1;
 
-/// A root that took more evaluations than this was not foreseen.
+/// A root that took more evaluations than this was not predicted.
 pub(crate) const MANY: u32 = 5;
 
-/// From so many solutions on, unknowns or determinants alone may say which root continues them.
+/// From this number of past solutions on, unknowns alone or determinants alone can decide which root
+/// continues them.
 const ENOUGH: usize = 3;
 
-/// How far the determinant of the root that is meant may be from its continuation, relative to it.
+/// Largest relative deviation of the chosen root's determinant from its extrapolation.
 const TELLS: f64 = 0.4;
 
-/// Accelerations of the continuous system that differ by no more, relative to themselves and to the legs, are the same.
+/// Accelerations of the continuous system are equal if they differ by less than this, relative to themselves
+/// and to the legs.
 const SAME: f64 = 1e-6;
 
-/// How often the leg before is improved.
+/// Number of iterations to find the leg before.
 const FORMER: u32 = 4;
 
 /// One of two roots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Candidate {
-    /// The one that was found first.
+    /// The root that was found first.
     Found,
-    /// The other one.
+    /// The other root.
     Other,
 }
 
 /// The solutions of a step.
 pub(crate) struct Pair {
-    /// The one that the iteration finds.
+    /// The root that the iteration finds.
     pub found: (Vector, StepReport),
-    /// Another one.
+    /// Another root.
     pub other: Option<Vector>,
 }
 
-/// A root, and what the determinant there says of it.
+/// A root, and its determinant compared with the past.
 pub(super) struct Found {
     /// The root.
     pub root: Root<Vector>,
@@ -64,7 +67,7 @@ pub(super) struct Found {
     pub continuation: Continuation,
 }
 
-/// The only one of two roots for which something speaks.
+/// The only one of two roots that is supported.
 fn one_of(found: bool, other: bool) -> Option<Candidate> {
     match (found, other) {
         (true, false) => Some(Candidate::Found),
@@ -73,8 +76,8 @@ fn one_of(found: bool, other: bool) -> Option<Candidate> {
     }
 }
 
-/// What comes next after the last values, the last first, if they lie on a polynomial: of the first three degrees if there
-/// are four of them; with fewer, of those degrees that so many determine.
+/// Polynomial extrapolations to the next value after the last ones, given from the last back: of degrees 1 to
+/// 3 from four values; from fewer, of the degrees that they determine.
 fn extrapolations(past: &[f64]) -> Vec<f64> {
     match *past {
         [a] => vec![a],
@@ -85,7 +88,8 @@ fn extrapolations(past: &[f64]) -> Vec<f64> {
     }
 }
 
-/// Which of two roots the unknowns of the last steps lead to: all extrapolations have to be [`NEARER`] to it.
+/// The root to which the unknowns of the last steps extrapolate: all extrapolations have to be [`NEARER`] to
+/// it.
 fn continued_unknowns(past: &[Vector], found: &Vector, other: &Vector, size: &Vector) -> Option<Candidate> {
     let guesses = |past: &[Vector]| -> Vec<Vector> {
         let mut guesses: Vec<Vector> = Vec::new();
@@ -101,16 +105,16 @@ fn continued_unknowns(past: &[Vector], found: &Vector, other: &Vector, size: &Ve
     };
     let (mut now, last) = (guesses(past), past.first()?);
     if past.len() == ENOUGH - 1 {
-        // where the motion has hardly begun the last one alone is no guess
+        // at the beginning of a motion the last value alone is no guess
         now.drain(..1.min(now.len()));
     }
-    // what is extrapolated has to be worth something: it would have foreseen the last one, too
+    // the extrapolation has to be reliable: it would have predicted the last solution, too
     let before = guesses(
         past.get(1..)
             .filter(|before| before.len() >= ENOUGH - 1)
             .unwrap_or(&[]),
     );
-    // along the line through both roots, where the one is at 0 and the other at 1
+    // along the line through both roots, with one at 0 and the other at 1
     let line = other.zip(found, |other, found| other - found);
     let square = newton::scalar_product(&line, &line, size);
     let along = |from: &Vector, to: &Vector| {
@@ -129,7 +133,7 @@ pub(crate) fn in_question<Z>(root: &Root<Z>, past_is_short: bool) -> bool {
 }
 
 impl Step<'_> {
-    /// Holds the determinant at a root against those of the steps before.
+    /// Compares the determinant at a root with those of the steps before.
     #[cold]
     pub(super) fn continuation(&self, root: &Root<Vector>, predictor: &mut Predictor) -> Continuation {
         let determinant = if root.determinant.value.is_nan() {
@@ -156,7 +160,7 @@ impl Step<'_> {
         self.linearize(z).jacobian.determinant()
     }
 
-    /// A root, if no other one continues the motion for all that is known of it.
+    /// Returns a root, unless another one continues the motion or the choice is ambiguous.
     #[cold]
     pub(super) fn checked(
         &self,
@@ -172,12 +176,13 @@ impl Step<'_> {
         let legs = self
             .unknown(self.leg.d, &[])
             .zip(size, |d, size| d.abs().max(size));
-        // a root beyond the lengths of the legs belongs to no motion, whether it is found first or is the other one
+        // a root farther away than the legs allow belongs to no motion, whether found first or second
         let reach = self.reach(&legs);
         if continuation != Continuation::Fits && relative(&root.z, &Vector::zero(size.len()), &reach) > FAR {
             return self.nearer(&root, predictor, [size, &reach]);
         }
-        // a root to which neither a past nor an acceleration has led is in question, however straight the way to it was
+        // a root that was found without a past or an acceleration is in doubt, however directly the iteration
+        // converged
         let unforeseen = self.are_watched() && predictor.last().is_none() && guess != Guess::Continuous;
         let other = match continuation {
             Continuation::Fits if unforeseen => self.other(start, &root.z, predictor, size),
@@ -205,16 +210,19 @@ impl Step<'_> {
                 predictor.take_determinant(self.determinant(&other));
                 Ok(report(Root { z: other, ..root }, Guess::Other))
             }
-            // the determinant alone is no reason to refuse a root to which all updates have led straight, and the other is not near
+            // the determinant alone does not refuse a root to which all updates converged directly, if the
+            // other is not near
             None if distance > NEAR && !unforeseen && !self.is_in_question(&root) => Ok(report(root, guess)),
-            // nearness to the guess does not tell: where roots change sides it picks the wrong one as often as not
+            // nearness to the guess does not decide: where roots change sides it picks the wrong one as often
+            // as not
             None => Err(self.ambiguous(&root.z, &other)),
         }
     }
 
-    /// The lengths beyond which an unknown belongs to no motion: those of the legs, and none for multipliers, which may grow by any factor.
+    /// The sizes beyond which an unknown belongs to no motion: those of the legs; infinite for multipliers,
+    /// which may grow by any factor.
     fn reach(&self, legs: &Vector) -> Vector {
-        // no combination of these second differences that is an unknown is zero
+        // values for which no combination of second differences that is an unknown vanishes
         let is_difference = self.unknown(
             &Vector::from_fn(self.leg.d.len(), |i| 1.0 + 0.618_034 * i as f64),
             &[],
@@ -236,8 +244,8 @@ impl Step<'_> {
         }
     }
 
-    /// The root that is meant where the iteration has run away to one far beyond the legs: another guess leads there, and
-    /// the determinant says so.
+    /// The root that continues the motion if the iteration went to one far beyond the legs: another guess
+    /// leads to it, and the determinant confirms it.
     #[cold]
     fn nearer(
         &self,
@@ -273,7 +281,7 @@ impl Step<'_> {
         }
         Err(match other {
             Some(other) => self.ambiguous(&far.z, &other),
-            // no second one: the iteration has run away, and no guess leads back
+            // no second root: the iteration diverged, and no guess leads back
             None => NewtonFailure {
                 reason: StepFailure::NotConverged,
                 other: Vec::new(),
@@ -282,14 +290,16 @@ impl Step<'_> {
         })
     }
 
-    /// Which of two roots continues the motion, if the past tells.
+    /// The root that continues the motion, if the past decides.
     ///
-    /// The roots of a pair have Jacobians of opposite orientation, and along a motion the determinant changes smoothly,
-    /// also where it passes through zero because the two roots change sides. So do the unknowns themselves, where the step is
-    /// short enough. Either may be extrapolated from the last steps; what is said must not contradict the other.
+    /// The roots of a pair have Jacobians of opposite orientation. Along a motion the determinant changes
+    /// smoothly, also where it passes through zero because the two roots change sides. So do the unknowns, if
+    /// the step is short enough. Both may be extrapolated from the last steps; the results must not
+    /// contradict each other.
     ///
-    /// One or two solutions say too little for either to be enough. The acceleration of the continuous system says as much as
-    /// at the first step, if the past does not contradict it, and if there is only one: of two, the start has chosen.
+    /// One or two past solutions are not enough for either. Then the continuous system's acceleration decides
+    /// as at the first step, if the past does not contradict it and the acceleration is unique: of two, the
+    /// start has chosen one.
     fn continued(
         &self,
         past: &[Vector],
@@ -310,7 +320,7 @@ impl Step<'_> {
         }
     }
 
-    /// The same by determinants, along the line through both roots.
+    /// [`Step::continued`] by determinants alone, along the line through both roots.
     fn continued_determinants(
         &self,
         past: &[Vector],
@@ -319,7 +329,7 @@ impl Step<'_> {
         size: &Vector,
     ) -> Option<Candidate> {
         if self.is_of_third_order() {
-            // former steps went on from other second differences
+            // in third order, earlier steps continued other second differences
             return None;
         }
         let mut leg = self.leg.to_owned();
@@ -334,7 +344,7 @@ impl Step<'_> {
             former.push(rows.jacobian);
         }
         let direction = other.zip(found, |other, found| other - found);
-        // in units of that at a root: all have to be near 1
+        // in units of the determinant at a root: all have to be near 1
         let fits = |root: &Vector| {
             let now = self.linearize(root).jacobian;
             let part = |at| newton::orientation(&now, at, &direction, size);
@@ -342,7 +352,7 @@ impl Step<'_> {
             let parts = parts?;
             let bound = if parts.len() > 1 { TELLS } else { NEARER };
             let all_fit = extrapolations(&parts).iter().all(|x| (x - 1.0).abs() <= bound);
-            // and what is extrapolated has to be worth something: it would have foreseen the last one, too
+            // and the extrapolation has to be reliable: it would have predicted the last one, too
             let foreseen = parts.split_first().is_none_or(|(last, before)| {
                 before.len() < ENOUGH - 1 || extrapolations(before).iter().all(|x| (x - last).abs() <= bound)
             });
@@ -351,7 +361,7 @@ impl Step<'_> {
         one_of(fits(found)?, fits(other)?)
     }
 
-    /// Which of two roots the continuous system's acceleration speaks for, clearly.
+    /// The root that is clearly nearer to the continuous system's acceleration.
     fn near_continuous(&self, found: &Vector, other: &Vector, legs: &Vector) -> Option<Candidate> {
         let acceleration = self.continuous()?;
         let distance = |root: &Vector| relative(&root.zip(&acceleration, |x, y| x - y), &acceleration, legs);
@@ -385,11 +395,11 @@ impl Step<'_> {
         relative(&apart, &found, legs) < SAME
     }
 
-    /// The leg before a leg, and the rows of its step at its solution.
+    /// The leg before a given leg, and the rows of its step at its solution.
     fn former(&self, leg: AnyLeg<'_, f64>, z: &[f64]) -> Option<(OwnedLeg<f64>, Linearized)> {
         let (mut e, mut rows) = self.on_leg(leg, z);
         let mut former = leg.to_owned();
-        // the second difference follows from the unknowns and, to a lesser degree, from the leg that is looked for
+        // the second difference depends on the unknowns and, weakly, on the leg that is searched
         for _ in 0..FORMER {
             former = OwnedLeg {
                 t: leg.t - self.h,
@@ -401,7 +411,7 @@ impl Step<'_> {
         is_finite(&former.d).then_some((former, rows))
     }
 
-    /// The root nearest to a guess, whatever other roots there are.
+    /// The root nearest to a guess, without the search for others.
     pub fn solve_near(
         &self,
         start: &Vector,
@@ -426,11 +436,12 @@ impl Step<'_> {
         max_iterations: u32,
     ) -> Result<(Vector, StepReport), NewtonFailure> {
         let size = self.least();
-        // without a past, and without room for one
+        // a predictor without a past, and without room for one
         self.solve_near(start, &mut Predictor::new(0), &size, max_iterations)
     }
 
-    /// Another root than `root`, looked for by deflation from several guesses; first from the one that led to it.
+    /// A root other than `root`, searched by deflation from several guesses, beginning with the one that led
+    /// to it.
     #[cold]
     fn other(&self, start: &Vector, root: &Vector, predictor: &Predictor, size: &Vector) -> Option<Vector> {
         let beside = |part: f64| root.zip(size, |root, size| root + part * root.abs().max(size));
@@ -444,7 +455,7 @@ impl Step<'_> {
             Some(beside(1.0)),
             Some(beside(-1.0)),
         ];
-        // each guess looked at from the root first, then by itself
+        // for each guess, first the pair on its way to the root, then deflation from the guess itself
         guesses.into_iter().flatten().find_map(|guess| {
             newton::nearby(self, &guess, root, size).or_else(|| newton::other_root(self, &guess, root, size))
         })
@@ -452,7 +463,7 @@ impl Step<'_> {
 }
 
 impl Step<'_> {
-    /// The root that [`Step::solve`] finds and another one, looked for by deflation from several guesses.
+    /// The root that [`Step::solve`] finds and another one, searched by deflation from several guesses.
     pub fn pair(&self, predictor: &Predictor, max_iterations: u32) -> Result<Pair, NewtonFailure> {
         let size = self.size(predictor);
         let found = match self.solve(&mut predictor.clone(), max_iterations) {
@@ -533,7 +544,7 @@ mod tests {
         f: [f64; 2],
     }
 
-    /// What is remembered of a step is the determinant at the root that was taken, not at the one that was found first.
+    /// The past records the determinant at the chosen root, not at the one that was found first.
     #[test]
     fn the_root_that_is_chosen_is_remembered_by_its_own_determinant() {
         let (h, mut chosen) = (0.2, 0);
@@ -591,7 +602,7 @@ mod tests {
     #[derive(Clone, Copy)]
     struct Far;
 
-    /// Where the iteration has run away, no other root that is as far away is better.
+    /// If the iteration has diverged, no other root that is as far away is taken.
     #[test]
     fn a_root_beyond_the_legs_is_not_taken_for_another_one() {
         let h = 0.1;
@@ -624,7 +635,7 @@ mod tests {
         assert!((z[0].abs() / (h * h) - 1000.0).abs() < 1e-6, "{z:?}");
     }
 
-    /// Which of two roots the last solutions, the last first, lead to.
+    /// The root to which the last solutions, given from the last back, lead.
     fn led(past: &[f64], found: f64, other: f64) -> Option<Candidate> {
         let one = |z: f64| Vector::of(&[z]);
         let past: Vec<Vector> = past.iter().map(|z| one(*z)).collect();

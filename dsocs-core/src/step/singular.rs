@@ -1,8 +1,8 @@
-//! Whether a step leads past a place where the equations do not determine the acceleration or, of third order, the jerk.
+//! Steps past a singularity, where the equations do not determine the acceleration (in third order the jerk).
 //!
-//! There the determinant of the equations for it passes through zero. It may be a factor of a constraint that vanishes: then the
-//! motion goes on as if nothing were there. Else it grows without bound, and no motion leads past. The discrete equations have
-//! roots on both sides, so a step jumps over the place.
+//! There the determinant of the equations for the acceleration passes through zero. If a factor of a
+//! constraint vanishes, the motion goes on undisturbed. Else the acceleration grows without bound, and no
+//! motion leads past. The discrete equations have roots on both sides, so a step would jump over the place.
 
 use core::cell::Cell;
 
@@ -13,47 +13,50 @@ use crate::start::place::{Place, Way};
 use crate::start::{self, Determined};
 use crate::tape::declaration::Declaration;
 
-/// In so many equal parts the way between two places is divided.
+/// Number of equal parts into which the path between two places is divided.
 const PLACES: u32 = 12;
 
-/// How often the way to a singularity is halved.
+/// Number of bisections towards a singularity.
 const HALVINGS: u32 = 20;
 
-/// Where a way is divided: in two halves, but where the singularity itself may lie there.
+/// The part at which an interval is divided: the half, or the second one if the singularity itself lies
+/// there.
 const DIVISIONS: [f64; 2] = [0.5, 0.4];
 
-/// So many times as far apart are accelerations on either side of a singularity after that, at least: at a simple pole a million times, if
-/// neither end was near it.
+/// Least factor by which the accelerations on the two sides of a singularity differ more after the bisections
+/// than before. At a simple pole it is a million, unless one end was near it.
 const GROWS: f64 = 16.0;
 
-/// A determinant that falls by more than this part of itself in one step may pass through zero in the next four. It is looked at where it has become half
-/// of what it was, so that it is not missed where it will be less than two steps from zero.
+/// A determinant that falls by more than this part of itself in one step may pass through zero within the
+/// next four. It is examined once it has halved, and so not less than two steps before zero.
 const FALLS: f64 = 0.25;
 
-/// Where a run begins, a determinant that grows by more than this part of itself in the first step is less than two such steps from zero: there the
-/// acceleration is another one at each end of the step.
+/// At the beginning of a run, a determinant that grows by more than this part of itself in the first step
+/// comes from a zero less than two such steps before: there the acceleration differs between the ends of the
+/// step.
 const RISES: f64 = 0.5;
 
-/// So many steps ahead a determinant that falls may pass through zero, and so many steps back one that rises may come from there.
+/// Number of steps ahead within which a falling determinant may pass through zero.
 const AHEAD: f64 = 4.0;
 
-/// See [`AHEAD`].
+/// Number of steps back within which a rising determinant may come from zero.
 const BACK: f64 = 2.0;
 
-/// A determinant that becomes smaller than this part of itself on the way ahead may pass through zero there, or touch it: a square has a zero without a
-/// change of sign, and the motion is not quite straight.
+/// A determinant below this part of itself on the path ahead may pass through zero there, or touch it: a
+/// square has a zero without a change of sign, and the path is not quite straight.
 const VANISHES: f64 = 0.05;
 
-/// A constraint whose part that is independent of those before it is below this part of what it was is dependent.
+/// A constraint is dependent if its part that is independent of those before it is below this part of its
+/// former value.
 pub(crate) const DEPENDENT: f64 = 1e-6;
 
 /// A determinant that falls to this part of itself between two places touches zero there.
 const TOUCHES: f64 = 1e-6;
 
-/// A jump of the acceleration by less than this part of itself is none.
+/// A change of the acceleration by less than this part of itself is no jump.
 const JUMPS: f64 = 0.1;
 
-/// How far a component at one place is from that at another.
+/// Distance of a component at one place from that at another.
 fn apart(one: &Determined, other: &Determined, component: usize) -> f64 {
     (one.motion[component] - other.motion[component]).abs()
 }
@@ -63,21 +66,21 @@ pub(crate) fn are_opposite(one: &Determined, other: &Determined) -> bool {
     one.determinant.value * other.determinant.value < 0.0
 }
 
-/// How the determinant of the equations for the acceleration changes from one place to another.
+/// Change of the determinant of the equations for the acceleration from one place to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
-    /// Little, or it does not come near to zero.
+    /// It changes little, or does not come near to zero.
     Little,
-    /// It may pass zero in four such steps, or has passed it.
+    /// It may pass zero within the next four steps, or has passed it.
     Falls,
-    /// It grows by so much that the motion comes from a place beside zero.
+    /// It grows so much that the motion comes from a place near zero.
     Rises,
 }
 
-/// How the determinant changes from one place to another, which is so many steps later.
+/// The change of the determinant between two places that are `steps` steps apart.
 ///
-/// A determinant that falls need not fall to zero: that of a rocket falls as it burns its mass, and that of a fast particle as it slows down. So it is
-/// looked at on the way that goes straight on, or straight back.
+/// A falling determinant need not reach zero: that of a rocket falls as it burns its mass, and that of a fast
+/// particle as it slows down. So it is evaluated on the straight continuation of the path, ahead or back.
 #[cold]
 pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], steps: f64, near: &[f64]) -> Change {
     let [Some(first), Some(second)] = places.map(|place| place.solve(declaration, near)) else {
@@ -88,9 +91,9 @@ pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], steps: 
     if before * now < 0.0 {
         return Change::Falls;
     }
-    // a constraint that nearly depends on others is told from farther away: the motion is not straight there
+    // a nearly dependent constraint is reported from farther away: the path is not straight there
     let least = if declaration.lower() > 0 { FALLS } else { VANISHES };
-    // in such ways from the first place
+    // in units of the distance of the two places, from the first
     let rotations = &declaration.shape().rotations;
     let vanishes = |from: f64, to: f64, size: f64| {
         let count = f64::from(PLACES) * ((to - from) * steps).abs();
@@ -98,7 +101,7 @@ pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], steps: 
         parts.any(|part| {
             let place = places[0].towards(rotations, places[1], from + (to - from) * part / count);
             let solved = place.solve(declaration, near);
-            // a straight way may leave the declaration's domain, and then tells nothing
+            // a straight path may leave the domain of the declaration, and then tells nothing
             solved.is_some_and(|solved| {
                 solved.determinant.in_units_of(unit) * size.signum() < least * size.abs()
             })
@@ -113,9 +116,9 @@ pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], steps: 
     }
 }
 
-/// The time at which constraints of positions and velocities depend on each other on a way, from 0 to 1, and the first that says nothing beside those
-/// before it, up to a part of what it said. The determinant of the equations for the
-/// acceleration is the square of what tells their dependence, and has a minimum there.
+/// The time on a path at which the constraints on positions and velocities are most nearly dependent, and the
+/// first of them that is dependent on those before it, up to the part `dependent`. The determinant of the
+/// equations for the acceleration is the square of a measure of their independence, and has a minimum there.
 #[cold]
 pub(crate) fn dependence(
     declaration: &Declaration<'_>,
@@ -124,7 +127,7 @@ pub(crate) fn dependence(
 ) -> Option<(f64, DependentRow)> {
     let near = Vector::zero(declaration.dimension());
     let unit = way(0.0).solve(declaration, &near)?.determinant.exponent;
-    // where there is no acceleration the determinant is zero
+    // without an acceleration the determinant counts as zero
     let size = |part: f64| {
         let solved = way(part).solve(declaration, &near);
         solved.map_or(0.0, |solved| solved.determinant.in_units_of(unit).abs())
@@ -139,7 +142,7 @@ pub(crate) fn dependence(
     dependent_row(declaration, &place, &way(0.0), dependent).map(|row| (place.t, row))
 }
 
-/// Where a function that falls and then rises between two places is least.
+/// The minimum of a unimodal function on an interval.
 fn minimum(function: &dyn Fn(f64) -> f64, [mut from, mut to]: [f64; 2]) -> f64 {
     for _ in 0..3 * HALVINGS {
         let thirds = [from + (to - from) / 3.0, to - (to - from) / 3.0];
@@ -152,14 +155,15 @@ fn minimum(function: &dyn Fn(f64) -> f64, [mut from, mut to]: [f64; 2]) -> f64 {
     0.5 * (from + to)
 }
 
-/// The first singularity on a way through some places that no motion leads past, with accelerations looked for near one.
+/// The first singularity on a path through some places that no motion leads past. Accelerations are searched
+/// near `near`.
 #[cold]
 pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f64]) -> Option<Singularity> {
     let rotations = &declaration.shape().rotations;
     let places = way.windows(2).flat_map(|ends| {
         (0..PLACES).map(|place| ends[0].towards(rotations, &ends[1], f64::from(place) / f64::from(PLACES)))
     });
-    // a place without an acceleration is left out: it may be that of the singularity itself
+    // a place without an acceleration is left out: it may be the singularity itself
     let solved: Vec<(Place, Determined)> = places
         .chain(way.last().cloned())
         .filter_map(|place| place.solve(declaration, near).map(|solved| (place, solved)))
@@ -184,7 +188,8 @@ pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f
         pole(declaration, [from, to], jumping)
     });
     passed.or_else(|| {
-        // a little back, too: the first place may be just behind the last one that was looked at
+        // from a little before the beginning: the first place may lie just behind the last one that was
+        // examined
         let [first, second, ..] = way else { return None };
         let back = first.towards(rotations, second, -1.0 / f64::from(PLACES));
         let back = back.solve(declaration, near).map(|solved| (back, solved));
@@ -196,8 +201,9 @@ pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f
     })
 }
 
-/// The place between two where the determinant passes through zero, if a component of the acceleration has no bound there. It has one where a factor
-/// vanishes, and where the two roots of a pair change sides: then it only seems to jump, from the one to the other.
+/// The singularity between two places of opposite determinants, if a component of the acceleration is
+/// unbounded there. It is bounded if a factor vanishes, and if the two roots of a pair change sides: then it
+/// only seems to jump, from one root to the other.
 fn pole(
     declaration: &Declaration<'_>,
     ends: [&(Place, Determined); 2],
@@ -207,7 +213,7 @@ fn pole(
     let first = apart(&from.1, &to.1, component);
     let mut grown = first;
     for _ in 0..HALVINGS {
-        // near that of either side, which it continues
+        // near the acceleration of either side, which it continues
         let near = from.1.motion.get(..from.0.q.len()).unwrap_or(&[]);
         let between = DIVISIONS.iter().find_map(|part| {
             let place = from.0.towards(&declaration.shape().rotations, &to.0, *part);
@@ -234,8 +240,9 @@ fn pole(
     })
 }
 
-/// The place between three where the determinant touches zero without a change of sign, as a square does, if the acceleration has no bound there. Where
-/// constraints of positions or velocities depend on each other the determinant does the same, and [`dependence`] tells of it.
+/// The singularity between three places where the determinant touches zero without a change of sign, as a
+/// square does, if the acceleration is unbounded there. Dependent constraints on positions or velocities have
+/// such a determinant, too; they are left to [`dependence`].
 fn touched(declaration: &Declaration<'_>, places: [&(Place, Determined); 3]) -> Option<Singularity> {
     let unit = places[1].1.determinant.exponent;
     let [from, least, to] = places.map(|(_, solved)| solved.determinant.in_units_of(unit).abs());
@@ -246,7 +253,7 @@ fn touched(declaration: &Declaration<'_>, places: [&(Place, Determined); 3]) -> 
         return None;
     }
     let n = places[1].0.q.len();
-    // as the masses measure them
+    // in the norm of the mass matrix
     let mass = start::mass_matrix(declaration, (places[1].0.t, &places[1].0.q, &places[1].0.v));
     let size = |solved: &Determined| {
         let terms = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
@@ -259,7 +266,7 @@ fn touched(declaration: &Declaration<'_>, places: [&(Place, Determined); 3]) -> 
     if here < before.max(after) || here.is_nan() {
         return None;
     }
-    // the way bends in the middle
+    // the path has a corner in the middle
     let at = |part: f64| {
         let end = if part < 0.0 { places[0] } else { places[2] };
         places[1]
@@ -268,7 +275,7 @@ fn touched(declaration: &Declaration<'_>, places: [&(Place, Determined); 3]) -> 
     };
     let near = places[1].1.motion.get(..n).unwrap_or(&[]);
     let solve = |part: f64| at(part).solve(declaration, near);
-    // the first that is small enough: nearer to zero rounding is all that is left
+    // the first determinant that is small enough: nearer to zero only rounding is left
     let small = Cell::new(None);
     let determinant = |part: f64| {
         let found = solve(part).map_or(least, |solved| solved.determinant.in_units_of(unit).abs());

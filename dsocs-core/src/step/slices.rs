@@ -1,6 +1,7 @@
-//! The steps of a smooth motion of a system that was not compiled: [`smooth`](super::smooth) on slices.
+//! The smooth steps of a system that was not compiled: [`smooth`](super::smooth) on slices.
 //!
-//! It decides by the same functions and does the same operations in the same order, so it gives the same bits. Nothing is allocated in a step.
+//! It uses the same tests and the same operations in the same order as on arrays, so it gives the same bits.
+//! A step allocates nothing.
 
 use core::cell::Cell;
 use std::mem;
@@ -20,33 +21,33 @@ use crate::solve::rotation;
 use crate::solve::sparse::{Product, Sparse, Update};
 use crate::tape::{Shape, Stretched};
 
-/// What steps on slices ask of a system. It computes in a stretch of numbers that the caller keeps.
+/// A system as steps on slices use it. It computes in numbers that the caller keeps.
 pub(crate) trait Walked {
-    /// What is known of the system.
+    /// The shape of the system.
     fn shape(&self) -> &Shape;
 
     /// The entries of a sparse Jacobian.
     fn sparse(&self) -> Option<&Sparse>;
 
-    /// Takes in what is known since the run began.
+    /// Copies in the known values of the run.
     fn take_constants(&self, numbers: &mut [f64], constants: &[f64]);
 
-    /// Takes in the second difference that a step of third order goes on from, there and among the constants.
+    /// Copies in the last second difference of a step of third order, to the numbers and to the constants.
     fn take_past(&self, numbers: &mut [f64], constants: &mut [f64], past: &[f64]);
 
-    /// Takes in what is known since a step began.
+    /// Copies in a leg, and computes the known values of its step.
     fn take_leg(&self, numbers: &mut [f64], leg: AnyLeg<'_, f64>);
 
-    /// Takes in the unknowns; all that follows is evaluated at these.
+    /// Copies in the unknowns, at which the following methods evaluate.
     fn take_unknowns(&self, numbers: &mut [f64], z: &[f64]);
 
-    /// The rows, and their Jacobian row by row.
+    /// The rows, then their Jacobian row by row.
     fn rows(&self, numbers: &mut [f64], rows: &mut [f64], jacobian: &mut [f64]);
 
-    /// The rows, and the entries of a sparse Jacobian.
+    /// The rows, then the entries of a sparse Jacobian.
     fn sparse_rows(&self, numbers: &mut [f64], rows: &mut [f64], entries: &mut [f64]);
 
-    /// What each row is, divided by the declared one.
+    /// The factor of each row: the row over the declared one.
     fn row_scales(&self, numbers: &mut [f64], scales: &mut [f64]);
 
     /// The second difference.
@@ -62,7 +63,7 @@ pub(crate) trait Unknowns: Components {
     fn of(numbers: &[f64]) -> Self;
 }
 
-/// Few unknowns, whose number is known where steps are compiled.
+/// Few unknowns, as an array of compile-time length.
 impl<const M: usize> Unknowns for [f64; M] {
     #[inline]
     fn of(numbers: &[f64]) -> Self {
@@ -71,11 +72,11 @@ impl<const M: usize> Unknowns for [f64; M] {
 }
 
 thread_local! {
-    /// Vectors that are not used at the time.
+    /// Vectors that are not in use.
     static FREE: Cell<Vec<Vec<f64>>> = const { Cell::new(Vec::new()) };
 }
 
-/// Any number of unknowns, in room that the thread keeps.
+/// Any number of unknowns, in a vector that the thread reuses.
 pub(crate) struct Kept(Vec<f64>);
 
 impl Unknowns for Kept {
@@ -102,7 +103,7 @@ impl Clone for Kept {
 impl Drop for Kept {
     fn drop(&mut self) {
         let vector = mem::take(&mut self.0);
-        // at the end of a thread there is nothing to keep it in
+        // at the end of the thread there is no place to keep it
         let _ = FREE.try_with(|free| {
             let mut vectors = free.take();
             vectors.push(vector);
@@ -123,24 +124,24 @@ impl AsMut<[f64]> for Kept {
     }
 }
 
-/// What steps compute in.
+/// The workspace of steps.
 pub(crate) struct Room {
-    /// What the system computes in.
+    /// The numbers of the system.
     pub numbers: Stretched,
-    /// What the steps compute in beside it.
+    /// The rest of the workspace.
     pub beside: Beside,
 }
 
-/// What steps compute in beside the numbers of the system.
+/// The workspace of steps beside the numbers of the system.
 pub(crate) struct Beside {
     /// The Jacobian, and room for its elimination.
     matrix: Vec<f64>,
-    /// The second difference of a step, and the sums that it leads to.
+    /// The second difference of a step, and the compensated sums of the next leg.
     next: Vec<f64>,
 }
 
 impl Room {
-    /// Without room.
+    /// An empty workspace.
     pub const EMPTY: Self = Self {
         numbers: Stretched::EMPTY,
         beside: Beside {
@@ -163,14 +164,14 @@ struct Rows<'a, K, Z> {
     numbers: Cell<&'a mut [f64]>,
     matrix: Cell<&'a mut [f64]>,
     past_is_short: bool,
-    /// What the rows of the last step were multiplied by; NaN where it is not known.
+    /// The factors of the last step's rows; NaN if they are not known.
     last_scales: &'a [f64],
-    /// What those of this step are multiplied by, where it was looked at.
+    /// The factors of this step's rows, if they were evaluated.
     scales: Cell<Option<Z>>,
 }
 
 impl<K: Walked, Z: Unknowns> Rows<'_, K, Z> {
-    /// What the rows are multiplied by at some unknowns.
+    /// The factors of the rows at the given unknowns.
     fn scales_at(&self, z: &Z) -> Z {
         let mut scales = z.clone();
         let numbers = self.numbers.take();
@@ -180,7 +181,7 @@ impl<K: Walked, Z: Unknowns> Rows<'_, K, Z> {
         scales
     }
 
-    /// The rows, the update and the determinant by all entries.
+    /// The rows, the update and the determinant by dense elimination.
     fn evaluate_dense(&self, numbers: &mut [f64], z: &Z) -> Evaluation<Z> {
         let matrix = self.matrix.take();
         let size = self.shape.unknowns;
@@ -189,7 +190,7 @@ impl<K: Walked, Z: Unknowns> Rows<'_, K, Z> {
         self.system.rows(numbers, rows.as_mut(), jacobian);
         let mut update = rows.clone();
         let (safe, determinant) = if self.are_linear() {
-            // the only update has to be a good one
+            // a single update solves linear rows: it has to be accurate
             negate(update.as_mut());
             let determinant = slices::solve(jacobian, update.as_mut(), room);
             let good = is_finite(update.as_ref());
@@ -213,7 +214,7 @@ impl<K: Walked, Z: Unknowns> Rows<'_, K, Z> {
     }
 }
 
-/// The two parts of sums.
+/// The high and the low parts of compensated sums.
 #[inline]
 fn halves(sums: &mut [f64]) -> [&mut [f64]; 2] {
     let (hi, lo) = sums.split_at_mut(sums.len() / 2);
@@ -277,12 +278,12 @@ impl<K: Walked, Z: Unknowns> Quick for Rows<'_, K, Z> {
         }
         let here = self.scales_at(z);
         self.scales.set(Some(here.clone()));
-        // false also where one of them is no number
+        // false also for a NaN
         let near = |there: &[f64], part: f64| {
             let mut scales = here.as_ref().iter().zip(there);
             scales.all(|(here, there)| (here - there).abs() < part * here.abs())
         };
-        // what is nearly as it was at the step before has not vanished in between
+        // a factor that is nearly that of the step before has not vanished in between
         near(self.last_scales, AS_BEFORE) || near(self.scales_at(nearby).as_ref(), NEARLY_THE_SAME)
     }
 }
@@ -293,11 +294,11 @@ struct Solved<Z> {
     guess: Z,
     /// The root.
     root: Root<Z>,
-    /// What the rows are multiplied by, where it was looked at.
+    /// The factors of the rows, if they were evaluated.
     scales: Option<Z>,
 }
 
-/// Solves the step that begins with a leg, and changes nothing but what is known of its own determinant.
+/// Solves the step after a leg. Nothing of the past changes but the record of the step's own determinant.
 fn solve<K: Walked, Z: Unknowns>(
     system: &K,
     (numbers, matrix): (&mut [f64], &mut [f64]),
@@ -365,7 +366,7 @@ pub(crate) fn smooth<K: Walked, Z: Unknowns>(
     let [sums, solved_q, solved_d, e, second, before] = course.vectors.slices();
     let Beside { matrix, next } = beside;
     matrix.resize(m * (m + 2), 0.0);
-    // the sums of the next leg, those of its second difference, and the difference itself
+    // the compensated sums of the next leg, those of its second difference, and the difference itself
     next.resize(7 * n, 0.0);
     let (next_sums, rest) = next.split_at_mut(4 * n);
     let (next_second, found) = rest.split_at_mut(2 * n);

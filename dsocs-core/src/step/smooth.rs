@@ -1,7 +1,7 @@
 //! The steps of a smooth motion: the only code of a run that is compiled for every declared type.
 //!
-//! It predicts, evaluates, solves, tests and commits, and nothing else. Where anything is odd it changes nothing and asks a
-//! [`Question`]; the step is then solved on slices, by code that is compiled once.
+//! It predicts, evaluates, solves, tests and commits, and nothing else. If a test fails it changes nothing
+//! and asks a [`Question`]; the step is then solved on slices, by code that is compiled once.
 
 #![allow(clippy::inline_always)] // parts of every step
 
@@ -21,12 +21,12 @@ use crate::solve::sum::Sum;
 use crate::solve::unknown::Unknown;
 use crate::system::System;
 
-/// Only steps that differ from their prediction are examined: by more than this, relative to the second difference. A force that
-/// changes as predicted has not been switched.
+/// Only steps that differ from their prediction by more than this, relative to the second difference, are
+/// examined: a force that changes as predicted has not jumped.
 pub(crate) const FORESEEN: f64 = 0.1;
 
-/// What rows are multiplied by may change by this part of itself from one step to the next; where it changes by more, it is looked at
-/// beside the root, too.
+/// A row's factor may change by this part of itself from one step to the next; if it changes by more, it is
+/// also compared with its value beside the root.
 pub(super) const AS_BEFORE: f64 = 0.5;
 
 /// The rows of a step as arrays.
@@ -35,9 +35,9 @@ pub(crate) struct Rows<'a, S: Smooth<N>, const N: usize> {
     constants: &'a S::Constants,
     known: S::Known,
     past_is_short: bool,
-    /// What the rows of the last step were multiplied by; NaN where it is not known.
+    /// The factors of the last step's rows; NaN if they are not known.
     last_scales: S::Unknown,
-    /// What those of this step are multiplied by, where it was looked at.
+    /// The factors of this step's rows, if they were evaluated.
     scales: Cell<S::Unknown>,
 }
 
@@ -71,12 +71,12 @@ impl<S: Smooth<N>, const N: usize> Quick for Rows<'_, S, N> {
         }
         let here = self.system.row_scales(self.constants, &self.known, z);
         self.scales.set(here);
-        // false also where one of them is no number
+        // false also for a NaN
         let near = |there: &S::Unknown, part: f64| {
             let mut scales = here.as_ref().iter().zip(there.as_ref());
             scales.all(|(here, there)| (here - there).abs() < part * here.abs())
         };
-        // what is nearly as it was at the step before has not vanished in between
+        // a factor that is nearly that of the step before has not vanished in between
         near(&self.last_scales, AS_BEFORE)
             || near(
                 &self.system.row_scales(self.constants, &self.known, nearby),
@@ -93,12 +93,12 @@ pub(crate) struct Solved<U, const N: usize> {
     pub root: Root<U>,
     /// The second difference.
     pub e: [f64; N],
-    /// What the rows are multiplied by.
+    /// The factors of the rows.
     pub scales: U,
 }
 
 impl<U: Unknown<f64>, const N: usize> Solved<U, N> {
-    /// Puts the step among those of the past.
+    /// Records the step in the past.
     #[inline(always)]
     pub fn push(&self, past: &mut Arrays<'_, U>, watched: bool) {
         past.push(&self.root.z, watched);
@@ -107,7 +107,7 @@ impl<U: Unknown<f64>, const N: usize> Solved<U, N> {
 }
 
 impl<'a, S: Smooth<N>, const N: usize> Rows<'a, S, N> {
-    /// The rows of the step that begins with a leg.
+    /// The rows of the step after a leg.
     #[inline(always)]
     pub fn new(
         system: &'a S,
@@ -126,7 +126,7 @@ impl<'a, S: Smooth<N>, const N: usize> Rows<'a, S, N> {
         }
     }
 
-    /// Solves the step, and changes nothing but what is known of its own determinant.
+    /// Solves the step. Nothing of the past changes but the record of the step's own determinant.
     #[inline(always)]
     pub fn solve(
         &self,
@@ -171,7 +171,7 @@ impl<'a, S: Smooth<N>, const N: usize> Rows<'a, S, N> {
 }
 
 impl<S: System<N>, const N: usize> Rows<'_, S, N> {
-    /// The sign of the determinant of the rows, as they were declared.
+    /// The sign of the determinant of the declared rows' Jacobian.
     #[inline]
     pub fn orientation(&self, z: &S::Unknown<f64>) -> f64 {
         let jacobian = self.system.linearize(self.constants, &self.known, z).jacobian;
@@ -185,32 +185,32 @@ impl<S: System<N>, const N: usize> Rows<'_, S, N> {
     }
 }
 
-/// A sum of arrays, which is written back with [`write`].
+/// A compensated sum, read as arrays.
 #[inline(always)]
 pub(crate) fn read<const N: usize>([hi, lo]: &[&mut [f64; N]; 2]) -> Compensated<N> {
     Compensated { hi: **hi, lo: **lo }
 }
 
-/// The parts of a sum as arrays.
+/// The high and the low part of a compensated sum as arrays.
 #[inline(always)]
 pub(crate) fn parts<const N: usize>(sum: &mut Sum) -> Option<[&mut [f64; N]; 2]> {
     Some([sum.hi.first_chunk_mut()?, sum.lo.first_chunk_mut()?])
 }
 
-/// Arrays back into a sum.
+/// Writes the arrays of a compensated sum back.
 #[inline(always)]
 pub(crate) fn write<const N: usize>(place: [&mut [f64; N]; 2], sum: &Compensated<N>) {
     let [hi, lo] = place;
     (*hi, *lo) = (sum.hi, sum.lo);
 }
 
-/// What a step knows of the run beside the past solutions.
+/// The state of a run that a step reads, beside the past solutions.
 struct State<const N: usize> {
-    /// The last position that is known.
+    /// The last known position.
     q: Compensated<N>,
     /// The increment that led to it.
     d: Compensated<N>,
-    /// Of third order: the second difference that ends with the last node, and the one before.
+    /// In third order: the second difference that ends with the last node, and the one before.
     third: Option<(Compensated<N>, [f64; N])>,
 }
 
@@ -219,7 +219,7 @@ pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, cou
     steps::<S, N>(system, course, count)
 }
 
-/// The same of a system of any kind.
+/// [`smooth`] for every system that implements [`Smooth`].
 #[inline(always)]
 pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, course: &mut Course, count: u64) -> Halt {
     let is_third = system.is_of_third_order();

@@ -1,60 +1,65 @@
-//! The places on the way of a step at which a declaration changes its piece.
+//! The places on the path of a step at which a declaration changes its piece.
 //!
-//! The declaration tells the arguments of all that is given by pieces, and what it divides by. Where one of them changes its sign on a way, the place is found
-//! to rounding. What jumps there is told by [`crossing`](super::crossing).
+//! The declaration gives the arguments of all piecewise expressions, and the divisors. If one of them changes
+//! its sign on a path, the place is located to rounding. [`crossing`](super::crossing) measures what jumps
+//! there.
 
 use super::{jumps, knots};
 use crate::start::place::Way;
 use crate::tape::declaration::Declaration;
 
-/// At these parts of a way arguments are looked at.
+/// The parts of a path at which arguments are evaluated.
 const PLACES: [f64; 3] = [0.0, 0.5, 1.0];
 
-/// So often a bracket is halved.
+/// Largest number of bisections of a bracket.
 const HALVINGS: u32 = 48;
 
-/// A bracket is left when it is as short as this part of the way: what is smooth is the same at both of its ends.
+/// Length at which a bracket is short enough, as a part of the path: smooth quantities agree at its two ends.
 const SHORT: f64 = 1e-12;
 
-/// From a bracket it is gone farther so often, twice as far each time, until the argument has its sign to all digits that it has; and then so much farther.
+/// From a bracket's end, distances are doubled up to this many times until the argument has a clear sign;
+/// then by the next number of doublings more.
 const DOUBLINGS: u32 = 20;
 const MARGIN: usize = 3;
 
-/// Where an argument has changed between two ways, these powers of a half are gone back, from the last to the first.
+/// If an argument changed its sign between two paths, these powers of ½ are tried as distances back, from the
+/// last to the first.
 const BACK: core::ops::RangeInclusive<i32> = 1..=27;
 
-/// Where a parabola through three values of an argument comes nearer to zero than this part of its range, its extremum is looked for.
+/// If the parabola through three values of an argument comes nearer to zero than this part of its range, its
+/// extremum is searched.
 const NEARLY: f64 = 0.1;
 
-/// An argument nearly meets zero where its extremum on a way is this part of its values at the ends.
+/// An argument nearly touches zero if its extremum on a path is below this part of its values at the ends.
 const DEEP: f64 = 0.75;
 
-/// So often the part of a way in which an extremum lies is made shorter.
+/// Number of sections of the interval that contains an extremum.
 const SHORTENINGS: u32 = 40;
 
-/// Arguments are looked at again before they may have gone this part of their way to zero, by how they change, in either direction, and how that changes.
+/// Arguments are evaluated again before they may have gone this part of their way to zero, estimated from
+/// their change a step, in either direction, and its change.
 const BOLD: f64 = 0.25;
 
-/// So many steps are made at most before arguments are looked at again.
+/// Largest number of steps before arguments are evaluated again.
 pub(crate) const MOST: f64 = 32.0;
 
-/// Where an argument would be zero after so many steps, as it has changed in the last one, it may be zero in the next.
+/// An argument that would be zero after this many steps, at its last rate of change, may be zero in the next.
 const NEAR: f64 = 1.5;
 
-/// The number of no argument.
+/// The number that stands for no argument.
 pub(crate) const NONE: usize = usize::MAX;
 
-/// Where an argument changes its sign on a way.
+/// A change of sign of an argument on a path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
-    /// Which argument; [`NONE`] where it is none of these.
+    /// The number of the argument; [`NONE`] for a corner of a table.
     pub(crate) switch: usize,
-    /// Parts of the way before the place and after it, close together.
+    /// Parts of the path before the place and after it, close together.
     pub(crate) parts: [f64; 2],
 }
 
 impl Crossing {
-    /// The place within a part of a way where a value that is positive becomes negative.
+    /// The place within an interval of the path where a positive value becomes negative.
     pub(super) fn found(
         switch: usize,
         [mut before, mut after]: [f64; 2],
@@ -71,7 +76,7 @@ impl Crossing {
                 after = middle;
             }
         }
-        // clear of the zero itself, and of the rounding with which the declaration has the argument
+        // far enough from the zero itself, and from the rounding of the argument in the declaration
         let clear = |from: f64, direction: f64| {
             let parts = (0..DOUBLINGS).map(|k| from + direction * SHORT * f64::from(2_u32.pow(k)));
             let found = parts.clone().position(|part| direction * value(part) < 0.0);
@@ -85,7 +90,7 @@ impl Crossing {
     }
 }
 
-/// The arguments on a way.
+/// The arguments on a path.
 struct Arguments<'a> {
     declaration: Declaration<'a>,
     way: &'a Way<'a>,
@@ -100,12 +105,14 @@ impl Arguments<'_> {
         self.all(part).get(switch).copied().unwrap_or(f64::NAN)
     }
 
-    /// Where an argument changes its sign within a part of the way, at whose beginning it has a side.
+    /// The change of sign of an argument within an interval of the path, at whose beginning it has the sign
+    /// `side`.
     fn crossing(&self, switch: usize, part: [f64; 2], side: f64) -> Crossing {
         Crossing::found(switch, part, |part| side * self.one(part, switch))
     }
 
-    /// The place between two where an argument comes nearest to zero, if it goes beyond.
+    /// The place between two where an argument with the sign `side` has changed it, searched towards its
+    /// minimum; `None` if it keeps it.
     fn beyond(&self, switch: usize, [mut from, mut to]: [f64; 2], side: f64) -> Option<f64> {
         let value = |part: f64| side * self.one(part, switch);
         let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
@@ -132,7 +139,8 @@ impl Arguments<'_> {
         None
     }
 
-    /// Where arguments change their signs, by their values at some places of the way, from the first to the last.
+    /// The changes of sign of the arguments, from their values at some places of the path, from the first to
+    /// the last.
     fn changes(
         &self,
         values: &[(f64, Vec<f64>)],
@@ -146,7 +154,7 @@ impl Arguments<'_> {
             let own = values.iter().map(|(place, values)| (*place, values[switch]));
             let (mut side, mut from) = (*came, 0.0);
             if side * values[0].1[switch] < 0.0 {
-                // it has changed about where the way before this one ended, as another polynomial tells
+                // it changed its sign near the end of the last path, which is another polynomial
                 from = BACK
                     .rev()
                     .map(|k| -(0.5_f64.powi(k)))
@@ -170,7 +178,7 @@ impl Arguments<'_> {
             if found.len() > before || side == 0.0 {
                 continue;
             }
-            // to zero and back
+            // two changes of sign: to zero and back
             let at = PLACES.map(|part| {
                 own.clone()
                     .find(|(place, _)| place.total_cmp(&part).is_eq())
@@ -189,21 +197,23 @@ impl Arguments<'_> {
     }
 }
 
-/// The value at the extremum of the parabola through three equally spaced values, if it lies between the first and the last.
+/// The extreme value of the parabola through three equally spaced values, if it lies between the first and
+/// the last.
 fn extremum(values: [f64; 3]) -> Option<f64> {
     Some(extremum_at(values)?.1)
 }
 
-/// Its place, from -1 to 1, and the value there.
+/// The place of that extremum, from -1 to 1, and the value there.
 fn extremum_at([first, middle, last]: [f64; 3]) -> Option<(f64, f64)> {
     let (slope, bend) = (0.5 * (last - first), first - 2.0 * middle + last);
     let place = -slope / bend;
     (place.abs() < 1.0).then_some((place, middle + 0.5 * slope * place))
 }
 
-/// The parts of a way where something may be narrower than a step: an argument that keeps its sign comes much nearer to zero than at both ends, so that a motion
-/// nearly meets a pole, or samples lie between the ends. Whether an argument is asked for is told by its number and its value at the end of the way: what rests
-/// is zero to rounding.
+/// The places of a path where a feature may be narrower than the step: an argument that keeps its sign comes
+/// much nearer to zero than at both ends, so that the motion nearly meets a pole; or samples lie between the
+/// ends. `is_asked` selects arguments by number and value at the end of the path, since those of resting
+/// bodies are zero to rounding.
 pub(crate) fn narrow_places(
     declaration: &Declaration<'_>,
     way: &Way<'_>,
@@ -222,11 +232,12 @@ pub(crate) fn narrow_places(
     pits.chain(knots::hidden(declaration, way)).collect()
 }
 
-/// Where arguments change their signs on a way, or tables of samples bend, in the order of time. `came` are the signs with which the motion came to its beginning, 0 if that is not
-/// known; those with which it leaves it are put in their place. Whether one is asked for is told by its number and its value at the end of the way.
+/// The changes of sign of arguments on a path, and the corners of tables, in the order of time. `came` has
+/// the signs at the beginning of the path, 0 if unknown, and receives those at its end. `is_asked` selects
+/// arguments by number and value at the end of the path.
 ///
-/// An argument may have a corner where another one changes its sign, as `w - |t - t1|` has, and go to zero and back there. So arguments are looked at on both
-/// sides of each such place, too.
+/// An argument may have a corner where another one changes its sign, as `w - |t - t1|` has, and go to zero
+/// and back there. So all arguments are evaluated on both sides of each change of sign, too.
 pub(crate) fn crossings(
     declaration: Declaration<'_>,
     way: &Way<'_>,
@@ -252,19 +263,21 @@ pub(crate) fn crossings(
     found
 }
 
-/// In how many steps an argument on a side may come to zero, as it changes from step to step and as that changes; 0 if it may do so in the next.
+/// Number of steps until an argument at the distance `way` from zero may reach it, from its `change` a step
+/// and the change `turn` of that; 0 if it may do so in the next.
 pub(crate) fn clear(side: f64, way: f64, change: f64, turn: f64) -> f64 {
     let (nears, turns) = ((-side * change).max(0.0), turn.abs());
     if way < NEAR * (nears + turns) {
         return 0.0;
     }
-    // as far as `moves k + turns k²/2` is a part of the way; what goes away and turns only later may come back as quickly
+    // as far as `moves k + turns k²/2` is a part of the way; an argument that moves away may turn and come
+    // back as quickly
     let (part, moves) = (BOLD * way, change.abs());
     let steps = 2.0 * part / (moves + (moves * moves + 2.0 * turns * part).sqrt());
     steps.clamp(1.0, MOST)
 }
 
-/// In how many steps an argument may come to zero after a way; 0 if one may do so in the next.
+/// Number of steps after a path until an argument may reach zero; 0 if one may do so in the next.
 pub(crate) fn clear_after(declaration: &Declaration<'_>, way: &Way<'_>) -> u64 {
     let [first, middle, last] = PLACES.map(|part| way(part).arguments(declaration));
     let clears = (0..last.len()).map(|g| {
