@@ -1,4 +1,4 @@
-//! Which node a run is at, and when that is.
+//! The clock of a run: the number and the time of its current node.
 
 /// The number of a run's current node, its time, and whether it has been handed out.
 ///
@@ -9,31 +9,31 @@
 /// [`crate::Stepper`] do the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
-    /// How the nodes lie in time.
+    /// The times of the nodes.
     pace: Pace,
     /// The number of the current node.
     index: u64,
-    /// Whether it has been handed out, or passed.
+    /// Whether the node has been handed out, or passed.
     handed: bool,
     /// Whether the iterator has ended.
     ended: bool,
 }
 
-/// How nodes lie in time.
+/// The times of the nodes of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Pace {
-    /// A step `h` apart.
+    /// Equidistant, a step `h` apart.
     Even {
         /// The time of the start.
         t0: f64,
-        /// The step that the run was set up with.
+        /// The step at the beginning of the run.
         h: f64,
-        /// How many steps after the start node 0 lies.
+        /// The number of steps from the start to node 0.
         origin: i64,
         /// 1, or -1 while the run goes back.
         direction: i64,
     },
-    /// Where the method puts them.
+    /// Chosen by the method.
     Free {
         /// The time of the current node.
         now: f64,
@@ -42,12 +42,12 @@ enum Pace {
     },
 }
 
-/// Where a run is to end: at the last node at or before a time.
+/// The end of a run: the last node at or before a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct End {
-    /// The number of the last node, where nodes lie a step apart.
+    /// The number of the last node, if the nodes are a step apart.
     pub(crate) index: Option<u64>,
-    /// Its time, beyond which the run need not go.
+    /// The end in time; the run need not go beyond.
     pub(crate) time: f64,
 }
 
@@ -58,7 +58,7 @@ impl End {
         self.time
     }
 
-    /// The number of the last node, where nodes lie a step apart.
+    /// The number of the last node, if the nodes are a step apart.
     pub(crate) fn index(&self) -> Option<u64> {
         self.index
     }
@@ -110,7 +110,7 @@ impl Clock {
         }
     }
 
-    /// The time of node `index` where nodes lie a step apart; NaN where the method chooses its steps.
+    /// The time of node `index` if the nodes are a step apart; NaN if the method chooses its steps.
     #[must_use]
     pub fn time_of(&self, index: u64) -> f64 {
         match self.pace {
@@ -124,7 +124,7 @@ impl Clock {
         }
     }
 
-    /// The step in the direction of the run; `None` where the method chooses it.
+    /// The step in the direction of the run; `None` if the method chooses it.
     #[must_use]
     pub fn step(&self) -> Option<f64> {
         match self.pace {
@@ -158,7 +158,8 @@ impl Clock {
         self.tick();
     }
 
-    /// Turns round at the current node, which becomes number 0. If it was handed out before, it is not handed out again.
+    /// Reverses the run at the current node, which becomes number 0. If it was handed out before, it is not
+    /// handed out again.
     pub fn turn(&mut self) {
         match &mut self.pace {
             Pace::Even {
@@ -179,7 +180,7 @@ impl Clock {
         self.handed
     }
 
-    /// Says whether the current node counts as handed out.
+    /// Sets whether the current node counts as handed out.
     pub(crate) fn hand_out(&mut self, handed: bool) {
         self.handed = handed;
     }
@@ -194,7 +195,7 @@ impl Clock {
         self.ended = true;
     }
 
-    /// Goes to a node that the run has not gone to by itself.
+    /// Sets the current node of a run to one that it has not stepped to.
     pub(crate) fn jump(&mut self, index: u64) {
         (self.index, self.handed) = (index, true);
     }
@@ -235,10 +236,10 @@ impl Clock {
     }
 }
 
-/// No run makes so many steps. Two such numbers have a sum.
+/// More steps than any run makes; twice the number does not overflow.
 const MANY: u64 = 1 << 62;
 
-/// How many steps after the start node `index` lies.
+/// The number of steps from the start to node `index`.
 #[allow(clippy::cast_possible_wrap)] // it is less than half of what fits
 fn tick(origin: i64, direction: i64, index: u64) -> i64 {
     origin.wrapping_add(direction.wrapping_mul(index.min(MANY) as i64))

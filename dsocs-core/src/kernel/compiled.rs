@@ -1,4 +1,5 @@
-//! What the attribute writes, behind [`Kernel`](super::Kernel): each function is compiled once for a declared type, and reads slices as arrays.
+//! The attribute's code behind [`Kernel`](super::Kernel): each function is compiled once for a declared type,
+//! and reads slices as arrays.
 #![allow(missing_docs)] // what each does, the trait says
 
 use super::At;
@@ -10,7 +11,7 @@ use crate::number::point::AnyLeg;
 use crate::number::point::Leg;
 use crate::solve::unknown::Linearization;
 
-/// A leg of arrays; of another length, it is none.
+/// A leg of arrays; `None` if a slice is shorter.
 fn leg<const N: usize>(leg: AnyLeg<'_, f64>) -> Option<Leg<f64, N>> {
     Some(Leg {
         t: leg.t,
@@ -19,7 +20,7 @@ fn leg<const N: usize>(leg: AnyLeg<'_, f64>) -> Option<Leg<f64, N>> {
     })
 }
 
-/// Writes as many numbers as there is room for.
+/// Copies as many numbers as there is room for.
 #[inline]
 fn write(out: &mut [f64], numbers: &[f64]) {
     for (out, number) in out.iter_mut().zip(numbers) {
@@ -56,7 +57,7 @@ pub fn known<S: Compiled<N>, const N: usize>(
     }
 }
 
-/// The arguments of what is evaluated at unknowns.
+/// The arguments of a function of the unknowns.
 macro_rules! at {
     ($at:expr) => {
         (
@@ -122,13 +123,13 @@ pub fn report<S: Compiled<N>, const N: usize>(system: &S, course: &Course, node:
         course.vectors.solved(course.solved_at),
         node.vectors.as_chunks_mut().0,
     ) {
-        // of third order, as it was before the step
+        // in third order, as before the step
         let mut constants = *constants;
         S::remember::<f64>(&mut constants, before);
         let constants = &constants;
         let known = system.known(constants, &leg);
         let Report { point, force, energy } = system.report(constants, &known, &leg, e);
-        // the node is the one between the legs, whatever the maps say
+        // the node is the one between the legs, whatever the maps are
         (*q, *v, *a, *q_force) = (leg.q, point.v, point.a, force);
         node.scalars.energy = energy;
     }

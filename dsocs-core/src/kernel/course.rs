@@ -1,4 +1,4 @@
-//! What a run of steps carries from one to the next.
+//! The state of a run, carried from step to step.
 
 use super::report::{Guess, StepReport};
 use crate::kernel::clock::Clock;
@@ -9,47 +9,51 @@ use crate::solve::sum::Sum;
 use crate::solve::{Numbers, Vector};
 use crate::tape::Shape;
 
-/// How often the rows of a step are evaluated from one guess unless [`Flow::max_iterations`](crate::Flow::max_iterations) says otherwise,
-/// parts of updates apart.
+/// Default of [`Flow::max_iterations`](crate::Flow::max_iterations): largest number of evaluations of the
+/// rows from one guess, shortened updates not counted.
 pub(crate) const MAX_ITERATIONS: u32 = 60;
 
-/// What a run of steps carries from one to the next: the last leg in compensated sums, the step that was solved last, and past solutions.
+/// The state of a run, carried from step to step: the last leg in compensated sums, the last solved step, and
+/// the past solutions.
 #[derive(Clone, Debug)]
 pub struct Course {
     /// The step, negative back in time.
     pub(crate) h: f64,
-    /// What is known since the run began.
+    /// The known values of the run.
     pub(crate) constants: Numbers,
-    /// Which node is the current one.
+    /// The number and the time of the current node.
     pub(crate) clock: Clock,
-    /// How many nodes further the last position is that is known: one, but for the moment in which the run turns round.
+    /// The last known position minus the current node, in nodes: 1, except while the run reverses its time.
     pub(crate) ahead: u64,
-    /// The number of the position at which the past begins that steps go on from: that of the start, or of a change of inputs.
+    /// The number of the position at which the past begins: that of the start, or of the last change of
+    /// inputs.
     pub(crate) since: u64,
-    /// How often the rows may be evaluated from one guess.
+    /// Largest number of evaluations of the rows from one guess.
     pub(crate) max_iterations: u32,
-    /// The last leg, the step that was solved last, and the past of third order.
+    /// The last leg, the last solved step, and the past of third order.
     pub(crate) vectors: Vectors,
-    /// Of third order, the second difference of the next step, where it is known: that of the start, and of a run that has just turned round.
+    /// In third order, the second difference of the next step, if it is given: at the start, and just after
+    /// the run has reversed its time.
     pub(crate) given: Option<Sum>,
     /// The past solutions.
     pub(crate) predictor: Predictor,
-    /// The time of the middle node of the last step, where the system asks for it.
+    /// The time of the middle node of the last step, if the system depends on time.
     pub(crate) solved_at: f64,
     /// How the last step was solved.
     pub(crate) report: StepReport,
     /// Whether a step was solved.
     pub(crate) has_solved: bool,
-    /// Whether the last step was examined for forces that switch.
+    /// Whether the last step was examined for jumps of a force.
     pub(crate) looked: bool,
-    /// The number of the step before which the arguments of what is given by pieces are looked at; larger than any if there are none.
+    /// The number of the step before which the arguments of piecewise functions are evaluated again; the
+    /// largest number if there are none.
     pub(crate) looks_at: u64,
 }
 
-/// The vectors that a run carries from step to step. They lie in one piece, so that a step finds them all at once.
+/// The vectors of a run's state, contiguous in memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Vectors {
-    /// How many increments there are.
+    /// The number of increments.
     increments: usize,
     /// [`Vectors::COUNT`] vectors, one after the other, in the order of [`Arrays`].
     numbers: Vec<f64>,
@@ -57,33 +61,35 @@ pub(crate) struct Vectors {
 
 /// [`Vectors`] as arrays.
 pub(crate) struct Arrays<'c, const N: usize> {
-    /// The last position that is known.
+    /// The last known position.
     pub q: [&'c mut [f64; N]; 2],
     /// The increment that led to it.
     pub d: [&'c mut [f64; N]; 2],
-    /// The middle node of the step that was solved last.
+    /// The middle node of the last solved step.
     pub solved_q: &'c mut [f64; N],
     /// The increment that led to it.
     pub solved_d: &'c mut [f64; N],
-    /// The second difference of that step; of third order, the third.
+    /// The second difference of that step; in third order, the third.
     pub e: &'c mut [f64; N],
-    /// Of third order: the second difference that ends with the last node.
+    /// In third order: the second difference that ends with the last node.
     pub second: [&'c mut [f64; N]; 2],
-    /// Where forces may switch, the second difference of the step before; of third order, the one that the last step went on from.
+    /// If forces may jump, the second difference of the step before; in third order, the one that the last
+    /// step continued.
     pub before: &'c mut [f64; N],
 }
 
-/// The step that was solved last.
+/// The last solved step.
 pub(crate) struct Solved<'c, const N: usize> {
     /// Its first two nodes.
     pub leg: Leg<f64, N>,
-    /// Its second difference; of third order, the third.
+    /// Its second difference; in third order, the third.
     pub e: &'c [f64; N],
-    /// Where forces may switch, the second difference of the step before; of third order, the one that it went on from.
+    /// If forces may jump, the second difference of the step before; in third order, the one that it
+    /// continued.
     pub before: &'c [f64; N],
 }
 
-/// The places of the first parts of sums, and of vectors.
+/// The places of the vectors; a compensated sum takes two, high part first.
 const Q: usize = 0;
 const D: usize = 2;
 const SOLVED_Q: usize = 4;
@@ -93,10 +99,10 @@ const SECOND: usize = 7;
 const BEFORE: usize = 9;
 
 impl Vectors {
-    /// How many vectors there are.
+    /// The number of vectors.
     const COUNT: usize = 10;
 
-    /// Those of a run that begins with a leg.
+    /// The vectors of a run that begins with a leg.
     pub fn new(q: &Sum, d: &Sum) -> Self {
         let increments = d.hi.len();
         let mut vectors = Self {
@@ -108,7 +114,7 @@ impl Vectors {
         vectors
     }
 
-    /// As arrays; `None` of another number of coordinates.
+    /// The vectors as arrays; `None` for another number of coordinates.
     #[allow(clippy::inline_always)] // part of every step
     #[inline(always)]
     pub fn arrays<const N: usize>(&mut self) -> Option<Arrays<'_, N>> {
@@ -138,7 +144,8 @@ impl Vectors {
         })
     }
 
-    /// As slices, in the order of [`Arrays`]; the sums of the last leg stand in one, and those of the second difference.
+    /// The vectors as slices, in the order of [`Arrays`]; the compensated sums of the last leg are one slice,
+    /// as are those of the second difference.
     #[inline]
     pub fn slices(&mut self) -> [&mut [f64]; 6] {
         let n = self.increments;
@@ -150,7 +157,7 @@ impl Vectors {
         [leg, solved_q, solved_d, e, second, before]
     }
 
-    /// The step that was solved last, as arrays; `None` of another number of coordinates.
+    /// The last solved step, as arrays; `None` for another number of coordinates.
     #[inline]
     pub fn solved<const N: usize>(&self, t: f64) -> Option<Solved<'_, N>> {
         let [_, _, _, _, q, d, e, _, _, before] = self.numbers.as_chunks().0 else {
@@ -186,7 +193,7 @@ impl Vectors {
         self.set(place + 1, &sum.lo);
     }
 
-    /// The last position that is known, rounded.
+    /// The last known position, rounded.
     pub fn position(&self) -> &[f64] {
         self.vector(Q)
     }
@@ -196,7 +203,7 @@ impl Vectors {
         self.vector(D)
     }
 
-    /// The last position that is known.
+    /// The last known position.
     pub fn q(&self) -> Sum {
         self.sum(Q)
     }
@@ -212,7 +219,8 @@ impl Vectors {
         self.set_sum(D, d);
     }
 
-    /// Goes on from the last leg, which is then the first of the step that was solved, with the difference `e`.
+    /// Moves on to the leg `(q, d)`; the last leg becomes that of the solved step, with the second difference
+    /// `e`.
     pub fn commit(&mut self, q: &Sum, d: &Sum, e: &[f64]) {
         let n = self.increments;
         self.numbers.copy_within(Q * n..(Q + 1) * n, SOLVED_Q * n);
@@ -222,45 +230,47 @@ impl Vectors {
         self.set_leg(q, d);
     }
 
-    /// The step that was solved last: its middle node, the increment that led to it and the second difference, one after the other.
+    /// The last solved step: its middle node, the increment that led to it and the second difference, one
+    /// after the other.
     pub fn solved_step(&self) -> &[f64] {
         let n = self.increments;
         self.numbers.get(SOLVED_Q * n..SECOND * n).unwrap_or(&[])
     }
 
-    /// The second difference of the step that was solved last; of third order, the third.
+    /// The second difference of the last solved step; in third order, the third.
     pub fn e(&self) -> &[f64] {
         self.vector(E)
     }
 
-    /// Of third order: the second difference that ends with the last node.
+    /// In third order: the second difference that ends with the last node.
     pub fn second(&self) -> Sum {
         self.sum(SECOND)
     }
 
-    /// Where forces may switch, the second difference of the step before; of third order, the one that the last step went on from.
+    /// If forces may jump, the second difference of the step before; in third order, the one that the last
+    /// step continued.
     pub fn before(&self) -> &[f64] {
         self.vector(BEFORE)
     }
 
-    /// Of third order: goes on from a second difference.
+    /// In third order: moves on to the second difference that ends with the next node.
     pub fn go_on(&mut self, second: &Sum) {
         let n = self.increments;
         self.numbers.copy_within(SECOND * n..(SECOND + 1) * n, BEFORE * n);
         self.set_sum(SECOND, second);
     }
 
-    /// Of third order: sets the second difference that ends with the last node.
+    /// In third order: sets the second difference that ends with the last node.
     pub fn set_second(&mut self, second: &Sum) {
         self.set_sum(SECOND, second);
     }
 
-    /// The sums of the last leg: the position and the increment, each with what rounding took away.
+    /// The compensated sums of the last leg: the high and low part of the position, then of the increment.
     pub fn leg_sums(&self) -> impl Iterator<Item = &[f64]> {
         (Q..SOLVED_Q).map(|place| self.vector(place))
     }
 
-    /// The sums of the last leg, to be changed.
+    /// The compensated sums of the last leg, mutable.
     pub fn leg_sums_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
         self.numbers
             .chunks_exact_mut(self.increments.max(1))
@@ -268,7 +278,7 @@ impl Vectors {
     }
 }
 
-/// Before the first step.
+/// The report before the first step.
 const NOTHING: StepReport = StepReport {
     iterations: 0,
     stop: Stop::Start,
@@ -296,8 +306,9 @@ impl Course {
         }
     }
 
-    /// A run that has made one step: from a leg, with the second difference `e`; of third order, with the third difference `e` after the second
-    /// difference `past`. It is what [`Kernel::report`](crate::Kernel::report) can be asked with.
+    /// A run after one step: from a leg, with the second difference `e`; in third order, with the third
+    /// difference `e` after the second difference `past`. [`Kernel::report`](crate::Kernel::report) can be
+    /// called with it.
     #[must_use]
     pub fn of_step(
         shape: &Shape,
@@ -313,18 +324,18 @@ impl Course {
         course
     }
 
-    /// How many numbers it holds, about.
+    /// The approximate count of its numbers.
     pub(crate) fn numbers(&self) -> usize {
         self.constants.len() + self.vectors.numbers.len() + 7 * self.predictor.size().len()
     }
 
-    /// Goes on from the step with the middle node `index`, which the run has not gone to by itself.
+    /// Continues from the step with the middle node `index`, to which the run has not stepped.
     pub(crate) fn resume(&mut self, index: u64) {
         self.clock.jump(index - 1);
         self.has_solved = false;
     }
 
-    /// The number of the last position that is known, the middle node of the next step.
+    /// The number of the last known position, the middle node of the next step.
     pub(crate) fn index(&self) -> u64 {
         self.clock.index() + self.ahead
     }
@@ -334,7 +345,7 @@ impl Course {
         self.clock.time_of(self.index())
     }
 
-    /// The leg that the next step begins with, with the time only where the system asks for it.
+    /// The first leg of the next step; its time is set only if the system depends on time.
     pub(crate) fn next_leg(&self, shape: &Shape) -> AnyLeg<'_, f64> {
         AnyLeg {
             t: if shape.depends_on_time { self.time() } else { 0.0 },
@@ -343,7 +354,7 @@ impl Course {
         }
     }
 
-    /// The first two nodes of the step that was solved last.
+    /// The first two nodes of the last solved step.
     pub(crate) fn solved_leg(&self) -> AnyLeg<'_, f64> {
         AnyLeg {
             t: self.solved_at,
@@ -352,18 +363,18 @@ impl Course {
         }
     }
 
-    /// Whether the past is too short to tell two roots apart by it.
+    /// Whether the past is too short to tell two roots apart.
     #[inline]
     pub(crate) fn past_is_short(&self) -> bool {
         past_is_short(self.index(), self.since)
     }
 }
 
-/// Whether the past of the step with this middle node is too short to tell two roots apart by it.
+/// Whether the past of the step with this middle node is too short to tell two roots apart.
 #[inline]
 pub(crate) fn past_is_short(index: u64, since: u64) -> bool {
     index - since <= SHORT_PAST
 }
 
-/// The first steps, which have too short a past to tell by it which of two roots continues the motion.
+/// Number of first steps whose past is too short to tell which of two roots continues the motion.
 pub(crate) const SHORT_PAST: u64 = 5;

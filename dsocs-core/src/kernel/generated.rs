@@ -1,4 +1,4 @@
-//! The hot form of a declaration: what a run evaluates often, as straight-line code.
+//! The compiled form of a declaration: the expressions that a run evaluates often, as straight-line code.
 
 use crate::number::array::Array;
 use crate::number::point::{Leg, Point};
@@ -7,20 +7,21 @@ use crate::solve::sparse::Sparse;
 use crate::solve::unknown::{Linearization, Unknown};
 use crate::tape::Source;
 
-/// What the solver needs of a system, beside its tape, as `#[dsocs]` generates it; see [`System`](crate::System) for the
-/// equations.
+/// The functions of a system that the solver needs, beside its tape, as `#[dsocs]` generates them; see
+/// [`System`](crate::System) for the equations.
 ///
-/// What depends on the parameters and `h` alone is computed once a run ([`Compiled::constants`]); what depends on the
-/// leg alone, once a step ([`Compiled::known`]); the rest, once an iteration. Everything is generic over its number, so that one
-/// declaration serves a single trajectory and several side by side, which may have parameters of their own.
+/// Expressions of the parameters and `h` alone are computed once a run ([`Compiled::constants`]), those of
+/// the leg alone once a step ([`Compiled::known`]), the rest once an iteration. Everything is generic over
+/// its number, so that one declaration serves a single trajectory and several in lanes, which may have
+/// different parameters.
 pub trait Compiled<const N: usize>: Source + Sized {
     /// The values of the parameters, an array of a literal size.
     type Parameters<T: Scalar>: Array<T>;
     /// The unknowns of one step, `[T; M]` for a literal `M`.
     type Unknown<T: Scalar>: Unknown<T> + Array<T>;
-    /// What is known when the run begins, an array of a literal size.
+    /// The known values of a run, an array of a literal size.
     type Constants<T: Scalar>: Array<T>;
-    /// What is known when the step begins, an array of a literal size.
+    /// The known values of a step, an array of a literal size.
     type Known<T: Scalar>: Array<T>;
     /// The unknowns of the continuous system: the accelerations, then the multipliers if there are any.
     type Motion: Unknown<f64> + Array<f64>;
@@ -32,20 +33,22 @@ pub trait Compiled<const N: usize>: Source + Sized {
     /// Whether a row may jump where an unknown changes, as with the sign of the next velocity: the rows may have no root but that jump.
     const JUMPS: bool = false;
 
-    /// Whether a row has a `signum` or a comparison that positions or velocities decide: a step across it is too long for the scheme's order.
+    /// Whether a row has a `signum` or a comparison that depends on positions or velocities: a step across
+    /// its jump has a lower order.
     const PIECEWISE: bool = false;
 
-    /// Whether anything is given by pieces or divided by what may be zero, as the motion or the time decides: where that happens is watched.
+    /// Whether an expression is piecewise or has a divisor that may vanish, depending on the motion or on
+    /// time: its arguments are watched.
     const SWITCHING: bool = false;
 
-    /// Whether rows were multiplied by more than a number (see [`Compiled::scales`]).
+    /// Whether rows were multiplied by a factor that is not a number (see [`Compiled::scales`]).
     const SCALED: bool = false;
 
-    /// Whether the declaration names a factor to be divided out of a row. It has then said which root is wanted, and steps
-    /// are not watched for a second root nearby.
+    /// Whether the declaration names a factor to be divided out of a row. Then it has chosen a root, and
+    /// steps are not watched for a second one nearby.
     const DIVIDED: bool = false;
 
-    /// Whether so much of the Jacobian is zero that it is eliminated as a sparse matrix.
+    /// Whether the Jacobian has so many zeros that it is eliminated as a sparse matrix.
     const SPARSE: bool = false;
 
     /// The places of the constraints of third order among all constraints.
@@ -54,10 +57,12 @@ pub trait Compiled<const N: usize>: Source + Sized {
     /// The first of the four places of each coordinate that is a rotation.
     const ROTATIONS: &'static [usize] = &[];
 
-    /// The parameters that holonomic constraints depend on, by their places: they cannot change during a run.
+    /// The places of the parameters that holonomic constraints depend on: these parameters cannot change
+    /// during a run.
     const OF_POSITIONS: &'static [usize] = &[];
 
-    /// The parameters inside a `dot(…)`, by their places: their rates are taken to be zero, so they cannot change during a run.
+    /// The places of the parameters inside a `dot(…)`: their rates are taken to be zero, so they cannot
+    /// change during a run.
     const OF_RATES: &'static [usize] = &[];
 
     /// The values of the parameters, in order.
@@ -66,14 +71,14 @@ pub trait Compiled<const N: usize>: Source + Sized {
     /// Values known when the run begins; `h` is the step.
     fn constants<T: Scalar>(&self, parameters: &Self::Parameters<T>, h: T) -> Self::Constants<T>;
 
-    /// The second difference before that a step of third order goes on from, as [`Compiled::remember`] has set it.
+    /// The last second difference, which a step of third order continues, as set by [`Compiled::remember`].
     fn past<T: Scalar>(constants: &Self::Constants<T>) -> [T; N] {
         let _ = constants;
         [T::splat(0.0); N]
     }
 
-    /// Sets the second difference that ends with the middle node of the next step, which a step of third order has to know: it
-    /// stands behind the constants. Steps of second order know none.
+    /// Sets the second difference that ends with the middle node of the next step, which a step of third
+    /// order needs: it stands behind the constants. Steps of second order ignore it.
     fn remember<T: Scalar>(constants: &mut Self::Constants<T>, past: &[T; N]) {
         let _ = (constants, past);
     }
@@ -89,7 +94,8 @@ pub trait Compiled<const N: usize>: Source + Sized {
         z: &Self::Unknown<T>,
     ) -> Linearization<T, Self::Unknown<T>>;
 
-    /// The entries of the Jacobian that are not zero everywhere, and the order of their elimination, where [`Compiled::SPARSE`].
+    /// The entries of the Jacobian that may be nonzero, and the order of their elimination, if
+    /// [`Compiled::SPARSE`].
     fn sparse(&self) -> Option<&'static Sparse> {
         None
     }
@@ -106,11 +112,11 @@ pub trait Compiled<const N: usize>: Source + Sized {
         self.linearize(constants, known, z).rows
     }
 
-    /// What each row of [`Compiled::linearize`] is, divided by the declared row: denominators that were multiplied out, and
-    /// factors of the parameters and of `h` that were dropped.
+    /// The factor of each row of [`Compiled::linearize`], the row over the declared one: denominators that
+    /// were multiplied out, and dropped factors of the parameters and of `h`.
     ///
-    /// Where one of them vanishes the declared row does not exist, or is zero whatever the unknowns are: a root there is
-    /// not accepted.
+    /// Where a factor vanishes the declared row is undefined, or zero for all unknowns: a root there is not
+    /// accepted.
     fn scales<T: Scalar>(
         &self,
         constants: &Self::Constants<T>,
@@ -121,13 +127,14 @@ pub trait Compiled<const N: usize>: Source + Sized {
         z.zip(z, |_, _| T::splat(1.0))
     }
 
-    /// The unknowns that belong to a second difference `e` and to multipliers (the starting point of Newton's iteration).
+    /// The unknowns of a second difference `e` and of multipliers (the starting point of Newton's iteration).
     ///
-    /// Where no fields that span the virtual displacements are known, multipliers `λ_j` of the forms of the constraint forces are
-    /// unknown too. Missing ones are zero, and what is beyond the last is left out.
+    /// If no fields that span the virtual displacements are known, the multipliers `λ_j` of the constraint
+    /// forms are unknowns, too. Missing ones are zero, surplus ones are ignored.
     fn unknown<T: Scalar>(&self, e: &[T; N], multipliers: &[T]) -> Self::Unknown<T>;
 
-    /// The second difference `e = q2 - 2 q1 + q0` that belongs to the unknowns; of third order, by how much it differs from the last one.
+    /// The second difference `e = q2 - 2 q1 + q0` of the unknowns; in third order, its difference from the
+    /// last one.
     fn second_difference<T: Scalar>(
         &self,
         constants: &Self::Constants<T>,
@@ -135,7 +142,7 @@ pub trait Compiled<const N: usize>: Source + Sized {
         z: &Self::Unknown<T>,
     ) -> [T; N];
 
-    /// What is told of the middle node of a step.
+    /// The motion at the middle node of a step.
     fn report<T: Scalar>(
         &self,
         constants: &Self::Constants<T>,
@@ -145,10 +152,10 @@ pub trait Compiled<const N: usize>: Source + Sized {
     ) -> Report<T, N>;
 }
 
-/// What is told of a node.
+/// The motion at a node: point, constraint force and energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report<T, const N: usize> {
-    /// `φ_{D_K}⁻¹(q0, q1, q2)`: where the kinematic constraints are imposed.
+    /// `φ_{D_K}⁻¹(q0, q1, q2)`, the point at which the kinematic constraints are imposed.
     pub point: Point<T, N>,
     /// The generalized constraint force at `q1`, `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, in units of `L` per unit of the coordinate.
     pub force: [T; N],

@@ -10,14 +10,14 @@ use crate::series::switch::Switches;
 pub trait Jets<const N: usize>: Compiled<N> {
     /// Expressions of the parameters, an array of a literal size.
     type Fixed<T: Coefficient>: Copy + Send;
-    /// What the recurrences keep of the orders before.
+    /// The coefficients of the lower orders that the recurrences need.
     type Table<T: Coefficient>: Default + Switches + Send;
 
-    /// What the switches are, as the declaration says it; then the user's functions, in the order of their calls. Those where a smooth
-    /// function is steep have no names.
+    /// The switching arguments as the declaration writes them; then the user's functions, in the order of
+    /// their calls. Arguments of steep smooth functions have empty names.
     const SWITCHES: &'static [&'static str] = &[];
 
-    /// What the parameters alone decide.
+    /// The expressions of the parameters alone.
     fn fixed<T: Coefficient>(&self, parameters: &Self::Parameters<T>) -> Self::Fixed<T>;
 
     /// The Taylor coefficients of the motion from the point where the series begins.
@@ -28,11 +28,11 @@ pub trait Jets<const N: usize>: Compiled<N> {
         table: &mut Self::Table<T>,
     );
 
-    /// Whether [`Jets::phase_slopes`] is generated; where it is not, the tape knows the same.
+    /// Whether [`Jets::phase_slopes`] is generated; if not, the tape gives the same.
     const PHASE_SLOPES: bool = false;
 
-    /// What holonomic constraints ask of a position, or all those of lower order of a velocity, and the derivatives by its components, row by
-    /// row.
+    /// The rows of the holonomic constraints at a position, or of all constraints of lower order at a
+    /// velocity, and their derivatives by its components, row by row.
     fn phase_slopes<T: Scalar>(
         &self,
         _of_velocity: bool,

@@ -1,6 +1,7 @@
-//! A declared system as the engine sees it: without its type, on slices.
+//! A declared system as the engine uses it: without its type, on slices.
 //!
-//! [`Shape`](crate::Shape) is what is known of it at all times, [`Kernel`] what can be asked of it. The attribute implements both through [`compiled`].
+//! [`Shape`](crate::Shape) has its fixed properties, [`Kernel`] its functions. The attribute implements both
+//! through [`compiled`].
 
 pub(crate) mod clock;
 pub mod compiled;
@@ -18,11 +19,13 @@ use crate::number::point::AnyLeg;
 use crate::solve::sparse::Sparse;
 use crate::tape::Source;
 
-/// A declared system without its type: what is compiled once, for all systems, takes `&dyn Kernel`, and slices in place of arrays.
+/// A declared system without its type: code that is compiled once for all systems takes `&dyn Kernel`, and
+/// slices in place of arrays.
 ///
-/// Every declared system is one, so `&pendulum` is what a function with such a parameter takes; in code that is generic over a
-/// [`System`](crate::System) it is [`system.kernel()`](crate::System::kernel). The attribute implements the trait. Its methods are what the engine
-/// asks for in steps: [`mod@crate::geometry`], [`Regularity`](crate::Regularity) and [`Declaration`](crate::Declaration) are for your own code.
+/// Every declared system is a kernel: pass `&pendulum`, or in code that is generic over a
+/// [`System`](crate::System) [`system.kernel()`](crate::System::kernel). The attribute implements the trait.
+/// Its methods are those that the engine needs in steps; for your own code there are [`mod@crate::geometry`],
+/// [`Regularity`](crate::Regularity) and [`Declaration`](crate::Declaration).
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -41,20 +44,22 @@ use crate::tape::Source;
 /// assert!(Regularity::of(system, 0.1, leg.any(), &[-0.008]).grants_flow());
 /// ```
 ///
-/// # What it asks for
+/// # Arguments
 ///
-/// Vectors are slices of the lengths that [`Shape`](crate::Shape) says; parameters are values that the caller holds, not the system's own. A slice of another length
-/// leaves the output as it was, or at NaN: the engine makes all slices from the shape.
+/// Vectors are slices of the lengths in [`Shape`](crate::Shape); parameters are values that the caller holds,
+/// not the system's own. With a slice of another length the output stays as it was, or becomes NaN; the
+/// engine makes all slices from the shape.
 pub trait Kernel: Source {
     /// Values known when a run with the step `h` begins: [`Shape::constants`](crate::Shape::constants) numbers.
     fn constants(&self, parameters: &[f64], h: f64, constants: &mut [f64]);
 
-    /// Sets the second difference that a step of third order goes on from, which stands behind the constants.
+    /// Sets the last second difference, which a step of third order continues; it stands behind the
+    /// constants.
     fn remember(&self, constants: &mut [f64], past: &[f64]) {
         let _ = (constants, past);
     }
 
-    /// That second difference; zero of second order.
+    /// The last second difference of third order; zero in second order.
     fn past(&self, constants: &[f64], past: &mut [f64]) {
         let _ = constants;
         fill(past, 0.0);
@@ -66,7 +71,7 @@ pub trait Kernel: Source {
     /// The rows of a step at the unknowns `z`, and their exact Jacobian `∂row/∂z`, row by row.
     fn linearize(&self, at: At<'_>, rows: &mut [f64], jacobian: &mut [f64]);
 
-    /// The entries of the Jacobian that are not zero everywhere, where most are.
+    /// The entries of the Jacobian that may be nonzero; `None` if it is dense.
     fn sparse(&self) -> Option<&Sparse> {
         None
     }
@@ -76,39 +81,41 @@ pub trait Kernel: Source {
         let _ = (at, rows, entries);
     }
 
-    /// What each row is, divided by the declared one; ones unless [`Shape::scaled`](crate::Shape::scaled).
+    /// The factor of each row, the row over the declared one; ones unless
+    /// [`Shape::scaled`](crate::Shape::scaled).
     fn scales(&self, at: At<'_>, scales: &mut [f64]) {
         let _ = at;
         fill(scales, 1.0);
     }
 
-    /// The unknowns that belong to a second difference `e` and to multipliers, of which missing ones are zero.
+    /// The unknowns of a second difference `e` and of multipliers; missing multipliers are zero.
     fn unknown(&self, e: &[f64], multipliers: &[f64], z: &mut [f64]);
 
-    /// The second difference that belongs to the unknowns; of third order, by how much it differs from the last one.
+    /// The second difference of the unknowns; in third order, its difference from the last one.
     fn second_difference(&self, at: At<'_>, e: &mut [f64]);
 
     /// Makes up to `count` steps of a run, as long as they are smooth.
     fn smooth(&self, course: &mut Course, count: u64) -> Halt;
 
-    /// Writes what is told of the middle node of the step that was solved last: position, velocity and acceleration, the generalized constraint force (in
-    /// units of `L` per unit of the coordinate) and the energy. Velocity, acceleration, force and energy are those at `φ_{D_K}⁻¹(q0, q1, q2)`; the
-    /// position is the node `q1`, whatever the maps say.
+    /// Writes the motion at the middle node of the last solved step: position, velocity and acceleration, the
+    /// generalized constraint force (in units of `L` per unit of the coordinate) and the energy. Velocity,
+    /// acceleration, force and energy are those at `φ_{D_K}⁻¹(q0, q1, q2)`; the position is the node `q1`,
+    /// whatever the maps are.
     fn report(&self, course: &Course, node: NodeMut<'_>);
 }
 
-/// Fills a slice; compiled once, not with every system that has nothing to say.
+/// Fills a slice; compiled once, not for every system that uses a default.
 #[inline(never)]
 fn fill(out: &mut [f64], value: f64) {
     out.fill(value);
 }
 
-/// Where the rows of a step are evaluated.
+/// The arguments of the rows of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct At<'a> {
-    /// What is known since the run began.
+    /// The known values of the run.
     pub constants: &'a [f64],
-    /// What is known since the step began.
+    /// The known values of the step.
     pub known: &'a [f64],
     /// The unknowns.
     pub z: &'a [f64],

@@ -1,32 +1,36 @@
-//! How a run of smooth steps ends, and why.
+//! The end of a series of smooth steps, and its reason.
 
-/// How a run of smooth steps has ended.
+/// The end of a series of smooth steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Halt {
     /// All steps were made.
     Done,
-    /// The next step asks something first; those before it were made.
+    /// The next step cannot be smooth, for this reason; those before it were made.
     Asks(Question),
 }
 
-/// Why a step is not made by the code that is compiled for the declared type: its equations are looked at as a whole, and then smooth steps go on.
+/// Why a step is not made by the smooth code of the declared type: its equations are solved on slices, and
+/// then smooth steps go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Question {
-    /// There is no past to predict the step by, or its second difference is given.
+    /// There is no past for a prediction, or the second difference is given.
     Start,
-    /// Three iterations of Newton's have not settled, or what the rows were multiplied by degenerates at their root.
+    /// Three iterations of Newton's have not converged, or a row's factor vanishes at their root.
     Unsettled,
-    /// The determinant of the Jacobian has become small, or large, or has passed zero: the equations may be singular on the way of the step.
+    /// The determinant of the Jacobian has become small, or large, or has passed zero: the equations may be
+    /// singular during the step.
     Varies,
-    /// The determinant of the Jacobian departs from its continuation: the root may be another motion's.
+    /// The determinant of the Jacobian departs from its extrapolation: the root may belong to another motion.
     Departs,
     /// The rows bend so much on the way to the root that another root may be near.
     Bends,
     /// The root leads to no finite node.
     NotFinite,
-    /// The solution was not foreseen, where a force or a row may jump: the step may be too long for it.
+    /// The solution differs from its prediction, and a force or a row may jump: the step may be too long for
+    /// the jump.
     Unforeseen,
-    /// An argument of what is given by pieces may change its sign, or something rests where a function jumps with the velocity, or may do so soon.
+    /// The argument of a piecewise function may change its sign, or a body rests, or may soon rest, where a
+    /// function jumps with the velocity.
     Sides,
     /// An input changes at the middle node.
     InputChanges,

@@ -1,4 +1,4 @@
-//! What is told of a step: how it was solved, and the node that it was solved for.
+//! The report of a step: how it was solved, and the node that it was solved for.
 
 use crate::solve::Vector;
 use crate::solve::newton::{Root, Stop};
@@ -6,7 +6,7 @@ use crate::solve::newton::{Root, Stop};
 /// How a step was solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepReport {
-    /// How often the rows and their Jacobian were evaluated, for all guesses that were tried.
+    /// Number of evaluations of the rows and their Jacobian, over all guesses that were tried.
     pub iterations: u32,
     /// How Newton's iteration ended.
     pub stop: Stop,
@@ -14,37 +14,40 @@ pub struct StepReport {
     pub guess: Guess,
 }
 
-/// Where Newton's iteration began.
+/// The starting point of Newton's iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Guess {
-    /// At the polynomial through the last solutions.
+    /// The polynomial through the last solutions.
     Predicted,
-    /// At the solution of the step before.
+    /// The solution of the step before.
     Last,
-    /// At a straight line: no second difference.
+    /// A straight line: no second difference.
     Straight,
-    /// At the acceleration of the continuous system.
+    /// The acceleration of the continuous system.
     Continuous,
-    /// At the node where the path turns by the same angle as at the step before, in the plane of the last two legs.
+    /// The node where the path turns by the same angle as at the step before, in the plane of the last two
+    /// legs.
     Turned,
-    /// Beside a root that was found and did not continue the motion.
+    /// A point beside a root that was found and did not continue the motion.
     Other,
-    /// Where the caller asked for it.
+    /// The node or acceleration that the caller gave.
     Given,
-    /// At the end of a homotopy: a path along which the residual of the straight line is reduced to zero little by little.
+    /// The end of a homotopy: a path along which the residual of the straight line is reduced to zero little
+    /// by little.
     Followed,
 }
 
-/// Where a node is written: by [`Run::tell`](crate::Run::tell) all of it, by [`Kernel::report`](crate::Kernel::report) what a step knows.
+/// A place for a node's data: [`Run::tell`](crate::Run::tell) writes all of it,
+/// [`Kernel::report`](crate::Kernel::report) the part that a step knows.
 #[derive(Debug)]
 pub struct NodeMut<'a> {
     /// Position, velocity, acceleration and generalized constraint force, one after the other: four numbers for each coordinate.
     pub vectors: &'a mut [f64],
-    /// What is no vector.
+    /// The other data.
     pub scalars: &'a mut NodeScalars,
 }
 
-/// What a node has beside its vectors.
+/// The data of a node that are not vectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeScalars {
     /// The number of the node.
@@ -53,14 +56,14 @@ pub struct NodeScalars {
     pub t: f64,
     /// The energy.
     pub energy: f64,
-    /// How often the rows were evaluated.
+    /// Number of evaluations of the rows.
     pub iterations: u32,
     /// How the iteration ended.
     pub stop: Stop,
 }
 
 impl NodeScalars {
-    /// Before a run has written them.
+    /// The values before a run has written them.
     pub const UNKNOWN: Self = Self {
         index: 0,
         t: f64::NAN,
@@ -71,7 +74,7 @@ impl NodeScalars {
 }
 
 impl NodeMut<'_> {
-    /// Position, velocity, acceleration and constraint force, each by itself.
+    /// Position, velocity, acceleration and constraint force as separate slices.
     pub fn split(&mut self) -> [&mut [f64]; 4] {
         let n = self.vectors.len() / 4;
         let (q, rest) = self.vectors.split_at_mut(n);
@@ -81,7 +84,7 @@ impl NodeMut<'_> {
     }
 }
 
-/// What is told of a root.
+/// The unknowns of a root, and the report of the step.
 pub(crate) fn report(root: Root<Vector>, guess: Guess) -> (Vector, StepReport) {
     let report = StepReport {
         iterations: root.evaluations,

@@ -1,23 +1,27 @@
-//! The recurrences of Taylor series as data: those that the attribute writes as code, of a system that was not compiled.
+//! The recurrences of Taylor series as data, for systems that were not compiled.
 //!
 //! # The format
 //!
-//! The front end writes the bytes and nobody else reads them: they belong to one version of this crate. They begin with [`VERSION`]. Whole numbers are
-//! unsigned LEB128, as on a [`Tape`]. Then come
+//! The front end writes the bytes and nobody else reads them: they belong to one version of this crate. They begin
+//! with [`VERSION`]. Whole numbers are unsigned LEB128, as on a [`Tape`]. Then come
 //!
-//! - the factors that are numbers: how many, and eight bytes for each, little-endian;
-//! - the numbers of coordinates and of multipliers, whether the rows are affine in the accelerations, whether inner sums leave out their newest
-//!   terms, and how many factors the parameters decide ([`Series::constants`]);
-//! - how many inner sums of products and of squares there are, how many switches, how many calls of functions, and the names of the last two, each
-//!   with its length in bytes;
-//! - the number of sequences, and the operation of each: a [`Code`], the lists in which it stands ([`LASTING`], [`ACCELERATED`], [`AGAIN`]), what it
-//!   reads, its switch and one more (0 for none) where it may have one, and if it lasts the places of its inner sums, `2 i` for a product and `2 i + 1`
-//!   for a square. A factor is `2 i` for a number and `2 i + 1` for what the parameters decide;
-//! - the operands of the inner sums, `2 i` for a sequence and `2 i + 1` for `k` times it: two for a product, one for a square;
-//! - the switches: 0, 1 or 3 and a sequence, a sign, something steep or a divisor, or 2 and two sequences, a difference;
+//! - the factors that are numbers: their count, and eight bytes for each, little-endian;
+//! - the numbers of coordinates and of multipliers, whether the rows are affine in the accelerations, whether inner
+//!   sums leave out their newest terms, and the number of factors of the parameters ([`Series::constants`]);
+//! - the numbers of inner sums of products, of inner sums of squares, of switches and of calls of functions, and the
+//!   names of the last two, each with its length in bytes;
+//! - the number of sequences, and the operation of each: a [`Code`], the lists that contain it ([`LASTING`],
+//!   [`ACCELERATED`], [`AGAIN`]), the sequences that it reads, its switch plus one (0 for none) if it may have one,
+//!   and if it lasts its inner sums, `2 i` for a product and `2 i + 1` for a square. A factor is `2 i` for a number
+//!   and `2 i + 1` for one of the parameters;
+//! - the operands of the inner sums, `2 i` for a sequence and `2 i + 1` for `k` times it: two for a product, one for a
+//!   square;
+//! - the switches, each a kind with its sequences: 0 a sign; 1 the argument of a steep function; 2 the difference of two
+//!   sequences; 3 and 4 the base of a power and its degree, in a divisor and elsewhere; 5, 6 and 7 a value that is not
+//!   negative, or bounded by π/2 or by π;
 //! - the sequences of the accelerations;
-//! - how many accelerations and multipliers stay unknown, `2 i` or `2 i + 1` for each; the sequences of as many rows; and the entries of their
-//!   Jacobian: how many, and row, column and sequence of each.
+//! - the number of accelerations and multipliers that stay unknown, `2 i` or `2 i + 1` for each; the sequences of as
+//!   many rows; and the entries of their Jacobian: their count, and row, column and sequence of each.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -30,18 +34,18 @@ const VERSION: u8 = 3;
 
 /// The operation is needed beyond order 0.
 pub(crate) const LASTING: u8 = 1;
-/// It depends on accelerations that are solved for in numbers.
+/// The operation depends on accelerations that are solved for numerically.
 pub(crate) const ACCELERATED: u8 = 2;
-/// It is computed once more when they are known.
+/// The operation is evaluated again once these accelerations are known.
 pub(crate) const AGAIN: u8 = 4;
 
-/// No larger count is read: bytes that are no recurrences are not to take the machine's memory.
+/// Largest count that is read, so that malformed bytes cannot exhaust the memory.
 const MOST: usize = 1 << 24;
 
-/// The place of a sequence, a factor, a sum.
+/// The index of a sequence, a factor or a sum.
 pub(crate) type Place = u32;
 
-/// What an operation computes, in the order of the bytes.
+/// The kind of an operation, in the order of the bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Code {
     /// The time.
@@ -94,17 +98,17 @@ pub(crate) enum Code {
     Tanh,
     /// `1 - u²`, of `u` and `u²`.
     Conjugate,
-    /// Inverse functions, each with the slope of what it inverts.
+    /// The inverse sine, with the derivative of the inverted function.
     Asin,
-    /// See [`Code::Asin`].
+    /// The inverse cosine, as [`Code::Asin`].
     Acos,
-    /// See [`Code::Asin`].
+    /// The inverse tangent, as [`Code::Asin`].
     Atan,
-    /// See [`Code::Asin`].
+    /// The inverse hyperbolic sine, as [`Code::Asin`].
     Asinh,
-    /// See [`Code::Asin`].
+    /// The inverse hyperbolic cosine, as [`Code::Asin`].
     Acosh,
-    /// See [`Code::Asin`].
+    /// The inverse hyperbolic tangent, as [`Code::Asin`].
     Atanh,
     /// `atan2(y, x)`, and `x² + y²`.
     Atan2,
@@ -161,7 +165,7 @@ const CODES: [Code; 37] = [
 ];
 
 impl Code {
-    /// How many sequences it reads, and how many inner sums it has.
+    /// The numbers of sequences that it reads, and of its inner sums.
     fn counts(self) -> [usize; 2] {
         match self {
             Self::Time
@@ -214,53 +218,54 @@ pub(crate) type Term = [Place; 2];
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Operation {
     pub(crate) code: Code,
-    /// The lists in which it stands.
+    /// The lists that contain it.
     pub(crate) lists: u8,
     /// The sequences that it reads.
     pub(crate) parts: [Place; 4],
-    /// Its inner sums, products before squares; of one that lasts.
+    /// Its inner sums, products before squares, if it is in the list [`LASTING`].
     pub(crate) sums: [Place; 3],
     /// Its factor, the index of its leaf, or its table.
     pub(crate) index: Place,
     /// The constant of a sum.
     pub(crate) constant: Option<Place>,
-    /// Its first term among all, and how many it has.
+    /// The index of its first term among all, and the number of its terms.
     pub(crate) terms: [Place; 2],
-    /// Its switch, or its place among the calls.
+    /// Its switch, or its index among the calls.
     pub(crate) switch: Option<Place>,
 }
 
-/// What decides between pieces.
+/// The argument of a switch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Argument {
     /// A sign.
     Sign(Place),
-    /// That of a smooth function that is steep.
+    /// The argument of a steep smooth function.
     Steep(Place),
-    /// The base of a power of a high degree, which is negative in a divisor.
+    /// The base of a power of a high degree; the degree is negative in a divisor.
     Power(Place, i32),
-    /// The value of a function, and its bound: the largest absolute value; with zero it is not negative.
+    /// The value of a function, and the bound of its absolute value; a bound of zero says that it is not
+    /// negative.
     Bounded(Place, f64),
-    /// The first without the second.
+    /// The first minus the second.
     Difference(Place, Place),
 }
 
-/// The recurrences of a system. All places in it are those of something.
+/// The recurrences of a system. All indices in it are valid.
 #[derive(Debug)]
 pub(crate) struct Series {
-    /// The factors that are numbers; those that the parameters decide stand behind them.
+    /// The factors that are numbers; those of the parameters stand behind them.
     pub(crate) numbers: Vec<f64>,
-    /// What the parameters decide, as a tape.
+    /// The factors of the parameters, as a tape.
     pub(crate) constants: Tape,
-    /// How many these are.
+    /// The number of factors of the parameters.
     pub(crate) computed: usize,
-    /// What the tape and the recurrences call.
+    /// The calls of the tape and of the recurrences.
     pub(crate) calls: Vec<TapeCall>,
     pub(crate) coordinates: usize,
     pub(crate) multipliers: usize,
     pub(crate) affine: bool,
     pub(crate) eager: bool,
-    /// How many switches the declaration has; the other names are those of calls.
+    /// The number of switches of the declaration; the other names are those of calls.
     pub(crate) switches: usize,
     pub(crate) names: Vec<Arc<str>>,
     pub(crate) operations: Vec<Operation>,
@@ -270,7 +275,7 @@ pub(crate) struct Series {
     pub(crate) squares: Vec<(Place, bool)>,
     pub(crate) arguments: Vec<Argument>,
     pub(crate) accelerations: Vec<Place>,
-    /// The unknown ones: whether it is a multiplier, and which.
+    /// The unknown ones: whether it is a multiplier, and its index.
     pub(crate) unknown: Vec<(bool, Place)>,
     pub(crate) rows: Vec<Place>,
     /// Row, column, and sequence.
@@ -278,7 +283,7 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    /// The recurrences that bytes are, with a tape of what the parameters decide, and what both call.
+    /// Reads the recurrences from bytes, with a tape of the factors of the parameters, and the calls of both.
     ///
     /// # Errors
     ///
@@ -292,7 +297,7 @@ impl Series {
         read(&mut Reader::new(bytes), constants, calls).ok_or(MalformedTape)
     }
 
-    /// How many factors there are.
+    /// The number of factors.
     pub(crate) fn factors(&self) -> usize {
         self.numbers.len() + self.computed
     }
@@ -303,13 +308,13 @@ impl Series {
         op.is_none_or(|op| op.code != Code::Constant)
     }
 
-    /// How many names are those of calls.
+    /// The number of names that are those of calls.
     pub(crate) fn functions(&self) -> usize {
         self.names.len() - self.switches
     }
 }
 
-/// Counts that places are compared with.
+/// The counts against which indices are checked.
 struct Counts {
     numbers: usize,
     computed: usize,
@@ -338,7 +343,7 @@ impl Counts {
         Some((place(number / 2, self.sequences)?, number % 2 == 1))
     }
 
-    /// Squares stand behind the blocks of products.
+    /// The block of an inner sum; squares stand behind the products.
     fn sum(&self, reader: &mut Reader<'_>) -> Option<Place> {
         let number = reader.number()?;
         if number.is_multiple_of(2) {
@@ -403,7 +408,7 @@ impl Counts {
                 *sum = self.sum(reader)?;
             }
         }
-        // each is computed with the other
+        // each of a pair is computed with the other
         let partner = usize::try_from(op.parts[1]).ok()?;
         let in_pair = match code {
             Code::Sin => partner == own + 1,
@@ -414,7 +419,7 @@ impl Counts {
     }
 }
 
-/// A place among so many.
+/// An index below `count`.
 fn place(number: usize, count: usize) -> Option<Place> {
     (number < count.min(MOST)).then(|| Place::try_from(number).ok())?
 }
@@ -546,7 +551,7 @@ mod tests {
         let read = |bytes: &[u8]| Series::new(bytes, written.constants.clone(), Vec::new());
         let series = read(&written.recurrences).unwrap();
         assert_eq!(series.coordinates, 2);
-        // that of the sign; the exponential is watched, too, and has no name
+        // the name of the sign's argument; that of the exponential is watched, too, without a name
         let named = series.names.iter().filter(|name| !name.is_empty());
         assert_eq!((named.count(), series.names.len()), (1, 2));
         for length in 0..written.recurrences.len() {
@@ -556,7 +561,7 @@ mod tests {
             for value in [0, 1, 127, 255] {
                 let mut changed = written.recurrences.clone();
                 changed[place] = value;
-                // an error, or other recurrences whose places are those of something
+                // an error, or other recurrences with valid indices
                 if let Ok(series) = read(&changed) {
                     let count = series.operations.len();
                     let parts = series.operations.iter().flat_map(|op| op.parts);

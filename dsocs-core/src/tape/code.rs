@@ -1,6 +1,7 @@
 //! Programs of steps as machine code.
 //!
-//! What is compiled are the operations of a [`Straight`] program, one by one: so the bits are those of its interpreter.
+//! The operations of a [`Straight`] program are compiled one by one, so the bits are those of its
+//! interpreter.
 
 use std::collections::HashMap;
 use std::sync::OnceLock;
@@ -13,23 +14,24 @@ use super::evaluate::function;
 use super::read::{Binary, Comparison, Function};
 use super::straight::{Batch, First, Place, Second, Straight, What, place};
 
-/// How many steps are interpreted before the programs are compiled. To compile them takes as long as two to four thousand steps by the interpreter, for a
-/// pendulum as for a chain. So nobody waits for code that is hardly used, and a run takes at most about three times as long as if its length had been known.
+/// Number of steps that are interpreted before the programs are compiled. Compiling takes as long as two to
+/// four thousand interpreted steps, for a pendulum as for a chain. So a short run does not wait for code that
+/// it hardly uses, and a run takes at most about three times as long as if its length had been known.
 const BEFORE: u64 = 2000;
 
-/// When the programs of a system become machine code.
+/// Decides when the programs of a system become machine code.
 #[derive(Debug, Default)]
 pub(crate) struct Tier {
-    /// How many steps were asked for so far.
+    /// Number of steps that were requested so far.
     steps: AtomicU64,
-    /// What came of it, where it was tried.
+    /// The result of the compilation, once it was tried.
     made: OnceLock<Result<(), JitError>>,
-    /// Whether it is never tried.
+    /// Whether the programs are never compiled.
     never: bool,
 }
 
 impl Tier {
-    /// Never.
+    /// Never compiles.
     pub fn never() -> Self {
         Self {
             never: true,
@@ -37,7 +39,8 @@ impl Tier {
         }
     }
 
-    /// How many of some more steps are to be made before the programs are compiled; `None` if that is not to be done.
+    /// Number of steps to interpret before compiling, out of `count` more; `None` if nothing is to be
+    /// compiled yet or any more.
     #[inline]
     pub fn steps_before(&self, count: u64) -> Option<u64> {
         if self.never || self.made.get().is_some() {
@@ -48,14 +51,14 @@ impl Tier {
         (left < count).then_some(left)
     }
 
-    /// Compiles some programs, if that was not done before. Where it fails, they are interpreted.
+    /// Compiles some programs, once. If it fails, they stay interpreted.
     pub fn compile(&self, programs: &[&Straight]) -> Result<(), JitError> {
         let made = self.made.get_or_init(|| {
             let translated = programs.iter().map(|program| translated(program));
             let translated = translated.collect::<Result<Vec<_>, _>>()?;
             let codes = Compiler::new()?.compile(&translated)?;
             for (program, code) in programs.iter().zip(codes) {
-                // nobody else sets it
+                // not set elsewhere
                 let _ = program.code.set(code);
             }
             Ok(())
@@ -64,7 +67,7 @@ impl Tier {
     }
 }
 
-/// What programs call.
+/// The functions that programs call.
 struct Called<'c>(&'c [TapeCall]);
 
 impl Calls for Called<'_> {
@@ -74,7 +77,7 @@ impl Calls for Called<'_> {
     }
 }
 
-/// Runs the code of a program, if it has any. Whether it had.
+/// Runs the machine code of a program, if there is any; returns whether there was.
 #[inline]
 pub(super) fn ran(code: &OnceLock<Code>, calls: &[TapeCall], numbers: &mut [f64]) -> bool {
     code.get()
@@ -85,12 +88,12 @@ pub(super) fn ran(code: &OnceLock<Code>, calls: &[TapeCall], numbers: &mut [f64]
 #[derive(Default)]
 struct Translation {
     operations: Vec<Operation>,
-    /// Which operation the number at a place is the result of; of none where it was there before.
+    /// The operation whose result stands at a place; none for an input of the program.
     held: HashMap<Place, u32>,
 }
 
 impl Translation {
-    /// What is at a place at the time.
+    /// The current content of a place.
     fn at(&self, place: Place) -> Operand {
         let held = self.held.get(&place);
         held.map_or(Operand::Place(place), |&of| Operand::Result(of))
@@ -102,7 +105,7 @@ impl Translation {
         Operand::Result(place(self.operations.len() - 1))
     }
 
-    /// Adds one of the kind of a batch.
+    /// Adds an operation of a batch.
     fn add(&mut self, what: What, [to, a, b, c]: [Place; 4], more: &[[Place; 3]]) {
         let (first, second) = (self.at(a), self.at(b));
         let result = match what {
@@ -150,7 +153,7 @@ impl Translation {
     }
 }
 
-/// A program as operations whose results have no places, but for those that are wanted.
+/// A program as operations on results instead of places; only its final results have places.
 fn translated(straight: &Straight) -> Result<Program, JitError> {
     let mut translation = Translation::default();
     let mut rest = straight.operations.iter();
@@ -166,7 +169,7 @@ fn translated(straight: &Straight) -> Result<Program, JitError> {
         .map(|(from, to)| (translation.at(from), to))
         .filter(|&(from, to)| from != Operand::Place(to))
         .collect();
-    // what is wanted twice
+    // each place once
     results.sort_by_key(|&(_, to)| to);
     results.dedup_by_key(|&mut (_, to)| to);
     Program::new(&translation.operations, &results)
@@ -180,7 +183,8 @@ macro_rules! functions {
             }
         )*
 
-        /// The operation of a function. What the processor does by itself is rounded as the function, or not at all.
+        /// The operation of a function. Those that the processor computes itself are exact or rounded as the
+        /// function.
         fn called(name: Function, a: Operand) -> Operation {
             match name {
                 Function::Sqrt => Operation::Sqrt(a),

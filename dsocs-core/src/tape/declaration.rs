@@ -1,4 +1,4 @@
-//! A declaration as it stands on its tape, in any type of number.
+//! A declaration on its tape, evaluated in any type of number.
 
 use crate::number::bounded::Bounded;
 use crate::number::point::{AnyLeg, AnyPoint, OwnedPoint};
@@ -10,33 +10,35 @@ use crate::tape::origin::{Origin, origin, without_derivative};
 use crate::tape::quantity::Quantity;
 use crate::tape::{CallData, Leaf, Number, Part, Segment, Source};
 
-/// A table of samples at a place of a motion.
+/// A table of samples, evaluated at a point of a motion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TableAt<'d> {
     /// The table.
     pub samples: &'d Samples,
-    /// Whether a derivative of it is taken anywhere.
+    /// Whether it is differentiated anywhere in the declaration.
     pub is_differentiated: bool,
     /// Its argument.
     pub argument: f64,
 }
 
-/// What a system was declared to be: its tape, and the values of its parameters.
+/// The declaration of a system: its tape, and the values of its parameters.
 ///
-/// What is not evaluated in every step is evaluated here, with one evaluator for all systems (module `tape`). Methods of
-/// a step take its first two nodes as a [`Leg`](crate::Leg) and begin with what the parameters decide; nothing is kept between two calls.
+/// Everything that is not part of every step is evaluated here, with one evaluator for all systems (module
+/// `tape`). Methods of a step take its first two nodes as a [`Leg`](crate::Leg) and first evaluate the
+/// constants of the parameters; nothing is kept between two calls.
 #[derive(Clone, Copy)]
 pub struct Declaration<'s> {
     source: &'s dyn Source,
-    /// The values of the parameters, where they are not the system's own.
+    /// The values of the parameters; empty for the system's own.
     values: &'s [f64],
-    /// The second difference that ends with a step's middle node, where constraints are of third order; zero if it is empty.
+    /// In third order, the second difference that ends with a step's middle node; empty for zero.
     past: &'s [f64],
-    /// How fast the parameters change, for numbers that carry a derivative; those beyond the last stay.
+    /// The rates of the parameters, for numbers that carry a derivative; parameters beyond the last are
+    /// constant.
     rates: &'s [f64],
 }
 
-/// Where expressions are evaluated; what is not given is empty, and read as NaN.
+/// The arguments of expressions; missing ones are empty, and read as NaN.
 #[derive(Clone, Copy, Debug)]
 struct At<'a, T> {
     h: Option<T>,
@@ -50,7 +52,7 @@ struct At<'a, T> {
     j: &'a [T],
     node: &'a [T],
     increment: &'a [T],
-    /// The last second difference, where it is not that of the declaration.
+    /// The last second difference; empty for that of the declaration.
     past: &'a [T],
     e: &'a [T],
     z: &'a [T],
@@ -59,7 +61,7 @@ struct At<'a, T> {
 }
 
 impl<'a, T> At<'a, T> {
-    /// Nothing is given.
+    /// No arguments.
     const NOWHERE: Self = Self {
         h: None,
         t: None,
@@ -112,7 +114,7 @@ fn evaluate<T: Number>(
     T::walk(source.tape().program(segment, part), source, &leaf, result);
 }
 
-/// What expressions are made of, at a place.
+/// The values of the leaves of expressions.
 fn leaves<'a, T: Number>(declaration: &'a Declaration<'a>, at: &'a At<'a, T>) -> impl Fn(Leaf) -> T + 'a {
     let Declaration { past, rates, .. } = *declaration;
     move |leaf: Leaf| {
@@ -157,7 +159,7 @@ impl<'s> Declaration<'s> {
         }
     }
 
-    /// The same for a step of third order that goes on from a second difference, the one that ends with the step's middle node.
+    /// The declaration for a step of third order, after the second difference that ends with its middle node.
     #[must_use]
     pub(crate) fn after<'p>(self, past: &'p [f64]) -> Declaration<'p>
     where
@@ -166,7 +168,7 @@ impl<'s> Declaration<'s> {
         Declaration { past, ..self }
     }
 
-    /// The same with other values of the parameters, all of them.
+    /// The declaration with other values of all parameters.
     #[must_use]
     pub fn with<'p>(self, values: &'p [f64]) -> Declaration<'p>
     where
@@ -190,7 +192,7 @@ impl<'s> Declaration<'s> {
         self.source.shape()
     }
 
-    /// How many coordinates there are.
+    /// The number of coordinates.
     #[must_use]
     pub fn dimension(&self) -> usize {
         self.shape().dimension()
@@ -206,13 +208,14 @@ impl<'s> Declaration<'s> {
         &self.shape().parameters
     }
 
-    /// How many constraints there are: holonomic, nonholonomic and kinematic ones.
+    /// The numbers of holonomic, nonholonomic and kinematic constraints.
     pub(crate) fn constraints(&self) -> [usize; 3] {
         let shape = self.shape();
         [shape.holonomic, shape.nonholonomic, shape.kinematic]
     }
 
-    /// The same with parameters that change: numbers that carry a derivative ([`crate::number::tangent::Tangent`]) have it from there.
+    /// The declaration with parameters that change at the given rates, in numbers that carry a derivative
+    /// ([`crate::number::tangent::Tangent`]).
     pub(crate) fn moving<'r>(&self, rates: &'r [f64]) -> Declaration<'r>
     where
         's: 'r,
@@ -220,12 +223,12 @@ impl<'s> Declaration<'s> {
         Declaration { rates, ..*self }
     }
 
-    /// Where the tape gets what is no expression.
+    /// The source of parameters and calls.
     pub(crate) fn source(&self) -> &'s dyn Source {
         self.source
     }
 
-    /// Makes ready what a run may ask for on this thread, so that its steps and nodes allocate nothing.
+    /// Allocates on this thread all that steps and nodes of a run need.
     pub(crate) fn prepare(&self) {
         let tape = self.source.tape();
         Bounded::prepare(tape.program(Segment::Residual, Part::Head));
@@ -276,7 +279,7 @@ impl<'s> Declaration<'s> {
         scalar[0]
     }
 
-    /// As many vectors as a part of a segment holds.
+    /// The results of a segment, as vectors of as many components as there are coordinates.
     fn vectors<T: Number>(&self, segment: Segment, at: &At<'_, T>) -> Vec<Vec<T>> {
         let n = self.dimension().max(1);
         let mut vectors: Vec<Vec<T>> = Vec::with_capacity(self.count(segment, Part::All) / n);
@@ -291,30 +294,30 @@ impl<'s> Declaration<'s> {
         vectors
     }
 
-    /// How many results a part of a segment has.
+    /// The number of results of a part of a segment.
     fn count(&self, segment: Segment, part: Part) -> usize {
         self.source.tape().count(segment, part)
     }
 
-    /// How many unknowns a step has.
+    /// The number of unknowns of a step.
     #[must_use]
     pub fn unknowns(&self) -> usize {
         self.count(Segment::Unknown, Part::All)
     }
 
-    /// How many holonomic constraints there are.
+    /// The number of holonomic constraints.
     #[must_use]
     pub fn holonomic(&self) -> usize {
         self.count(Segment::Phase, Part::Head)
     }
 
-    /// How many constraints there are of positions and of velocities.
+    /// The number of constraints on positions and on velocities.
     #[must_use]
     pub fn lower(&self) -> usize {
         self.count(Segment::Pair, Part::All)
     }
 
-    /// How many forms of constraint forces are known.
+    /// The number of declared constraint forms.
     #[must_use]
     pub fn forms_count(&self) -> usize {
         self.count(Segment::Forms, Part::All) / self.dimension().max(1)
@@ -326,7 +329,7 @@ impl<'s> Declaration<'s> {
         self.count(Segment::Continuous, Part::Head) > self.dimension()
     }
 
-    /// What is known when a run with the step `h` begins, in the order of
+    /// The constants of a run with the step `h`, in the order of
     /// [`Compiled::constants`](crate::kernel::generated::Compiled::constants).
     pub fn constants<T: Number>(&self, h: T) -> Vec<T> {
         let at = At {
@@ -336,7 +339,8 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Constants, Part::All, &at)
     }
 
-    /// What is known when a step begins, in the order of [`Compiled::known`](crate::kernel::generated::Compiled::known).
+    /// The known values of a step, in the order of
+    /// [`Compiled::known`](crate::kernel::generated::Compiled::known).
     pub fn known<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
         self.all(Segment::Known, Part::All, &At::leg(h, leg))
     }
@@ -347,7 +351,7 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Residual, Part::Head, &at)
     }
 
-    /// A bound of the rounding error in each row, as many as `out` has room for. Nothing is allocated.
+    /// A bound of the rounding error of each row, as many as `out` has room for. Nothing is allocated.
     pub fn bounds(&self, h: f64, leg: AnyLeg<'_, f64>, z: &[f64], out: &mut [f64]) {
         let leaf = |leaf: Leaf| {
             let value = match leaf {
@@ -370,7 +374,8 @@ impl<'s> Declaration<'s> {
         });
     }
 
-    /// A bound of the rounding error in each row of the continuous system, as many as `out` has room for. Nothing is allocated.
+    /// A bound of the rounding error of each row of the continuous system, as many as `out` has room for.
+    /// Nothing is allocated.
     pub(crate) fn continuous_bounds(&self, point: AnyPoint<'_, f64>, multipliers: &[f64], out: &mut [f64]) {
         let leaf = |leaf: Leaf| {
             let value = match leaf {
@@ -398,15 +403,15 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Residual, Part::Tail, &at)
     }
 
-    /// What each row is, divided by the declared one: denominators that were multiplied out, and factors of the parameters and
-    /// of `h` that were dropped.
+    /// The factor of each row, the row over the declared one: denominators that were multiplied out, and
+    /// dropped factors of the parameters and of `h`.
     pub fn scales<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, z: &[T]) -> Vec<T> {
         let at = At { z, ..At::leg(h, leg) };
         self.all(Segment::Scales, Part::All, &at)
     }
 
-    /// The unknowns that belong to a second difference and to multipliers. Missing ones are zero, and what is beyond the
-    /// last is left out.
+    /// The unknowns of a second difference and of multipliers. Missing multipliers are zero, surplus ones are
+    /// ignored.
     pub fn unknown<T: Number>(&self, e: &[T], multipliers: &[T]) -> Vec<T> {
         let at = At {
             e,
@@ -416,13 +421,13 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Unknown, Part::All, &at)
     }
 
-    /// The second difference that belongs to the unknowns.
+    /// The second difference of the unknowns.
     pub fn second_difference<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, z: &[T]) -> Vec<T> {
         let at = At { z, ..At::leg(h, leg) };
         self.vector(Segment::SecondDifference, Part::All, &at)
     }
 
-    /// `φ_{D_K}⁻¹(q0, q1, q2)`: where the kinematic constraints are imposed.
+    /// `φ_{D_K}⁻¹(q0, q1, q2)`, the point at which the kinematic constraints are imposed.
     pub fn point<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> OwnedPoint<T> {
         let at = At { e, ..At::leg(h, leg) };
         let n = self.dimension();
@@ -443,8 +448,9 @@ impl<'s> Declaration<'s> {
         self.vectors(Segment::Forms, &at)
     }
 
-    /// The rows of the continuous system at a point: the constraints, those of lower order differentiated until accelerations
-    /// come in, then the works `⟨u, Q⟩` along the fields; where no fields are known, `Q - Σ λ_j α_j` instead.
+    /// The rows of the continuous system at a point: the constraints, those of lower order differentiated
+    /// until accelerations occur, then the works `⟨u, Q⟩` along the fields; if no fields are known, `Q - Σ
+    /// λ_j α_j` instead.
     pub fn continuous<T: Number>(&self, point: AnyPoint<'_, T>, multipliers: &[T]) -> Vec<T> {
         let at = At {
             multipliers,
@@ -453,7 +459,8 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Continuous, Part::Head, &at)
     }
 
-    /// The same with the third derivative `j`, for constraints of third order, whose rows are the constraints themselves.
+    /// [`Declaration::continuous`] with the third derivative `j`, for constraints of third order, whose rows
+    /// are the constraints themselves.
     pub(crate) fn continuous_of_third<T: Number>(
         &self,
         point: AnyPoint<'_, T>,
@@ -477,7 +484,7 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Continuous, Part::All, &at)
     }
 
-    /// The same into slices. Nothing is allocated.
+    /// [`Declaration::continuous_with_jacobian`] into slices. Nothing is allocated.
     pub(crate) fn linearize_continuous(
         &self,
         point: AnyPoint<'_, f64>,
@@ -501,7 +508,7 @@ impl<'s> Declaration<'s> {
         });
     }
 
-    /// What has no finite value in the rows of the continuous system, or in their Jacobian.
+    /// The first expression without a finite value in the rows of the continuous system or in their Jacobian.
     #[cold]
     pub(crate) fn origin_of_point(
         &self,
@@ -512,7 +519,7 @@ impl<'s> Declaration<'s> {
         origin(self.source, Segment::Continuous, &leaves(self, &at), name)
     }
 
-    /// What has a value in the rows of the continuous system, and no derivative.
+    /// The first expression in the rows of the continuous system that has a value and no derivative.
     #[cold]
     pub(crate) fn without_derivative(
         &self,
@@ -528,7 +535,7 @@ impl<'s> Declaration<'s> {
         self.vector(Segment::ContinuousForce, Part::All, &At::point(point))
     }
 
-    /// The same, into `out`. Nothing is allocated.
+    /// [`Declaration::continuous_force`], into `out`. Nothing is allocated.
     pub fn continuous_force_into<T: Number>(&self, point: AnyPoint<'_, T>, out: &mut [T]) {
         out.fill(T::splat(f64::NAN));
         self.into(Segment::ContinuousForce, Part::All, &At::point(point), out);
@@ -539,8 +546,8 @@ impl<'s> Declaration<'s> {
         self.vectors(Segment::ContinuousForms, &At::point(point))
     }
 
-    /// What holonomic and nonholonomic constraints ask of a position and a velocity: the rows `g(t, q)`, then `c(t, q, v)`, then
-    /// `dg/dt`.
+    /// The rows of the holonomic and nonholonomic constraints at a position and a velocity: `g(t, q)`, then
+    /// `c(t, q, v)`, then `dg/dt`.
     pub fn phase<T: Number>(&self, t: T, q: &[T], v: &[T]) -> Vec<T> {
         let at = At {
             t: Some(t),
@@ -551,7 +558,7 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Phase, Part::All, &at)
     }
 
-    /// What they ask of a leg of the discrete path: the rows `g(q1)`, then `c(φ⁻¹(q0, q1))`.
+    /// The rows of these constraints on a leg of the discrete path: `g(q1)`, then `c(φ⁻¹(q0, q1))`.
     pub fn pair<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
         self.all(Segment::Pair, Part::All, &At::leg(h, leg))
     }
@@ -583,9 +590,10 @@ impl<'s> Declaration<'s> {
         self.scalar(Segment::Energy, &at)
     }
 
-    /// The rows of a step as they were declared: the constraints, then the works `⟨u, Q⟩` or `Q - Σ λ_j α_j`. A holonomic
-    /// constraint has the row `g(q2) − (1 − 2⁻¹⁰) g(q1)`, which at nodes that obey it is `g(q2)` but for rounding: what rounding has left
-    /// at the middle node is taken away little by little, since all of it at once would be seen in the second difference.
+    /// The rows of a step as declared: the constraints, then the works `⟨u, Q⟩` or `Q - Σ λ_j α_j`. A
+    /// holonomic constraint has the row `g(q2) − (1 − 2⁻¹⁰) g(q1)`. At nodes on the constraint this is
+    /// `g(q2)` up to rounding. The rounding error at the middle node is removed little by little, since its
+    /// removal in one step would show in the second difference.
     pub fn declared<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T], multipliers: &[T]) -> Vec<T> {
         let at = At {
             e,
@@ -595,7 +603,8 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Declared, Part::All, &at)
     }
 
-    /// The same for a step of third order, where the last second difference is `past` and the third difference `e`.
+    /// [`Declaration::declared`] for a step of third order, with the last second difference `past` and the
+    /// third difference `e`.
     pub(crate) fn declared_after<T: Number>(
         &self,
         h: T,
@@ -613,8 +622,9 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Declared, Part::All, &at)
     }
 
-    /// What holonomic constraints ask of a position, or all those of lower order of a velocity, and the derivatives by its components,
-    /// row by row, as many as `out` has room for. Nothing is allocated.
+    /// The rows of the holonomic constraints at a position, or of all constraints of lower order at a
+    /// velocity, and their derivatives by its components, row by row, as many as `out` has room for. Nothing
+    /// is allocated.
     pub(crate) fn phase_slopes(&self, of_velocity: bool, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
         let at = At {
             t: Some(t),
@@ -632,7 +642,8 @@ impl<'s> Declaration<'s> {
         self.count(Segment::ExternalForces, Part::All) > 0
     }
 
-    /// The external forces `f(t, q, v)`, in units of `L` per unit of the coordinate; zero where none are declared. Nothing is allocated.
+    /// The external forces `f(t, q, v)`, in units of `L` per unit of the coordinate; zero if none are
+    /// declared. Nothing is allocated.
     pub fn external_forces<T: Number>(&self, t: T, q: &[T], v: &[T], out: &mut [T]) {
         let at = At {
             t: Some(t),
@@ -644,7 +655,8 @@ impl<'s> Declaration<'s> {
         self.into(Segment::ExternalForces, Part::All, &at, out);
     }
 
-    /// The external forces on a leg, `[f⁻_d, f⁺_d]`: on its first node and on its second; zero where none are declared.
+    /// The external forces on a leg, `[f⁻_d, f⁺_d]`: on its first node and on its second; zero if none are
+    /// declared.
     pub fn discrete_external_forces<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> [Vec<T>; 2] {
         let mut forces = vec![T::splat(0.0); 2 * self.dimension()];
         self.into(
@@ -657,7 +669,8 @@ impl<'s> Declaration<'s> {
         [forces, arriving]
     }
 
-    /// The discrete external force at the second of three nodes, `f⁻_d(q1, q2) + f⁺_d(q0, q1)`, by the second difference.
+    /// The discrete external force at the second of three nodes, `f⁻_d(q1, q2) + f⁺_d(q0, q1)`, for the
+    /// second difference `e`.
     pub(crate) fn external_force<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> Vec<T> {
         let d: Vec<T> = leg.d.iter().zip(e).map(|(&d, &e)| d + e).collect();
         let q = rotation::moved(&self.shape().rotations, leg.q, &d);
@@ -674,12 +687,12 @@ impl<'s> Declaration<'s> {
         sum
     }
 
-    /// How many arguments there are of functions that jump with the velocity.
+    /// The number of arguments of functions that jump with the velocity.
     pub(crate) fn sides(&self) -> usize {
         self.count(Segment::Sides, Part::All)
     }
 
-    /// These arguments.
+    /// The arguments of functions that jump with the velocity.
     pub(crate) fn side_arguments<T: Number>(&self, t: T, q: &[T], v: &[T]) -> Vec<T> {
         let at = At {
             t: Some(t),
@@ -690,12 +703,13 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Sides, Part::All, &at)
     }
 
-    /// How many arguments there are of whatever is given by pieces, and of poles; those of [`Declaration::sides`] are the first.
+    /// The number of arguments of all piecewise functions, and of divisors that may vanish; the first ones
+    /// are those of [`Declaration::sides`].
     pub(crate) fn switches(&self) -> usize {
         self.count(Segment::Switches, Part::All)
     }
 
-    /// These arguments; of third order they may depend on the acceleration.
+    /// The arguments of [`Declaration::switches`]; in third order they may depend on the acceleration.
     pub(crate) fn switch_arguments(&self, t: f64, q: &[f64], v: &[f64], a: &[f64]) -> Vec<f64> {
         let at = At {
             t: Some(t),
@@ -741,7 +755,7 @@ impl<'s> Declaration<'s> {
         tables.collect()
     }
 
-    /// The rows of [`Declaration::declared`] with sides in the place of signs.
+    /// The rows of [`Declaration::declared`] with given values `sides` in place of signs.
     pub(crate) fn sided<T: Number>(
         &self,
         h: T,
@@ -759,7 +773,7 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Sided, Part::Head, &at)
     }
 
-    /// The constraint force of [`Declaration::force`] in the same way.
+    /// The constraint force of [`Declaration::force`] with given values `sides` in place of signs.
     pub(crate) fn sided_force<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T], sides: &[T]) -> Vec<T> {
         let at = At {
             e,
@@ -769,7 +783,7 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Sided, Part::Tail, &at)
     }
 
-    /// The rows of [`Declaration::continuous`] with sides in the place of signs.
+    /// The rows of [`Declaration::continuous`] with given values `sides` in place of signs.
     pub(crate) fn sided_continuous<T: Number>(
         &self,
         point: AnyPoint<'_, T>,
@@ -784,7 +798,7 @@ impl<'s> Declaration<'s> {
         self.all(Segment::SidedContinuous, Part::Head, &at)
     }
 
-    /// The continuous system's constraint force in the same way.
+    /// The continuous system's constraint force with given values `sides` in place of signs.
     pub(crate) fn sided_continuous_force<T: Number>(&self, point: AnyPoint<'_, T>, sides: &[T]) -> Vec<T> {
         let at = At {
             sides,
@@ -793,18 +807,19 @@ impl<'s> Declaration<'s> {
         self.all(Segment::SidedContinuous, Part::Tail, &at)
     }
 
-    /// The momentum with which a leg arrives at its second node, `D₂L_d + f⁺_d`; for the paper's map, the trapezoid's.
+    /// The momentum of a leg at its second node, `D₂L_d + f⁺_d`; for the paper's map, that of the trapezoidal
+    /// rule.
     pub(crate) fn arriving<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
         self.vector(Segment::Arriving, Part::All, &At::leg(h, leg))
     }
 
-    /// The fields that span the virtual displacements of a step; none where multipliers are unknown instead.
+    /// The fields that span the virtual displacements of a step; empty if multipliers are unknowns instead.
     pub(crate) fn fields<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> Vec<Vec<T>> {
         let at = At { e, ..At::leg(h, leg) };
         self.vectors(Segment::Fields, &at)
     }
 
-    /// What is to be divided out of each kinematic row of a step; 1 where there is nothing.
+    /// The factor to be divided out of each kinematic row of a step; 1 if there is none.
     pub(crate) fn factors<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> Vec<T> {
         let at = At { e, ..At::leg(h, leg) };
         self.all(Segment::Factors, Part::All, &at)

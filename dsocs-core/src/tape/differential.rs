@@ -1,11 +1,12 @@
-//! The derivatives of what a tape computes, by all that it is computed from.
+//! The derivatives of a tape's results by its inputs.
 //!
-//! A [`Differential`] evaluates its operations at eight places at once and keeps every value. Derivatives then go through the
-//! operations by the chain rule: *pulled back* from results to inputs (the gradient of a weighted sum of results costs about as
-//! much as the results, however many inputs there are), or *pushed forward* from inputs to results. Both are lists of products that
-//! were worked out when the differential was made, without what is zero.
+//! A [`Differential`] evaluates its operations at eight points at once and keeps every value. Derivatives
+//! then go through the operations by the chain rule: *pulled back* from results to inputs (the gradient of a
+//! weighted sum of results costs about as much as the results, for any number of inputs), or *pushed forward*
+//! from inputs to results. Both are lists of products, without zero terms, that were derived when the
+//! differential was made.
 //!
-//! Derivatives are exact to rounding, those of functions of the user's too ([`Source::call_dual`]).
+//! Derivatives are exact to rounding, also those of the user's functions ([`Source::call_dual`]).
 
 use super::eight::Eight;
 use super::link::{self, Register};
@@ -16,7 +17,7 @@ use crate::number::dual::Dual;
 use crate::number::lanes::Lanes;
 use crate::number::scalar::Scalar as _;
 
-/// What results are computed from.
+/// An input of the results.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Input {
     /// A leaf.
@@ -25,13 +26,13 @@ pub(crate) enum Input {
     Constant(usize),
 }
 
-/// Where a number stands.
+/// The place of a number.
 type Place = Register;
 
-/// What is computed at a place, from places before it. Which leaf is read there stands among the inputs.
+/// The operation at a place, on places before it. The inputs list which leaf is read where.
 type Kind = link::Kind<()>;
 
-/// An operation, and where its slopes stand that are no numbers of other places.
+/// An operation, and the first place of those of its slopes that are not the numbers of other places.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     kind: Kind,
@@ -43,13 +44,13 @@ struct Step {
 enum Slope {
     One,
     Minus,
-    /// The number at a place.
+    /// The number at another place.
     Value(Place),
-    /// A number beside them.
+    /// A number among the slopes.
     Own(u32),
 }
 
-/// One product of a chain rule: `to = from · slope`, or added to what stands there.
+/// One product of the chain rule: `to = from · slope`, or added to `to`.
 #[derive(Clone, Copy, Debug)]
 struct Link {
     from: Place,
@@ -58,7 +59,7 @@ struct Link {
     first: bool,
 }
 
-/// The way of a derivative through the operations, and the inputs that it reaches.
+/// The products of a derivative through the operations, and the inputs that it reaches.
 #[derive(Clone, Debug, Default)]
 struct Way {
     links: Vec<Link>,
@@ -73,7 +74,7 @@ pub(crate) struct Differential {
     inputs: Vec<(Input, Place)>,
     results: Vec<Place>,
     slopes: usize,
-    /// Whether an operation may have a slope without bound on a branch that is not taken.
+    /// Whether an operation may have an infinite slope on a branch that is not taken.
     branches: bool,
     /// From each result to the inputs.
     back: Vec<Way>,
@@ -83,17 +84,17 @@ pub(crate) struct Differential {
     forward: Vec<Link>,
 }
 
-/// The ways from one result after another to the inputs.
+/// The products from one result after another to the inputs.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sweeps {
     links: Vec<Link>,
-    /// What is taken from where, and put where.
+    /// Pairs of places: the derivative at the first is stored at the second.
     taken: Vec<(Place, Place)>,
-    /// Where each begins, and where its links and what is taken end.
+    /// For each result: its place, and where its products and its stored derivatives end.
     parts: Vec<(Place, usize, usize)>,
 }
 
-/// What a differential computes in: kept by the caller, so that an evaluation allocates nothing.
+/// The workspace of a differential, kept by the caller, so that an evaluation allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Room {
     values: Vec<Eight>,
@@ -102,7 +103,8 @@ pub(crate) struct Room {
 }
 
 impl Tape {
-    /// The derivatives of the results of some segments, one after another, by the inputs for which `is_moving` says so.
+    /// The derivatives of the results of some segments, one after another, by the inputs that `is_moving`
+    /// selects.
     pub(crate) fn differential(
         &self,
         wanted: &[(Segment, Part)],
@@ -113,7 +115,8 @@ impl Tape {
     }
 }
 
-/// The operations of some segments, with [`Op::Stored`] left only where it is a constant of the run.
+/// The operations of some segments, and the places of their results; [`Op::Stored`] is left only for
+/// constants of the run.
 fn gathered(bodies: &[Body], wanted: &[(Segment, Part)]) -> (Vec<Op>, Vec<usize>) {
     let (mut ops, mut results): (Vec<Op>, Vec<usize>) = (Vec::new(), Vec::new());
     let mut known: Vec<usize> = Vec::new();
@@ -143,7 +146,7 @@ fn gathered(bodies: &[Body], wanted: &[(Segment, Part)]) -> (Vec<Op>, Vec<usize>
     (ops, results)
 }
 
-/// A count, which no tape makes as large as this bound.
+/// A count as a place; no tape is as large as this bound.
 fn place(count: usize) -> Place {
     u32::try_from(count).unwrap_or(u32::MAX)
 }
@@ -169,7 +172,7 @@ impl Differential {
             forward: Vec::new(),
         };
         let mut places = vec![0; ops.len()];
-        // what has a derivative
+        // the operations that depend on the moving inputs
         let mut moving: Vec<bool> = Vec::new();
         let mut inputs_at: Vec<Option<usize>> = Vec::new();
         for (at, op) in ops.iter().enumerate().filter(|(at, _)| needed[*at]) {
@@ -178,7 +181,7 @@ impl Differential {
                 Op::Stored(_, constant) => Some(Input::Constant(*constant)),
                 _ => None,
             };
-            // the same leaf may be read by several segments
+            // several segments may read the same leaf
             if let Some(known) = input.and_then(|input| this.inputs.iter().find(|(known, _)| *known == input))
             {
                 places[at] = known.1;
@@ -205,7 +208,7 @@ impl Differential {
         this
     }
 
-    /// Takes in an operation.
+    /// Appends an operation.
     fn push(&mut self, op: &Op, places: &[Place], is_moving: bool) {
         let of = |part: &usize| places[*part];
         let kind = match op {
@@ -257,7 +260,7 @@ impl Differential {
         }
     }
 
-    /// The way from some results to the inputs.
+    /// The products from some results to the inputs.
     fn way_back(&self, from: &[Place], moving: &[bool], inputs_at: &[Option<usize>]) -> Way {
         let mut written = vec![false; self.steps.len()];
         for &result in from {
@@ -286,7 +289,7 @@ impl Differential {
         way
     }
 
-    /// The way from the inputs to the results.
+    /// The products from the inputs to the results.
     fn way_forward(&self, moving: &[bool]) -> Vec<Link> {
         let mut links = Vec::new();
         for at in (0..self.steps.len()).filter(|&at| moving[at]) {
@@ -306,17 +309,17 @@ impl Differential {
         links
     }
 
-    /// The inputs, in the order in which derivatives by them are told.
+    /// The inputs, in the order of the derivatives.
     pub(crate) fn inputs(&self) -> impl ExactSizeIterator<Item = Input> {
         self.inputs.iter().map(|(input, _)| *input)
     }
 
-    /// How many results there are.
+    /// The number of results.
     pub(crate) fn len(&self) -> usize {
         self.results.len()
     }
 
-    /// Evaluates results and slopes at eight places, of which the first `count` matter.
+    /// Evaluates results and slopes at eight points, of which the first `count` are used.
     pub(crate) fn evaluate(
         &self,
         source: &dyn Source,
@@ -331,7 +334,7 @@ impl Differential {
         self.evaluate_again(source, room, count);
     }
 
-    /// Makes room.
+    /// Allocates the workspace.
     pub(crate) fn make(&self, room: &mut Room) {
         room.values.resize(self.steps.len(), Eight::ZERO);
         room.moving.resize(self.steps.len(), Eight::ZERO);
@@ -344,7 +347,7 @@ impl Differential {
         room.values[self.inputs[input].1 as usize] = value;
     }
 
-    /// Evaluates where inputs were set.
+    /// Evaluates at inputs that were set.
     pub(crate) fn evaluate_again(&self, source: &dyn Source, room: &mut Room, count: usize) {
         dispatch::run_wide(Evaluation {
             of: self,
@@ -354,7 +357,8 @@ impl Differential {
         });
     }
 
-    /// The derivatives of all results one by one: `place_of` tells where that of a result by an input is to be put.
+    /// The derivatives of all results one by one; `place_of` gives the place for the derivative of a result
+    /// by an input.
     pub(crate) fn sweeps(&self, place_of: &mut dyn FnMut(usize, usize) -> Option<usize>) -> Sweeps {
         let mut sweeps = Sweeps::default();
         for (result, (way, &seed)) in self.back.iter().zip(&self.results).enumerate() {
@@ -370,7 +374,7 @@ impl Differential {
         sweeps
     }
 
-    /// Evaluates where inputs were set, and all derivatives.
+    /// Evaluates results and all derivatives at inputs that were set.
     #[inline(always)]
     #[allow(clippy::inline_always)] // for the machine's own instructions
     pub(crate) fn sweep(
@@ -393,12 +397,13 @@ impl Differential {
         }
     }
 
-    /// A result that was evaluated.
+    /// An evaluated result.
     pub(crate) fn result(&self, room: &Room, result: usize) -> Eight {
         room.values[self.results[result] as usize]
     }
 
-    /// The derivatives of one result by the inputs that it depends on, each with the place among [`Differential::inputs`].
+    /// The derivatives of one result by the inputs that it depends on, each with its place among
+    /// [`Differential::inputs`].
     pub(crate) fn back_from(&self, room: &mut Room, result: usize, take: &mut dyn FnMut(usize, Eight)) {
         room.moving[self.results[result] as usize] = Eight::splat(1.0);
         self.follow(&self.back[result].links, room);
@@ -407,7 +412,7 @@ impl Differential {
         }
     }
 
-    /// The derivatives of the sum of all results, each times a weight.
+    /// The derivatives of the weighted sum of all results.
     pub(crate) fn back_from_all(
         &self,
         room: &mut Room,
@@ -427,14 +432,14 @@ impl Differential {
         }
     }
 
-    /// The change of the results where the inputs change.
+    /// The changes of the results for changes of the inputs.
     pub(crate) fn forward(
         &self,
         room: &mut Room,
         change: &mut dyn FnMut(Input) -> Eight,
         take: &mut dyn FnMut(usize, Eight),
     ) {
-        // results that do not depend on what moves
+        // results that do not depend on the moving inputs
         for &result in &self.results {
             room.moving[result as usize] = Eight::ZERO;
         }
@@ -459,7 +464,7 @@ impl Differential {
     }
 }
 
-/// Marks what an operation reads.
+/// Marks an operation and all that it depends on as needed.
 fn mark(ops: &[Op], at: usize, needed: &mut [bool]) {
     let mut open = vec![at];
     while let Some(at) = open.pop() {
@@ -580,7 +585,7 @@ fn evaluate(of: &Differential, source: &dyn Source, room: &mut Room, count: usiz
     }
 }
 
-/// A function of the user's, with its slopes.
+/// A user's function, with its slopes.
 #[inline(never)]
 fn call(
     source: &dyn Source,
@@ -598,7 +603,7 @@ fn call(
         many.resize(arguments.len(), Dual::new(0.0, 0.0));
         &mut many[..]
     };
-    // without arguments there is a value all the same
+    // a call without arguments has a value, too
     for k in 0..arguments.len().max(1) {
         let mut slopes = Eight::ZERO;
         for lane in 0..count {
@@ -616,7 +621,7 @@ fn call(
     value
 }
 
-/// The work of following links.
+/// The work of [`follow`].
 struct Following<'a> {
     links: &'a [Link],
     room: &'a mut Room,
@@ -633,7 +638,7 @@ impl Work for Following<'_> {
     }
 }
 
-/// Follows links.
+/// Computes the products of the chain rule, in order.
 #[inline(always)]
 #[allow(clippy::inline_always)] // for the machine's own instructions
 fn follow(links: &[Link], room: &mut Room, branches: bool) {
@@ -655,7 +660,8 @@ fn follow(links: &[Link], room: &mut Room, branches: bool) {
     }
 }
 
-/// A change times a slope. On a branch that is not taken nothing changes, however steep it is there.
+/// A change times a slope; with `branches`, zero times an infinite slope is zero, as on a branch that is not
+/// taken.
 #[inline(always)]
 #[allow(clippy::inline_always)] // for the machine's own instructions
 fn product(change: Eight, slope: Eight, branches: bool) -> Eight {

@@ -1,9 +1,10 @@
-//! Eight numbers that the compiler puts into registers as wide as the machine's.
+//! Eight numbers in plain loops, which the compiler vectorises for the machine.
 //!
-//! [`Lanes`] has its instructions chosen when the crate is compiled. These are plain loops: inside of [`crate::number::dispatch::run_wide`] they
-//! become what the machine has. Products are never fused with sums, so the results are the same everywhere.
+//! The instructions of [`Lanes`] are chosen when the crate is compiled. These loops become the machine's own
+//! inside of [`crate::number::dispatch::run_wide`]. Products are never fused with sums, so the results are
+//! the same everywhere.
 
-// the loops have to be seen by the optimiser where they are used
+// the optimiser has to see the loops where they are used
 #![allow(clippy::inline_always)]
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
@@ -16,7 +17,7 @@ use crate::number::lanes::{LANES, Lanes};
 pub(crate) struct Eight(pub [f64; LANES]);
 
 impl Eight {
-    /// How many they are.
+    /// Their number.
     pub(crate) const COUNT: usize = LANES;
 
     /// Zeros.
@@ -28,7 +29,7 @@ impl Eight {
         Self([value; LANES])
     }
 
-    /// A function of each place.
+    /// The numbers of a function of the place.
     #[inline(always)]
     pub(crate) fn from_fn(mut function: impl FnMut(usize) -> f64) -> Self {
         let mut numbers = [0.0; LANES];

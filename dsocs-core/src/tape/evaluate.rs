@@ -1,4 +1,4 @@
-//! The evaluator.
+//! The evaluator of tapes.
 
 use core::cell::Cell;
 
@@ -15,11 +15,11 @@ use crate::number::tangent::{Tangent, Tangent2};
 use crate::samples::Samples;
 use crate::series::jet::Jet;
 
-/// A type of number that tapes are walked with.
+/// A type of number with which tapes are evaluated.
 ///
-/// The evaluator is compiled for each of them here, and not once more where it is called.
+/// The evaluator is compiled here, once for each type, and not again where it is called.
 pub trait Number: Scalar {
-    /// Evaluates a program: leaves come from `leaf`, results go to `result`, with their places.
+    /// Evaluates a program: `leaf` gives the leaves, `result` receives each result with its place.
     fn walk(
         program: &Program,
         source: &dyn Source,
@@ -27,20 +27,21 @@ pub trait Number: Scalar {
         result: &mut dyn FnMut(usize, Self),
     );
 
-    /// A number that changes at a rate, which numbers without derivatives do not show.
+    /// A number with a rate of change, which numbers without derivatives ignore.
     #[must_use]
     fn changing(value: f64, rate: f64) -> Self;
 
-    /// The polynomial of samples at the number; see `Samples::polynomial`.
+    /// The polynomial of samples around the number; see `Samples::polynomial`.
     fn polynomial(self, samples: &Samples) -> [Self; 5] {
         polynomial(self, samples)
     }
 
-    /// Makes room for a program on this thread: its evaluations there allocate nothing then.
+    /// Allocates on this thread all that evaluations of a program need.
     fn prepare(program: &Program);
 }
 
-/// What a thread's evaluations of one type of number compute in; kept, so that an evaluation allocates nothing.
+/// The workspace of a thread's evaluations with one type of number; kept, so that an evaluation allocates
+/// nothing.
 struct Room<T> {
     registers: Vec<T>,
     arguments: Vec<f64>,
@@ -56,7 +57,7 @@ impl<T> Default for Room<T> {
 }
 
 impl<T: Scalar> Room<T> {
-    /// Makes room for a program.
+    /// Allocates for a program.
     fn fit(&mut self, program: &Program) {
         if self.registers.len() < program.registers {
             self.registers.resize(program.registers, T::splat(0.0));
@@ -79,7 +80,7 @@ macro_rules! numbers {
                     leaf: &dyn Fn(Leaf) -> Self,
                     result: &mut dyn FnMut(usize, Self),
                 ) {
-                    // a function of the user's that evaluates tapes itself finds another, empty room
+                    // a user's function may evaluate tapes itself: it finds an empty workspace
                     let mut room = ROOM.take();
                     walk(program, source, leaf, result, &mut room);
                     ROOM.set(room);

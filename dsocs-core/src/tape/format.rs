@@ -1,9 +1,9 @@
-//! The format of a tape: which segments it has, and what their expressions are made of.
+//! The format of a tape: its segments, and the leaves of their expressions.
 
 /// The first byte of a tape.
 pub(crate) const VERSION: u8 = 6;
 
-/// What an expression is made of in the end, besides numbers.
+/// A leaf of an expression that is not a number; the kinds have numbers in the format.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Leaf {
     /// A coordinate (kind 0).
@@ -14,7 +14,7 @@ pub enum Leaf {
     A(usize),
     /// A coordinate of a step's middle node (3).
     N(usize),
-    /// A component of the increment that led to it (4).
+    /// A component of the increment that led to the middle node (4).
     D(usize),
     /// A component of the second difference, or of the third where constraints are of third order (5).
     E(usize),
@@ -30,32 +30,32 @@ pub enum Leaf {
     T,
     /// The time of a step's middle node (11).
     Clock,
-    /// A component of the second difference before, where constraints are of third order (12).
+    /// In third order, a component of the last second difference (12).
     P(usize),
     /// A third derivative (13).
     J(usize),
     /// The side of a function that jumps with the velocity, a number between -1 and 1 (14).
     Side(usize),
-    /// A result of [`Segment::Constants`], in a program to which these are handed.
+    /// A result of [`Segment::Constants`], in a program that receives these as inputs.
     Constant(usize),
-    /// A result of [`Segment::Known`], in a program to which these are handed.
+    /// A result of [`Segment::Known`], in a program that receives these as inputs.
     Known(usize),
 }
 
-/// What a tape computes, in the order in which it stands there.
+/// The segments of a tape, in their order.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Segment {
-    /// What is known when the run begins, as [`Compiled::constants`](crate::kernel::generated::Compiled::constants).
+    /// The constants of a run, as [`Compiled::constants`](crate::kernel::generated::Compiled::constants).
     Constants,
-    /// What is known when the step begins, as [`Compiled::known`](crate::kernel::generated::Compiled::known).
+    /// The known values of a step, as [`Compiled::known`](crate::kernel::generated::Compiled::known).
     Known,
     /// The rows of the step, then their Jacobian by the unknowns, row by row.
     Residual,
-    /// What each row is, divided by the declared one.
+    /// The factor of each row, the row over the declared one.
     Scales,
-    /// The second difference that belongs to the unknowns.
+    /// The second difference of the unknowns.
     SecondDifference,
-    /// The unknowns that belong to a second difference and multipliers.
+    /// The unknowns of a second difference and multipliers.
     Unknown,
     /// Position, velocity, acceleration and time of a node; then the constraint force there.
     Node,
@@ -67,9 +67,9 @@ pub enum Segment {
     ContinuousForce,
     /// The forms of the constraint forces of the continuous system.
     ContinuousForms,
-    /// What constraints of lower order ask of a position and a velocity.
+    /// The rows of the constraints of lower order at a position and a velocity.
     Phase,
-    /// What they ask of a leg.
+    /// Their rows on a leg.
     Pair,
     /// The Lagrangian.
     Lagrangian,
@@ -79,37 +79,38 @@ pub enum Segment {
     Energy,
     /// The observed expressions.
     Observe,
-    /// The rows of a step as they were declared.
+    /// The rows of a step as declared.
     Declared,
     /// The external forces.
     ExternalForces,
-    /// Those on the first node of a leg, then those on the second.
+    /// The external forces on the first node of a leg, then those on the second.
     DiscreteExternalForces,
-    /// The momentum with which a leg arrives at its second node.
+    /// The momentum of a leg at its second node.
     Arriving,
     /// The fields that span the virtual displacements of a step, one after the other.
     Fields,
-    /// What is to be divided out of each kinematic row of a step.
+    /// The factor to be divided out of each kinematic row of a step.
     Factors,
-    /// What constraints of lower order ask of a position, and the derivatives by its components, row by row; then what they ask of
-    /// a velocity, and the derivatives by its components.
+    /// The rows of the holonomic constraints at a position and their derivatives by its components, row by
+    /// row; then those of all constraints of lower order by the velocity.
     PhaseSlopes,
     /// The arguments of functions that jump with the velocity.
     Sides,
-    /// The rows of a step as they were declared, with sides in the place of signs; then the constraint force.
+    /// The rows of a step as declared, with given values in place of signs; then the constraint force.
     Sided,
-    /// The rows of the continuous system in the same way; then its constraint force.
+    /// The rows of the continuous system with given values in place of signs; then its constraint force.
     SidedContinuous,
-    /// The arguments of whatever is given by pieces, and what is divided by: first those of [`Segment::Sides`].
+    /// The arguments of all piecewise functions, and the divisors; first the arguments of [`Segment::Sides`].
     Switches,
-    /// Of each table of samples the number of its call, 1 if it is differentiated, else 0, and its argument.
+    /// For each table of samples: the number of its call, 1 if it is differentiated and 0 if not, and its
+    /// argument.
     Tables,
 }
 
-/// How many segments a tape has.
+/// The number of segments.
 pub(crate) const SEGMENTS: usize = Segment::Tables as usize + 1;
 
-/// Which of a segment's results are wanted: those of rows without their Jacobian, of a point without the force, or the rest.
+/// A part of a segment's results: for example the rows without their Jacobian, or a point without the force.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Part {
     /// All results.
@@ -120,5 +121,5 @@ pub enum Part {
     Tail,
 }
 
-/// How many parts of a segment there are.
+/// The number of parts of a segment.
 pub(super) const PARTS: usize = Part::Tail as usize + 1;

@@ -1,21 +1,21 @@
-//! From the operations of a segment to a program: with what it reads of other segments, without what it does not need, and with
-//! few registers.
+//! Links the operations of a segment to a program: with the results that it reads of other segments, without
+//! unused operations, and with few registers.
 
 use super::read::{Binary, Body, Comparison, Function, Op};
 use super::{Leaf, Part, Segment};
 
-/// The place of a number that is being computed with.
+/// The place of a number during the evaluation.
 pub(super) type Register = u32;
 
 /// One step of a program.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Instruction {
-    /// Where the result goes.
+    /// The register of the result.
     pub(super) to: Register,
     pub(super) kind: Kind,
 }
 
-/// What is computed, with what a leaf is.
+/// An operation; `L` identifies a leaf.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind<L = Leaf> {
     Number(f64),
@@ -26,7 +26,8 @@ pub(super) enum Kind<L = Leaf> {
     Function(Function, Register),
     Binary(Binary, [Register; 2]),
     Select(Comparison, [Register; 4]),
-    /// Which function; where its arguments stand among all, and how many they are.
+    /// The number of the function, and the first place and the count of its arguments among those of all
+    /// calls.
     Call {
         which: u32,
         first: u32,
@@ -34,32 +35,32 @@ pub(super) enum Kind<L = Leaf> {
     },
 }
 
-/// A straight sequence of operations on registers, and where its results are in the end.
+/// A sequence of operations on registers without branches, and the registers of its results.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
     pub(super) instructions: Vec<Instruction>,
     /// The arguments of all calls, one after another.
     pub(super) arguments: Vec<Register>,
     pub(super) results: Vec<Register>,
-    /// How many registers there are.
+    /// The number of registers.
     pub(super) registers: usize,
 }
 
 impl Program {
-    /// How many operations there are, what is read and loaded among them.
+    /// The number of operations, numbers and leaves among them.
     #[must_use]
     pub fn len(&self) -> usize {
         self.instructions.len()
     }
 
-    /// Whether nothing is computed.
+    /// Whether there are no operations.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.instructions.is_empty()
     }
 }
 
-/// The program of a part of a segment; an empty one where there is no such segment.
+/// The program of a part of a segment; empty if there is no such segment.
 pub(super) fn link(bodies: &[Body], segment: Segment, part: Part) -> Program {
     let Some(own) = bodies.get(segment as usize) else {
         return Program::default();
@@ -69,7 +70,8 @@ pub(super) fn link(bodies: &[Body], segment: Segment, part: Part) -> Program {
     allocate(&ops, &results)
 }
 
-/// The program that computes some results of a segment, by their places, and reads the results of `given` segments as leaves.
+/// The program of some results of a segment, by their places, which reads the results of `given` segments as
+/// leaves.
 pub(super) fn later(bodies: &[Body], segment: Segment, results: &[usize], given: &[Segment]) -> Program {
     let Some(own) = bodies.get(segment as usize) else {
         return Program::default();
@@ -80,10 +82,11 @@ pub(super) fn later(bodies: &[Body], segment: Segment, results: &[usize], given:
     allocate(&ops, &results)
 }
 
-/// The operations of the segments that one may read, but for those whose results are given, and its own, each of which is at the place given.
+/// The operations of the segments that one may read, except for the `given` ones, and its own; and the place
+/// of each own operation.
 pub(super) fn gathered(bodies: &[Body], segment: Segment, given: &[Segment]) -> (Vec<Op>, Vec<usize>) {
     let mut ops: Vec<Op> = Vec::new();
-    // where the results of a segment are
+    // the places of the results of a segment
     let mut stored: Vec<Vec<usize>> = Vec::new();
     let mut places: Vec<usize> = Vec::new();
     let before = [Segment::Constants, Segment::Known].map(|before| before as usize);
@@ -91,7 +94,7 @@ pub(super) fn gathered(bodies: &[Body], segment: Segment, given: &[Segment]) -> 
     for body in before.chain([segment as usize]).map(|place| &bodies[place]) {
         places.clear();
         for op in &body.ops {
-            // whoever reads what is stored reads the operation itself
+            // a stored result is read as the operation itself
             let mut op = match *op {
                 Op::Stored(of, result) if given.contains(&of) => Op::Leaf(match of {
                     Segment::Constants => Leaf::Constant(result),
@@ -114,8 +117,8 @@ pub(super) fn gathered(bodies: &[Body], segment: Segment, given: &[Segment]) -> 
     (ops, places)
 }
 
-/// The program of the operations that some results need. A register is used again after its number has been read for the last
-/// time.
+/// The program of the operations that some results need. A register is reused after its number has been read
+/// for the last time.
 fn allocate(ops: &[Op], results: &[usize]) -> Program {
     let mut last_use: Vec<Option<usize>> = vec![None; ops.len()];
     for &result in results {
@@ -137,7 +140,7 @@ fn allocate(ops: &[Op], results: &[usize]) -> Program {
             continue;
         }
         let kind = kind(op, &registers, &mut program.arguments);
-        // an operand that is read here for the last time makes room for the result
+        // an operand that is read here for the last time leaves its register to the result
         for (k, &part) in op.parts().iter().enumerate() {
             if last_use[part] == Some(place) && !op.parts()[..k].contains(&part) {
                 free.push(registers[part]);
@@ -181,7 +184,7 @@ fn kind(op: &Op, registers: &[Register], arguments: &mut Vec<Register>) -> Kind 
     }
 }
 
-/// A count, which no tape makes as large as this bound.
+/// A count as `u32`; no tape is as large as this bound.
 fn saturated(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }

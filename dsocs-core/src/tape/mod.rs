@@ -1,9 +1,11 @@
-//! The cold form of a declaration: its operations as bytes, and the one evaluator that walks them.
+//! The tape of a declaration: its operations as bytes, and the one evaluator that reads them.
 //!
-//! What a run evaluates often is straight-line code ([`Compiled`](crate::kernel::generated::Compiled)). All the rest, rounding bounds,
-//! derivatives, starts, certificates, geometry, checks, is evaluated rarely, and with many types of numbers: compiled, it
-//! would be most of the code of a system. So the attribute writes the same operations, in the same order, once more as a
-//! constant [`Tape`]. [`Number::walk`] evaluates it, compiled once for each type of number, in this crate.
+//! The expressions that a run evaluates often are straight-line code
+//! ([`Compiled`](crate::kernel::generated::Compiled)). All others (rounding bounds, derivatives, starts,
+//! certificates, geometry, checks) are evaluated rarely, and with many types of numbers: compiled, they would
+//! be most of the code of a system. So the attribute writes the same operations, in the same order, once more
+//! as a constant [`Tape`]. [`Number::walk`] evaluates it, compiled once for each type of number, in this
+//! crate.
 //!
 //! # The format
 //!
@@ -72,7 +74,7 @@ use crate::number::dual::Dual;
 use read::Body;
 pub(crate) use read::Reader;
 
-/// Where a tape gets from what is no expression of its leaves: the system, as the attribute implements it.
+/// The source of a tape's parameters and calls: the system, as the attribute implements it.
 pub trait Source: Send + Sync {
     /// The names, counts and kinds of the declaration.
     fn shape(&self) -> &Shape;
@@ -80,26 +82,26 @@ pub trait Source: Send + Sync {
     /// The tape of the declaration.
     fn tape(&self) -> &Tape;
 
-    /// The value of a parameter as the system has it; NaN beyond the last. A run may hold others.
+    /// The value of a parameter in the system; NaN beyond the last. A run may hold other values.
     fn value(&self, parameter: usize) -> f64;
 
-    /// A function of the user's, or a derivative of one, at some arguments; without arguments an expression of parameters that
-    /// are no numbers. NaN if there is none of this number.
+    /// A user's function, or a derivative of one, at some arguments; without arguments, an expression of
+    /// parameters that are no numbers. NaN if there is none of this number.
     fn call(&self, which: usize, arguments: &[f64]) -> f64;
 
-    /// The same with a derivative along; NaN where the function is called with plain numbers alone.
+    /// [`Source::call`] with a derivative; NaN if the function is known for plain numbers alone.
     fn call_dual(&self, which: usize, arguments: &[Dual<f64>]) -> Dual<f64> {
         called_with_plain(arguments, &|plain| self.call(which, plain))
     }
 
-    /// What a call is, where it is data: then it is evaluated with numbers of all types, and [`Source::call`] is not asked.
+    /// The data of a call that is data: it is evaluated with numbers of all types, without [`Source::call`].
     fn data(&self, which: usize) -> Option<CallData<'_>> {
         let _ = which;
         None
     }
 }
 
-/// [`Source::call_dual`] by the function that takes plain numbers; compiled once, not for every system.
+/// [`Source::call_dual`] by a function of plain numbers; compiled once, not for every system.
 fn called_with_plain(arguments: &[Dual<f64>], call: &dyn Fn(&[f64]) -> f64) -> Dual<f64> {
     let plain: Vec<f64> = arguments.iter().map(|argument| argument.re).collect();
     let moves = arguments.iter().any(|argument| argument.eps != 0.0);
@@ -113,7 +115,7 @@ pub struct MalformedTape;
 
 crate::debug_is_message!(MalformedTape);
 
-/// The operations of a declaration, and the programs that were made of them so far.
+/// The operations of a declaration, and the programs that were linked from them so far.
 #[derive(Debug)]
 pub struct Tape {
     bytes: Cow<'static, [u8]>,
@@ -158,18 +160,20 @@ impl Tape {
         place.get_or_init(|| link::link(self.bodies(), segment, part))
     }
 
-    /// The program that computes some results of a segment, by their places. It reads the results of the `given` segments as leaves.
+    /// The program of some results of a segment, by their places. It reads the results of the `given`
+    /// segments as leaves.
     pub(crate) fn later(&self, segment: Segment, results: &[usize], given: &[Segment]) -> Program {
         link::later(self.bodies(), segment, results, given)
     }
 
-    /// Whether a function of the user's is called, or an expression of parameters that are no numbers.
+    /// Whether a user's function is called, or an expression of parameters that are no numbers.
     #[must_use]
     pub fn calls_functions(&self) -> bool {
         self.calls() > 0
     }
 
-    /// How many functions of the user's, and expressions of parameters that are no numbers, may be called.
+    /// The number of the user's functions, and of expressions of parameters that are no numbers, that may be
+    /// called.
     pub(crate) fn calls(&self) -> usize {
         let ops = self.bodies().iter().flat_map(|body| &body.ops);
         let calls = ops.filter_map(|op| match op {
@@ -179,14 +183,14 @@ impl Tape {
         calls.max().unwrap_or(0)
     }
 
-    /// How many results a part of a segment has.
+    /// The number of results of a part of a segment.
     pub fn count(&self, segment: Segment, part: Part) -> usize {
         self.bodies()
             .get(segment as usize)
             .map_or(0, |body| body.part(part).len())
     }
 
-    /// The segments; none of a tape that is malformed.
+    /// The segments; none if the tape is malformed.
     fn bodies(&self) -> &[Body] {
         self.bodies
             .get_or_init(|| read::read(&self.bytes).unwrap_or_default())

@@ -1,4 +1,5 @@
-//! Where a number that is not finite comes from: the first expression without a value, in the words of the declaration.
+//! The origin of a number that is not finite: the first expression without a value, in the words of the
+//! declaration.
 
 use super::evaluate::function;
 use super::link::gathered;
@@ -9,16 +10,16 @@ use crate::number::scalar::Scalar;
 /// An expression longer than this is shortened.
 const LONG: usize = 90;
 
-/// So many operations inside each other a shortened expression has at most.
+/// Largest depth of nested operations in a shortened expression.
 const DEEP: usize = 9;
 
-/// An expression that has no finite value, although all that it is made of has; or a divisor that is zero.
+/// An expression without a finite value whose operands are finite; or a divisor that is zero.
 pub(crate) struct Origin {
-    /// As it is written in a declaration, shortened where it is long.
+    /// The expression as in a declaration, shortened if it is long.
     pub(crate) text: String,
-    /// Its value: infinite, not a number, or zero of a divisor.
+    /// Its value: infinite, not a number, or zero for a divisor.
     pub(crate) value: f64,
-    /// What it is made of, with the values, each once.
+    /// Its leaves with their values, each once.
     pub(crate) leaves: Vec<(Leaf, f64)>,
 }
 
@@ -36,8 +37,9 @@ fn evaluated(
     Some((ops, values, results))
 }
 
-/// The origin of the first result of a segment that is not finite; where all are, of the first number on the way to them that is not, since a
-/// derivative of a result may not be finite for this reason. Nothing where all numbers are finite, or where a leaf is not.
+/// The origin of the first result of a segment that is not finite. If all results are finite, that of the
+/// first intermediate number that is not, since it may make a derivative infinite. `None` if all numbers are
+/// finite, or if a leaf is not.
 pub(crate) fn origin(
     source: &dyn Source,
     segment: Segment,
@@ -50,14 +52,14 @@ pub(crate) fn origin(
         Some(result) => result,
         None => needed(&ops, &results, &values).into_iter().find(wrong)?,
     };
-    // back to where it began
+    // back to the first operation that is not finite
     while let Some(before) = read(&ops[place], &values).find(|&part| !values[part].is_finite()) {
         place = before;
     }
     if matches!(ops[place], Op::Leaf(_) | Op::Number(_) | Op::Stored(..)) {
         return None;
     }
-    // of a division by zero, the divisor says why
+    // for a division by zero, report the divisor
     if let Op::Recip(divisor) | Op::Powi(divisor, _) | Op::Binary(Binary::Div, [_, divisor]) = ops[place]
         && values[divisor] == 0.0
     {
@@ -72,8 +74,8 @@ pub(crate) fn origin(
     })
 }
 
-/// The first expression on the way to the results of a segment that has a value and no derivative there, as the root of zero, where its argument moves: it
-/// has a position, a velocity or time in it. `None` where there is none.
+/// The first expression in a segment that has a value and no derivative, such as the root of zero, and whose
+/// argument depends on a position, a velocity or time. `None` if there is none.
 pub(crate) fn without_derivative(
     source: &dyn Source,
     segment: Segment,
@@ -108,7 +110,7 @@ pub(crate) fn without_derivative(
     })
 }
 
-/// An operation as it is written, shortened where it is long.
+/// An operation as text, shortened if it is long.
 fn shortened(ops: &[Op], place: usize, name: &dyn Fn(Leaf) -> String) -> String {
     let text = (1..=DEEP).rev().map(|deep| written(ops, place, deep, name).0);
     let short = text.clone().find(|text| text.chars().count() <= LONG);
@@ -131,7 +133,7 @@ fn needed(ops: &[Op], results: &[usize], values: &[f64]) -> Vec<usize> {
     (0..ops.len()).filter(|&place| is_needed[place]).collect()
 }
 
-/// The operands that decide a value: of a comparison, those that are compared and the one that is chosen.
+/// The operands that determine a value: of a comparison, the compared ones and the selected one.
 fn read<'o>(op: &'o Op, values: &'o [f64]) -> impl Iterator<Item = usize> + 'o {
     let skipped = match op {
         Op::Select(comparison, [a, b, ..]) => {
@@ -157,7 +159,7 @@ fn values(ops: &[Op], source: &dyn Source, leaf: &dyn Fn(Leaf) -> f64) -> Vec<f6
         let value = match op {
             Op::Number(value) => *value,
             Op::Leaf(which) => leaf(*which),
-            // replaced when segments are put together
+            // replaced when segments are linked
             Op::Stored(..) => f64::NAN,
             Op::Neg(a) => -at(*a),
             Op::Recip(a) => at(*a).recip(),
@@ -188,7 +190,7 @@ fn values(ops: &[Op], source: &dyn Source, leaf: &dyn Fn(Leaf) -> f64) -> Vec<f6
     values
 }
 
-/// The leaves that an operation reads, in the order in which they are written.
+/// The leaves that an operation reads, in textual order.
 fn collect(ops: &[Op], place: usize, values: &[f64], leaves: &mut Vec<(Leaf, f64)>) {
     if let Op::Leaf(leaf) = ops[place]
         && !leaves.iter().any(|(known, _)| *known == leaf)
@@ -200,7 +202,7 @@ fn collect(ops: &[Op], place: usize, values: &[f64], leaves: &mut Vec<(Leaf, f64
     }
 }
 
-/// How tightly an expression holds together.
+/// The binding strength of an expression, for parentheses.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Tie {
     Sum,
@@ -209,7 +211,7 @@ enum Tie {
     Atom,
 }
 
-/// An operation as it is written, with at most so many operations inside each other.
+/// An operation as text, with at most `deep` nested operations.
 fn written(ops: &[Op], place: usize, deep: usize, name: &dyn Fn(Leaf) -> String) -> (String, Tie) {
     let Some(deeper) = deep.checked_sub(1) else {
         return match &ops[place] {
@@ -271,7 +273,7 @@ fn written(ops: &[Op], place: usize, deep: usize, name: &dyn Fn(Leaf) -> String)
     }
 }
 
-/// The method of `f64` that a function is.
+/// The name of the method of `f64`.
 fn method_of(function: Function) -> &'static str {
     match function {
         Function::Sqrt => "sqrt",

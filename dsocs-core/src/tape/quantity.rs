@@ -1,4 +1,4 @@
-//! Names of what a declaration speaks of.
+//! Names and documentation of a declaration's quantities.
 
 use std::borrow::Cow;
 

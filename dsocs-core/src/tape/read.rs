@@ -1,4 +1,4 @@
-//! From the bytes of a tape to operations.
+//! Reads the operations from the bytes of a tape.
 
 use core::ops::Range;
 
@@ -110,7 +110,7 @@ const LEAVES: [fn(usize) -> Leaf; 15] = [
 ];
 
 impl Op {
-    /// The operations that are read, by their places.
+    /// The operands, by their places.
     pub(super) fn parts(&self) -> &[usize] {
         match self {
             Self::Number(_) | Self::Leaf(_) | Self::Stored(..) => &[],
@@ -123,7 +123,7 @@ impl Op {
         }
     }
 
-    /// The same with other places.
+    /// The operands, mutable.
     pub(super) fn parts_mut(&mut self) -> &mut [usize] {
         match self {
             Self::Number(_) | Self::Leaf(_) | Self::Stored(..) => &mut [],
@@ -142,7 +142,7 @@ impl Op {
 pub(super) struct Body {
     pub(super) ops: Vec<Op>,
     pub(super) results: Vec<usize>,
-    /// How many of them belong to the head.
+    /// The number of results in the head.
     head: usize,
 }
 
@@ -158,7 +158,7 @@ impl Body {
     }
 }
 
-/// No segment has more results: bytes that are no tape are not to take the machine's memory.
+/// Largest number of results of a segment, so that malformed bytes cannot exhaust the memory.
 const MOST_RESULTS: usize = 1 << 24;
 
 /// The segments of a tape; `None` if it is malformed.
@@ -178,10 +178,10 @@ pub(super) fn read(bytes: &[u8]) -> Option<Vec<Body>> {
     reader.rest.is_empty().then_some(bodies)
 }
 
-/// A segment, after those before it.
+/// Reads a segment; `before` are the segments before it.
 fn body(reader: &mut Reader<'_>, before: &[Body]) -> Option<Body> {
     let count = reader.number()?;
-    // an operation takes a byte at least
+    // an operation takes at least one byte
     let mut ops = Vec::with_capacity(count.min(reader.rest.len()));
     for place in 0..count {
         ops.push(reader.op(place, before)?);
@@ -208,23 +208,23 @@ fn body(reader: &mut Reader<'_>, before: &[Body]) -> Option<Body> {
     complete.then_some(Body { ops, results, head })
 }
 
-/// Bytes that have not been read yet.
+/// The bytes that are still to be read.
 pub(crate) struct Reader<'b> {
     rest: &'b [u8],
 }
 
 impl<'b> Reader<'b> {
-    /// Bytes to be read from their beginning.
+    /// A reader at the beginning of some bytes.
     pub(crate) fn new(bytes: &'b [u8]) -> Self {
         Self { rest: bytes }
     }
 
-    /// Whether all have been read.
+    /// Whether all bytes have been read.
     pub(crate) fn is_at_end(&self) -> bool {
         self.rest.is_empty()
     }
 
-    /// A text behind its length.
+    /// A text, preceded by its length.
     pub(crate) fn text(&mut self) -> Option<&'b str> {
         let length = self.number()?;
         let (text, rest) = self.rest.split_at_checked(length)?;
@@ -250,7 +250,7 @@ impl<'b> Reader<'b> {
         for shift in (0..32).step_by(7) {
             let byte = self.byte()?;
             let part = u32::from(byte & 0x7f);
-            // nothing may be lost
+            // no bit may be lost
             if part.leading_zeros() < shift {
                 return None;
             }
@@ -319,7 +319,7 @@ impl<'b> Reader<'b> {
         Some(op)
     }
 
-    /// A result of a segment that stands before.
+    /// A result of an earlier segment.
     fn stored(&mut self, segment: Segment, before: &[Body]) -> Option<Op> {
         let place = self.number()?;
         let body = before.get(segment as usize)?;

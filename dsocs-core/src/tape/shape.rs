@@ -1,4 +1,4 @@
-//! What is known of a declared system at all times: names, counts and kinds.
+//! The fixed properties of a declared system: names, counts and kinds.
 
 use std::borrow::Cow;
 
@@ -6,7 +6,7 @@ use super::symmetry::Symmetry;
 use crate::solve::rotation::SLOTS;
 use crate::tape::quantity::Quantity;
 
-/// What is known of a declared system at all times.
+/// The fixed properties of a declared system: names, counts and kinds.
 #[expect(
     clippy::struct_excessive_bools,
     reason = "facts that do not depend on each other"
@@ -17,35 +17,36 @@ pub struct Shape {
     pub name: Cow<'static, str>,
     /// The first paragraph of its documentation, in one line.
     pub doc: Cow<'static, str>,
-    /// The declaration as text, without comments: the body of the attribute, which a text file says word for word.
+    /// The declaration as text, without comments: the body of the attribute, which is also the content of a
+    /// text file.
     pub declaration: Cow<'static, str>,
     /// The coordinates, in order.
     pub coordinates: Cow<'static, [Quantity]>,
     /// The parameters that are numbers, in order.
     pub parameters: Cow<'static, [Quantity]>,
-    /// The fields that are no parameters, each with its type in the place of the documentation.
+    /// The fields that are no parameters, each with its type in place of the documentation.
     pub others: Cow<'static, [Quantity]>,
     /// The observed expressions, in order.
     pub observables: Cow<'static, [Quantity]>,
-    /// How many numbers an increment has: as many as a position, unless a coordinate is no number.
+    /// The number of components of an increment: as many as a position has, unless a coordinate is no number.
     pub increments: usize,
-    /// How many unknowns a step has.
+    /// The number of unknowns of a step.
     pub unknowns: usize,
-    /// How many the continuous system has: accelerations, then multipliers.
+    /// The number of unknowns of the continuous system: accelerations, then multipliers.
     pub motion: usize,
-    /// How many values are known when a run begins.
+    /// The number of constants of a run.
     pub constants: usize,
-    /// How many are known when a step begins.
+    /// The number of known values of a step.
     pub known: usize,
     /// The highest order of a derivative in a constraint, and at least 2: a step finds the last of `order + 1` nodes.
     pub order: usize,
-    /// How many holonomic constraints there are.
+    /// The number of holonomic constraints.
     pub holonomic: usize,
-    /// How many nonholonomic constraints.
+    /// The number of nonholonomic constraints.
     pub nonholonomic: usize,
-    /// How many kinematic constraints.
+    /// The number of kinematic constraints.
     pub kinematic: usize,
-    /// How many one-forms of constraint forces are known.
+    /// The number of declared constraint forms.
     pub forms: usize,
     /// The places of the constraints of third order among all constraints.
     pub third_order: Cow<'static, [usize]>,
@@ -64,11 +65,12 @@ pub struct Shape {
     pub linear: bool,
     /// Whether a row may jump where an unknown changes.
     pub jumps: bool,
-    /// Whether a row has a `signum` or a comparison that positions or velocities decide.
+    /// Whether a row has a `signum` or a comparison that depends on positions or velocities.
     pub piecewise: bool,
-    /// Whether anything is given by pieces or divided by what may be zero, as the motion or the time decides.
+    /// Whether an expression is piecewise or has a divisor that may vanish, depending on the motion or on
+    /// time.
     pub switches: bool,
-    /// Whether rows were multiplied by more than a number.
+    /// Whether rows were multiplied by a factor that is not a number.
     pub scaled: bool,
     /// Whether the declaration names a factor to be divided out of a row.
     pub divided: bool,
@@ -84,26 +86,28 @@ impl Shape {
         field.map(|field| &*field.doc)
     }
 
-    /// How many coordinates there are.
+    /// The number of coordinates.
     #[must_use]
     pub fn dimension(&self) -> usize {
         self.coordinates.len()
     }
 
-    /// Whether a coordinate has a velocity, an acceleration and a force: the first of the four places of a rotation has a position alone.
+    /// Whether a coordinate has a velocity, an acceleration and a force: of the four places of a rotation,
+    /// the first has a position alone.
     #[must_use]
     pub fn moves(&self, coordinate: usize) -> bool {
         !self.rotations.contains(&coordinate)
     }
 
-    /// The first place of the rotation to which a place belongs, if it does to one.
+    /// The first place of the rotation that contains a place, if one does.
     #[must_use]
     pub fn rotation_of(&self, coordinate: usize) -> Option<usize> {
         let mut rotations = self.rotations.iter().copied();
         rotations.find(|first| (*first..first + SLOTS).contains(&coordinate))
     }
 
-    /// The rotation and the axis of its body, in words, about which a place of a velocity turns; `None` of a number.
+    /// The name of the rotation and of the axis of its body about which a component of a velocity turns;
+    /// `None` if it is no rotation.
     pub(crate) fn axis_of(&self, coordinate: usize) -> Option<(&str, &'static str)> {
         let place = coordinate.checked_sub(self.rotation_of(coordinate)? + 1)?;
         let axis = ["first", "second", "third"].get(place)?;
@@ -111,7 +115,7 @@ impl Shape {
         Some((body, axis))
     }
 
-    /// The components of a velocity, an acceleration or a force that coordinates have.
+    /// The components of a velocity, an acceleration or a force, without the zeros of rotations.
     pub fn moving<'v>(&'v self, vector: &'v [f64]) -> impl Iterator<Item = &'v f64> {
         let components = vector.iter().enumerate();
         components
@@ -137,13 +141,13 @@ impl Shape {
         self.linear && !self.jumps
     }
 
-    /// Whether roots are watched for others nearby.
+    /// Whether steps are watched for a second root nearby.
     #[must_use]
     pub fn is_watched(&self) -> bool {
         !self.divided && !self.linear
     }
 
-    /// How many multipliers are unknown in the continuous system.
+    /// The number of multipliers among the unknowns of the continuous system.
     #[must_use]
     pub fn multipliers(&self) -> usize {
         self.motion.saturating_sub(self.increments)

@@ -1,10 +1,12 @@
-//! Programs over one stretch of numbers: what steps are made with where nothing was compiled.
+//! Straight-line programs over one array of numbers, for the steps of systems that are not compiled.
 //!
-//! A number is a double, or several side by side for as many motions ([`Numbers`]); what is walked is the same.
+//! A number is a double, or several lanes for as many motions ([`Numbers`]); the programs are the same.
 //!
-//! Every number has a place in it: what is handed to a program, constants, what is in between. An operation reads its operands where they are, so
-//! leaves and constants cost nothing. Two sums or products of which one is read by the other alone are one operation ([`What::Pair`]). Operations of one kind that do not need each other stand together, and which kind it is, is asked once for all
-//! of them. Every number comes from the same operation on the same numbers as in the [`Program`], so the bits are the same.
+//! Every number has a fixed place in the array: inputs, constants, intermediate results. An operation reads
+//! its operands in place, so leaves and constants cost nothing. Two sums or products of which one is read by
+//! the other alone are one operation ([`What::Pair`]). Independent operations of one kind stand together in a
+//! batch, so that the kind is decoded once for all of them. Every number comes from the same operation on the
+//! same numbers as in the [`Program`], so the bits are the same.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,25 +17,26 @@ use super::read::{Binary, Comparison, Function};
 use super::{Leaf, TapeCall};
 use crate::number::scalar::Scalar;
 
-/// Where a number is.
+/// The place of a number.
 pub(super) type Place = u32;
 
-/// Places below this bound are those of a fixed array: that a place lies inside need not be asked then.
+/// Size of a fixed array: places below it need no bounds check.
 pub(crate) const FIXED: usize = 1 << 16;
 
-/// A program whose operands are places.
+/// A program whose operands are places in the array.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Straight {
     pub(super) batches: Vec<Batch>,
-    /// Where the result of each operation goes, and its first two operands; the fourth place makes the size a power of two.
+    /// The place of each operation's result, and of its first two operands; padded to four numbers.
     pub(super) operations: Vec<[Place; 4]>,
-    /// The other operands of operations that have four: three each, at the index that stands in the place of the second.
+    /// The other three operands of operations with four; the second place of such an operation is the index
+    /// here.
     pub(super) more: Vec<[Place; 3]>,
-    /// Where the results are in the end.
+    /// The places of the results.
     pub(super) results: Vec<Place>,
-    /// What is copied, from where and where to, so that the results stand where they belong.
+    /// Copies at the end, from and to, that bring the results to their places.
     pub(super) moves: Vec<[Place; 2]>,
-    /// The same as machine code, where it was compiled.
+    /// The program as machine code, once it was compiled.
     #[cfg(feature = "jit")]
     pub(super) code: std::sync::OnceLock<dsocs_jit::Code>,
 }
@@ -45,23 +48,23 @@ pub(super) struct Batch {
     pub(super) count: u32,
 }
 
-/// What is computed.
+/// The kind of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum What {
     Neg,
     Recip,
-    /// The power that is met most.
+    /// The most frequent power.
     Square,
     Powi(i32),
     Function(Function),
     Binary(Binary),
-    /// Of two numbers, and then of the result, which is rounded, and a third one.
+    /// An operation on two numbers, then one on its rounded result and a third number.
     Pair(First, Second),
-    /// With the three last of its operands apart.
+    /// The last three of its operands are stored apart.
     Select(Comparison),
-    /// Of one number.
+    /// A function of one number.
     Call(u32),
-    /// Without arguments.
+    /// A function without arguments.
     Datum(u32),
 }
 
@@ -77,9 +80,9 @@ pub(super) enum First {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Second {
     Add,
-    /// The third number less the result.
+    /// The third number minus the result.
     From,
-    /// The result less the third number.
+    /// The result minus the third number.
     Sub,
     Mul,
 }
@@ -87,7 +90,7 @@ pub(super) enum Second {
 /// An operand of an operation.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Operand {
-    /// A number that is there before.
+    /// A number that the program does not compute.
     Place(Place),
     /// The result of another operation.
     Result(usize),
@@ -99,30 +102,31 @@ struct Node {
     operands: Vec<Operand>,
 }
 
-/// How the stretch is shared out among programs: what is handed to them comes first, then constants, then the numbers in between.
+/// The layout of the array that several programs share: inputs first, then constants, then intermediate
+/// results.
 #[derive(Debug, Default)]
 pub(crate) struct Stretch {
-    /// Which one it is, among all of this process.
+    /// The number of this stretch, unique in the process.
     number: u64,
-    /// Where constants begin.
+    /// The first place of the constants.
     first_constant: usize,
     constants: Vec<f64>,
     /// The place of each constant, by its bits.
     places: HashMap<u64, Place>,
-    /// How many numbers there are.
+    /// The number of places.
     length: usize,
 }
 
-/// Numbers for a stretch. They remember whose constants stand in them.
+/// The numbers of a stretch, with a record of whose constants stand in them.
 #[derive(Debug)]
 pub(crate) struct Stretched {
     numbers: Vec<f64>,
-    /// The number of the stretch; 0 of none.
+    /// The number of the stretch; 0 if there is none.
     of: u64,
 }
 
 impl Stretched {
-    /// Without room.
+    /// No numbers.
     pub const EMPTY: Self = Self {
         numbers: Vec::new(),
         of: 0,
@@ -130,9 +134,9 @@ impl Stretched {
 }
 
 impl Stretch {
-    /// A stretch in which so many numbers are handed to some programs. The first is not handed: it is NaN.
+    /// The stretch of some programs with `given` inputs. The first place belongs to no input: it is NaN.
     pub fn new<'p>(given: usize, programs: impl IntoIterator<Item = &'p Program>) -> Self {
-        // 0 is none
+        // 0 stands for no stretch
         static COUNT: AtomicU64 = AtomicU64::new(1);
         let (mut constants, mut places) = (Vec::new(), HashMap::new());
         for instruction in programs.into_iter().flat_map(|program| &program.instructions) {
@@ -152,12 +156,12 @@ impl Stretch {
         }
     }
 
-    /// How many numbers there are.
+    /// The number of places.
     pub fn len(&self) -> usize {
         self.length
     }
 
-    /// Makes room for all programs, and writes their constants where they do not stand already.
+    /// Allocates for all programs, and writes their constants unless they stand there already.
     #[inline]
     pub fn prepare<'n>(&self, stretched: &'n mut Stretched) -> &'n mut [f64] {
         let Stretched { numbers, of } = stretched;
@@ -171,7 +175,8 @@ impl Stretch {
         numbers
     }
 
-    /// Tells the places and values of what programs read and never write: the number that is handed to none, and constants.
+    /// Calls `tell` with the place and the value of each number that programs never write: the first place,
+    /// and the constants.
     pub fn each_constant(&self, mut tell: impl FnMut(usize, f64)) {
         tell(0, f64::NAN);
         for (index, &value) in self.constants.iter().enumerate() {
@@ -179,8 +184,9 @@ impl Stretch {
         }
     }
 
-    /// A program, where `leaf` says where a leaf is: at the place 0 where it is not known. Where `into` says so, its results stand one after the other from
-    /// a place on, at none of which it reads.
+    /// Compiles a program to operations on places. `leaf` gives the place of a leaf, 0 for an unknown one. If
+    /// `into` is given, the results stand one after the other from this place on; the program must not read
+    /// there.
     pub fn straighten(
         &mut self,
         program: &Program,
@@ -188,7 +194,7 @@ impl Stretch {
         into: Option<usize>,
     ) -> Straight {
         let mut nodes: Vec<Node> = Vec::new();
-        // what a register holds at the time
+        // the current content of each register
         let mut held: Vec<Operand> = vec![Operand::Place(0); program.registers];
         for instruction in &program.instructions {
             let at = |register: &u32| held[*register as usize];
@@ -211,7 +217,8 @@ impl Stretch {
         self.share_out(&nodes, &results, into)
     }
 
-    /// Puts operations in batches, and gives each number a place, which is used again after the number has been read for the last time.
+    /// Sorts operations into batches, and gives each number a place, which is reused after the number has
+    /// been read for the last time.
     fn share_out(&mut self, nodes: &[Node], results: &[Operand], into: Option<usize>) -> Straight {
         let batches = batches(nodes);
         let order: Vec<usize> = batches
@@ -302,7 +309,7 @@ impl Stretch {
 /// The operation of an instruction.
 fn node(kind: &Kind, arguments: &[u32], at: &dyn Fn(&u32) -> Operand) -> Node {
     let (what, operands) = match kind {
-        // these are no operations
+        // not operations
         Kind::Number(_) | Kind::Leaf(_) => (What::Neg, vec![Operand::Place(0)]),
         Kind::Neg(a) => (What::Neg, vec![at(a)]),
         Kind::Recip(a) => (What::Recip, vec![at(a)]),
@@ -322,7 +329,7 @@ fn node(kind: &Kind, arguments: &[u32], at: &dyn Fn(&u32) -> Operand) -> Node {
     Node { what, operands }
 }
 
-/// Makes one operation of two sums or products of which one is read by the other alone.
+/// Joins two sums or products of which one is read by the other alone to one operation.
 fn paired(mut nodes: Vec<Node>, results: &mut [Operand]) -> Vec<Node> {
     let mut reads = vec![0_usize; nodes.len()];
     let operands = nodes.iter().flat_map(|node| &node.operands);
@@ -377,7 +384,7 @@ fn paired(mut nodes: Vec<Node>, results: &mut [Operand]) -> Vec<Node> {
         .collect()
 }
 
-/// A sum, a difference or a product.
+/// The node as a sum, a difference or a product; `None` if it is another operation.
 fn simple(node: &Node) -> Option<(First, [Operand; 2])> {
     let first = match node.what {
         What::Binary(Binary::Add) => First::Add,
@@ -392,7 +399,8 @@ fn simple(node: &Node) -> Option<(First, [Operand; 2])> {
     }
 }
 
-/// Operations in batches of one kind, each after those that it reads: always the largest batch that can be made.
+/// Sorts operations into batches of one kind, each after those that it reads: always the largest batch that
+/// is possible.
 fn batches(nodes: &[Node]) -> Vec<(What, Vec<usize>)> {
     let mut readers: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
     let mut waits_for = vec![0_usize; nodes.len()];
@@ -431,14 +439,14 @@ fn batches(nodes: &[Node]) -> Vec<(What, Vec<usize>)> {
     batches
 }
 
-/// A place, of which no system has as many as this bound.
+/// An index as a place; no system has as many as this bound.
 pub(super) fn place(index: usize) -> Place {
     Place::try_from(index).unwrap_or(0)
 }
 
-/// What numbers stand in.
+/// An array of numbers on which programs run.
 pub(crate) trait Numbers {
-    /// A number, or several side by side.
+    /// A double, or several lanes.
     type Number: Scalar;
 
     fn at(&self, place: Place) -> Self::Number;
@@ -475,7 +483,7 @@ impl Numbers for [f64] {
 }
 
 impl Straight {
-    /// Evaluates the program; its results are then where [`Straight::results`] finds them.
+    /// Evaluates the program; [`Straight::results`] then gives the results.
     #[inline(always)]
     #[allow(clippy::inline_always)] // part of every step
     pub fn run(&self, stretch: &Stretch, calls: &[TapeCall], numbers: &mut [f64]) {
@@ -489,7 +497,7 @@ impl Straight {
         self.walk(stretch, calls, numbers);
     }
 
-    /// The same by the interpreter.
+    /// Evaluates the program by the interpreter.
     #[inline(never)]
     fn walk(&self, stretch: &Stretch, calls: &[TapeCall], numbers: &mut [f64]) {
         match numbers.first_chunk_mut::<FIXED>() {
@@ -498,7 +506,8 @@ impl Straight {
         }
     }
 
-    /// The same on numbers of any kind, as part of its caller, which may be compiled for the machine's own instructions.
+    /// Evaluates the program on numbers of any kind. Inlined into its caller, which may be compiled for the
+    /// machine's own instructions.
     #[inline(always)]
     #[allow(clippy::inline_always)] // as said
     pub fn run_on<N: Numbers + ?Sized>(&self, calls: &[TapeCall], numbers: &mut N) {
@@ -549,13 +558,13 @@ impl Straight {
         self.results.iter().map(|&place| numbers[place as usize])
     }
 
-    /// Whether nothing is to be computed.
+    /// Whether there are no operations and no copies.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.batches.is_empty() && self.moves.is_empty()
     }
 
-    /// Where the results are.
+    /// The places of the results.
     #[inline]
     pub fn places(&self) -> &[Place] {
         &self.results
@@ -630,7 +639,7 @@ fn of_function<N: Numbers + ?Sized>(numbers: &mut N, batch: &[[Place; 4]], name:
         Function::Cos => one(numbers, batch, Scalar::cos),
         Function::Tanh => one(numbers, batch, Scalar::tanh),
         Function::Abs => one(numbers, batch, Scalar::abs),
-        // no numbers side by side have code of their own for these: one loop does
+        // no lanes have vector code for these functions: one loop calls them all
         _ => one(numbers, batch, |a| {
             let [value] = Scalar::from_lanes(|lane| [function(name, a.lane(lane))]);
             value
@@ -638,7 +647,7 @@ fn of_function<N: Numbers + ?Sized>(numbers: &mut N, batch: &[[Place; 4]], name:
     }
 }
 
-/// A call, for all operations of a batch: of a number, or without arguments.
+/// A call, of one number or without arguments, for all operations of a batch.
 #[inline(always)]
 #[allow(clippy::inline_always)] // as above
 fn called<N: Numbers + ?Sized>(

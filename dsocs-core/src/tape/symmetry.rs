@@ -1,8 +1,9 @@
-//! How steps of different lengths are composed.
+//! Ways to compose steps of different lengths.
 
 use core::fmt;
 
-/// How a step can be composed of legs of different lengths, symmetrically in time, or why it cannot.
+/// The way in which steps of different lengths are composed symmetrically in time, or the reason why they
+/// cannot be.
 ///
 /// Consider the parabola through three nodes. If the equations depend only on its value, slope and curvature at the middle node, the
 /// parabola joins legs of any lengths, and the code of the step can be used for all of them. With the paper's maps this is so if
@@ -15,15 +16,17 @@ pub enum Symmetry {
     AnyLegs,
     /// By the momenta at the nodes. They are evaluated on the tape, which is slower.
     Momenta,
-    /// Not at all: there is a constraint on positions or velocities (of order 0 or 1).
+    /// None: there is a constraint on positions or velocities (of order 0 or 1).
     LowerOrder,
-    /// Not at all: a constraint is of third order.
+    /// None: a constraint is of third order.
     ThirdOrder,
-    /// Not at all: `L_d` has different values for a leg and for the same leg run back in time.
+    /// None: `L_d` has different values for a leg and for the same leg run back in time.
     LagrangianMap,
-    /// Not at all: the map of the kinematic constraints gives another point than the parabola's value, slope and curvature.
+    /// None: the map of the kinematic constraints gives another point than the parabola's value, slope and
+    /// curvature.
     KinematicMap,
-    /// Not at all: the map of the variational constraints gives another point than these.
+    /// None: the map of the variational constraints gives another point than the parabola's value, slope and
+    /// curvature.
     VariationalMap,
     /// Unknown: the system was written by hand.
     Unknown,

@@ -7,22 +7,22 @@ use super::evaluate::Number;
 use crate::number::scalar::Scalar;
 use crate::samples::Samples;
 
-/// A call of a tape that is data.
+/// A call of a tape that is data: a number or a table.
 #[derive(Clone, Debug)]
 pub enum TapeCall {
     /// A number, without arguments.
     Number(f64),
-    /// The derivative of some order of a table of samples, at its one argument.
+    /// A derivative of a table of samples, at its one argument.
     Samples {
         /// The table.
         samples: Arc<Samples>,
-        /// The order; 0 is the value.
+        /// The order of the derivative; 0 for the value.
         derivative: usize,
     },
 }
 
 impl TapeCall {
-    /// What it is.
+    /// A reference to the data.
     pub(crate) fn data(&self) -> CallData<'_> {
         match self {
             Self::Number(value) => CallData::Number(*value),
@@ -44,16 +44,16 @@ impl TapeCall {
 pub enum CallData<'d> {
     /// A number, without arguments.
     Number(f64),
-    /// The derivative of some order of a table of samples, at its one argument.
+    /// A derivative of a table of samples, at its one argument.
     Samples {
         /// The table.
         samples: &'d Samples,
-        /// The order; 0 is the value.
+        /// The order of the derivative; 0 for the value.
         derivative: usize,
     },
 }
 
-/// The derivative of some order of a field, if it is a table of samples; else `None`, as a type of the user's own with the same name.
+/// The derivative of a field that is a table of samples; `None` for another type with the same name.
 #[must_use]
 pub fn table<T: Any>(field: &T, derivative: usize) -> Option<CallData<'_>> {
     let samples = (field as &dyn Any).downcast_ref()?;
@@ -87,12 +87,12 @@ impl CallData<'_> {
     }
 }
 
-/// The polynomial of samples at a number, of each of its lanes.
+/// The polynomial of samples around a number, lane by lane.
 pub(super) fn polynomial<T: Scalar>(x: T, samples: &Samples) -> [T; 5] {
     T::from_lanes(|lane| piece(x.lane(lane), samples))
 }
 
-/// The polynomial of samples at a place; its coefficients do not change with it.
+/// The polynomial of samples at a place; its coefficients are constant on a piece.
 pub(super) fn piece(x: f64, samples: &Samples) -> [f64; 5] {
     samples.polynomial(samples.places().partition_point(|&place| place <= x))
 }

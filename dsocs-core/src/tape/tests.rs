@@ -62,7 +62,8 @@ fn results<T: Number>(tape: &Tape, of: Segment, part: Part, leaf: &dyn Fn(Leaf) 
     results
 }
 
-/// `h p₀`, once a run; `d₀` times it, once a step; then `r = z₀ · known + f(z₀, p₁)`, and its slope.
+/// The constant `h p₀` of a run; `d₀` times it, known in a step; then `r = z₀ · known + f(z₀, p₁)`, and its
+/// slope.
 fn small() -> Tape {
     let constants = segment(&[&[1, 8, 0], &[1, 9, 0], &[7, 0, 1]], &[2], 0);
     let known = segment(&[&[1, 4, 0], &[2, 0], &[7, 0, 1]], &[2], 0);
@@ -169,7 +170,7 @@ fn a_malformed_tape_has_no_results() {
             let place = usize::try_from(seed >> 33).unwrap() % bytes.len();
             bytes[place] = u8::try_from(seed >> 20 & 0xff).unwrap();
         }
-        // not a panic is what is asked
+        // malformed tapes must not panic
         let Ok(tape) = Tape::owned(bytes) else { continue };
         for place in [Segment::Constants, Segment::Residual, Segment::Energy] {
             for part in [Part::All, Part::Head, Part::Tail] {
@@ -230,7 +231,7 @@ fn derivatives_go_back_and_forward_as_tangents_do() {
     take(vec![9, 0]);
     take(vec![4, 0]);
     take([&[10, 0][..], &3_i32.to_le_bytes()].concat());
-    // the square root of what is negative, on the branch that is not taken
+    // the square root of a negative number, on the branch that is not taken
     take(vec![6, 0, 1]);
     take(vec![32, 31]);
     take(vec![13, 0, 1, 0, 32]);
@@ -286,7 +287,7 @@ fn a_result_may_come_many_times() {
         );
         Some(results)
     };
-    // the second operation once, and then three times more, then the first
+    // the second operation once, then three more times, then the first
     assert_eq!(of(&[1, 2, 3, 0], 5).unwrap(), [1.0, 1.0, 1.0, 1.0, 0.0]);
     for wrong in [&[2, 3, 0][..], &[1, 2, 5, 0], &[1, 2, 0, 0], &[1, 3, 0]] {
         assert!(of(wrong, 5).is_none(), "{wrong:?}");
