@@ -1,4 +1,4 @@
-//! Why a Taylor series could not go on.
+//! Reasons why a Taylor series could not go on.
 
 use core::fmt;
 use std::borrow::Cow;
@@ -8,22 +8,22 @@ use thiserror::Error;
 use crate::regularity::deficiency::{Deficiency, DependentRow};
 use crate::regularity::undefined::Undefined;
 
-/// What is to be done where a function of the user's sticks.
+/// Advice if a user's function sticks.
 const UNDECLARED: &str = "Such a motion goes on at rest where a `signum` or a comparison of the declaration itself jumps with the velocity, and the forces \
     at rest are determined. Declare it so, without a function of your own; or replace the jump by a steep smooth function, such as `(v / 0.001).tanh()` for \
     `v.signum()`";
 
-/// What is to be done where declared functions stick and nothing is found that rests.
+/// Advice if declared functions stick and no state of rest is found.
 const UNHELD: &str = "No values between the two sides are found that hold it there: they are where a function jumps with the velocity by a finite amount, and \
     the forces at rest are determined. They are not where the force on each side vanishes with the velocity, as its root does, where infinitely many changes \
     of sides lead there, or where the factor of a constraint vanishes at rest. Let the run end before; or replace the jump by a steep smooth function, such as \
     `(v / 0.001).tanh()` for `v.signum()`; or take steps of a fixed length, which pass such a place with an error of the first order";
 
-/// What is to be done where something jumps from both sides, and no expansion shows what.
+/// Advice if an acceleration jumps from both sides, and no expansion shows which function does.
 const UNSEEN: &str = "It may be a quotient by a norm that vanishes there, as that of friction along `slip / slip.norm()`, which has no value where the slip ends, \
     or a function of your own. Let the run end before; or replace it by a smooth one, such as `slip / (slip.norm_squared() + 1e-6).sqrt()`";
 
-/// What is to be done where what rests is led away from rest on both sides.
+/// Advice if a body at rest is driven away from rest on both sides.
 pub(crate) const FORKS: &str = "say which: begin with a velocity, however small, to the side that is meant (`--v0`, or a run from here), or with a force that is \
     larger than the jump; and if it is to be friction, give it the sign that is against the velocity";
 
@@ -45,7 +45,7 @@ pub enum SeriesFailure {
     /// The limit of the number of steps was reached.
     #[error("{steps} steps have been made")]
     TooManySteps {
-        /// How many were made.
+        /// The number of steps that were made.
         steps: u64,
         /// The length of the last one.
         last: f64,
@@ -55,66 +55,70 @@ pub enum SeriesFailure {
     /// The steps have become so short that the motion gets no further.
     #[error("{steps} steps have led {led:e} further")]
     Stalls {
-        /// How many steps in a row were looked at.
+        /// The number of consecutive steps.
         steps: u64,
-        /// How far they led.
+        /// The time that they advanced.
         led: f64,
     },
-    /// The motion goes back and forth about a place where the acceleration jumps, and no expansion shows what jumps.
+    /// The motion oscillates about a place where the acceleration jumps, and no expansion shows which
+    /// function does.
     #[error("{steps} steps, which led {led:e} further, ended with another acceleration than their series")]
     BackAndForth {
-        /// How many steps ended so.
+        /// The number of steps that ended so.
         steps: u32,
-        /// How far they led.
+        /// The time that they advanced.
         led: f64,
     },
-    /// The acceleration has no bound at a place on the way of the next step: the equations for it do not determine it there, and the motion ends.
+    /// The acceleration is unbounded at a place within the next step: the equations do not determine it
+    /// there, and the motion ends.
     #[error("the acceleration has no bound at t = {time}")]
     Unbounded {
         /// The time of that place.
         time: f64,
     },
-    /// Constraints depend on each other at a place on the way of the next step: there they hold for velocities that they exclude elsewhere, and the
-    /// motion may go on in more than one way, as that of a linkage at a change point.
+    /// Constraints depend on each other at a place within the next step. There they admit velocities that
+    /// they exclude elsewhere, and the motion may continue in more than one way, as that of a linkage at a
+    /// change point.
     #[error("{row} says nothing beside the other constraints at t = {time}")]
     Dependent {
         /// The time of that place.
         time: f64,
-        /// The first constraint that says nothing there beside those before it.
+        /// The first constraint that depends there on those before it.
         row: DependentRow,
     },
-    /// The motion has come to a place where a function jumps, from both sides it leads back to this place, and no motion at rest is found that goes on,
-    /// since the function that jumps is one of your own, or does not depend on the velocity, or no forces between its two sides hold the motion there.
+    /// The motion has come to a place where a function jumps and both sides lead back to it, and no motion at
+    /// rest is found: the function is one of your own, or does not depend on the velocity, or no forces
+    /// between its two sides hold the motion there.
     #[error("the motion sticks where `{switch}` is zero")]
     Sticks {
         /// The argument whose sign changes there, as written in the declaration. For a comparison in one of your functions, the function's
         /// name.
         switch: Cow<'static, str>,
-        /// Whether the declaration itself has functions of pieces: otherwise it is one of your own that jumps.
+        /// Whether the declaration itself has piecewise functions; if not, one of your own jumps.
         is_declared: bool,
     },
-    /// What is at rest is led away from it by a force that jumps with the velocity, as one along it, to either side: there are three motions, and one of them
-    /// stays at rest.
+    /// A body at rest is driven to either side by a force that jumps with the velocity, such as one along the
+    /// velocity. Three motions are possible, and one of them stays at rest.
     #[error("what is at rest may go either way, or stay")]
     Forks,
-    /// The velocity, or the position, would have to jump: what holds beyond a switch, or beyond a time at which steps end, does not go on from
-    /// what was before.
+    /// The velocity, or the position, would have to jump: the state before a switch, or before a time at
+    /// which steps end, is not a state of the system beyond it.
     #[error("the {} would have to jump", .by.what())]
     Jumps {
         /// The switch, as above; `None` at such a time.
         switch: Option<Cow<'static, str>>,
-        /// What makes it jump.
+        /// The cause of the jump.
         by: Jump,
     },
 }
 
 crate::debug_is_message!(SeriesFailure);
 
-/// What makes a velocity, or a position, jump.
+/// The cause of a jump of the velocity or the position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Jump {
-    /// A holonomic constraint jumps: it is the position that would have to.
+    /// A holonomic constraint jumps: the position would have to jump.
     Position,
     /// A holonomic constraint has a corner, or a nonholonomic one jumps.
     Constraint,
@@ -123,7 +127,7 @@ pub enum Jump {
 }
 
 impl Jump {
-    /// What would have to jump.
+    /// The quantity that would have to jump.
     fn what(self) -> &'static str {
         match self {
             Self::Position => "position",
@@ -132,16 +136,16 @@ impl Jump {
     }
 }
 
-/// With a relative tolerance above this, the steps themselves may have led to where a motion ends.
+/// With a relative tolerance above this, errors of the steps may have led to the place where a motion ends.
 const LOOSE: f64 = 1e-5;
 
-/// A last step below this part of the mean tells that steps have become shorter and shorter.
+/// A last step below this part of the mean shows that steps have become shorter and shorter.
 const COLLAPSED: f64 = 1e-3;
 
 /// Everything known about a run by Taylor series that failed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedSeries {
-    /// How many steps were made before.
+    /// The number of steps before the failure.
     pub step: u64,
     /// The time.
     pub time: f64,
@@ -151,17 +155,17 @@ pub struct FailedSeries {
     pub v: Vec<f64>,
     /// The coordinates' names.
     pub coordinates: Vec<Cow<'static, str>>,
-    /// What in the equations has no value there, if that is why.
+    /// The expression without a value, if it is the cause.
     pub undefined: Option<Undefined>,
-    /// What the equations for the acceleration hardly determine there, if steps have become short.
+    /// The near-deficiency of the equations for the acceleration, if steps have become short.
     pub deficiency: Option<Deficiency>,
-    /// Whether a factor of a constraint may be why: whether there is a kinematic constraint.
+    /// Whether there is a kinematic constraint, so that a vanishing factor of it may be the cause.
     pub may_divide: bool,
     /// Whether the declaration calls functions of your own.
     pub calls: bool,
     /// The relative tolerance of a step.
     pub tolerance: f64,
-    /// What happened.
+    /// The cause.
     pub cause: SeriesFailure,
 }
 
@@ -284,7 +288,7 @@ impl fmt::Display for SeriesError {
     }
 }
 
-/// Why a velocity or a position would have to jump, and what to write in place of that.
+/// The cause of a jump of the velocity or the position, and what to write instead.
 struct Jumping<'a>(Option<&'a str>, Jump);
 
 impl fmt::Display for Jumping<'_> {
@@ -325,18 +329,18 @@ impl fmt::Display for Jumping<'_> {
     }
 }
 
-/// The function in whose inside a comparison decides, if a switch is one.
+/// The name of the function whose comparison is the switch, if it is one.
 fn function_of(switch: &str) -> Option<&str> {
     switch.strip_prefix("a comparison in ")
 }
 
-/// What is said of a place that steps do not get past.
+/// The description of a place that steps cannot pass.
 struct Singular<'a> {
-    /// What the equations hardly determine there.
+    /// The near-deficiency of the equations there.
     deficiency: Option<&'a Deficiency>,
-    /// Whether a factor of a constraint may be why.
+    /// Whether a factor of a constraint may be the cause.
     may_divide: bool,
-    /// Whether the declaration calls functions of the user's.
+    /// Whether the declaration calls the user's functions.
     calls: bool,
     /// The relative tolerance of a step.
     tolerance: f64,
@@ -350,7 +354,7 @@ impl fmt::Display for Singular<'_> {
         let tolerance = self.tolerance;
         let is_loose = tolerance > LOOSE;
         if is_loose {
-            // what the equations are like where the motion never comes says nothing
+            // the equations at a place that the motion never reaches are no explanation
             return write!(
                 f,
                 "the tolerance {tolerance:e} is large: each step may miss the motion by this part of the velocity, the errors add up, and \

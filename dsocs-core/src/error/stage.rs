@@ -1,4 +1,4 @@
-//! What can go wrong in a stage of a composed step.
+//! The errors of a stage of a composed step.
 
 use core::fmt;
 
@@ -17,15 +17,15 @@ pub struct FailedStage {
     pub stage: usize,
     /// Whether its leg goes against the direction of the run.
     pub backward: bool,
-    /// Whether there is a constraint on accelerations, which may have no motion back in time.
+    /// Whether there is a constraint on accelerations; the motion may not exist back in time then.
     pub constrained: bool,
     /// Whether a force or a constraint jumps with positions or velocities.
     pub piecewise: bool,
-    /// What happened.
+    /// The cause.
     pub cause: StageFailure,
 }
 
-/// What happened in a stage.
+/// The cause of a failed stage.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StageFailure {

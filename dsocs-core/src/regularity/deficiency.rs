@@ -1,8 +1,8 @@
-//! What the equations leave open where their Jacobian is singular, in the words of the declaration.
+//! The unknowns and rows that make the Jacobian of the equations singular, in the words of the declaration.
 //!
-//! The rows are taken as they were declared, with all their unknowns: second differences (or accelerations) and multipliers. The
-//! vectors that the Jacobian takes to zero name the unknowns that are not determined; those that its transpose takes to zero name
-//! the rows that depend on each other.
+//! The rows are taken as declared, with all their unknowns: second differences (or accelerations) and
+//! multipliers. The null vectors of the Jacobian name the unknowns that are not determined; those of its
+//! transpose name the rows that depend on each other.
 
 use core::fmt;
 use std::borrow::Cow;
@@ -15,22 +15,22 @@ use crate::solve::dense::{Matrix, ZERO, equilibrate, null_vectors};
 use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::tape::declaration::Declaration;
 
-/// The same where it is asked what is nearly zero.
+/// Singular values below this part of the largest count as zero where near-singularity is asked for.
 const NEARLY_ZERO: f64 = 1e-5;
 
-/// An unknown or a row with less than this part in all null vectors has no part in them.
+/// An unknown or a row with at most this component in all null vectors is not part of the deficiency.
 const NO_PART: f64 = 1e-6;
 
-/// Where no motion leads past.
+/// A singularity that no motion passes.
 #[derive(Clone, Debug)]
 pub(crate) struct Singularity {
-    /// The time, about.
+    /// The approximate time.
     pub time: f64,
-    /// What is not determined there, if that can be told.
+    /// The unknowns that are not determined there, if they can be named.
     pub deficiency: Option<Deficiency>,
 }
 
-/// What the equations do not determine at a point: why there is no solution, or more than one.
+/// The unknowns that the equations do not determine at a point: why there is no solution, or more than one.
 ///
 /// Its text is a part of a sentence: ``coordinate `y` has no mass and no row determines it``.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -39,7 +39,8 @@ pub struct Deficiency {
     pub coordinates: Vec<Cow<'static, str>>,
     /// Whether combinations of these coordinates are not determined, rather than the coordinates themselves.
     pub combined: bool,
-    /// Whether what is not determined has no mass: `∂²L/∂v²` is zero along these coordinates, or along their combination.
+    /// Whether the undetermined directions have no mass: `∂²L/∂v²` is zero along these coordinates, or along
+    /// their combination.
     pub massless: bool,
     /// The rows that depend on each other, constraints first. If there is only one, it does not contain the unknowns at all.
     pub rows: Vec<DependentRow>,
@@ -59,8 +60,9 @@ pub enum DependentRow {
     Kinematic(usize),
     /// The work of the constraint force along a virtual displacement, by the index of the displacement from 0.
     Displacement(usize),
-    /// An equation of motion that the declared constraint forces do not enter, by its index from 0: the same, where the declaration gives
-    /// the directions of the constraint forces instead of the virtual displacements.
+    /// The work along a direction on which the declared constraint forces do no work, by its index from 0:
+    /// [`DependentRow::Displacement`] for a declaration of constraint forces instead of virtual
+    /// displacements.
     Free(usize),
     /// The equation of motion of a coordinate.
     Motion(Cow<'static, str>),
@@ -83,7 +85,7 @@ impl DependentRow {
         !matches!(self, Self::Displacement(_) | Self::Free(_) | Self::Motion(_))
     }
 
-    /// What one of its kind is called, and several; what tells it from others of the kind; and what is said after that.
+    /// The name of its kind, singular and plural; its number or name; and a suffix.
     fn words(&self) -> ([&'static str; 2], String, &'static str) {
         let (kind, which) = match self {
             Self::Holonomic(i) => (["holonomic constraint", "holonomic constraints"], i),
@@ -103,7 +105,7 @@ impl DependentRow {
     }
 }
 
-/// Things in a row: `a, b and c`.
+/// A list in words: `a, b and c`.
 fn listed(things: &[String]) -> String {
     match things {
         [] => String::new(),
@@ -128,7 +130,7 @@ fn named(rows: &[DependentRow]) -> String {
 }
 
 impl Deficiency {
-    /// The same, with what is known of a place beside.
+    /// The deficiency, compared with that of a place beside: if there is none, it exists at the guess alone.
     fn beside(self, other: impl FnOnce() -> Option<Self>) -> Self {
         Self {
             at_guess_alone: other().is_none(),
@@ -141,7 +143,7 @@ impl Deficiency {
         !self.rows.is_empty() && self.rows.iter().all(DependentRow::is_constraint)
     }
 
-    /// The coordinates that are not determined, in words, and how a sentence goes on with `has` and `it`.
+    /// The undetermined coordinates in words, with the verb and the pronoun of the following clause.
     fn what(&self) -> Option<(String, [&'static str; 2])> {
         let names: Vec<String> = self.coordinates.iter().map(|name| format!("`{name}`")).collect();
         let one = ["has", "it"];
@@ -155,7 +157,7 @@ impl Deficiency {
         }
     }
 
-    /// What to try, for people; nothing where it is the guess that is wrong.
+    /// Advice for users; `None` if only the guess is deficient.
     pub(crate) fn advice(&self) -> Option<&'static str> {
         if self.at_guess_alone {
             return None;
@@ -212,7 +214,8 @@ impl fmt::Display for Deficiency {
     }
 }
 
-/// What a step leaves open at the second difference `e`; nothing where its Jacobian is regular or not finite.
+/// The deficiency of a step's declared rows at the second difference `e`; `None` if the Jacobian is regular
+/// or not finite.
 #[cold]
 pub(crate) fn of_step(
     declaration: &Declaration<'_>,
@@ -237,19 +240,20 @@ pub(crate) fn of_step(
     Some(found.beside(|| examine(declaration, &columns(&beside(e, longest)), middle.any(), ZERO)))
 }
 
-/// What the continuous system leaves open at a point; nothing where its Jacobian is regular or not finite.
+/// The deficiency of the continuous system at a point; `None` if the Jacobian is regular or not finite.
 #[cold]
 pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Deficiency> {
     at_point(declaration, point, ZERO)
 }
 
-/// What the continuous system hardly determines at a point, or not at all.
+/// The deficiency or near-deficiency of the continuous system at a point.
 #[cold]
 pub(crate) fn near_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Deficiency> {
     at_point(declaration, point, NEARLY_ZERO)
 }
 
-/// What the continuous system leaves open at a point, where singular values up to a part of the largest are zero.
+/// The deficiency of the continuous system at a point, with singular values up to the part `zero` of the
+/// largest counted as zero.
 fn at_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, zero: f64) -> Option<Deficiency> {
     let n = declaration.dimension();
     let columns = |point: AnyPoint<'_, f64>| -> Vec<Vec<Tangent>> {
@@ -278,14 +282,14 @@ fn at_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, zero: f64) 
     Some(found.beside(|| examine(declaration, &columns(other), other, zero)))
 }
 
-/// A place that lies beside another, along no axis and none of the usual diagonals.
+/// A point beside another, in a direction along no axis and no usual diagonal.
 pub(crate) fn beside(x: &[f64], size: f64) -> Vec<f64> {
     const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
     let moved = x.iter().zip(ASIDE.iter().cycle());
     moved.map(|(x, aside)| x + aside * size).collect()
 }
 
-/// What the equations for the acceleration at a start leave open, where that may be why they have no solution.
+/// The deficiency of the equations for the acceleration at a start, if it may be why they have no solution.
 #[cold]
 pub(crate) fn of_start(
     declaration: &Declaration<'_>,
@@ -301,12 +305,13 @@ pub(crate) fn of_start(
     of_point(declaration, AnyPoint { t, q: q0, v: v0, a })
 }
 
-/// An unknown, which moves or not; one that is not known stands at 0.
+/// An unknown, as a variable or as a constant; 0 if it is not finite.
 fn moved(x: f64, moves: bool) -> Tangent {
     Tangent::new(if x.is_finite() { x } else { 0.0 }, if moves { 1.0 } else { 0.0 })
 }
 
-/// What equations leave open that are given by the derivatives of all rows by each unknown: third derivatives, then rates of multipliers.
+/// The deficiency of equations from the derivatives of all rows by each unknown: third derivatives, then
+/// rates of multipliers.
 #[cold]
 pub(crate) fn of_columns(
     declaration: &Declaration<'_>,
@@ -316,7 +321,7 @@ pub(crate) fn of_columns(
     examine(declaration, columns, point, ZERO)
 }
 
-/// The same of what is hardly determined, or not at all.
+/// [`of_columns`] for near-deficiency.
 #[cold]
 pub(crate) fn near_columns(
     declaration: &Declaration<'_>,
@@ -326,7 +331,7 @@ pub(crate) fn near_columns(
     examine(declaration, columns, point, NEARLY_ZERO)
 }
 
-/// Looks for null vectors of a matrix that is given by its columns: first those of coordinates, then those of multipliers.
+/// The null vectors of a matrix, given by its columns: first those of coordinates, then those of multipliers.
 fn examine(
     declaration: &Declaration<'_>,
     columns: &[Vec<Tangent>],
@@ -354,7 +359,7 @@ fn examine(
         let along: Vec<f64> = (0..n).map(|i| vector[i] * scales[i]).collect();
         is_massless(declaration, point, &along)
     });
-    // constraints that depend on each other come before what follows from them: their displacements vanish, too
+    // dependent constraints come first: their displacements are dependent in consequence
     let constraints = declaration.constraints().into_iter().sum::<usize>().min(size);
     let bound = Matrix::from_fn(size, constraints, |i, j| matrix[(j, i)]);
     let of_constraints = null_vectors(&bound, zero);
@@ -374,12 +379,12 @@ fn examine(
     })
 }
 
-/// Whether a place is not zero in all vectors.
+/// Whether a component is nonzero in a vector.
 fn has_part(vectors: &[Vec<f64>], place: usize) -> bool {
     vectors.iter().any(|vector| vector[place].abs() > NO_PART)
 }
 
-/// Whether `∂²L/∂v²` is zero along a direction, which is not zero itself.
+/// Whether `∂²L/∂v²` is zero along a nonzero direction.
 fn is_massless(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, along: &[f64]) -> bool {
     let mass = |along: &[f64]| {
         let point = AnyPoint {
@@ -393,7 +398,7 @@ fn is_massless(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, along: &
             .iter()
             .fold(0.0_f64, |largest, x| largest.max(x.derivative().abs()))
     };
-    // against what the same coordinates weigh by themselves
+    // compared with the masses of the single coordinates
     let alone = |j: usize| -> Vec<f64> {
         let parts = along.iter().enumerate();
         parts
@@ -405,7 +410,7 @@ fn is_massless(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, along: &
     along.iter().any(|&x| x != 0.0) && mass(along) <= ZERO * own
 }
 
-/// What the row of a place is.
+/// The declared row with a given index.
 pub(crate) fn row(declaration: &Declaration<'_>, place: usize) -> DependentRow {
     let [holonomic, nonholonomic, kinematic] = declaration.constraints();
     let lower = holonomic + nonholonomic;

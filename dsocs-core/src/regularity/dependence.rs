@@ -1,4 +1,4 @@
-//! Constraints of positions and velocities that depend on each other.
+//! Constraints on positions and velocities that depend on each other.
 
 use super::deficiency::{self, DependentRow};
 use crate::solve::Vector;
@@ -6,12 +6,12 @@ use crate::start;
 use crate::start::place::Place;
 use crate::tape::declaration::Declaration;
 
-/// A constraint whose part that is independent of those before it is below this part of what it was is dependent, on a way that is straight, and so not quite
-/// that of the motion.
+/// On a straight path, which is not quite that of the motion, a constraint is dependent if its part that is
+/// independent of those before it is below this part of its former value.
 pub(crate) const NEARLY_DEPENDENT: f64 = 1e-2;
 
-/// The first constraint of positions or velocities whose part that is independent of those before it is, at a place, below a part of what it says at
-/// another.
+/// The first constraint on positions or velocities whose part that is independent of those before it is, at
+/// `place`, below a part of that at `other`.
 pub(crate) fn dependent_row(
     declaration: &Declaration<'_>,
     place: &Place,
@@ -28,8 +28,8 @@ pub(crate) fn dependent_row(
     found.map(|k| deficiency::row(declaration, k))
 }
 
-/// The first constraint of positions or velocities that says nothing at a place beside those before it, or hardly anything, by what it says beside the
-/// place.
+/// The first constraint on positions or velocities that is dependent, or nearly so, on those before it at a
+/// place, compared with points beside.
 #[cold]
 pub(crate) fn dependent_at(declaration: &Declaration<'_>, place: &Place) -> Option<DependentRow> {
     let beside = Place {
@@ -39,9 +39,10 @@ pub(crate) fn dependent_at(declaration: &Declaration<'_>, place: &Place) -> Opti
     dependent_row(declaration, place, &beside, NEARLY_DEPENDENT)
 }
 
-/// The constraint of positions or velocities of which the smallest part is independent of those before it at a time, a position and a velocity, and that part, from 0 to
-/// 1, as the masses of the coordinates measure it. What a run computes is known to no more than the rounding of a number over that part. `None` with fewer than two such
-/// constraints.
+/// The constraint on positions or velocities with the smallest part that is independent of those before it,
+/// at a time, a position and a velocity; and that part, from 0 to 1, in the metric of the coordinates'
+/// masses. The relative accuracy of a run is no better than the unit round-off divided by that part. `None`
+/// for fewer than two such constraints.
 #[must_use]
 pub fn least_independent(
     declaration: &Declaration<'_>,
@@ -72,7 +73,7 @@ pub fn least_independent(
     Some((deficiency::row(declaration, k), least))
 }
 
-/// The lengths of the parts of rows that are independent of those before them.
+/// The lengths of the rows' parts that are independent of the rows before them.
 fn independent_parts(rows: Vec<Vec<f64>>) -> Vec<f64> {
     let mut independent: Vec<Vec<f64>> = Vec::with_capacity(rows.len());
     let mut parts = Vec::with_capacity(rows.len());
@@ -92,7 +93,7 @@ fn independent_parts(rows: Vec<Vec<f64>>) -> Vec<f64> {
     parts
 }
 
-/// The slopes of the constraints on positions and velocities, by the velocity.
+/// The derivatives of the constraints on positions and velocities by the velocity.
 fn slopes(declaration: &Declaration<'_>, Place { t, q, v, .. }: &Place) -> Vec<Vec<f64>> {
     let lower = declaration.lower();
     let mut rows = vec![0.0; lower * (1 + q.len())];
@@ -101,7 +102,7 @@ fn slopes(declaration: &Declaration<'_>, Place { t, q, v, .. }: &Place) -> Vec<V
     slopes.map(<[f64]>::to_vec).collect()
 }
 
-/// The sum of products.
+/// The inner product.
 fn product(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

@@ -1,20 +1,23 @@
-//! Constraints on positions whose gradient vanishes where they hold: no force belongs to them there.
+//! Constraints on positions whose gradient vanishes where they hold, so that no constraint force exists
+//! there.
 
 use super::deficiency::{self, DependentRow};
 use crate::tape::declaration::Declaration;
 
-/// Beside a position, at this part of its size, a row and its gradient are measured.
+/// Distance from a position, relative to its size, at which a row and its gradient are measured for
+/// comparison.
 const BESIDE: f64 = 0.1;
 
-/// A row and slopes of this part of those beside are zero. A step from a place where both vanish leaves them within it.
+/// A row and a gradient below this part of those beside count as zero. A step from a place where both vanish
+/// stays within it.
 const FLAT: f64 = 1e-2;
 
-/// The first constraint on positions that holds at a position and has no gradient there.
+/// The first constraint on positions that holds at a position and has zero gradient there.
 #[cold]
 pub(crate) fn without_gradient(declaration: &Declaration<'_>, t: f64, q: &[f64]) -> Option<DependentRow> {
     let count = declaration.holonomic();
     let still = vec![0.0; q.len()];
-    // the size of each row, and that of its gradient
+    // the size of each row, and of its gradient
     let sizes = |q: &[f64]| -> Vec<[f64; 2]> {
         let mut rows = vec![0.0; count * (1 + q.len())];
         declaration.phase_slopes(false, t, q, &still, &mut rows);
@@ -38,7 +41,7 @@ pub(crate) fn without_gradient(declaration: &Declaration<'_>, t: f64, q: &[f64])
         }
     }
     let mut each = sizes(q).into_iter().zip(beside);
-    // false also where something is no number
+    // false also for a NaN
     let place =
         each.position(|(here, beside)| (0..2).all(|k| beside[k] > 0.0 && here[k] <= FLAT * beside[k]))?;
     Some(deficiency::row(declaration, place))

@@ -1,4 +1,4 @@
-//! How far coordinates move in a step: their lengths, which make coordinates of different units comparable.
+//! Lengths of the coordinates' increments in a step, which make coordinates of different units comparable.
 
 use crate::number::bounded::UNIT;
 use crate::number::point::{AnyLeg, map};
@@ -7,23 +7,24 @@ use crate::regularity::rounding;
 use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
-/// A coordinate whose legs are shorter than this part of the longest stands still.
+/// A coordinate with legs shorter than this part of the longest is at rest.
 const STILL: f64 = 1e-3;
 
-/// Legs that are shorter than this part of the way that forces lead in a step are what rounding leaves of forces that balance, or hardly more: the terms of the
-/// equations belong to steps that are not made.
+/// Legs shorter than this part of the displacement `h² f/m` by single force terms are rounding of forces that
+/// balance, or hardly more: they are no measure of the equations.
 const BALANCED: f64 = 1e6 * f64::EPSILON;
 
-/// The masses are the same at three nodes, if they differ by less than this part.
+/// Masses at three nodes are the same if they differ by less than this part.
 const CONSTANT: f64 = 1e-3;
 
-/// The longer of both legs by coordinate, at least a part of the longest of all; `None` of a coordinate that has no such length.
+/// The longer of both legs by coordinate, at least a part of the longest of all; `None` for a coordinate
+/// without such a length.
 ///
-/// Coordinates may have units of their own. What makes their lengths comparable is the mass that moves with each: `√(∂²L/∂vᵢ²) δqᵢ`
+/// Coordinates may have different units. The mass of each makes their lengths comparable: `√(∂²L/∂vᵢ²) δqᵢ`
 /// has the same unit for all.
 ///
-/// Where forces balance and a motion is what rounding makes of them, its legs are no measure of the equations, as the masses are the same all along them. There
-/// it is the way that the forces would lead in a step if they did not balance.
+/// If forces balance and the motion is only their rounding, the legs are no measure of the equations, since
+/// the masses are constant along them. Then the measure is the displacement in a step by a single force term.
 pub(crate) fn measured(
     declaration: &Declaration<'_>,
     h: f64,
@@ -61,7 +62,8 @@ pub(crate) fn measured(
     (0..moved.len()).map(length).collect()
 }
 
-/// By how much the rounding of forces and momenta may move the second difference of each coordinate; zero where it has no mass.
+/// The change of each coordinate's second difference by the rounding of forces and momenta; zero without a
+/// mass.
 pub(crate) fn roundings(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Vec<f64> {
     let weights = weights(declaration, h, leg);
     let forced = f64::EPSILON * forced(declaration, h, leg, e, &weights);
@@ -71,7 +73,8 @@ pub(crate) fn roundings(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f
         .collect()
 }
 
-/// How far the terms of the forces at the middle node would lead in a step if they did not balance, the most of all coordinates, each times the square root of its mass.
+/// The largest displacement in a step by a single term of the forces at the middle node, times the square
+/// root of the coordinate's mass.
 fn forced(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64], weights: &[f64]) -> f64 {
     let bounds = rounding::force_bounds(declaration, h, leg, e);
     let ways = bounds.iter().zip(weights).map(|(bound, &weight)| {
@@ -105,7 +108,7 @@ fn has_constant_masses(
     })
 }
 
-/// The square root of the mass that moves with each coordinate; zero where there is none.
+/// The square root of each coordinate's mass; zero if it has none.
 pub(crate) fn weights(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
     let v = map(leg.d, |d| d / h);
     let weight = |i: usize| {
@@ -118,7 +121,7 @@ pub(crate) fn weights(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64
                 })
                 .collect()
         };
-        // by a part of the velocity: only differences of users' functions depend on it
+        // by a part of the velocity: only the differences of users' functions depend on it
         let unit = if v[i] == 0.0 { 1.0 } else { v[i].abs() };
         let mass = declaration
             .lagrangian(
@@ -133,7 +136,8 @@ pub(crate) fn weights(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64
     (0..v.len()).map(weight).collect()
 }
 
-/// A length for every coordinate. One that does not move while others do is measured by its mass, or by 1 if it has none.
+/// A length for every coordinate. One that is at rest while others move has the length given by its mass, or
+/// 1 without mass.
 pub(crate) fn lengths(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Vec<f64> {
     let weights = weights(declaration, h, leg);
     let measured = measured(declaration, h, leg, e);

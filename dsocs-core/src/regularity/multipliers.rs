@@ -1,4 +1,4 @@
-//! Multipliers: what each constraint contributes to the constraint force.
+//! Multipliers: the contribution of each constraint to the constraint force.
 
 use crate::number::point::{AnyLeg, AnyPoint};
 use crate::regularity::lengths;
@@ -8,20 +8,20 @@ use crate::tape::declaration::Declaration;
 /// Components of forms below this part of the largest are not scaled up.
 const FAINT: f64 = 1e-3;
 
-/// The multipliers `λ` of the forms with which `Σ λ_j α_j` comes nearest to a force `Q`; where the equations of the step hold,
-/// the two are equal. NaN if the force or a form is not finite.
+/// The multipliers `λ` for which `Σ λ_j α_j` is closest to a force `Q`; equal to it if the equations of the
+/// step hold. NaN if the force or a form is not finite.
 pub(crate) fn multipliers(force: &[f64], forms: &[Vec<f64>]) -> Vec<f64> {
     let (n, count) = (force.len(), forms.len());
     if count == 0 {
         return Vec::new();
     }
-    // coordinates with their own units: a row of forms and force is scaled by its largest form
+    // coordinates may have different units: each component of forms and force is scaled by its largest form
     let scale = |i: usize| {
         forms
             .iter()
             .fold(0.0_f64, |largest, form| largest.max(form[i].abs()))
     };
-    // a component that passes through zero is not to be blown up to the size of the others: its force is rounding
+    // a component that passes through zero is not scaled up to the size of the others: its force is rounding
     let least = FAINT * (0..n).fold(0.0_f64, |largest, i| largest.max(scale(i)));
     let scaled = |i: usize, x: f64| {
         let scale = scale(i);
@@ -32,7 +32,7 @@ pub(crate) fn multipliers(force: &[f64], forms: &[Vec<f64>]) -> Vec<f64> {
     if !matrix.is_finite() || right.iter().any(|entry| !entry.is_finite()) {
         return vec![f64::NAN; count];
     }
-    // and forms may be short, or none
+    // forms may be short, or zero
     let lengths: Vec<f64> = matrix
         .normalize_columns()
         .into_iter()
@@ -59,13 +59,14 @@ pub(crate) fn of_motion(coordinates: usize, motion: &[f64]) -> &[f64] {
     motion.get(coordinates..).unwrap_or_default()
 }
 
-/// The multipliers that are unknown in a step, at the triple of a leg and a second difference: those that come nearest to the
-/// constraint force there. None where there are fields instead.
+/// The multipliers among the unknowns of a step, for a leg and a second difference: those that fit the
+/// constraint force best. Empty if there are fields instead.
 pub(crate) fn of_step(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Vec<f64> {
     if !declaration.has_multipliers() {
         return Vec::new();
     }
-    // components for the lengths that coordinates move, not for their units: then it is no matter of units which form is faint
+    // components in units of the coordinates' lengths, not of their units: then whether a form is faint does
+    // not depend on units
     let forms = declaration.forms(h, leg, e);
     let lengths = lengths::measured(declaration, h, leg, e);
     let largest = |i: usize| {
@@ -78,7 +79,7 @@ pub(crate) fn of_step(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64
         most.max(lengths[i].map_or(0.0, |length| length * largest(i)))
     });
     let unit = |i: usize| {
-        // the forms of a coordinate that has no length are not
+        // the forms of a coordinate without a length are scaled to the common size
         let unit = lengths[i].unwrap_or_else(|| if all > 0.0 { all } else { 1.0 } / largest(i));
         if unit.is_normal() { unit } else { 1.0 }
     };
@@ -96,7 +97,7 @@ pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) 
     )
 }
 
-/// How many multipliers are left among the unknowns of a step.
+/// The number of multipliers among the unknowns of a step.
 pub(crate) fn count_unknown(declaration: &Declaration<'_>) -> usize {
     let ones = vec![1.0; declaration.forms_count()];
     let unknown = declaration.unknown(&vec![0.0; declaration.dimension()], &ones);

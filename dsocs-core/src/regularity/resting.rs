@@ -1,8 +1,10 @@
-//! The continuous motion where something rests on a surface: what functions that jump with the velocity are worth there.
+//! The continuous motion with bodies at rest on surfaces: the values of functions that jump with the velocity
+//! there.
 //!
-//! An argument `g(t, q, v)` that is zero stays so as long as a side in `[-1, 1]` makes its rate zero, `dg/dt + ∂g/∂v · a = 0`. This is the inclusion of
-//! [`crate::regularity::sides`] for the rates of what is zero. As long as the same arguments stay at zero, accelerations, multipliers and sides solve
-//! equations that are as smooth as what was declared.
+//! An argument `g(t, q, v)` that is zero stays so as long as a side in `[-1, 1]` makes its rate zero, `dg/dt
+//! + ∂g/∂v · a = 0`. This is the inclusion of [`crate::regularity::sides`] for the rates of the arguments
+//! that are zero. As long as the same arguments stay zero, accelerations, multipliers and sides solve
+//! equations that are as smooth as the declared ones.
 
 use crate::number::bounded::{Bounded, UNIT};
 use crate::number::larger;
@@ -15,45 +17,45 @@ use crate::solve::dense::Matrix;
 use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
-/// How often Newton's iteration goes on where it is known what rests.
+/// Largest number of Newton iterations with a known set of resting arguments.
 const MAX_ITERATIONS: u32 = 20;
 
-/// An update below this part of the unknowns is the last: what is left is its square.
+/// An update below this part of the unknowns is the last: the remaining error is its square.
 const LAST: f64 = 1e-9;
 
-/// Equations for sides whose singular values are below this depend on each other.
+/// Equations for sides with singular values below this depend on each other.
 const DEPENDENT: f64 = 1e-9;
 
-/// What changes a velocity by less than this part of its terms is rounding.
+/// A change of velocity below this part of its terms is rounding.
 const FAINT: f64 = 1e-9;
 
-/// A point where arguments may be zero.
+/// A point at which arguments may be zero.
 pub(crate) struct AtPoint<'a> {
     declaration: Declaration<'a>,
     t: f64,
     q: &'a [f64],
     v: &'a [f64],
-    /// The arguments, and how they change without an acceleration.
+    /// The arguments, with their rates at zero acceleration.
     drift: Vec<Tangent>,
-    /// Their derivatives by each component of the velocity.
+    /// Their derivatives by the components of the velocity.
     slopes: Vec<Vec<Tangent>>,
 }
 
-/// The motion at a point where it is known what rests.
+/// The motion at a point with a known set of resting arguments.
 #[derive(Clone, Debug)]
 pub(crate) struct Held {
     /// Accelerations, then multipliers.
     pub(crate) x: Vec<f64>,
-    /// The sides; of what rests they may be beyond their bounds, where it does not any more.
+    /// The sides; that of a resting argument exceeds its bounds once it no longer rests.
     pub(crate) sides: Vec<f64>,
-    /// How much of each unknown the sides make, in the sum of their sizes.
+    /// The contribution of the sides to each unknown, as a sum of absolute values.
     pub(crate) reach: Vec<f64>,
-    /// By how much the velocity is to change so that what rests has exactly the velocity of its surface.
+    /// The correction of the velocity after which the resting arguments vanish exactly.
     pub(crate) correction: Vec<f64>,
 }
 
 impl Held {
-    /// A guess with an acceleration, and without multipliers and sides.
+    /// A guess with the given acceleration, zero multipliers and zero sides.
     pub(crate) fn guess(a: &[f64], multipliers: usize, sides: usize) -> Self {
         let mut x = a.to_vec();
         x.resize(a.len() + multipliers, 0.0);
@@ -100,14 +102,14 @@ impl<'a> AtPoint<'a> {
         self.drift.iter().map(|argument| argument.value()).collect()
     }
 
-    /// How fast an argument changes with an acceleration.
+    /// The rate of an argument for a given acceleration.
     pub(crate) fn rate(&self, g: usize, a: &[f64]) -> f64 {
         let drift = self.drift.get(g).map_or(0.0, |argument| argument.derivative());
         let terms = a.iter().enumerate().map(|(j, a)| self.slope(g, j) * a);
         drift + terms.sum::<f64>()
     }
 
-    /// Rows and arguments, where of those that are zero it is their rates.
+    /// Rows and arguments; for arguments that are zero, their rates.
     fn linearize(&self, x: &[f64], sides: &[f64], zero: &[bool]) -> Linear {
         let n = self.q.len();
         let (time, q, v) = (
@@ -148,8 +150,9 @@ impl<'a> AtPoint<'a> {
         }
     }
 
-    /// How fast each argument changes with an acceleration, at most, if the sides may be any: two that are multiples of each other are zero together, and then
-    /// what is known of the motion may have the one beyond zero and the other not yet, so that they rest on each other.
+    /// The largest rate of each argument for a given acceleration and any sides. Two arguments that are
+    /// multiples of each other vanish together; with rounding one may be beyond zero and the other not yet,
+    /// so this tells whether both rest.
     pub(crate) fn fastest(&self, a: &[f64], multipliers: usize) -> Vec<f64> {
         let sides = self.drift.len();
         let mut x = a.to_vec();
@@ -167,8 +170,10 @@ impl<'a> AtPoint<'a> {
             .collect()
     }
 
-    /// Whether a side of an argument that is zero leads away from zero at either of its bounds, whatever the others do: then the motion may go to either side, or
-    /// stay, as with a force along the velocity. Forward in time, and with what it does in a `time`: what is rounding of the velocity is no force.
+    /// Whether a side of a zero argument drives it away from zero at either of its bounds, for any values of
+    /// the others. Then the motion may go to either side, or stay at rest, as with a force along the
+    /// velocity. Forward in time, and judged by the change within `time`, so that rounding of the velocity is
+    /// not taken for a force.
     #[cold]
     pub(crate) fn forks(&self, zero: &[bool], multipliers: usize, time: f64) -> bool {
         let n = self.q.len();
@@ -209,7 +214,7 @@ impl<'a> AtPoint<'a> {
         false
     }
 
-    /// How large the terms of the arguments are.
+    /// The sizes of the arguments' terms.
     fn sizes(&self) -> Vec<f64> {
         let (q, v) = (map(self.q, Bounded::splat), map(self.v, Bounded::splat));
         let arguments = self.declaration.side_arguments(Bounded::splat(self.t), &q, &v);
@@ -219,7 +224,7 @@ impl<'a> AtPoint<'a> {
             .collect()
     }
 
-    /// Solves the inclusion where some arguments are zero, with unknowns near some.
+    /// Solves the inclusion with some arguments zero, from unknowns near `near`.
     #[cold]
     pub(crate) fn solve(&self, zero: &[bool], multipliers: usize, near: Option<&[f64]>) -> Option<Sided> {
         let count = self.q.len() + multipliers;
@@ -236,8 +241,8 @@ impl<'a> AtPoint<'a> {
         sides::solve(&linearize, &guess, &vec![0.0; count], 1.0)
     }
 
-    /// The motion where the arguments that are between rest and the others keep their sides, from a guess; `None` if the sides of what rests are not
-    /// determined.
+    /// The motion in which the arguments between two pieces rest and the others keep their sides, from a
+    /// guess; `None` if the sides of the resting ones are not determined.
     pub(crate) fn held(&self, pieces: &[Piece], guess: &Held) -> Option<Held> {
         let rests: Vec<usize> = (0..pieces.len())
             .filter(|&g| pieces[g] == Piece::Between)
@@ -290,8 +295,8 @@ impl<'a> AtPoint<'a> {
     }
 }
 
-/// The shortest solution of equations for sides. More frictions may hold than there are directions to move in: then the forces together are determined, and
-/// each side is taken to change as little as it can.
+/// The shortest solution of the equations for sides. More frictions may act than there are directions of
+/// motion: then only their sum is determined, and each side is changed as little as possible.
 fn shortest(own: Matrix, mut right: Vec<f64>) -> Option<Vec<f64>> {
     let (decomposed, lengths) = own.equilibrated(&mut right)?;
     let solution = decomposed.solve(&right, DEPENDENT);
@@ -303,7 +308,7 @@ fn shortest(own: Matrix, mut right: Vec<f64>) -> Option<Vec<f64>> {
     )
 }
 
-/// The constraint force at a point of a motion where something rests; `None` elsewhere.
+/// The constraint force at a point with a body at rest; `None` elsewhere.
 #[cold]
 pub(crate) fn force(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Vec<f64>> {
     let multipliers = declaration.shape().multipliers();
@@ -311,8 +316,8 @@ pub(crate) fn force(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> 
     Some(declaration.sided_continuous_force(point, &found.sides))
 }
 
-/// The acceleration, the multipliers and the sides of the continuous system at a point where an argument is zero to rounding; `None` elsewhere, and
-/// where there is none.
+/// The acceleration, the multipliers and the sides of the continuous system at a point where an argument is
+/// zero to rounding; `None` elsewhere, or if there is no solution.
 #[cold]
 pub(crate) fn of_motion(
     declaration: &Declaration<'_>,

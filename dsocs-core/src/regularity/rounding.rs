@@ -1,4 +1,4 @@
-//! The rounding errors of rows, and how large their terms are.
+//! The rounding errors of rows, and the sizes of their terms.
 
 use crate::number::bounded::{Bounded, UNIT, Underflowing};
 use crate::number::point::{AnyLeg, AnyPoint, map};
@@ -7,7 +7,7 @@ use crate::regularity::multipliers::of_step;
 use crate::regularity::stacked::{of_first_pair, stacked};
 use crate::tape::declaration::Declaration;
 
-/// How large the terms of each row of [`Declaration::phase`] are.
+/// The size of the terms of each row of [`Declaration::phase`].
 pub(crate) fn phase_sizes(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
     let rows = declaration.phase(
         Bounded::splat(t),
@@ -17,13 +17,13 @@ pub(crate) fn phase_sizes(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &
     rows.iter().map(|row| row.error() / UNIT).collect()
 }
 
-/// How large the terms of each row of [`Declaration::pair`] are.
+/// The size of the terms of each row of [`Declaration::pair`].
 pub(crate) fn pair_sizes(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
     let rows = declaration.pair(Bounded::splat(h), leg.map(Bounded::splat).any());
     rows.iter().map(|row| row.error() / UNIT).collect()
 }
 
-/// The same for all rows of a step, in the order of [`stacked`].
+/// Bounds of the rounding errors of all rows of a step, in the order of [`stacked`].
 pub(crate) fn stacked_bounds(
     declaration: &Declaration<'_>,
     h: f64,
@@ -37,13 +37,14 @@ pub(crate) fn stacked_bounds(
     rows.into_iter().map(Bounded::error).collect()
 }
 
-/// The same for what constraints ask of the first pair of nodes.
+/// Bounds of the rounding errors of the constraints' rows on the first pair of nodes.
 pub(crate) fn first_pair_bounds(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
     let rows = of_first_pair(declaration, Bounded::splat(h), leg.map(Bounded::splat).any());
     rows.into_iter().map(Bounded::error).collect()
 }
 
-/// By how much rounding may change the constraint force and the external forces at the second of three nodes, by coordinate.
+/// Bounds of the rounding errors of constraint force plus external forces at the second of three nodes, by
+/// coordinate.
 pub(crate) fn force_bounds(
     declaration: &Declaration<'_>,
     h: f64,
@@ -58,7 +59,8 @@ pub(crate) fn force_bounds(
         .collect()
 }
 
-/// What each row of [`Declaration::continuous`] loses, because products fall below the smallest normal number.
+/// The loss of each row of [`Declaration::continuous`] by products that fall below the smallest normal
+/// number.
 pub(crate) fn continuous_underflow(
     declaration: &Declaration<'_>,
     point: AnyPoint<'_, f64>,

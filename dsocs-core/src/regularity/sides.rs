@@ -1,57 +1,63 @@
-//! Functions that jump with the velocity, such as dry friction: what they are where they jump.
+//! Functions that jump with the velocity, such as dry friction: their values at the jump.
 //!
-//! `signum(u)` says nothing at `u = 0`. The law of dry friction does: there the force may be any between the two sides, and it is the one that keeps
-//! the mass at rest, as long as there is one. So `signum(u)` stands for a set: its sign where `u` is not zero, and all of `[-1, 1]` where it is
-//! (A. F. Filippov, *Differential Equations with Discontinuous Righthand Sides*, 1988; J. J. Moreau, *Unilateral Contact and Dry Friction in
-//! Finite Freedom Dynamics*, 1988). With rows `R(x, s) = 0` in unknowns `x` and *sides* `s`, and arguments `u(x)`, what is looked for is
-//!
+//! `signum(u)` is not defined at `u = 0`. The law of dry friction is: there the force may have any value
+//! between the two sides, and it has the one that keeps the mass at rest, as long as there is one. So
+//! `signum(u)` stands for a set: its sign where `u` is not zero, and all of `[-1, 1]` where it is (A. F.
+//! Filippov, *Differential Equations with Discontinuous Righthand Sides*, 1988; J. J. Moreau, *Unilateral
+//! Contact and Dry Friction in Finite Freedom Dynamics*, 1988). For rows `R(x, s) = 0` in unknowns `x` and
+//! *sides* `s`, and arguments `u(x)`, the problem is
 //! ```text
 //! R(x, s) = 0,   s_g = 1 if u_g > 0,   s_g = -1 if u_g < 0,   s_g in [-1, 1] if u_g = 0.
 //! ```
 //!
-//! Newton's iteration takes both as affine in `x` and `s` and solves this for the next ones (N. H. Josephy, 1979). What is left without `x` is a linear
-//! complementarity problem with bounds, `u(s) = a - B s`. Friction takes energy, so `B` has a positive semidefinite symmetric part. Pivots of many sides
-//! at once solve it, and of single ones where those do not come to an end (J. J. Júdice, F. M. Pires, *Computers Oper. Res.* 21, 1994). Where `B` is
-//! singular, as with friction in all four joints of a four-bar linkage, the sides at rest are not determined by themselves, but the forces together are:
-//! then those are taken that are nearest to the last ones (the proximal point method). See also V. Acary, B. Brogliato, *Numerical Methods for
-//! Nonsmooth Dynamical Systems*, 2008.
+//! Newton's iteration linearises both in `x` and `s` and solves the linear problem for the next iterate (N.
+//! H. Josephy, 1979). After elimination of `x` it is a linear complementarity problem with bounds, `u(s) = a
+//! - B s`. Friction dissipates energy, so `B` has a positive semidefinite symmetric part. It is solved by
+//! pivots of many sides at once, and of single ones if those do not terminate (J. J. Júdice, F. M. Pires,
+//! *Computers Oper. Res.* 21, 1994). If `B` is singular, as with friction in all four joints of a four-bar
+//! linkage, the sides at rest are not determined one by one, but their sum of forces is: then the sides
+//! nearest to the last ones are taken (the proximal point method). See also V. Acary, B. Brogliato,
+//! *Numerical Methods for Nonsmooth Dynamical Systems*, 2008.
 
 use crate::solve::dense::Matrix;
 
-/// How often Newton's iteration goes on.
+/// Largest number of Newton iterations.
 const MAX_ITERATIONS: u32 = 40;
 
-/// An update of this part of the unknowns is the last: what rests is to rest to the last digit, and not to creep by rounding.
+/// An update of this part of the unknowns is the last: a body at rest has to be at rest to the last digit,
+/// without creeping by rounding.
 const LAST: f64 = f64::EPSILON * f64::EPSILON;
 
-/// Updates below this part that do not shrink any more are rounding.
+/// Updates below this part that no longer shrink are rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// How far the sides that are solved for are held back, relative to what they do to their own argument.
+/// Weight of the proximal term for the sides that are solved for, relative to their effect on their own
+/// argument.
 const HELD: f64 = 1e-4;
 
-/// How often they are let go.
+/// Number of proximal iterations.
 const RELEASES: u32 = 12;
 
-/// An unknown that is zero is known to this part of the others.
+/// Accuracy of an unknown that is zero, relative to the others.
 const FAINT: f64 = 1e-10;
 
-/// An argument below this part of what the sides can do to it is zero.
+/// An argument below this part of the sides' largest effect on it is zero.
 const STILL: f64 = 1e-10;
 
-/// How often all sides that are wrong may change at once without their number becoming smaller.
+/// Number of pivots of all wrong sides at once that may fail to reduce their number.
 const PATIENCE: u32 = 8;
 
-/// How often sides change their pieces at most: a cold path, and a search that has always been much shorter.
+/// Largest number of pivots; the search has always been much shorter.
 const MAX_PIVOTS: u32 = 1_000;
 
-/// Arguments beyond zero by this part are zero.
+/// Arguments beyond zero by this part count as zero.
 const BEYOND: f64 = 1e-13;
 
-/// Sides may be beyond their bounds by this much: where frictions depend on each other, they are known to no more digits, and arguments are zero to all.
+/// Sides may exceed their bounds by this much: if frictions depend on each other, they are accurate to no
+/// more digits, while arguments are zero to all.
 const LOOSE: f64 = 1e-7;
 
-/// What is known of a side.
+/// The piece of a side.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Piece {
     /// The argument is negative.
@@ -74,7 +80,7 @@ impl Piece {
         }
     }
 
-    /// The side of the piece; 0 between.
+    /// The side of the piece; 0 in between.
     pub(crate) fn side(self) -> f64 {
         match self {
             Self::Minus => -1.0,
@@ -99,7 +105,7 @@ pub(crate) struct Linear {
 }
 
 impl Linear {
-    /// The sum of the sizes of the terms of each row, with any sides.
+    /// The sum of the absolute terms of each row, for any sides.
     pub(crate) fn terms(&self, x: &[f64]) -> Vec<f64> {
         let of_row = |i: usize| {
             let own = self.by_unknowns.row(i).zip(x).map(|(entry, x)| (entry * x).abs());
@@ -109,7 +115,8 @@ impl Linear {
     }
 }
 
-/// How large an unknown may be for the terms of the rows: of a multiplier that is nothing, what is found is rounding of these.
+/// The size of an unknown that the terms of the rows could produce: rounding of a zero multiplier is relative
+/// to it.
 pub(crate) fn reach(inverse: &Matrix, terms: &[f64], unknown: usize) -> f64 {
     inverse
         .row(unknown)
@@ -125,11 +132,11 @@ pub(crate) struct Sided {
     pub(crate) x: Vec<f64>,
     /// The sides.
     pub(crate) sides: Vec<f64>,
-    /// The piece that each of them is on.
+    /// The piece of each side.
     pub(crate) pieces: Vec<Piece>,
-    /// Which arguments are zero. Of one that is, the side may be at a bound all the same.
+    /// The arguments that are zero; their sides may still be at a bound.
     pub(crate) still: Vec<bool>,
-    /// How often the rows were evaluated.
+    /// Number of evaluations of the rows.
     pub(crate) evaluations: u32,
 }
 
@@ -146,10 +153,11 @@ impl Sided {
     }
 }
 
-/// Solves an inclusion from a guess; `None` if nothing is found. `least` says how large each unknown is taken to be at least.
+/// Solves an inclusion from a guess; `None` if no solution is found. `least` is the least size of each
+/// unknown.
 ///
-/// Sides turn their arguments back to zero, `B_gg ≥ 0`, or backward in time, with `direction` -1, away from it. A motion does not stay where they do the
-/// opposite, as with a force that pushes along the velocity.
+/// Sides drive their arguments back to zero, `B_gg ≥ 0`; backward in time, with `direction` -1, away from it.
+/// Where they do the opposite, as with a force along the velocity, the motion does not stay at rest.
 #[cold]
 pub(crate) fn solve(
     linearize: &dyn Fn(&[f64], &[f64]) -> Linear,
@@ -226,7 +234,7 @@ pub(super) fn update(
     (!largest.is_nan()).then_some(largest)
 }
 
-/// The inverse of a matrix whose rows may have any units; `None` if it is singular.
+/// The inverse of a matrix whose rows may have different units; `None` if it is singular.
 pub(super) fn inverse(mut matrix: Matrix) -> Option<Matrix> {
     let lengths = matrix.normalize_columns();
     let mut inverse = matrix.inverse();
@@ -236,12 +244,12 @@ pub(super) fn inverse(mut matrix: Matrix) -> Option<Matrix> {
     inverse.is_finite().then_some(inverse)
 }
 
-/// Solves the complementarity problem `u(s + δ) = a - B δ`, from the pieces and the sides that are given. In changes `δ`, because those become small: an
-/// argument is zero to the digits of the change, not to those of the sides. Returns the change.
+/// Solves the complementarity problem `u(s + δ) = a - B δ` for the change `δ` of the sides, from given pieces
+/// and sides. Changes become small: so arguments vanish to the digits of the change, not of the sides.
 fn complement(a: &[f64], b: &Matrix, now: &mut Sided) -> Option<Vec<f64>> {
     let sides = a.len();
     let largest = |g: usize| b.row(g).fold(0.0_f64, |most, x| most.max(x.abs()));
-    // a side that does nothing to any argument is not to be divided by
+    // a side without effect on any argument must not become a divisor
     let hold: Vec<f64> = (0..sides)
         .map(|g| {
             let own = b[(g, g)].abs().max(1e-3 * largest(g)).max(a[g].abs() * HELD);
@@ -256,7 +264,7 @@ fn complement(a: &[f64], b: &Matrix, now: &mut Sided) -> Option<Vec<f64>> {
         let from: Vec<f64> = (0..sides).map(|g| a[g] + hold[g] * changes[g]).collect();
         let mut pieces = now.pieces.clone();
         let Some(found) = pivot(&from, &held, &now.sides, &mut pieces) else {
-            // what depends on each other can be at its bounds in several ways, and rounding decides
+            // dependent sides can be at their bounds in several ways, and rounding decides
             if release == 0 {
                 return None;
             }
@@ -279,7 +287,7 @@ fn complement(a: &[f64], b: &Matrix, now: &mut Sided) -> Option<Vec<f64>> {
     Some(changes)
 }
 
-/// The same where no side is undetermined; the pieces are those of the solution in the end.
+/// [`complement`] without a proximal term; `pieces` receives those of the solution.
 fn pivot(a: &[f64], b: &Matrix, from: &[f64], pieces: &mut [Piece]) -> Option<Vec<f64>> {
     let sides = a.len();
     let (mut fewest, mut patience) = (usize::MAX, PATIENCE);

@@ -5,7 +5,7 @@ use crate::solve::rotation;
 use crate::tape::Number;
 use crate::tape::declaration::Declaration;
 
-/// What holonomic constraints ask of the first node, and nonholonomic ones of the first pair.
+/// The rows of holonomic constraints at the first node, and of nonholonomic ones on the first pair.
 pub(crate) fn of_first_pair<T: Number>(declaration: &Declaration<'_>, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
     let holonomic = declaration.holonomic();
     let back: Vec<T> = leg.d.iter().map(|&d| -d).collect();
@@ -21,8 +21,9 @@ pub(crate) fn of_first_pair<T: Number>(declaration: &Declaration<'_>, h: T, leg:
     rows
 }
 
-/// All rows of a step: those left to be iterated, then `e − S(leg, z)` for every coordinate, which is zero at all times for
-/// the coordinates of the unknowns and what was solved beforehand for the others. Multipliers have their own values.
+/// All rows of a step: those of the iteration, then `e − S(leg, z)` for every coordinate, which is
+/// identically zero for coordinates that are unknowns, and the solved equation for the others. Multipliers
+/// are independent arguments.
 pub(crate) fn stacked<T: Number>(
     declaration: &Declaration<'_>,
     h: T,

@@ -1,33 +1,41 @@
 //! Sticking: steps and starts in which a function that jumps with the velocity has a value between its two sides.
 //!
-//! # A leg has one side
+//! # One side for each leg
 //!
-//! On a leg such a function has one *side*, whatever the number of places at which the step evaluates it there: the sign of its argument in the middle
-//! of the leg, where the mass goes on evenly, `u(t + h/2, q + d/2, d/h)`. A leg on which this argument is zero *rests*; its side is an unknown.
+//! On a leg such a function has one *side*, regardless of the number of places at which the step evaluates it
+//! there: the sign of its argument in the middle of the leg, where the mass moves uniformly, `u(t + h/2, q +
+//! d/2, d/h)`. A leg on which this argument is zero *rests*; its side is an unknown.
 //!
-//! Forces stand at both ends of a leg as a rule, with the one velocity of the leg. So where a surface moves, the arguments of the two ends differ by `h` times its
-//! acceleration, and on a leg that rests they have opposite signs. With signs that each place chooses for itself, friction would cancel itself there, and on the
-//! first slow legs after a release: an impulse of `h` times the friction. No choice of unknowns at the single places mends this, since one velocity cannot be
-//! the surface's at two times. With one side for the leg the sum over its places is the friction's impulse, to second order.
+//! Forces usually act at both ends of a leg, with the leg's one velocity. If the surface moves, the arguments
+//! of the two ends differ by `h` times its acceleration, and on a leg that rests they have opposite signs. If
+//! each place chose its own sign, friction would cancel there, and on the first slow legs after a release: an
+//! error of `h` times the friction's impulse. No choice of unknowns at the single places mends this, since
+//! one velocity cannot equal the surface's at two times. With one side for the leg the sum over its places is
+//! the friction's impulse, to second order.
 //!
 //! # A step is a motion from the middle of one leg to that of the next
 //!
-//! The equation of a node balances the momenta of two legs, so it says how the velocity goes on from the middle of one leg to the middle of the other. In this
-//! span, velocities and arguments change linearly, to second order. What is looked for are the sides in it:
+//! The equation of a node balances the momenta of two legs, so it determines the change of velocity from the
+//! middle of one leg to the middle of the next. In this span, velocities and arguments change linearly, to
+//! second order. The sides in it are determined as follows:
 //!
-//! - Where no argument changes its sign, the sides are those of the first leg, and the step is the declared one.
-//! - An argument that was zero stays so as long as a side in `[-1, 1]` makes it do so; else its side is the bound, and the mass slips. This is the
-//!   inclusion of [`crate::regularity::sides`] for the next leg (J. J. Moreau's time-stepping, 1988; Acary and Brogliato 2008, chapter 10).
-//! - Where an argument arrives at zero after a part of the span, its side is the old one up to there. For the rest of the span the same inclusion decides
-//!   whether it stays at zero, goes through or turns back, and whether anything else is torn away by that. What acts over the span is the mean of its sides.
-//! - Where an argument only changes its sign, on a surface that does not move, the declared rows have a root with one sign on each leg. It is taken, since
-//!   nodes are to obey the declared rows where they can. It is of first order there.
+//! - If no argument changes its sign, the sides are those of the first leg, and the step is the declared one.
+//! - An argument that was zero stays so as long as a side in `[-1, 1]` achieves it; else its side is at the bound, and the
+//!   mass slips. This is the inclusion of [`crate::regularity::sides`] for the next leg (J. J. Moreau's time-stepping,
+//!   1988; Acary and Brogliato 2008, chapter 10).
+//! - If an argument arrives at zero after a part of the span, its side is the old one up to there. For the rest of the span
+//!   the same inclusion decides whether it stays at zero, passes or turns back, and whether another resting argument is
+//!   released by that. The force over the span is that of the mean side.
+//! - If an argument only changes its sign, on a surface that does not move, the declared rows have a root with one sign on
+//!   each leg. It is taken, since nodes are to obey the declared rows where they can. It is of first order there.
 //!
-//! As `h` goes to zero this is the solution of Filippov, and neither a stop nor a release costs an order, nor a change of sign on a surface that moves: each
-//! happens in one span, and there the impulses are right to the square of `h`.
+//! As `h` goes to zero this is the solution of Filippov. Neither a stop nor a release lowers the order, nor a
+//! change of sign on a surface that moves: each happens in one span, where the impulses are accurate to the
+//! square of `h`.
 //!
-//! A kinematic constraint has its signs at nodes, where the velocity is the mean of those of both legs. With this velocity zero the mass would go to and
-//! fro between two nodes for ever. By the rules above it is at rest when the next leg is.
+//! A kinematic constraint evaluates its signs at nodes, where the velocity is the mean of those of both legs.
+//! With this velocity zero the mass would oscillate between two nodes for ever. By the rules above it is at
+//! rest when the next leg is.
 
 use crate::number::bounded::Bounded;
 use crate::number::point::{AnyLeg, OwnedLeg, map, moved};
@@ -39,22 +47,23 @@ use crate::solve::rotation;
 use crate::step::switches;
 use crate::tape::declaration::Declaration;
 
-/// How large a second difference is at least, relative to the leg.
+/// The least size of a second difference, relative to the leg.
 const LEAST: f64 = 1e-5;
 
-/// An argument of so many bounds of its rounding error is zero.
+/// An argument within this many bounds of its rounding error is zero.
 const ROUNDINGS: f64 = 4.0;
 
-/// Two rows are the same if they differ by less than this part of what the sides change.
+/// Two rows are equal if they differ by less than this part of the sides' effect.
 const SAME: f64 = 1e-9;
 
-/// An argument that arrives at zero in this last part of a span does so at the beginning of the next: too little is left for a side to be told.
+/// An argument that arrives at zero in this last part of a span counts as arriving at the beginning of the
+/// next: the rest is too short to determine a side.
 const LATE: f64 = 1e-6;
 
-/// The part of a step after which its middle node comes.
+/// The part of a step at which its middle node lies.
 const MIDDLE: f64 = 0.5;
 
-/// So many arguments may arrive at zero in one step, for each that there is.
+/// Largest number of arrivals at zero in one step, for each argument.
 const ARRIVALS: usize = 4;
 
 /// A step with sides.
@@ -63,48 +72,49 @@ pub(crate) struct Solution {
     pub(crate) e: Vec<f64>,
     /// The multipliers.
     pub(crate) multipliers: Vec<f64>,
-    /// The sides, in the mean over the step.
+    /// The sides, as means over the step.
     pub(crate) sides: Vec<f64>,
-    /// Where inputs change at the middle node, what those before it are of that mean.
+    /// If inputs change at the middle node, the part of these means from before it.
     pub(crate) before: Vec<f64>,
-    /// The arguments on the second leg; those between rest.
+    /// The pieces of the arguments on the second leg; those between rest.
     pub(crate) pieces: Vec<Piece>,
-    /// Whether an argument that was not zero is, or has changed its sign.
+    /// Whether an argument that was not zero is zero now, or has changed its sign.
     pub(crate) switches: bool,
-    /// How often the rows were evaluated.
+    /// Number of evaluations of the rows.
     pub(crate) evaluations: u32,
 }
 
 impl Solution {
-    /// Whether anything rests on the second leg.
+    /// Whether an argument rests on the second leg.
     pub(crate) fn rests(&self) -> bool {
         self.pieces.contains(&Piece::Between)
     }
 }
 
-/// A step whose arguments may become zero, or are.
+/// A step whose arguments are or may become zero.
 #[derive(Clone, Copy)]
 pub(crate) struct Contact<'a> {
     /// The declaration.
     pub(crate) declaration: Declaration<'a>,
-    /// The declaration up to the middle node, where inputs change there.
+    /// The declaration up to the middle node, if inputs change there.
     pub(crate) before: Option<Declaration<'a>>,
-    /// The step.
+    /// The length of the step.
     pub(crate) h: f64,
     /// The first two nodes.
     pub(crate) leg: AnyLeg<'a, f64>,
-    /// The arguments on the first leg; those between rest.
+    /// The pieces of the arguments on the first leg; those between rest.
     pub(crate) pieces: &'a [Piece],
 }
 
-/// What may happen in a step.
+/// The events that are possible in a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Outlook {
-    /// Something rests, or is near a change of its sign, in the middle of a leg or at one of the places of the step.
+    /// An argument rests, or is near a change of its sign, in the middle of a leg or at one of the places of
+    /// the step.
     Sided,
-    /// Another argument of what is given by pieces may change its sign.
+    /// Another argument of a piecewise function may change its sign.
     Switches,
-    /// Nothing in so many steps.
+    /// None within this number of steps.
     Clear(u64),
 }
 
@@ -113,14 +123,15 @@ fn in_the_middle(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) ->
     at_part(declaration, h, leg, 0.5)
 }
 
-/// The arguments at a place of a leg, with the velocity of the leg; 0 is its end, 1 its beginning.
+/// The arguments at a place of a leg, with the velocity of the leg; `part` is 0 at its end, 1 at its
+/// beginning.
 fn at_part(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, part: f64) -> Vec<f64> {
     let q = rotation::moved(&declaration.shape().rotations, leg.q, &map(leg.d, |d| -part * d));
     let v = map(leg.d, |d| d / h);
     declaration.side_arguments(leg.t - part * h, &q, &v)
 }
 
-/// The pieces of the arguments on a leg; between is what is zero to rounding.
+/// The pieces of the arguments on a leg; those that are zero to rounding are between.
 pub(crate) fn pieces_of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<Piece> {
     let q = rotation::moved(&declaration.shape().rotations, leg.q, &map(leg.d, |d| -0.5 * d));
     let rests = zero(declaration, leg.t - 0.5 * h, &q, &map(leg.d, |d| d / h));
@@ -136,7 +147,7 @@ pub(crate) fn pieces_of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'
         .collect()
 }
 
-/// Which arguments are zero, to rounding, at a position and a velocity.
+/// Whether each argument is zero, to rounding, at a position and a velocity.
 pub(crate) fn zero(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<bool> {
     let arguments = declaration.side_arguments(
         Bounded::splat(t),
@@ -152,18 +163,20 @@ pub(crate) fn rests_at(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f6
     zero(declaration, t, q, v).contains(&true)
 }
 
-/// What holds in a part of a step, from an arrival on.
+/// The rest of a step from an arrival on.
 struct Span<'a> {
-    /// What the sides before have done, each multiplied by its part of the step: up to the middle node where inputs change there, and from there on.
+    /// The sides so far, each times its part of the step: up to the middle node if inputs change there, and
+    /// from there on.
     kept: &'a [Vec<f64>; 2],
-    /// The part of the step that has gone by.
+    /// The part of the step that has passed.
     done: f64,
-    /// Which arguments are zero when it begins: their sides are unknown.
+    /// Whether each argument is zero when it begins, so that its side is unknown.
     free: &'a [bool],
 }
 
 impl<'a> Contact<'a> {
-    /// What may happen in the step, if its second difference is about `e`, and changes by about `bend` from step to step.
+    /// The possible events of the step, if its second difference is about `e`, and changes by about `bend`
+    /// from step to step.
     #[cold]
     pub(crate) fn outlook(&self, e: &[f64], bend: &[f64]) -> Outlook {
         if self.pieces.contains(&Piece::Between) {
@@ -182,7 +195,7 @@ impl<'a> Contact<'a> {
         let mut clear = f64::INFINITY;
         for (g, piece) in self.pieces.iter().enumerate() {
             let side = piece.side();
-            // false also for what is no number
+            // false also for a NaN
             if ![first[g], second[g], end[g]]
                 .iter()
                 .all(|argument| side * argument > 0.0)
@@ -209,7 +222,8 @@ impl<'a> Contact<'a> {
         Outlook::Clear(clear)
     }
 
-    /// Whether a solution of the declared rows keeps the sides of the first leg, at all places where it has them.
+    /// Whether a solution of the declared rows keeps the sides of the first leg, at all places where they are
+    /// evaluated.
     pub(crate) fn keeps(&self, e: &[f64], multipliers: &[f64]) -> bool {
         let second = in_the_middle(&self.declaration, self.h, self.next(e).any());
         let mut pieces = self.pieces.iter().zip(&second);
@@ -227,8 +241,9 @@ impl<'a> Contact<'a> {
         }
     }
 
-    /// Whether a solution only changes signs, nothing rests, and no surface moves. Then the declared rows may have a root of their own, with the old sign at
-    /// all places of one leg and the new one at those of the other.
+    /// Whether a solution only changes signs, without rest, on surfaces that do not move. Then the declared
+    /// rows may have their own root, with the old sign at all places of one leg and the new one at those of
+    /// the other.
     pub(crate) fn only_crosses(&self, solution: &Solution) -> bool {
         if !solution.switches || solution.rests() || self.pieces.contains(&Piece::Between) {
             return false;
@@ -272,8 +287,8 @@ impl<'a> Contact<'a> {
             };
             let linearize = |x: &[f64], sides: &[f64]| self.linearize(x, sides, &span);
             let found = sides::solve(&linearize, &guess, &least, self.h.signum());
-            // beyond an arrival the rows may have no root with the side before it, as where a friction grows towards rest: where it arrives is known to
-            // the same order from one update
+            // beyond an arrival the rows may have no root with the former side, as with a friction that grows
+            // towards rest; one update gives the arrival to the same order
             let is_known = found.is_some();
             let found = if let Some(found) = found {
                 found
@@ -285,7 +300,7 @@ impl<'a> Contact<'a> {
             evaluations += found.evaluations;
             let leg = self.next(&found.x[..n]);
             let next = in_the_middle(self.declaration_after(done), self.h, leg.any());
-            // what was zero and is not goes on to one side
+            // an argument that has left zero goes on to one side
             for g in (0..count).filter(|&g| free[g]) {
                 pieces[g] = if found.still[g] {
                     Piece::Between
@@ -303,7 +318,7 @@ impl<'a> Contact<'a> {
                 1.0
             };
             let first = (0..count).filter_map(arrives).fold(until, f64::min);
-            // not a little before it
+            // not slightly before it
             let place = if first >= until && until < 1.0 {
                 MIDDLE
             } else {
@@ -349,7 +364,8 @@ impl<'a> Contact<'a> {
         None
     }
 
-    /// The arguments that an input moves at once at the middle node, with their values there. What it does not stand in is the same to the last bit.
+    /// The arguments that an input changes at the middle node, with their values there. Arguments without
+    /// this input agree to the last bit.
     fn moved(&self, next: AnyLeg<'_, f64>) -> Vec<(usize, f64)> {
         let of = |declaration: &Declaration<'_>| {
             [self.leg, next].map(|leg| in_the_middle(declaration, self.h, leg))
@@ -360,7 +376,7 @@ impl<'a> Contact<'a> {
         moved.map(|g| (g, 0.5 * (new[0][g] + new[1][g]))).collect()
     }
 
-    /// The declaration after a part of the step.
+    /// The declaration at a part of the step.
     fn declaration_after(&self, done: f64) -> &Declaration<'a> {
         match &self.before {
             Some(before) if done < MIDDLE => before,
@@ -368,7 +384,7 @@ impl<'a> Contact<'a> {
         }
     }
 
-    /// Whether inputs still change after a part of the step.
+    /// Whether an input change lies ahead at a part of the step.
     fn is_before(&self, done: f64) -> bool {
         self.before.is_some() && done < MIDDLE
     }
@@ -379,7 +395,7 @@ impl<'a> Contact<'a> {
         let Some(before) = &self.before else {
             return self.declaration.sided_force(h, leg, e, &solution.sides);
         };
-        // each holds in one half
+        // each declaration holds on one half
         let old = before.sided_force(h, leg, e, &map(&solution.before, |side| side / MIDDLE));
         let sides = solution.sides.iter().zip(&solution.before);
         let sides: Vec<f64> = sides.map(|(side, before)| (side - before) / MIDDLE).collect();
@@ -387,7 +403,7 @@ impl<'a> Contact<'a> {
         old.iter().zip(&new).map(|(old, new)| 0.5 * (old + new)).collect()
     }
 
-    /// Whether a solution with sides solves the declared rows, where every place has its own sign.
+    /// Whether a solution with sides also solves the declared rows, in which every place has its own sign.
     pub(crate) fn is_declared(&self, e: &[f64], multipliers: &[f64], sides: &[f64]) -> bool {
         let sided = |sides: &[f64]| self.declaration.sided(self.h, self.leg, e, multipliers, sides);
         let rows = self.declaration.declared(self.h, self.leg, e, multipliers);
@@ -396,7 +412,7 @@ impl<'a> Contact<'a> {
         rows.all(|((row, own), other)| (row - own).abs() <= SAME * (own - other).abs())
     }
 
-    /// The rows and the arguments in a part of the step.
+    /// The rows and the arguments in the rest of the step.
     fn linearize(&self, x: &[f64], sides: &[f64], span: &Span<'_>) -> Linear {
         let (n, h) = (self.leg.q.len(), Tangent::splat(self.h));
         let leg = self.leg.map(Tangent::splat);
@@ -413,7 +429,7 @@ impl<'a> Contact<'a> {
             };
             match &self.before {
                 None => sided(&self.declaration, after, sides, 1.0),
-                // up to the middle, the motion is as if nothing changed
+                // up to the middle, the motion is as if no input changed
                 Some(old) if span.done < MIDDLE => sided(old, before, sides, 1.0),
                 Some(old) => {
                     let none = map(sides, |_| Tangent::splat(0.0));
@@ -441,7 +457,7 @@ impl<'a> Contact<'a> {
         let plain = map(x, Tangent::splat);
         let by_sides: Vec<_> = (0..sides.len()).map(|g| rows(&plain, &moved(sides, g))).collect();
         let slopes: Vec<_> = (0..n).map(|j| arguments(&moved(&x[..n], j))).collect();
-        // a side that is not unknown is as if its argument stayed on it
+        // a known side counts as if its argument stayed there
         let own = values(&slopes);
         let slopes = derivatives(&slopes, sides.len(), x.len());
         let arguments = (0..sides.len()).map(|g| if span.free[g] { own[g] } else { sides[g] });
@@ -457,14 +473,14 @@ impl<'a> Contact<'a> {
     }
 }
 
-/// The values of what was differentiated, column by column.
+/// The values of differentiated columns.
 pub(super) fn values(columns: &[Vec<Tangent>]) -> Vec<f64> {
     columns
         .first()
         .map_or_else(Vec::new, |column| column.iter().map(|x| x.value()).collect())
 }
 
-/// The derivatives; columns that are missing are zero.
+/// The derivatives of columns; missing columns are zero.
 pub(super) fn derivatives(columns: &[Vec<Tangent>], rows: usize, count: usize) -> Matrix {
     Matrix::from_fn(rows, count, |i, j| {
         columns

@@ -1,4 +1,4 @@
-//! What in a declaration has no value at a point.
+//! Expressions of a declaration that have no value at a point.
 
 use core::fmt;
 
@@ -7,8 +7,9 @@ use crate::tape::Leaf;
 use crate::tape::declaration::Declaration;
 use crate::tape::origin::Origin;
 
-/// An expression of a declaration, or of its derivatives, that has no finite value at a point, although everything in it has one, such as the
-/// root of a negative number, or an overflow; or a divisor that is zero there.
+/// An expression of a declaration, or of its derivatives, without a finite value at a point although its
+/// operands are finite, such as the root of a negative number, or an overflow; or a divisor that is zero
+/// there.
 ///
 /// Its text is a sentence: ``the divisor `x.powi(2) + y.powi(2)` is zero there (x = 0, y = 0)``.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,20 +17,20 @@ use crate::tape::origin::Origin;
 pub struct Undefined {
     /// The expression, written as in a declaration; long ones are shortened.
     pub expression: String,
-    /// Its value: infinite, not a number, or zero of a divisor.
+    /// Its value: infinite, not a number, or zero for a divisor.
     pub value: f64,
     /// The names and values of the quantities in it, such as `x`, `dot(x)`, `mass` and `t`.
     pub quantities: Vec<(String, f64)>,
     /// Whether a position, a velocity, and a parameter are among them.
     contains: [bool; 3],
-    /// Whether it has a value, and no derivative.
+    /// Whether it has a value, but no derivative.
     without_derivative: bool,
 }
 
-/// What is too large for doubles where its argument is large.
+/// Functions that overflow for large arguments.
 const OVERFLOWS: [&str; 3] = [".exp()", ".cosh()", ".sinh()"];
 
-/// So many quantities are named in a message.
+/// Largest number of quantities that a message names.
 const NAMED: usize = 6;
 
 impl Undefined {
@@ -51,7 +52,7 @@ impl Undefined {
         self.contains[2]
     }
 
-    /// What to try, for people.
+    /// Advice for users.
     pub(crate) fn advice(&self, at_rest: bool) -> &'static str {
         if self.value.is_infinite() && OVERFLOWS.iter().any(|name| self.expression.ends_with(name)) {
             return "write what is bounded without it: `(1 + (u / 2).tanh()) / 2` in place of `1 / (1 + (-u).exp())`, and `1 - u.tanh().powi(2)` in place of \
@@ -113,7 +114,7 @@ impl fmt::Display for Undefined {
     }
 }
 
-/// A number in no more digits than it has.
+/// A number in its shortest form.
 fn short(value: f64) -> String {
     if value != 0.0 && !LONG.contains(&value.abs()) {
         format!("{value:e}")
@@ -122,14 +123,16 @@ fn short(value: f64) -> String {
     }
 }
 
-/// What has no value in the equations of the continuous system, or in their Jacobian, at a point.
+/// The expression without a value in the equations of the continuous system, or in their Jacobian, at a
+/// point.
 #[cold]
 pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Undefined> {
     let origin = declaration.origin_of_point(point, &|leaf| named(declaration, leaf))?;
     Some(told(declaration, origin, false))
 }
 
-/// What has a value in the equations of the continuous system at a point, and no derivative: the root of what is zero.
+/// The expression in the equations of the continuous system at a point that has a value and no derivative,
+/// such as the root of zero.
 #[cold]
 pub(crate) fn without_derivative(
     declaration: &Declaration<'_>,
@@ -139,7 +142,7 @@ pub(crate) fn without_derivative(
     Some(told(declaration, origin, true))
 }
 
-/// A quantity, as it is written in a declaration.
+/// The name of a quantity in a declaration.
 fn named(declaration: &Declaration<'_>, leaf: Leaf) -> String {
     let coordinate = |i: usize| {
         let known = declaration.coordinates().get(i);
@@ -163,7 +166,7 @@ fn named(declaration: &Declaration<'_>, leaf: Leaf) -> String {
     }
 }
 
-/// What is told of an expression.
+/// The description of an expression.
 fn told(declaration: &Declaration<'_>, origin: Origin, without_derivative: bool) -> Undefined {
     let contains = |of: fn(&Leaf) -> bool| origin.leaves.iter().any(|(leaf, _)| of(leaf));
     Undefined {

@@ -1,21 +1,22 @@
-//! What the coefficients of a Taylor series may be.
+//! The types of a Taylor series' coefficients.
 
 use crate::number::lanes::{LANES, Lanes, Register};
 use crate::number::scalar::Scalar;
 use crate::solve::elimination;
 
-/// A number, or several of them: the recurrences of a system are the same code for all.
+/// A number, or several: the recurrences of a system are the same code for all types.
 ///
-/// A *track* is one motion. Each has its own switches and its own recordings of the user's functions.
+/// A *track* is one motion. Each has its own switches and its own records of the user's functions.
 pub trait Coefficient: Scalar {
-    /// How many motions there are in one value.
+    /// The number of motions in one value.
     const TRACKS: usize;
 
-    /// Whether four coefficients stand side by side in a register. Where a coefficient fills registers alone, nothing is computed
-    /// only to fill one.
+    /// Whether four coefficients fill a register together. If a single coefficient fills registers, none is
+    /// computed just to fill one.
     const PACKED: bool = false;
 
-    /// How often an iteration that has converged has to be repeated until what depends on it has converged, too.
+    /// Number of repetitions of a converged iteration until the quantities that depend on it have converged,
+    /// too.
     const AGAIN: u32 = 0;
 
     /// The number of one motion.
@@ -90,7 +91,7 @@ impl<R: Register> Coefficient for Lanes<R> {
         Self::from(lanes)
     }
 
-    // a function of its own: elimination is long, and gains nothing from registers
+    // not inlined: elimination is long, and gains nothing from registers
     #[inline(never)]
     fn inverse<const FUSED: bool, const M: usize>(matrix: &[[Self; M]; M]) -> ([[Self; M]; M], Self) {
         let (mut columns, mut signs) = ([[Self::splat(0.0); M]; M], Self::splat(0.0));

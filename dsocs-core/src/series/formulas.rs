@@ -1,6 +1,8 @@
-//! The recurrences of all operations, for the code that the attribute writes and for the interpreter: order 0, and any other order.
+//! The recurrences of all operations, for the attribute's code and for the interpreter: order 0, and any
+//! other order.
 //!
-//! A pair is the coefficient of order 0 and that of the order `k` that is computed, and `r = 1/k`. An inner sum has the terms of the orders between.
+//! A pair holds the coefficients of order 0 and of the order `k` that is computed, and `r = 1/k`. An inner
+//! sum has the terms of the orders between.
 
 // parts of every operation, which are compiled for the machine's own instructions
 #![allow(clippy::inline_always)]
@@ -8,15 +10,15 @@
 use super::coefficient::Coefficient;
 use super::sums::{add_product, newest};
 
-/// An inner sum with its newest terms, where it was formed without them: `x_1 y_{k-1} + y_1 x_{k-1}`. The operands are given by their orders 1
-/// and `k-1`.
+/// An inner sum with its newest terms, `x_1 y_{k-1} + y_1 x_{k-1}`, if it was formed without them. The
+/// operands are given by their coefficients of the orders 1 and `k-1`.
 #[inline(always)]
 #[must_use]
 pub fn inner<const FUSED: bool, T: Coefficient>(sum: T, x: [T; 2], y: [T; 2]) -> T {
     newest::<FUSED, T>(newest::<FUSED, T>(sum, x[0], y[1]), y[0], x[1])
 }
 
-/// The same of an operand with itself.
+/// [`inner`] for the product of an operand with itself.
 #[inline(always)]
 #[must_use]
 pub fn inner_square<const FUSED: bool, T: Coefficient>(sum: T, x: [T; 2]) -> T {
@@ -58,8 +60,8 @@ pub fn root<T: Coefficient>(inner: T, u: T, y: T) -> T {
     (u - inner) * y
 }
 
-/// `w = u^α` from `u w' = α w u'`: `k u₀ w_k = α k w₀ u_k + Σ (α (k-j) - j) w_j u_{k-j}`; `y` is `1 / u` at order 0. Where `u₀` is zero, so are the
-/// coefficients below the order `α`, and those beyond are no numbers.
+/// `w = u^α` from `u w' = α w u'`: `k u₀ w_k = α k w₀ u_k + Σ (α (k-j) - j) w_j u_{k-j}`; `y` is `1 / u` at
+/// order 0. If `u₀` is zero, so are the coefficients below the order `α`, and those beyond are NaN.
 #[inline(always)]
 #[must_use]
 pub fn power<T: Coefficient>(exponent: T, [outer, inner]: [T; 2], own: T, u: T, [y, r]: [T; 2]) -> T {
@@ -94,7 +96,7 @@ pub fn angle<T: Coefficient>(
     ((left - right - rest) * r + (ordinate[1] * abscissa[0] - abscissa[1] * ordinate[0])) * inverse
 }
 
-/// Which of two numbers belongs to the piece: the first where `decides` is positive.
+/// Selects one of two numbers: the first if `decides` is positive.
 #[inline(always)]
 #[must_use]
 pub fn select<T: Coefficient>(decides: T, then: T, otherwise: T) -> T {
@@ -108,7 +110,7 @@ pub fn conjugate<T: Coefficient>(u: T) -> T {
     (T::splat(1.0) - u) * (T::splat(1.0) + u)
 }
 
-/// Order 0: what is divided by in every order, inverted.
+/// Order 0: the reciprocal of the divisor of all orders.
 #[inline(always)]
 #[must_use]
 pub fn inverted<T: Coefficient>(divisor: T) -> T {

@@ -1,9 +1,10 @@
-//! Jets of functions that the macro does not see into.
+//! Jets: the user's functions, which the macro cannot expand, order by order.
 //!
-//! A function of the user's is generic over its number type, so it can be called with [`Jet`]s. It is called once for each order, and each of its
-//! operations computes the coefficient of that order with the recurrence that the generated code has for its own expressions. So the compiler
-//! knows the operations, and nothing has to be interpreted. What an operation needs of the orders before lies in a
-//! [memory] of the thread; the inner sums of all operations are formed in lanes beforehand, as in generated code ([`Call`]).
+//! A user's function is generic over its number type, so it can be called with [`Jet`]s. It is called once
+//! for each order, and each of its operations computes the coefficient of that order with the same recurrence
+//! as in generated code. So the compiler knows the operations, and nothing is interpreted. An operation's
+//! coefficients of lower orders lie in a [memory] of the thread; the inner sums of all operations are formed
+//! in lanes beforehand, as in generated code ([`Call`]).
 
 mod arithmetic;
 mod call;
@@ -15,9 +16,10 @@ mod scalar;
 
 pub use call::Call;
 
-/// A number with all its derivatives with respect to time, as your functions see it.
+/// A number with all its derivatives with respect to time, as a user's function receives it.
 ///
-/// Comparisons, and so branches, use the value (order 0). A function is called once for each order; it has to do the same each time.
+/// Comparisons, and so branches, use the value (order 0). A function is called once for each order; it has to
+/// do the same operations each time.
 #[derive(Clone, Copy, Debug)]
 pub struct Jet {
     /// The coefficient of order 0.
@@ -46,7 +48,7 @@ impl Jet {
         }
     }
 
-    /// A number of whose higher orders nothing is known.
+    /// A number whose higher orders are unknown.
     fn unseen(value: f64) -> Self {
         Self::moving(value, f64::NAN)
     }

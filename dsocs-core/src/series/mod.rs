@@ -1,10 +1,10 @@
-//! Taylor series: their coefficients, the recurrences of user functions, and the pieces of a function.
+//! Taylor series: their coefficients, the recurrences of the user's functions, and the pieces of a function.
 
-// steps are compiled for the machine's own instructions, and what they call has to be inlined for that
+// steps are compiled for the machine's own instructions: their callees have to be inlined
 #![allow(clippy::inline_always)]
 // zeros and whole steps are exact
 #![allow(clippy::float_cmp)]
-// recurrences are read by order, as they stand in the books
+// recurrences are indexed by order, as in textbooks
 #![allow(clippy::needless_range_loop)]
 
 pub(crate) mod coefficient;

@@ -1,12 +1,13 @@
-//! How high the orders of a series go, and how its coefficients stand.
+//! The highest order of a series, and the layout of its coefficients.
 
 /// The highest order of a series.
 pub const MAX_ORDER: usize = 40;
 
-/// Rows of a table: one for each order, and one that a position is ahead of its velocity.
+/// Number of rows of a table: one for each order, and one more, because a position is one order ahead of its
+/// velocity.
 pub(crate) const ROWS: usize = MAX_ORDER + 2;
 
-/// How many inner sums stand side by side.
+/// Number of inner sums in one row.
 pub const LANES: usize = 4;
 
 /// `1/k`, and infinity for 0.

@@ -1,34 +1,35 @@
-//! Powers of a high degree: a function may be flat but where what is raised to one is large, or small in a divisor. Its series tells nothing of that from afar, that of
-//! the base does.
+//! Powers of a high degree. Such a function may be flat except where its base is large, or small in a
+//! divisor. Its own series does not show that from afar; the series of the base does.
 
 use super::orders::ROWS;
 use super::roots::{self, Crossing, value};
 use super::switch::{Reach, shorter, tail};
 
-/// A power is narrow where it is so many times what it is at the beginning of a step (binary logarithm). What it is at the end says nothing: a step that is not
-/// good is tried again, and then ends elsewhere.
+/// A step ends where a power has grown by this factor (binary logarithm) since its beginning. The value at
+/// the end of a step does not count: a rejected step is tried again, and then ends elsewhere.
 const RISES: f64 = 4.0;
 
-/// Which part of the way to its zero a step goes, and how many steps in a row do so.
+/// Part of the way to the zero of a divisor that a step goes, and how many steps in a row do so.
 const BEFORE_ZERO: f64 = 0.98;
 const MOST_NEARS: u8 = 8;
 
-/// The last terms of the base are below this part of what it has to rise by.
+/// The series of the base is accurate enough if its last terms are below this part of the rise that is
+/// searched.
 const TOLD: f64 = 0.1;
 
-/// A power.
+/// A power, watched by its base.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Power {
-    /// Its exponent; that of a divisor is negative.
+    /// Its exponent; negative in a divisor.
     exponent: i32,
-    /// Which part of its value on the way the base has at the beginning of a step where the power rises by so much, or the other way round.
+    /// The ratio of two values of the base between which the power changes by the factor `2^RISES`.
     part: f64,
-    /// In how many steps in a row a divisor has come nearer to zero.
+    /// Number of steps in a row that came nearer to a zero of a divisor.
     nears: u8,
 }
 
 impl Power {
-    /// Of an exponent.
+    /// The power with an exponent.
     pub(super) fn new(exponent: i32) -> Self {
         Self {
             exponent,
@@ -42,13 +43,13 @@ impl Power {
         self.exponent == exponent
     }
 
-    /// How far a step of the length `h` may go, by the series of the base.
+    /// The part of a step of the length `h` that may be taken, from the series of the base.
     #[inline]
     pub(super) fn reach(&mut self, known: &[f64], h: f64, found: &mut Vec<Crossing>) -> Reach {
         let (first, size) = (known[0].abs(), h.abs());
         let rest = known[1..].iter().rev();
         let rest = rest.fold(0.0, |rest, c| (rest + c.abs()) * size);
-        // false where a term is not finite, too
+        // false also if a term is not finite
         if rest < (1.0 - self.part) * first || !rest.is_finite() {
             self.nears = 0;
             return Reach::Whole;
@@ -60,8 +61,9 @@ impl Power {
         }
     }
 
-    /// How far a step may go on whose way a divisor may come near zero: to where it is nearest, if it is much nearer there than at the beginning. Where it
-    /// is zero, a step ends before: what is divided by it has no value there, and if the motion shows nothing of it, it goes on after some such steps.
+    /// The part of a step on which a divisor may come near zero: up to its minimum, if it is much smaller
+    /// there than at the beginning. Where it vanishes, a step ends before: the quotient has no value there.
+    /// If the motion shows nothing of it, it passes after some such steps.
     #[cold]
     fn search_pit(&mut self, known: &[f64], h: f64, found: &mut Vec<Crossing>) -> Reach {
         let terms = &terms(known, h)[..known.len()];
@@ -82,7 +84,8 @@ impl Power {
         nearest.map_or(Reach::Whole, Reach::Shorter)
     }
 
-    /// How far a step may go on whose way a base may become larger than at the beginning: to where it is largest, and no farther than its series converges.
+    /// The part of a step on which a base may grow: up to its maximum, within the range in which its series
+    /// converges.
     #[cold]
     fn search_hill(&self, known: &[f64], h: f64, found: &mut Vec<Crossing>) -> Reach {
         let mut part = 1.0;
@@ -94,9 +97,9 @@ impl Power {
             let largest = extrema
                 .clone()
                 .fold(first.max(last), |largest, at| largest.max(value(terms, at).abs()));
-            // so that a base is told from one that does not rise
+            // accurate enough to distinguish a base that rises from one that does not
             let (tail, allowed) = (tail(terms), TOLD * (1.0 - self.part) * largest);
-            // two or three terms say nothing of those that are missing
+            // with two or three terms the missing ones cannot be estimated
             if known.len() >= 4 && tail > allowed && part > f64::EPSILON {
                 part *= shorter(tail, allowed, known.len() - 1);
                 continue;
@@ -110,7 +113,7 @@ impl Power {
     }
 }
 
-/// The terms of a series a time `h` later.
+/// The terms of a series at the time `h`.
 fn terms(known: &[f64], h: f64) -> [f64; ROWS] {
     let mut power = 1.0;
     let mut terms = [0.0; ROWS];
@@ -121,7 +124,7 @@ fn terms(known: &[f64], h: f64) -> [f64; ROWS] {
     terms
 }
 
-/// Finds where it is largest or smallest on the way.
+/// Finds the extrema of a series on a step.
 fn extrema(terms: &[f64], found: &mut Vec<Crossing>) {
     let mut slopes = [0.0; ROWS];
     for (k, (slope, term)) in slopes.iter_mut().zip(&terms[1..]).enumerate() {

@@ -1,23 +1,24 @@
 //! The changes of sign of a polynomial on an interval, none missed.
 //!
-//! In Bernstein's basis on an interval a polynomial has at most as many roots inside as its coefficients change sign, and
-//! as many to within an even number (Descartes). So no change is no root and one change is one root; with more, the interval
-//! is halved by de Casteljau's scheme. It ends because near a simple root the changes become one (Vincent; Collins and
-//! Akritas, Polynomial real root isolation using Descarte's rule of signs, 1976).
+//! In Bernstein's basis on an interval the number of roots inside is at most the number of changes of sign of
+//! the coefficients, and differs from it by an even number (Descartes). So without a change there is no root,
+//! and with one change there is one; with more, the interval is halved by de Casteljau's scheme. This ends
+//! because near a simple root one change is left (Vincent; Collins and Akritas, Polynomial real root
+//! isolation using Descarte's rule of signs, 1976).
 
 use crate::series::orders::ROWS;
 
-/// Intervals are not halved further: two changes of sign so near are none.
+/// Largest number of halvings: two changes of sign closer than that count as none.
 const DEPTH: u32 = 40;
 
 /// Bernstein coefficients of a polynomial of degree below [`ROWS`].
 type Bernstein = [f64; ROWS];
 
-/// A change of sign: where, in `(0, 1]`, and whether it is upwards.
+/// A change of sign of a polynomial: its place in `(0, 1]`, and whether it is upwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Crossing {
     pub(crate) at: f64,
-    /// Where it is known to be, for other evaluations of the same function.
+    /// An interval that contains it, for other evaluations of the same function.
     pub(crate) bracket: [f64; 2],
     pub(crate) rising: bool,
 }
@@ -51,7 +52,7 @@ fn bernstein(coefficients: &[f64]) -> Bernstein {
     b
 }
 
-/// Hands on intervals with one change of sign each, from left to right.
+/// Passes on intervals with one change of sign each, from left to right.
 fn isolate(
     b: &Bernstein,
     degree: usize,
@@ -86,7 +87,7 @@ fn isolate(
         }
         low[level] = high[0];
     }
-    // a root at the middle itself is on neither side; the sum of a pair decides on which side it counts
+    // a root at the middle itself is on neither side; the sum of a pair of signs decides on which it counts
     let middle = 0.5 * (left + right);
     if high[0] == 0.0 && low[..degree].iter().any(|b| *b != 0.0) {
         let before = low[..degree]
@@ -112,7 +113,8 @@ fn isolate(
     isolate(&high, degree, [middle, right], depth - 1, found);
 }
 
-/// The root in an interval at whose ends the signs differ, by the method of Illinois, which keeps it between two ends.
+/// The root in an interval with different signs at its ends, by the Illinois method, which keeps it
+/// bracketed.
 pub(crate) fn refine(value: &dyn Fn(f64) -> f64, [mut a, mut b]: [f64; 2]) -> Crossing {
     let bracket = [a, b];
     let (mut at_a, mut at_b) = (value(a), value(b));

@@ -9,7 +9,7 @@ use crate::number::scalar::Scalar as _;
 use crate::series::sums::add_product;
 use crate::solve::rotation;
 
-/// Products of smaller coefficients with others may be zero although none of them is.
+/// Below this size, products of coefficients may underflow to zero.
 const TINY: f64 = 1e-250;
 
 /// The Taylor coefficients of a motion at a point, computed by the generated recurrences, for any number of coordinates.
@@ -19,7 +19,7 @@ const TINY: f64 = 1e-250;
 pub struct Series<T = f64> {
     /// The order of the velocity, `2..=MAX_ORDER`.
     order: usize,
-    /// How many coordinates there are: the distance of two orders in the tables.
+    /// The number of coordinates, which is the length of a row in the tables.
     dimension: usize,
     /// The time of the point of expansion.
     t: T,
@@ -31,7 +31,7 @@ pub struct Series<T = f64> {
     v: Box<[T]>,
 }
 
-/// A [`Series`] with its number of coordinates, as recurrences read and write it.
+/// A [`Series`] as arrays, for the recurrences.
 #[derive(Debug)]
 pub struct Rows<'c, const N: usize, T = f64> {
     /// The order of the velocity.
@@ -46,14 +46,14 @@ pub struct Rows<'c, const N: usize, T = f64> {
     v: &'c mut [[T; N]; ROWS],
 }
 
-/// Rows of `n` numbers each.
+/// The rows of a table as arrays of `N` numbers.
 #[inline(always)]
 fn sized<T, const N: usize>(table: &[T], dimension: usize) -> &[[T; N]] {
     if dimension == N { table.as_chunks().0 } else { &[] }
 }
 
 impl<T: Coefficient> Series<T> {
-    /// A series of `dimension` coordinates whose velocity will be known to `order`, between 2 and [`MAX_ORDER`].
+    /// A series of `dimension` coordinates whose velocity has the order `order`, between 2 and [`MAX_ORDER`].
     #[must_use]
     pub fn new(dimension: usize, order: usize) -> Self {
         let table = || vec![T::splat(0.0); ROWS * dimension].into_boxed_slice();
@@ -73,13 +73,13 @@ impl<T: Coefficient> Series<T> {
         self.order = order.clamp(2, MAX_ORDER);
     }
 
-    /// How many coordinates there are.
+    /// The number of coordinates.
     #[must_use]
     pub fn dimension(&self) -> usize {
         self.dimension
     }
 
-    /// The series with its number of coordinates; `None` if it has another.
+    /// The series as arrays; `None` for another number of coordinates.
     #[doc(hidden)]
     #[inline(always)]
     pub fn rows<const N: usize>(&mut self) -> Option<Rows<'_, N, T>> {
@@ -93,7 +93,7 @@ impl<T: Coefficient> Series<T> {
         })
     }
 
-    /// Sets what the acceleration of order 0 is expected to be.
+    /// Sets the expected acceleration of order 0.
     #[doc(hidden)]
     pub fn expect(&mut self, a: &[T]) {
         self.v[self.dimension..2 * self.dimension].copy_from_slice(a);
@@ -103,7 +103,7 @@ impl<T: Coefficient> Series<T> {
     #[inline]
     #[must_use]
     pub fn order(&self) -> usize {
-        // as it is already: so the compiler knows, too, and rows of a table need no check
+        // it is never larger: this tells the compiler, so that rows of a table need no bounds check
         self.order.min(MAX_ORDER)
     }
 
@@ -123,19 +123,20 @@ impl<T: Coefficient> Series<T> {
         self.t
     }
 
-    /// The sign of the determinant of the equations for the accelerations at the point of expansion; 0 where these need not be solved.
+    /// The sign of the determinant of the equations for the accelerations at the point of expansion; 0 if no
+    /// equations are solved.
     #[inline]
     pub(crate) fn sign(&self) -> T {
         self.sign
     }
 
-    /// Sets that sign.
+    /// Sets the sign of that determinant.
     #[inline]
     pub(crate) fn set_sign(&mut self, sign: T) {
         self.sign = sign;
     }
 
-    /// Moves the point of expansion a time `s` later: the polynomials stay the same.
+    /// Moves the point of expansion to the time `s` later; the polynomials stay the same.
     pub(crate) fn begin_later(&mut self, s: T) {
         let (n, order) = (self.dimension, self.order());
         self.t = self.t + s;
@@ -156,19 +157,19 @@ impl<T: Coefficient> Series<T> {
         self.t = t;
     }
 
-    /// The velocity by order, also of orders that are not known; `None` with another number of coordinates.
+    /// The velocity by order, with unknown orders; `None` for another number of coordinates.
     #[inline]
     pub(crate) fn velocity_table<const N: usize>(&self) -> Option<&[[T; N]; ROWS]> {
         self.v.as_chunks().0.try_into().ok()
     }
 
-    /// The same, to be set.
+    /// The velocity by order, mutable; `None` for another number of coordinates.
     #[inline]
     pub(crate) fn velocity_table_mut<const N: usize>(&mut self) -> Option<&mut [[T; N]; ROWS]> {
         self.v.as_chunks_mut().0.try_into().ok()
     }
 
-    /// The coefficients of the position, by order, to be set.
+    /// The coefficients of the position, by order, mutable.
     #[inline]
     pub(crate) fn position_table_mut<const N: usize>(&mut self) -> &mut [[T; N]] {
         self.q.as_chunks_mut().0
@@ -195,13 +196,13 @@ impl<T: Coefficient> Series<T> {
         &self.q[k * self.dimension..(k + 1) * self.dimension]
     }
 
-    /// The coefficients of position and velocity by order, to be set: one for each coordinate.
+    /// The coefficients of position and velocity by order, mutable: one for each coordinate.
     #[inline(always)]
     pub(crate) fn tables_mut(&mut self) -> [&mut [T]; 2] {
         [&mut self.q, &mut self.v]
     }
 
-    /// The same, to be set.
+    /// The coefficients of the velocity of one order, mutable.
     #[inline]
     pub(crate) fn velocity_mut(&mut self, k: usize) -> &mut [T] {
         &mut self.v[k * self.dimension..(k + 1) * self.dimension]
@@ -220,19 +221,19 @@ impl<T: Coefficient> Series<T> {
         &self.v[..(self.order() + 1) * self.dimension]
     }
 
-    /// The coefficients of the position, by order; none with another number of coordinates.
+    /// The coefficients of the position, by order; empty for another number of coordinates.
     #[must_use]
     pub fn position<const N: usize>(&self) -> &[[T; N]] {
         sized(self.positions(), self.dimension)
     }
 
-    /// The coefficients of the velocity, by order; none with another number of coordinates.
+    /// The coefficients of the velocity, by order; empty for another number of coordinates.
     #[must_use]
     pub fn velocity<const N: usize>(&self) -> &[[T; N]] {
         sized(self.velocities(), self.dimension)
     }
 
-    /// How far the position and the velocity move in a time `h`, and the acceleration then.
+    /// The increments of position and velocity in a time `h`, and the acceleration at its end.
     #[inline(always)]
     pub(crate) fn increments_of<const FUSED: bool, const N: usize>(&self, h: T) -> [[T; N]; 3] {
         let (mut q, mut v, mut a) = ([T::splat(0.0); N], [T::splat(0.0); N], [T::splat(0.0); N]);
@@ -243,7 +244,7 @@ impl<T: Coefficient> Series<T> {
         }
         for row in self.velocity::<N>().get(1..).unwrap_or_default().iter().rev() {
             for i in 0..N {
-                // a is the derivative of h v: what v was, and h times its own derivative
+                // a is the derivative of h v: v plus h times its own derivative
                 a[i] = add_product::<FUSED, T>(v[i], a[i], h);
                 v[i] = add_product::<FUSED, T>(row[i], v[i], h);
             }
@@ -274,13 +275,13 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
         self.t
     }
 
-    /// Sets the point of expansion, and what the acceleration of order 0 is expected to be.
+    /// Sets the point of expansion, and the expected acceleration of order 0.
     #[inline(always)]
     pub(crate) fn begin(&mut self, q: &[T; N], v: &[T; N], a: &[T; N]) {
         (self.q[0], self.v[0], self.v[1]) = (*q, *v, *a);
     }
 
-    /// The velocity by order, also of orders that are not known.
+    /// The velocity by order, with unknown orders.
     #[inline(always)]
     pub(crate) fn velocities(&self) -> &[[T; N]; ROWS] {
         self.v
@@ -293,7 +294,7 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
         (self.q[0], self.v[0])
     }
 
-    /// What the acceleration of order 0 is expected to be, for systems that look for it.
+    /// The expected acceleration of order 0, for systems that solve for it; 0 in place of NaN.
     #[must_use]
     pub fn guess(&self) -> [T; N] {
         self.v[1].map(|a| {
@@ -310,7 +311,7 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
         *self.sign = sign;
     }
 
-    /// Takes the acceleration of order `k`, and moves the position and the velocity from order `k` to the next.
+    /// Stores the acceleration of order `k`, and advances position and velocity from order `k` to the next.
     #[inline(always)]
     pub fn push(&mut self, k: usize, q: &mut [T; N], v: &mut [T; N], a: [T; N]) {
         let next = (k + 1).min(MAX_ORDER);
@@ -332,7 +333,7 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
 }
 
 impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
-    /// The same where some coordinates are rotations.
+    /// [`Rows::push`] for systems with rotations.
     #[inline(always)]
     pub fn push_turning<const FUSED: bool>(
         &mut self,
@@ -356,7 +357,7 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
         }
     }
 
-    /// Sets the coefficients of order `k` of a rotation, from those below.
+    /// Computes the coefficients of order `k` of a rotation, from those of lower orders.
     #[inline(always)]
     fn turn<const FUSED: bool>(&mut self, k: usize, first: usize) {
         let row = |table: &[[T; N]; ROWS], j: usize| {
@@ -373,7 +374,8 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
 }
 
 impl<R: Register> Series<Lanes<R>> {
-    /// Keeps the coefficients of order `k` only in some lanes: of the velocity, and of the position.
+    /// Sets the coefficients of order `k` to zero in all lanes but those of the masks, of the velocity and of
+    /// the position.
     #[inline(always)]
     pub(crate) fn cut(&mut self, k: usize, velocity: Mask<R>, position: Mask<R>) {
         let zero = Lanes::splat(0.0);
@@ -385,7 +387,7 @@ impl<R: Register> Series<Lanes<R>> {
         }
     }
 
-    /// The series of one lane, to the order that is set; those of higher orders are zero.
+    /// The series of one lane, to its own order; higher coefficients are zero.
     pub(crate) fn lane(&self, lane: usize, series: &mut Series) {
         let count = (series.order() + 2) * self.dimension;
         series.t = self.t.lane(lane);
@@ -396,7 +398,7 @@ impl<R: Register> Series<Lanes<R>> {
         }
     }
 
-    /// Takes a series into one lane.
+    /// Copies a series into one lane.
     pub(crate) fn set_lane(&mut self, lane: usize, series: &Series) {
         self.make_room(series.order());
         self.t.set_lane(lane, series.t);
@@ -416,14 +418,14 @@ impl<R: Register> Series<Lanes<R>> {
         }
     }
 
-    /// Takes one lane of other series.
+    /// Copies one lane of other series.
     pub(crate) fn copy_lane(&mut self, lane: usize, other: &Self) {
         let mut series = Series::new(other.dimension, other.order);
         other.lane(lane, &mut series);
         self.set_lane(lane, &series);
     }
 
-    /// Raises the order, if it is lower.
+    /// Raises the order to at least `order`.
     fn make_room(&mut self, order: usize) {
         if order > self.order {
             let (zero, n) = (Lanes::splat(0.0), self.dimension);
@@ -435,14 +437,14 @@ impl<R: Register> Series<Lanes<R>> {
 }
 
 impl Series {
-    /// Makes room for a polynomial motion of `dimension` coordinates; nothing is allocated if there is.
+    /// Allocates for a polynomial motion of `dimension` coordinates, unless there is room.
     pub(crate) fn resize(&mut self, dimension: usize) {
         if dimension != self.dimension {
             *self = Self::new(dimension, self.order);
         }
     }
 
-    /// Takes the first coefficients of one component of a polynomial motion; those of higher orders are zero.
+    /// Sets the first coefficients of one component of a polynomial motion; higher ones are zero.
     pub(crate) fn fill(&mut self, component: usize, position: &[f64]) {
         let (n, last) = (self.dimension, self.order() + 2);
         let coefficients = position.iter().copied().chain(core::iter::repeat(0.0));
@@ -455,7 +457,7 @@ impl Series {
         }
     }
 
-    /// Takes the first coefficients of one component of the velocity, where it is not the rate of the position.
+    /// Sets the first coefficients of one component of the velocity, if it is not the rate of the position.
     pub(crate) fn fill_velocity(&mut self, component: usize, velocity: &[f64]) {
         let (n, last) = (self.dimension, self.order() + 1);
         let coefficients = velocity.iter().copied().chain(core::iter::repeat(0.0));
@@ -472,7 +474,7 @@ impl Series {
         is_in_range(self.velocity_of(last - 1), self.velocity_of(last))
     }
 
-    /// Whether the highest coefficients are numbers.
+    /// Whether the highest coefficients are finite.
     #[inline(always)]
     pub(crate) fn is_finite(&self) -> bool {
         let (last, n) = (self.order(), self.dimension);
@@ -481,8 +483,8 @@ impl Series {
             .all(|x| x.is_finite())
     }
 
-    /// Up to which order the coefficients are in the range of doubles: they are numbers, and not so small that what comes after them may be zero
-    /// for this reason alone. Some may be zero.
+    /// The order up to which the coefficients are in the range of doubles: finite, and not so small that the
+    /// following ones may underflow. Some may be zero.
     pub(crate) fn in_range_to(&self) -> usize {
         let is_in_range = |v: &&[f64]| {
             let largest = largest(v);
@@ -494,7 +496,7 @@ impl Series {
 
     /// Positions, velocities and accelerations of the component `i` of `n` at some times after the point of expansion.
     ///
-    /// Times are put into registers by hand: the compiler puts components into them, and spills.
+    /// Times are put into registers explicitly: the compiler would put components there, and spill.
     #[inline(always)]
     pub(crate) fn values<S: Simd, const R: usize>(
         &self,
@@ -511,7 +513,7 @@ impl Series {
             let (position, velocity) = (simd.splat_f64s(position[i]), simd.splat_f64s(velocity[i]));
             for r in 0..R {
                 q[r] = simd.mul_add_e_f64s(q[r], s[r], position);
-                // the derivative of a polynomial that is formed from within
+                // the derivative by Horner's scheme
                 a[r] = simd.mul_add_e_f64s(a[r], s[r], v[r]);
                 v[r] = simd.mul_add_e_f64s(v[r], s[r], velocity);
             }
@@ -519,12 +521,12 @@ impl Series {
         [q, v, a]
     }
 
-    /// How far the position and the velocity move in a time `s`, and the acceleration then.
+    /// The increments of position and velocity in a time `s`, and the acceleration at its end.
     pub(crate) fn increments(&self, s: f64, moves: [&mut [f64]; 3]) {
         self.increments_as::<false>(s, moves);
     }
 
-    /// The same, with products and sums rounded once if `FUSED`.
+    /// [`Series::increments`], with products and sums rounded once if `FUSED`.
     #[inline(always)]
     pub(crate) fn increments_as<const FUSED: bool>(&self, s: f64, moves: [&mut [f64]; 3]) {
         match self.dimension {
@@ -537,7 +539,7 @@ impl Series {
         }
     }
 
-    /// The same of `N` components.
+    /// [`Series::increments_as`] for `N` components.
     #[inline(always)]
     fn few_increments<const FUSED: bool, const N: usize>(&self, s: f64, moves: [&mut [f64]; 3]) {
         let increments = self.increments_of::<FUSED, N>(s);
@@ -548,7 +550,7 @@ impl Series {
         }
     }
 
-    /// The same of any number of components.
+    /// [`Series::increments_as`] for any number of components.
     #[inline(always)]
     fn many_increments<const FUSED: bool>(&self, n: usize, s: f64, [q, v, a]: [&mut [f64]; 3]) {
         let add = |sum: f64, x: f64| add_product::<FUSED, f64>(sum, x, s);
@@ -574,7 +576,7 @@ impl Series {
         }
     }
 
-    /// Position, velocity and acceleration a time `s` after the point of expansion.
+    /// Position, velocity and acceleration at the time `s` after the point of expansion.
     pub(crate) fn point(&self, s: f64, moves: [&mut [f64]; 3]) {
         match self.dimension {
             1 => self.few_points::<1>(s, moves),
@@ -591,7 +593,7 @@ impl Series {
         }
     }
 
-    /// The same of `N` components.
+    /// [`Series::point`] for `N` components.
     #[inline(always)]
     fn few_points<const N: usize>(&self, s: f64, moves: [&mut [f64]; 3]) {
         let [mut q, mut v, a] = self.increments_of::<false, N>(s);
@@ -608,7 +610,7 @@ impl Series {
     }
 }
 
-/// Whether the last two coefficients are numbers, and not so small that products of theirs may be zero.
+/// Whether the last two coefficients are finite, and not so small that their products may underflow.
 #[inline(always)]
 pub(crate) fn is_in_range(before: &[f64], last: &[f64]) -> bool {
     let mut is_finite = true;

@@ -1,8 +1,9 @@
 //! Inner sums of recurrences, in lanes.
 //!
-//! A recurrence of order `k` needs `Σ x_j y_{k-j}`. The terms with `0 < j < k` are of lower orders: they are formed for all
-//! recurrences of a system together, [`LANES`] at a time, and the generated code adds the rest. Coefficients of one order
-//! stand side by side, so that neither stream of a convolution has to be reversed.
+//! A recurrence of order `k` needs `Σ x_j y_{k-j}`. The terms with `0 < j < k` are of lower orders: they are
+//! summed for all recurrences of a system together, [`LANES`] at a time, and the generated code adds the
+//! others. Coefficients of one order are contiguous, so that neither factor of a convolution has to be
+//! reversed.
 
 use super::coefficient::Coefficient;
 use super::jet::{Call, Jet};
@@ -45,17 +46,17 @@ impl<T: Coefficient> Default for Squares<T> {
     }
 }
 
-/// What the recurrences of a system keep of the orders before: `P` blocks of products, `S` of squares, `C` calls of the
-/// user's functions, `W` switches; the last two for each motion.
+/// The coefficients of lower orders that the recurrences of a system need: `P` blocks of products, `S` of
+/// squares, `C` calls of the user's functions, `W` switches; the last two for each motion.
 #[derive(Debug)]
 pub struct Table<T, const P: usize, const S: usize, const C: usize, const W: usize = 0> {
     /// Operands of products.
     pub products: Box<[Products<T>; P]>,
     /// Operands of squares.
     pub squares: Box<[Squares<T>; S]>,
-    /// The functions of the user's.
+    /// The calls of the user's functions.
     pub calls: Vec<[Call; C]>,
-    /// What decides between pieces.
+    /// The switches between pieces of functions.
     pub switches: Vec<[Switch; W]>,
 }
 
@@ -76,7 +77,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
     }
 }
 
-/// An array that was never on the stack.
+/// An array on the heap that is never built on the stack.
 fn boxed<T: Clone, const M: usize>(element: &T) -> Box<[T; M]> {
     match vec![element.clone(); M].into_boxed_slice().try_into() {
         Ok(array) => array,
@@ -123,7 +124,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         T::of_tracks(|track| self.switches[track][place].start(value.track(track), own.track(track)))
     }
 
-    /// Begins the series of the argument of a smooth function that is steep.
+    /// Begins the series of the argument of a steep smooth function.
     #[inline(always)]
     pub fn steep(&mut self, place: usize, value: T) {
         for track in 0..T::TRACKS {
@@ -131,7 +132,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         }
     }
 
-    /// Begins the series of a value that has a bound.
+    /// Begins the series of a bounded value.
     #[inline(always)]
     pub fn bounded(&mut self, place: usize, value: T, bound: f64) {
         for track in 0..T::TRACKS {
@@ -139,7 +140,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         }
     }
 
-    /// Begins the series of the base of a power of a high degree, negative in a divisor.
+    /// Begins the series of the base of a power of a high degree; the exponent is negative in a divisor.
     #[inline(always)]
     pub fn power(&mut self, place: usize, value: T, exponent: i32) {
         for track in 0..T::TRACKS {
@@ -147,7 +148,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         }
     }
 
-    /// Hands a switch the coefficient of order `k` of its argument.
+    /// Passes the coefficient of order `k` of its argument to a switch.
     #[inline(always)]
     pub fn watch(&mut self, place: usize, k: usize, coefficient: T) {
         for track in 0..T::TRACKS {
@@ -155,7 +156,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         }
     }
 
-    /// Calls a function of the user's: order 0.
+    /// Calls a user's function: order 0.
     #[inline(always)]
     pub fn call<const A: usize>(
         &mut self,
@@ -167,7 +168,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         T::of_tracks(|track| self.calls[track][place].first(one(&values, track), moves, &function))
     }
 
-    /// The coefficient of order `k` of a function of the user's.
+    /// The coefficient of order `k` of a user's function.
     #[inline(always)]
     pub fn coefficient<const FUSED: bool, const A: usize>(
         &mut self,
@@ -186,8 +187,8 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         })
     }
 
-    /// The inner sums of products of order `k`, of which the first `USED` are asked for; if `EAGER` and `k > 2`, without the terms of the
-    /// orders 1 and `k-1` of numbers that stand side by side in a register.
+    /// The inner sums of products of order `k`, of which the first `USED` are needed. If `EAGER` and `k > 2`,
+    /// packed numbers leave out the terms of the orders 1 and `k-1`.
     #[inline(always)]
     #[must_use]
     pub fn product_sums<const FUSED: bool, const EAGER: bool, const USED: usize>(
@@ -195,7 +196,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         k: usize,
     ) -> [Row<T>; P] {
         if !T::PACKED {
-            // no closures: what they call would not be compiled for the machine's own instructions
+            // no closures: their calls would not be compiled for the machine's own instructions
             let mut sums = [[T::splat(0.0); LANES]; P];
             for (place, sum) in sums.iter_mut().enumerate() {
                 let used = USED.saturating_sub(LANES * place).min(LANES);
@@ -203,11 +204,12 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
             }
             return sums;
         }
-        // a few blocks share the loop: there are registers for all of their sums, and the loop is most of the work
+        // up to two blocks share one loop: there are registers for all of their sums, and the loop is most of
+        // the work
         if P <= 2 {
             return together::<T, FUSED, P, 2>(&self.products, k, first::<EAGER>(k));
         }
-        // of more than two in pairs: with the sums of four in one loop the compiler leaves the registers' lanes
+        // more than two in pairs: with the sums of four in one loop the compiler does not vectorise
         let mut sums = [[T::splat(0.0); LANES]; P];
         let first = first::<EAGER>(k);
         let ones = if P <= 4 { P } else { P - P % 4 };
@@ -239,7 +241,8 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
     }
 }
 
-/// The numbers of one motion. No closures: what they call would not be compiled for the machine's own instructions.
+/// The numbers of one motion. No closures: their calls would not be compiled for the machine's own
+/// instructions.
 #[inline(always)]
 fn one<T: Coefficient, const A: usize>(values: &[T; A], track: usize) -> [f64; A] {
     let mut numbers = [0.0; A];
@@ -256,7 +259,7 @@ pub fn add_product<const FUSED: bool, T: Coefficient>(sum: T, a: T, b: T) -> T {
     sum.add_product::<FUSED>(a, b)
 }
 
-/// `sum + a b` where inner sums leave out their newest terms: with numbers that stand side by side in a register.
+/// `sum + a b` for packed numbers, whose inner sums leave out their newest terms; `sum` alone for others.
 #[inline(always)]
 #[must_use]
 pub fn newest<const FUSED: bool, T: Coefficient>(sum: T, a: T, b: T) -> T {
@@ -267,7 +270,7 @@ pub fn newest<const FUSED: bool, T: Coefficient>(sum: T, a: T, b: T) -> T {
     }
 }
 
-/// `Σ c_i x_i`, in four sums side by side: one alone would wait for itself.
+/// `Σ c_i x_i`, in four independent sums, which need not wait for each other.
 #[inline(always)]
 #[must_use]
 pub fn weighted<const FUSED: bool, const M: usize, T: Coefficient>(c: [T; M], x: [T; M]) -> T {
@@ -285,7 +288,7 @@ fn add_rows<T: Coefficient, const FUSED: bool>(sum: &mut Row<T>, a: &Row<T>, b: 
     }
 }
 
-/// The lowest order of an inner sum.
+/// The lowest order in an inner sum.
 #[inline(always)]
 fn first<const EAGER: bool>(k: usize) -> usize {
     if EAGER && k > 2 { 2 } else { 1 }
@@ -303,8 +306,8 @@ pub(crate) fn inner_sums<const FUSED: bool>(blocks: &[Products], k: usize, sums:
     }
 }
 
-/// The inner sums of any number of blocks of products and of squares, as [`Table::product_sums`] and [`Table::square_sums`] form them: the squares
-/// stand behind the products.
+/// The inner sums of any number of blocks of products and of squares, as [`Table::product_sums`] and
+/// [`Table::square_sums`] form them; squares stand behind the products.
 #[inline(always)]
 pub(crate) fn all_sums<const FUSED: bool, const EAGER: bool>(
     products: &[Products],
@@ -315,7 +318,7 @@ pub(crate) fn all_sums<const FUSED: bool, const EAGER: bool>(
     let k = k.clamp(1, ROWS - 1);
     let first = first::<EAGER>(k);
     let (to_products, to_squares) = sums.split_at_mut(products.len().min(sums.len()));
-    // of a few blocks, and of those beyond the last four, each sum is two side by side
+    // in a few blocks, and in those beyond the last four, each sum is split in two
     let ones = match products.len() {
         0..=2 => 0,
         3..=4 => products.len(),
@@ -330,7 +333,7 @@ pub(crate) fn all_sums<const FUSED: bool, const EAGER: bool>(
     }
 }
 
-/// The inner sums of blocks, two blocks in one loop; each is `A` sums side by side.
+/// The inner sums of blocks, two blocks in one loop; each is split into `A` independent sums.
 #[inline(always)]
 fn in_pairs<T: Coefficient, const FUSED: bool, const A: usize>(
     blocks: &[Products<T>],
@@ -347,7 +350,7 @@ fn in_pairs<T: Coefficient, const FUSED: bool, const A: usize>(
     }
 }
 
-/// [`together`] with rows that are iterated over, so that no place is compared with a length.
+/// [`together`] with iterators over rows, without bounds checks.
 #[inline(always)]
 fn along_rows<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>(
     blocks: &[Products<T>; P],
@@ -355,7 +358,7 @@ fn along_rows<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>
     first: usize,
 ) -> [Row<T>; P] {
     let end = (k + 1).saturating_sub(first);
-    // as many rows from the left as from the right, which are read backwards
+    // as many rows from the left as from the right, the latter in reverse
     let rows: [[&[Row<T>]; 2]; P] = core::array::from_fn(|p| {
         [&blocks[p].left, &blocks[p].right].map(|rows| rows.get(first..end).unwrap_or_default())
     });
@@ -368,7 +371,7 @@ fn along_rows<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>
         }
     };
     if P == 2 {
-        // both blocks have as many rows
+        // both blocks have the same number of rows
         let [one, other] = [0, P - 1].map(|p| chunks[p].0.0.iter().zip(chunks[p].1.1.iter().rev()));
         for ((left, right), (other_left, other_right)) in one.zip(other) {
             add(0, left, right);
@@ -395,7 +398,8 @@ fn along_rows<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>
     total
 }
 
-/// `Σ left_j right_{k-j}` over `first ≤ j ≤ k - first` for each block, in `A` sums side by side: one alone would wait for itself.
+/// `Σ left_j right_{k-j}` over `first ≤ j ≤ k - first` for each block, in `A` independent sums, which need
+/// not wait for each other.
 #[inline(always)]
 fn together<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>(
     blocks: &[Products<T>; P],
@@ -431,7 +435,7 @@ fn together<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>(
     total
 }
 
-/// The first sums of one block, each of which fills registers alone.
+/// The first `used` sums of one block, each of which fills registers alone.
 #[inline(always)]
 fn some<T: Coefficient>(block: &Products<T>, k: usize, used: usize) -> Row<T> {
     let k = k.clamp(1, ROWS - 1);

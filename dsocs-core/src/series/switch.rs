@@ -1,46 +1,50 @@
-//! Switches: expressions whose sign decides which piece of a function a series continues.
+//! Switches: expressions whose sign selects the piece of a function that a series continues.
 //!
-//! The series of `|u|` is that of `u` or of `-u`, and it is right only as long as `u` keeps the sign that the series began with. The same
-//! holds for the argument of `signum`, and for the difference of the two sides of a comparison. Recurrences know the series of these
-//! arguments. So the first place is found where one of them changes its sign, and the step ends there.
+//! The series of `|u|` is that of `u` or of `-u`, and is valid only as long as `u` keeps the sign that the
+//! series began with. The same holds for the argument of `signum`, and for the difference of the two sides of
+//! a comparison. The recurrences give the series of these arguments. So the first change of sign is located,
+//! and the step ends there.
 //!
-//! A root is never negative, but the series of `√(u²)` is that of `u` or of `-u`, which goes on below zero. The place where it would is a corner. The same holds for
-//! angles, as the series of `atan(tan u)` is that of `u` and a constant.
+//! A root is never negative, but the series of `√(u²)` is that of `u` or of `-u`, which continues below zero.
+//! The place where it vanishes is a corner. The same holds for inverse trigonometric functions, since the
+//! series of `atan(tan u)` is that of `u` plus a constant.
 
 use super::orders::{MAX_ORDER, ROWS};
 use super::power::Power;
 use crate::series::roots::{self, Crossing};
 
-/// A coefficient is rounding if its term is below this part of the largest.
+/// A coefficient is rounding if its term is below this part of the largest term.
 const ROUNDING: f64 = 1e-12;
 
 /// An argument is zero to rounding if it is below this part of the sum of its terms over a step.
 const TOUCHES: f64 = 1e-14;
 
-/// The last terms of an argument have to be below this part of its largest where it may change its sign, and need not be below the second.
+/// Bounds of the last terms of an argument, relative to its largest: above the first the argument cannot be
+/// searched for a change of sign; the second is always enough.
 const TAIL: [f64; 2] = [1e-3, 1e-9];
 
-/// How often a time is made shorter.
+/// Largest number of times that a time is shortened.
 const SHORTENINGS: u32 = 60;
 
-/// How much of a step a shorter one takes at least, where the series of an argument does not converge.
+/// Least factor by which a step is shortened if the series of an argument does not converge.
 const SHORTEST: f64 = 0.05;
 
-/// How much longer the next part of a step is in which a root is looked for.
+/// Factor by which the next part of a step is longer in which a root is searched.
 const FARTHER: f64 = 8.0;
 
-/// So many terms a series has at least whose later ones are taken as rounding.
+/// Least number of terms that are kept before later ones may count as rounding.
 const LEAST_TOLD: usize = 6;
 
-/// A series that begins so far outside of the place where a smooth step is visible knows nothing of it.
+/// A series that begins farther than this outside the range where a smooth step is visible shows nothing of
+/// it.
 const FLAT: f64 = 3.0;
 
-/// What a tolerance says of switches.
+/// Limits for switches that follow from the tolerance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
-    /// The part of the largest term that the last terms of an argument may have.
+    /// The largest part of the largest term that the last terms of an argument may have.
     tail: f64,
-    /// How far from its middle a hyperbolic tangent differs from ±1 by more than the tolerance, about.
+    /// The distance from its middle at which a hyperbolic tangent differs from ±1 by about the tolerance.
     visible: f64,
 }
 
@@ -53,36 +57,37 @@ impl Limits {
     }
 }
 
-/// An expression whose sign decides how a series goes on.
+/// An expression whose sign selects the piece that a series continues.
 #[derive(Clone, Debug)]
 pub struct Switch {
-    /// Its Taylor coefficients; those of lower orders than a series' are known.
+    /// Its Taylor coefficients, of all orders below that of the series.
     coefficients: [f64; ROWS],
-    /// The sign of the piece that the series belongs to; 0 of what has no pieces.
+    /// The sign of the piece to which the series belongs; 0 if there are no pieces.
     side: f64,
-    /// The sign that the next series is to have; 0 if the value decides.
+    /// The sign that the next series has to have; 0 if the value decides.
     set: f64,
-    /// The coefficients below this order are zero: the series begins where the switch is.
+    /// Coefficients below this order are zero: the series begins at the zero of the argument.
     leading: usize,
     /// The sum of the terms over the last step.
     scale: f64,
-    /// The time after which a series that begins where the switch is has left it by more than rounding.
+    /// The time after which a series that begins at the zero has left it by more than rounding.
     leaves: f64,
-    /// What depends on it.
+    /// The function that depends on the argument.
     kind: Kind,
 }
 
-/// What depends on an argument.
+/// The function that depends on an argument.
 #[derive(Clone, Copy, Debug, Default)]
 enum Kind {
-    /// A piece of a function.
+    /// A piecewise function.
     #[default]
     Piece,
-    /// A smooth function that is flat but for a neighbourhood of zero.
+    /// A smooth function that is flat except near zero.
     Steep,
-    /// A power of a high degree that it is raised to.
+    /// A power of a high degree of the argument.
     Power(Power),
-    /// It is itself the value of a function that has a bound: the largest absolute value. With zero it is not negative.
+    /// The argument is itself the value of a bounded function, with its largest absolute value; a bound of
+    /// zero says that it is not negative.
     Bounded(f64),
 }
 
@@ -100,16 +105,16 @@ impl Default for Switch {
     }
 }
 
-/// How far a step may go.
+/// The part of a step that may be taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Reach {
-    /// To its end.
+    /// The whole step.
     Whole,
-    /// Not as far: the series of an argument is not good beyond, or something steep begins.
+    /// A part: beyond it the series of an argument is inaccurate, or a steep function begins.
     Shorter(f64),
-    /// Up to a change of sign.
+    /// A part, up to a change of sign.
     Crossing(f64),
-    /// Up to where the value of a function comes to its bound.
+    /// A part, up to the place where a function reaches its bound.
     Corner(f64),
 }
 
@@ -122,21 +127,22 @@ impl Switch {
         self.side
     }
 
-    /// Begins the series of the argument of a smooth function that is flat but for a neighbourhood of zero.
+    /// Begins the series of the argument of a smooth function that is flat except near zero.
     #[inline(always)]
     pub fn steep(&mut self, value: f64) {
         self.coefficients[0] = value;
         self.kind = Kind::Steep;
     }
 
-    /// Begins the series of a value that has a bound.
+    /// Begins the series of a bounded value.
     #[inline(always)]
     pub fn bounded(&mut self, value: f64, bound: f64) {
         self.coefficients[0] = value;
         self.kind = Kind::Bounded(bound);
     }
 
-    /// Begins the series of the base of a power of a high degree, negative in a divisor: it may be flat but where the power is large.
+    /// Begins the series of the base of a power of a high degree; the exponent is negative in a divisor. The
+    /// power may be flat except where it is large.
     #[inline(always)]
     pub fn power(&mut self, value: f64, exponent: i32) {
         self.coefficients[0] = value;
@@ -145,7 +151,7 @@ impl Switch {
         }
     }
 
-    /// Takes the coefficient of order `k`.
+    /// Stores the coefficient of order `k`.
     #[inline(always)]
     pub fn push(&mut self, k: usize, coefficient: f64) {
         self.coefficients[k.min(MAX_ORDER)] = coefficient;
@@ -156,17 +162,18 @@ impl Switch {
         self.side
     }
 
-    /// Lets the next series have a sign, or with 0 its own.
+    /// Sets the sign of the next series; 0 lets its value decide.
     pub(crate) fn set(&mut self, side: f64) {
         self.set = side;
     }
 
-    /// Lets the next series continue the piece of this one.
+    /// Makes the next series continue the piece of this one.
     pub(crate) fn hold(&mut self) {
         self.set = self.side;
     }
 
-    /// Lets the next series have the sign of the value, if that is on the other side of the piece by more than rounding. Returns whether it is.
+    /// Lets the value decide the sign of the next series, if it is beyond the piece by more than rounding;
+    /// returns whether it is.
     pub(crate) fn lets_go(&mut self) -> bool {
         let is_beyond = self.side * self.coefficients[0] < -TOUCHES * self.scale;
         if is_beyond {
@@ -175,27 +182,27 @@ impl Switch {
         is_beyond
     }
 
-    /// Whether the next series has a sign given.
+    /// Whether the sign of the next series is set.
     pub(crate) fn is_held(&self) -> bool {
         self.set != 0.0
     }
 
-    /// Takes from another switch, which is left, that the series begins where it is.
+    /// Takes over from another switch, which is left, the number of leading zero coefficients.
     pub(crate) fn begins_as(&mut self, other: &mut Self) {
         self.leading = core::mem::take(&mut other.leading);
     }
 
-    /// Sets below which order coefficients are rounding.
+    /// Sets the order below which coefficients are rounding.
     pub(crate) fn begins_with(&mut self, leading: usize) {
         self.leading = leading;
     }
 
-    /// Whether its sign decides between pieces; that of a steep function's argument does not.
+    /// Whether its sign selects a piece; that of a steep function's argument does not.
     pub(crate) fn may_turn(&self) -> bool {
         self.side != 0.0
     }
 
-    /// Whether it is the value of a function that has a bound.
+    /// Whether it is the value of a bounded function.
     pub(crate) fn is_bounded(&self) -> bool {
         matches!(self.kind, Kind::Bounded(_))
     }
@@ -205,8 +212,8 @@ impl Switch {
         self.may_turn() && self.coefficients[0] == 0.0
     }
 
-    /// Whether the value is on the side of the piece a time `s` after the beginning of a step, in units of its size over the step; negative
-    /// where it is not.
+    /// The value at the time `s` of a step, in units of its size over the step; negative if it is beyond the
+    /// piece.
     pub(crate) fn margin(&self, s: f64) -> f64 {
         if self.side == 0.0 || self.side.is_nan() || (self.leading > 0 && s <= self.leaves) {
             return f64::INFINITY;
@@ -214,7 +221,7 @@ impl Switch {
         self.side * self.coefficients[0] / self.scale.max(f64::MIN_POSITIVE)
     }
 
-    /// The time, by the first two terms, between the value and zero, before or after.
+    /// The time between now and the zero of the first two terms, before or after.
     pub(crate) fn takes(&self) -> f64 {
         let [value, rate, ..] = self.coefficients;
         if self.may_turn() && rate != 0.0 {
@@ -224,13 +231,13 @@ impl Switch {
         }
     }
 
-    /// Whether the value is zero, and stays so as far as the series is known.
+    /// Whether the value is zero, and stays zero in all known orders.
     pub(crate) fn stays(&self) -> bool {
         let finite = self.coefficients.iter().take_while(|c| c.is_finite());
         self.may_turn() && finite.fold(0.0_f64, |most, c| most.max(c.abs())) == 0.0
     }
 
-    /// The time that is missing, by the first two terms, until the value is beyond the piece.
+    /// The time, by the first two terms, until the value is beyond the piece.
     pub(crate) fn missing(&self) -> f64 {
         let [value, rate, ..] = self.coefficients;
         if self.side * value > 0.0 && rate != 0.0 {
@@ -245,11 +252,11 @@ impl Switch {
         (self.side * self.coefficients[0]) <= TOUCHES * self.scale && self.may_turn()
     }
 
-    /// The first order whose term at a time `tau` is more than rounding, and the sign there; beyond the last order with sign 0, if there is
-    /// none.
+    /// The first order whose term at the time `tau` exceeds rounding, and its sign; an order beyond the last
+    /// and sign 0 if there is none.
     pub(crate) fn leads(&self, order: usize, tau: f64) -> (usize, f64) {
         let known = &self.coefficients[..order.clamp(2, MAX_ORDER)];
-        // the series of a root has no terms beyond some order at its zero
+        // the series of a root has only finitely many terms at its zero
         let finite = known.iter().take_while(|c| c.is_finite()).count();
         let known = &known[..finite];
         let (mut terms, mut largest) = ([0.0; ROWS], 0.0_f64);
@@ -263,7 +270,7 @@ impl Switch {
                 power *= tau;
                 largest = largest.max(term.abs());
             }
-            // two or three terms say nothing of those that are missing
+            // with two or three terms the missing ones cannot be estimated
             if known.len() < 4 || (largest.is_finite() && tail(&terms[..known.len()]) <= TAIL[0] * largest) {
                 break;
             }
@@ -279,7 +286,7 @@ impl Switch {
         }
     }
 
-    /// The time until the argument of a sign is zero, in a direction, by its first three terms.
+    /// The time until the argument vanishes, in a direction, by its first three terms.
     pub(crate) fn ends(&self, direction: f64) -> f64 {
         let [c, b, a, ..] = self.coefficients;
         let [c, b, a] = [c, b * direction, a].map(|x| x * self.side);
@@ -293,7 +300,8 @@ impl Switch {
         }
     }
 
-    /// How far a step of the length `h` may go, by the series of the argument to an order; `h` is negative back in time.
+    /// The part of a step of the length `h` that may be taken, from the series of the argument to an order;
+    /// `h` is negative back in time.
     #[inline]
     pub(crate) fn reach(
         &mut self,
@@ -333,7 +341,7 @@ impl Switch {
         }
     }
 
-    /// The same of a value that has two bounds.
+    /// [`Switch::search`] for a value with two bounds.
     #[cold]
     fn search_bounds(
         &self,
@@ -362,13 +370,13 @@ impl Switch {
         nearest.1
     }
 
-    /// How many terms tell something. Near a corner the digits of a value that has a bound are lost, the more the higher the order: beyond its smallest term its series is
-    /// rounding.
+    /// The number of significant terms. Near a corner the value of a bounded function loses digits, the more
+    /// the higher the order: beyond its smallest term its series is rounding.
     fn told(&self, terms: &[f64], limits: &Limits) -> usize {
         if !matches!(self.kind, Kind::Bounded(_)) || terms.len() < LEAST_TOLD {
             return terms.len();
         }
-        // of an even function every other term is zero
+        // in an even function every other term is zero
         let pairs = terms.windows(2).map(|pair| pair[0].abs().max(pair[1].abs()));
         let sizes = pairs.enumerate().skip(LEAST_TOLD - 2);
         let first = terms.iter().take(LEAST_TOLD);
@@ -386,7 +394,7 @@ impl Switch {
         }
     }
 
-    /// The same where the terms alone do not tell that there is no change of sign.
+    /// [`Switch::reach`] if the sizes of the terms do not exclude a change of sign.
     #[cold]
     fn search(&mut self, order: usize, h: f64, limits: &Limits, found: &mut Vec<Crossing>) -> Reach {
         let from = self.leading.min(ROWS);
@@ -421,7 +429,7 @@ impl Switch {
             if !sum.is_finite() {
                 part *= 1e-3;
                 whole = part;
-                // what is not finite at all is the step's to tell
+                // if no step is finite, the step itself reports it
                 if part < 1e-300 {
                     return Reach::Whole;
                 }
@@ -430,12 +438,12 @@ impl Switch {
             let first = terms[0].abs();
             let rest = sum - first;
             let free = if matches!(self.kind, Kind::Steep) {
-                // flat at the beginning: as far as it is flat
+                // flat at the beginning: up to the end of the flat part
                 let sign = terms[0].signum();
                 for term in terms.iter_mut() {
                     *term *= sign;
                 }
-                // at a multiple zero rounding is all that is left of the sum
+                // at a multiple zero only rounding is left of the sum
                 let visible = limits.visible.max(TOUCHES * sum);
                 terms[0] -= visible;
                 first - rest > visible
@@ -478,19 +486,20 @@ impl Switch {
     }
 }
 
-/// The largest of the last third of terms, of two at least: where a motion begins at the zero of a power, only every so many of them are not zero.
+/// The largest of the last third of the terms, of at least two: where a motion begins at the zero of a power,
+/// only every few terms are nonzero.
 pub(super) fn tail(terms: &[f64]) -> f64 {
     let from = terms.len() - (terms.len() / 3).max(2).min(terms.len());
     terms[from..].iter().fold(0.0, |tail, term| tail.max(term.abs()))
 }
 
-/// By which part a step is made shorter so that its last terms, of an order, are as small as is allowed.
+/// Factor by which a step is shortened so that its last terms, of the given order, are as small as allowed.
 pub(super) fn shorter(tail: f64, allowed: f64, order: usize) -> f64 {
     (0.9 * (allowed / tail).powf(1.0 / order as f64)).max(SHORTEST)
 }
 
-/// The part of a step where its search for the first root begins: terms beyond the first are not much larger than it there. Roots are
-/// found to rounding in units of the part that is searched.
+/// The first part of a step in which a root is searched: there the terms beyond the first are not much larger
+/// than it. Roots are accurate to rounding relative to the part that is searched.
 fn near_start(known: &[f64], h: f64) -> f64 {
     let first = known[0].abs();
     let rest = |part: f64| {
@@ -508,7 +517,7 @@ fn near_start(known: &[f64], h: f64) -> f64 {
         if rest <= FARTHER * first {
             break;
         }
-        // a sum that overflows says nothing of how much
+        // a sum that overflows gives no estimate
         part *= if rest.is_finite() {
             (first / rest).max(1e-3)
         } else {
@@ -520,15 +529,15 @@ fn near_start(known: &[f64], h: f64) -> f64 {
 
 /// The switches of a system: those of the declaration, and those of each of the user's functions.
 pub trait Switches {
-    /// How many groups there are; none in a system without any.
+    /// The number of groups; 0 in a system without switches.
     const GROUPS: usize;
 
     /// A group of one motion: the declaration's, then that of each call.
     fn group(&mut self, track: usize, group: usize) -> &mut [Switch];
 
-    /// Lets functions that are given by pieces begin the piece at whose end they are. Returns whether there are any.
+    /// Lets piecewise functions enter the piece at whose end they are; returns whether there are any.
     fn enter(&mut self, track: usize) -> bool;
 
-    /// Whether a value of the user's functions moves.
+    /// Whether a value of the user's functions depends on time.
     fn moves(&self) -> bool;
 }

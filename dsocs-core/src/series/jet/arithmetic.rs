@@ -1,4 +1,4 @@
-//! The arithmetic of jets, and what [`Real`](crate::Real) asks for beside functions.
+//! The arithmetic of jets, with the operators that [`Real`](crate::Real) requires.
 
 use core::cmp::Ordering;
 use core::fmt;

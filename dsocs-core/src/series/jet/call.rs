@@ -1,4 +1,4 @@
-//! A call of a function, order by order.
+//! The call of a user's function, order by order.
 
 // parts of every operation of the recurrences
 #![allow(clippy::inline_always)]
@@ -10,17 +10,17 @@ use crate::series::orders::{LANES, ROWS, Row};
 use crate::series::sums::{Products, inner_sums};
 use crate::series::switch::Switch;
 
-/// A function of the user's at a point, and what its operations keep of the orders before.
+/// A user's function at a point, with its operations' coefficients of lower orders.
 #[derive(Clone, Debug, Default)]
 pub struct Call {
-    /// How many places of the [memory] its operations take.
+    /// Number of places of the [memory] that its operations take.
     places: usize,
-    /// Whether its value moves.
+    /// Whether its value depends on time.
     moves: bool,
     pieces: Pieces,
-    /// The number by which it owns the memory of the thread that computes a series, from order 0 to the last.
+    /// The number by which it owns the thread's memory while it computes a series, from order 0 to the last.
     owner: u64,
-    /// What is kept from order 0 on: starts and inverses.
+    /// The values and reciprocals of order 0.
     starts: Vec<[Row<f64>; 2]>,
     /// The operands of the inner sums.
     blocks: Vec<Products>,
@@ -28,7 +28,8 @@ pub struct Call {
 }
 
 impl Call {
-    /// Calls a function with the values of its arguments, and returns its value: order 0. An argument that does not move enters as a number.
+    /// Calls a function with the values of its arguments, and returns its value: order 0. A constant argument
+    /// enters as a number.
     #[inline]
     pub fn first<const A: usize>(
         &mut self,
@@ -52,7 +53,7 @@ impl Call {
         self.next::<FUSED>(k, || function(jets(values, inputs, moves)))
     }
 
-    /// Calls a function that makes its jets itself: order 0.
+    /// Calls a function that makes its own jets: order 0.
     pub(crate) fn begin(&mut self, function: impl FnOnce() -> Jet) -> f64 {
         let outer = memory::enter();
         memory::begin(0);
@@ -75,7 +76,7 @@ impl Call {
         result.value
     }
 
-    /// As [`Call::coefficient`], of a function that makes its jets itself.
+    /// [`Call::coefficient`] for a function that makes its own jets.
     #[inline(always)]
     pub(crate) fn next<const FUSED: bool>(&mut self, k: usize, function: impl FnOnce() -> Jet) -> f64 {
         if self.is_still() {
@@ -88,13 +89,13 @@ impl Call {
         } else {
             self.pieces.during(function)
         };
-        // one that does something else each time has no series
+        // a function that takes other operations each time has no series
         let is_same = memory::places() == self.places;
         self.leave(k, outer);
         if is_same { result.now } else { f64::NAN }
     }
 
-    /// Puts what belongs to order `k` into the memory.
+    /// Loads the data of order `k` into the memory.
     #[inline(always)]
     fn enter<const FUSED: bool>(&mut self, k: usize) -> Option<Box<Saved>> {
         inner_sums::<FUSED>(&self.blocks, k, &mut self.sums);
@@ -107,11 +108,11 @@ impl Call {
         outer
     }
 
-    /// Puts what was kept before order `k` into the memory, where another function was called since.
+    /// Reloads the data of the orders below `k` into the memory, if another function was called since.
     #[cold]
     #[inline(never)]
     fn refill(&self, k: usize) {
-        // those of order 0 are no operands: zeros stand there
+        // the row of order 0 has no operands, but zeros
         let row = |order: usize| if order > 0 && order < k { order } else { 0 };
         let (blocks, [last, first]) = (&self.blocks, [row(k - 1), row(1)]);
         memory::set_rows(Field::Start, self.starts.iter().map(|[start, _]| start));
@@ -123,14 +124,14 @@ impl Call {
         memory::set_rows(Field::FirstRight, blocks.iter().map(|block| &block.right[first]));
     }
 
-    /// Takes the operands of order `k` out of the memory.
+    /// Stores the operands of order `k` from the memory.
     #[inline(always)]
     fn leave(&mut self, k: usize, outer: Option<Box<Saved>>) {
         for (row, block) in self.blocks.iter_mut().enumerate() {
             block.left[k] = memory::row(Field::Left, row);
             block.right[k] = memory::row(Field::Right, row);
         }
-        // in order 2 both newest terms are the same one
+        // in order 2 both newest terms are the same
         match k {
             1 => memory::set_rows(Field::FirstLeft, self.blocks.iter().map(|block| &block.left[1])),
             2 => memory::set_rows(Field::FirstRight, self.blocks.iter().map(|block| &block.right[1])),
@@ -139,18 +140,18 @@ impl Call {
         memory::leave(outer);
     }
 
-    /// Whether the function's value does not move, and nothing was compared.
+    /// Whether the function's value is constant, and nothing was compared.
     #[inline]
     pub(crate) fn is_still(&self) -> bool {
         !self.moves && self.pieces.is_empty()
     }
 
-    /// The switches that the function has met.
+    /// The switches that the function has evaluated.
     pub(crate) fn switches(&mut self) -> &mut [Switch] {
         self.pieces.switches()
     }
 
-    /// Begins the pieces that choices have gone over to. Returns whether there are any.
+    /// Enters the pieces that choices have changed to; returns whether there are any.
     pub(crate) fn enter_pieces(&mut self) -> bool {
         self.pieces.enter()
     }

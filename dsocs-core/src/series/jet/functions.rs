@@ -1,4 +1,4 @@
-//! The functions of jets: what [`Real`] asks for.
+//! The functions of jets, as [`Real`] requires.
 
 use core::cmp::Ordering;
 
@@ -8,14 +8,14 @@ use crate::number::dual::Part;
 use crate::number::real::Real;
 
 impl Part for Jet {
-    /// Whether it is zero for all time.
+    /// Whether it is zero at all times.
     fn vanishes(&self) -> bool {
         !self.moves && self.value == 0.0
     }
 }
 
 impl Jet {
-    /// A function of what moves, or the same of a number.
+    /// A function of a jet that depends on time, or of a constant.
     #[inline(always)]
     fn unary(self, moving: impl FnOnce(Self) -> Self, number: impl FnOnce(f64) -> f64) -> Self {
         if self.moves {
@@ -51,7 +51,7 @@ impl Jet {
     }
 }
 
-/// Comparisons decide between pieces of a function.
+/// Comparisons, which select pieces of a function.
 pub(super) fn compare(left: Jet, right: Jet) -> Option<Ordering> {
     let own = left.value.partial_cmp(&right.value)?;
     let difference = left - right;
@@ -61,7 +61,7 @@ pub(super) fn compare(left: Jet, right: Jet) -> Option<Ordering> {
     let free = !pieces::is_held();
     let sign = match own {
         Ordering::Less => -1.0,
-        // as `signum` has it
+        // as in `signum`
         Ordering::Equal | Ordering::Greater => 1.0,
     };
     let side = pieces::decide(difference, sign);
@@ -90,7 +90,7 @@ impl Real for Jet {
 
     fn piece(self, places: &[f64]) -> usize {
         let own = places.partition_point(|&place| place <= self.value);
-        // there are fewer places than numbers
+        // more numbers than places
         let number = |index: usize| i64::try_from(index).unwrap_or(i64::MAX);
         let index = |number: i64| usize::try_from(number).ok();
         let piece = pieces::choose(self, number(own), |piece| {
@@ -111,7 +111,7 @@ impl Real for Jet {
 
     #[inline(always)]
     fn powi(self, n: i32) -> Self {
-        // by products: a power of zero is none of a logarithm
+        // by products: the logarithm of zero does not exist
         let mut result: Option<Self> = None;
         let (mut square, mut rest) = (self, n.unsigned_abs());
         while rest > 0 {

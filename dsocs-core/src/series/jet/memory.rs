@@ -1,10 +1,10 @@
-//! What the operations of a function keep from order to order.
+//! The data that a function's operations keep from order to order.
 //!
-//! A function is called once for each order, and does the same operations each time. So an operation is known by its number: those that need their
-//! own past take the places of this memory in turn. A thread has one memory. A [`Call`](super::Call) brings into it what belongs to its
-//! function, and takes it out again.
+//! A function is called once for each order, with the same operations each time. So an operation is
+//! identified by its number: those that need their own past take the places of this memory in turn. A thread
+//! has one memory. A [`Call`](super::Call) loads its function's data into it, and stores them afterwards.
 //!
-//! All of this is on the way of every operation, so the first 64 places are plain cells.
+//! Every operation uses it, so the first 64 places are plain cells.
 
 // parts of every operation
 #![allow(clippy::inline_always)]
@@ -14,27 +14,27 @@ use std::cell::RefCell;
 
 use crate::series::orders::{LANES, RECIPROCALS, ROWS, Row};
 
-/// So many rows of places are cells of the thread; those beyond lie on the heap.
+/// Number of rows of places that are cells of the thread; further ones are on the heap.
 const FAST: usize = 16;
 
-/// What is kept at a place.
+/// The fields of a place.
 #[derive(Clone, Copy)]
 pub(super) enum Field {
     /// The coefficient of order 0.
     Start,
-    /// What is divided by in every order, inverted.
+    /// The reciprocal of the divisor of all orders.
     Inverse,
     /// The inner sum of the order, without its newest terms.
     Sum,
-    /// The operands of the inner sum: of the order before, until those of this order take their place.
+    /// The operands of the inner sum: of the order before, until those of this order replace them.
     Left,
     Right,
-    /// Those of order 1, as factors of the newest.
+    /// The operands of order 1, the factors of the newest terms.
     FirstLeft,
     FirstRight,
 }
 
-/// How many fields there are.
+/// The number of fields.
 const FIELDS: usize = 7;
 
 /// The memory of a thread.
@@ -45,7 +45,7 @@ struct Memory {
     at: Cell<usize>,
     /// Whether a function is being called.
     is_used: Cell<bool>,
-    /// Whose past the places hold, by number, and how many numbers have been given.
+    /// The number of the owner of the places, and the last number that was given.
     owner: Cell<u64>,
     owners: Cell<u64>,
     /// Rows of places, field by field.
@@ -64,11 +64,11 @@ thread_local! {
         }
     };
 
-    /// The places beyond.
+    /// The places on the heap.
     static BEYOND: RefCell<Vec<[f64; FIELDS]>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Begins with the operations of order `k`.
+/// Begins the operations of order `k`.
 #[inline(always)]
 pub(super) fn begin(k: usize) {
     MEMORY.with(|memory| {
@@ -90,7 +90,7 @@ pub(super) fn degree() -> [f64; 2] {
     [k as f64, RECIPROCALS[k]]
 }
 
-/// How many places have been taken.
+/// Number of places that have been taken.
 #[inline(always)]
 pub(super) fn places() -> usize {
     MEMORY.with(|memory| memory.at.get())
@@ -106,7 +106,7 @@ pub(super) fn take(places: usize) -> usize {
     })
 }
 
-/// What is kept at a place.
+/// The value of a field at a place.
 #[inline(always)]
 pub(super) fn get(field: Field, at: usize) -> f64 {
     MEMORY.with(
@@ -117,7 +117,7 @@ pub(super) fn get(field: Field, at: usize) -> f64 {
     )
 }
 
-/// Keeps a number at a place.
+/// Sets a field at a place.
 #[inline(always)]
 pub(super) fn set(field: Field, at: usize, value: f64) {
     MEMORY.with(
@@ -144,7 +144,7 @@ pub(super) fn is_own(owner: u64) -> bool {
     MEMORY.with(|memory| memory.owner.replace(owner) == owner)
 }
 
-/// Keeps a field of the first places, row by row.
+/// Sets a field of the first places, row by row.
 #[inline(always)]
 pub(super) fn set_rows<'r>(field: Field, rows: impl ExactSizeIterator<Item = &'r Row<f64>> + Clone) {
     if rows.len() > FAST {
@@ -192,7 +192,7 @@ fn set_beyond(field: Field, at: usize, value: f64) {
     });
 }
 
-/// What a function that is being called keeps, while it calls another.
+/// The memory of a function that is being called, saved while it calls another.
 #[derive(Debug)]
 pub(super) struct Saved {
     order: usize,
@@ -202,7 +202,8 @@ pub(super) struct Saved {
     beyond: Vec<[f64; FIELDS]>,
 }
 
-/// Begins to use the memory. Where it is in use, because a function computes a motion itself, what it holds is saved.
+/// Begins to use the memory. If it is in use, because a function computes a motion itself, its content is
+/// saved.
 #[inline(always)]
 pub(super) fn enter() -> Option<Box<Saved>> {
     MEMORY.with(|memory| {

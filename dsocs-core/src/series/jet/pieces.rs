@@ -1,19 +1,20 @@
-//! What decides between the pieces of a function.
+//! The pieces of a user's function, and the choices between them.
 
 use std::cell::RefCell;
 
 use super::{Jet, memory};
 use crate::series::switch::Switch;
 
-/// The switches of a function, in the order in which it meets them.
+/// The switches of a function, in the order of evaluation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pieces {
     switches: Vec<Switch>,
-    /// The piece that a choice between many began with, and the one that was taken. It stands beside the first of two switches.
+    /// For a choice between many pieces, the one that it began with and the one that was taken; stored with
+    /// the first of its two switches.
     chosen: Vec<Option<[i64; 2]>>,
-    /// How many switches there are; those beyond are left from before.
+    /// The number of switches; further ones are left from earlier calls.
     noted: usize,
-    /// The next one.
+    /// The next switch.
     at: usize,
 }
 
@@ -30,7 +31,7 @@ thread_local! {
 }
 
 impl Pieces {
-    /// Calls a function that meets these switches.
+    /// Calls a function that evaluates these switches.
     pub(super) fn during<T>(&mut self, function: impl FnOnce() -> T) -> T {
         self.at = 0;
         let outer = PIECES.replace(core::mem::take(self));
@@ -39,24 +40,24 @@ impl Pieces {
         result
     }
 
-    /// Takes those that the function has met for all that it has.
+    /// Sets the number of switches to those that the function has evaluated.
     pub(super) fn keep(&mut self) {
         self.noted = self.at;
     }
 
-    /// Whether the function has met none.
+    /// Whether the function has no switches.
     #[inline]
     pub(super) fn is_empty(&self) -> bool {
         self.noted == 0
     }
 
-    /// The switches that the function has met.
+    /// The switches that the function has evaluated.
     pub(super) fn switches(&mut self) -> &mut [Switch] {
         let noted = self.noted.min(self.switches.len());
         &mut self.switches[..noted]
     }
 
-    /// Begins the pieces that choices have gone over to. Returns whether there are any.
+    /// Enters the pieces that choices have changed to; returns whether there are any.
     pub(super) fn enter(&mut self) -> bool {
         let mut any = false;
         for (place, chosen) in self.chosen.iter_mut().enumerate().take(self.noted) {
@@ -71,7 +72,7 @@ impl Pieces {
             ) else {
                 continue;
             };
-            // the place where the pieces meet is the other end of the next one
+            // the place where the pieces meet is the other end of the new piece
             if piece > base {
                 lower.begins_as(upper);
             } else {
@@ -85,7 +86,8 @@ impl Pieces {
         any
     }
 
-    /// Goes on to the next switch, whose argument is a jet, and returns the sign that it is to have; `own` is that of its value.
+    /// Advances to the next switch, with a jet as its argument, and returns the sign that it has to have;
+    /// `own` is that of its value.
     fn next(&mut self, argument: Jet, own: f64) -> f64 {
         let place = self.at;
         self.at += 1;
@@ -104,13 +106,13 @@ impl Pieces {
         self.switches[place].start(argument.value, own)
     }
 
-    /// Whether the next switch has to have a given sign.
+    /// Whether the sign of the next switch is set.
     fn is_held(&self) -> bool {
         self.switches.get(self.at).is_some_and(Switch::is_held)
     }
 }
 
-/// The sign that decides where that of a jet does: its own, or the one that is continued.
+/// The sign by which a jet selects a piece: its own, or that of the piece that is continued.
 pub(super) fn decide(argument: Jet, own: f64) -> f64 {
     if argument.moves {
         PIECES.with_borrow_mut(|pieces| pieces.next(argument, own))
@@ -119,18 +121,18 @@ pub(super) fn decide(argument: Jet, own: f64) -> f64 {
     }
 }
 
-/// Notes the argument of a smooth function that is steep near zero: no sign is to be kept.
+/// Records the argument of a smooth function that is steep near zero, without a sign to be kept.
 pub(super) fn steep(argument: Jet) {
     decide(argument, 0.0);
 }
 
-/// Whether the next switch has to have a given sign.
+/// Whether the sign of the next switch is set.
 pub(super) fn is_held() -> bool {
     PIECES.with_borrow(Pieces::is_held)
 }
 
-/// The piece that is taken where a choice between many depends on `x`: `own` is the piece that its value belongs to, and `ends` are the ends of
-/// a piece.
+/// The piece that a choice between many takes for `x`: `own` is the piece of its value, and `ends` gives the
+/// ends of a piece.
 pub(super) fn choose(x: Jet, own: i64, ends: impl Fn(i64) -> [Option<f64>; 2]) -> i64 {
     if !x.moves {
         return own;
@@ -142,7 +144,7 @@ pub(super) fn choose(x: Jet, own: i64, ends: impl Fn(i64) -> [Option<f64>; 2]) -
         let goes_on = memory::order() > 0 || pieces.is_held();
         (place, known.filter(|_| goes_on).map_or(own, |[base, _]| base))
     });
-    // arithmetic of jets meets no switches
+    // the arithmetic of jets evaluates no switches
     let [from, to] = ends(base).map(|end| end.map(|end| x - Jet::from(end)));
     PIECES.with_borrow_mut(|pieces| {
         let mut side = |argument: Option<Jet>, own: f64| pieces.next(argument.unwrap_or(Jet::from(own)), own);

@@ -1,6 +1,7 @@
 //! The recurrences of jets: each gives the coefficient `w_k` of a function from those of its arguments.
 //!
-//! With `Σ` an inner sum over `0 < j < k` is meant; it is known beforehand. Primes are derivatives by time, and `r = 1/k`.
+//! `Σ` is an inner sum over `0 < j < k`, which is computed beforehand. Primes are derivatives by time, and `r
+//! = 1/k`.
 
 // parts of every operation
 #![allow(clippy::inline_always)]
@@ -8,18 +9,18 @@
 use super::Jet;
 use super::memory::{self, Field};
 
-/// What an inner sum is made of: `Σ left_j right_{k-j}`.
+/// An inner sum `Σ left_j right_{k-j}`, by its place.
 struct Sum(usize);
 
 impl Sum {
-    /// The inner sum at a place. Its newest terms are added here: what does not wait for them has been summed beforehand.
+    /// The inner sum. Its newest terms are added here; the others have been summed beforehand.
     #[inline(always)]
     fn value(&self) -> f64 {
         let of = |field| memory::get(field, self.0);
         of(Field::Sum) + (of(Field::FirstLeft) * of(Field::Right) + of(Field::Left) * of(Field::FirstRight))
     }
 
-    /// Its operands of this order, for the orders that follow.
+    /// Sets its operands of this order, for the following orders.
     #[inline(always)]
     fn is_of(&self, left: f64, right: f64) {
         memory::set(Field::Left, self.0, left);
@@ -34,7 +35,7 @@ fn sums<const M: usize>() -> [Sum; M] {
     core::array::from_fn(|i| Sum(first + i))
 }
 
-/// What is kept of order 0 at the place of a sum: a value, and what is divided by, inverted.
+/// The data of order 0 at the place of a sum: a value, and the reciprocal of a divisor.
 #[inline(always)]
 fn kept(sum: &Sum, first: impl FnOnce() -> [f64; 2]) -> [f64; 2] {
     if memory::order() == 0 {
@@ -43,7 +44,7 @@ fn kept(sum: &Sum, first: impl FnOnce() -> [f64; 2]) -> [f64; 2] {
     [Field::Start, Field::Inverse].map(|field| memory::get(field, sum.0))
 }
 
-/// A function of its own, so that the code of the higher orders is short.
+/// Not inlined, so that the code of the higher orders is short.
 #[inline(never)]
 fn keep(sum: &Sum, first: impl FnOnce() -> [f64; 2]) {
     let [start, inverse] = first();
@@ -51,7 +52,7 @@ fn keep(sum: &Sum, first: impl FnOnce() -> [f64; 2]) {
     memory::set(Field::Inverse, sum.0, inverse);
 }
 
-/// Functions of what moves.
+/// Functions of jets that depend on time.
 impl Jet {
     /// `u v`.
     #[inline(always)]
@@ -134,7 +135,7 @@ impl Jet {
     #[inline(always)]
     pub(super) fn pair(self, sign: f64, values: impl FnOnce(f64) -> (f64, f64)) -> (Self, Self) {
         let [first, second] = sums();
-        // the second stands where others have what they divide by
+        // the second is stored in place of a divisor's reciprocal
         let [f, g] = kept(&first, || values(self.value).into());
         let [degree, r] = memory::degree();
         let (f_now, g_now) = (
@@ -151,7 +152,7 @@ impl Jet {
     #[inline(always)]
     pub(super) fn tangent(self, sign: f64, values: impl FnOnce(f64) -> [f64; 2]) -> Self {
         let [sum, square] = sums();
-        // the slope stands where others have what they divide by
+        // the slope is stored in place of a divisor's reciprocal
         let [start, slope] = kept(&sum, || values(self.value));
         let [degree, r] = memory::degree();
         let now = sum.value() * r + self.now * slope;

@@ -15,7 +15,7 @@ macro_rules! forward {
     };
 }
 
-/// Comparisons decide by order 0.
+/// Comparisons use the coefficients of order 0.
 impl Scalar for Jet {
     const LANES: usize = 1;
 
@@ -27,7 +27,7 @@ impl Scalar for Jet {
         self.value
     }
 
-    /// Functions of the user's are asked for plain numbers here, so nothing is known of their higher orders.
+    /// The user's functions are called with plain numbers here, so their higher orders are unknown.
     fn from_lanes<const P: usize>(mut function: impl FnMut(usize) -> [f64; P]) -> [Self; P] {
         function(0).map(Self::unseen)
     }
