@@ -54,7 +54,7 @@ impl<'s> AnyFlow<'s> {
         Ok(Self(Discrete::new(system, values_of(system), h, &start)?))
     }
 
-    /// The number of the last position that is known: one more than that of the node where the run stands.
+    /// The number of the last known position: one more than that of the current node.
     #[must_use]
     pub fn index(&self) -> u64 {
         self.0.course.index()
@@ -66,7 +66,7 @@ impl<'s> AnyFlow<'s> {
         self.0.course.time()
     }
 
-    /// The leg that the next step begins with: the last position that is known and the increment that led to it.
+    /// The first leg of the next step: the last known position and the increment that led to it.
     #[must_use]
     pub fn leg(&self) -> AnyLeg<'_, f64> {
         AnyLeg {
@@ -76,8 +76,8 @@ impl<'s> AnyFlow<'s> {
         }
     }
 
-    /// Whether a function that jumps with the velocity has another side after the last step than before, or a value between its sides: where dry
-    /// friction changes its direction, stops something, holds it or lets it go.
+    /// Whether a function that jumps with the velocity changed its side in the last step, or has a value
+    /// between its sides: dry friction that changes its direction, or stops, holds or releases a body.
     #[must_use]
     pub fn meets_jump(&self) -> bool {
         self.0.meets_jump()
@@ -123,7 +123,7 @@ impl<'s> AnyFlow<'s> {
     ///
     /// # Errors
     ///
-    /// As there.
+    /// See there.
     pub fn advance_to(&mut self, q2: &[f64]) -> Result<StepReport, StepError> {
         self.0.advance_to(q2)
     }

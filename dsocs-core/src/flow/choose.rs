@@ -1,4 +1,4 @@
-//! Steps with two solutions: both of them, and going on with either.
+//! Steps with two solutions: both roots, and the choice of one.
 
 use super::Flow;
 use super::discrete::Discrete;
@@ -10,7 +10,7 @@ use crate::solve::{Vector, rotation};
 /// The solutions of a step, as values of its next node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roots<const N: usize> {
-    /// The node that the iteration finds.
+    /// The node that Newton's iteration finds.
     pub found: [f64; N],
     /// Another solution, if deflation finds one.
     pub other: Option<[f64; N]>,
@@ -60,7 +60,7 @@ impl Discrete<'_> {
     /// Solves the next step for the solution nearest to a node.
     pub fn advance_to(&mut self, q2: &[f64]) -> Result<StepReport, StepError> {
         if self.course.given.is_some() {
-            // the start has it
+            // the start gives it
             let report = self.answer()?;
             self.course.clock.tick();
             return Ok(report);

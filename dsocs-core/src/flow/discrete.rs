@@ -1,4 +1,5 @@
-//! The discrete flow, whatever the number of coordinates: smooth steps in one go, and an answer where one asks.
+//! The discrete flow for any number of coordinates: series of smooth steps, and an answer where one asks a
+//! question.
 
 use smallvec::smallvec;
 
@@ -33,31 +34,31 @@ pub(crate) struct Discrete<'s> {
     pub kernel: &'s dyn Kernel,
     /// The values of its parameters.
     pub values: Vec<f64>,
-    /// What steps carry along.
+    /// The state that is carried from step to step.
     pub course: Course,
     /// The start.
     pub beginning: Beginning,
-    /// The values of the parameters on the last leg, where inputs have changed since.
+    /// The values of the parameters on the last leg, if inputs have changed since.
     pub(super) before: Option<Vec<f64>>,
-    /// The last node where they did.
+    /// The last node where inputs changed.
     pub(super) changed: Option<Box<Changed>>,
-    /// The steps that were too long for the external forces.
+    /// The steps so far that were too long for a jump in them.
     pub(super) unresolved: Option<Unresolved>,
     /// The steps near a singularity.
     pub(super) nearly_singular: Option<NearlySingular>,
-    /// What is known of functions that jump with the velocity, where there are some.
+    /// The state of functions that jump with the velocity, if there are any.
     pub(super) contacts: Option<Box<Contacts>>,
-    /// The arguments of whatever is given by pieces, where there are some.
+    /// The state of the arguments of piecewise functions, if there are any.
     pub(super) switches: Option<Switches>,
 }
 
-/// Where a step leads.
+/// The result of a step.
 pub(super) struct Next {
     /// The position.
     pub q: Sum,
     /// The increment that leads to it.
     pub d: Sum,
-    /// Of third order, the second difference that ends there.
+    /// In third order, the second difference that ends there.
     pub second: Option<Sum>,
 }
 
@@ -84,7 +85,7 @@ pub(crate) fn values_of(kernel: &dyn Kernel) -> Vec<f64> {
         .collect()
 }
 
-/// What is known when a run with the step `h` begins.
+/// The constants of a run with the step `h`.
 pub(crate) fn constants_of(kernel: &dyn Kernel, values: &[f64], h: f64) -> Numbers {
     let mut constants = smallvec![f64::NAN; kernel.shape().constants];
     kernel.constants(values, h, &mut constants);
@@ -92,7 +93,7 @@ pub(crate) fn constants_of(kernel: &dyn Kernel, values: &[f64], h: f64) -> Numbe
 }
 
 impl<'s> Discrete<'s> {
-    /// Sets up a run with the step `h`, with these values of the parameters.
+    /// Sets up a run with the step `h` and the given values of the parameters.
     pub fn new(kernel: &'s dyn Kernel, values: Vec<f64>, h: f64, start: &Given) -> Result<Self, SetupError> {
         let (shape, declaration) = (kernel.shape(), Declaration::of(kernel).with(&values));
         check(&declaration, h)?;
@@ -124,17 +125,17 @@ impl<'s> Discrete<'s> {
         })
     }
 
-    /// What is known of the system.
+    /// The shape of the system.
     pub fn shape(&self) -> &'s Shape {
         self.kernel.shape()
     }
 
-    /// The declaration, with the values that the parameters have now.
+    /// The declaration, with the current values of the parameters.
     pub fn declaration(&self) -> Declaration<'_> {
         Declaration::of(self.kernel).with(&self.values)
     }
 
-    /// The leg that the next step begins with.
+    /// The first leg of the next step.
     pub(super) fn next_leg(&self) -> AnyLeg<'_, f64> {
         self.course.next_leg(self.shape())
     }
@@ -161,7 +162,7 @@ impl<'s> Discrete<'s> {
         }
     }
 
-    /// Solves the next step, whatever it asks, and goes to the position that it leads to; the clock is left as it is.
+    /// Solves the next step with all means and moves to its position; the clock is left as it is.
     #[cold]
     pub fn answer(&mut self) -> Result<StepReport, StepError> {
         let shape = self.shape();
@@ -188,7 +189,7 @@ impl<'s> Discrete<'s> {
         if let Some(second) = self.course.given.take() {
             return Ok(self.take_given(&second));
         }
-        // taken out, since the equations look at the rest of the run
+        // taken out, since the equations borrow the rest of the run
         let mut predictor = core::mem::replace(&mut self.course.predictor, Predictor::new(0));
         let solution = {
             let step = self.next_step();
@@ -235,7 +236,7 @@ impl<'s> Discrete<'s> {
         if meets_switch || outlook == Some(Outlook::Switches) {
             self.look_again();
         }
-        // where something was torn off, the argument is not yet clear of zero, and the force only seems to jump
+        // after a release the argument is not yet clear of zero, and the force only seems to jump
         if !foreseen && !meets_switch && (changes || report.stop == Stop::Jump || !self.is_torn_off()) {
             self.look_between(&e, report.stop);
         }
@@ -254,14 +255,14 @@ impl<'s> Discrete<'s> {
         rotation::moved_sum(&self.shape().rotations, q, d)
     }
 
-    /// Where a solution leads; `None` if the position is not finite, or a rotation turns too far on the way.
+    /// The next position for a solution; `None` if it is not finite, or a rotation turns too far in the step.
     pub(super) fn arriving(&self, e: &[f64]) -> Option<Next> {
         let next = self.leads_to(e);
         let turns_too_far = rotation::turns_too_far(&self.shape().rotations, &next.d.hi).is_some();
         (next.q.hi.is_finite() && !turns_too_far).then_some(next)
     }
 
-    /// Where a solution leads.
+    /// The next position for a solution.
     pub(super) fn leads_to(&self, e: &[f64]) -> Next {
         let vectors = &self.course.vectors;
         let mut d = vectors.d();
@@ -278,7 +279,7 @@ impl<'s> Discrete<'s> {
         Next { q, d, second }
     }
 
-    /// Goes to the position that a step leads to.
+    /// Moves to the next position.
     pub(super) fn commit(&mut self, Next { q, d, second }: Next, e: &[f64], report: StepReport) {
         let t = self.next_leg().t;
         let course = &mut self.course;
@@ -290,7 +291,7 @@ impl<'s> Discrete<'s> {
         }
     }
 
-    /// Of third order: goes on from a second difference.
+    /// In third order: moves on to a second difference.
     pub(super) fn go_on(&mut self, second: &Sum) {
         let course = &mut self.course;
         self.kernel.remember(&mut course.constants, &second.hi);
@@ -298,7 +299,7 @@ impl<'s> Discrete<'s> {
         course.given = None;
     }
 
-    /// Makes the step whose second difference is known.
+    /// Makes the step whose second difference is given.
     fn take_given(&mut self, second: &Sum) -> StepReport {
         let report = StepReport {
             iterations: 0,
@@ -310,7 +311,7 @@ impl<'s> Discrete<'s> {
         let e = second.hi.clone();
         let next = Next { q, d, second: None };
         self.commit(next, &e, report);
-        // as a third difference after none
+        // as a third difference after second difference zero
         self.course.vectors.set_second(&Sum::exact(Vector::zero(e.len())));
         self.go_on(second);
         report
@@ -318,7 +319,7 @@ impl<'s> Discrete<'s> {
 
     /// The equations of the next step.
     pub fn next_step(&self) -> Step<'_> {
-        // with the time also where the system does not ask for it: an error tells it
+        // with the time even if the system does not depend on it: errors report it
         let mut step = self.step_from(AnyLeg {
             t: self.course.time(),
             ..self.next_leg()
@@ -330,7 +331,7 @@ impl<'s> Discrete<'s> {
         step
     }
 
-    /// The equations of a step that begins with a leg.
+    /// The equations of a step after a leg.
     pub(super) fn step_from<'a>(&'a self, leg: AnyLeg<'a, f64>) -> Step<'a> {
         let Course { constants, h, .. } = &self.course;
         Step::new((self.kernel, &self.values), constants, leg, *h)
@@ -348,7 +349,7 @@ impl<'s> Discrete<'s> {
         self.next_step().error(&failing, cause)
     }
 
-    /// The error of a step from a rest that a force leads away from on both sides.
+    /// The error of a step from rest that a force leaves on both sides.
     #[cold]
     fn forked(&self) -> StepError {
         let step = self.next_step();
@@ -359,7 +360,7 @@ impl<'s> Discrete<'s> {
         self.failed(step.refused(StepFailure::Forks, &z))
     }
 
-    /// The error of a step whose rows have a root that leads to no finite node.
+    /// The error of a step whose root leads to no finite node.
     #[cold]
     pub(super) fn not_finite(&self, z: &[f64]) -> StepError {
         let step = self.next_step();
@@ -391,7 +392,7 @@ impl<'s> Discrete<'s> {
         }
     }
 
-    /// Writes what is another at a node where the step's equations were others.
+    /// Replaces the data of a node at which the step had other equations.
     #[cold]
     fn tell_others(&self, node: NodeMut<'_>) {
         let NodeMut { vectors, scalars } = node;
@@ -450,7 +451,7 @@ impl<'s> Discrete<'s> {
         });
     }
 
-    /// Turns round in time; see [`Flow`](crate::Flow), "Back in time".
+    /// Reverses the run in time; see [`Flow`](crate::Flow), "Back in time".
     fn turn(&mut self) -> Result<(), StepError> {
         let mut turned = self.clone();
         turned.course.h = -self.course.h;
@@ -481,19 +482,19 @@ impl<'s> Discrete<'s> {
         Ok(())
     }
 
-    /// Turns round what is known: the second difference at the current node is the same on the way back, which makes the first
-    /// step; at the start it is the one that the step back goes on from.
+    /// Reverses the past of third order: the second difference at the current node is the same on the way
+    /// back, and makes the first step. At the start it is the one that the step back continues.
     fn turn_third(&mut self) {
         if self.course.has_solved {
             self.course.given = Some(self.course.vectors.second());
         } else if let Some(first) = self.course.given.take() {
             self.go_on(&first);
         }
-        // third differences change their signs, and begin anew
+        // third differences change their signs; a new predictor begins
         self.course.predictor = Predictor::new(self.shape().unknowns);
     }
 
-    /// How regular the equations of the last step are.
+    /// The certificate of the last step's equations.
     fn regularity_of_last(&self) -> Option<Regularity> {
         let Course {
             vectors, report, h, ..
@@ -510,7 +511,7 @@ impl<'s> Discrete<'s> {
                 vectors.e(),
             ));
         }
-        // the step of the start is none of the declaration's
+        // the step of the start does not solve the declared equations
         if report.guess == Guess::Given && report.stop == Stop::Start {
             return None;
         }
@@ -571,8 +572,8 @@ impl Run for Discrete<'_> {
         &mut self.course.clock
     }
 
-    /// The step back about the current node is solved at once. The node then has
-    /// the velocity and the force of this step, and the last known position is the node before it.
+    /// Solves the step back about the current node at once. The node then has the velocity and the force of
+    /// this step, and the last known position is the node before it.
     fn reverse(&mut self) -> Result<(), RunError> {
         Ok(self.turn()?)
     }

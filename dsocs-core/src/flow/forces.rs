@@ -11,7 +11,7 @@ use crate::tape::declaration::Declaration;
 /// The result is empty if the declaration gives the virtual displacements by fields. The forms are those at the node's position, velocity
 /// and acceleration.
 ///
-/// It needs no run, and so is at hand while one streams:
+/// It needs no run, so it can be called during one:
 ///
 /// ```
 /// use dsocs_core::{multipliers, prelude::*};

@@ -18,34 +18,36 @@ use crate::start;
 use crate::step::Step;
 use crate::tape::declaration::Declaration;
 
-/// So often the second difference at a change is improved.
+/// Largest number of iterations for the second difference at a change.
 const MAX_ITERATIONS: u32 = 60;
 
-/// An update of this part of the unknowns is the last, in units of rounding.
+/// An update below this part of the unknowns is the last.
 const LAST: f64 = 4.0 * f64::EPSILON;
 
-/// Updates below this part that do not shrink any more are rounding.
+/// Updates below this part that no longer shrink are rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// How large a second difference is at least, relative to the leg, for an update to be compared with.
+/// Least size of a second difference, relative to the leg, with which an update is compared.
 const LEAST: f64 = 1e-5;
 
-/// What is told of a node where inputs changed, beside its step.
+/// The data of a node where inputs changed, beside its step.
 #[derive(Clone)]
 pub(super) struct Changed {
     /// The number of the node.
     pub(super) index: u64,
-    /// The velocity with which the motion arrives there, as a run finds it that goes on with the old values: the mean velocity of both legs is another by a
-    /// quarter of the step times what the acceleration jumps.
+    /// The velocity with which the motion arrives there, as in a run that continues with the old values. The
+    /// mean velocity of both legs differs from it by a quarter of the step times the jump of the
+    /// acceleration.
     pub(super) velocity: Vector,
-    /// The constraint force with which it does: that of a change itself is an impulse, and shows in the momentum.
+    /// The constraint force with which it arrives; that of the change itself is an impulse, visible in the
+    /// momentum.
     pub(super) force: Vector,
     /// The values of the parameters before.
     pub(super) before: Vec<f64>,
 }
 
 impl Discrete<'_> {
-    /// Gives a parameter another value from the last known position on.
+    /// Sets a parameter from the last known position on.
     pub(super) fn change(&mut self, place: usize, value: f64) -> Result<(), RunError> {
         let shape = self.shape();
         if shape.is_of_third_order() {
@@ -65,11 +67,12 @@ impl Discrete<'_> {
         Ok(())
     }
 
-    /// Solves the step about the last known position, between two values of the inputs, and goes on as [`Discrete::answer`] does.
+    /// Solves the step about the last known position, between two values of the inputs, and moves on as
+    /// [`Discrete::answer`] does.
     #[cold]
     pub(super) fn solve_changed(&mut self, before: Vec<f64>) -> Result<StepReport, StepError> {
         let (shape, h, max_iterations) = (self.shape(), self.course.h, self.course.max_iterations);
-        // with each of the values on both sides
+        // the steps with each of the values on both sides
         let constants = constants_of(self.kernel, &before, h);
         let mut predictor = Predictor::new(shape.unknowns);
         let solved = {
@@ -115,7 +118,7 @@ impl Discrete<'_> {
             return Err(self.not_finite(&z));
         };
         let index = self.course.index();
-        // what follows goes on from the new values alone
+        // the following steps depend on the new values alone
         predictor.push(&z);
         self.course.predictor = predictor;
         self.course.since = index.saturating_sub(1);
@@ -146,25 +149,26 @@ impl Discrete<'_> {
 struct Change<'s> {
     /// The declaration with the values up to the node, and with those from there on.
     sides: [Declaration<'s>; 2],
-    /// How many kinematic constraints there are.
+    /// The number of kinematic constraints.
     kinematic: usize,
-    /// How many constraints of lower order, which are those of the leg after the node.
+    /// The number of constraints of lower order, which are imposed on the leg after the node.
     lower: usize,
-    /// The step.
+    /// The length of the step.
     h: f64,
     /// The first two nodes.
     leg: AnyLeg<'s, f64>,
-    /// By how much the momentum that arrives is another than with the new values: `(D₂L_d + f⁺_d)` new less old.
+    /// The momentum `D₂L_d + f⁺_d` of the arriving leg: that with the new values minus that with the old
+    /// ones.
     jump: Vec<f64>,
-    /// The size of that momentum: of multipliers, what is small beside it is rounding.
+    /// The size of that momentum: a multiplier small beside it is rounding.
     momentum: Vec<f64>,
 }
 
-/// Which rows stand for the kinematic ones.
+/// The kinematic rows.
 enum Kinematic<'k> {
     /// Those with the values of one side.
     Side(usize),
-    /// What holds the second difference at a mean: derivatives of the rows, and the mean.
+    /// Rows that hold the second difference at a mean: derivatives of the rows, and the mean.
     Mean(&'k [Vec<f64>], &'k [f64]),
 }
 
@@ -195,7 +199,8 @@ impl<'s> Change<'s> {
         }
     }
 
-    /// The second difference, from the second differences with each of the values on both sides.
+    /// The second difference at the change, from the second differences with each of the values on both
+    /// sides.
     fn solve(&self, guesses: [&[f64]; 2]) -> Result<Vec<f64>, NewtonFailure> {
         let n = guesses[1].len();
         let sides = [0, 1].map(|side| self.multipliers(side, guesses[side]));
@@ -204,7 +209,8 @@ impl<'s> Change<'s> {
         let mut mean = guesses[1].to_vec();
         let mut slopes = Vec::new();
         if self.kinematic > 0 {
-            // the mean of the two accelerations: that of the rows is another where they are not affine in it
+            // the mean of the two accelerations: for rows that are not affine it differs from that of the
+            // mean rows
             let mut found = [Vec::new(), Vec::new()];
             for side in [0, 1] {
                 let mut start = guesses[side].to_vec();
@@ -221,7 +227,7 @@ impl<'s> Change<'s> {
         Ok(e)
     }
 
-    /// The multipliers that are unknown, with the values of one side.
+    /// The unknown multipliers, with the values of one side.
     fn multipliers(&self, side: usize, e: &[f64]) -> Vec<f64> {
         multipliers::of_step(&self.sides[side], self.h, self.leg, e)
     }
@@ -249,7 +255,7 @@ impl<'s> Change<'s> {
         slopes
     }
 
-    /// The leg as it is.
+    /// The leg as constants.
     fn fixed_leg(&self) -> OwnedLeg<Tangent> {
         self.leg.map(Tangent::splat)
     }
@@ -269,7 +275,8 @@ impl<'s> Change<'s> {
                 })
             })),
         }
-        // what a mass makes that changes at once is an impulse, which the mean of the two accelerations knows nothing of
+        // a mass that changes suddenly gives an impulse, which the mean of the two accelerations does not
+        // contain
         let (of, jumps) = match kinematic {
             Kinematic::Side(side) => (*side, 0.0),
             Kinematic::Mean(..) => (1, 1.0),
@@ -290,7 +297,7 @@ impl<'s> Change<'s> {
         rows
     }
 
-    /// Newton's iteration, with rows and unknowns in their own sizes.
+    /// Newton's iteration, with scaled rows and unknowns.
     fn newton(&self, mut x: Vec<f64>, kinematic: &Kinematic<'_>) -> Result<Vec<f64>, NewtonFailure> {
         let n = self.leg.q.len();
         let longest = self.leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
@@ -340,7 +347,7 @@ impl<'s> Change<'s> {
     }
 }
 
-/// The momentum with which the leg before arrives, `D₂L_d + f⁺_d`. Where the constraints of velocities change, their old forces act up
+/// The momentum of the arriving leg, `D₂L_d + f⁺_d`. If velocity constraints change, their old forces act up
 /// to the node; the new ones begin there, with an impulse.
 fn arrived(sides: &[Declaration<'_>; 2], h: f64, leg: AnyLeg<'_, f64>, old: Vec<f64>) -> Vec<f64> {
     let node = (leg.t, leg.q);
@@ -354,7 +361,7 @@ fn arrived(sides: &[Declaration<'_>; 2], h: f64, leg: AnyLeg<'_, f64>, old: Vec<
         Ok((kept, after))
     });
     match both {
-        // the same constraints on both sides share their force out by themselves
+        // equal constraints on both sides need no separation of their forces
         Ok((kept, after)) if changed(&kept, &after) => map(&kept, |momentum| momentum / h),
         _ => old,
     }
@@ -366,7 +373,7 @@ fn changed(x: &[f64], y: &[f64]) -> bool {
     x.iter().zip(y).any(|(x, y)| (x - y).abs() > ROUNDING * size)
 }
 
-/// The works of a force along the fields, or what the forms leave of it.
+/// The works of a force along the fields or, without fields, the force minus that of the multipliers.
 pub(crate) fn works(
     declaration: &Declaration<'_>,
     h: Tangent,
@@ -393,7 +400,7 @@ pub(crate) fn works(
     fields.iter().map(work).collect()
 }
 
-/// Newton's update from the columns of the Jacobian, to be subtracted; `None` where it is not finite.
+/// Newton's update from the columns of the Jacobian, to be subtracted; `None` if it is not finite.
 fn update(columns: &[Vec<Tangent>], residual: &[f64]) -> Option<Vec<f64>> {
     let size = columns.len();
     if residual.len() != size {

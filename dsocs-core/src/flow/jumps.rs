@@ -1,8 +1,9 @@
-//! The steps of a flow in which something jumps.
+//! The steps of a flow in which the acceleration jumps.
 //!
-//! A step is a motion from the middle of one leg to that of the next; of third order, on the cubic polynomial through four nodes, from the second of them
-//! to the third. Where an argument of the declaration changes its sign on this way, it is asked what jumps there ([`OnWay`]). Neither a stop nor a release
-//! at the bound of a side costs an order, so the arguments of what rests when the step begins or when it ends are not asked for.
+//! The path of a step leads from the middle of one leg to that of the next; in third order, on the cubic
+//! polynomial through four nodes, from the second to the third. If an argument of the declaration changes its
+//! sign on this path, the jump there is measured ([`OnWay`]). Neither a stop nor a release lowers the order,
+//! so arguments that rest at the beginning or at the end of the step are not examined.
 
 use super::discrete::Discrete;
 use crate::number::point::AnyLeg;
@@ -16,29 +17,31 @@ use crate::step::jumps;
 use crate::step::switches;
 use crate::tape::declaration::Declaration;
 
-/// The arguments of a run's switches.
+/// The state of the arguments of piecewise functions.
 #[derive(Clone, Debug)]
 pub(super) struct Switches {
-    /// The signs with which the motion left the last way that was looked at.
+    /// The signs at the end of the last path that was examined.
     came: Vec<f64>,
     /// The number of the step after it.
     index: u64,
 }
 
-/// What holds on a step.
+/// The conditions of a step.
 #[derive(Clone, Copy)]
 pub(super) struct Span<'a> {
-    /// Where the arguments of functions that jump with the velocity are when it begins; those between rest. Empty where none rests.
+    /// The pieces of the arguments of functions that jump with the velocity, at the beginning of the step;
+    /// those between rest. Empty if none rests.
     pub(super) before: &'a [Piece],
-    /// Where they are when it ends.
+    /// Their pieces at the end of the step.
     pub(super) after: &'a [Piece],
-    /// The values of inputs that change at its middle node.
+    /// The old values of inputs that change at its middle node.
     pub(super) inputs: Option<&'a [f64]>,
 }
 
 impl Span<'_> {
-    /// Whether it is asked where an argument changes its sign, by its number and its value at the end of the step: not that of what rests, comes to rest or is
-    /// let go, and of what keeps its side: just after a release an argument is not yet clear of zero.
+    /// Whether a change of sign of an argument is examined, given its number and its value at the end of the
+    /// step. Not that of an argument that rests, comes to rest or is released, nor of one that keeps its
+    /// side: just after a release an argument is not yet clear of zero.
     fn asks(&self, switch: usize, last: f64) -> bool {
         let Some(before) = self.before.get(switch) else {
             return true;
@@ -50,7 +53,7 @@ impl Span<'_> {
 }
 
 impl Switches {
-    /// Those of a start; `None` if there are none that are watched.
+    /// The state at the start; `None` if there is nothing to watch.
     pub(super) fn of(declaration: &Declaration<'_>) -> Option<Self> {
         let count = declaration.switches();
         (count > 0 || declaration.has_tables()).then(|| Self {
@@ -59,20 +62,21 @@ impl Switches {
         })
     }
 
-    /// Forgets where the motion comes from.
+    /// Forgets the signs before the next path.
     pub(super) fn forget(&mut self) {
         self.came.fill(0.0);
     }
 }
 
 impl Discrete<'_> {
-    /// In how many steps an argument may change its sign, if the second difference is about `e`; 0 if one may do so in the next step.
+    /// Number of steps until an argument may change its sign, if the second difference is about `e`; 0 if one
+    /// may do so in the next step.
     pub(super) fn clear_of_switches(&self, e: &Vector) -> u64 {
         switches::clear_after(&self.declaration(), &|part| self.between(e, part))
     }
 
-    /// Looks for jumps on the way of the next step, whose second difference is known, from the start on if it is the first. Returns whether an argument
-    /// changes its sign there.
+    /// Searches for jumps on the path of the next step, whose second difference is known, and for the first
+    /// step on the path from the start. Returns whether an argument changes its sign there.
     #[cold]
     pub(super) fn look_for_jumps(&mut self, span: Span<'_>, e: &[f64]) -> bool {
         let Some(mut switches) = self.switches.take() else {
@@ -109,7 +113,8 @@ impl Discrete<'_> {
                 any = true;
                 part = part.max(on.jump_at(*crossing));
             }
-            // what jumps says all; what is smooth where a sign changes may be narrow there, or beside
+            // a jump that is reported is enough; without one, features narrower than the step may lie at or
+            // beside the change of sign
             if part <= jumps::TOLD {
                 for place in switches::narrow_places(&now, way, |switch, last| span.asks(switch, last)) {
                     part = part.max(on.swings_at(place));
@@ -125,13 +130,14 @@ impl Discrete<'_> {
         any
     }
 
-    /// The number of the first step that is solved: of third order the start makes one.
+    /// The number of the first solved step; in third order the start gives one.
     pub(super) fn first_step(&self) -> u64 {
         if self.shape().is_of_third_order() { 2 } else { 1 }
     }
 
-    /// The way of the next step, with its second difference, from the middle of its first leg, at 0, to that of the second, at 1. Of third order, with the
-    /// third difference, it is that from the second of its four nodes to the third: there accelerations go on from step to step.
+    /// The path of the next step, for its second difference, from the middle of its first leg, at 0, to that
+    /// of the second, at 1. In third order, for the third difference, it leads from the second of its four
+    /// nodes to the third, so that accelerations are continuous from step to step.
     fn between(&self, e: &[f64], part: f64) -> Place {
         let leg = AnyLeg {
             t: self.course.time(),
@@ -143,7 +149,7 @@ impl Discrete<'_> {
         between(&self.shape().rotations, (self.course.h, leg), e, part)
     }
 
-    /// A place of the next step of third order, so many steps behind its middle node.
+    /// A place of the next step in third order, `steps` steps after its middle node.
     pub(super) fn on_cubic(&self, e: &[f64], steps: f64) -> Place {
         let leg = AnyLeg {
             t: self.course.time(),
@@ -152,11 +158,11 @@ impl Discrete<'_> {
         Place::on_cubic(self.course.h, leg, &self.course.vectors.second().hi, e, steps)
     }
 
-    /// The way from the start, at 0, to that of the first step, at 1.
+    /// The path from the start, at 0, to the beginning of the first step's path, at 1.
     fn beginning_of(&self, leg: AnyLeg<'_, f64>, e: &[f64], part: f64) -> Place {
         if self.shape().is_of_third_order() {
             let steps = part - 2.0;
-            // what jumps where the motion begins has its side in motion
+            // a function that jumps at rest has the side of the motion that begins
             let Place { v, a, .. } = self.on_cubic(e, steps.max(-1.5));
             return Place {
                 v,
@@ -173,7 +179,7 @@ impl Discrete<'_> {
     }
 }
 
-/// The way from the start, at 0, to the middle of the first leg, at 1.
+/// The path from the start, at 0, to the middle of the first leg, at 1.
 pub(super) fn first_half(
     rotations: &[usize],
     beginning: &Beginning,
@@ -182,11 +188,12 @@ pub(super) fn first_half(
 ) -> Place {
     let way = Vector::of(leg.d).map(|d| 0.5 * part * d);
     let q = rotation::moved_vector(rotations, &beginning.q0, &way);
-    // what jumps at rest has its side in motion
+    // a function that jumps at rest has the side of the motion that begins
     Place::of_phase(beginning.t0 + 0.5 * part * h, q, Vector::of(leg.d).map(|d| d / h))
 }
 
-/// The way of a step from the middle of its first leg, at 0, to that of the second, at 1, as the acceleration is the same all along.
+/// The path of a step from the middle of its first leg, at 0, to that of the second, at 1, with constant
+/// acceleration.
 pub(super) fn between(rotations: &[usize], (h, leg): (f64, AnyLeg<'_, f64>), e: &[f64], part: f64) -> Place {
     let place = part - 0.5;
     let way = Vector::from_fn(e.len(), |i| place * (leg.d[i] + 0.5 * e[i] + 0.5 * place * e[i]));

@@ -12,12 +12,12 @@ use crate::start;
 use crate::start::place::Place;
 use crate::step::singular::{self, Change};
 
-/// What is slower than this part of the legs before is nearly at rest.
+/// A velocity below this part of that of the legs before is nearly zero.
 const SLOW: f64 = 0.1;
 
 impl Discrete<'_> {
-    /// Looks at a step whose determinant has become small or has passed zero, or that was not solved from its prediction: a motion that ends at a
-    /// singularity does not go on behind it.
+    /// Examines a step whose determinant has become small or has passed zero, or that was not solved from its
+    /// prediction. A motion that ends at a singularity must not continue behind it.
     #[cold]
     pub(super) fn look_for_singularity(
         &mut self,
@@ -42,25 +42,26 @@ impl Discrete<'_> {
         let h = self.course.h;
         let unit = if third { h * h * h } else { h * h };
         let near = Vector::of(e).map(|e| e / unit);
-        // the last places but one: of third order the way begins a step before
+        // the last places but one: in third order the path begins a step earlier
         let [.., before, here, _] = &way[..] else {
             return Ok(());
         };
         let change = singular::change(&declaration, [before, here], 1.0, &near);
-        // without a past it is the start that the determinant comes from
+        // without a past, the determinant is compared with that of the start
         let begins = part.is_nan();
         if begins && change == Change::Little && !turns {
             return Ok(());
         }
         let found = singular::on_the_way(&declaration, &way, &near).or_else(|| {
-            // a step over a singularity may lead over it evenly, with an acceleration that nothing foretold: the motion itself came with that of its past
+            // a step over a singularity may be smooth with an unpredicted acceleration: the motion itself had
+            // that of its past
             let [expected, _] = self.expected().filter(|_| part < 0.0 && !self.foresees(z, e))?;
             singular::on_the_way(&declaration, &self.way(&expected), &near)
         });
         let rests = found
             .as_ref()
             .map_or(turns, |found| third && self.is_slow_at(e, found.time));
-        // a root that throws the motion back comes before the singularity itself
+        // a root that reverses the motion comes before the singularity itself
         let thrown = if rests && !slows {
             self.next_step().singularity_ahead()
         } else {
@@ -86,8 +87,8 @@ impl Discrete<'_> {
         Ok(())
     }
 
-    /// The error of a step that was solved with sides, of which none changes, if it leads over a singularity: its determinant is not among those of the steps
-    /// that are solved without.
+    /// The error of a step that was solved with sides, none of which changes, if it leads over a singularity:
+    /// its determinant is not recorded with those of smooth steps.
     #[cold]
     pub(super) fn passes_singularity(&self, e: &[f64], z: &[f64]) -> Option<StepError> {
         if self.shape().is_of_third_order() {
@@ -109,8 +110,9 @@ impl Discrete<'_> {
         Some(self.failed(cause).at(singularity))
     }
 
-    /// Whether a step of third order with a third difference turns back, as where the motion passes through rest: one of its legs goes against the
-    /// one before, as the masses measure it. And whether the legs before were slowing down to it.
+    /// Whether a step of third order with a third difference turns back, as where the motion passes through
+    /// rest: one of its legs is opposite to the one before, in the mass metric. And whether the legs before
+    /// were slowing down.
     fn turns_back(&self, e: &[f64]) -> [bool; 2] {
         let (course, leg) = (&self.course, self.next_leg());
         let last = course.vectors.second().hi;
@@ -124,7 +126,8 @@ impl Discrete<'_> {
         ]
     }
 
-    /// Whether a step of third order with a third difference is nearly at rest at a time, by the legs before.
+    /// Whether a step of third order with a third difference is nearly at rest at a time, compared with the
+    /// legs before.
     fn is_slow_at(&self, e: &[f64], time: f64) -> bool {
         let (course, leg) = (&self.course, self.next_leg());
         let steps = (time - course.time()) / course.h;
@@ -134,7 +137,7 @@ impl Discrete<'_> {
         self.product(&there, &there) < SLOW * SLOW * longest
     }
 
-    /// The product of two increments of the next step, as the masses measure it.
+    /// The inner product of two increments of the next step in the mass metric.
     fn product(&self, one: &[f64], other: &[f64]) -> f64 {
         let (course, leg) = (&self.course, self.next_leg());
         let v = Vector::of(leg.d).map(|d| d / course.h);
@@ -146,8 +149,8 @@ impl Discrete<'_> {
         terms.sum()
     }
 
-    /// The way of a step with a second difference: from the node before its middle node to the middle of its second leg. Of third order, with a third
-    /// difference, from the first of its four nodes.
+    /// The path of a step with a second difference: from the node before its middle node to the middle of its
+    /// second leg. In third order, with a third difference, from the first of its four nodes.
     fn way(&self, e: &[f64]) -> SmallVec<[Place; 4]> {
         if self.shape().is_of_third_order() {
             return SmallVec::from_buf([-2.0, -1.0, 0.0, 0.5].map(|steps| self.on_cubic(e, steps)));

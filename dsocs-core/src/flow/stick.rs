@@ -1,4 +1,5 @@
-//! Steps of a flow in which something comes to rest, rests or slips where a function jumps; see [`crate::regularity::sticking`].
+//! Steps of a flow in which a body comes to rest, rests or slips where a function jumps; see
+//! [`crate::regularity::sticking`].
 
 use super::discrete::Discrete;
 use super::inputs::Changed;
@@ -17,25 +18,25 @@ use crate::start::place::Place;
 use crate::start::{self, Beginning, third};
 use crate::tape::declaration::Declaration;
 
-/// What is known of the arguments of functions that jump with the velocity.
+/// The state of the arguments of functions that jump with the velocity.
 #[derive(Clone, Debug)]
 pub(super) struct Contacts {
-    /// Where they are on the last leg; those between rest.
+    /// The pieces of the arguments on the last leg; those between rest.
     pub(super) pieces: Vec<Piece>,
-    /// The sides with which a step was solved that the declared rows do not solve, and the number of the step that begins where it ends.
+    /// The sides of a step that the declared rows do not solve, and the number of the step after it.
     sides: Option<(u64, Vec<f64>)>,
-    /// The number of the step that begins where the last one ends in which a side changed.
+    /// The number of the step after the last one in which a side changed.
     changed: Option<u64>,
-    /// Where they were before that.
+    /// The pieces before that change.
     earlier: Vec<Piece>,
-    /// The number of the step on whose first leg the arguments were looked at last.
+    /// The number of the last step on whose first leg the arguments were evaluated.
     seen: u64,
-    /// Whether the start is at rest and a force leads away from it on both sides.
+    /// Whether the start is at rest and a force drives it away on both sides.
     forks: bool,
 }
 
 impl Contacts {
-    /// Those of the start; `None` if there are none.
+    /// The state at the start; `None` if there are no such functions.
     #[cold]
     pub(super) fn at_start(
         declaration: &Declaration<'_>,
@@ -78,7 +79,7 @@ impl Contacts {
 }
 
 impl Discrete<'_> {
-    /// The next step, with a declaration and its contacts.
+    /// The next step as a contact problem.
     fn contact<'a>(&'a self, declaration: Declaration<'a>, contacts: &'a Contacts) -> Contact<'a> {
         Contact {
             declaration,
@@ -92,7 +93,7 @@ impl Discrete<'_> {
         }
     }
 
-    /// The second difference that the past leads to expect, and by how much it changes.
+    /// The predicted second difference, and its change from the last one.
     pub(super) fn expected(&self) -> Option<[Vector; 2]> {
         let predictor = &self.course.predictor;
         let step = self.next_step();
@@ -102,8 +103,9 @@ impl Discrete<'_> {
         (e.is_finite() && bend.is_finite()).then_some([e, bend])
     }
 
-    /// Takes the signs that arguments have had for two legs after smooth steps in which nobody looked at them: a motion may change faster than its last
-    /// steps told. One that has changed its sign in the last step alone arrives at zero where the next begins, and is solved for with sides.
+    /// Updates the signs of arguments after smooth steps, in which they were not evaluated: a motion may
+    /// change faster than its last steps suggested. An argument that has changed its sign in the last step
+    /// alone counts as arriving at zero where the next begins, which is solved with sides.
     #[cold]
     pub(super) fn catch_up(&mut self) {
         let index = self.course.index();
@@ -126,7 +128,7 @@ impl Discrete<'_> {
         self.contacts = Some(contacts);
     }
 
-    /// What may happen in the next step. Where nothing does, smooth steps go on for a while.
+    /// The possible events of the next step. If there are none, smooth steps go on for a while.
     #[cold]
     pub(crate) fn outlook(&mut self) -> Outlook {
         self.catch_up();
@@ -138,7 +140,7 @@ impl Discrete<'_> {
             outlook = self.contact(self.declaration(), contacts).outlook(e, bend);
             if let Some(before) = &self.before {
                 let old = Declaration::of(self.kernel).with(before);
-                // the past knows nothing of the new values
+                // the past does not contain the new values
                 let next = self.new_second_difference();
                 let of_new = |e: Vector| self.contact(self.declaration(), contacts).outlook(&e, &none);
                 if self.contact(old, contacts).outlook(e, bend) == Outlook::Sided
@@ -152,7 +154,8 @@ impl Discrete<'_> {
             && self.before.is_none()
         {
             let steps = steps.min(self.clear_of_switches(e));
-            // how arguments change, and how that changes, is told by a whole past: a motion that begins where its velocity turns seems even
+            // rates of arguments need a full past: a motion that begins where its velocity reverses seems
+            // uniform
             let has_past = self.course.predictor.past().len() == PAST;
             let steps = if has_past || steps == 0 { steps } else { 1 };
             if steps == 0 || expected.is_none() {
@@ -164,7 +167,8 @@ impl Discrete<'_> {
         outlook
     }
 
-    /// The second difference of the acceleration at the middle node with the velocity that leads there, as inputs are from there on.
+    /// The second difference of the acceleration at the middle node for the velocity of the leg before, with
+    /// the new values of inputs.
     fn new_second_difference(&self) -> Option<Vector> {
         let (leg, h) = (self.next_leg(), self.course.h);
         let v = Vector::of(leg.d).map(|d| d / h);
@@ -172,7 +176,7 @@ impl Discrete<'_> {
         found.ok().map(|(a, _)| a.map(|a| h * h * a))
     }
 
-    /// Whether arguments are to be looked at in the next step.
+    /// Whether arguments are to be evaluated in the next step.
     pub(super) fn is_to_look(&self) -> bool {
         self.switches.is_some() && (self.before.is_some() || self.course.looks_at <= self.course.index())
     }
@@ -187,14 +191,14 @@ impl Discrete<'_> {
         contact.keeps(e, &multipliers)
     }
 
-    /// Looks again in the next step.
+    /// Has arguments evaluated in the next step.
     pub(super) fn look_again(&mut self) {
         if self.switches.is_some() {
             self.course.looks_at = self.course.index() + 1;
         }
     }
 
-    /// Where arguments have changed their signs in a step that was solved without sides, goes on with the new ones.
+    /// Updates the signs of arguments after a step that was solved without sides.
     #[cold]
     pub(super) fn take_signs(&mut self) {
         if self.contacts.is_none() {
@@ -217,7 +221,7 @@ impl Discrete<'_> {
         }
     }
 
-    /// Has the contacts of another run, which has turned round.
+    /// Adapts the contacts to a run that has been reversed.
     pub(super) fn turn_contacts(&mut self) {
         if let Some(contacts) = &mut self.contacts {
             contacts.sides = None;
@@ -229,20 +233,22 @@ impl Discrete<'_> {
         }
     }
 
-    /// Whether something has been torn off in the last step.
+    /// Whether a resting argument was released in the last step.
     pub(super) fn is_torn_off(&self) -> bool {
         self.contacts.as_ref().is_some_and(|contacts| {
             contacts.changed == Some(self.course.index()) && contacts.earlier.contains(&Piece::Between)
         })
     }
 
-    /// Whether the next step is the first, and what rests at the start is led away from rest on both sides.
+    /// Whether the next step is the first, and a body at rest at the start is driven away from rest on both
+    /// sides.
     pub(super) fn begins_at_fork(&self) -> bool {
         let forks = self.contacts.as_ref().is_some_and(|contacts| contacts.forks);
         forks && self.course.index() == self.first_step()
     }
 
-    /// Whether what rests where the next step begins is led away from rest on both sides: the motion is not unique.
+    /// Whether a body at rest where the next step begins is driven away from rest on both sides: the motion
+    /// is not unique.
     #[cold]
     pub(super) fn forks(&self) -> bool {
         let (leg, h) = (self.next_leg(), self.course.h);
@@ -257,19 +263,19 @@ impl Discrete<'_> {
             )
     }
 
-    /// Whether something rests on the last leg.
+    /// Whether an argument rests on the last leg.
     fn rests(&self) -> bool {
         let contacts = self.contacts.as_ref();
         contacts.is_some_and(|contacts| contacts.pieces.contains(&Piece::Between))
     }
 
-    /// Which arguments are zero on the last leg.
+    /// Whether each argument is zero on the last leg.
     pub(crate) fn resting(&self) -> Vec<bool> {
         let pieces = self.contacts.iter().flat_map(|contacts| &contacts.pieces);
         pieces.map(|piece| *piece == Piece::Between).collect()
     }
 
-    /// Begins with some arguments at zero, of which another run knows that they rest.
+    /// Begins with some arguments at zero, which another run has found to rest.
     pub(crate) fn begin_at_rest(&mut self, resting: &[bool]) {
         if let Some(contacts) = &mut self.contacts {
             for (piece, rests) in contacts.pieces.iter_mut().zip(resting) {
@@ -286,7 +292,8 @@ impl Discrete<'_> {
         self.last_sides().is_some()
     }
 
-    /// Whether a function that jumps with the velocity has another side after the last step than before, or a value between its sides.
+    /// Whether a function that jumps with the velocity changed its side in the last step, or has a value
+    /// between its sides.
     pub(super) fn meets_jump(&self) -> bool {
         let changed = self.contacts.as_ref().and_then(|contacts| contacts.changed);
         changed == Some(self.course.index()) || self.rests() || self.has_sides()
@@ -298,8 +305,8 @@ impl Discrete<'_> {
         (*index == self.course.index()).then_some(sides)
     }
 
-    /// Solves the next step with sides; `None` if no sides are found. Where signs only change and no surface moves, the declared rows have a root of their
-    /// own, or a jump of a row at a node where they have `none`.
+    /// Solves the next step with sides. `None` if no sides are found, or if arguments only change their signs on
+    /// surfaces that do not move: then the declared rows have a root. `none` says that no such root was found.
     #[cold]
     pub(super) fn solve_sided(
         &mut self,
@@ -311,7 +318,7 @@ impl Discrete<'_> {
             None => Vector::zero(self.shape().increments),
         };
         let guess = guess.map_or_else(expected, Vector::of);
-        // taken out, since the step looks at the rest of the run
+        // taken out, since the step borrows the rest of the run
         let mut contacts = self.contacts.take()?;
         let report = match self.before.take() {
             None => self.solve_with(&mut contacts, &guess, none),
@@ -339,7 +346,7 @@ impl Discrete<'_> {
             let solution = contact.solve(guess, &vec![0.0; self.shape().multipliers()])?;
             let is_declared =
                 !solution.rests() && contact.is_declared(&solution.e, &solution.multipliers, &solution.sides);
-            // a row at a node has a root at the jump itself
+            // a row at a node has its root at the jump itself
             let is_root = is_declared || self.shape().kinematic == 0;
             if contact.only_crosses(&solution) && !(none && is_root) {
                 return None;
@@ -398,7 +405,7 @@ impl Discrete<'_> {
             let none = vec![0.0; self.shape().multipliers()];
             let solution = contact.solve(guess, &none)?;
             let force = Vector::of(&contact.force(&solution));
-            // as if the motion went on with the old values
+            // as if the motion continued with the old values
             let old = Declaration::of(self.kernel).with(before);
             let arriving = self.contact(old, contacts).solve(guess, &none);
             let e = arriving.as_ref().map_or(&solution.e, |arriving| &arriving.e);
@@ -440,7 +447,7 @@ impl Discrete<'_> {
         Some(report)
     }
 
-    /// Goes on with a second difference that was solved for with sides.
+    /// Moves on with a second difference that was solved with sides.
     fn go(&mut self, e: &[f64], multipliers: &[f64], report: StepReport) -> Option<()> {
         let mut d = self.course.vectors.d();
         d.add(e);
@@ -451,7 +458,7 @@ impl Discrete<'_> {
         let z = self.step_from(self.next_leg()).unknown(e, multipliers);
         self.course.predictor.push(&z);
         self.course.looked = true;
-        // the clock has not gone on yet
+        // the clock has not advanced yet
         self.look_again();
         self.commit(super::discrete::Next { q, d, second: None }, e, report);
         Some(())

@@ -187,7 +187,7 @@ fn a_run_goes_on_where_it_stopped_and_back() {
     ));
     let back = flow.until(-0.5).unwrap();
     let forward: Vec<_> = first.iter().chain(&second).collect();
-    // where it turned round, the node is not handed out again
+    // the node where the run was reversed is not handed out again
     assert_eq!(back.len() + 1, forward.len());
     for (node, other) in back.iter().zip(forward.into_iter().rev().skip(1)) {
         assert_eq!(node.t, other.t);

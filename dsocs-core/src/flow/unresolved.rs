@@ -1,10 +1,12 @@
-//! Whether a step is short enough for what switches.
+//! Whether a step resolves a force that changes within it.
 //!
-//! A step evaluates a force on its two legs. If the force switches between them and nowhere else, the rows do not show it. An example is dry
-//! friction where the velocity changes its sign. The rows are solved, but the error of the motion is of first order in the step. So the force is
-//! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly, in every quarter of the way or as a
-//! polynomial of low degree does: a force that grows from nothing, as after a start from rest, or that has a multiple zero, is bent on the scale of any step. The same holds
-//! for a constraint or a Lagrangian with pieces: of these the acceleration is looked at. See [`crate::step::jumps`].
+//! A step evaluates a force on its two legs. If the force changes between them and nowhere else, the rows do
+//! not show it. An example is dry friction where the velocity changes its sign. The rows are solved, but the
+//! error of the motion is of first order in the step. So the force is also evaluated between the middles of
+//! the two legs. If the step resolves the force, it changes there nearly linearly in every quarter of the
+//! path, or as a polynomial of low degree. (A force that grows from nothing, as after a start from rest, or
+//! that has a multiple zero, is curved on the scale of any step.) For a constraint or a Lagrangian with
+//! pieces the acceleration is examined in the same way. See [`crate::step::jumps`].
 
 use core::cell::LazyCell;
 
@@ -23,13 +25,13 @@ use crate::step::smooth::FORESEEN;
 use crate::tape::declaration::Declaration;
 
 impl Discrete<'_> {
-    /// Whether forces are looked at where they are not foreseen.
+    /// Whether forces are examined in steps that differ from their prediction.
     pub(super) fn may_switch(&self) -> bool {
         let shape = self.shape();
         !shape.is_of_third_order() && shape.external_forces
     }
 
-    /// Whether a solution is near its prediction: a force that switches shows first there.
+    /// Whether a solution is near its prediction: a jump of a force shows there first.
     pub(super) fn foresees(&self, z: &[f64], e: &[f64]) -> bool {
         let vectors = &self.course.vectors;
         let past = self.course.has_solved.then(|| [vectors.before(), vectors.e()]);
@@ -37,7 +39,8 @@ impl Discrete<'_> {
             && (z.is_empty() || self.course.predictor.foresees(z, FORESEEN))
     }
 
-    /// Looks at the step that was solved, and at the one before if nobody has: where the solution was not foreseen.
+    /// Examines the solved step, and the one before if it was not, because the solution differs from its
+    /// prediction.
     #[cold]
     pub(super) fn look_between(&mut self, e: &[f64], stop: Stop) {
         let course = &self.course;
@@ -62,7 +65,7 @@ impl Discrete<'_> {
         }
     }
 
-    /// Counts the step that was solved, if it is too long for what switches in it.
+    /// Counts the solved step, if it does not resolve a force.
     pub(super) fn count_departure(&mut self, e: &[f64], stop: Stop) {
         let leg = AnyLeg {
             t: self.course.time(),
@@ -72,14 +75,14 @@ impl Discrete<'_> {
         self.count(time, part, stop);
     }
 
-    /// Counts a step that is too long for what switches in it.
+    /// Counts a step that does not resolve a force.
     fn count(&mut self, time: f64, part: f64, stop: Stop) {
         if part > jumps::UNRESOLVED || stop == Stop::Jump {
             Unresolved::count(&mut self.unresolved, time, part);
         }
     }
 
-    /// How far forces are from changing linearly within a step, relative to themselves.
+    /// Deviation of the forces from a linear change within a step, relative to themselves.
     fn departure(&self, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
         let h = self.course.h;
         departure(&self.declaration(), h, leg, e, &|part| {
@@ -87,7 +90,8 @@ impl Discrete<'_> {
         })
     }
 
-    /// The same from the start to the middle of the first leg, with the second difference of the first step.
+    /// [`Discrete::departure`] from the start to the middle of the first leg, with the second difference of
+    /// the first step.
     fn departure_at_start(&self, e: &[f64]) -> f64 {
         let (leg, h) = (self.next_leg(), self.course.h);
         let way = |part: f64| first_half(&self.shape().rotations, &self.beginning, (h, leg), part);
@@ -95,8 +99,8 @@ impl Discrete<'_> {
     }
 }
 
-/// How far the forces depart from the straight line between the ends of a way: the largest of all components. It is relative to the
-/// change of the momentum over a step or to the force, whichever is larger.
+/// Deviation of the forces from the straight line between the ends of a path: the largest of all components,
+/// relative to the change of the momentum over a step or to the force, whichever is larger.
 fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64], way: &Way<'_>) -> f64 {
     let next = Vector::of(leg.d).zip(e, |d, e| d + e);
     let force = |part: f64| {
@@ -116,7 +120,7 @@ fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f
         });
         bounds.fold(Vector::zero(e.len()), |most, bound| most.zip(&bound, f64::max))
     });
-    // the sum of a function and its limit is rounding where it is none
+    // a function that has reached its limit varies by rounding alone
     let is_rounding = |values: &[f64], i: usize| {
         let [least, most] = jumps::range(values.iter().copied());
         most - least <= errors[i]

@@ -8,23 +8,23 @@ use crate::regularity::Regularity;
 use crate::series::rows::Series;
 use crate::tape::declaration::Declaration;
 
-/// Receives the motion of a step, polynomial by polynomial, with the declaration as it is there. It may return a time at which the method
-/// is to stop, counted from the point of expansion of the polynomial.
+/// Receives the motion of a step, polynomial by polynomial, with the declaration that holds there. It may
+/// return a time at which the method is to stop, counted from the point of expansion of the polynomial.
 pub type AnyVisitor<'v> =
     dyn FnMut(&Declaration<'_>, &AnyPolynomial<'_>) -> Result<Option<f64>, RunError> + 'v;
 
-/// How a step that was shown to a visitor ended.
+/// The end of a step that was shown to a visitor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Traced {
-    /// At its own end, the next node; the visitor did not ask for another.
+    /// Its own end, the next node; the visitor did not ask for another.
     Whole,
-    /// At its own end, beyond where the visitor wanted to stop.
+    /// Its own end, beyond the time at which the visitor wanted to stop.
     Beyond,
-    /// Where the visitor wanted to stop.
+    /// The time at which the visitor wanted to stop.
     There,
 }
 
-/// A run in progress, by any method and with any number of coordinates: what [`crate::Stepper`] shows with its number of coordinates. All
+/// A run in progress, by any method and with any number of coordinates: the basis of [`crate::Stepper`]. All
 /// vectors are slices with one entry for each coordinate.
 ///
 /// A method implements this trait: one step, the node there, a [`Clock`]. The functions that drive a run (`advance`, `to`, `stream`, `watch`,
@@ -66,11 +66,12 @@ pub trait Run {
     /// The system.
     fn kernel(&self) -> &dyn Kernel;
 
-    /// The values of the parameters as the run has them now, in the order of the declaration.
+    /// The current values of the parameters, in the order of the declaration.
     fn values(&self) -> &[f64];
 
-    /// The values with which the motion arrives at the current node. They differ from [`Run::values`] at a node of a [`crate::Flow`] where inputs change: it
-    /// has gone on to the next position with the new ones.
+    /// The values of the parameters on the leg that ends at the current node. They differ from
+    /// [`Run::values`] at a node of a [`crate::Flow`] where inputs change: its next position belongs to the
+    /// new values.
     fn arriving_values(&self) -> &[f64] {
         self.values()
     }
@@ -89,7 +90,7 @@ pub trait Run {
     /// The clock.
     fn clock(&self) -> &Clock;
 
-    /// The clock, to be changed.
+    /// The clock, mutable.
     fn clock_mut(&mut self) -> &mut Clock;
 
     /// Makes all steps up to an end. The current node counts as handed out. No node is computed.
@@ -105,7 +106,8 @@ pub trait Run {
         Ok(())
     }
 
-    /// Stands at the next node that has not been handed out, which then has been. `false` if the end has been reached.
+    /// Moves to the next node that has not been handed out, and hands it out. `false` if the end has been
+    /// reached.
     ///
     /// # Errors
     ///
@@ -135,12 +137,12 @@ pub trait Run {
         })))
     }
 
-    /// How regular the equations of the last step are; see [`crate::Stepper::regularity`].
+    /// The certificate of the last step's equations; see [`crate::Stepper::regularity`].
     fn regularity(&self) -> Option<Regularity> {
         None
     }
 
-    /// The steps so far that were too long for the external forces; see [`crate::Stepper::unresolved`].
+    /// The steps so far that were too long for a jump in them; see [`crate::Stepper::unresolved`].
     fn unresolved(&self) -> Option<Unresolved> {
         None
     }
@@ -150,8 +152,8 @@ pub trait Run {
         None
     }
 
-    /// Gives the parameter at a place of the declaration another value; see [`crate::Inputs::set_input`]. The place and the value have been
-    /// checked: it exists, is no parameter of a holonomic constraint, and the value is finite.
+    /// Sets the parameter at a place of the declaration; see [`crate::Inputs::set_input`]. The place and the
+    /// value have been checked: it exists, no holonomic constraint depends on it, and the value is finite.
     ///
     /// # Errors
     ///
@@ -185,9 +187,10 @@ pub trait Run {
         })
     }
 
-    /// Hands out the motion at some times, which are in the order of the run, none of them before the current node, if the method has a faster
-    /// way to do so than [`Run::trace`]. `false` if it has none; then nothing has happened. The observer receives some of the times, and for each
-    /// of them position, velocity and acceleration, one after the other.
+    /// Hands out the motion at some times, which are in the order of the run, none of them before the current
+    /// node, if the method has a faster way than [`Run::trace`]. `false` if it has none; then nothing has
+    /// happened. The observer receives several times together, and for each of them position, velocity and
+    /// acceleration, one after the other.
     ///
     /// # Errors
     ///
@@ -202,7 +205,7 @@ pub trait Run {
     }
 }
 
-/// What [`Run::trace`] makes polynomials of, made once for many steps.
+/// The workspace of [`Run::trace`] for polynomials, made once for many steps.
 #[derive(Clone, Debug)]
 pub struct Room {
     /// The nodes before and after a step.
@@ -212,7 +215,7 @@ pub struct Room {
 }
 
 impl Room {
-    /// Room that is made when it is first needed.
+    /// An empty workspace, which is allocated when it is first needed.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -237,7 +240,7 @@ impl<const N: usize> Node<N> {
 }
 
 impl OwnedNode {
-    /// Takes the current node of a run. Nothing is allocated if the run has as many coordinates.
+    /// Takes the current node of a run. Nothing is allocated if the number of coordinates agrees.
     pub fn take<R: Run + ?Sized>(&mut self, run: &R) {
         let coordinates = run.kernel().shape().dimension();
         if coordinates != self.coordinates {

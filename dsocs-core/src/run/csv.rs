@@ -8,9 +8,10 @@ use super::{AnyNode, Node, Observer, Trajectory};
 use crate::system::System;
 use crate::tape::declaration::Declaration;
 
-/// Writes the nodes of a run as comma-separated values, one in a line: the time, position, velocity, constraint force, energy, observed
-/// expressions and multipliers, under the names that they have in the tables of the command line (`t,x,v_x,force_x,energy,lambda_0`). Of a rotation `r` these are the
-/// quaternion `r_w,r_x,r_y,r_z` and, in the frame of the body, `v_r_x,v_r_y,v_r_z` and `force_r_x,force_r_y,force_r_z`.
+/// Writes the nodes of a run as comma-separated values, one in a line: the time, position, velocity,
+/// constraint force, energy, observed expressions and multipliers, with the column names of the command line
+/// (`t,x,v_x,force_x,energy,lambda_0`). For a rotation `r` these are the quaternion `r_w,r_x,r_y,r_z` and, in
+/// the frame of the body, `v_r_x,v_r_y,v_r_z` and `force_r_x,force_r_y,force_r_z`.
 ///
 /// Each number has the shortest form that reads back the same. The writer is an observer, so that a run of any length needs no memory:
 ///
@@ -47,7 +48,8 @@ impl<W> fmt::Debug for CsvWriter<'_, W> {
 }
 
 impl<'s, W: Write> CsvWriter<'s, W> {
-    /// Writes the names of the columns of a system. The observed expressions and multipliers are those of its present parameters.
+    /// Writes the names of the columns of a system. The observed expressions and multipliers are those of its
+    /// current parameters.
     ///
     /// # Errors
     ///
@@ -106,7 +108,7 @@ impl<'s, W: Write> CsvWriter<'s, W> {
         self.out.write_all(self.line.as_bytes())
     }
 
-    /// Ends the table and gives back what it was written to.
+    /// Ends the table and returns the writer.
     ///
     /// # Errors
     ///
@@ -119,7 +121,7 @@ impl<'s, W: Write> CsvWriter<'s, W> {
     }
 }
 
-/// A writer that fails ends the run; [`CsvWriter::finish`] says why.
+/// An error of the writer ends the run; [`CsvWriter::finish`] returns it.
 impl<W: Write, const N: usize> Observer<N> for CsvWriter<'_, W> {
     fn node(&mut self, node: &Node<N>) -> ControlFlow<()> {
         match self.write(&node.any()) {

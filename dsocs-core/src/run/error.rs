@@ -1,4 +1,4 @@
-//! Why a run ends early, whatever its method.
+//! The errors of a run, for all methods.
 
 use std::borrow::Cow;
 
@@ -61,13 +61,13 @@ pub struct Behind {
     pub until: f64,
     /// The current time.
     pub time: f64,
-    /// The step; `None` where the method chooses it.
+    /// The step; `None` if the method chooses it.
     pub h: Option<f64>,
 }
 
 crate::debug_is_message!(Behind);
 
-/// The step as a message tells it.
+/// The step in a message.
 fn with_the_step(h: Option<f64>) -> String {
     h.map_or_else(String::new, |h| format!(" with the step h = {h}"))
 }
@@ -92,7 +92,7 @@ crate::debug_is_message!(FailedEvent);
 pub struct OneWay {
     /// The method.
     pub method: &'static str,
-    /// Why not.
+    /// The reason.
     pub reason: &'static str,
 }
 
@@ -126,7 +126,7 @@ pub enum InputError {
         /// The value.
         value: f64,
     },
-    /// A constraint is of third order, and its step between two values of a parameter is not known here.
+    /// A constraint is of third order, for which a change of a parameter at a node is not supported.
     #[error(
         "`{parameter}` cannot change at a node: a constraint here is of third order; write the input as a function of `t`"
     )]
@@ -145,9 +145,9 @@ pub enum InputError {
     Count {
         /// The name.
         parameter: Cow<'static, str>,
-        /// How many values there are.
+        /// The number of values.
         values: usize,
-        /// How many starts.
+        /// The number of starts.
         starts: usize,
     },
     /// The parameter stands inside a `dot(…)`, where its own rate is taken to be zero.
@@ -173,12 +173,12 @@ pub enum InputError {
 crate::debug_is_message!(InputError);
 
 impl RunError {
-    /// A time that lies behind.
+    /// The error for a time that lies behind.
     pub(crate) fn behind(details: Behind) -> Self {
         Self::Behind(Box::new(details))
     }
 
-    /// The details of the equations that have no solution, for a failed step or stage.
+    /// The details of the equations without a solution, for a failed step or stage.
     #[must_use]
     pub fn failed_step(&self) -> Option<&FailedStep> {
         match self {
@@ -191,13 +191,13 @@ impl RunError {
         }
     }
 
-    /// Why these equations have no solution.
+    /// The reason why these equations have no solution.
     #[must_use]
     pub fn step_failure(&self) -> Option<StepFailure> {
         self.failed_step().map(|step| step.cause.reason)
     }
 
-    /// The time where the run failed; `None` if it did not begin, or if the time to run to was invalid.
+    /// The time of the failure; `None` if the run did not begin, or if the time to run to was invalid.
     #[must_use]
     pub fn time(&self) -> Option<f64> {
         match self {

@@ -1,4 +1,4 @@
-//! Where a function of the motion changes its sign.
+//! Changes of sign of functions of the motion.
 
 use core::cell::RefCell;
 use core::ops::ControlFlow;
@@ -12,19 +12,19 @@ use crate::series::orders::MAX_ORDER;
 use crate::series::roots::{self, Crossing};
 use crate::tape::declaration::Declaration;
 
-/// A change of sign this near to the start of a part, as a part of it, may be the last one, seen again.
+/// A change of sign closer than this to the start of a part, relative to the part, may be the last one again.
 const JOINT: f64 = 1e-9;
 
 /// A function of position, velocity and acceleration.
 type Function<'e> = Box<dyn Fn(AnyPoint<'_, Jet>) -> Jet + 'e>;
 
-/// What an event's function is.
+/// The function of an event.
 enum Source<'e> {
     Observable(usize),
     Function(Function<'e>),
 }
 
-/// In which direction a change of sign counts.
+/// The direction in which a change of sign counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Direction {
     Rising,
@@ -83,7 +83,7 @@ impl<'e> AnyEvent<'e> {
         self
     }
 
-    /// Ends the run where the event happens.
+    /// Ends the run at the event.
     #[must_use]
     pub fn terminal(mut self) -> Self {
         self.terminal = true;
@@ -112,7 +112,7 @@ impl<'e> AnyEvent<'e> {
     ) -> f64 {
         polynomial.point(s, &mut work.point);
         let jets = work.point.map(Jet::from);
-        // functions that are not seen have values all the same
+        // a user's function with unknown higher orders has a value, too
         work.call.begin(|| self.at(declaration, jets.any()))
     }
 
@@ -233,15 +233,15 @@ impl AnyOccurrence {
     }
 }
 
-/// Events that are watched, and on which side of zero each function was last.
+/// Events that are watched, with the last sign of each function.
 #[derive(Debug)]
 pub struct Events<'e, const N: usize> {
-    /// The same with any number of coordinates.
+    /// The events for any number of coordinates.
     pub(super) any: AnyEvents<'e>,
 }
 
 impl<'e, const N: usize> Events<'e, N> {
-    /// The events, in the order by which occurrences name them.
+    /// The events; occurrences refer to them by index.
     #[must_use]
     pub fn new(events: Vec<Event<'e, N>>) -> Self {
         Self {
@@ -249,7 +249,7 @@ impl<'e, const N: usize> Events<'e, N> {
         }
     }
 
-    /// The same for a run that was watched with other events before; see [`AnyEvents::after`].
+    /// The events for a run that was watched with other events before; see [`AnyEvents::after`].
     ///
     /// ```
     /// use dsocs_core::prelude::*;
@@ -282,7 +282,7 @@ impl<'e, const N: usize> Events<'e, N> {
     }
 }
 
-/// What functions are evaluated with.
+/// The workspace of event functions.
 #[derive(Debug)]
 struct Work {
     call: Call,
@@ -297,12 +297,12 @@ pub struct AnyEvents<'e> {
     work: Work,
     crossings: Vec<Crossing>,
     found: Vec<(f64, usize, bool)>,
-    /// The motion to the node where the run stands.
+    /// The motion to the current node of the run.
     pub(super) leg: LastLeg,
 }
 
 impl<'e> AnyEvents<'e> {
-    /// The events, in the order by which occurrences name them.
+    /// The events; occurrences refer to them by index.
     #[must_use]
     pub fn new(events: Vec<AnyEvent<'e>>) -> Self {
         let sides = vec![0.0; events.len()];
@@ -319,8 +319,9 @@ impl<'e> AnyEvents<'e> {
         }
     }
 
-    /// The same for a run that was watched with other events before and stands where that ended, with the [`AnyEvents::last_leg`] of those: what happens at that
-    /// node, and after an event that ended the run before it, is found.
+    /// The events for a run that was watched with other events before and has not moved since, with their
+    /// [`AnyEvents::last_leg`]: so events at the current node, and those after an event that ended the run
+    /// before it, are found.
     #[must_use]
     pub fn after(mut self, leg: LastLeg) -> Self {
         self.leg = leg;
@@ -333,8 +334,8 @@ impl<'e> AnyEvents<'e> {
         self.leg
     }
 
-    /// Hands on what happens on a polynomial, up to an event that ends the run, which is told with its time since the point
-    /// of expansion. What happens together with it is told before it.
+    /// Reports the events on a polynomial, in order, up to one that ends the run, whose time since the point
+    /// of expansion is returned. Simultaneous events are reported before it.
     pub(super) fn happen(
         &mut self,
         declaration: &Declaration<'_>,
@@ -368,7 +369,7 @@ impl<'e> AnyEvents<'e> {
         Ok(ended)
     }
 
-    /// Puts what happens together with the first event that ends the run before it.
+    /// Moves events that are simultaneous with the first terminal one before it.
     fn order_by_end(&mut self, polynomial: &AnyPolynomial<'_>) {
         let ends = |&(_, event, rising): &(f64, usize, bool)| {
             self.watched[event].terminal && self.watched[event].counts(rising)
@@ -382,7 +383,7 @@ impl<'e> AnyEvents<'e> {
         self.found[first..first + count].sort_by_key(ends);
     }
 
-    /// On which side of zero functions are whose side is not known: as a leg leaves them.
+    /// Sets the unknown signs of functions to those at the end of a leg.
     pub(super) fn begin_after(
         &mut self,
         declaration: &Declaration<'_>,
@@ -449,8 +450,8 @@ impl<'e> AnyEvents<'e> {
         Ok(())
     }
 
-    /// The series of an event's function on a part of a step, of which that part is the unit of time; `None` if it is not
-    /// finite.
+    /// The series of an event's function on a part of a step, in units of that part's length; `None` if it is
+    /// not finite.
     fn part(
         &mut self,
         declaration: &Declaration<'_>,
@@ -469,7 +470,7 @@ impl<'e> AnyEvents<'e> {
         coefficients.iter().all(|c| c.is_finite()).then_some(coefficients)
     }
 
-    /// The changes of sign on a part of a step; `side` is the sign before and after.
+    /// The changes of sign on a part of a step; `side` is the sign before it and receives that after it.
     fn crossings(
         &mut self,
         declaration: &Declaration<'_>,
@@ -491,7 +492,7 @@ impl<'e> AnyEvents<'e> {
         if *side == 0.0 {
             *side = begins;
         }
-        // a change where two parts meet shows in neither, or through rounding once more at the start of the second
+        // a change at the joint of two parts is in neither, or by rounding also at the start of the second
         let again = crossings.first().is_some_and(|first| first.at < JOINT);
         if begins * *side < 0.0 {
             if again {
@@ -502,7 +503,7 @@ impl<'e> AnyEvents<'e> {
             }
         }
         for crossing in crossings.iter() {
-            // the series of the function has lost what its truncation has: the function itself decides
+            // the series of the function is inaccurate by its truncation: the function itself decides
             let ends = crossing.bracket.map(|s| from + s * length);
             let work = RefCell::new(&mut *work);
             let value = |s: f64| watched[place].value(declaration, polynomial, s, &mut work.borrow_mut());
@@ -517,7 +518,7 @@ impl<'e> AnyEvents<'e> {
     }
 }
 
-/// Hands an event on; breaks if it ends the run.
+/// Reports an event; breaks if it ends the run.
 fn tell(
     watched: &[AnyEvent<'_>],
     occurrence: &AnyOccurrence,
@@ -535,7 +536,7 @@ struct Shifted {
     t: f64,
     order: usize,
     dimension: usize,
-    /// By order, each a vector.
+    /// By order, each order a vector.
     v: Vec<f64>,
     q: Vec<f64>,
 }
@@ -568,7 +569,7 @@ fn shift(coefficients: &mut [f64], dimension: usize, s: f64) {
     }
 }
 
-/// The series of an event's function, as far as it is known.
+/// The series of an event's function, to the highest known order.
 fn expand(
     event: &AnyEvent<'_>,
     declaration: &Declaration<'_>,

@@ -6,11 +6,11 @@ use crate::tape::Shape;
 /// Times of a plan that differ by less than this part of a step are the same.
 const SAME_TIME: f64 = 1e-6;
 
-/// The value with which a held input goes on at a time `t` of a run with the step `h`, which is negative back in time, from increasing times, each with the value that
-/// holds from it on; `None` before the first.
+/// The value of a held input after the time `t` of a run with the step `h`, negative back in time; `plan` has
+/// increasing times, each with the value that holds from it on. `None` before the first.
 #[must_use]
 pub fn held_value(plan: &[[f64; 2]], t: f64, h: f64) -> Option<f64> {
-    // what holds from a time on is left there on the way back
+    // back in time, a value ends at the time from which it holds
     let later = plan.partition_point(|&[time, _]| {
         if h < 0.0 {
             time < t + SAME_TIME * h
@@ -21,14 +21,16 @@ pub fn held_value(plan: &[[f64; 2]], t: f64, h: f64) -> Option<f64> {
     Some(plan.get(later.checked_sub(1)?)?[1])
 }
 
-/// Runs whose parameters can be given other values at nodes: the output of a digital controller, planned torques, a steering angle that is held.
+/// Runs whose parameters can be changed at nodes: the output of a digital controller, planned torques, a held
+/// steering angle.
 ///
-/// Every run has this trait: it has its own values of the parameters. A new value holds from the last known
-/// position on. In a [`crate::TaylorFlow`] and a [`crate::ComposedFlow`] this is the current node. A [`crate::Flow`] is one position
-/// ahead of its node, because the velocity of a node depends on the next position. So a value that is set at the node `k` holds from the
-/// node `k + 1` on, like the output of a controller that needs one step to compute.
+/// Every run implements this trait: it has its own values of the parameters. A new value holds from the last
+/// known position on. In a [`crate::TaylorFlow`] and a [`crate::ComposedFlow`] this is the current node. A
+/// [`crate::Flow`] is one position ahead of its node, because the velocity of a node depends on the next
+/// position. So a value that is set at the node `k` holds from the node `k + 1` on, like the output of a
+/// controller that needs one step to compute.
 ///
-/// # What a change does to the step
+/// # The step at a change
 ///
 /// A leg has one value of each input: the discrete Lagrangian, the external forces and the nonholonomic constraints of the leg use it.
 /// The momentum that arrives from the leg before is computed with the value of that leg. At a node between two values, the second
@@ -65,7 +67,7 @@ pub fn held_value(plan: &[[f64; 2]], t: f64, h: f64) -> Option<f64> {
 /// # Ok::<(), RunError>(())
 /// ```
 pub trait Inputs<const N: usize>: Stepper<N> {
-    /// Gives a parameter another value, from the last known position on. Nothing happens if it already has this value.
+    /// Sets a parameter, from the last known position on. Nothing happens if it already has this value.
     ///
     /// # Errors
     ///
@@ -121,7 +123,7 @@ pub(crate) fn known(shape: &Shape, parameter: &str) -> Result<usize, InputError>
     })
 }
 
-/// The place of a parameter that is given a value.
+/// The place of a parameter that is to be set to a value.
 pub(crate) fn place(shape: &Shape, parameter: &str, value: f64) -> Result<usize, RunError> {
     let refused = |error| RunError::Input(Box::new(error));
     let place = known(shape, parameter).map_err(refused)?;

@@ -5,20 +5,21 @@ use crate::number::compensated::Compensated;
 use crate::series::rows::Series;
 use crate::tape::declaration::Declaration;
 
-/// The motion to the node up to which a run was watched: what happens at the node itself shows in no leg alone, and an event may have ended the run before the node.
+/// The motion to the node up to which a run was watched. It is needed because an event at the node itself is
+/// not inside a single leg, and because an event may have ended the run before the node.
 ///
-/// A run that goes on from another node does not look at it.
+/// A run that continues from another node ignores it.
 #[derive(Clone, Debug)]
 pub struct LastLeg {
-    /// The series of the step, the time about which it is, and how it is searched.
+    /// The series of the step, its time of expansion, and how it is searched.
     series: Series,
     t: Compensated<1>,
     search: Search,
-    /// From where on it has not been searched, and where it ends.
+    /// The part that has not been searched yet, from its beginning to its end.
     span: [f64; 2],
-    /// Whether something of it has not been searched.
+    /// Whether a part has not been searched.
     is_left: bool,
-    /// The number and the time of the node at its end; `None` where nothing was watched yet.
+    /// The number and the time of the node at its end; `None` if nothing was watched yet.
     stands: Option<(u64, f64)>,
 }
 
@@ -36,7 +37,8 @@ impl Default for LastLeg {
 }
 
 impl LastLeg {
-    /// Takes a polynomial that was searched, up to an event that ended the run and what happened within some time after it.
+    /// Takes a polynomial that was searched, up to an event that ended the run and those within the time
+    /// `together` after it.
     pub(super) fn take(&mut self, polynomial: &AnyPolynomial<'_>, end: Option<f64>, together: f64) {
         self.series.clone_from(polynomial.series);
         (self.t, self.search) = (polynomial.t, polynomial.search);
@@ -46,7 +48,7 @@ impl LastLeg {
         self.stands = None;
     }
 
-    /// The polynomial, or what is left of it.
+    /// The polynomial, or its part that has not been searched.
     fn polynomial(&self) -> AnyPolynomial<'_> {
         let [from, to] = self.span;
         AnyPolynomial {
@@ -60,13 +62,14 @@ impl LastLeg {
 }
 
 impl AnyEvents<'_> {
-    /// Remembers the node to which a step has led.
+    /// Records the node at the end of a step.
     pub(super) fn stand(&mut self, clock: &Clock, traced: Traced) {
-        // where the run stands at an event itself, nothing is left of a leg, and what was zero there has been told
+        // if the run ended at an event, no part of a leg is left, and the zeros there have been reported
         self.leg.stands = (traced != Traced::There).then(|| (clock.index(), clock.time()));
     }
 
-    /// Hands on what is left of the step in which an event ended the run, if it stands there still; or learns from that step on which side of zero functions are.
+    /// Reports the events on the rest of the step in which an event ended the run, if the run has not moved
+    /// since; or takes the signs of functions from that step.
     pub(super) fn resume(
         &mut self,
         declaration: &Declaration<'_>,
@@ -97,7 +100,7 @@ mod tests {
     use crate::text::Text;
     use crate::{AnyComposedFlow, AnyFlow, AnyStart, Composition, Tolerance};
 
-    /// Functions of a particle at unit speed: where it is at a place.
+    /// Events of a particle at unit speed at given places.
     fn places<'e>(places: &[(f64, bool)]) -> Vec<AnyEvent<'e>> {
         let event = |&(place, ends): &(f64, bool)| {
             let event = AnyEvent::function(move |at: AnyPoint<'_, Jet>| at.q[0] - place);
@@ -106,7 +109,7 @@ mod tests {
         places.iter().map(event).collect()
     }
 
-    /// Keeps the times of events.
+    /// Collects the times of events.
     struct Times<'t>(&'t mut Vec<f64>);
 
     impl AnyObserver for Times<'_> {
@@ -120,7 +123,7 @@ mod tests {
         }
     }
 
-    /// Does something with a run of each method.
+    /// Checks a run of each method.
     fn with_every_method(check: impl Fn(&mut dyn Run)) {
         let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2;";
         let text = Text::parse("particle", text).unwrap();
@@ -164,7 +167,7 @@ mod tests {
                 (0.58, false),
             ]));
             let ended = run.watch(2.0, &mut events, &mut Times(&mut times)).unwrap();
-            // what happens together with the end comes before it
+            // events simultaneous with the terminal one come before it
             assert_eq!(ended.map(|end| end.event), Some(1));
             assert_eq!(times.len(), 3, "{times:?}");
             let others = places(&[(0.52, false), (0.57, true), (0.58, false), (0.7, false)]);

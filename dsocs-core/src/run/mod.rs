@@ -1,12 +1,13 @@
 //! The functions that drive a run of any method, and the types of their results.
 //!
-//! A method provides one step, the node there and a [`Clock`]; [`Run`] makes a run of these, on slices, and [`Stepper`] shows it with its number
-//! of coordinates. A run hands out [`Node`]s to an iterator, a [`Trajectory`] or an [`Observer`]. Between the nodes the motion is a
-//! [`Polynomial`], on which [`Events`] are found. A run that fails ends with a [`RunError`].
+//! A method provides one step, the node at its end and a [`Clock`]. [`Run`] makes a run of these, on slices,
+//! and [`Stepper`] is its form with the number of coordinates. A run hands out [`Node`]s to an iterator, a
+//! [`Trajectory`] or an [`Observer`]. Between the nodes the motion is a [`Polynomial`], on which [`Events`]
+//! are found. A failed run ends with a [`RunError`].
 
 // times are reached exactly, and zeros are exact
 #![allow(clippy::float_cmp)]
-// schemes on coefficients are read by index, as they stand in the books
+// schemes on coefficients are indexed, as in textbooks
 #![allow(clippy::needless_range_loop)]
 
 mod any;

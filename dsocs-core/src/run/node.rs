@@ -1,4 +1,4 @@
-//! A node: what a run hands out.
+//! Nodes, the result of a run.
 
 use crate::kernel::report::{NodeMut, NodeScalars};
 use crate::number::point::Point;
@@ -7,10 +7,11 @@ use crate::regularity::multipliers::multipliers;
 use crate::solve::newton::Stop;
 use crate::tape::declaration::Declaration;
 
-/// A node of a motion: what every method hands out.
+/// A node of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node<const N: usize> {
-    /// The number of the node; 0 is the start, or the node where [`crate::Stepper::reverse`] turned round.
+    /// The number of the node; 0 is the start, or the node at which [`crate::Stepper::reverse`] reversed the
+    /// run.
     pub index: u64,
     /// Time.
     pub t: f64,
@@ -26,10 +27,11 @@ pub struct Node<const N: usize> {
     pub force: [f64; N],
     /// The energy `⟨∂L/∂v, v⟩ − L` at the position and velocity given here.
     pub energy: f64,
-    /// How often the rows of the step and their Jacobian were evaluated, in all stages together; 0 at the start. In a
-    /// [`crate::TaylorFlow`], how often the motion was expanded.
+    /// Number of evaluations of the step's rows and their Jacobian, in all stages together; 0 at the start.
+    /// In a [`crate::TaylorFlow`], number of expansions of the motion.
     pub iterations: u32,
-    /// How Newton's iteration of the step ended; [`Stop::Start`] if nothing was solved, at the start and in Taylor series.
+    /// How Newton's iteration of the step ended; [`Stop::Start`] at the start and in Taylor series, where
+    /// nothing was solved.
     pub stop: Stop,
 }
 
@@ -45,7 +47,7 @@ impl<const N: usize> Node<N> {
         }
     }
 
-    /// The node that something writes; NaN where it writes nothing.
+    /// The node that `tell` writes; NaN where it writes nothing.
     #[inline]
     pub(crate) fn told(tell: impl FnOnce(NodeMut<'_>)) -> Self {
         let (mut vectors, mut scalars) = ([[f64::NAN; N]; 4], NodeScalars::UNKNOWN);
@@ -74,7 +76,7 @@ impl<const N: usize> Node<N> {
         }
     }
 
-    /// The node with any number of coordinates.
+    /// The node for any number of coordinates.
     #[must_use]
     pub fn any(&self) -> AnyNode<'_> {
         AnyNode {
@@ -108,7 +110,7 @@ pub struct AnyNode<'a> {
     pub force: &'a [f64],
     /// The energy.
     pub energy: f64,
-    /// How often the rows of the step and their Jacobian were evaluated; 0 at the start.
+    /// Number of evaluations of the step's rows and their Jacobian; 0 at the start.
     pub iterations: u32,
     /// How Newton's iteration of the step ended.
     pub stop: Stop,
@@ -126,7 +128,7 @@ impl<'a> AnyNode<'a> {
         }
     }
 
-    /// The node with its number of coordinates; numbers that are missing are NaN.
+    /// The node with its number of coordinates; missing numbers are NaN.
     #[must_use]
     pub fn sized<const N: usize>(&self) -> Node<N> {
         Node {
@@ -155,7 +157,7 @@ impl Declaration<'_> {
 }
 
 impl NodeMut<'_> {
-    /// Writes a node; of another length, as much of it as there is room for.
+    /// Writes a node, as much of it as there is room for.
     #[inline]
     pub fn write(self, node: &AnyNode<'_>) {
         let NodeMut { vectors, scalars } = self;
@@ -176,16 +178,16 @@ impl NodeMut<'_> {
 /// A [`Node`] with any number of coordinates that owns its numbers. It is made once and filled again at every node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnedNode {
-    /// How many coordinates there are.
+    /// The number of coordinates.
     pub(super) coordinates: usize,
     /// Position, velocity, acceleration and force.
     vectors: Vec<f64>,
-    /// What is no vector.
+    /// The other data.
     scalars: NodeScalars,
 }
 
 impl OwnedNode {
-    /// Room for a node of so many coordinates; all numbers are NaN.
+    /// A node of `coordinates` coordinates with all numbers NaN.
     #[must_use]
     pub fn new(coordinates: usize) -> Self {
         Self {
@@ -203,7 +205,7 @@ impl OwnedNode {
         owned
     }
 
-    /// Where a run writes its current node.
+    /// The place into which a run writes its current node.
     pub fn room(&mut self) -> NodeMut<'_> {
         NodeMut {
             vectors: &mut self.vectors,
@@ -216,7 +218,7 @@ impl OwnedNode {
         &self.vectors[..3 * self.coordinates]
     }
 
-    /// By reference.
+    /// A reference to the node.
     #[must_use]
     pub fn any(&self) -> AnyNode<'_> {
         let (q, rest) = self.vectors.split_at(self.coordinates);

@@ -1,4 +1,4 @@
-//! Who takes the nodes of a run.
+//! Observers, which receive the nodes of a run.
 
 use core::ops::ControlFlow;
 
@@ -32,10 +32,10 @@ pub trait Observer<const N: usize> {
     }
 }
 
-/// Receives the nodes and the events of a run with any number of coordinates. It takes nodes from the run ([`Run::tell`]), so that none is
-/// computed that nobody looks at.
+/// Receives the nodes and the events of a run with any number of coordinates. It reads nodes from the run
+/// itself ([`Run::tell`]), so that unused ones are not computed.
 pub trait AnyObserver {
-    /// The run stands at a node; [`ControlFlow::Break`] ends it there.
+    /// Called at a node; [`ControlFlow::Break`] ends the run there.
     fn node(&mut self, run: &dyn Run) -> ControlFlow<()>;
 
     /// Takes an event, between the node before and the node after it; [`ControlFlow::Break`] ends the run there, as a
@@ -43,9 +43,9 @@ pub trait AnyObserver {
     fn event(&mut self, occurrence: &AnyOccurrence) -> ControlFlow<()>;
 }
 
-/// What a closure that observes may return: nothing, or whether to go on.
+/// The return value of a closure that observes: nothing, or whether to continue.
 pub trait Verdict {
-    /// Whether to go on.
+    /// Whether to continue.
     fn verdict(self) -> ControlFlow<()>;
 }
 

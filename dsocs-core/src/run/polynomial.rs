@@ -19,47 +19,50 @@ pub struct Polynomial<'f, const N: usize>(AnyPolynomial<'f>);
 pub struct AnyPolynomial<'f> {
     /// The coefficients.
     pub(crate) series: &'f Series,
-    /// The time about which they are.
+    /// The time of expansion, as a compensated sum.
     pub(crate) t: Compensated<1>,
-    /// How long after that the polynomial begins.
+    /// The beginning of the polynomial, after the time of expansion.
     pub(crate) from: f64,
-    /// How long after that it ends.
+    /// The end of the polynomial, after the time of expansion.
     pub(crate) to: f64,
-    /// How it is searched for events.
+    /// How finely it is searched for events.
     pub(crate) search: Search,
 }
 
 /// How finely a polynomial is searched for events.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Search {
-    /// The last term of an event's series may be this part of the largest: beyond, the interval is halved.
+    /// Largest last term of an event's series, relative to the largest term: above, the interval is halved.
     pub tail: f64,
-    /// How often.
+    /// The largest number of halvings.
     pub depth: u32,
 }
 
 impl Search {
-    /// Of a Taylor series.
+    /// For a Taylor series.
     pub const SERIES: Self = Self {
         tail: 1e-9,
         depth: 12,
     };
 
-    /// Between two nodes: the polynomial itself is no more exact.
+    /// For a polynomial between two nodes, which is less exact itself.
     pub const NODES: Self = Self { tail: 1e-9, depth: 4 };
 }
 
 impl<'f> AnyPolynomial<'f> {
-    /// The order of the series that [`AnyPolynomial::between`] fills: more than the polynomial's own, for functions of it.
+    /// The order of the series in [`AnyPolynomial::between`]: higher than the polynomial's own, for functions
+    /// of it.
     pub(crate) const ORDER: usize = 12;
 
-    /// The polynomial through two nodes; see [`Polynomial::between`]. Nothing is allocated if the series has as many coordinates, which are numbers.
+    /// The polynomial between two nodes; see [`Polynomial::between`]. Nothing is allocated if the number of
+    /// coordinates agrees. No coordinate may be a rotation.
     pub fn between(before: &AnyNode<'_>, after: &AnyNode<'_>, series: &'f mut Series) -> Self {
         Self::through(&[], [before, after], series)
     }
 
-    /// The same where some coordinates are rotations: the polynomial of a quaternion goes through the rates of its components, and that of the angular velocity,
-    /// of degree 3, through those at both nodes.
+    /// [`AnyPolynomial::between`] for systems with rotations: the polynomial of a quaternion matches the
+    /// rates of its components, and that of the angular velocity, of degree 3, matches value and rate at both
+    /// nodes.
     pub(crate) fn through(
         rotations: &[usize],
         [before, after]: [&AnyNode<'_>; 2],
@@ -139,11 +142,11 @@ impl<'f> AnyPolynomial<'f> {
     }
 }
 
-/// The coefficients of the polynomial of degree 5 through a value with two derivatives at both ends, a distance of `h` apart; of degree 3 through the
-/// first derivatives alone where the second ones are not known.
+/// The coefficients of the polynomial of degree 5 with given value and two derivatives at both ends, a
+/// distance `h` apart; of degree 3 with the first derivatives alone if the second ones are not `known`.
 fn column([[q, v, a], [next_q, next_v, next_a]]: [[f64; 3]; 2], h: f64, known: bool) -> [f64; 6] {
     let [v, next_v, a, next_a] = [h * v, h * next_v, h * h * a, h * h * next_a];
-    // what is left of the motion after a start of second order, in units of the step
+    // remainder of the motion after its second-order Taylor polynomial, in units of the step
     let mut column = if known {
         let (d, v_left, a_left) = ((next_q - q) - (v + 0.5 * a), next_v - (v + a), next_a - a);
         [
@@ -167,15 +170,16 @@ fn column([[q, v, a], [next_q, next_v, next_a]]: [[f64; 3]; 2], h: f64, known: b
 }
 
 impl<'f, const N: usize> Polynomial<'f, N> {
-    /// A polynomial with its number of coordinates.
+    /// The polynomial with its number of coordinates.
     pub(crate) fn of(any: AnyPolynomial<'f>) -> Self {
         Self(any)
     }
 
-    /// The polynomial of degree 5 through position, velocity and acceleration at both nodes, of coordinates that are numbers. If an acceleration is not known, it has
-    /// degree 3 and goes through positions and velocities. Its coefficients are written to `series`.
+    /// The polynomial of degree 5 through position, velocity and acceleration at both nodes, for coordinates
+    /// that are numbers. If an acceleration is not known, it has degree 3 and goes through positions and
+    /// velocities. Its coefficients are written to `series`.
     ///
-    /// # How exact it is
+    /// # Error
     ///
     /// If the nodes are exact, the error is of order `h⁶` in the position, `h⁵` in the velocity and `h⁴` in the acceleration. So
     /// with a [`crate::ComposedFlow`] of order `p`, positions between the nodes, and events of positions, are of order `min(p, 6)`. The
@@ -185,7 +189,7 @@ impl<'f, const N: usize> Polynomial<'f, N> {
         Self(AnyPolynomial::between(&before.any(), &after.any(), series))
     }
 
-    /// The same where some coordinates are rotations.
+    /// [`Polynomial::between`] for systems with rotations.
     pub(crate) fn through(
         rotations: &[usize],
         [before, after]: [&Node<N>; 2],

@@ -1,4 +1,4 @@
-//! A run with its number of coordinates.
+//! A run with its number of coordinates at compile time.
 
 use core::ops::ControlFlow;
 
@@ -64,7 +64,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     /// The run without its number of coordinates.
     fn run(&self) -> &dyn Run;
 
-    /// The same, to be driven.
+    /// The run without its number of coordinates, mutable.
     fn run_mut(&mut self) -> &mut dyn Run;
 
     /// Makes one step and advances the clock. No node is computed, and nothing is allocated. `end` is the time towards which the
@@ -90,7 +90,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         self.run().clock()
     }
 
-    /// The clock, to be changed.
+    /// The clock, mutable.
     #[inline]
     fn clock_mut(&mut self) -> &mut Clock {
         self.run_mut().clock_mut()
@@ -111,14 +111,14 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         self.run_mut().reverse()
     }
 
-    /// How regular the equations of the last step are, if the method solves equations. For a [`crate::Flow`] these are the equations of
-    /// the triple about the current node. `None` before the first step.
+    /// The certificate of the last step's equations, if the method solves equations. For a [`crate::Flow`]
+    /// these are the equations of the triple about the current node. `None` before the first step.
     fn regularity(&self) -> Option<Regularity> {
         self.run().regularity()
     }
 
-    /// The steps of a [`crate::Flow`] or a [`crate::ComposedFlow`] so far that were too long for what jumps in them. `None` if there were none, and for
-    /// all other methods.
+    /// The steps of a [`crate::Flow`] or a [`crate::ComposedFlow`] so far that were too long for a jump in
+    /// them. `None` if there were none, and for all other methods.
     fn unresolved(&self) -> Option<Unresolved> {
         self.run().unresolved()
     }
@@ -288,7 +288,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     }
 }
 
-/// An observer that is shown nodes and events with their number of coordinates.
+/// An observer that receives nodes and events with their number of coordinates.
 struct Watching<'o, const N: usize>(&'o mut dyn Observer<N>);
 
 impl<const N: usize> AnyObserver for Watching<'_, N> {

@@ -40,9 +40,10 @@ impl<const N: usize> Trajectory<N> {
         self.nodes.iter()
     }
 
-    /// Position, velocity and acceleration at a time between the first and the last node, by the polynomial between the two
-    /// neighbouring nodes. `None` outside. [`Polynomial::between`] says how exact this is. Of a system with rotations the trajectory has to be one that
-    /// [`Stepper::until`](crate::Stepper::until) has made: nodes that were collected otherwise do not say which of their numbers are a quaternion's.
+    /// Position, velocity and acceleration at a time between the first and the last node, by the polynomial
+    /// between the two neighbouring nodes. `None` outside. [`Polynomial::between`] gives the error. For a
+    /// system with rotations the trajectory has to come from [`Stepper::until`](crate::Stepper::until): nodes
+    /// that were collected otherwise do not tell which of their numbers are a quaternion.
     #[must_use]
     pub fn at(&self, t: f64) -> Option<Point<f64, N>> {
         let (first, last) = (self.nodes.first()?, self.nodes.last()?);
@@ -82,7 +83,7 @@ impl<'a, const N: usize> IntoIterator for &'a Trajectory<N> {
 #[derive(Clone, PartialEq, Error)]
 #[error("{error}")]
 pub struct Failure<const N: usize> {
-    /// Why it ended.
+    /// The cause.
     #[source]
     pub error: RunError,
     /// The nodes before the failure.

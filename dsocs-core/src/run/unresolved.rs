@@ -1,37 +1,43 @@
-//! Steps that were too long.
+//! Steps that were too long for jumps or steep changes.
 
-/// The steps of a run that were too long for what switches in them. Each reduces the order of the run to 1.
+/// The steps of a run that were too long for jumps or steep changes in them. Each reduces the order of the
+/// run to 1.
 ///
-/// - The arguments of what is given by pieces (a `signum`, a comparison, an absolute value), and what is divided by, are watched on the way of each step; and
-///   the rates of what `sqrt`, `asin` and `acos` are taken of, and the ordinates of `atan2`, which tell of corners and jumps that these have.
-///   Where one changes its sign, the acceleration, of third order also the jerk, is compared on both sides of the place. If it jumps by more than a
-///   thousandth of itself, or by half of itself within a sixteenth of the way, the step is counted; a corner costs no order, and is not. [`Unresolved::largest`] is infinite where the acceleration grows without bound, as at a pole, and
-///   where the velocity has to jump, as at a step of the potential: there the motion ends, or depends on where the nodes lie.
-/// - What is only steep, or a function of the user's, is looked at in steps that differ from their prediction. If an external force departs there from the
-///   straight line between its values on the two legs by more than a tenth of the change of the momentum over the step, or of the force if that is larger,
-///   the step is counted. Not so what is nearly straight within a quarter of the step, as a force that grows from nothing, or nearly a polynomial of the
-///   fifth degree, as where it has a multiple zero. A [`ComposedFlow`](crate::ComposedFlow) looks at accelerations in this way. So a pulse in a function
-///   of the user's that lies between two places may be missed.
+/// - The arguments of piecewise functions (a `signum`, a comparison, an absolute value), and divisors, are watched on the
+///   path of each step; so are the rates of the arguments of `sqrt`, `asin` and `acos`, and the ordinates of `atan2`, which
+///   show corners and jumps of these functions. If one changes its sign, the accelerations (in third order also the jerks)
+///   on both sides of the place are compared. If the acceleration jumps by more than a thousandth of itself, or by half of
+///   itself within a sixteenth of the path, the step is counted; a corner does not lower the order, and is not counted.
+///   [`Unresolved::largest`] is infinite if the acceleration grows without bound, as at a pole, or if the velocity has to
+///   jump, as at a step of the potential: there the motion ends, or depends on the places of the nodes.
+/// - Functions that are only steep, and the user's functions, are examined in steps that differ from their prediction. If an
+///   external force deviates there from the straight line between its values on the two legs by more than a tenth of the
+///   change of the momentum over the step, or of the force if that is larger, the step is counted. It is not counted if the
+///   force is nearly straight within a quarter of the step, as one that grows from nothing, or close to a polynomial of
+///   degree 5, as at a multiple zero. A [`ComposedFlow`](crate::ComposedFlow) examines accelerations in this way. So a pulse
+///   in a user's function between two of the examined places may be missed.
 ///
-/// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and the run goes on. Where these
-/// have no solution, because a function jumps over it, the node is that of the jump, and the step is counted, too ([`Stop::Jump`](crate::Stop::Jump)). Steps
-/// in which friction stops a mass, holds it ([`Stop::Sticks`](crate::Stop::Sticks)) or lets it go are not counted, since they cost no order: what acts
-/// before the event and after it has its part of the step. They are counted if anything else jumps in them, as a force that lets the mass go by its jump.
+/// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and
+/// the run goes on. If these have no solution, because a function jumps over it, the node is that of the jump, and the step
+/// is counted, too ([`Stop::Jump`](crate::Stop::Jump)). Steps in which friction stops a mass, holds it
+/// ([`Stop::Sticks`](crate::Stop::Sticks)) or releases it are not counted, since they do not lower the order: the forces
+/// before and after the event act on their parts of the step. They are counted if another function jumps in them, such as a
+/// force whose jump releases the mass.
 ///
 /// Three things help: a smaller step, a function that changes more smoothly, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the jump.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unresolved {
-    /// How many steps.
+    /// The number of such steps.
     pub steps: u64,
     /// The time of the middle node of the first of them.
     pub first: f64,
-    /// The largest jump, relative to the acceleration, or departure from the straight line, relative to the change of the momentum over the step \[1\]; infinite
-    /// where no motion goes on, or the velocity has to jump.
+    /// The largest jump, relative to the acceleration, or deviation from the straight line, relative to the change of the
+    /// momentum over the step \[1\]; infinite where no motion continues, or the velocity has to jump.
     pub largest: f64,
 }
 
 impl Unresolved {
-    /// Counts a step with a middle node at a time, and how far it departs or jumps.
+    /// Counts a step by the time of its middle node, with its jump or deviation.
     pub(crate) fn count(counted: &mut Option<Self>, time: f64, part: f64) {
         let counted = counted.get_or_insert(Self {
             steps: 0,
@@ -42,7 +48,7 @@ impl Unresolved {
         counted.largest = counted.largest.max(part);
     }
 
-    /// Adds the steps of another run, which came later.
+    /// Adds the steps of a later run.
     pub(crate) fn add(counted: &mut Option<Self>, other: Self) {
         let counted = counted.get_or_insert(Self { steps: 0, ..other });
         counted.steps += other.steps;

@@ -1,11 +1,12 @@
-//! Where a run up to a time ends.
+//! The end of a run up to a time.
 
 use super::error::{Behind, RunError};
 use crate::kernel::clock::{Clock, End};
 
 impl Clock {
-    /// Where a run up to the time `t` ends: at the last node at or before it (at or after, back in time). A node whose time
-    /// is `t` to within rounding counts as at `t`: 500 with the step 0.1 is node 5000. Infinite times are allowed.
+    /// The end of a run up to the time `t`: the last node at or before it (at or after, back in time). A node
+    /// whose time is `t` to within rounding counts as at `t`: 500 with the step 0.1 is node 5000. Infinite
+    /// times are allowed.
     ///
     /// # Errors
     ///
@@ -33,7 +34,7 @@ impl Clock {
                 Err(behind())
             };
         }
-        // what has been handed out cannot be taken back
+        // nodes that have been handed out cannot be taken back
         match self.last_index(t) {
             Some(last) if last >= self.index() => Ok(End {
                 index: Some(last),

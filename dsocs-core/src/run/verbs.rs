@@ -9,15 +9,15 @@ use crate::kernel::report::StepReport;
 use crate::number::point::{AnyPoint, OwnedPoint};
 use crate::tape::declaration::Declaration;
 
-/// What a run does; the functions of [`crate::Stepper`] describe it.
+/// The functions of a run; [`crate::Stepper`] describes them.
 impl dyn Run + '_ {
-    /// The declaration, with the values that the parameters have now.
+    /// The declaration, with the current values of the parameters.
     #[must_use]
     pub fn declaration(&self) -> Declaration<'_> {
         Declaration::of(self.kernel()).with(self.values())
     }
 
-    /// The declaration, with the values with which the motion arrives at the current node.
+    /// The declaration, with the values of the parameters on the leg that ends at the current node.
     #[must_use]
     pub fn declaration_at_node(&self) -> Declaration<'_> {
         Declaration::of(self.kernel()).with(self.arriving_values())
@@ -44,8 +44,8 @@ impl dyn Run + '_ {
         self.reach(&end)
     }
 
-    /// Shows the run at every node up to the last one at or before `t`, until the visitor breaks. The visitor takes the node itself
-    /// ([`Run::tell`]), and may set inputs. Nothing is allocated.
+    /// Calls the visitor at every node up to the last one at or before `t`, until it breaks. The visitor
+    /// reads the node itself ([`Run::tell`]), and may set inputs. Nothing is allocated.
     ///
     /// # Errors
     ///
@@ -64,7 +64,7 @@ impl dyn Run + '_ {
         Ok(())
     }
 
-    /// As `walk` to a time that is not infinite: [`crate::Stepper::until`], [`crate::Inputs::drive`].
+    /// As `walk` up to a finite time: [`crate::Stepper::until`], [`crate::Inputs::drive`].
     ///
     /// # Errors
     ///
@@ -78,8 +78,8 @@ impl dyn Run + '_ {
         self.walk(t, visit)
     }
 
-    /// Shows nodes and events, in order, up to the first terminal event, which is returned by its place and its time; see
-    /// [`crate::Stepper::watch`].
+    /// Hands out nodes and events, in order, up to the first terminal event, which is returned with its index
+    /// and its time; see [`crate::Stepper::watch`].
     ///
     /// # Errors
     ///
@@ -111,7 +111,7 @@ impl dyn Run + '_ {
                 ended = events.happen(declaration, polynomial, observer)?;
                 Ok(ended.as_ref().map(|(s, _)| *s))
             });
-            // what happens on the way to a node is told before it
+            // events on the way to a node are reported before it
             if self.clock().index() != before {
                 self.clock_mut().hand_out(false);
             }
@@ -142,7 +142,8 @@ impl dyn Run + '_ {
         })
     }
 
-    /// The same where the observer receives several times together, and for each of them position, velocity and acceleration, one after the other.
+    /// [`sample`](Self::sample) in which the observer receives several times together, and for each of them
+    /// position, velocity and acceleration, one after the other.
     pub(crate) fn sample_together(
         &mut self,
         times: &[f64],
@@ -189,7 +190,7 @@ impl dyn Run + '_ {
     }
 }
 
-/// Refuses a time at which no run ends by itself.
+/// Refuses an infinite time, at which no run ends by itself.
 fn finite(t: f64) -> Result<(), RunError> {
     if t.is_infinite() {
         Err(RunError::Until { until: t })
@@ -198,10 +199,10 @@ fn finite(t: f64) -> Result<(), RunError> {
     }
 }
 
-/// Refuses times that do not come in the order of the run.
+/// Refuses times that are not in the order of the run.
 pub(crate) fn in_order(times: &[f64], clock: &Clock) -> Result<(), RunError> {
     let mut previous = clock.time();
-    // many at a time, most of which are in order: the first that is not is looked for only where there is one
+    // many times at once, most of them in order: the first wrong one is searched only if there is one
     let (Some(&first), Some(&last)) = (times.first(), times.last()) else {
         return Ok(());
     };
@@ -236,7 +237,7 @@ pub(crate) fn in_order(times: &[f64], clock: &Clock) -> Result<(), RunError> {
     Ok(())
 }
 
-/// Shows the motion at some times, which come in order, step by step.
+/// Hands out the motion at some times, which are in order, step by step.
 fn sample(
     run: &mut dyn Run,
     mut times: &[f64],

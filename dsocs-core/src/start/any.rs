@@ -10,8 +10,9 @@ use crate::solve::Vector;
 use crate::solve::sum::Sum;
 use crate::tape::Shape;
 
-/// A [`Start`](crate::Start) with any number of coordinates: each vector is a slice with one component for each. Of a rotation, a position has the four numbers of
-/// a unit quaternion, the scalar first; a velocity, an acceleration or a force has three numbers in the frame of the body, or a zero and these three.
+/// A [`Start`](crate::Start) with any number of coordinates: each vector is a slice with one component for
+/// each. For a rotation, a position has the four numbers of a unit quaternion, the scalar first; a velocity,
+/// an acceleration or a force has three numbers in the frame of the body, with or without a zero before them.
 #[derive(Clone, Debug)]
 #[must_use]
 pub struct AnyStart(pub(crate) Given);
@@ -23,7 +24,7 @@ impl<const N: usize> From<Start<N>> for AnyStart {
 }
 
 impl AnyStart {
-    /// A start at the time 0 by a rule.
+    /// A start at time 0 by a rule.
     fn by(q0: &[f64], rule: Rule) -> Self {
         Self(Given {
             q0: Vector::of(q0),
@@ -70,8 +71,9 @@ impl AnyStart {
         Self::by(q0, Rule::ThreeNodes { q1, q2 })
     }
 
-    /// The second node on the continuous motion, as [`Start::exact`](crate::Start::exact) finds it: from a position, the first velocity and acceleration, and
-    /// the increment `d = q(t0 + h) − q0` of the motion over a step `h` from the time `t0`. The step of the run has to be `h`.
+    /// The second node on the continuous motion, as [`Start::exact`](crate::Start::exact) finds it: from a
+    /// position, the initial velocity and acceleration, and the increment `d = q(t0 + h) − q0` of the motion
+    /// over a step `h` from the time `t0`. The step of the run has to be `h`.
     pub fn exact(q0: &[f64], [v0, a0]: [&[f64]; 2], d: &[f64], [t0, h]: [f64; 2]) -> Self {
         let [v0, a0] = [v0, a0].map(Vector::of);
         let d = Sum::exact(Vector::of(d));
@@ -79,7 +81,7 @@ impl AnyStart {
         Self::by(q0, rule).at(t0)
     }
 
-    /// The same at another time than 0.
+    /// Sets the time of the first node, which is 0 unless set.
     pub fn at(mut self, t0: f64) -> Self {
         self.0.t0 = t0;
         self
@@ -91,7 +93,8 @@ impl AnyStart {
         self
     }
 
-    /// With the acceleration near `a0` where there are several, as [`Start::near_acceleration`](crate::Start::near_acceleration).
+    /// Chooses the acceleration near `a0` if there are several, as
+    /// [`Start::near_acceleration`](crate::Start::near_acceleration).
     pub fn near_acceleration(mut self, a0: &[f64]) -> Self {
         self.0.near = Some(Vector::of(a0));
         self
@@ -101,7 +104,7 @@ impl AnyStart {
     ///
     /// # Errors
     ///
-    /// [`SetupError::StartLength`] for the first that has not.
+    /// [`SetupError::StartLength`] for the first vector of another length.
     pub(crate) fn fitted(&self, shape: &Shape) -> Result<Cow<'_, Given>, SetupError> {
         let mut start = Cow::Borrowed(&self.0);
         if !shape.rotations.is_empty() {
@@ -111,7 +114,7 @@ impl AnyStart {
         Ok(start)
     }
 
-    /// The start, with the zeros that velocities have in the place of a rotation's scalar.
+    /// The start, with the zeros that velocities have in place of a rotation's scalar.
     pub(crate) fn widened(mut self, shape: &Shape) -> Given {
         self.0.widen(shape);
         self.0
@@ -119,7 +122,7 @@ impl AnyStart {
 }
 
 impl Given {
-    /// Puts the zeros into velocities, accelerations and forces that have three numbers for each rotation.
+    /// Inserts the zeros into velocities, accelerations and forces that have three numbers for each rotation.
     fn widen(&mut self, shape: &Shape) {
         let Self { rule, near, .. } = self;
         let [first, second] = match rule {
@@ -150,7 +153,7 @@ impl Given {
     ///
     /// # Errors
     ///
-    /// [`SetupError::StartLength`] for the first that has not.
+    /// [`SetupError::StartLength`] for the first vector of another length.
     pub(crate) fn fits(&self, shape: &Shape) -> Result<(), SetupError> {
         let Self { q0, rule, near, .. } = self;
         let others: [Option<(_, &Vector)>; 2] = match rule {

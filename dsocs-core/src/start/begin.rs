@@ -1,4 +1,4 @@
-//! The start of a run, worked out: the first leg of nodes, or a position and a velocity.
+//! The first leg of a run, or its position and velocity, from a start.
 
 use super::consistency;
 use super::determined;
@@ -23,50 +23,52 @@ use crate::solve::{Square, Vector};
 use crate::tape::Shape;
 use crate::tape::declaration::Declaration;
 
-/// How often the acceleration at the start is improved before its solution is given up.
+/// Largest number of iterations for the acceleration at the start.
 const MAX_ITERATIONS: u32 = 50;
 
-/// The acceleration with which a motion begins.
+/// The acceleration at the beginning of a motion.
 #[derive(Clone, Debug)]
 pub(crate) enum Begins {
-    /// It was said.
+    /// Given by the user.
     Said(Vector),
-    /// It was worked out at the start: less than what the second node says, where that says anything.
+    /// Computed at the start; a given second node overrides it.
     Found(Vector),
 }
 
-/// An acceleration and multipliers.
+/// Accelerations and multipliers.
 pub(crate) type Accelerated = (Vector, Vector);
 
-/// A start, whatever the number of coordinates; see [`Start`](crate::Start).
+/// A start with any number of coordinates; see [`Start`](crate::Start).
 #[derive(Clone, Debug)]
 pub(crate) struct Given {
     /// The first node.
     pub q0: Vector,
-    /// What leads to the second.
+    /// The rule for the second node.
     pub rule: Rule,
     /// The time of the first node.
     pub t0: f64,
     /// Whether it is projected onto the constraints.
     pub projected: bool,
-    /// Where the acceleration is looked for.
+    /// The acceleration near which that at the start is searched.
     pub near: Option<Vector>,
 }
 
-/// What leads from the first node to the second.
+/// The rule that leads from the first node to the second.
 #[derive(Clone, Debug)]
 pub(crate) enum Rule {
     /// `q1 = q0 + h v0`.
     Paper { v0: Vector },
     /// `q1 = q0 + h v0 + h²/2 a0`.
     SecondOrder { v0: Vector },
-    /// The second node itself.
+    /// The given second node.
     Nodes { q1: Vector },
-    /// The second and the third node themselves, where constraints are of third order.
+    /// The given second and third nodes, for constraints of third order.
     ThreeNodes { q1: Vector, q2: Vector },
-    /// `q1 = q0 + h v0 + h²/2 a0 + h³/6 j0`, and a third node, where constraints of third order leave the acceleration free.
+    /// `q1 = q0 + h v0 + h²/2 a0 + h³/6 j0`, and a third node, for constraints of third order, which leave
+    /// the acceleration free.
     ThirdOrder { v0: Vector, free: Free },
-    /// The increment of the continuous motion over the step `h` from the time `t0`, and its first velocity and acceleration.
+    /// The increment of the continuous motion over the step `h` from the time `t0`, and its initial velocity
+    /// and acceleration.
     Exact {
         v0: Vector,
         a0: Vector,
@@ -94,9 +96,10 @@ pub(super) fn check_vector(
 }
 
 impl Given {
-    /// Finds the first leg for the step `h`.
+    /// The first leg for the step `h`.
     ///
-    /// The second node is moved onto the constraints of nodes and pairs of nodes, which no rule foresees, unless it is given.
+    /// The second node is moved onto the constraints of nodes and of pairs of nodes, which no rule takes into
+    /// account, unless it is given.
     pub fn begin(&self, declaration: &Declaration<'_>, h: f64) -> Result<Beginning, SetupError> {
         let Self { q0, rule, t0, .. } = self.clone();
         if !t0.is_finite() {
@@ -189,7 +192,8 @@ impl Given {
         })
     }
 
-    /// Checks that the start says an acceleration where constraints of third order leave it free, and there alone.
+    /// Checks that the start gives an acceleration if constraints of third order leave it free, and only
+    /// then.
     fn check_order(&self, declaration: &Declaration<'_>) -> Result<(), SetupError> {
         let says = matches!(self.rule, Rule::ThirdOrder { .. } | Rule::ThreeNodes { .. });
         match (says, !declaration.shape().is_of_third_order()) {
@@ -199,7 +203,7 @@ impl Given {
         }
     }
 
-    /// The increment to a second node that is given, which has to obey the constraints or is moved onto them.
+    /// The increment to a given second node, which has to obey the constraints or is moved onto them.
     fn first_leg(
         &self,
         declaration: &Declaration<'_>,
@@ -218,7 +222,7 @@ impl Given {
         Ok(d)
     }
 
-    /// What methods begin with that begin with a position and a velocity.
+    /// The start of methods that begin with a position and a velocity.
     pub fn phase(&self, declaration: &Declaration<'_>) -> Result<Phase, SetupError> {
         let Self { q0, rule, t0, .. } = self.clone();
         if !t0.is_finite() {
@@ -239,7 +243,7 @@ impl Given {
         Ok(Phase { t0, q0, v0, near })
     }
 
-    /// How the second node depends on the position and the velocity of the start.
+    /// The kind of the start.
     pub fn order(&self) -> StartOrder {
         match &self.rule {
             Rule::Paper { .. } => StartOrder::First,
@@ -249,7 +253,7 @@ impl Given {
         }
     }
 
-    /// Position and velocity as they were given, where they are moved onto the constraints.
+    /// Position and velocity as given, if they are moved onto the constraints.
     pub fn moved_from(&self) -> Option<[Vec<f64>; 2]> {
         match &self.rule {
             Rule::Paper { v0 } | Rule::SecondOrder { v0 } if self.projected => {
@@ -259,7 +263,7 @@ impl Given {
         }
     }
 
-    /// The acceleration that is meant, where it was said.
+    /// The acceleration near which that at the start is searched, if it was given.
     fn meant(&self) -> Option<Vector> {
         match &self.rule {
             Rule::Exact { a0, .. } => Some(a0.clone()),
@@ -267,7 +271,7 @@ impl Given {
         }
     }
 
-    /// A position and a velocity that obey the constraints of lower order.
+    /// A position and a velocity that obey the constraints of lower order, checked or projected.
     fn consistent(
         &self,
         declaration: &Declaration<'_>,
@@ -283,7 +287,7 @@ impl Given {
     }
 }
 
-/// A position whose quaternions have the norm one.
+/// A position whose quaternions are normalised.
 fn of_norm_one(declaration: &Declaration<'_>, mut q: Vector) -> Result<Vector, SetupError> {
     match rotation::normalize(&declaration.shape().rotations, &mut q) {
         Ok(()) => Ok(q),
@@ -294,19 +298,19 @@ fn of_norm_one(declaration: &Declaration<'_>, mut q: Vector) -> Result<Vector, S
     }
 }
 
-/// The name of a rotation, of whose quaternion the first component has a place.
+/// The name of a rotation, given the place of its quaternion's first component.
 fn rotation_name(declaration: &Declaration<'_>, first: usize) -> String {
     name_of_rotation(declaration.shape(), first)
 }
 
-/// The same from a shape.
+/// [`rotation_name`] from a shape.
 pub(crate) fn name_of_rotation(shape: &Shape, first: usize) -> String {
     let name = shape.coordinates.get(first);
     let name = name.map_or("", |coordinate| &coordinate.name);
     name.strip_suffix("_w").unwrap_or(name).to_owned()
 }
 
-/// Refuses two equal nodes where steps would go on with equal ones only because a constraint says nothing at rest.
+/// Refuses two equal nodes if steps would stay there only because a constraint determines nothing at rest.
 fn check_rest(declaration: &Declaration<'_>, at: (f64, f64), q0: &[f64], d: &Sum) -> Result<(), SetupError> {
     if d.hi.iter().any(|&d| d != 0.0) {
         return Ok(());
@@ -333,17 +337,17 @@ pub(super) fn onto_pair(
 /// The kinds of starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum StartOrder {
-    /// The velocity times the step leads to the second node.
+    /// Velocity times step leads to the second node.
     First,
-    /// The acceleration comes in, too.
+    /// The acceleration is used, too.
     Second,
     /// The second node is given.
     Nodes,
-    /// The continuous motion leads there.
+    /// The second node is on the continuous motion.
     Exact,
 }
 
-/// The start of a method that begins with a position and a velocity.
+/// The start of methods that begin with a position and a velocity.
 #[derive(Clone, Debug)]
 pub(crate) struct Phase {
     /// The time.
@@ -352,20 +356,20 @@ pub(crate) struct Phase {
     pub q0: Vector,
     /// The velocity.
     pub v0: Vector,
-    /// Where the acceleration is looked for.
+    /// The acceleration near which that at the start is searched.
     pub near: Option<Vector>,
 }
 
-/// The start, worked out.
+/// The computed start of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Beginning {
     /// The first node.
     pub q0: Vector,
     /// The velocity there.
     pub v0: Vector,
-    /// The acceleration there, where it was needed.
+    /// The acceleration there, if it was needed.
     pub a0: Option<Vector>,
-    /// The acceleration with which the motion begins, where it was said.
+    /// The acceleration that was given for the beginning.
     pub near: Option<Vector>,
     /// The time of the first node.
     pub t0: f64,
@@ -373,7 +377,7 @@ pub(crate) struct Beginning {
     pub q: Sum,
     /// The increment from the first to the second.
     pub d: Sum,
-    /// The second difference of the first three nodes, where a step of third order goes on from it.
+    /// The second difference of the first three nodes, in third order.
     pub e: Option<Sum>,
 }
 
@@ -381,14 +385,14 @@ impl Beginning {
     /// The acceleration for the first step.
     pub fn begins(&self) -> Option<Begins> {
         match (self.near.clone(), self.a0.clone()) {
-            // the solution that was meant says more than what it was to be near to
+            // the solution near the given acceleration is better than the given one
             (Some(near), a0) => Some(Begins::Said(a0.unwrap_or(near))),
             (None, a0) => a0.map(Begins::Found),
         }
     }
 }
 
-/// Checks that the parameters are finite, and have all their digits.
+/// Checks that the parameters are finite and not subnormal.
 pub(crate) fn check_parameters(declaration: &Declaration<'_>) -> Result<(), SetupError> {
     let mut parameters = declaration.parameters().iter().enumerate();
     let wrong = parameters.find_map(|(place, parameter)| {
@@ -401,8 +405,9 @@ pub(crate) fn check_parameters(declaration: &Declaration<'_>) -> Result<(), Setu
     wrong.map_or(Ok(()), Err)
 }
 
-/// The acceleration of the continuous system at a start, which has to be finite, and determined by the equations: where they are singular to the rounding
-/// of the start, as with `theta = pi / 2` and `cos(theta)` for a factor, what is found is rounding.
+/// The acceleration of the continuous system at a start, which has to be finite and determined by the
+/// equations. If they are singular to the rounding of the start, as with `theta = pi / 2` and a factor
+/// `cos(theta)`, a solution is only rounding.
 pub(crate) fn state_acceleration(
     declaration: &Declaration<'_>,
     (t0, q0, v0): (f64, &[f64], &[f64]),
@@ -413,7 +418,7 @@ pub(crate) fn state_acceleration(
     Ok(a)
 }
 
-/// The same, and the multipliers where they are unknown.
+/// The acceleration of the continuous system at a start, and the unknown multipliers.
 pub(crate) fn state(
     declaration: &Declaration<'_>,
     (t0, q0, v0): (f64, &[f64], &[f64]),
@@ -437,7 +442,8 @@ pub(crate) fn state(
     }
 }
 
-/// What in the equations for the acceleration has no value, where that is why they have no solution.
+/// The expression without a value in the equations for the acceleration, if that is why they have no
+/// solution.
 #[cold]
 fn undefined(
     declaration: &Declaration<'_>,
@@ -452,7 +458,8 @@ fn undefined(
         .flatten()
 }
 
-/// Whether the equations fail for a reason at a position whatever the velocity: along no axis, and of one size or another.
+/// Whether the equations at a position fail for the same reason with every velocity, tested along no axis and
+/// with different sizes.
 fn fails_in_motion(declaration: &Declaration<'_>, (t, q): (f64, &[f64]), reason: StepFailure) -> bool {
     [1.0, -1e-3, 1e3].into_iter().all(|size| {
         let v = Vector::from_fn(q.len(), |i| size / (i as f64 + 1.3));
@@ -461,7 +468,8 @@ fn fails_in_motion(declaration: &Declaration<'_>, (t, q): (f64, &[f64]), reason:
     })
 }
 
-/// The acceleration and the multipliers of the continuous system at `(t, q, v)`, looked for near an acceleration, or near none.
+/// The acceleration and the multipliers of the continuous system at `(t, q, v)`, searched near an
+/// acceleration or from zero.
 pub(crate) fn acceleration(
     declaration: &Declaration<'_>,
     (t, q, v): (f64, &[f64], &[f64]),
@@ -510,7 +518,7 @@ struct Continuous<'a> {
 }
 
 impl Continuous<'_> {
-    /// The point with the acceleration that is among the unknowns, and the multipliers there.
+    /// The point with the acceleration from the unknowns, and the multipliers.
     fn at<'z>(&'z self, z: &'z [f64]) -> (AnyPoint<'z, f64>, &'z [f64]) {
         let Self { t, q, v, .. } = *self;
         let a = z.get(..q.len()).unwrap_or(z);
@@ -536,8 +544,8 @@ impl Equations for Continuous<'_> {
     }
 }
 
-/// The momentum with which a leg arrives, where the forces of constraints of velocities have acted up to its end: `(q, momentum)` moved
-/// along these forces until the velocity at the node obeys the constraints.
+/// The momentum of a leg at its second node, including the forces of velocity constraints up to there:
+/// `arriving` moved along these forces until the velocity at the node obeys the constraints.
 pub(crate) fn arriving_on_constraints(
     declaration: &Declaration<'_>,
     (t, q): (f64, &[f64]),
@@ -560,7 +568,7 @@ pub(crate) fn momentum(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &
     (0..v.len()).map(derivative).collect()
 }
 
-/// The velocity that has a momentum, from a guess.
+/// The velocity with a given momentum, by iteration from a guess.
 pub(crate) fn velocity_of(
     declaration: &Declaration<'_>,
     (t, q): (f64, &[f64]),
@@ -597,7 +605,7 @@ pub(crate) fn mass_matrix(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64]
     consistency::mass_matrix(declaration, t, q, v)
 }
 
-/// The inverse of the mass matrix at `(t, q, v)`; the identity where there is none.
+/// The inverse of the mass matrix at `(t, q, v)`; the identity if it is singular.
 pub(crate) fn inverse_mass(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64])) -> Matrix {
     consistency::inverse_mass(declaration, t, q, v)
 }

@@ -1,4 +1,4 @@
-//! Starts of systems whose constraints bind positions and velocities: whether they obey them, and how they are brought to.
+//! Starts of systems with constraints on positions and velocities: check and projection.
 
 use crate::error::{SetupError, Violation};
 use crate::number::point::{AnyLeg, AnyPoint, OwnedLeg, map, moved};
@@ -11,19 +11,20 @@ use crate::solve::rotation;
 use crate::solve::sum::Sum;
 use crate::tape::declaration::Declaration;
 
-/// A constraint is obeyed if its value is below this part of its terms: a start is given in as many digits.
+/// A constraint is obeyed if its value is below this part of its terms: a start is given with that many
+/// digits.
 pub(super) const OBEYED: f64 = 1e-12;
 
-/// How often a projection is repeated.
+/// Largest number of iterations of a projection.
 const MAX_ITERATIONS: usize = 50;
 
-/// A row of this part of its terms is zero but for its own rounding.
+/// A row of this part of its terms is zero except for its own rounding.
 const ROUNDED: f64 = f64::EPSILON;
 
-/// What the updates of a projection are small against, in units of rounding.
+/// A projection has converged once its updates are below this part of the unknowns.
 pub(super) const SETTLED: f64 = 8.0 * f64::EPSILON;
 
-/// Whether there is anything to obey.
+/// Whether there are constraints on positions or velocities.
 fn is_bound(declaration: &Declaration<'_>) -> bool {
     declaration.lower() > 0
 }
@@ -49,7 +50,7 @@ pub(super) fn check_pair(
     if !is_bound(declaration) {
         return Ok(());
     }
-    // the first node, of whose pair nothing else is known
+    // the holonomic rows at the first node
     let first = holonomic_rows(declaration, t0, q0);
     let sizes = rounding::phase_sizes(declaration, t0, q0, &vec![0.0; q0.len()]);
     let mut all = violations(declaration, Node::First, &first, &sizes, &[]);
@@ -66,8 +67,8 @@ pub(super) fn check_pair(
     obeyed(all)
 }
 
-/// How much the rows of a pair of nodes may change where both nodes are rounded: a velocity is their difference, to which a
-/// short step leaves few digits, so that no nodes of double precision obey a constraint of velocities better.
+/// The possible change of a pair's rows by rounding of the two nodes. The velocity is their difference and
+/// keeps few digits in a short step, so no nodes in double precision obey a velocity constraint better.
 fn of_rounded_nodes(declaration: &Declaration<'_>, h: f64, q0: &[f64], leg: AnyLeg<'_, f64>) -> Vec<f64> {
     let mut changes = vec![0.0; declaration.lower()];
     for (j, (first, second)) in q0.iter().zip(leg.q).enumerate() {
@@ -81,14 +82,14 @@ fn of_rounded_nodes(declaration: &Declaration<'_>, h: f64, q0: &[f64], leg: AnyL
     changes
 }
 
-/// Where rows are asked for.
+/// The node or pair at which rows are evaluated.
 #[derive(Clone, Copy)]
 enum Node {
-    /// At the position and the velocity of the start.
+    /// The position and the velocity of the start.
     Start,
-    /// At the first of two nodes.
+    /// The first of two nodes.
     First,
-    /// At the second, and between the two.
+    /// The second, and the pair.
     Second,
 }
 
@@ -103,7 +104,7 @@ fn violations(
     let (holonomic, lower) = (declaration.holonomic(), declaration.lower());
     let mut violations = Vec::new();
     for (place, (&value, &size)) in rows.iter().zip(sizes).enumerate() {
-        // false also where it is not a number
+        // false also for a NaN
         let is_obeyed = value.abs() <= OBEYED * size
             || roundings
                 .get(place)
@@ -136,7 +137,7 @@ fn violations(
     violations
 }
 
-/// Refuses violations.
+/// Returns violations, if there are any, as an error.
 fn obeyed(violations: Vec<Violation>) -> Result<(), SetupError> {
     if violations.is_empty() {
         Ok(())
@@ -145,7 +146,7 @@ fn obeyed(violations: Vec<Violation>) -> Result<(), SetupError> {
     }
 }
 
-/// Whether a projection has ended on the constraints, and not where their derivatives vanish.
+/// Whether a projection has ended on the constraints, and not at a point where their derivatives vanish.
 fn reached(
     declaration: &Declaration<'_>,
     rows: &[f64],
@@ -161,8 +162,8 @@ fn reached(
     }
 }
 
-/// How much each row of a position and a velocity may be where these are rounded in their largest components, or in those of what they were
-/// projected from: terms may vanish, or cancel, that are no measure of a row then.
+/// The possible change of each row at a position and a velocity by rounding of their largest components, or
+/// of those of the given ones. Terms that vanish or cancel are no measure of a row.
 fn roundings(
     declaration: &Declaration<'_>,
     t: f64,
@@ -185,7 +186,8 @@ fn roundings(
     roundings
 }
 
-/// The same of a leg: for rows of a position its largest component counts, for rows of a velocity that of the leg.
+/// [`roundings`] for a leg: rows of positions are measured by the largest component of the position, rows of
+/// velocities by that of the increment.
 fn pair_roundings(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
     let largest = |x: &[f64]| x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let mut roundings = vec![0.0; declaration.lower()];
@@ -203,7 +205,7 @@ fn pair_roundings(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -
     roundings
 }
 
-/// Moves a position onto the holonomic constraints, then a velocity onto all of lower order.
+/// Projects a position onto the holonomic constraints, then a velocity onto all constraints of lower order.
 pub(super) fn project(
     declaration: &Declaration<'_>,
     t: f64,
@@ -227,7 +229,7 @@ pub(super) fn project(
                 rounding::phase_sizes(declaration, t, q, v)
             })?
         } else {
-            // what is sought is the increment to the position on the constraints
+            // the unknown is the increment to the position on the constraints
             let given = map(q, Tangent::splat);
             let turned = |by: &[Tangent]| rows(&rotation::moved(rotations, &given, by));
             let by = solve(vec![0.0; q.len()], rotations, &inverse, q, &turned, &|by| {
@@ -259,7 +261,7 @@ pub(super) fn project(
     Ok((q, v))
 }
 
-/// Moves the second node onto the constraints of nodes and of pairs.
+/// Projects the second node onto the constraints of nodes and of pairs.
 pub(super) fn onto_pair(
     declaration: &Declaration<'_>,
     (t0, h): (f64, f64),
@@ -290,7 +292,7 @@ pub(super) fn onto_pair(
         };
         declaration.pair(Tangent::splat(h), leg.any())
     };
-    // what is sought is known to the digits of the leg
+    // the unknown is accurate to the digits of the leg
     let around: Vec<f64> = q0.iter().zip(&d.hi).map(|(q, d)| q.abs().max(d.abs())).collect();
     let correction = solve(
         vec![0.0; q0.len()],
@@ -332,7 +334,7 @@ fn leg<'a>(t: f64, second: &'a [f64], d: &'a Sum) -> AnyLeg<'a, f64> {
     }
 }
 
-/// A leg of whose nodes a coordinate moves.
+/// A leg as tangents in the direction of one coordinate of both nodes.
 fn moved_leg(leg: AnyLeg<'_, f64>, j: usize) -> OwnedLeg<Tangent> {
     OwnedLeg {
         t: Tangent::splat(leg.t),
@@ -348,7 +350,7 @@ fn holonomic_rows(declaration: &Declaration<'_>, t: f64, q: &[f64]) -> Vec<f64> 
     rows
 }
 
-/// The inverse of the mass matrix `∂²L/∂v²`, by which displacements are measured; the identity where there is none.
+/// The inverse of the mass matrix `∂²L/∂v²`, the metric of displacements; the identity if it is singular.
 pub(super) fn inverse_mass(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Matrix {
     let inverse = mass_matrix(declaration, t, q, v).inverse();
     if inverse.is_finite() {
@@ -375,9 +377,10 @@ pub(super) fn mass_matrix(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &
     Matrix::from_fn(q.len(), q.len(), |i, j| columns[j][i].derivative())
 }
 
-/// Newton's iteration for fewer rows than unknowns, along the forces of the rows: each update is the shortest by the mass
-/// matrix, and turns no body of `rotations` far: so a start comes to the assembly that is near. What is sought is rounded like `around`, or like itself; `sizes` are those of the rows' terms. Where the rows are zero to
-/// rounding nothing is moved.
+/// Newton's iteration for fewer rows than unknowns, along the forces of the rows: each update is the shortest
+/// in the mass metric, and turns no body of `rotations` far, so that a start comes to a nearby assembly. The
+/// unknown is rounded like `around`, or like itself; `sizes` are those of the rows' terms. If the rows are
+/// zero to rounding nothing is moved.
 fn solve(
     mut x: Vec<f64>,
     rotations: &[usize],
@@ -402,7 +405,7 @@ fn solve(
         if value.iter().any(|entry| !entry.is_finite()) || !metric.is_finite() {
             break;
         }
-        // rows may be dependent: the shortest update then
+        // rows may be dependent: then the shortest update
         let parts = metric.solve_metric(&value);
         let mut update = forces.times_vector(&parts);
         let part = rotation::part_of_update(rotations, &update);
@@ -416,7 +419,7 @@ fn solve(
         }
         let size = largest(&x).max(largest(around));
         let step = update.iter().fold(0.0_f64, |step, update| step.max(update.abs()));
-        // as small as rounding, or no smaller than before at the level of rounding
+        // as small as rounding, or no longer decreasing at the level of rounding
         if step <= SETTLED * size || step >= last && step <= OBEYED * size || step == 0.0 {
             return Ok(x);
         }

@@ -1,4 +1,4 @@
-//! Whether the equations for the acceleration determine it.
+//! Whether the equations determine the acceleration.
 
 use super::{acceleration, underflow};
 use crate::error::SetupError;
@@ -8,13 +8,13 @@ use crate::solve::elimination::Determinant;
 use crate::solve::{Square, Vector};
 use crate::tape::declaration::Declaration;
 
-/// How many roundings beside a start its equations are looked at: each time, position and velocity by one of three.
+/// Shifts of a start, in roundings of time, position and velocity, at which its equations are compared.
 const BESIDE: [[f64; 3]; 2] = [[4.0, 4.0, 4.0], [4.0, -3.0, 2.0]];
 
-/// A determinant that changes by this part of itself there is zero, as far as the start is known.
+/// If the determinant changes by this part of itself under these shifts, it counts as zero.
 const CHANGES: f64 = 0.5;
 
-/// The acceleration and the multipliers at a place, and the determinant of their equations.
+/// The acceleration and the multipliers at a place, with the determinant of their equations.
 #[derive(Clone)]
 pub(crate) struct Determined {
     /// The accelerations, then the multipliers.
@@ -35,7 +35,8 @@ pub(crate) fn determinant_at(
     jacobian.determinant()
 }
 
-/// The motion at a time, a position and a velocity, looked for near an acceleration; `None` where there is none.
+/// The acceleration and the multipliers at a time, a position and a velocity, searched near an acceleration;
+/// `None` if there are none.
 pub(crate) fn determined(
     declaration: &Declaration<'_>,
     (t, q, v): (f64, &[f64], &[f64]),
@@ -52,8 +53,9 @@ pub(crate) fn determined(
     })
 }
 
-/// Checks that the equations are regular at a start, as far as it is known: that their determinant is not another one a few roundings beside it. Where it is,
-/// as with `theta = pi / 2` and a factor `cos(theta)`, an acceleration that is found is rounding.
+/// Checks that the equations are regular at a start: that their determinant hardly changes a few roundings
+/// beside it. If it does, as with `theta = pi / 2` and a factor `cos(theta)`, the acceleration is only
+/// rounding.
 #[cold]
 pub(crate) fn check(
     declaration: &Declaration<'_>,

@@ -1,4 +1,4 @@
-//! The velocity with which a motion goes on where its parameters change at once.
+//! The velocity after a sudden change of parameters.
 
 use super::begin::{momentum, velocity_of};
 use super::consistency;
@@ -7,16 +7,17 @@ use crate::number::point::AnyPoint;
 use crate::solve::dense::Matrix;
 use crate::tape::declaration::Declaration;
 
-/// How often an impulse is improved.
+/// Largest number of iterations for an impulse.
 const MAX_ITERATIONS: usize = 50;
 
-/// A change of the velocity of this part of it is rounding.
+/// A change of the velocity below this part of it is rounding.
 const SETTLED: f64 = 8.0 * f64::EPSILON;
 
-/// The velocity with which a motion goes on where its parameters change from those of the first declaration to those of the second: the
-/// momentum stays, but for what the constraints do to it at once. Where a constraint of velocities is another, the velocity is brought onto
-/// it by the impulse of its force: the shortest way, measured by the mass matrix. What a kinematic constraint `c(q, v, a) = 0` prescribes goes on with its value:
-/// `∂c/∂a Δv = 0`, by an impulse of its own force, as in a steep and steady change.
+/// The velocity after a sudden change of parameters, from those of the first declaration to those of the
+/// second. The momentum is conserved except for impulses of the constraint forces. If a velocity constraint
+/// changes, the impulse of its force brings the velocity onto it, the shortest way in the mass metric. A
+/// kinematic constraint `c(q, v, a) = 0` keeps its value: `∂c/∂a Δv = 0`, by an impulse of its own force, as
+/// in a fast continuous change.
 pub(crate) fn velocity_after(
     sides: &[Declaration<'_>; 2],
     (t, q, v): (f64, &[f64], &[f64]),
@@ -32,7 +33,8 @@ pub(crate) fn velocity_after(
     Ok(with_kinematic(sides, (t, q, v), &free).unwrap_or(velocity))
 }
 
-/// The same with kinematic constraints, where the momentum alone leads to the velocity `free`; `None` if the constraints do not determine it.
+/// [`velocity_after`] with kinematic constraints; `free` is the velocity from the momentum alone. `None` if
+/// the constraints do not determine it.
 fn with_kinematic(
     [before, after]: &[Declaration<'_>; 2],
     (t, q, v): (f64, &[f64], &[f64]),
@@ -41,7 +43,7 @@ fn with_kinematic(
     let shape = after.shape();
     let (n, lower) = (v.len(), shape.holonomic + shape.nonholonomic);
     let unknowns = n + shape.multipliers();
-    // constraints need not be linear in accelerations
+    // constraints need not be linear in the accelerations
     let a = super::acceleration(before, (t, q, v), None).map_or_else(|_| vec![0.0; n], |(a, _)| a.to_vec());
     let linear = |side: &Declaration<'_>, v: &[f64]| {
         let point = AnyPoint { t, q, v, a: &a };
@@ -58,7 +60,8 @@ fn with_kinematic(
                 matrix[(i, j)] = 0.5 * (matrix[(i, j)] + old[(i, j)]);
             }
         }
-        // what constraints of lower order ask of a velocity: nonholonomic ones, then the rates of holonomic ones
+        // the rows of the lower-order constraints on a velocity: nonholonomic ones, then the rates of
+        // holonomic ones
         let asked = after.phase(t, q, &velocity).split_off(shape.holonomic);
         let asked = |row: usize| {
             let place = if row < shape.holonomic {

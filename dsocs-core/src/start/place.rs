@@ -1,4 +1,5 @@
-//! Places on the way of a motion, and what the equations determine there: the acceleration or, of third order, the jerk.
+//! Places on the path of a motion, and the solution of the equations there: the acceleration or, in third
+//! order, the jerk.
 
 use super::{Determined, determined, third};
 use crate::number::point::{AnyLeg, AnyPoint};
@@ -6,7 +7,7 @@ use crate::regularity::deficiency::{self, Deficiency};
 use crate::solve::{Vector, rotation};
 use crate::tape::declaration::{Declaration, TableAt};
 
-/// A place on the way of a step.
+/// A place on the path of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Place {
     /// The time.
@@ -15,15 +16,15 @@ pub(crate) struct Place {
     pub q: Vector,
     /// The velocity.
     pub v: Vector,
-    /// Of third order, the acceleration, which the equations leave free; else nothing.
+    /// In third order, the acceleration, which the equations leave free; else empty.
     pub a: Vector,
 }
 
-/// The place at a part of a way, from 0 to 1 and a little beyond.
+/// A path: the place at a part of it, from 0 to 1 and slightly beyond.
 pub(crate) type Way<'a> = dyn Fn(f64) -> Place + 'a;
 
 impl Place {
-    /// A place on a motion whose acceleration follows from position and velocity.
+    /// A place on a motion of second order, without an acceleration.
     pub fn of_phase(t: f64, q: Vector, v: Vector) -> Self {
         Self {
             t,
@@ -33,8 +34,8 @@ impl Place {
         }
     }
 
-    /// The place on the cubic polynomial through four nodes, so many steps `h` behind the third: from the increment and the second difference that end there,
-    /// with the third difference `e` to the fourth.
+    /// The place on the cubic polynomial through four nodes, `steps` steps `h` after the third: from the
+    /// increment and the second difference that end there, and the third difference `e` to the fourth.
     pub fn on_cubic(h: f64, leg: AnyLeg<'_, f64>, second: &[f64], e: &[f64], steps: f64) -> Self {
         let s = steps;
         let of = |i: usize| (leg.d[i], second[i] + e[i], e[i]);
@@ -56,7 +57,8 @@ impl Place {
         }
     }
 
-    /// A place between this one and another, or beyond it; quaternions of rotations are brought to the norm one.
+    /// A place between this one and another, or beyond it, by linear interpolation; quaternions are
+    /// normalised.
     pub fn towards(&self, rotations: &[usize], other: &Self, part: f64) -> Self {
         let between = |from: &Vector, to: &Vector| from.zip(to, |from, to| from + part * (to - from));
         let mut q = between(&self.q, &other.q);
@@ -69,7 +71,8 @@ impl Place {
         }
     }
 
-    /// The acceleration here, or the jerk, near another one, then the multipliers or their rates; `None` where there is none.
+    /// The acceleration here (in third order the jerk), searched near another one, then the multipliers or
+    /// their rates; `None` if there is none.
     pub fn solve(&self, declaration: &Declaration<'_>, near: &[f64]) -> Option<Determined> {
         if declaration.shape().is_of_third_order() {
             third::determined(declaration, self.t, [&self.q, &self.v, &self.a], near)
@@ -78,14 +81,14 @@ impl Place {
         }
     }
 
-    /// The point with an acceleration that was found here, and the multipliers that stand behind it.
+    /// The point with an acceleration that was found here, and the multipliers behind it.
     pub fn with<'p>(&'p self, motion: &'p [f64]) -> (AnyPoint<'p, f64>, &'p [f64]) {
         let (a, multipliers) = motion.split_at(self.q.len().min(motion.len()));
         let (t, q, v) = (self.t, &self.q[..], &self.v[..]);
         (AnyPoint { t, q, v, a }, multipliers)
     }
 
-    /// What the equations leave open here, or nearly, at what was found here.
+    /// The deficiency or near-deficiency of the equations at a solution that was found here.
     pub fn deficiency(&self, declaration: &Declaration<'_>, found: &Determined) -> Option<Deficiency> {
         if declaration.shape().is_of_third_order() {
             return third::deficiency(declaration, self.t, [&self.q, &self.v, &self.a], &found.motion);
@@ -93,12 +96,12 @@ impl Place {
         deficiency::near_point(declaration, self.with(&found.motion).0)
     }
 
-    /// The arguments of what is given by pieces.
+    /// The arguments of piecewise functions.
     pub fn arguments(&self, declaration: &Declaration<'_>) -> Vec<f64> {
         declaration.switch_arguments(self.t, &self.q, &self.v, &self.a)
     }
 
-    /// The tables of samples, with their arguments there.
+    /// The tables of samples, with their arguments here.
     pub fn tables<'d>(&self, declaration: &Declaration<'d>) -> Vec<TableAt<'d>> {
         declaration.tables(self.t, &self.q, &self.v, &self.a)
     }

@@ -1,4 +1,4 @@
-//! Starts at rest in which a step of first order would stay for ever.
+//! Starts at rest at which a step of first order would stay for ever.
 
 use crate::number::bounded::Bounded;
 use crate::number::point::{AnyLeg, AnyPoint, map};
@@ -8,13 +8,15 @@ use crate::regularity::deficiency::{self, Deficiency, DependentRow};
 use crate::regularity::multipliers;
 use crate::tape::declaration::Declaration;
 
-/// A slope below this part of its terms is zero.
+/// A derivative below this part of its terms is zero.
 const ZERO: f64 = 1e-12;
 
-/// What a kinematic constraint leaves open at rest, where a step of it would have rest for a solution for this reason alone.
+/// The deficiency of a kinematic constraint at rest, if a step would have rest as a solution for this reason
+/// alone.
 ///
-/// A Lyapunov constraint `dV/dt + F = 0` has a velocity for a factor: at rest it holds whatever the acceleration is, and so a step from two equal
-/// nodes is solved by a third one. Where the other factor is zero at rest, too, the system is in equilibrium and rest is right.
+/// A Lyapunov constraint `dV/dt + F = 0` has a velocity as a factor: at rest it holds for every acceleration,
+/// and so a step from two equal nodes is solved by a third equal one. If the other factor is zero at rest,
+/// too, the system is in equilibrium and rest is correct.
 #[cold]
 pub(super) fn left_open(
     declaration: &Declaration<'_>,
@@ -55,8 +57,8 @@ fn is_solution(declaration: &Declaration<'_>, (t, h): (f64, f64), q: &[f64]) -> 
     rows.iter().all(|row| row.lane(0).abs() <= row.error())
 }
 
-/// Whether a kinematic constraint that has a velocity for a factor has another one that is zero at rest: a point where it does not depend on the
-/// velocity either.
+/// Whether the other factor of a kinematic constraint with a velocity as a factor vanishes at rest: then the
+/// constraint does not depend on the velocity there either.
 fn is_equilibrium(declaration: &Declaration<'_>, rest: AnyPoint<'_, f64>, row: usize) -> bool {
     let [holonomic, nonholonomic, _] = declaration.constraints();
     let place = holonomic + nonholonomic + row;

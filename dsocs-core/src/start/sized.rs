@@ -1,4 +1,4 @@
-//! The start of a run, with its number of coordinates.
+//! The start of a run, with its number of coordinates at compile time.
 
 use super::begin::{self, Given};
 use super::third::Free;
@@ -23,34 +23,36 @@ use crate::solve::sum::Sum;
 pub struct Start<const N: usize> {
     /// The first node.
     q0: [f64; N],
-    /// What leads to the second.
+    /// The rule for the second node.
     rule: Rule<N>,
     /// The time of the first node.
     t0: f64,
     /// Whether it is projected onto the constraints.
     projected: bool,
-    /// Where the acceleration is looked for.
+    /// The acceleration near which that at the start is searched.
     near: Option<[f64; N]>,
 }
 
-/// What leads from the first node to the second.
+/// The rule that leads from the first node to the second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Rule<const N: usize> {
     /// `q1 = q0 + h v0`.
     Paper { v0: [f64; N] },
     /// `q1 = q0 + h v0 + h²/2 a0`.
     SecondOrder { v0: [f64; N] },
-    /// The second node itself.
+    /// The given second node.
     Nodes { q1: [f64; N] },
-    /// The second and the third node themselves, where constraints are of third order.
+    /// The given second and third nodes, for constraints of third order.
     ThreeNodes { q1: [f64; N], q2: [f64; N] },
-    /// `q1 = q0 + h v0 + h²/2 a0 + h³/6 j0`, and a third node, where constraints of third order leave the acceleration free: `a0` is it, or the force at the start.
+    /// `q1 = q0 + h v0 + h²/2 a0 + h³/6 j0`, and a third node, for constraints of third order, which leave
+    /// the acceleration free: `a0` is the acceleration or the force at the start.
     ThirdOrder {
         v0: [f64; N],
         a0: [f64; N],
         is_force: bool,
     },
-    /// The increment of the continuous motion over the step `h` from the time `t0`, and its first velocity and acceleration.
+    /// The increment of the continuous motion over the step `h` from the time `t0`, and its initial velocity
+    /// and acceleration.
     Exact {
         v0: [f64; N],
         a0: [f64; N],
@@ -190,8 +192,8 @@ impl<const N: usize> Start<N> {
         self
     }
 
-    /// The same with the increment `d` of the continuous motion over a step from a position: with its first velocity and acceleration, the time
-    /// there, and the step.
+    /// A start on the continuous motion: with the increment `d` over a step from a position, the initial
+    /// velocity and acceleration, the time there, and the step.
     pub(crate) const fn along(
         self,
         q0: [f64; N],
@@ -208,7 +210,7 @@ impl<const N: usize> Start<N> {
         }
     }
 
-    /// What was given, whatever the number of coordinates.
+    /// The start with any number of coordinates.
     pub(crate) fn given(&self) -> Given {
         let rule = match &self.rule {
             Rule::Paper { v0 } => begin::Rule::Paper { v0: Vector::of(v0) },

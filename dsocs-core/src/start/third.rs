@@ -1,4 +1,5 @@
-//! Starts of systems with constraints of third order: an acceleration is free there, and three nodes begin the motion.
+//! Starts of systems with constraints of third order: the acceleration is free, and three nodes begin the
+//! motion.
 
 mod jerk;
 mod leaving;
@@ -24,25 +25,25 @@ use crate::tape::Number;
 use crate::tape::declaration::Declaration;
 use leaving::leaving;
 
-/// How often a nearest point is improved.
+/// Largest number of iterations for a nearest point.
 const MAX_ITERATIONS: usize = 50;
 
-/// Updates of this part are rounding, where a nearest point is looked for.
+/// Updates below this part are rounding, in the search for a nearest point.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
 /// Forms below this part of the largest count as zero.
 const NO_FORM: f64 = 1e-12;
 
-/// What is said of the start beside position and velocity.
+/// The quantity that the user gives beside position and velocity.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Free {
     /// The acceleration.
     Acceleration(Vector),
-    /// The generalized constraint force, from which it follows.
+    /// The generalized constraint force, which determines the acceleration.
     Force(Vector),
 }
 
-/// How the motion begins.
+/// The beginning of the motion.
 pub(crate) struct Began {
     /// The acceleration.
     pub(super) a0: Vector,
@@ -52,12 +53,14 @@ pub(crate) struct Began {
     pub(super) e: Sum,
 }
 
-/// The first three nodes: `q1 = q0 + h v0 + h²/2 a0 + h³/6 j0`, moved onto constraints of lower order; then the second difference with
-/// which all equations of the triple hold but those of third order: the nearest to `h² a0 + h³ j0`, by the mass matrix. Where the start says
-/// the force, and the forms of the constraint forces are known, it is that with the multipliers `λ0 + h λ̇0` of the constraints of third order.
+/// The first three nodes: `q1 = q0 + h v0 + h²/2 a0 + h³/6 j0`, projected onto constraints of lower order;
+/// then a second difference with which all equations of the triple hold except those of third order: the
+/// nearest to `h² a0 + h³ j0` in the mass metric. If the start gives the force, and the constraint forms are
+/// known, it is the one with the multipliers `λ0 + h λ̇0` of the constraints of third order.
 ///
-/// The jerk `j0` comes from the constraints of third order and from the other equations, differentiated. Without it the whole motion would
-/// be of first order: the second difference would be that of another force than the one that the motion has arrived at.
+/// The jerk `j0` follows from the constraints of third order and the derivatives of the other equations.
+/// Without it the whole motion would be of first order: the second difference would belong to another force
+/// than that of the motion.
 #[expect(
     clippy::needless_pass_by_value,
     reason = "what a start leaves free is used up by it"
@@ -79,7 +82,7 @@ pub(super) fn begin(
             check_vector(declaration, "force", force)?;
             let a0 = Equations::of(declaration, &start).acceleration_of(force)?;
             match leaving(declaration, &start, h, &a0) {
-                // on the side to which it leads
+                // on the side of a jump to which the motion leaves
                 Some([place, _]) => Vector::of(&Equations::of(declaration, &place).acceleration_of(force)?),
                 None => Vector::of(&a0),
             }
@@ -125,12 +128,12 @@ struct Equations<'a> {
 }
 
 impl<'a> Equations<'a> {
-    /// Those at a place.
+    /// The equations at a place.
     fn of(declaration: &'a Declaration<'a>, place: &'a Place) -> Self {
         Self::at(declaration, place.t, &place.q, &place.v)
     }
 
-    /// Those at a position and a velocity.
+    /// The equations at a position and a velocity.
     fn at(declaration: &'a Declaration<'a>, t: f64, q: &'a [f64], v: &'a [f64]) -> Self {
         Self {
             third: &declaration.shape().third_order,
@@ -143,7 +146,7 @@ impl<'a> Equations<'a> {
 }
 
 impl Equations<'_> {
-    /// How many constraints there are.
+    /// The number of constraints.
     fn constraints(&self) -> usize {
         self.declaration.constraints().iter().sum()
     }
@@ -158,7 +161,7 @@ impl Equations<'_> {
         }
     }
 
-    /// The same in another type of number, with its own acceleration.
+    /// The point in another type of number, with its own acceleration.
     fn moving<T: Number>(&self, a: &[T]) -> OwnedPoint<T> {
         let mut values = map(self.q, T::splat);
         values.extend(map(self.v, T::splat));
@@ -167,7 +170,7 @@ impl Equations<'_> {
         OwnedPoint::new(self.q.len(), values)
     }
 
-    /// The point with an acceleration and a jerk, where time goes on.
+    /// The point with its derivative in time, for an acceleration and a jerk.
     fn going_on(&self, a: &[f64], j: &[f64]) -> OwnedPoint<Tangent> {
         let along = |x: &[f64], by: &[f64]| -> Vec<Tangent> {
             let pairs = x.iter().zip(by);
@@ -180,11 +183,11 @@ impl Equations<'_> {
         OwnedPoint::new(self.q.len(), values)
     }
 
-    /// The acceleration that a constraint force belongs to; the force is affine in it.
+    /// The acceleration for a given constraint force, which is affine in it.
     fn acceleration_of(&self, force: &[f64]) -> Result<Vec<f64>, SetupError> {
         let inverse = consistency::inverse_mass(self.declaration, self.t, self.q, self.v);
         let mut a = vec![0.0; force.len()];
-        // once more for what rounding has left
+        // a second iteration removes rounding
         for _ in 0..2 {
             let found = self.declaration.continuous_force(self.point(&a));
             let missing: Vec<f64> = force
@@ -197,7 +200,7 @@ impl Equations<'_> {
             }
         }
         let found = self.declaration.continuous_force(self.point(&a));
-        // by its terms: a force of zero may be the sum of large ones
+        // relative to its terms: a force of zero may be the sum of large ones
         let terms = self
             .declaration
             .continuous_force(self.moving(&map(&a, Bounded::splat)).any());
@@ -205,7 +208,7 @@ impl Equations<'_> {
         let size = terms.fold(0.0_f64, f64::max);
         let missing = force.iter().zip(&found);
         let left = missing.fold(0.0_f64, |left, (force, found)| left.max((force - found).abs()));
-        // the mass matrix is singular
+        // otherwise the mass matrix is singular
         if left <= 1e-8 * size && a.iter().all(|a| a.is_finite()) {
             Ok(a)
         } else {
@@ -213,8 +216,9 @@ impl Equations<'_> {
         }
     }
 
-    /// The equations without jerks as `[constraints, the rest]`: those of third order are left out, and in place of multipliers there are
-    /// works along a basis of the directions in which no form acts.
+    /// The equations without jerks as `[constraints, others]`: those of third order are left out, and in
+    /// place of the equations with multipliers there are works along a basis of the directions in which no
+    /// form acts.
     fn below<T: Number>(
         &self,
         rows: Vec<T>,
@@ -239,7 +243,7 @@ impl Equations<'_> {
             let (forms, force) = (forms(), force());
             let known: Vec<Vec<f64>> = forms.iter().map(|form| map(form, |x| x.lane(0))).collect();
             let acting = multipliers::multipliers(&map(&force, |x| x.lane(0)), &known);
-            // a direction turns with the forms: where the force is a sum of them, their changes do not count
+            // the basis depends on the forms: where the force is a sum of forms, their changes do not count
             let left = |i: usize| {
                 let parts = forms.iter().zip(&known).zip(&acting);
                 let changes =
@@ -255,8 +259,8 @@ impl Equations<'_> {
         below
     }
 
-    /// The constraints that are not of third order, and what the force of those that are leaves of the force, in the directions in which the
-    /// forms of the others do not act.
+    /// The constraints below third order, and the force minus that of the third-order constraints, in the
+    /// directions in which the forms of the others do not act.
     fn with_multipliers(
         &self,
         rows: Vec<Tangent>,
@@ -301,7 +305,7 @@ impl Equations<'_> {
         )
     }
 
-    /// How large the terms of these equations are.
+    /// The sizes of these equations' terms.
     fn sizes(&self, a: &[f64]) -> Vec<f64> {
         let point = self.moving(&map(a, Bounded::splat));
         let rows = self.of_acceleration(point.any());
@@ -310,7 +314,7 @@ impl Equations<'_> {
             .collect()
     }
 
-    /// Checks that an acceleration obeys them, up to what they change by to a place `beyond`.
+    /// Checks that an acceleration obeys the equations, up to their change to the place `beyond`.
     fn check(&self, a: &[f64], beyond: &Self) -> Result<(), SetupError> {
         let rows = self.of_acceleration(self.point(a));
         let change = beyond.of_acceleration(beyond.point(a));
@@ -319,7 +323,7 @@ impl Equations<'_> {
         let count = self.constraints() - self.third.len();
         let violations = rows.iter().zip(sizes).zip(changes).enumerate();
         let wrong = violations
-            // also where one of them is no number
+            // true also for a NaN
             .filter(|(_, ((row, size), change))| {
                 row.abs()
                     .partial_cmp(&(OBEYED * size + change))
@@ -347,13 +351,13 @@ impl Equations<'_> {
         }
     }
 
-    /// The nearest acceleration that obeys them.
+    /// The nearest acceleration that obeys the equations.
     fn projected(&self, a: &[f64]) -> Result<Vec<f64>, SetupError> {
         let inverse = consistency::inverse_mass(self.declaration, self.t, self.q, self.v);
         nearest(&inverse, a, 0.0, &|a| self.of_acceleration(self.moving(a).any()))
     }
 
-    /// The multipliers of all forms a step later, `λ0 + h λ̇0`; none where no forms are known.
+    /// The multipliers of all forms a step later, `λ0 + h λ̇0`; empty if no forms are known.
     fn multipliers_after(&self, h: f64, a: &[f64], j: &[f64]) -> Vec<f64> {
         let point = self.going_on(a, j);
         let force = self.declaration.continuous_force(point.any());
@@ -377,8 +381,8 @@ impl Equations<'_> {
             .collect()
     }
 
-    /// The second difference of the first triple that obeys what is not of third order, with the multipliers of what is, or the nearest
-    /// to another one.
+    /// The second difference of the first triple that obeys the equations below third order, with the given
+    /// multipliers of third order or, without them, nearest to a given one.
     fn second_difference(
         &self,
         h: f64,
@@ -389,7 +393,7 @@ impl Equations<'_> {
         let inverse = consistency::inverse_mass(self.declaration, self.t, self.q, self.v);
         let fixed = leg.map(Tangent::splat);
         let step = Tangent::splat(h);
-        // after no second difference the third is the second
+        // without an earlier second difference, the third difference equals the second
         let rows = |e: &[Tangent]| {
             let rows = self.declaration.declared(step, fixed.any(), e, &[]);
             let force = || self.declaration.force(step, fixed.any(), e);
@@ -400,7 +404,7 @@ impl Equations<'_> {
                 self.with_multipliers(rows, &force(), &forms, multipliers)
             }
         };
-        // a second difference has the digits of the nodes where rows ask something of these
+        // the second difference has only the digits of the nodes if rows depend on these
         let around = leg
             .q
             .iter()
@@ -410,8 +414,9 @@ impl Equations<'_> {
     }
 }
 
-/// The point nearest to another, by the inverse of a metric, at which rows vanish: each update is the shortest way from there to where the rows
-/// vanish as they are linearized. What is looked for is rounded as a number of the size `around` is, at most.
+/// The point nearest to another, in the metric with the given inverse, at which rows vanish: each update is
+/// the shortest way to the zeros of the linearized rows. The result is rounded like a number of the size
+/// `around`, at most.
 fn nearest(
     inverse: &Matrix,
     near: &[f64],

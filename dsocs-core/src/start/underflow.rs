@@ -1,4 +1,4 @@
-//! Whether the equations for the acceleration keep their digits at a start, or are so small that numbers have none left for them.
+//! Loss of digits by underflow in the equations for the acceleration at a start.
 
 use super::acceleration;
 use crate::error::SetupError;
@@ -9,21 +9,22 @@ use crate::solve::convergence::NaturalSizes;
 use crate::solve::{Square, Vector};
 use crate::tape::declaration::Declaration;
 
-/// An acceleration that has lost this part of itself is refused: the motion is off by as much in one unit of its time.
+/// Largest relative loss of an acceleration: the motion has about the same relative error after one unit of
+/// its time.
 const LOST: f64 = 1e-10;
 
-/// A position or a velocity below this is none, as that of a motion that has died away.
+/// A position or a velocity below this counts as zero, such as that of a motion that has died away.
 const NOTHING: f64 = 1e-280;
 
-/// Refuses equations whose terms lie below the smallest normal number, 2.2e-308, so that too little is left of their digits: a step `h` is made of
-/// terms that are smaller by `h`, and one of a series of terms as they are, where none is given.
+/// Refuses equations with terms so far below the smallest normal number, 2.2e-308, that too few digits are
+/// left. The terms of a step `h` are smaller by the factor `h`; without a step, those of a series are taken.
 #[cold]
 pub(crate) fn check(
     declaration: &Declaration<'_>,
     (t, q, v): (f64, &[f64], &[f64]),
     h: Option<f64>,
 ) -> Result<(), SetupError> {
-    // other errors tell more of what has no acceleration
+    // other errors are more specific about an acceleration that does not exist
     let Ok((a, multipliers)) = acceleration(declaration, (t, q, v), None) else {
         return Ok(());
     };
@@ -32,7 +33,7 @@ pub(crate) fn check(
     let (mut rows, mut jacobian) = (Vector::nan(size), Square::zero(size));
     declaration.linearize_continuous(point, &multipliers, &mut rows, jacobian.entries_mut());
     let part = h.map_or(1.0, |h| h.abs().min(1.0));
-    // a row that vanishes at the start will not do so later
+    // a row that vanishes at the start will not vanish later
     let lost = continuous_underflow(declaration, point, &multipliers)
         .into_iter()
         .map(|lost| lost.max(QUANTUM) / part)
@@ -43,7 +44,7 @@ pub(crate) fn check(
     let coordinates = declaration.coordinates().iter().enumerate();
     let mut wrong = coordinates.filter_map(|(i, coordinate)| {
         let (lost, moves) = (*lost.sizes().get(i)?, q[i].abs().max(v[i].abs()) > NOTHING);
-        // what moves with this velocity is off by 1e-6 of it after ten thousand steps that lose as much
+        // with this loss, the velocity has a relative error of 1e-6 after ten thousand steps
         let size = a[i].abs().max(h.map_or(0.0, |h| v[i].abs() / h.abs()));
         (moves && size > 0.0 && lost > LOST * size).then(|| SetupError::Underflow {
             coordinate: coordinate.name.clone(),

@@ -1,4 +1,4 @@
-//! The jerk that belongs to a position, a velocity and an acceleration.
+//! The jerk for a position, a velocity and an acceleration.
 
 use super::{Equations, NO_FORM};
 use crate::error::SetupError;
@@ -12,16 +12,17 @@ use crate::solve::{Square, Vector};
 use crate::start::Determined;
 use crate::tape::declaration::Declaration;
 
-/// How often a jerk is improved.
+/// Largest number of iterations for a jerk.
 const MAX_ITERATIONS: usize = 50;
 
-/// Updates of this part are rounding.
+/// Updates below this part are rounding.
 const SETTLED: f64 = 64.0 * f64::EPSILON;
 
-/// The derivatives of rows by unknowns, one column each.
+/// The derivatives of rows by the unknowns, one column each.
 type Columns = Vec<Vec<Tangent>>;
 
-/// The jerk at a time, a position, a velocity and an acceleration, looked for near one; `None` where there is none.
+/// The jerk at a time, a position, a velocity and an acceleration, searched near another one; `None` if there
+/// is none.
 pub(crate) fn jerk(
     declaration: &Declaration<'_>,
     t: f64,
@@ -31,8 +32,8 @@ pub(crate) fn jerk(
     Equations::at(declaration, t, q, v).jerk(a, near).ok()
 }
 
-/// The jerk and the rates of the multipliers at a time, a position, a velocity and an acceleration, looked for near a jerk, with the determinant of their
-/// equations; `None` where there are none.
+/// The jerk and the rates of the multipliers at a time, a position, a velocity and an acceleration, searched
+/// near a jerk, with the determinant of their equations; `None` if there are none.
 pub(crate) fn determined(
     declaration: &Declaration<'_>,
     t: f64,
@@ -55,7 +56,7 @@ pub(crate) fn determined(
     })
 }
 
-/// What the equations leave open, or nearly, at a jerk and rates of multipliers.
+/// The deficiency or near-deficiency of the equations at a jerk and rates of multipliers.
 #[cold]
 pub(crate) fn deficiency(
     declaration: &Declaration<'_>,
@@ -68,7 +69,8 @@ pub(crate) fn deficiency(
     deficiency::near_columns(declaration, &columns, equations.point(a))
 }
 
-/// The acceleration nearest to another one that obeys the equations without jerks, at a time, a position and a velocity; `None` where there is none.
+/// The nearest acceleration that obeys the equations without jerks, at a time, a position and a velocity;
+/// `None` if there is none.
 pub(crate) fn lower_acceleration(
     declaration: &Declaration<'_>,
     t: f64,
@@ -78,7 +80,7 @@ pub(crate) fn lower_acceleration(
 }
 
 impl Equations<'_> {
-    /// The multipliers that are unknown, as an acceleration tells them.
+    /// The unknown multipliers for a given acceleration.
     fn acting(&self, a: &[f64]) -> Vec<f64> {
         if self.declaration.has_multipliers() {
             multipliers::of_point(self.declaration, self.point(a))
@@ -87,7 +89,7 @@ impl Equations<'_> {
         }
     }
 
-    /// The jerk, from the constraints of third order and from the other equations, differentiated.
+    /// The jerk, from the constraints of third order and the derivatives of the other equations.
     pub(super) fn jerk(&self, a: &[f64], near: &[f64]) -> Result<Vec<f64>, SetupError> {
         let multipliers = self.acting(a);
         let found = self.with_rates(a, &multipliers, near);
@@ -103,7 +105,8 @@ impl Equations<'_> {
 
     /// The equations at jerks and rates of multipliers `x`.
     ///
-    /// Where multipliers are unknown, those that act are known from the acceleration, and their rates are unknown beside the jerk.
+    /// If multipliers are unknown, their values follow from the acceleration, and their rates are unknowns
+    /// beside the jerk.
     fn rows(&self, a: &[f64], multipliers: &[f64], x: &[f64], moved: Option<usize>) -> Vec<Tangent> {
         let n = a.len();
         let point = self.going_on(a, &x[..n]);
@@ -134,7 +137,7 @@ impl Equations<'_> {
         let rows = self.rows(a, multipliers, x, None);
         let rows: Vec<f64> = rows.into_iter().map(Tangent::value).collect();
         let columns = (0..x.len()).map(|k| {
-            // what is differentiated is affine
+            // the equations are affine
             let mut beside = x.to_vec();
             beside[k] += 1.0;
             let slopes = self.rows(a, multipliers, x, Some(k));
@@ -154,7 +157,7 @@ impl Equations<'_> {
         (rows, columns)
     }
 
-    /// The jerk and the rates of the multipliers that act; where there are none, the derivatives of the last rows.
+    /// The jerk and the rates of the multipliers; if there are none, the derivatives of the last rows.
     fn with_rates(&self, a: &[f64], multipliers: &[f64], near: &[f64]) -> Result<Vec<f64>, Columns> {
         let size = a.len() + multipliers.len();
         let mut x = near.to_vec();
@@ -187,7 +190,7 @@ impl Equations<'_> {
     }
 }
 
-/// The solution of linear equations that are given by their columns; `None` where they are singular.
+/// The solution of linear equations, given by their columns; `None` if they are singular.
 fn solved(columns: &[Vec<Tangent>], right: &[f64]) -> Option<Vec<f64>> {
     let size = right.len();
     let matrix = Matrix::from_fn(size, size, |i, j| columns[j][i].derivative());

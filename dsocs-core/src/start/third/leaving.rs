@@ -1,4 +1,4 @@
-//! Starts that stand on a jump: of what jumps the motion has the side to which it leaves.
+//! Starts at a jump: the motion has the side of the jump to which it leaves.
 
 use crate::number::point::AnyPoint;
 use crate::solve::Vector;
@@ -8,8 +8,9 @@ use crate::tape::declaration::Declaration;
 /// A start leaves a jump if it has done so after this part of a step.
 const BEHIND: f64 = 1e-6;
 
-/// Two places just behind a start, if an argument of what is given by pieces changes its sign there, or is zero at the start and not behind it: of what jumps
-/// the motion has the side to which it leaves, such as dry friction on a belt with which it begins.
+/// Two places just behind a start, if an argument of a piecewise function changes its sign there, or is zero
+/// at the start and not behind it: the motion has the side to which it leaves, as with dry friction on a belt
+/// at rest.
 pub(super) fn leaving(declaration: &Declaration<'_>, start: &Place, h: f64, a: &[f64]) -> Option<[Place; 2]> {
     if declaration.switches() == 0 {
         return None;
@@ -32,7 +33,7 @@ pub(super) fn leaving(declaration: &Declaration<'_>, start: &Place, h: f64, a: &
         .then(|| [behind, at(2.0 * BEHIND)])
 }
 
-/// The place just behind a start that leaves a jump, with its acceleration.
+/// The place just behind a start that leaves a jump, for a given acceleration.
 pub(crate) fn left_to(declaration: &Declaration<'_>, start: AnyPoint<'_, f64>, h: f64) -> Option<Place> {
     let place = Place::of_phase(start.t, Vector::of(start.q), Vector::of(start.v));
     leaving(declaration, &place, h, start.a).map(|[place, _]| place)
