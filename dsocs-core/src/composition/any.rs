@@ -50,7 +50,7 @@ impl<'s> AnyComposedFlow<'s> {
         &mut self.0
     }
 
-    /// The run by itself.
+    /// The run as a boxed trait object.
     #[must_use]
     pub fn into_run(self) -> Box<dyn Run + 's> {
         Box::new(self.0)

@@ -1,14 +1,16 @@
-//! Legs that go back in time: whether they can belong to the motion.
+//! Legs that go back in time: whether their solutions belong to the motion.
 //!
-//! Where a motion is damped, back in time it grows. A leg of the length `-h` has the equations `F(q, v_r - h/2 a, a) = 0`, with the
-//! derivative `F_a - h/2 F_v` by the acceleration. As `h` grows from zero this may become singular (at `h k = 2` for a damping
-//! `a = -k v`): beyond that there still are solutions, but none that the motion back in time leads to. Its determinant then has
-//! the other sign, as long as no second direction is singular as well.
+//! A damped motion grows back in time. A leg of the length `-h` has the equations `F(q, v_r - h/2 a, a) = 0`,
+//! with the derivative `F_a - h/2 F_v` by the acceleration. As `h` grows from zero this may become singular
+//! (at `h k = 2` for a damping `a = -k v`): beyond that there still are solutions, but none that the motion
+//! back in time leads to. The determinant then has the other sign, unless a second direction is singular as
+//! well.
 //!
-//! With several legs that go back the longest is looked at: it is the first to become singular.
+//! Of several backward legs the longest is examined: it is the first to become singular.
 //!
-//! Where the damping is a switch, there may also be a third solution on the other side of it, with the same orientation. A
-//! solution that is not found at once is therefore compared with the one that the motion leads to, from the node back.
+//! If the damping jumps, there may also be a solution on the other side of the jump, with the same
+//! orientation. A solution that is not found at once is therefore compared with the one that the motion leads
+//! to, from the node back.
 
 use crate::flow::discrete::constants_of;
 use crate::kernel::Kernel;
@@ -18,22 +20,22 @@ use crate::number::point::{AnyLeg, AnyPoint};
 use crate::solve::{Square, Vector};
 use crate::step::Step;
 
-/// A leg so many times as short as the one in question goes back to no singularity.
+/// Ratio to a leg so short that it goes back to no singularity.
 const SHORT: f64 = 1.0 / (1 << 20) as f64;
 
-/// The evaluations after which a solution is held against the one that the motion leads to.
+/// Number of evaluations after which a solution is compared with the one that the motion leads to.
 pub(super) const MANY: u32 = 6;
 
-/// On the way from a node an iteration that takes so many evaluations has not left its branch.
+/// With at most this many evaluations, an iteration on the way from a node has not left its branch.
 const FEW: u32 = 4;
 
-/// The smallest part of a leg on that way.
+/// The smallest part of a leg in that comparison.
 const SMALLEST_PART: f64 = 1.0 / (1 << 12) as f64;
 
 /// Two vectors that differ by less, relative to the larger, are the same solution.
 const SAME: f64 = 1e-6;
 
-/// How far a velocity is moved, relative to itself, to see where it leads.
+/// Relative change of a velocity for the derivative of the velocity after a leg.
 const MOVED: f64 = 1e-4;
 
 /// A system, and the values of its parameters.
@@ -45,8 +47,8 @@ pub(super) fn in_question(report: StepReport) -> bool {
     report.iterations >= MANY || report.guess != Guess::Predicted
 }
 
-/// Whether the acceleration `found` at the end of a leg is the one that the motion leads to: with legs from the node that
-/// become longer little by little.
+/// Whether the acceleration `found` at the end of a leg is the one that the motion leads to, by legs from the
+/// node of increasing length.
 #[cold]
 pub(super) fn continues(system: System<'_>, h: f64, from: AnyPoint<'_, f64>, found: &[f64]) -> bool {
     let mut a = Vector::of(from.a);
@@ -69,8 +71,8 @@ pub(super) fn continues(system: System<'_>, h: f64, from: AnyPoint<'_, f64>, fou
     is_passable && is_same(&a, found)
 }
 
-/// Makes a leg in parts that become longer, from the part that was reached to the next, until it is whole; with smaller parts where one
-/// cannot be made. False where the smallest cannot.
+/// Makes a leg by continuation in its length, from the part that was reached to the next, until it is whole;
+/// with smaller parts if one fails. `false` if the smallest fails.
 pub(super) fn little_by_little(mut make: impl FnMut(f64, f64) -> bool) -> bool {
     let (mut reached, mut part) = (0.0, 0.125);
     while reached < 1.0 {
@@ -93,7 +95,7 @@ pub(super) fn is_same(x: &[f64], y: &[f64]) -> bool {
     size(&apart) <= SAME * size(x).max(size(y))
 }
 
-/// The second difference of the step that begins with a leg, from the guess that an acceleration is.
+/// The second difference of the step after a leg, with an acceleration as the guess.
 fn solved(
     (kernel, values): System<'_>,
     h: f64,
@@ -108,7 +110,7 @@ fn solved(
     Some((step.second_difference(&z), report))
 }
 
-/// The orientation at a node for a short leg.
+/// The sign of the determinant at a node for a short leg.
 #[cold]
 pub(super) fn short_orientation((kernel, values): System<'_>, h: f64, node: AnyPoint<'_, f64>) -> f64 {
     let h = SHORT * h;
@@ -117,8 +119,8 @@ pub(super) fn short_orientation((kernel, values): System<'_>, h: f64, node: AnyP
     step.orientation(&step.unknown(&Vector::of(node.a).map(|a| h * h * a), &[]))
 }
 
-/// Whether rows that were solved beforehand and do not appear among the others have passed a singularity: by the way the
-/// velocity after a leg depends on that along it. False where that cannot be found out.
+/// Whether rows that were solved beforehand, and are not among the others, have passed a singularity, judged
+/// by the derivative of the velocity after a leg by that before it. `false` if it cannot be computed.
 #[cold]
 pub(super) fn passes_singularity(system: System<'_>, h: f64, node: AnyPoint<'_, f64>) -> bool {
     let (d, a) = (arriving(h, node), node.a);
@@ -143,7 +145,7 @@ pub(super) fn passes_singularity(system: System<'_>, h: f64, node: AnyPoint<'_, 
     slopes.determinant().value < 0.0
 }
 
-/// The leg with an increment that arrives at a node.
+/// The leg with a given increment that ends at a node.
 fn leg<'a>(node: AnyPoint<'a, f64>, d: &'a [f64]) -> AnyLeg<'a, f64> {
     AnyLeg {
         t: node.t,
@@ -152,7 +154,7 @@ fn leg<'a>(node: AnyPoint<'a, f64>, d: &'a [f64]) -> AnyLeg<'a, f64> {
     }
 }
 
-/// The increment of the leg of the length `h` that arrives at a node.
+/// The increment of the leg of the length `h` that ends at a node.
 fn arriving(h: f64, AnyPoint { v, a, .. }: AnyPoint<'_, f64>) -> Vector {
     Vector::of(v).zip(a, |v, a| h * (v - 0.5 * h * a))
 }

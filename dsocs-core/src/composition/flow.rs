@@ -89,8 +89,7 @@ impl<'s, const N: usize> ComposedFlow<'s, N> {
         Box::new(self.0)
     }
 
-    /// Sets how often the rows of a stage are evaluated from one guess before it is given up (60 unless set; at least 1 is
-    /// taken).
+    /// Sets the largest number of evaluations of a stage's rows from one guess (60 unless set; at least 1).
     #[must_use]
     pub fn max_iterations(mut self, limit: u32) -> Self {
         self.0.course.max_iterations = limit.max(1);

@@ -1,8 +1,9 @@
-//! Composed steps in which something comes to rest, rests or slips where a function jumps with the velocity.
+//! Composed steps in which a body comes to rest, rests or slips where a function jumps with the velocity.
 //!
-//! A leg that goes back in time knows nothing of a rest that begins or ends on it, and legs of different lengths rest on different velocities of a surface
-//! that moves. So such a step is made by the paper's step of a part of its length, forward alone, with sides (see [`crate::regularity::sticking`]). It is of
-//! order 2, as everything is in which the acceleration jumps.
+//! A leg that goes back in time does not notice a rest that begins or ends on it, and on a moving surface
+//! legs of different lengths rest at different velocities. So such a step is replaced by paper's steps of a
+//! part of its length, all forward, with sides (see [`crate::regularity::sticking`]). It is of order 2, like
+//! every step in which the acceleration jumps.
 
 use super::run::Composed;
 use super::stages::{Course, State};
@@ -16,14 +17,15 @@ use crate::solve::rotation;
 use crate::solve::sum::Sum;
 use crate::start::{self, Given, Rule};
 
-/// So many of the paper's steps make a composed one.
+/// Number of the paper's steps that replace a composed one.
 const PARTS: u32 = 16;
 
-/// An argument that may be zero within so many steps, as it changes now, is near.
+/// An argument is near zero if it may vanish within this number of steps, at its current rate.
 const NEAR: f64 = 2.0;
 
 impl Composed<'_> {
-    /// The arguments of functions that jump with the velocity at the current node, and how fast they change with an acceleration.
+    /// The arguments of functions that jump with the velocity at the current node, with their rates for an
+    /// acceleration.
     fn side_arguments(&self, a: &[f64]) -> Vec<Tangent> {
         let State { q, v, .. } = &self.course.now;
         let along = |x: &[f64], by: &[f64]| -> Vec<Tangent> {
@@ -40,7 +42,7 @@ impl Composed<'_> {
         )
     }
 
-    /// Whether something rests at the current node, or may do so within the next step.
+    /// Whether an argument is zero at the current node, or may become so within the next step.
     pub(super) fn is_near_rest(&self) -> bool {
         let State { q, v, a } = &self.course.now;
         if self.resting.contains(&true)
@@ -48,10 +50,10 @@ impl Composed<'_> {
         {
             return true;
         }
-        // as the mass goes on, and as the surface does below it
+        // with the acceleration of the mass, and with that of the surface alone
         let (moving, steady) = (self.side_arguments(a), self.side_arguments(&a.map(|_| 0.0)));
         let mut both = moving.iter().zip(&steady);
-        // false also for what is no number
+        // false also for a NaN
         let is_clear = |moving: &Tangent, steady: &Tangent| {
             let change = moving.derivative().abs() + steady.derivative().abs();
             moving.value().abs() > NEAR * (change * self.h).abs()
@@ -59,7 +61,7 @@ impl Composed<'_> {
         !both.all(|(moving, steady)| is_clear(moving, steady))
     }
 
-    /// Whether an argument has another sign than in a step that has been taken back.
+    /// Whether an argument has another sign than at the beginning of a step that was taken back.
     pub(super) fn has_crossed(&self, before: &Course) -> bool {
         let State { q, v, .. } = &before.now;
         let t = before.clock.time();
@@ -69,7 +71,7 @@ impl Composed<'_> {
         both.any(|(before, now)| before * now.value() <= 0.0)
     }
 
-    /// Makes a step by short ones of order 2.
+    /// Makes a step by short steps of order 2.
     #[cold]
     pub(super) fn step_slowly(&mut self) -> Result<StepReport, RunError> {
         let h = self.h / f64::from(PARTS);
@@ -115,13 +117,13 @@ impl Composed<'_> {
             a: Vector::of(node.a),
         };
         self.course.clock.tick();
-        // what was known of the legs before has ended
+        // the past of the legs has ended
         self.course.since = self.course.clock.index();
         self.prepare();
         self.course.report = report;
         let t = self.course.clock.time();
         if !self.is_near_rest() {
-            // the step that follows is of a higher order, and so is its acceleration
+            // the next step is of a higher order, and so is its acceleration
             let State { q, v, a } = &self.course.now;
             let found = start::acceleration(&self.declaration(), (t, &q.hi, &v.hi), Some(a));
             if let Ok((a, _)) = found {

@@ -29,13 +29,14 @@
 //! composition_by_momenta::what_a_leg_costs -- --ignored --nocapture`). If you only want a small error, take Taylor
 //! series.
 //!
-//! # What is kept
+//! # Invariants
 //!
 //! Symmetry in time is kept: a step back undoes a step, to rounding. Constraints and the conditions on their forces hold at every node.
 //!
-//! The paper's particle shows what is not kept. With equal legs its `L_d` is conserved exactly. With unequal legs it is not:
-//! `|v_r|² = |v|² + h² |a|²/4` depends on the length of the leg. The energy at the nodes is conserved exactly if the curvature is constant.
-//! If the curvature varies, the error of the energy is of the method's order, without a drift (`tests/tests/claims/composition.rs`).
+//! The paper's particle shows what is not conserved. With equal legs its `L_d` is conserved exactly. With
+//! unequal legs it is not: `|v_r|² = |v|² + h² |a|²/4` depends on the length of the leg. The energy at the
+//! nodes is conserved exactly if the curvature is constant. If the curvature varies, the error of the energy
+//! is of the method's order, without a drift (`tests/tests/claims/composition.rs`).
 //!
 //! # Legs that go back in time
 //!

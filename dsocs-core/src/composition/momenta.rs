@@ -6,14 +6,16 @@
 //! p + h/2 Q  = -D₁L_d(q, q') - f⁻_d,    p' = D₂L_d(q, q') + f⁺_d + h/2 Q'
 //! ```
 //!
-//! Here `Q'` is the constraint force of the continuous system at `q'` and `v'`, and `p' = ∂L/∂v(q', v')` gives the velocity `v'`. So a leg is half
-//! a kick, the discrete flow of `L_d` with the external forces, and another half kick. If `L_d` is symmetric, this map is symmetric in time
-//! and of order 2. Without constraints it is the discrete flow of `L_d` itself, which is symplectic.
+//! Here `Q'` is the constraint force of the continuous system at `q'` and `v'`, and `p' = ∂L/∂v(q', v')`
+//! gives the velocity `v'`. So a leg consists of half a kick, the discrete flow of `L_d` with the external
+//! forces, and another half kick. If `L_d` is symmetric, this map is symmetric in time and of order 2.
+//! Without constraints it is the discrete flow of `L_d` itself, which is symplectic.
 //!
-//! Of a rotation, `q` is the attitude and `p` the momentum in the frame of the body at this node: `q` moves by the increment of the leg, and
-//! `D₁L_d`, `D₂L_d` and `Q` are momenta in the frames of the bodies at their own nodes. So nothing else is different.
+//! For a rotation, `q` is the attitude and `p` the momentum in the frame of the body at this node: `q` moves
+//! by the increment of the leg, and `D₁L_d`, `D₂L_d` and `Q` are momenta in the body frames of their own
+//! nodes. Everything else is the same.
 //!
-//! All of it is evaluated on the tape.
+//! Everything is evaluated on the tape.
 
 #![allow(clippy::needless_range_loop)] // matrices are filled by row and column
 
@@ -40,7 +42,8 @@ const LAST: f64 = 1e-11;
 /// Updates below this that no longer become smaller are rounding.
 const ROUNDING: f64 = 1e-7;
 
-/// The least scale of a component, relative to the largest one: the updates of smaller components are measured by it.
+/// The least scale of a component, relative to the largest one; the updates of smaller components are
+/// measured by it.
 const LEAST: f64 = 1e-3;
 
 /// A node.
@@ -62,34 +65,34 @@ pub(super) struct Node {
     multipliers: Vector,
 }
 
-/// Why there is no leg.
+/// The reason why there is no leg.
 #[derive(Clone, Debug)]
 pub(super) enum Failure {
     /// No solution of its equations was found.
     NotSolved(NewtonFailure),
-    /// It is beyond a singularity of its equations.
+    /// It lies beyond a singularity of its equations.
     Singularity,
     /// Its solution is not the one that the motion leads to.
     Jump,
 }
 
-/// The legs of the stages in the last steps, from which the next ones are extrapolated.
+/// The legs of a stage in the last steps, from which the next one is extrapolated.
 #[derive(Clone, Debug)]
 pub(super) struct Past(Predictor);
 
 impl Past {
-    /// Without a past, of a system with so many coordinates.
+    /// No past, for a number of coordinates.
     pub(super) fn new(coordinates: usize) -> Self {
         Self(Predictor::new(coordinates))
     }
 
-    /// Takes in the leg of a step.
+    /// Records the leg of a step.
     pub(super) fn push(&mut self, d: &[f64]) {
         self.0.push(d);
     }
 }
 
-/// A system, in the form that legs of any length need.
+/// A system in the form that legs of any length need.
 #[derive(Clone, Copy)]
 pub(super) struct Momenta<'s> {
     /// Its tape.
@@ -198,7 +201,8 @@ impl<'s> Momenta<'s> {
         is_passable.then_some(increment)
     }
 
-    /// The leg, from a guess of its increment. Acceleration and multipliers at its end are looked for near those of `near`.
+    /// The leg, from a guess of its increment. Acceleration and multipliers at its end are searched near
+    /// those of `near`.
     fn leg_from(
         &self,
         from: &Node,
@@ -221,7 +225,7 @@ impl<'s> Momenta<'s> {
             p: arriving.clone(),
             ..near.clone()
         };
-        // the slope of the leg is the velocity in its middle
+        // the slope of the leg is the velocity at its middle
         node.v = d.zip(&near.a, |d, a| d / h + 0.5 * h * a);
         if self.constrained {
             iterations = iterations.max(self.kicked(&mut node, h, &arriving)?);
@@ -241,7 +245,7 @@ impl<'s> Momenta<'s> {
             let mut matrix = Square::zero(n);
             let mut left = Vector::nan(n);
             for j in 0..n {
-                // the momentum with which a leg leaves is that with which it arrives when run back, with the other sign
+                // the momentum at the beginning of a leg is minus that at the end of the reversed leg
                 let back = OwnedLeg {
                     t: Tangent::splat(from.t),
                     q: map(&from.q.hi, Tangent::splat),
@@ -278,8 +282,8 @@ impl<'s> Momenta<'s> {
         Err(not_solved(StepFailure::NotConverged, &d, Vec::new(), Vec::new()))
     }
 
-    /// Computes momentum, velocity, acceleration and force at the end of a leg from the momentum with which it arrives. One Newton iteration
-    /// solves for all of them at once. Returns the number of evaluations.
+    /// Computes momentum, velocity, acceleration and force at the end of a leg from its discrete momentum
+    /// there, by one Newton iteration for all of them. Returns the number of evaluations.
     fn kicked(&self, node: &mut Node, h: f64, arriving: &Vector) -> Result<u32, Failure> {
         let n = arriving.len();
         let mut progress = Progress::new();
@@ -306,7 +310,8 @@ impl<'s> Momenta<'s> {
             let Some(straight) = solve(rows) else {
                 return Err(unsolved(reason(&[], rows), progress));
             };
-            // what a change of the velocity does to accelerations and multipliers, and to the momentum that is left
+            // the effect of a change of the velocity on accelerations and multipliers, and on the residual of
+            // the momentum
             let mass = start::mass_matrix(&self.declaration, (node.t, &node.q.hi, &node.v));
             let mass = Square::from_fn(n, |i, j| mass[(i, j)]);
             let mut matrix = mass.clone();
@@ -320,7 +325,7 @@ impl<'s> Momenta<'s> {
                 let Some(column) = solve(&slopes) else {
                     return Err(unsolved(StepFailure::Singular, progress));
                 };
-                // along the constraints: the acceleration goes with the velocity
+                // along the constraints: the acceleration changes with the velocity
                 let along = moving(
                     point,
                     |k| if k == j { 1.0 } else { 0.0 },
@@ -356,7 +361,7 @@ impl<'s> Momenta<'s> {
                 *multiplier += change;
             }
             if progress.ends(largest) {
-                // the orientation of short legs, unless the leg is beyond a singularity
+                // the sign for short legs, unless the leg is beyond a singularity
                 let turns = |matrix: &Square| matrix.determinant().value < 0.0;
                 if turns(&matrix) != turns(&mass) {
                     return Err(Failure::Singularity);
@@ -389,7 +394,7 @@ impl Node {
         }
     }
 
-    /// How far the node moves in the time `h`, by its velocity and acceleration.
+    /// The displacement of the node in the time `h`, by its velocity and acceleration.
     fn ahead(&self, h: f64) -> Vector {
         self.v.zip(&self.a, |v, a| h * (v + 0.5 * h * a))
     }
@@ -406,7 +411,7 @@ impl Progress {
         Self { updates: Vec::new() }
     }
 
-    /// Whether the iteration ends after an update.
+    /// Whether the iteration ends with this update.
     fn ends(&mut self, update: f64) -> bool {
         let last = self.updates.last().copied().unwrap_or(f64::INFINITY);
         self.updates.push(update);
@@ -414,8 +419,8 @@ impl Progress {
     }
 }
 
-/// The largest component of an update, relative to the size of the unknown, which is not less than a part of the largest unknown and
-/// what rounding leaves.
+/// The largest component of an update, relative to the size of its unknown, which is at least a part of the
+/// largest unknown and the rounding.
 fn relative(update: &[f64], unknown: &[f64], rounding: &[f64]) -> f64 {
     let most = unknown.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let parts = (0..update.len()).map(|i| match update[i].abs() {
@@ -425,7 +430,7 @@ fn relative(update: &[f64], unknown: &[f64], rounding: &[f64]) -> f64 {
     parts.fold(0.0, larger)
 }
 
-/// A point that moves.
+/// A point with tangents.
 fn moving(
     point: AnyPoint<'_, f64>,
     v: impl Fn(usize) -> f64,
@@ -442,7 +447,7 @@ fn moving(
     OwnedPoint::new(point.q.len(), values)
 }
 
-/// Why linear equations have no solution.
+/// The reason why linear equations have no solution.
 fn reason(matrix: &[f64], right: &[f64]) -> StepFailure {
     if is_finite(matrix) && is_finite(right) {
         StepFailure::Singular

@@ -1,4 +1,4 @@
-//! A run by a composed step, whatever the number of coordinates.
+//! A run by a composed step, for any number of coordinates.
 
 #![allow(clippy::float_cmp)] // signs and fractions are kept as they are
 
@@ -42,33 +42,34 @@ pub(crate) struct Composed<'s> {
     pub kernel: &'s dyn Kernel,
     /// The values of its parameters.
     pub values: Vec<f64>,
-    /// Its smooth stages.
+    /// Its smooth stages, compiled for the declared type.
     stages: Option<Arc<dyn Stages + 's>>,
     /// The method.
     pub method: Composition,
     /// The step.
     pub h: f64,
-    /// What a step carries to the next one.
+    /// The state that is carried from step to step.
     pub(super) course: Course,
-    /// The steps near a singularity.
+    /// The steps so far near a singularity.
     nearly_singular: Option<NearlySingular>,
-    /// The current node with its momentum, and the legs of the stages in the last steps, where momenta join the legs.
+    /// The state of a method whose legs are joined by momenta.
     joined: Option<Box<Joined>>,
-    /// Whether something may rest where a function jumps with the velocity.
+    /// Whether the declaration has functions that jump with the velocity.
     may_rest: bool,
-    /// Which arguments of such functions are zero at the current node.
+    /// Whether each argument of such functions is zero at the current node.
     pub(super) resting: Vec<bool>,
-    /// The steps in which something did so that did not before, or in which such a function changed its sign.
+    /// The steps so far that were too long for a jump in them.
     pub(super) unresolved: Option<Unresolved>,
-    /// What tells where an acceleration may jump in a step; `None` where none may.
+    /// The watch for jumps of the acceleration; `None` if there can be none.
     pub(super) watch: Option<Box<Watch>>,
     /// The constraint force of the last step that was made with sides, and the node where it ended.
     pub(super) force: Option<(u64, Vector)>,
-    /// How the run arrived where inputs changed last.
+    /// The arrival at the node where inputs changed last.
     arrived: Option<Box<Arrived>>,
 }
 
-/// How a run arrives at a node where inputs change. Several changes at one node are one: a velocity jumps from the values before all of them.
+/// The arrival at a node where inputs change. Several changes at one node are one: the velocity jumps from
+/// the values before all of them.
 #[derive(Clone)]
 struct Arrived {
     /// The number of the node.
@@ -77,32 +78,33 @@ struct Arrived {
     values: Vec<f64>,
     /// The motion there.
     now: State,
-    /// The same with its momentum, where momenta join the legs.
+    /// The motion with its momentum, if momenta join the legs.
     joined: Option<momenta::Node>,
 }
 
-/// What is known beside where momenta join the legs.
+/// The state of a method whose legs are joined by momenta.
 #[derive(Clone, Debug)]
 struct Joined {
     /// The current node.
     now: momenta::Node,
     /// The legs of each stage in the last steps.
     past: Vec<momenta::Past>,
-    /// The determinant of the equations for the acceleration where it was looked at last; `None` before.
+    /// The determinant of the equations for the acceleration that was examined last; `None` before.
     looked: Option<Looked>,
 }
 
-/// A determinant that was looked at.
+/// A determinant that was examined.
 #[derive(Clone, Copy, Debug)]
 struct Looked {
     determinant: Determinant,
-    /// The number of the node.
+    /// The number of its node.
     index: u64,
-    /// That of the node where it is looked at again.
+    /// The number of the node at which it is examined again.
     again: u64,
 }
 
-/// A determinant that changes by less than this part of itself from step to step is not near zero, and is looked at again before it has changed by so much.
+/// A determinant that changes by less than this part of itself a step is not near zero; it is examined again
+/// before it has changed by as much.
 const STEADY: f64 = 0.1;
 
 impl State {
@@ -115,7 +117,7 @@ impl State {
         }
     }
 
-    /// The same at a time.
+    /// The point of the state at a time.
     fn point(&self, t: f64) -> AnyPoint<'_, f64> {
         AnyPoint {
             t,
@@ -131,14 +133,14 @@ impl State {
     }
 }
 
-/// Nothing was solved.
+/// The report at the start, where nothing was solved.
 const START: StepReport = StepReport {
     iterations: 0,
     stop: Stop::Start,
     guess: Guess::Given,
 };
 
-/// How a stage is solved as a rule.
+/// The report of a smooth stage.
 const USUAL: StepReport = StepReport {
     iterations: 1,
     stop: Stop::Update,
@@ -146,7 +148,8 @@ const USUAL: StepReport = StepReport {
 };
 
 impl<'s> Composed<'s> {
-    /// Sets up a run with the step `h`, with these values of the parameters. Without stages, all of them are solved on slices.
+    /// Sets up a run with the step `h` and the given values of the parameters. Without `stages`, all stages
+    /// are solved on slices.
     pub fn new(
         (kernel, values): (&'s dyn Kernel, Vec<f64>),
         stages: Option<Arc<dyn Stages + 's>>,
@@ -218,7 +221,7 @@ impl<'s> Composed<'s> {
         Ok(run)
     }
 
-    /// The declaration, with the values that the parameters have now.
+    /// The declaration, with the current values of the parameters.
     pub fn declaration(&self) -> Declaration<'_> {
         Declaration::of(self.kernel).with(&self.values)
     }
@@ -263,7 +266,7 @@ impl<'s> Composed<'s> {
         course.stages = stages.collect();
     }
 
-    /// Makes one step, and makes it anew with sides where something comes to rest in it, or a function jumps.
+    /// Makes one step; near rest, or if an argument changes its sign in it, by short steps of order 2 with sides.
     #[cold]
     fn make_with_sides(&mut self) -> Result<StepReport, RunError> {
         if self.is_near_rest() {
@@ -279,7 +282,7 @@ impl<'s> Composed<'s> {
         self.step_slowly()
     }
 
-    /// Gives the current node its momentum, where momenta join the legs.
+    /// Computes the momentum of the current node, if momenta join the legs.
     pub(super) fn join_again(&mut self, t: f64) -> Result<(), RunError> {
         if self.joined.is_none() {
             return Ok(());
@@ -315,7 +318,7 @@ impl<'s> Composed<'s> {
         )
     }
 
-    /// Makes one step whose stages are looked at as a whole.
+    /// Makes one step whose stages are solved on slices.
     #[cold]
     fn solve(&mut self) -> Result<StepReport, StageError> {
         let mut state = self.course.now.clone();
@@ -326,7 +329,7 @@ impl<'s> Composed<'s> {
         let (index, since) = (self.course.clock.index(), self.course.since);
         let now = self.course.clock.time();
         let mut done = 0.0;
-        // between two stages the velocity takes the halves of both at once, as where they are smooth
+        // between two stages the velocity is updated once, by the halves of both, as in smooth stages
         let mut left = 0.0;
         for place in 0..self.course.stages.len() {
             let begun = done;
@@ -343,7 +346,7 @@ impl<'s> Composed<'s> {
             stage.leg.t = now + done;
             copy(&mut stage.leg.q, &state.q.hi);
             copy(&mut stage.leg.d, &d.hi);
-            // taken out, since the equations look at the rest of the stage
+            // taken out, since the equations borrow the rest of the stage
             let mut predictor = core::mem::replace(&mut stage.predictor, Predictor::new(0));
             let stage = &self.course.stages[place];
             let mut step = self.step_of(stage);
@@ -408,7 +411,7 @@ impl<'s> Composed<'s> {
         Ok(total)
     }
 
-    /// The same where momenta join the legs.
+    /// Makes one step whose legs are joined by momenta.
     fn solve_by_momenta(&mut self) -> Result<StepReport, StageError> {
         let Some(joined) = &self.joined else {
             return Ok(START); // there is one where this is called
@@ -451,7 +454,8 @@ impl<'s> Composed<'s> {
         Ok(self.course.report)
     }
 
-    /// Looks for a singularity on the way of a step whose legs are joined by momenta: no equations of theirs tell a determinant.
+    /// Searches for a singularity on the path of a step whose legs are joined by momenta; their own equations
+    /// give no determinant.
     fn look_along(&mut self, next: &State) -> Result<(), StageError> {
         if self.kernel.shape().kinematic == 0 && self.is_steady(next) {
             return Ok(());
@@ -475,7 +479,8 @@ impl<'s> Composed<'s> {
         }
     }
 
-    /// Whether the determinant of the equations for the acceleration hardly changes from step to step, or did so when it was looked at.
+    /// Whether the determinant of the equations for the acceleration hardly changes from step to step, or did
+    /// not when it was examined.
     fn is_steady(&mut self, next: &State) -> bool {
         let index = self.course.clock.index() + 1;
         let before = self.joined.as_ref().and_then(|joined| joined.looked);
@@ -508,7 +513,7 @@ impl<'s> Composed<'s> {
         change < STEADY
     }
 
-    /// The error of a stage where momenta join the legs.
+    /// The error of a stage whose legs are joined by momenta.
     #[cold]
     fn unjoined(&self, place: usize, failure: momenta::Failure) -> StageError {
         let fraction = self.method.fractions().nth(place).unwrap_or(f64::NAN);
@@ -534,8 +539,8 @@ impl<'s> Composed<'s> {
         self.course.clock.time() + done * self.h
     }
 
-    /// The orientation of the motion at the end of a stage, if the stage has the same: at the first step of a run, and
-    /// where the continuous system itself passes a singularity.
+    /// The sign of the determinant at the end of a stage as the motion has it, if the stage has the same
+    /// sign: at the first step of a run, and where the continuous system itself passes a singularity.
     #[cold]
     fn reoriented(&self, place: usize, state: &State, half: f64) -> Result<f64, StageError> {
         let stage = &self.course.stages[place];
@@ -558,8 +563,8 @@ impl<'s> Composed<'s> {
         Err(self.refused(place, StageFailure::Singularity { time, h }))
     }
 
-    /// Looks at a stage whose determinant comes near to zero or has passed it, or that was not solved from its prediction: a motion that ends at
-    /// a singularity does not go on behind it.
+    /// Examines a stage whose determinant comes near to zero or has passed it, or that was not solved from
+    /// its prediction. A motion that ends at a singularity must not continue behind it.
     #[cold]
     fn look_for_singularity(
         &mut self,
@@ -602,7 +607,7 @@ impl<'s> Composed<'s> {
             NearlySingular::count(&mut self.nearly_singular, stage.leg.t, of_step);
         }
         if change == Change::Falls {
-            // any stage may lead past
+            // each of the stages may lead past it
             for stage in &mut self.course.stages {
                 stage.predictor.determinants.look_again();
             }
@@ -630,7 +635,7 @@ impl<'s> Composed<'s> {
         self.failed_at(place, state, |error| error, cause)
     }
 
-    /// The same, with more that is known of it.
+    /// [`Composed::failed`] with more details.
     fn failed_at(
         &self,
         place: usize,
@@ -655,8 +660,8 @@ impl<'s> Composed<'s> {
         })
     }
 
-    /// The regularity of the equations of the last step, in the stage where they are least regular. `None` if momenta join the legs,
-    /// because no regularity is computed then.
+    /// The certificate of the last step's equations, for the stage where they are least regular. `None` if
+    /// momenta join the legs, because none is computed then.
     fn regularity_of_last(&self) -> Option<Regularity> {
         if self.course.report.stop == Stop::Start || self.joined.is_some() {
             return None;
@@ -666,7 +671,7 @@ impl<'s> Composed<'s> {
             let e = self.step_of(stage).second_difference(&stage.found);
             Regularity::of_declaration(&declaration, stage.h, stage.leg.any(), &e)
         };
-        // not a number counts as the least
+        // a NaN counts as the least
         let condition =
             |at: &Regularity| (at.forward / at.largest_forward).min(at.backward / at.largest_backward);
         let order = |at: &Regularity| {
@@ -680,7 +685,7 @@ impl<'s> Composed<'s> {
             .min_by(|left, right| order(left).total_cmp(&order(right)))
     }
 
-    /// The motion from a node on with other values, and the same with its momentum where momenta join the legs.
+    /// The motion after a change of inputs at a node, with its momentum if momenta join the legs.
     fn changed(&self, arrived: &Arrived, values: &[f64]) -> Result<(State, Option<momenta::Node>), RunError> {
         let State { q, v, a } = &arrived.now;
         let t = self.course.clock.time();
@@ -689,7 +694,7 @@ impl<'s> Composed<'s> {
         let after = start::velocity_after(&[old, new], (t, &q.hi, &v.hi))?;
         let after = Vector::of(&after);
         if let Some(joined) = &arrived.joined {
-            // the momentum stays, but for the impulses of kinematic constraints
+            // the momentum is conserved, except for the impulses of kinematic constraints
             let momentum = if self.kernel.shape().kinematic > 0 {
                 Vector::of(&start::momentum(&new, (t, &q.hi, &after)))
             } else {
@@ -708,7 +713,7 @@ impl<'s> Composed<'s> {
         Ok((State { q: q.clone(), v, a }, None))
     }
 
-    /// Sets a parameter from the current node on: the run begins anew there, with the position and the momentum that it has.
+    /// Sets a parameter from the current node on: the run begins anew there, with its position and momentum.
     fn change(&mut self, place: usize, value: f64) -> Result<(), RunError> {
         let mut values = self.values.clone();
         if let Some(parameter) = values.get_mut(place) {
@@ -747,8 +752,8 @@ impl Run for Composed<'_> {
         &self.values
     }
 
-    /// Makes one step, of all stages. The report has the number of evaluations of all stages, and the stop and the guess of the
-    /// first stage in which they were not the usual ones.
+    /// Makes one step, of all stages. The report has the number of evaluations of all stages, and the stop
+    /// and the guess of the first unusual stage.
     fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
         if self.may_rest {
             return self.make_with_sides();
@@ -792,7 +797,7 @@ impl Run for Composed<'_> {
     fn reverse(&mut self) -> Result<(), RunError> {
         self.course.clock.turn();
         self.course.since = 0;
-        // nodes are counted anew
+        // nodes are numbered anew
         self.arrived = None;
         self.h = -self.h;
         self.prepare();

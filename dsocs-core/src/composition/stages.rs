@@ -1,4 +1,4 @@
-//! The stages of a composed step where all of them are smooth: compiled for every declared type that is composed, and for no other.
+//! The smooth stages of a composed step: compiled for every declared type that is composed, and for no other.
 
 #![expect(clippy::float_cmp, reason = "orientations are signs")]
 
@@ -34,19 +34,19 @@ pub(crate) struct State {
 pub(crate) struct Stage {
     /// The length of its leg.
     pub h: f64,
-    /// Whether it goes against the direction of the run.
+    /// Whether the leg goes against the direction of the run.
     pub backward: bool,
-    /// Whether it is the longest of these, and the first of its length.
+    /// Whether it is the longest of the backward legs, and the first of its length.
     pub longest: bool,
     /// `1/h²`.
     pub per_square: f64,
-    /// What is known since the run began.
+    /// The known values of the run.
     pub constants: Numbers,
-    /// The solutions of this stage in the last steps, which lie as far apart as the steps do.
+    /// The solutions of this stage in the last steps, a step apart.
     pub predictor: Predictor,
-    /// Their legs; the last is at the place `last`, those before it follow.
+    /// The legs of these solutions; the last is at the place `last`, the earlier ones follow cyclically.
     pub past: [OwnedLeg<f64>; PAST],
-    /// The place of the last of them.
+    /// The place of the last leg.
     pub last: usize,
     /// The solution of the step that is being made.
     pub found: Vector,
@@ -54,27 +54,27 @@ pub(crate) struct Stage {
     pub leg: OwnedLeg<f64>,
 }
 
-/// What a composed step carries to the next one.
+/// The state that is carried from step to step.
 #[derive(Clone, Debug)]
 pub(crate) struct Course {
     /// Its stages, in order.
     pub stages: Vec<Stage>,
-    /// Which node is the current one.
+    /// The number and the time of the current node.
     pub clock: Clock,
     /// The number of the node at which the past begins: the start, or a change of inputs.
     pub since: u64,
     /// The current node.
     pub now: State,
-    /// The orientation of the longest stage that goes back, as the motion has it.
+    /// The sign of the longest backward stage's determinant, as the motion has it.
     pub orientation: f64,
-    /// How the step that led to it was solved.
+    /// How the step to the current node was solved.
     pub report: StepReport,
-    /// How often the rows may be evaluated from one guess.
+    /// Largest number of evaluations of the rows from one guess.
     pub max_iterations: u32,
 }
 
 impl Course {
-    /// Takes in the solutions of all stages, and goes on to the node that they lead to.
+    /// Records the solutions of all stages, and moves to the node that they lead to.
     pub(super) fn commit(&mut self, now: State, report: StepReport) {
         for stage in &mut self.stages {
             stage.predictor.push(&stage.found);
@@ -86,9 +86,9 @@ impl Course {
 }
 
 impl Stage {
-    /// Puts the leg of the step among those of the past.
+    /// Records the leg of the step in the past.
     fn remember_leg(&mut self) {
-        // backward in place: the oldest makes room
+        // backwards in the ring: it replaces the oldest
         self.last = (self.last + PAST - 1) % PAST;
         core::mem::swap(&mut self.past[self.last], &mut self.leg);
     }
@@ -101,7 +101,7 @@ impl Stage {
 
 /// Makes composed steps as long as all of their stages are smooth.
 pub(crate) trait Stages: Send + Sync {
-    /// Makes the next step, or changes nothing that matters and asks.
+    /// Makes the next step, or asks a question, with the state of the run unchanged.
     fn step(&self, course: &mut Course) -> Result<(), Question>;
 }
 
@@ -125,7 +125,7 @@ fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result
     let mut a = *place_of_a;
     let index = course.clock.index();
     if index == course.since {
-        // the acceleration with which the motion begins is said
+        // the acceleration of the beginning is given
         return Err(Question::Start);
     }
     // without a past nothing else tells two roots apart
@@ -133,7 +133,8 @@ fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result
     let now = course.clock.time();
     let mut iterations = 0;
     let mut done = 0.0;
-    // between two stages the velocity takes the halves of both at once: a sum that is waited for costs as much as a part of a stage
+    // between two stages the velocity is updated once, by the halves of both: a second dependent sum would
+    // cost as much as a part of a stage
     let mut left = 0.0;
     for stage in &mut course.stages {
         let half = 0.5 * stage.h;
@@ -143,7 +144,7 @@ fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result
             lo: scaled(stage.h, &v.lo),
         };
         q = q.plus(&d);
-        // as the whole step, the stages begin at an exact time
+        // stages begin at exact times, as the whole step does
         done += stage.h;
         let leg = Leg {
             t: now + done,
@@ -181,7 +182,7 @@ fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result
             return Err(Question::Departs);
         }
         *found = solved.root.z;
-        // also where another stage asks: the step that is then solved on slices forgets the scales
+        // also if another stage asks: the step that is then solved on slices resets the factors
         *past.scales = solved.scales;
         iterations += solved.root.evaluations;
     }

@@ -1,8 +1,9 @@
-//! Whether an acceleration jumps in a composed step.
+//! Jumps of the acceleration in a composed step.
 //!
-//! The order of a composed step is that of a smooth motion. A jump between its legs leaves no trace in their equations. So the arguments of what is given by
-//! pieces are watched on its way. What is steep, or a function of the user's, is told by the acceleration at the next node, which is not the one that those
-//! before lead to expect: then accelerations are looked at on the way of the step, and on that of the step before.
+//! The order of a composed step holds for a smooth motion. A jump between its legs leaves no trace in their
+//! equations. So the arguments of piecewise functions are watched on its path. Steep functions and the user's
+//! functions show in the acceleration at the next node, if it differs from its extrapolation: then
+//! accelerations are examined on the path of the step and of the step before.
 
 use super::run::Composed;
 use super::stages::State;
@@ -28,12 +29,12 @@ struct Node {
     v: Vector,
     /// Acceleration.
     a: Vector,
-    /// The acceleration at the next node, as the past leads to expect.
+    /// The extrapolated acceleration at the next node.
     next: Option<Vector>,
 }
 
 impl Node {
-    /// The next node, a time `h` later, if the acceleration changes evenly to what is expected.
+    /// The next node, a time `h` later, if the acceleration changes linearly to the expected one.
     fn goes_on(&self, rotations: &[usize], h: f64) -> Option<Self> {
         let next = self.next.as_ref()?;
         let along = |i: usize| (self.v[i], self.a[i], next[i]);
@@ -54,20 +55,21 @@ impl Node {
     }
 }
 
-/// The last nodes, the last first, and the accelerations that they lead to expect.
+/// The last nodes, the last first, and the extrapolation of their accelerations.
 #[derive(Clone, Debug)]
 pub(super) struct Watch {
     /// At most two nodes.
     nodes: Vec<Node>,
     /// The accelerations at the past nodes.
     accelerations: Predictor,
-    /// Whether the last step has been looked at.
+    /// Whether the last step has been examined.
     looked: bool,
-    /// The signs of arguments at the end of the step that was looked at last.
+    /// The signs of arguments at the end of the step that was examined last.
     came: Vec<f64>,
-    /// The number of the node at its end.
+    /// The number of the node at the end of that step.
     looked_at: u64,
-    /// The number of the node before which arguments and tables of samples are looked at; `None` where there are none.
+    /// The number of the node before which arguments and tables of samples are evaluated again; `None` if
+    /// there are none.
     looks_at: Option<u64>,
 }
 
@@ -137,12 +139,13 @@ impl Composed<'_> {
         self.watch = Some(watch);
     }
 
-    /// Looks at the way between two nodes: at the places where arguments change their signs or, where none does and the acceleration was `unforeseen`, at
-    /// accelerations. Returns after how many steps of this length arguments are to be looked at again.
+    /// Examines the path between two nodes: places where arguments change their signs; if there are none and
+    /// the acceleration was `unforeseen`, accelerations. Returns the number of steps of this length after
+    /// which arguments are to be evaluated again.
     #[cold]
     fn look_between(&mut self, [from, to]: [&Node; 2], came: &mut [f64], unforeseen: bool) -> u64 {
         let declaration = self.declaration();
-        // a jump that a leg meets throws the motion back, before it or beyond it
+        // at a jump inside a leg, the motion may be reversed, before or beyond it
         let foreseen = from.goes_on(&self.kernel.shape().rotations, to.t - from.t);
         let mut start = came.to_vec();
         let mut part = self.jump_between([from, to], came);
@@ -199,7 +202,7 @@ impl Composed<'_> {
     }
 }
 
-/// A way on which nothing rests.
+/// A path on which no body rests.
 fn on<'a>(way: &'a Way<'a>, h: f64, declaration: Declaration<'a>) -> OnWay<'a> {
     OnWay {
         way,
@@ -209,8 +212,8 @@ fn on<'a>(way: &'a Way<'a>, h: f64, declaration: Declaration<'a>) -> OnWay<'a> {
     }
 }
 
-/// A part of the way between two nodes: the cubic polynomial with the positions and the velocities of both. That of a rotation is one of its quaternion,
-/// and its angular velocity has one with the accelerations.
+/// A place on the path between two nodes: the cubic polynomial with the positions and velocities of both. For
+/// a rotation, one for its quaternion and one for its angular velocity, with the accelerations.
 fn hermite(rotations: &[usize], from: &Node, to: &Node, x: f64) -> Place {
     let h = to.t - from.t;
     let along = |i: usize| cubic([from.q[i], to.q[i]], [from.v[i], to.v[i]].map(|v| h * v), x);
@@ -233,7 +236,7 @@ fn hermite(rotations: &[usize], from: &Node, to: &Node, x: f64) -> Place {
     Place::of_phase(from.t + x * h, q, v)
 }
 
-/// The cubic polynomial through two values with their slopes, at a part `x` of the way, and its slope there.
+/// The cubic polynomial with values and slopes at both ends, at a part `x` of the path, and its slope there.
 fn cubic([from, to]: [f64; 2], [begins, arrives]: [f64; 2], x: f64) -> [f64; 2] {
     let (d, y) = (to - from, 1.0 - x);
     [

@@ -19,7 +19,7 @@ pub(super) enum Role {
     Unknown(usize),
     /// A constant or a parameter. Constants are numbered first, then parameters.
     Fixed(usize),
-    /// The time or the step `h`: they are not differentiated by.
+    /// The time or the step `h`, with respect to which nothing is differentiated.
     Still,
 }
 
@@ -38,15 +38,16 @@ pub(super) struct Equations {
     /// The derivatives of rows and components: a matrix by unknowns, node and increment, then those by constants and parameters.
     sweeps: Sweeps,
     by_fixed: Vec<ByFixed>,
-    /// How many coordinates there are.
+    /// The number of coordinates.
     pub coordinates: usize,
-    /// The first places of rotations. Changes and derivatives by them are those of turns in the frames of their bodies.
+    /// The first places of rotations. Changes and derivatives by rotations are those of turns in the frames
+    /// of their bodies.
     pub rotations: Vec<usize>,
-    /// How many rows there are.
+    /// The number of rows.
     pub rows: usize,
-    /// How many constants.
+    /// The number of constants.
     count: usize,
-    /// How many parameters.
+    /// The number of parameters.
     pub parameters: usize,
 }
 
@@ -89,7 +90,7 @@ pub(super) struct Block {
     in_rows: Vec<Eight>,
     /// The derivatives, at the indices that [`Equations::sweeps`] gives. Other entries are zero.
     entries: Vec<Eight>,
-    /// How rotations turn on the way to the last nodes.
+    /// The tangents of rotations on the legs to the last nodes.
     legs: Vec<Carried<Eight>>,
     /// Working memory of the elimination.
     right: Vec<Eight>,
@@ -265,7 +266,7 @@ impl Block {
         &self.slopes
     }
 
-    /// How rotations turn on the way to the last nodes.
+    /// The tangents of rotations on the legs to the last nodes.
     pub fn legs(&self) -> &Legs {
         &self.legs
     }
@@ -443,7 +444,7 @@ impl Work for Linearization<'_> {
                 }
             }
         }
-        // what is not finite stays so
+        // infinite and NaN components stay so
         let mut broken = Eight::ZERO;
         for entry in in_rows.iter() {
             broken = broken + *entry * Eight::ZERO;

@@ -1,7 +1,8 @@
-//! Derivatives of what brings a start onto constraints of positions and velocities.
+//! Derivatives of the projection of a start onto constraints of positions and velocities.
 //!
-//! The iterations are those of `start::consistency`, in numbers that carry their change along a direction. Where they have ended, one more turn brings the
-//! change to rounding, as Newton's method does with derivatives.
+//! The iterations are those of `start::consistency`, in numbers that carry their change along a direction.
+//! After they have converged, one more iteration makes the change exact to rounding, as Newton's method does
+//! with derivatives.
 
 use crate::number::point::{AnyLeg, AnyPoint};
 use crate::number::scalar::Scalar as _;
@@ -10,13 +11,13 @@ use crate::solve::dense::Matrix;
 use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
-/// How often a projection is repeated.
+/// Largest number of iterations of a projection.
 const MAX_ITERATIONS: usize = 50;
 
-/// Updates of this part of a vector are small, and where they do not fall any more, they are rounding.
+/// Updates of this part of a vector are small; once they no longer decrease, they are rounding.
 const SMALL: f64 = 1e-12;
 
-/// And those of this part are rounding in any case.
+/// Updates of this part are rounding in any case.
 const SETTLED: f64 = 8.0 * f64::EPSILON;
 
 /// A vector and its change along a direction.
@@ -32,7 +33,7 @@ struct ChangingMatrix {
     change: Matrix,
 }
 
-/// What is asked of a vector: rows that are to be zero.
+/// The rows that are to vanish at a vector.
 type Rows<'r> = dyn Fn(&[Tangent2]) -> Vec<Tangent2> + 'r;
 
 impl Changing {
@@ -72,7 +73,8 @@ impl Changing {
     }
 }
 
-/// A position and a velocity after they were moved onto the constraints. A position, and its change, has quaternions for rotations. The parameters move with the rates of the declaration.
+/// The projection of a position and a velocity onto the constraints. For rotations, the position and its
+/// change have quaternions. The parameters change at the rates of the declaration.
 pub(super) fn projected(
     declaration: &Declaration<'_>,
     t0: f64,
@@ -95,7 +97,7 @@ pub(super) fn projected(
         if rotations.is_empty() {
             settled(q.clone(), &[], &inverse, &q.value, &rows)?
         } else {
-            // what is sought is the increment to the position on the constraints
+            // the unknown is the increment to the position on the constraints
             let given = q.lifted(None);
             let turned = |by: &[Tangent2]| rows(&rotation::moved(rotations, &given, by));
             let by = settled(
@@ -125,7 +127,8 @@ pub(super) fn projected(
     Some((q, v))
 }
 
-/// The increment to the second node after this one was moved onto the constraints of nodes and pairs, from what the start's rule foresees.
+/// The increment to the second node after its projection onto the constraints of nodes and pairs, from that
+/// of the start's rule.
 pub(super) fn onto_pair(
     declaration: &Declaration<'_>,
     (t0, h): (f64, f64),
@@ -161,7 +164,7 @@ pub(super) fn onto_pair(
     Some(foreseen.plus(&correction))
 }
 
-/// The inverse of the mass matrix, by which displacements are measured; the identity where there is none.
+/// The inverse of the mass matrix, the metric of displacements; the identity if it is singular.
 fn inverse_mass(declaration: &Declaration<'_>, t: f64, q: &Changing, v: &Changing) -> ChangingMatrix {
     let n = q.value.len();
     let rest = Changing::zeros(n);
@@ -248,7 +251,8 @@ mod tests {
     use crate::text::Text;
     use crate::{AnyPath, AnyStart, Kernel, Variable};
 
-    /// A bead on an ellipse that turns, with a mass that varies: the mass matrix, the rows and the parameters in them move.
+    /// A bead on an ellipse that turns, with variable mass: the mass matrix, the rows and the parameters in
+    /// them change.
     const BEAD: &str = "
         parameters { mass = 1.3, size = 1.2, gravity = 9.81, friction = 0.3 }
         coordinates(x, y);
@@ -283,7 +287,7 @@ mod tests {
         let gradient = path
             .gradient_at_end(&mut |end| end.q[0] * 0.7 + end.v[1])
             .unwrap();
-        // and one that has the start in it
+        // and one that depends on the start
         let all = path
             .gradient(&mut |index, node| {
                 if index == 0 {
@@ -335,7 +339,7 @@ mod tests {
         };
         let of = |rule: fn(&[f64], &[f64]) -> AnyStart| move |x: &[f64]| rule(&split(x).0, &split(x).1);
         let projected = |rule: fn(&[f64], &[f64]) -> AnyStart| move |x: &[f64]| of(rule)(x).projected();
-        // the start leaves the constraints where it moves by itself, or where the size does
+        // the start leaves the constraints when it changes alone, or when the size does
         let y = (1.08_f64 / 2.0).sqrt();
         let on = [0.6, y, 0.5, -(0.6 + 0.6 * y / 5.0) / (4.0 * y)];
         let beside = [0.65, 0.8, 0.5, 0.2];

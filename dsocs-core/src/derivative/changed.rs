@@ -19,9 +19,9 @@ pub(super) struct Changed {
     pub slopes: Slopes,
     /// The increment to the last node.
     pub increment: Vec<f64>,
-    /// The second difference with the old values on both sides, which the velocity of the node belongs to.
+    /// The second difference with the old values on both sides, to which the velocity of the node belongs.
     pub arriving: Vec<f64>,
-    /// Its derivatives.
+    /// The derivatives of `arriving`.
     pub of_arriving: Slopes,
 }
 
@@ -46,7 +46,7 @@ pub(super) struct Change<'p> {
     pub e: &'p [f64],
 }
 
-/// The variables that change, and their rates; what is empty stays.
+/// The variables that change, and their rates; empty ones are constant.
 #[derive(Clone, Copy, Default)]
 struct Rates<'r> {
     node: &'r [f64],
@@ -94,7 +94,7 @@ impl Change<'_> {
         rows
     }
 
-    /// The derivatives of the step, by so many parameters; `None` if they are not finite.
+    /// The derivatives of the step, with respect to `parameters` parameters; `None` if they are not finite.
     pub fn changed(&self, parameters: usize) -> Option<Changed> {
         let (slopes, _) = self.slopes(parameters)?;
         let old = Change {
@@ -110,7 +110,8 @@ impl Change<'_> {
         })
     }
 
-    /// The derivatives of the second difference that solves the rows, and this; `None` if they are not finite.
+    /// The derivatives of the second difference that solves the rows, and the second difference; `None` if
+    /// they are not finite.
     fn slopes(&self, parameters: usize) -> Option<(Slopes, Vec<f64>)> {
         let n = self.e.len();
         let still = Rates::default();
@@ -135,7 +136,7 @@ impl Change<'_> {
             let matrix = Matrix::from_fn(x.len(), x.len(), |i, j| columns[j][i].derivative());
             matrix.is_finite().then(|| (matrix.decomposed(), columns))
         };
-        // both sides share their multipliers
+        // both sides have the same multipliers
         let mut solved = by_unknowns(&x)?;
         for _ in 0..MAX_ITERATIONS {
             let rows: Vec<f64> = solved.1[0].iter().map(|row| row.value()).collect();
@@ -192,7 +193,8 @@ impl Change<'_> {
 }
 
 impl Slopes {
-    /// The change of the second difference with the node, the increment and the parameters, of which a function tells the rates on both sides.
+    /// The change of the second difference for changes of the node, the increment and the parameters, whose
+    /// rates on both sides `rate` gives.
     pub fn change(&self, q: &[f64], d: &[f64], rate: impl Fn(usize, usize) -> f64) -> Vec<f64> {
         let n = q.len();
         let mut e: Vec<f64> = (0..n)
@@ -212,7 +214,8 @@ impl Slopes {
         e
     }
 
-    /// Adds what derivatives by the second difference say of those by the node, the increment and the parameters on both sides.
+    /// Adds to the derivatives by the node, the increment and the parameters on both sides the part from
+    /// those by the second difference.
     pub fn back(&self, by_e: &[f64], [q, d]: [&mut [f64]; 2], mut parameter: impl FnMut(usize, usize, f64)) {
         let product = |slope: &[f64]| {
             by_e.iter()

@@ -1,4 +1,4 @@
-//! Why a run has no derivative.
+//! The errors of derivatives.
 
 use std::borrow::Cow;
 
@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::run::RunError;
 
-/// Why a path could not be run, or not be differentiated.
+/// The reason why a path could not be run, or not be differentiated.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum DerivativeError {
@@ -32,11 +32,11 @@ pub enum DerivativeError {
     /// There is no such coordinate or leg.
     #[error("there is no {what} {index}: there are {count}")]
     Index {
-        /// What is numbered: a coordinate or a leg.
+        /// The numbered items: coordinates or legs.
         what: &'static str,
         /// The number.
         index: usize,
-        /// How many there are.
+        /// The number of items.
         count: usize,
     },
     /// A rotation has no derivative by the scalar of its quaternion.
@@ -50,7 +50,7 @@ pub enum DerivativeError {
         /// The place that was asked for.
         index: usize,
     },
-    /// Someone who was asked whether to go on did not want it.
+    /// The caller broke off.
     #[error("stopped at t = {time}")]
     Stopped {
         /// The time of the last node.
@@ -68,9 +68,9 @@ pub enum DerivativeError {
     /// The start has no such variable.
     #[error("a start by {start} has no {variable}")]
     Variable {
-        /// By what the start is given.
+        /// The quantities that the start gives.
         start: &'static str,
-        /// What was asked for.
+        /// The variable that was requested.
         variable: &'static str,
     },
     /// The start cannot be differentiated.
@@ -78,7 +78,7 @@ pub enum DerivativeError {
         "{reason}; give the first two nodes, `Start::nodes(q0, q1)`: those of a flow are `flow.node().q` and `flow.position()`"
     )]
     Start {
-        /// Why not.
+        /// The reason.
         reason: &'static str,
     },
     /// Inputs cannot be held.
@@ -87,13 +87,13 @@ pub enum DerivativeError {
          motion and holonomic constraints do"
     )]
     Constraints {
-        /// Which constraints.
+        /// The kind of constraints.
         constraints: &'static str,
     },
     /// The continuous motion cannot be differentiated.
     #[error("the continuous motion has no derivatives here: {reason}")]
     Continuous {
-        /// Why not.
+        /// The reason.
         reason: &'static str,
     },
     /// A step of the path has no root but a jump ([`Stop::Jump`](crate::Stop::Jump)).

@@ -1,4 +1,4 @@
-//! Forward: the changes of the nodes, from the start to the end.
+//! Forward derivatives: the changes of the nodes, from the start to the end.
 
 use super::block::{Block, Role, Rooms, Steps};
 use super::error::DerivativeError;
@@ -81,13 +81,13 @@ impl<'a> AnyTangent<'a> {
 /// The derivatives of a node with respect to some variables, with any number of coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnedTangents {
-    /// How many numbers belong to one variable.
+    /// The number of components for one variable.
     width: usize,
     numbers: Vec<f64>,
 }
 
 impl OwnedTangents {
-    /// How many variables there are.
+    /// The number of variables.
     #[must_use]
     pub fn len(&self) -> usize {
         self.iter().len()
@@ -116,7 +116,7 @@ impl OwnedTangents {
 struct Moving {
     /// The change of the first node.
     q0: Vec<f64>,
-    /// Of the velocity or of the second node.
+    /// The change of the velocity or of the second node.
     second: Vec<f64>,
     parameter: Option<usize>,
     /// The stretch on which the parameter changes; `None` for all.
@@ -136,7 +136,7 @@ impl Moving {
     }
 }
 
-/// A function that gets each node with its tangents, each the changes of position, velocity and acceleration.
+/// A function that receives each node with its tangents, the changes of position, velocity and acceleration.
 type Visit<'a> = dyn FnMut(usize, AnyPoint<'_, f64>, &[f64]) + 'a;
 
 impl<const N: usize> Path<'_, N> {
@@ -301,7 +301,7 @@ struct State {
 }
 
 impl State {
-    /// Goes on to the next step, over a leg with an increment.
+    /// Moves on to the next step, over a leg with an increment.
     fn go_on(&mut self, rotations: &[usize], increment: &[f64], e: &[f64]) {
         for (d, e) in self.d.iter_mut().zip(e) {
             *d += e;
@@ -322,7 +322,7 @@ fn forward(
     let n = motion.dimension();
     let (mut rooms, mut block) = (Rooms::default(), Block::default());
     let mut states = Vec::with_capacity(variables.len());
-    // what the nodes of a piece show: the tangents of the variables, lane by lane
+    // the tangents of the variables at the nodes of a piece, lane by lane
     let width = 3 * n * variables.len();
     let mut tangents = Vec::with_capacity(width);
     for variable in variables {
@@ -391,7 +391,8 @@ fn forward(
                 continue;
             }
             shown.resize(count * width, 0.0);
-            // where parameters change, position and velocity are those with which the motion arrives
+            // where parameters change, position and velocity are those at the end of the leg with the old
+            // values
             let arriving = before.as_ref().map(|kept| Steps {
                 recorded: kept.steps(first..first + 1),
                 ..steps
@@ -470,7 +471,8 @@ fn changes(
     changes
 }
 
-/// Carries a change through a block. Fills in the changes of node, increment and second difference, one lane for each step; `e` is room.
+/// Propagates a change through a block. Fills in the changes of node, increment and second difference, one
+/// lane for each step; `e` is workspace.
 fn along(
     state: &mut State,
     (block, rotations): (&Block, &[usize]),
@@ -480,7 +482,7 @@ fn along(
     moved: &mut [Eight],
 ) {
     let all = (state, (block, rotations), by_fixed, count, e, moved);
-    // short loops of a length that the compiler knows
+    // short loops of a length known to the compiler
     match by_fixed.len() {
         1 => along_of(1, all),
         2 => along_of(2, all),
@@ -490,7 +492,7 @@ fn along(
     }
 }
 
-/// The same with `n` coordinates.
+/// [`along`] with `n` coordinates.
 #[allow(clippy::inline_always, clippy::type_complexity)] // see there
 #[inline(always)]
 fn along_of(
@@ -567,7 +569,7 @@ fn begin(motion: &Motion<'_>, variable: &Moving) -> (State, Vec<f64>) {
     (State { q, d }, [&q0[..], &v, &a].concat())
 }
 
-/// The start as a point, with an acceleration in case none is known.
+/// The start as a point, with `unknown` as the acceleration if none is known.
 pub(super) fn first_point<'m>(motion: &'m Motion<'_>, unknown: &'m [f64]) -> AnyPoint<'m, f64> {
     let first = &motion.recording.first;
     let a = motion.begun.acceleration.as_ref();

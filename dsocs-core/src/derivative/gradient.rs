@@ -16,8 +16,9 @@ use crate::tape::Eight;
 
 /// The derivatives of a cost of a [`Path`], in units of the cost per unit of the variable.
 ///
-/// Those by a rotation, and by its angular velocity, are covectors of three numbers in the frame of its body, behind a zero: a turn of the first node by
-/// `δq = ½ q∘(0, ξ)` changes the cost by the inner product of the three numbers in `q0` and `ξ`.
+/// The derivatives by a rotation, and by its angular velocity, are covectors of three numbers in the frame of
+/// its body, behind a zero: a turn of the first node by `δq = ½ q∘(0, ξ)` changes the cost by the inner
+/// product of the three numbers in `q0` with `ξ`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gradient<const N: usize> {
     /// The cost.
@@ -38,7 +39,7 @@ pub struct Gradient<const N: usize> {
 }
 
 impl<const N: usize> Gradient<N> {
-    /// With the number of coordinates.
+    /// The gradient with the number of coordinates.
     fn of(any: AnyGradient) -> Self {
         Self {
             cost: any.cost,
@@ -68,8 +69,8 @@ pub struct AnyGradient {
     pub inputs: Vec<Vec<f64>>,
 }
 
-/// The part that a node has in the cost, by the number of the node. It fills in the derivatives by position, velocity and acceleration,
-/// one after the other, and returns the cost, and whether one of them is not zero.
+/// The cost of a node, by its number. It fills in the derivatives by position, velocity and acceleration, one
+/// after the other, and returns the cost, and whether a derivative is nonzero.
 type Cost<'a> = dyn FnMut(usize, AnyPoint<'_, f64>, &mut [f64]) -> (f64, bool) + 'a;
 
 impl<const N: usize> Path<'_, N> {
@@ -100,8 +101,8 @@ impl<const N: usize> Path<'_, N> {
     ///
     /// [`DerivativeError`] if a step or the start has no derivative.
     ///
-    /// A rotation stands in `node.q` with the four numbers of its quaternion; only how the cost changes where it turns is asked for, so the cost need not
-    /// mind its norm.
+    /// For a rotation, `node.q` has the four numbers of its quaternion. Only the changes of the cost by turns
+    /// are used, so the cost may depend on the norm in any way.
     pub fn gradient(
         &self,
         cost: &mut dyn FnMut(usize, &Point<Dual<f64>, N>) -> Dual<f64>,
@@ -124,7 +125,7 @@ impl<const N: usize> Path<'_, N> {
     }
 }
 
-/// A point of dual numbers with its number of coordinates.
+/// A point of dual numbers as arrays.
 fn moving<const N: usize>(point: AnyPoint<'_, Dual<f64>>) -> Point<Dual<f64>, N> {
     let sized = |x: &[Dual<f64>]| x.first_chunk().copied().unwrap_or([Dual::new(f64::NAN, 0.0); N]);
     Point {
@@ -160,7 +161,7 @@ impl AnyPath<'_> {
         self.gradient_from(self.steps(), &mut |_, end| cost(end))
     }
 
-    /// The gradient of a cost of the nodes from one on.
+    /// The gradient of a cost of the nodes from `first` on.
     fn gradient_from(
         &self,
         first: usize,
@@ -188,7 +189,7 @@ fn of_node(
     let vectors = [point.q, point.v, point.a].into_iter().flatten();
     room.extend(vectors.map(|&x| Dual::new(x, 0.0)));
     let mut at = |numbers: &[Dual<f64>]| cost(index, point_of(Dual::new(point.t, 0.0), numbers));
-    // few costs depend on the acceleration: with NaN as its rate, the result is NaN only if this one does
+    // few costs depend on the acceleration: with NaN as its rate, the result is NaN only if the cost does
     for a in &mut room[2 * n..] {
         a.eps = f64::NAN;
     }
@@ -202,7 +203,7 @@ fn of_node(
     for (place, slope) in slopes.iter_mut().enumerate().take(parts * n) {
         let mut own = rotations.iter();
         if let Some(&first) = own.find(|&&first| (first..first + SLOTS).contains(&(place % n))) {
-            // of the place of the zero nothing is asked
+            // the place of the zero has no derivative
             if place % n == first {
                 continue;
             }
@@ -239,7 +240,8 @@ struct Costs<'a, 'c> {
 }
 
 impl Costs<'_, '_> {
-    /// Adds the cost of a node. Whether it depends on the point: then [`Costs::slopes`] says how.
+    /// Adds the cost of a node. Returns whether it depends on the point: then [`Costs::slopes`] has the
+    /// derivatives.
     fn add(&mut self, index: usize, point: AnyPoint<'_, f64>) -> bool {
         let (cost, depends) = (self.cost)(index, point, &mut self.slopes);
         self.sum += cost;
@@ -252,15 +254,15 @@ struct Adjoint {
     /// By the node and by the increment of the step after.
     q: Vec<f64>,
     d: Vec<f64>,
-    /// By the second difference of the last step; room.
+    /// By the second difference of the last step; workspace.
     e: Vec<f64>,
     /// By the parameters, stretch by stretch.
     parameters: Vec<Vec<f64>>,
 }
 
 impl Adjoint {
-    /// Goes back through a step, over the leg to its last node, to the derivative by its second difference. `of_node` is the direct one, by its
-    /// node's cost, in the first lane.
+    /// Goes back through a step, over the leg to its last node, to the derivative by its second difference.
+    /// `of_node` is the direct derivative, by the cost of its node, in the first lane.
     fn by_e(&mut self, of_node: &[Eight], (rotations, increment): (&[usize], &[f64])) {
         let n = self.e.len();
         let mut legs = Vec::new();
@@ -273,7 +275,7 @@ impl Adjoint {
     }
 }
 
-/// Carries the derivatives of the cost from the end to the start. Nodes before `from` have no cost.
+/// Propagates the derivatives of the cost from the end to the start. Nodes before `from` have no cost.
 #[expect(clippy::too_many_lines, reason = "one pass over the steps")]
 fn backward(
     recording: &Recording<'_>,
@@ -323,7 +325,8 @@ fn backward(
             let kept = changed
                 .as_ref()
                 .map(|changed| motion.arriving(&window, first, changed));
-            // where parameters change, position and velocity are those with which the motion arrives
+            // where parameters change, position and velocity are those at the end of the leg with the old
+            // values
             let arriving = kept.as_ref().map(|kept| Steps {
                 recorded: kept.steps(first..first + 1),
                 ..steps
@@ -424,7 +427,8 @@ fn leave(
     }
 }
 
-/// Evaluates the costs of some nodes. Whether they depend on the points: `weights` are then the derivatives by these.
+/// Evaluates the costs of some nodes. Returns whether they depend on the points: then `weights` has the
+/// derivatives by these.
 fn weigh(
     motion: &Motion<'_>,
     costs: &mut Costs<'_, '_>,
@@ -461,7 +465,7 @@ fn back(
     count: usize,
     all: &mut [Eight],
 ) {
-    // short loops of a length that the compiler knows
+    // short loops of a length known to the compiler
     match all.len() {
         1 => back_of(1, adjoint, block, of_nodes, count, all),
         2 => back_of(2, adjoint, block, of_nodes, count, all),
@@ -471,7 +475,7 @@ fn back(
     }
 }
 
-/// The same with `n` coordinates.
+/// [`back`] with `n` coordinates.
 #[allow(clippy::inline_always)] // see there
 #[inline(always)]
 fn back_of(
@@ -511,7 +515,7 @@ fn back_of(
     }
 }
 
-/// From the first step to the start.
+/// The gradient at the start, from the derivatives by the first step.
 fn begin(motion: &Motion<'_>, mut costs: Costs<'_, '_>, adjoint: Adjoint) -> AnyGradient {
     let (n, recording) = (motion.dimension(), motion.recording);
     let Adjoint {
@@ -538,7 +542,7 @@ fn begin(motion: &Motion<'_>, mut costs: Costs<'_, '_>, adjoint: Adjoint) -> Any
         Begun::back_from_increment_of_nodes(rotations, &first.d, &d, [&mut q0, &mut q]);
         (q1, v0) = (q, vec![0.0; n]);
     } else {
-        // the first node of the first step lies beyond the increment
+        // the start is the beginning of the first step's increment
         let mut legs = Vec::new();
         turning::legs(rotations, |i| Eight::splat(first.d[i]), &mut legs);
         turning::back(rotations, &legs, 0, &mut q, &mut d);

@@ -1,4 +1,5 @@
-//! What a path keeps in memory: all of its steps, or some states of the run (checkpoints), from which the steps between them are computed again.
+//! The memory of a path: all of its steps, or states of the run (checkpoints), from which the steps between
+//! them are computed again.
 
 use core::ops::Range;
 
@@ -8,18 +9,18 @@ use crate::number::point::AnyLeg;
 use crate::run::Run as _;
 use crate::tape::Eight;
 
-/// The numbers of a step, in the order in which they are kept: the time of the middle node, the node, the increment that led to it, the
-/// second difference, the unknowns.
+/// The numbers of a step, in the order of storage: the time of the middle node, the node, the increment that
+/// led to it, the second difference, the unknowns.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
-    /// How many coordinates there are.
+    /// The number of coordinates.
     coordinates: usize,
-    /// How many unknowns.
+    /// The number of unknowns.
     unknowns: usize,
 }
 
 impl Layout {
-    /// How many numbers there are in all.
+    /// The total count of numbers.
     fn width(self) -> usize {
         1 + 3 * self.coordinates + self.unknowns
     }
@@ -28,18 +29,18 @@ impl Layout {
 /// Some consecutive steps.
 #[derive(Clone, Debug)]
 pub(super) struct Kept {
-    /// The number of the first one's middle node, from 1 on.
+    /// The number of the first step's middle node, from 1 on.
     pub first: usize,
-    /// What stands where in a step.
+    /// The layout of a step.
     layout: Layout,
-    /// How many steps there are.
+    /// The number of steps.
     count: usize,
     /// Their numbers, one step after the other.
     numbers: Vec<f64>,
 }
 
 impl Kept {
-    /// How many bytes a step takes.
+    /// The memory of a step in bytes.
     pub fn bytes([coordinates, unknowns]: [usize; 2]) -> usize {
         let layout = Layout {
             coordinates,
@@ -48,7 +49,7 @@ impl Kept {
         size_of::<f64>() * layout.width()
     }
 
-    /// No steps yet, but memory for `count` steps with so many coordinates and unknowns each.
+    /// No steps yet, with memory for `count` steps of the given numbers of coordinates and unknowns.
     pub fn from(first: usize, count: usize, [coordinates, unknowns]: [usize; 2]) -> Self {
         let layout = Layout {
             coordinates,
@@ -67,7 +68,8 @@ impl Kept {
         self.first + self.count
     }
 
-    /// Keeps a step: its time; the middle node, the increment and the second difference in one; the unknowns.
+    /// Stores a step: its time; the middle node, the increment and the second difference as one slice; the
+    /// unknowns.
     #[inline]
     pub fn keep(&mut self, t: f64, step: &[f64], z: &[f64]) {
         self.count += 1;
@@ -91,9 +93,9 @@ impl Kept {
 /// Consecutive steps of a path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Recorded<'p> {
-    /// What stands where in a step.
+    /// The layout of a step.
     layout: Layout,
-    /// How many steps there are.
+    /// The number of steps.
     count: usize,
     /// The numbers of the steps.
     numbers: &'p [f64],
@@ -103,7 +105,7 @@ impl<'p> Recorded<'p> {
     /// The place of the time among the numbers of a step.
     pub const TIME: usize = 0;
 
-    /// How many steps there are.
+    /// The number of steps.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -147,8 +149,8 @@ impl<'p> Recorded<'p> {
 
 /// The checkpoints: states of a run from which its steps are computed again.
 pub(super) struct Checkpoints<'s> {
-    /// How many steps lie between two checkpoints. It is a multiple of [`Eight::COUNT`], so that steps are evaluated in the same blocks as if all
-    /// were kept.
+    /// The number of steps between two checkpoints, a multiple of [`Eight::COUNT`], so that steps are
+    /// evaluated in the same blocks as if all were stored.
     pub every: usize,
     /// The states. The first one is that before the first step.
     states: Vec<Discrete<'s>>,
@@ -163,8 +165,9 @@ impl<'s> Checkpoints<'s> {
         }
     }
 
-    /// For `count` steps of `bytes` bytes each, and states of `state` bytes. If all of them fit into `memory` bytes, all are kept. Otherwise checkpoints are kept, at the distance
-    /// for which the checkpoints and the steps between two of them take the least memory together.
+    /// Checkpoints for `count` steps of `bytes` bytes each, and states of `state` bytes. If all steps fit
+    /// into `memory` bytes, all are stored. Otherwise checkpoints are, at the distance for which the
+    /// checkpoints and the steps between two of them take the least memory together.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a square root of what memory can hold
     pub fn new(count: usize, [bytes, state]: [usize; 2], memory: usize) -> Self {
         if count.saturating_mul(bytes) <= memory {
@@ -178,12 +181,12 @@ impl<'s> Checkpoints<'s> {
         }
     }
 
-    /// Whether checkpoints are kept, not all steps.
+    /// Whether checkpoints are stored, not all steps.
     pub fn are_kept(&self) -> bool {
         self.every != usize::MAX
     }
 
-    /// Keeps the state of a flow after `steps` steps, if a checkpoint is due there. Returns whether it is.
+    /// Stores the state of a flow after `steps` steps, if a checkpoint is due there. Returns whether it is.
     #[inline]
     pub fn keep(&mut self, flow: &Discrete<'s>, steps: usize) -> bool {
         let is_due = self.are_kept() && steps.is_multiple_of(self.every);
@@ -193,7 +196,8 @@ impl<'s> Checkpoints<'s> {
         is_due
     }
 
-    /// Computes the steps behind the checkpoint number `window` again. The path has `count` steps in all, with so many coordinates and unknowns.
+    /// Computes the steps after the checkpoint number `window` again. The path has `count` steps in all, with
+    /// the numbers `sizes` of coordinates and unknowns.
     pub fn again(&self, window: usize, count: usize, sizes: [usize; 2]) -> Result<Kept, DerivativeError> {
         let before = window * self.every;
         let own = self.every.min(count.saturating_sub(before));
@@ -210,7 +214,7 @@ impl<'s> Checkpoints<'s> {
     }
 }
 
-/// Keeps the last step of a flow.
+/// Stores the last step of a flow.
 #[inline]
 pub(super) fn keep_last(kept: &mut Kept, flow: &Discrete<'_>) {
     let course = &flow.course;

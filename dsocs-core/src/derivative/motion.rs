@@ -1,4 +1,4 @@
-//! The steps of a path, whatever its system is: derivatives are computed from them.
+//! The steps of a path, for any system, from which derivatives are computed.
 
 use std::borrow::Cow;
 
@@ -14,7 +14,7 @@ use crate::tape::{Eight, Source};
 
 /// A stretch of a path with constant inputs.
 pub(super) struct Stretch {
-    /// The number of the node from which on it holds.
+    /// The number of the node at which it begins.
     pub from: usize,
     /// The values of the parameters.
     pub values: Vec<f64>,
@@ -34,11 +34,11 @@ pub(super) struct Recording<'s> {
     pub stretches: Vec<Stretch>,
     /// The inputs, as indices of parameters.
     pub inputs: Vec<usize>,
-    /// How many steps there are.
+    /// The number of steps.
     pub length: usize,
     /// All of them, or those from the last checkpoint on.
     pub kept: Kept,
-    /// The states from which the others are made again.
+    /// The states from which the other steps are computed again.
     pub checkpoints: Checkpoints<'s>,
 }
 
@@ -61,7 +61,7 @@ impl Recording<'_> {
             .collect()
     }
 
-    /// How many legs have inputs of their own.
+    /// The number of legs with inputs of their own.
     pub fn legs(&self) -> usize {
         if self.inputs.is_empty() {
             0
@@ -70,7 +70,7 @@ impl Recording<'_> {
         }
     }
 
-    /// What derivatives are computed from.
+    /// The data from which derivatives are computed.
     pub fn motion(&self) -> Result<Motion<'_>, DerivativeError> {
         let stretches: Vec<(usize, Declaration<'_>)> = (self.stretches.iter())
             .map(|stretch| {
@@ -99,12 +99,12 @@ impl Recording<'_> {
 pub(super) struct Motion<'p> {
     pub recording: &'p Recording<'p>,
     pub begun: Begun,
-    /// The stretches, by the nodes from which on they hold.
+    /// The stretches, by the nodes at which they begin.
     stretches: Vec<(usize, Declaration<'p>)>,
     pub equations: Equations,
 }
 
-/// Consecutive steps of a path, all from one checkpoint on.
+/// Consecutive steps of a path, all after one checkpoint.
 pub(super) type Window<'p> = Cow<'p, Kept>;
 
 /// Some consecutive steps, by the numbers of their middle nodes.
@@ -121,7 +121,7 @@ pub(super) enum Piece {
 }
 
 impl Piece {
-    /// The first of its steps, how many they are, and the stretch that they belong to.
+    /// The number of its first step, the number of steps, and their stretch.
     pub(super) fn steps(&self) -> (usize, usize, usize) {
         match *self {
             Self::Plain {
@@ -135,12 +135,12 @@ impl Piece {
 }
 
 impl<'p> Motion<'p> {
-    /// How many coordinates there are.
+    /// The number of coordinates.
     pub fn dimension(&self) -> usize {
         self.equations.coordinates
     }
 
-    /// How many stretches there are.
+    /// The number of stretches.
     pub fn stretches(&self) -> usize {
         self.stretches.len()
     }
@@ -150,7 +150,7 @@ impl<'p> Motion<'p> {
         &self.stretches[stretch].1
     }
 
-    /// How many windows the steps are in.
+    /// The number of windows.
     pub fn windows(&self) -> usize {
         self.recording.length.div_ceil(self.recording.checkpoints.every)
     }
@@ -234,7 +234,7 @@ impl<'p> Motion<'p> {
             .ok_or_else(|| self.singular(at))
     }
 
-    /// The step at which parameters change, as it would be with the old values on both sides.
+    /// The step at which parameters change, with the old values on both sides.
     pub fn arriving(&self, window: &Kept, at: usize, changed: &Changed) -> Kept {
         let (leg, _) = window.steps(at..at + 1).first();
         let mut kept = Kept::from(at, 1, [self.dimension(), self.equations.rows]);

@@ -1,4 +1,4 @@
-//! A run whose steps are kept, so that it can be differentiated.
+//! A run whose steps are stored, so that it can be differentiated.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -17,12 +17,13 @@ use crate::start::{self, AnyStart, Beginning, Given, Start};
 use crate::system::System;
 use crate::tape::quantity::Quantity;
 
-/// A run of a [`Flow`](crate::Flow) whose steps were kept, so that it can be differentiated: forward by [`Path::tangents`], backward by
-/// [`Path::gradient`].
+/// A run of a [`Flow`](crate::Flow) whose steps are stored, so that it can be differentiated: forward by
+/// [`Path::tangents`], backward by [`Path::gradient`].
 ///
-/// It takes `8 (3 n + m + 1)` bytes per step, with `n` coordinates and `m` unknowns, up to [`Path::MEMORY`] bytes. A longer run keeps only some of its
-/// states, as checkpoints, and about as many steps; derivatives then make the steps between two checkpoints again, which takes about as long as one
-/// more run. The nodes are those of [`Flow`](crate::Flow), and the derivatives are the same either way, bit for bit.
+/// It takes `8 (3 n + m + 1)` bytes per step, with `n` coordinates and `m` unknowns, up to [`Path::MEMORY`]
+/// bytes. A longer run stores only some of its states, as checkpoints, and about as many steps; derivatives
+/// then compute the steps between two checkpoints again, which takes about as long as one more run. The nodes
+/// are those of [`Flow`](crate::Flow), and the derivatives are the same either way, bit for bit.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -49,7 +50,7 @@ use crate::tape::quantity::Quantity;
 /// # Ok::<(), dsocs_core::DerivativeError>(())
 /// ```
 pub struct Path<'s, const N: usize> {
-    /// The same with any number of coordinates.
+    /// The path with any number of coordinates.
     pub(super) any: AnyPath<'s>,
     /// The last node.
     end: Node<N>,
@@ -63,7 +64,7 @@ impl<const N: usize> fmt::Debug for Path<'_, N> {
 }
 
 impl<'s, const N: usize> Path<'s, N> {
-    /// How many bytes the steps of a path take at most, where nothing else is asked for ([`Path::within`]): 256 MiB.
+    /// Largest memory of a path's steps in bytes, unless set by [`Path::within`]: 256 MiB.
     pub const MEMORY: usize = AnyPath::MEMORY;
 
     /// Runs from a start with the step `h`, up to the last node at or before `t`.
@@ -81,7 +82,8 @@ impl<'s, const N: usize> Path<'s, N> {
         Self::within(system, h, start, t, Self::MEMORY)
     }
 
-    /// The same where the steps take at most `memory` bytes, if a run of that length can do with it: checkpoints need room, too.
+    /// [`Path::new`] with at most `memory` bytes for the steps, if a run of that length is possible with it:
+    /// checkpoints need memory, too.
     ///
     /// # Errors
     ///
@@ -117,7 +119,7 @@ impl<'s, const N: usize> Path<'s, N> {
         plan(system.kernel(), h, &start.given(), &inputs, &legs).map(Self::of)
     }
 
-    /// The path with its number of coordinates.
+    /// The path with its number of coordinates at compile time.
     fn of(any: AnyPath<'s>) -> Self {
         Self {
             end: any.end().sized(),
@@ -176,7 +178,7 @@ impl fmt::Debug for AnyPath<'_> {
 }
 
 impl<'s> AnyPath<'s> {
-    /// How many bytes the steps of a path take at most, where nothing else is asked for ([`AnyPath::within`]): 256 MiB.
+    /// Largest memory of a path's steps in bytes, unless set by [`AnyPath::within`]: 256 MiB.
     pub const MEMORY: usize = 1 << 28;
 
     /// Runs from a start with the step `h`, up to the last node at or before `t`.
@@ -188,7 +190,7 @@ impl<'s> AnyPath<'s> {
         Self::within(system, h, start, t, Self::MEMORY)
     }
 
-    /// The same where the steps take at most `memory` bytes; see [`Path::within`].
+    /// [`AnyPath::new`] with at most `memory` bytes for the steps; see [`Path::within`].
     ///
     /// # Errors
     ///
@@ -204,7 +206,7 @@ impl<'s> AnyPath<'s> {
         run(system, h, &start, t, memory, &mut go_on)
     }
 
-    /// As [`AnyPath::new`], while someone who is asked after every thousand steps or so wants it to go on.
+    /// As [`AnyPath::new`], but calls `ask` after every thousand steps or so, and stops if it breaks.
     ///
     /// # Errors
     ///
@@ -220,8 +222,8 @@ impl<'s> AnyPath<'s> {
         run(system, h, &start, t, Self::MEMORY, ask)
     }
 
-    /// Runs with inputs that are held on each leg: `values[k]` are the values of the parameters `inputs` on the leg from node `k` to node
-    /// `k + 1`; see [`Path::plan`]. A value that is missing is NaN.
+    /// Runs with inputs that are held on each leg: `values[k]` are the values of the parameters `inputs` on
+    /// the leg from node `k` to node `k + 1`; see [`Path::plan`]. Missing values are NaN.
     ///
     /// # Errors
     ///
@@ -249,7 +251,7 @@ impl<'s> AnyPath<'s> {
         self.recording.length
     }
 
-    /// Writes what it is, under a name.
+    /// The debug format, under a name.
     fn write(&self, f: &mut fmt::Formatter<'_>, name: &str) -> fmt::Result {
         f.debug_struct(name)
             .field("h", &self.recording.h)
@@ -259,15 +261,15 @@ impl<'s> AnyPath<'s> {
     }
 }
 
-/// After so many steps someone is asked whether to go on.
+/// Number of steps after which the caller is asked whether to continue.
 const ASK: u64 = 1024;
 
-/// Whether to go on where nobody is asked.
+/// Always continues.
 fn go_on() -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// Runs to a time and keeps the steps.
+/// Runs to a time and stores the steps.
 fn run<'s>(
     kernel: &'s dyn Kernel,
     h: f64,
@@ -303,7 +305,7 @@ fn run<'s>(
     recorder.ended(&flow, start)
 }
 
-/// Runs with inputs that are held on each leg, and keeps the steps.
+/// Runs with inputs that are held on each leg, and stores the steps.
 fn plan<'s>(
     kernel: &'s dyn Kernel,
     h: f64,
@@ -353,7 +355,7 @@ fn plan<'s>(
     Ok(path)
 }
 
-/// What keeps the steps of a flow.
+/// Stores the steps of a flow.
 struct Recorder<'s> {
     /// The start.
     beginning: Beginning,
@@ -363,20 +365,20 @@ struct Recorder<'s> {
     accelerated: Option<Accelerated>,
     /// The stretches of constant inputs.
     stretches: Vec<Stretch>,
-    /// How many coordinates there are, and how many unknowns a step has.
+    /// The number of coordinates, and the number of unknowns of a step.
     sizes: [usize; 2],
-    /// For how many steps there is memory.
+    /// The number of steps for which there is memory.
     window: usize,
-    /// How many steps there are.
+    /// The number of steps.
     length: usize,
     /// All of them, or those from the last checkpoint on.
     kept: Kept,
-    /// The states from which the others are made again.
+    /// The states from which the other steps are computed again.
     checkpoints: Checkpoints<'s>,
 }
 
 impl<'s> Recorder<'s> {
-    /// Keeps no steps yet of a flow that is to take `count`.
+    /// A recorder without steps yet, of a flow that is to take `count`.
     fn begun(flow: &Discrete<'s>, count: usize, memory: usize) -> Self {
         let beginning = flow.beginning.clone();
         let Beginning { q0, v0, a0, t0, .. } = &beginning;
@@ -404,7 +406,7 @@ impl<'s> Recorder<'s> {
         }
     }
 
-    /// Keeps the state of the flow where a checkpoint is due.
+    /// Stores the state of the flow if a checkpoint is due.
     #[inline]
     fn mark(&mut self, flow: &Discrete<'s>) {
         if self.checkpoints.keep(flow, self.length) && self.length > 0 {
@@ -412,7 +414,7 @@ impl<'s> Recorder<'s> {
         }
     }
 
-    /// Keeps the last step of the flow.
+    /// Stores the last step of the flow.
     #[inline]
     fn keep(&mut self, flow: &Discrete<'s>) -> Result<(), DerivativeError> {
         if matches!(flow.course.report.stop, Stop::Jump | Stop::Sticks) || flow.has_sides() {
@@ -462,7 +464,7 @@ impl<'s> Recorder<'s> {
     }
 }
 
-/// The stretch of a path that begins with a node, with the parameters of a flow.
+/// The stretch of a path that begins at a node, with the parameters of a flow.
 fn stretch(from: usize, flow: &Discrete<'_>) -> Stretch {
     Stretch {
         from,

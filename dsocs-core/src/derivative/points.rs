@@ -1,5 +1,5 @@
-//! The points of the nodes of a path, positions, velocities and accelerations, with their derivatives. Of rotations these are by turns in the frames of the
-//! bodies.
+//! The points of a path's nodes (positions, velocities and accelerations) with their derivatives. Those of
+//! rotations are by turns in the frames of the bodies.
 
 use super::block::{Equations, Role, Rooms, Steps, quaternion, set};
 use crate::solve::rotation::{SLOTS, body_covector};
@@ -55,7 +55,7 @@ impl Equations {
         } = rooms;
         let is_turn = |k: usize| self.of_rotation(Role::Node(k)).is_some();
         let weight = |k: usize| match weights.get(k) {
-            // a turn of the node is told as it is
+            // a turn of the node is added directly
             Some(_) if is_turn(k) => Eight::ZERO,
             Some(weight) => *weight,
             None => Eight::ZERO,
@@ -78,7 +78,8 @@ impl Equations {
         }
     }
 
-    /// Of a component of a node's quaternion: which one it is, and the number and the first place of its rotation.
+    /// For a component of a node's quaternion: its number, and the number and the first place of its
+    /// rotation.
     fn of_rotation(&self, role: Role) -> Option<(usize, usize, usize)> {
         let Role::Node(i) = role else { return None };
         let mut rotations = self.rotations.iter().enumerate();

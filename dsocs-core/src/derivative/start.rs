@@ -12,11 +12,11 @@ use crate::tape::{Eight, Input, Leaf, Part, Room, Segment};
 /// The derivatives of an acceleration, or of an increment, by position, velocity and parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Slopes {
-    /// How many coordinates there are.
+    /// The number of coordinates.
     coordinates: usize,
     /// By the coordinates of the position, one row for each component.
     by_q: Vec<f64>,
-    /// By the components of the velocity in the same way.
+    /// By the components of the velocity, in the same order.
     by_v: Vec<f64>,
     /// By one parameter after another.
     by_parameters: Vec<Vec<f64>>,
@@ -28,7 +28,7 @@ pub(super) struct Accelerated {
     pub multipliers: Vec<f64>,
 }
 
-/// What a run begins with, after its rule was applied.
+/// The beginning of a run, after its start's rule was applied.
 #[derive(Clone, Debug)]
 pub(super) struct First {
     /// The rule that gives the second node.
@@ -36,20 +36,20 @@ pub(super) struct First {
     pub t0: f64,
     pub q0: Vec<f64>,
     pub v0: Vec<f64>,
-    /// The acceleration, where the rule knows it.
+    /// The acceleration, if the rule uses it.
     pub a0: Option<Vec<f64>>,
     /// The increment to the second node.
     pub d: Vec<f64>,
-    /// Position and velocity before they were moved onto the constraints, where they were.
+    /// Position and velocity before their projection onto the constraints, if they were projected.
     pub given: Option<[Vec<f64>; 2]>,
 }
 
 /// The derivatives at the start.
 #[derive(Clone, Debug)]
 pub(super) struct Begun {
-    /// Those of position and velocity by what was given, where this was moved onto the constraints.
+    /// Those of position and velocity by the given ones, if these were projected onto the constraints.
     pub projection: Option<[Slopes; 2]>,
-    /// Those of the first increment, by what was given; zero if two nodes are given.
+    /// Those of the first increment by the given start; zero if two nodes are given.
     pub increment: Slopes,
     /// The acceleration at the start, with its derivatives by the position and the velocity there; `None` if it cannot be computed.
     pub acceleration: Option<(Vec<f64>, Slopes)>,
@@ -65,7 +65,8 @@ impl Slopes {
         }
     }
 
-    /// Those along one direction after another: the coordinates of the position, the components of the velocity, the parameters.
+    /// The derivatives along one direction after another: the coordinates of the position, the components of
+    /// the velocity, the parameters.
     fn from_directions(coordinates: usize, changes: &[Vec<f64>]) -> Self {
         let (n, mut slopes) = (coordinates, Self::none(coordinates, 0));
         for (place, change) in changes.iter().enumerate() {
@@ -84,7 +85,7 @@ impl Slopes {
         self.by_q.chunks_exact(n).zip(self.by_v.chunks_exact(n))
     }
 
-    /// The change that follows from changes of position, velocity and parameters.
+    /// The change for changes of position, velocity and parameters.
     pub fn change(&self, q: &[f64], v: &[f64], parameters: &[f64]) -> Vec<f64> {
         let change = |(i, (by_q, by_v)): (usize, (&[f64], &[f64]))| {
             let by_q: f64 = by_q.iter().zip(q).map(|(slope, q)| slope * q).sum();
@@ -164,7 +165,7 @@ impl Begun {
         })
     }
 
-    /// The change of the increment between two nodes that are given, from those of the nodes.
+    /// The change of the increment between two given nodes, for changes of the nodes.
     pub fn increment_of_nodes(rotations: &[usize], d: &[f64], [q0, q1]: [&[f64]; 2]) -> Vec<f64> {
         let mut change: Vec<f64> = q1.iter().zip(q0).map(|(q1, q0)| q1 - q0).collect();
         for &first in rotations {
@@ -178,7 +179,7 @@ impl Begun {
         change
     }
 
-    /// Adds what derivatives by that increment say of those by the nodes.
+    /// Adds to the derivatives by the nodes the part from those by that increment.
     pub fn back_from_increment_of_nodes(
         rotations: &[usize],
         d: &[f64],
@@ -201,7 +202,8 @@ impl Begun {
         }
     }
 
-    /// The same where constraints bind the second node to the first, and perhaps the velocity and the position.
+    /// [`Begun::new`] for constraints that bind the second node to the first, and possibly the velocity and
+    /// the position.
     fn bound(
         declaration: &Declaration<'_>,
         h: f64,

@@ -1,4 +1,5 @@
-//! Rotations in derivatives: how small turns are carried from node to node, forward and backward, for eight steps at once.
+//! Rotations in derivatives: propagation of small turns from node to node, forward and backward, for eight
+//! steps at once.
 //!
 //! The change of a rotation is three numbers in the frame of its body, behind a zero; so are derivatives by it.
 
@@ -13,7 +14,7 @@ impl Number for Eight {
     }
 }
 
-/// How the rotations of the nodes after some steps turn with those before.
+/// The tangents of the rotations on the legs to the next nodes.
 pub(super) type Legs = [Carried<Eight>];
 
 /// The three numbers of a rotation.
@@ -31,7 +32,7 @@ pub(super) fn legs(rotations: &[usize], increment: impl Fn(usize) -> Eight, legs
     }
 }
 
-/// A step on, from the middle node to the last: the turns of the node, from those of the increment that leads there.
+/// The turns of the last node of a step, from those of the middle node and of the increment that leads there.
 #[inline]
 pub(super) fn forward(rotations: &[usize], legs: &Legs, lane: usize, q: &mut [f64], d: &[f64]) {
     let (mut left, mut legs, mut i) = (rotations, legs.iter(), 0);
@@ -52,7 +53,8 @@ pub(super) fn forward(rotations: &[usize], legs: &Legs, lane: usize, q: &mut [f6
     }
 }
 
-/// The same backwards: derivatives by the last node are those by the middle one, and go to those by the increment as well.
+/// [`forward`] transposed: derivatives by the last node become those by the middle one, and are added to
+/// those by the increment.
 #[inline]
 pub(super) fn back(rotations: &[usize], legs: &Legs, lane: usize, q: &mut [f64], d: &mut [f64]) {
     let (mut left, mut legs, mut i) = (rotations, legs.iter(), 0);
@@ -90,7 +92,8 @@ fn lane_of(leg: &Carried<Eight>, lane: usize) -> Carried<f64> {
     }
 }
 
-/// Puts derivatives by turns in the place of those by the components of quaternions; both begin at some place of each row of a matrix.
+/// Replaces derivatives by the components of quaternions with those by turns; both begin at some place of
+/// each row of a matrix.
 #[inline(always)]
 #[allow(clippy::inline_always)] // for the machine's own instructions
 pub(super) fn by_turns(
@@ -108,7 +111,8 @@ pub(super) fn by_turns(
     }
 }
 
-/// The components of a quaternion whose body turns along one of its axes: `½ q∘(0, e)`; those of nothing along the place of the zero.
+/// The change `½ q∘(0, e)` of a quaternion whose body turns about one of its axes; zero for the place of the
+/// zero.
 pub(super) fn along(rotations: &[usize], q: &[f64], place: usize) -> Vec<f64> {
     let turn: Vec<f64> = (0..q.len())
         .map(|i| f64::from(u8::from(i == place && !rotations.contains(&i))))

@@ -59,24 +59,24 @@ pub struct AnyEnsemble<'a> {
     varied: Vec<(usize, Vec<f64>)>,
     /// The parameters that change during the runs.
     held: Vec<HeldInputs>,
-    /// How often the rows of a step may be evaluated from one guess.
+    /// Largest number of evaluations of a step's rows from one guess.
     max_iterations: u32,
-    /// The instructions of the steps, if not the widest.
+    /// The widest instructions that may be used.
     instructions: Instructions,
-    /// Told how many trajectories have ended.
+    /// A function that receives the number of trajectories that have ended.
     progress: Option<&'a (dyn Fn(usize) + Sync)>,
     /// The threads.
     threads: Threads,
 }
 
-// by hand, because a derivation would ask for as much of the closure
+// by hand, because the derived one would require Debug of the closure
 impl fmt::Debug for AnyEnsemble<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.write(f, "AnyEnsemble")
     }
 }
 
-/// What runs a block, and tells who observes it.
+/// Runs a block for an audience.
 pub(super) type RunsBlock<'a> = dyn Fn(&mut dyn Audience) + 'a;
 
 /// One observed trajectory of an [`AnyEnsemble`].
@@ -84,14 +84,15 @@ pub(super) type RunsBlock<'a> = dyn Fn(&mut dyn Audience) + 'a;
 pub struct AnyObserved<O> {
     /// The observer after the run, also if the trajectory failed.
     pub observer: O,
-    /// The last node, or why the trajectory ended early.
+    /// The last node, or the error with which the trajectory ended early.
     pub last: Result<OwnedNode, RunError>,
 }
 
 impl<'a> AnyEnsemble<'a> {
-    /// An ensemble without trajectories, for the step `h` (negative to run back in time). Each trajectory makes its own steps, so a result agrees bit for
-    /// bit with that of a flow. [`Ensemble::new`](crate::Ensemble::new) takes a declared type, and [`AnyEnsemble::of_tape`] a system that was read
-    /// from a text; their steps are made in lanes.
+    /// An ensemble without trajectories, for the step `h` (negative to run back in time). Each trajectory
+    /// makes its own steps, so a result agrees bit for bit with that of a flow.
+    /// [`Ensemble::new`](crate::Ensemble::new) takes a declared type, and [`AnyEnsemble::of_tape`] a system
+    /// that was read from a text; their steps are made in lanes.
     ///
     /// # Errors
     ///
@@ -100,7 +101,8 @@ impl<'a> AnyEnsemble<'a> {
         Self::with(kernel, Box::new(Alone), h)
     }
 
-    /// An ensemble of a system that was not compiled. Its steps are made in lanes, and have the bits of the compiled system in lanes.
+    /// An ensemble of a system that was not compiled. Its steps are made in lanes, with the bits of the
+    /// compiled system in lanes.
     ///
     /// # Errors
     ///
@@ -109,7 +111,7 @@ impl<'a> AnyEnsemble<'a> {
         Self::with(kernel, Box::new(Walked(kernel)), h)
     }
 
-    /// An ensemble whose steps are made in some lanes.
+    /// An ensemble with the given steps in lanes.
     pub(super) fn with(
         kernel: &'a dyn Kernel,
         lanes: Box<dyn LaneKernel + 'a>,
@@ -135,7 +137,8 @@ impl<'a> AnyEnsemble<'a> {
         })
     }
 
-    /// Adds trajectories, one for each start. A start with another number of coordinates is the error of its own trajectory.
+    /// Adds trajectories, one for each start. A start with another number of coordinates is the error of its
+    /// own trajectory.
     pub fn starts(mut self, starts: impl IntoIterator<Item = AnyStart>) -> Self {
         let shape = self.kernel.shape();
         self.starts
@@ -143,7 +146,8 @@ impl<'a> AnyEnsemble<'a> {
         self
     }
 
-    /// Gives a parameter a value of its own on each trajectory; see [`Ensemble::varied`](crate::Ensemble::varied).
+    /// Sets a parameter to a different value on each trajectory; see
+    /// [`Ensemble::varied`](crate::Ensemble::varied).
     ///
     /// # Errors
     ///
@@ -177,7 +181,8 @@ impl<'a> AnyEnsemble<'a> {
         Ok(self)
     }
 
-    /// Sets how often the rows of a step are evaluated from one guess; see [`Flow::max_iterations`](crate::Flow::max_iterations).
+    /// Sets the largest number of evaluations of a step's rows from one guess; see
+    /// [`Flow::max_iterations`](crate::Flow::max_iterations).
     pub fn max_iterations(mut self, limit: u32) -> Self {
         self.max_iterations = limit.max(1);
         self
@@ -196,7 +201,7 @@ impl<'a> AnyEnsemble<'a> {
         self
     }
 
-    /// Runs all trajectories in the thread that asks for them, one block after the other.
+    /// Runs all trajectories in the calling thread, one block after the other.
     pub fn here(mut self) -> Self {
         self.threads = Threads::here();
         self
@@ -224,8 +229,9 @@ impl<'a> AnyEnsemble<'a> {
 
     /// Runs like [`AnyEnsemble::to`], and hands the nodes whose number is a multiple of `every` to `visit`.
     ///
-    /// Each trajectory has something of its own that is handed out with its nodes, which `begin` makes from the index of its start. Where `visit` breaks
-    /// off, it ends this trajectory; the last node is then the one that it saw last. An infinite `t` is allowed if all break off.
+    /// Each trajectory has a state of its own, which `begin` makes from the index of its start and `visit`
+    /// receives with the nodes. If `visit` breaks, this trajectory ends; its last node is the one that
+    /// `visit` received last. An infinite `t` is allowed if all break.
     #[must_use]
     pub fn stream<O: Send>(
         &self,
@@ -259,7 +265,8 @@ impl<'a> AnyEnsemble<'a> {
         })
     }
 
-    /// Runs all blocks. `results` gets the place of a block's first start, how many starts it has, and what runs it.
+    /// Runs all blocks. `results` receives the place of a block's first start, its number of starts, and a
+    /// function that runs it.
     pub(super) fn runs<R: Send>(
         &self,
         t: f64,
@@ -290,7 +297,7 @@ impl<'a> AnyEnsemble<'a> {
         })
     }
 
-    /// Writes what it is, under a name.
+    /// The debug format, under a name.
     pub(super) fn write(&self, f: &mut fmt::Formatter<'_>, name: &str) -> fmt::Result {
         f.debug_struct(name)
             .field("h", &self.h)
@@ -299,13 +306,13 @@ impl<'a> AnyEnsemble<'a> {
     }
 }
 
-/// The observers of a block, and how its trajectories ended.
+/// The observers of a block, and the ends of its trajectories.
 struct Observers<'v, O> {
-    /// What each trajectory has of its own.
+    /// The state of each trajectory.
     own: Vec<O>,
-    /// The last nodes, or why a trajectory ended early.
+    /// The last nodes, or the errors with which trajectories ended early.
     ends: Vec<Option<Result<OwnedNode, RunError>>>,
-    /// Gets the nodes.
+    /// Receives the nodes.
     visit: &'v (dyn Fn(&mut O, &AnyNode<'_>) -> ControlFlow<()> + Sync),
 }
 

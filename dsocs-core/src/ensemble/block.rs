@@ -17,7 +17,7 @@ use crate::start::Given;
 use crate::tape::Shape;
 use crate::tape::declaration::Declaration;
 
-/// What all blocks have in common.
+/// The data that all blocks share.
 pub(super) struct Run<'s> {
     /// The system.
     pub kernel: &'s dyn Kernel,
@@ -25,60 +25,60 @@ pub(super) struct Run<'s> {
     pub lanes: &'s dyn LaneKernel,
     /// The parameters that vary, by their places, each with a value for every start.
     pub varied: &'s [(usize, Vec<f64>)],
-    /// The parameters that change.
+    /// The parameters that change during the runs.
     pub held: &'s [HeldInputs],
     /// The step.
     pub h: f64,
-    /// How far to go.
+    /// The time to run to.
     pub t: f64,
-    /// Which nodes are observed: those whose number is a multiple of this.
+    /// The observed nodes: those whose number is a multiple of this.
     pub every: Option<NonZeroU64>,
-    /// How often the rows of a step may be evaluated from one guess.
+    /// Largest number of evaluations of a step's rows from one guess.
     pub max_iterations: u32,
     /// The instructions of the steps.
     pub instructions: Instructions,
 }
 
-/// Who is told of the trajectories of a block, by their places among its starts.
+/// Receives the nodes of a block's trajectories, by their places among its starts.
 pub(super) trait Audience {
-    /// Gets a node that is observed, and may end the trajectory with it.
+    /// Receives an observed node, and may end the trajectory with it.
     fn node(&mut self, place: usize, node: &AnyNode<'_>) -> ControlFlow<()>;
 
-    /// Gets the last node, or why the trajectory ended early.
+    /// Receives the last node, or the error with which the trajectory ended early.
     fn end(&mut self, place: usize, last: Result<&AnyNode<'_>, RunError>);
 }
 
 /// A trajectory with its lane.
 struct Member<'s> {
-    /// The trajectory for itself, where it begins and where its lane cannot go on.
+    /// The trajectory as a flow, for its beginning and for steps that its lane cannot make.
     flow: Discrete<'s>,
     /// The number of its last node.
     last: u64,
     /// Its place among the starts of the block.
     place: usize,
-    /// The changes of its parameters that are left, the first one last.
+    /// The remaining changes of its parameters, the first one last.
     changes: Vec<Change>,
 }
 
-/// Up to eight trajectories that have begun, and what their lanes hold.
+/// Up to eight trajectories that have begun, and the content of their lanes.
 struct Block<'r, 's> {
-    /// What all blocks have in common.
+    /// The data that all blocks share.
     run: &'r Run<'s>,
     /// The trajectories, by lane.
     members: Vec<Member<'s>>,
-    /// The lanes whose trajectories go on, as bits.
+    /// The lanes whose trajectories continue, as bits.
     active: u32,
-    /// What their next steps depend on.
+    /// The state of the lanes between steps.
     kept: Kept,
-    /// What the steps tell of their last node.
+    /// The last node of the lanes.
     told: Told,
-    /// Room for a node.
+    /// A node for the observers.
     node: OwnedNode,
     /// The steps.
     engine: Box<dyn Engine + 'r>,
     /// The number of the next step's middle node.
     index: u64,
-    /// In each lane, the position at which the past begins.
+    /// In each lane, the number of the position at which the past begins.
     since: [u64; LANES],
 }
 
@@ -88,12 +88,12 @@ fn lanes(bits: u32) -> impl Iterator<Item = usize> {
 }
 
 impl<'s> Run<'s> {
-    /// What is known of the system.
+    /// The shape of the system.
     fn shape(&self) -> &'s Shape {
         self.kernel.shape()
     }
 
-    /// Runs one block, whose first start has this place among all.
+    /// Runs one block; `first` is the place of its first start among all.
     pub fn block(&self, first: usize, starts: &[Given], audience: &mut dyn Audience) {
         let mut members = Vec::with_capacity(starts.len());
         let mut node = OwnedNode::new(self.shape().dimension());
@@ -109,7 +109,7 @@ impl<'s> Run<'s> {
         }
     }
 
-    /// The nodes 0 and 1, which need a guess without a past. `None` if the trajectory ends with `node`.
+    /// Makes the nodes 0 and 1, which need a guess without a past. `None` if the trajectory ends with `node`.
     fn begin(
         &self,
         (first, place): (usize, usize),
@@ -146,7 +146,7 @@ impl<'s> Run<'s> {
         }))
     }
 
-    /// Gives a flow the parameters that hold from a position on.
+    /// Sets the parameters of a flow that hold from a position on.
     fn change(&self, flow: &mut Discrete<'s>, index: u64, changes: &mut Vec<Change>) -> Result<(), RunError> {
         while let Some(Change { place, value, .. }) = changes.pop_if(|change| change.index == index) {
             if let Some(parameter) = self.shape().parameters.get(place) {
@@ -157,7 +157,7 @@ impl<'s> Run<'s> {
         Ok(())
     }
 
-    /// The values of the parameters of one trajectory at a time.
+    /// The values of one trajectory's parameters at a time.
     fn values_of(&self, place: usize, t: f64) -> Vec<f64> {
         let mut values = values_of(self.kernel);
         let varied = self
@@ -184,7 +184,7 @@ impl<'s> Run<'s> {
 }
 
 impl<'r, 's> Block<'r, 's> {
-    /// Puts trajectories into lanes. Lanes that are left over repeat them.
+    /// Puts trajectories into lanes; unused lanes repeat them.
     fn new(run: &'r Run<'s>, members: Vec<Member<'s>>, node: OwnedNode) -> Self {
         let shape = run.shape();
         let of_lane = |lane: usize| &members[lane % members.len()].flow;
@@ -235,21 +235,22 @@ impl<'r, 's> Block<'r, 's> {
                 self.hand_out(made.alone, audience);
             }
             self.index += 1;
-            // where a lane has failed, what was wanted may lie behind
+            // after a failure in a lane, the wanted node may lie behind
             if self.index > wanted {
                 wanted = self.next_node_wanted();
             }
         }
     }
 
-    /// The lanes whose parameters change at the middle node of the next step, or where an argument of the declaration may change its sign in it, as bits.
+    /// The lanes, as bits, whose parameters change at the middle node of the next step, or in which an
+    /// argument of the declaration may change its sign in it.
     fn elsewhere(&mut self) -> u32 {
         let mut elsewhere = 0;
         for lane in lanes(self.active) {
             let Member { changes, flow, .. } = &mut self.members[lane];
             let changes = changes.last().is_some_and(|change| change.index == self.index);
             let looks = flow.course.looks_at <= self.index;
-            // what may come to rest is looked at by a flow, which knows its legs
+            // a possible rest is left to a flow, which knows its legs
             let asks = changes || looks && self.run.shape().jumps;
             if looks && !asks {
                 self.kept.put(lane, &mut flow.course);
@@ -262,8 +263,8 @@ impl<'r, 's> Block<'r, 's> {
         elsewhere
     }
 
-    /// The last step, up to the one about the node `wanted`, before a lane is to be solved for itself after the next step: where its parameters
-    /// change, or it looks at the arguments of the declaration.
+    /// The last step, up to the one about the node `wanted`, before one that a lane has to solve alone: where
+    /// its parameters change, or arguments of the declaration are evaluated.
     fn before_changes(&self, wanted: u64) -> u64 {
         let later = |lane: usize| {
             let Member { changes, flow, .. } = &self.members[lane];
@@ -312,7 +313,7 @@ impl<'r, 's> Block<'r, 's> {
         }
     }
 
-    /// Puts the solutions of single lanes back.
+    /// Copies the solutions of single lanes back.
     #[cold]
     #[inline(never)]
     fn take_back(&mut self, alone: u32) {
@@ -322,8 +323,8 @@ impl<'r, 's> Block<'r, 's> {
         self.cover();
     }
 
-    /// Lets the lanes whose trajectories have ended follow one that goes on: what is no number, or far from where a
-    /// system has a solution, would cost time.
+    /// Lets the lanes of ended trajectories repeat one that continues: NaN, or states far from a solution,
+    /// would cost time.
     fn cover(&mut self) {
         if let Some(living) = lanes(self.active).next() {
             for lane in lanes(!self.active) {
@@ -332,7 +333,7 @@ impl<'r, 's> Block<'r, 's> {
         }
     }
 
-    /// Hands the middle nodes of a step out, to observers and to the trajectories that end there.
+    /// Hands out the middle nodes of a step, to observers and to the trajectories that end there.
     fn hand_out(&mut self, alone: u32, audience: &mut dyn Audience) {
         let observed = self.run.observes(self.index);
         let going = self.active;

@@ -12,21 +12,21 @@ use crate::solve::predictor::{self, Continuation, FALLEN, PAST, RISEN, STEADY};
 pub(super) struct Determinants<R> {
     /// The numbers.
     last: [Lanes<R>; PAST],
-    /// The powers of two that are their units.
+    /// The exponents of the powers of two that are their units.
     units: [i32; LANES],
-    /// What the first pivot is multiplied by, and every other one: the inverse of the unit, shared out.
+    /// Factors for the first pivot and for every other one; their product is the inverse of the unit.
     pub scales: [Lanes<R>; 2],
-    /// The inverses of those that were looked at last.
+    /// The inverses of the determinants that were examined last.
     inverse: Lanes<R>,
-    /// Those of the step that is being made.
+    /// The determinants of the step that is being made.
     next: Lanes<R>,
-    /// The lanes in which the last one was nearly that before it, and in which that of the step that is being made is nearly the
-    /// last, as bits.
+    /// The lanes, as bits, in which the last two determinants are nearly equal, and in which the next one
+    /// nearly equals the last.
     steady: [u32; 2],
 }
 
 impl<R: Register> Determinants<R> {
-    /// Without a past.
+    /// No past determinants.
     pub fn new() -> Self {
         let nan = Lanes::splat(f64::NAN);
         Self {
@@ -39,14 +39,16 @@ impl<R: Register> Determinants<R> {
         }
     }
 
-    /// The lanes in which determinants have become small since they were looked at last, or large, or have passed zero, as bits.
+    /// The lanes, as bits, in which determinants have become small or large since the last examination, or
+    /// have passed zero.
     #[inline(always)]
     pub fn ask(&self, now: Lanes<R>) -> u32 {
         let part = now * self.inverse;
         (part.below(Lanes::splat(FALLEN)) | Lanes::splat(RISEN).below(part)).bits()
     }
 
-    /// Takes the determinants of the step that is being made; the lanes of `active` in which they do not continue those before, as bits.
+    /// Records the determinants of the step that is being made. Returns the lanes of `active`, as bits, in
+    /// which they depart from the past.
     #[inline(always)]
     pub fn take(&mut self, now: Lanes<R>, active: u32) -> u32 {
         self.next = now;
@@ -65,14 +67,14 @@ impl<R: Register> Determinants<R> {
         departing(open, &last, self.units, self.steady[0], &self.next.into())
     }
 
-    /// Puts the determinants taken last among those of the past.
+    /// Moves the determinants of the step to the past.
     #[inline(always)]
     pub fn push(&mut self) {
         self.last = [self.next, self.last[0], self.last[1], self.last[2]];
         self.steady[0] = self.steady[1];
     }
 
-    /// The same in other registers.
+    /// The determinants in registers of another kind.
     #[inline(always)]
     pub fn moved<Q: Register>(&self) -> Determinants<Q> {
         let mut moved = Determinants::<Q>::new();
@@ -87,14 +89,14 @@ impl<R: Register> Determinants<R> {
         moved
     }
 
-    /// What one lane holds.
+    /// The determinants of one lane.
     #[inline]
     pub fn lane(&self, lane: usize) -> predictor::Determinants {
         let known = (self.inverse.lane(lane), self.units[lane]);
         one(&self.last.map(Into::into), known, self.steady[0], lane)
     }
 
-    /// Fills one lane, of a system with so many unknowns.
+    /// Sets one lane, for a system with `unknowns` unknowns.
     pub fn set_lane(&mut self, lane: usize, determinants: &predictor::Determinants, unknowns: usize) {
         for (last, value) in self.last.iter_mut().zip(determinants.last) {
             last.set_lane(lane, value);
@@ -126,7 +128,7 @@ fn one(
     }
 }
 
-/// Those of some lanes in which the determinant departs from its continuation.
+/// The lanes among `open`, as bits, in which the determinant departs from its extrapolation.
 #[inline(never)] // seldom needed: most determinants hardly change from step to step
 fn departing(
     open: u32,

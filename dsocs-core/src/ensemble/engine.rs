@@ -27,10 +27,10 @@ use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
 use crate::system::System;
 use crate::tape::Eight;
 
-/// The steps of a system in lanes: what only an ensemble asks of it, made where one is set up.
+/// The steps of a system in lanes, made when an ensemble is set up.
 pub(super) trait LaneKernel: Send + Sync {
-    /// The steps of a block, with the instructions that are asked for, or the widest that there are below them. The parameters have one
-    /// list of values for each lane.
+    /// The steps of a block, with the requested instructions, or the widest available below them. `values` has the
+    /// values of the parameters for each lane.
     fn engine<'k>(
         &'k self,
         instructions: Instructions,
@@ -39,31 +39,31 @@ pub(super) trait LaneKernel: Send + Sync {
     ) -> Box<dyn Engine + 'k>;
 }
 
-/// What all steps of a block have in common.
+/// The data that all steps of a block share.
 #[derive(Clone, Copy)]
 pub(super) struct Common {
     /// The step.
     pub h: f64,
-    /// How often the rows of a step may be evaluated from one guess.
+    /// Largest number of evaluations of a step's rows from one guess.
     pub max_iterations: u32,
-    /// Whether something may come to rest where a function jumps.
+    /// Whether a body may come to rest where a function jumps.
     pub may_stick: bool,
-    /// The clocks of the lanes, where the system asks for the time.
+    /// The clocks of the lanes, if the system depends on time.
     pub clocks: [Clock; LANES],
 }
 
-/// Which steps are to be made.
+/// The steps that are to be made.
 #[derive(Clone, Copy)]
 pub(super) struct Task {
     /// The middle node of the first.
     pub index: u64,
-    /// That of the last, of which a report is wanted.
+    /// The middle node of the last, whose report is wanted.
     pub last: u64,
-    /// The lanes whose trajectories go on, as bits.
+    /// The lanes whose trajectories continue, as bits.
     pub active: u32,
-    /// Those whose first step is made elsewhere.
+    /// The lanes whose first step is made by a flow.
     pub elsewhere: u32,
-    /// In each lane, the position at which the past begins.
+    /// In each lane, the number of the position at which the past begins.
     pub since: [u64; LANES],
 }
 
@@ -71,14 +71,14 @@ pub(super) struct Task {
 pub(super) struct Made {
     /// Its middle node.
     pub index: u64,
-    /// The lanes that have to be solved for themselves, as bits. Where there are such lanes, the step is not taken yet but held back.
+    /// The lanes that have to be solved alone, as bits. If there are any, the step is not committed yet.
     pub alone: u32,
-    /// Whether the node was the last that was to be made: then it is told.
+    /// Whether the node was the last wanted one: then its data are written.
     pub told: bool,
 }
 
 impl Made {
-    /// One step, in which all lanes have to be solved for themselves.
+    /// One step, in which all lanes have to be solved alone.
     pub fn alone(task: &Task) -> Self {
         Self {
             index: task.index,
@@ -88,18 +88,18 @@ impl Made {
     }
 }
 
-/// What is told of a node, by lanes.
+/// The data of a node, by lanes.
 pub(super) struct Told {
     /// Position, velocity, acceleration and constraint force, one after the other.
     pub vectors: Vec<Eight>,
     /// Energy.
     pub energy: Eight,
-    /// How often the rows were evaluated.
+    /// Number of evaluations of the rows.
     pub evaluations: [u32; LANES],
 }
 
 impl Told {
-    /// Room for a node of so many coordinates.
+    /// Allocates for a node.
     pub fn new(coordinates: usize) -> Self {
         Self {
             vectors: vec![Eight::ZERO; 4 * coordinates],
@@ -125,10 +125,10 @@ impl Told {
 
 /// The steps of eight trajectories, in any kind of register.
 pub(super) trait Engine {
-    /// Makes steps up to the last one, or to one in which some lane has to be solved for itself.
+    /// Makes steps up to the last one, or to one in which a lane has to be solved alone.
     fn steps(&mut self, kept: &mut Kept, told: &mut Told, task: &Task) -> Made;
 
-    /// Gives the parameters of one lane other values.
+    /// Sets the parameters of one lane.
     fn set_parameters(&mut self, lane: usize, values: &[f64]);
 }
 
@@ -159,7 +159,7 @@ impl<S: System<N>, const N: usize> LaneKernel for Declared<'_, S, N> {
         common: &Common,
         values: &[&[f64]; LANES],
     ) -> Box<dyn Engine + 'k> {
-        // sparse elimination is a function of its own, which is compiled for no other registers
+        // sparse elimination is not inlined, and is compiled for no other registers
         #[cfg(target_arch = "x86_64")]
         if const { !S::SPARSE && OTHERS } {
             use crate::number::lanes::x86::{Avx2, Avx512};
@@ -181,15 +181,15 @@ impl<S: System<N>, const N: usize> LaneKernel for Declared<'_, S, N> {
 
 /// The steps in registers of one kind.
 struct Steps<'s, R: Chosen, S: System<N>, const N: usize> {
-    /// What tells that the machine has them.
+    /// Proof that the machine has them.
     token: R::Token,
-    /// The system, for what is not a parameter.
+    /// The system, for everything but the parameters.
     system: &'s S,
-    /// What does not change.
+    /// The data that do not change.
     common: Common,
     /// The parameters.
     parameters: S::Parameters<Lanes<R>>,
-    /// What is known since the run began.
+    /// The known values of the run.
     constants: S::Constants<Lanes<R>>,
     /// The number of coordinates.
     coordinates: PhantomData<[(); N]>,
@@ -199,13 +199,13 @@ struct Steps<'s, R: Chosen, S: System<N>, const N: usize> {
 struct Rows<'a, R: Register, S: System<N>, const N: usize> {
     /// The system.
     system: &'a S,
-    /// What is known since the run began.
+    /// The known values of the run.
     constants: &'a S::Constants<Lanes<R>>,
-    /// What is known since the step began.
+    /// The known values of the step.
     known: &'a S::Known<Lanes<R>>,
-    /// In which units determinants are wanted.
+    /// The units of the determinants.
     scales: &'a [Lanes<R>; 2],
-    /// The lanes whose past is too short to tell two roots apart by it.
+    /// The lanes whose past is too short to tell two roots apart.
     past_is_short: u32,
 }
 
@@ -251,8 +251,8 @@ impl<R: Chosen, S: System<N>, const N: usize> newton::Equations<R> for Rows<'_, 
 }
 
 impl<R: Register, S: System<N>, const N: usize> Rows<'_, R, S, N> {
-    /// Newton's update without the rest of a sparse Jacobian, NaN in lanes where it is no good one, and the determinants
-    /// (see [`crate::solve::newton::Equations::sparse_update`]).
+    /// Newton's update by sparse elimination, NaN in lanes where it is inaccurate, and the determinants (see
+    /// [`crate::solve::newton::Equations::sparse_update`]).
     #[inline]
     #[allow(clippy::type_complexity)] // as the trait has it
     fn sparse_update(&self, z: &S::Unknown<Lanes<R>>) -> Option<(S::Unknown<Lanes<R>>, Lanes<R>)>
@@ -277,10 +277,10 @@ impl<R: Register, S: System<N>, const N: usize> Rows<'_, R, S, N> {
 }
 
 impl<'s, R: Chosen, S: System<N>, const N: usize> Steps<'s, R, S, N> {
-    /// Whether roots are watched for others nearby.
+    /// Whether steps are watched for a second root nearby.
     const WATCHED: bool = !S::LINEAR && !S::DIVIDED;
 
-    /// Steps with parameters.
+    /// Steps with the given parameters.
     fn new(token: R::Token, system: &'s S, common: &Common, values: &[&[f64]; LANES]) -> Self {
         let mut parameters = system.parameters::<Lanes<R>>();
         for (lane, values) in values.iter().enumerate() {
@@ -301,11 +301,11 @@ impl<'s, R: Chosen, S: System<N>, const N: usize> Steps<'s, R, S, N> {
 struct Making<'a, 's, R: Chosen, S: System<N>, const N: usize> {
     /// The steps.
     steps: &'a Steps<'s, R, S, N>,
-    /// What they depend on.
+    /// Their state.
     kept: &'a mut Kept,
-    /// Where the last node is told.
+    /// Receives the data of the last node.
     told: &'a mut Told,
-    /// Which are to be made.
+    /// The steps that are to be made.
     task: &'a Task,
 }
 
@@ -372,7 +372,7 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
             }
             let mut alone = task.active & (roots.left | elsewhere | !finite.bits());
             if S::JUMPS && steps.common.may_stick {
-                // a flow by itself looks at what may come to rest
+                // a possible rest is left to a flow
                 alone |= task.active & !foresees(guess.as_ref(), roots.z.as_ref()).bits();
             }
             if !guess.as_ref().is_empty() {
@@ -415,7 +415,7 @@ pub(super) fn short(task: &Task, index: u64) -> u32 {
         .fold(0, |short, lane| short | 1 << lane)
 }
 
-/// The lanes whose solution is close to its prediction, by a little less than what a flow takes for close.
+/// The lanes whose solution is close to its prediction, by a slightly stricter test than that of a flow.
 #[inline(always)]
 pub(super) fn foresees<R: Register>(guess: &[Lanes<R>], z: &[Lanes<R>]) -> Mask<R> {
     let mut foreseen = Mask::splat(true);
@@ -432,7 +432,7 @@ pub(super) fn times(clocks: &[Clock; LANES], index: u64) -> [f64; LANES] {
     array::from_fn(|lane| clocks[lane].time_of(index))
 }
 
-/// What is told of a node, taken out of registers.
+/// Writes the data of a node from registers.
 #[inline(always)]
 fn tell<R: Register, const N: usize>(
     q: &[Lanes<R>; N],
@@ -441,7 +441,7 @@ fn tell<R: Register, const N: usize>(
     (energy, evaluations): (Lanes<R>, [u32; LANES]),
     told: &mut Told,
 ) {
-    // the node is the one between the legs, whatever the maps say
+    // the node is the one between the legs, whatever the maps are
     let parts = [q, &point.v, &point.a, force];
     for (to, from) in told.vectors.chunks_exact_mut(N).zip(parts) {
         for (to, &from) in to.iter_mut().zip(from) {
@@ -452,7 +452,7 @@ fn tell<R: Register, const N: usize>(
     told.evaluations = evaluations;
 }
 
-/// Gives one lane of parameters values; those beyond the last are NaN.
+/// Sets one lane of the parameters; those beyond the last value are NaN.
 fn set_lane<R: Register>(parameters: &mut [Lanes<R>], lane: usize, values: &[f64]) {
     for (place, parameter) in parameters.iter_mut().enumerate() {
         parameter.set_lane(lane, values.get(place).copied().unwrap_or(f64::NAN));

@@ -1,9 +1,9 @@
-//! Parameters that change during the runs, other ones on each trajectory.
+//! Parameters that change during the runs, on each trajectory in its own way.
 
 use crate::kernel::clock::Clock;
 use crate::run::held_value;
 
-/// A parameter that changes.
+/// A parameter that changes during the runs.
 #[derive(Clone, Debug)]
 pub(super) struct HeldInputs {
     /// Its place.
@@ -13,7 +13,7 @@ pub(super) struct HeldInputs {
 }
 
 impl HeldInputs {
-    /// The value on a trajectory at a time; `None` before the first.
+    /// The value on a trajectory after a time; `None` before the first.
     pub fn at(&self, trajectory: usize, t: f64, h: f64) -> Option<f64> {
         held_value(self.plans.get(trajectory)?, t, h)
     }
@@ -22,7 +22,7 @@ impl HeldInputs {
 /// A new value of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Change {
-    /// The position from which on it holds, by its number.
+    /// The number of the position from which on it holds.
     pub index: u64,
     /// The place of the parameter.
     pub place: usize,
@@ -30,8 +30,8 @@ pub(super) struct Change {
     pub value: f64,
 }
 
-/// The changes on a trajectory after its start, the first one last. Before the first time of a plan, a parameter has the value
-/// `own` says.
+/// The changes on a trajectory after its start, the first one last. Before the first time of a plan, `own`
+/// gives a parameter's value.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a cast saturates, which is what is wanted
 pub(super) fn changes(
     held: &[HeldInputs],

@@ -1,7 +1,7 @@
-//! The steps of a system that was not compiled, in lanes: its programs are walked over registers.
+//! The steps of a system that was not compiled, in lanes: its programs are interpreted on registers.
 //!
-//! The operations are those of the compiled steps ([`super::engine`]), in the same order, so the bits are the same. What decides how the iteration goes
-//! ([`super::newton`]) is the same code.
+//! The operations are those of the compiled steps ([`super::engine`]), in the same order, so the bits are the
+//! same. The decisions of the iteration ([`super::newton`]) are the same code.
 
 // see [`crate::number::instructions`]
 #![allow(clippy::inline_always)]
@@ -45,7 +45,7 @@ impl LaneKernel for Walked<'_> {
             return Box::new(Alone);
         }
         if self.0.sparse().is_some() && Source::shape(self.0).unknowns > 0 {
-            // as where steps are compiled, these are made with the registers that the program was compiled for
+            // as for compiled steps, these use the registers for which the program was compiled
             return Box::new(Steps::<f64x8>::new(
                 (),
                 self.0,
@@ -57,7 +57,7 @@ impl LaneKernel for Walked<'_> {
         #[cfg(target_arch = "x86_64")]
         if const { OTHERS } {
             use crate::number::lanes::x86::Avx2;
-            // with AVX-512 they would take nine tenths of the time, and compile once more
+            // AVX-512 would save a tenth of the time, and take one more compilation
             if instructions >= Instructions::Avx2
                 && let Some(token) = Avx2::token()
             {
@@ -76,12 +76,12 @@ struct Stretched(Vec<f64>);
 type Places = [[f64; LANES]; FIXED];
 
 impl Stretched {
-    /// Zeros. Where nothing is written, the system gives no memory.
+    /// Zeros. Unwritten pages take no physical memory.
     fn new() -> Self {
         Self(vec![0.0; (FIXED + 1) * LANES])
     }
 
-    /// The numbers, from a place on where registers begin.
+    /// The numbers, from the first place aligned for registers on.
     fn places(&mut self) -> Option<&mut Places> {
         let first = self.0.as_ptr().align_offset(align_of::<Eight>());
         let (eights, _) = self.0.get_mut(first..)?.as_chunks_mut();
@@ -119,7 +119,7 @@ impl<'n, R: Chosen> InRegisters<'n, R> {
         }
     }
 
-    /// Takes numbers in.
+    /// Copies numbers in.
     #[inline(always)]
     fn take(&mut self, places: &Range<usize>, values: impl IntoIterator<Item = Lanes<R>>) {
         let room = self.places.get_mut(places.clone()).unwrap_or_default();
@@ -128,7 +128,7 @@ impl<'n, R: Chosen> InRegisters<'n, R> {
         }
     }
 
-    /// Takes one number in.
+    /// Copies one number in.
     #[inline(always)]
     fn take_one(&mut self, place: usize, value: Lanes<R>) {
         if let Some(room) = self.places.get_mut(place) {
@@ -159,7 +159,7 @@ impl<R: Chosen> InLanes for Walk<'_, R> {
     }
 }
 
-/// Evaluates a program; its results are then where [`InRegisters::results`] finds them.
+/// Evaluates a program; [`InRegisters::results`] then gives the results.
 #[inline(never)] // it is long, and called from several places
 fn walk<R: Chosen>(
     token: R::Token,
@@ -178,20 +178,21 @@ fn walk<R: Chosen>(
     R::run(token, walk);
 }
 
-/// How many vectors of unknowns a step needs at most: the iteration makes no more than a dozen for each of its evaluations.
+/// Largest number of vectors of unknowns in a step: the iteration makes no more than a dozen for each of its
+/// evaluations.
 const VECTORS: usize = 12 * newton::MAX_EVALUATIONS as usize + 8;
 
-/// What is left of the room for the vectors of a step.
+/// The unused part of the workspace for vectors.
 type Left<'r, R> = Cell<&'r mut [Lanes<R>]>;
 
-/// A vector of unknowns, in room that is used again in the next step.
+/// A vector of unknowns, in workspace that is reused in the next step.
 struct Unknowns<'l, 'r, R: Chosen> {
     numbers: &'r mut [Lanes<R>],
     left: &'l Left<'r, R>,
 }
 
 impl<'l, 'r, R: Chosen> Unknowns<'l, 'r, R> {
-    /// A vector whose numbers are to be written. Where there is no room left, it has none.
+    /// A vector with unset numbers; empty if the workspace is used up.
     #[inline(always)]
     fn new(left: &'l Left<'r, R>, count: usize) -> Self {
         let (numbers, rest) = left.take().split_at_mut_checked(count).unwrap_or_default();
@@ -225,11 +226,12 @@ impl<R: Chosen> AsMut<[Lanes<R>]> for Unknowns<'_, '_, R> {
     }
 }
 
-/// Newton's update with a sparse Jacobian, in the place of the rows, from the places of its entries; beside it the determinants, in some units.
+/// Newton's update with a sparse Jacobian, in place of the rows, from the places of its entries; returns the
+/// determinants, in given units.
 type SparseUpdate<R> =
     fn(&Sparse, &mut Unknowns<'_, '_, R>, &[u32], &InRegisters<'_, R>, &[Lanes<R>; 2]) -> Lanes<R>;
 
-/// The one for the registers that the program was compiled for.
+/// The [`SparseUpdate`] for the registers for which the program was compiled.
 fn sparse_update(
     sparse: &Sparse,
     rows: &mut Unknowns<'_, '_, f64x8>,
@@ -257,46 +259,48 @@ fn sparse_update(
 
 /// The steps in registers of one kind.
 struct Steps<'k, R: Chosen> {
-    /// What tells that the machine has them.
+    /// Proof that the machine has them.
     token: R::Token,
     /// The system.
     system: &'k TapeKernel,
-    /// How sparse rows are solved.
+    /// The sparse elimination, if there is one.
     sparse: Option<SparseUpdate<R>>,
-    /// What does not change.
+    /// The data that do not change.
     common: Common,
     /// The parameters.
     parameters: Vec<Eight>,
-    /// What the programs compute in.
+    /// The numbers of the programs.
     numbers: Stretched,
-    /// What the steps compute in beside it.
+    /// The rest of the workspace.
     room: Room<R>,
 }
 
-/// The last node of a coordinate and the increment that led to it, as sums: each number, then what rounding took away.
+/// The last node of a coordinate and the increment that led to it, as compensated sums: high part, low part
+/// of each.
 type Sums<R> = [Lanes<R>; 4];
 
-/// The past of an unknown: its backward differences, then its size.
+/// The past of an unknown: its backward differences, then its recent size.
 type Past<R> = [Lanes<R>; Kept::VECTORS];
 
-/// What the next step depends on.
+/// The state between steps.
 struct Now<R> {
     /// The last nodes.
     sums: Vec<Sums<R>>,
     /// The past solutions.
     past: Vec<Past<R>>,
-    /// The natural sizes of the unknowns: the part of them that counts, then their inverse.
+    /// The natural sizes of the unknowns: [`PART_OF_NATURAL`](crate::solve::convergence) of them, then their
+    /// inverse.
     natural: Vec<Lanes<R>>,
 }
 
-/// What steps compute in.
+/// The workspace of steps.
 struct Room<R> {
     now: Now<R>,
-    /// The sums after the step that is being made.
+    /// The compensated sums after the step that is being made.
     next: Vec<Sums<R>>,
-    /// Room for the vectors of a step.
+    /// Workspace for the vectors of a step.
     vectors: Vec<Lanes<R>>,
-    /// Room for a matrix, and for two numbers a row.
+    /// Workspace for a matrix, and for two numbers a row.
     matrix: Vec<Lanes<R>>,
 }
 
@@ -310,7 +314,7 @@ fn load_columns<R: Chosen, const K: usize>(to: &mut [[Lanes<R>; K]], from: &[Eig
     }
 }
 
-/// Stores them.
+/// Stores registers into vectors, by components.
 fn store_columns<R: Chosen, const K: usize>(to: &mut [Eight], from: &[[Lanes<R>; K]]) {
     let count = from.len().max(1);
     for (k, vector) in to.chunks_exact_mut(count).take(K).enumerate() {
@@ -321,7 +325,7 @@ fn store_columns<R: Chosen, const K: usize>(to: &mut [Eight], from: &[[Lanes<R>;
 }
 
 impl<'k, R: Chosen> Steps<'k, R> {
-    /// Steps with parameters.
+    /// Steps with the given parameters.
     fn new(
         token: R::Token,
         system: &'k TapeKernel,
@@ -362,14 +366,14 @@ impl<'k, R: Chosen> Steps<'k, R> {
         steps
     }
 
-    /// Gives one lane of the parameters values; those beyond the last are NaN.
+    /// Sets one lane of the parameters; those beyond the last value are NaN.
     fn set_lane(&mut self, lane: usize, values: &[f64]) {
         for (place, parameter) in self.parameters.iter_mut().enumerate() {
             parameter.0[lane] = values.get(place).copied().unwrap_or(f64::NAN);
         }
     }
 
-    /// Computes what the parameters decide.
+    /// Computes the constants of the parameters.
     fn decide(&mut self) {
         let Hot {
             places, constants, ..
@@ -394,11 +398,11 @@ struct Rows<'a, 'n, 'l, 'r, R: Chosen> {
     numbers: &'a mut InRegisters<'n, R>,
     /// The rows, then their Jacobian or its entries.
     program: &'a Straight,
-    /// In which units determinants are wanted.
+    /// The units of the determinants.
     scales: [Lanes<R>; 2],
-    /// Room for a matrix.
+    /// Workspace for a matrix.
     matrix: &'a mut [Lanes<R>],
-    /// The lanes whose past is too short to tell two roots apart by it.
+    /// The lanes whose past is too short to tell two roots apart.
     past_is_short: u32,
     unknowns: PhantomData<Unknowns<'l, 'r, R>>,
 }
@@ -505,11 +509,11 @@ impl<'l, 'r, R: Chosen> newton::Equations<R> for Rows<'_, '_, 'l, 'r, R> {
 struct Making<'a, 'k, R: Chosen> {
     /// The steps.
     steps: &'a mut Steps<'k, R>,
-    /// What they depend on.
+    /// Their state.
     kept: &'a mut Kept,
-    /// Where the last node is told.
+    /// Receives the data of the last node.
     told: &'a mut Told,
-    /// Which are to be made.
+    /// The steps that are to be made.
     task: &'a Task,
 }
 
@@ -597,11 +601,11 @@ impl<R: Chosen> InLanes for Making<'_, '_, R> {
             );
             let mut alone = task.active & (roots.left | elsewhere | !finite.bits());
             if z.len() < now.past.len() {
-                // there was no room left: this is solved elsewhere
+                // the workspace was used up: the step is left to flows
                 alone = task.active;
             }
             if shape.jumps && common.may_stick {
-                // a flow by itself looks at what may come to rest
+                // a possible rest is left to a flow
                 alone |= task.active & !foresees(guess.as_ref(), z).bits();
             }
             if !z.is_empty() {
@@ -649,7 +653,7 @@ impl<R: Chosen> InLanes for Making<'_, '_, R> {
     }
 }
 
-/// Takes a leg in; returns where the iteration of its step begins, and how large the unknowns are expected to be.
+/// Copies a leg in; returns the initial guess of its step, and the expected sizes of the unknowns.
 #[inline(always)]
 fn begin<'l, 'r, R: Chosen>(
     token: R::Token,
@@ -669,7 +673,7 @@ fn begin<'l, 'r, R: Chosen>(
     numbers.take(&places.n, sums.iter().map(|[q, ..]| *q));
     numbers.take(&places.d, sums.iter().map(|[_, _, d, _]| *d));
     walk(token, known, system, numbers);
-    // multipliers are zero: nothing is written in their places
+    // multipliers are zero: their places are never written
     numbers.take(&places.e, sums.iter().map(|[_, _, d, _]| *d));
     walk(token, unknown, system, numbers);
     let (mut guess, mut expected) = (Unknowns::new(left, past.len()), Unknowns::new(left, past.len()));
@@ -690,7 +694,8 @@ fn begin<'l, 'r, R: Chosen>(
     [guess, natural.raise(expected, lately)]
 }
 
-/// Adds a second difference to the sums; the lanes where all nodes are numbers, and no rotation turns too far.
+/// Adds a second difference to the sums; returns the lanes where all nodes are finite, and no rotation turns
+/// too far.
 #[inline(always)]
 fn arrive<R: Chosen>(
     rotations: &[usize],
@@ -723,7 +728,7 @@ fn arrive<R: Chosen>(
     finite
 }
 
-/// Tells the middle node of a step, whose second difference was computed last.
+/// Writes the middle node of a step, whose second difference was computed last.
 #[inline(always)]
 fn tell<R: Chosen>(
     token: R::Token,
@@ -761,7 +766,7 @@ fn tell<R: Chosen>(
     walk(token, energy, system, numbers);
     let energy = numbers.results(energy).next();
     told.energy.0 = energy.unwrap_or(Lanes::splat(f64::NAN)).into();
-    // the node is the one between the legs, whatever the maps say
+    // the node is the one between the legs, whatever the maps are
     for (to, [q, ..]) in motion.iter_mut().zip(sums) {
         to.0 = (*q).into();
     }

@@ -1,4 +1,5 @@
-//! What a block keeps between its steps, whatever their registers are, and how a lane of it is exchanged with a run.
+//! The state of a block between its steps, for registers of any kind, and the exchange of one lane with a
+//! run.
 
 use wide::f64x8;
 
@@ -10,34 +11,36 @@ use crate::solve::predictor::{DIFFERENCES, push_past, size_after};
 use crate::tape::Eight;
 use crate::tape::Shape;
 
-/// What the next steps of a block depend on. Vectors lie one after the other, each number eight times, once for each lane.
+/// The state of a block between steps. Vectors lie one after the other, each number eight times, once for
+/// each lane.
 #[derive(Clone)]
 pub(super) struct Kept {
-    /// How many coordinates there are.
+    /// The number of coordinates.
     coordinates: usize,
-    /// How many unknowns a step has.
+    /// The number of unknowns of a step.
     unknowns: usize,
-    /// The last nodes and the increments that led to them, as sums: the numbers, then what rounding took away.
+    /// The last nodes and the increments that led to them, as compensated sums: high parts, then low parts.
     pub sums: Vec<Eight>,
-    /// The past solutions: their backward differences, then their sizes (see [`crate::solve::predictor`]).
+    /// The past solutions: their backward differences, then their recent sizes (see
+    /// [`crate::solve::predictor`]).
     pub past: Vec<Eight>,
-    /// The determinants there.
+    /// The determinants at these solutions.
     pub determinants: Determinants<f64x8>,
-    /// The natural sizes of the unknowns: the part of them that counts, then their inverse.
+    /// The natural sizes of the unknowns: the part of them that is used, then their inverse.
     pub natural: Vec<Eight>,
-    /// How large the unknowns were in units of these.
+    /// The largest ratio of an unknown to its natural size.
     pub level: Eight,
-    /// The lanes where they are known, as bits.
+    /// The lanes where natural sizes are known, as bits.
     pub known: u32,
-    /// The step that is held back: its nodes and increments as above, then the solutions.
+    /// The step that is not committed yet: its nodes and increments as above, then the solutions.
     pub found: Vec<Eight>,
 }
 
 impl Kept {
-    /// How many vectors there are of the past.
+    /// The number of vectors of the past.
     pub const VECTORS: usize = DIFFERENCES + 1;
 
-    /// Without a past.
+    /// No past.
     pub fn new(shape: &Shape) -> Self {
         let (n, m) = (shape.increments, shape.unknowns);
         let zeros = |count: usize| vec![Eight::ZERO; count];
@@ -54,7 +57,7 @@ impl Kept {
         }
     }
 
-    /// Takes the step that was held back.
+    /// Commits the step that was held back.
     pub fn take(&mut self) {
         let (sums, z) = self.found.split_at(4 * self.coordinates);
         self.sums.copy_from_slice(sums);
@@ -62,7 +65,7 @@ impl Kept {
         self.determinants.push();
     }
 
-    /// Lets one lane hold what another does.
+    /// Copies one lane to another.
     pub fn repeat(&mut self, from: usize, to: usize) {
         for numbers in [&mut self.sums, &mut self.past, &mut self.natural] {
             for x in numbers {
@@ -75,7 +78,7 @@ impl Kept {
         self.determinants.set_lane(to, &determinants, self.unknowns);
     }
 
-    /// Puts what one lane holds into a run.
+    /// Copies one lane into a run.
     pub fn put(&self, lane: usize, course: &mut Course) {
         let Course {
             vectors, predictor, ..
@@ -102,7 +105,7 @@ impl Kept {
         predictor.set_natural(natural);
     }
 
-    /// Fills one lane with what a run holds.
+    /// Copies a run into one lane.
     pub fn set_lane(&mut self, lane: usize, course: &Course) {
         let Course {
             vectors, predictor, ..

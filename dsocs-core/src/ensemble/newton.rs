@@ -1,4 +1,5 @@
-//! Newton's iteration in lanes: the rules of [`crate::solve::newton`] where they lead to a root by full updates alone.
+//! Newton's iteration in lanes: the rules of [`crate::solve::newton`] for roots that are found by full
+//! updates alone.
 
 // compiled for the machine's own instructions (see [`crate::number::instructions`])
 #![allow(clippy::inline_always)]
@@ -9,19 +10,19 @@ use crate::solve::convergence::{LAST_UPDATE, Update, converges};
 use crate::solve::newton::{BENT, CLOSE, Components};
 use crate::step::pair::MANY;
 
-/// How often the rows are evaluated before the lanes without a root are left to the iteration for one trajectory.
+/// Number of evaluations after which lanes without a root are left to the iteration for one trajectory.
 pub(super) const MAX_EVALUATIONS: u32 = 8;
 
-/// What the iteration found, lane by lane.
+/// The result of the iteration, lane by lane.
 #[derive(Clone, Copy)]
 pub(super) struct Roots<U, R> {
     /// The unknowns.
     pub z: U,
-    /// How often the rows were evaluated.
+    /// Number of evaluations of the rows.
     pub evaluations: [u32; LANES],
     /// The lanes without a root, or with one beside which there may be another, as bits.
     pub left: u32,
-    /// The determinants of the Jacobians from which the last updates came, in the units that were asked for.
+    /// The determinants of the Jacobians from which the last updates came, in the requested units.
     pub determinants: Lanes<R>,
 }
 
@@ -30,12 +31,12 @@ pub(super) struct Roots<U, R> {
 struct Iterate<U> {
     /// Newton's update.
     update: U,
-    /// The size of each unknown: as it is, or as it is expected.
+    /// The size of each unknown: its own or its expected one, whichever is larger.
     expected: U,
 }
 
 impl<U> Iterate<U> {
-    /// The update, to be judged.
+    /// The update, with the sizes to compare it with.
     #[inline(always)]
     fn update(&self) -> Update<'_, U> {
         Update {
@@ -46,7 +47,8 @@ impl<U> Iterate<U> {
     }
 }
 
-/// Equations in lanes. What is said of all of a type is compiled for no other; what is not, each is asked for when the program runs.
+/// Equations in lanes. Properties of a type are constants, so that unused code is not compiled; those of a
+/// single system are methods.
 pub(super) trait Equations<R: Register> {
     /// The unknowns.
     type Z: Components<Lanes<R>>;
@@ -54,34 +56,34 @@ pub(super) trait Equations<R: Register> {
     /// Whether the rows may be affine in the unknowns.
     const MAY_BE_LINEAR: bool;
 
-    /// Whether roots may be watched for others nearby.
+    /// Whether the iteration to a root may be watched for a second root.
     const MAY_BE_WATCHED: bool;
 
-    /// Whether the rows may be the declared ones times something that may vanish.
+    /// Whether the rows may be the declared ones times a factor that may vanish.
     const MAY_BE_SCALED: bool;
 
-    /// Whether they are affine, if they may be.
+    /// Whether the rows are affine, if they may be.
     #[inline(always)]
     fn are_linear(&self) -> bool {
         true
     }
 
-    /// Whether roots are watched, if they may be.
+    /// Whether the iteration is watched, if it may be.
     #[inline(always)]
     fn are_watched(&self) -> bool {
         true
     }
 
-    /// Whether they are multiplied by something, if they may be.
+    /// Whether the rows have a factor, if they may have.
     #[inline(always)]
     fn are_scaled(&self) -> bool {
         true
     }
 
-    /// Where they are watched also if the others would not be close.
+    /// The lanes where the iteration is watched also for roots that would not be close.
     fn past_is_short(&self) -> Mask<R>;
 
-    /// Newton's update, NaN in lanes where it is no good one, and the determinants in the units that are asked for (see
+    /// Newton's update, NaN in lanes where it is inaccurate, and the determinants in the requested units (see
     /// [`Unknown::solve_lanes`](crate::solve::unknown::Unknown::solve_lanes)).
     fn update(&mut self, z: &Self::Z) -> (Self::Z, Lanes<R>);
 
@@ -91,8 +93,8 @@ pub(super) trait Equations<R: Register> {
 
 /// Solves equations from `start`, in the lanes of `active`.
 ///
-/// A lane that gets a root gets, after as many evaluations, the root that [`crate::solve::newton::solve`] finds. The lanes
-/// that would take part of an update, or stagnate, are left.
+/// If a lane gets a root, it is the root that [`crate::solve::newton::solve`] finds, after as many
+/// evaluations. Lanes that would take a shortened update, or stagnate, are left without.
 #[inline(always)]
 pub(super) fn solve<R: Register, E: Equations<R>>(
     equations: &mut E,
@@ -114,7 +116,7 @@ pub(super) fn solve<R: Register, E: Equations<R>>(
     let mut before: Option<Iterate<E::Z>> = None;
     let mut before_that: Option<Iterate<E::Z>> = None;
     let mut converging = everywhere;
-    // one loop, so that the generated rows stand in it once
+    // one loop, so that the generated rows are inlined once
     for evaluation in 1..=limit {
         let (update, determinants) = equations.update(&z);
         let next = z.with(&update, |z, update| z + update);
@@ -133,7 +135,7 @@ pub(super) fn solve<R: Register, E: Equations<R>>(
                 [bent, in_question] = questioned(first, second);
                 in_question = in_question | (bent & equations.past_is_short());
             }
-            // these are for the iteration that looks at the other root
+            // these are left to the iteration that examines the other root
             arriving = arriving & !if evaluation > MANY { bent } else { in_question };
         }
         let mut arrived = found.left & arriving.bits();
@@ -167,7 +169,7 @@ pub(super) fn solve<R: Register, E: Equations<R>>(
         if found.left == 0 {
             break;
         }
-        // three evaluations are made without a look at how they converge, a fourth is not
+        // the convergence of the first three evaluations is not checked, that of a fourth is
         if let (Some(second), 3..) = (&before, evaluation) {
             converging = converging & converges(second.update().relative(), now.update().relative());
             if let (Some(first), 3) = (&before_that, evaluation) {
@@ -183,15 +185,15 @@ pub(super) fn solve<R: Register, E: Equations<R>>(
     found
 }
 
-/// The lanes in which all components are numbers.
+/// The lanes in which all components are finite.
 #[inline(always)]
 fn finite<R: Register, U: Components<Lanes<R>>>(x: &U) -> Mask<R> {
     let components = x.as_ref().iter();
     components.fold(Mask::splat(true), |finite, x| finite & x.finite())
 }
 
-/// The lanes in which the rows bend on the way to the root, and of these the ones where another root may be close: the rules of
-/// [`crate::solve::newton`] for the worst pair of components.
+/// The lanes in which the rows bend on the way to the root, and of these the ones where another root may be
+/// close: the rules of [`crate::solve::newton`] for the worst pair of components.
 #[inline(always)]
 fn questioned<R: Register, U: Components<Lanes<R>>>(first: &Iterate<U>, second: &Iterate<U>) -> [Mask<R>; 2] {
     let zero = Lanes::splat(0.0);
@@ -208,7 +210,7 @@ fn questioned<R: Register, U: Components<Lanes<R>>>(first: &Iterate<U>, second: 
     [bent, bent & close]
 }
 
-/// `next` in the lanes that go on. The others stay where they are: what is no number there would cost time.
+/// `next` in the lanes that continue. The others keep their values: NaN would cost time.
 #[inline(always)]
 fn continued<R: Register, U: Components<Lanes<R>>>(going: u32, z: &U, next: &U) -> U {
     let going = Mask::<R>::from_bits(going);

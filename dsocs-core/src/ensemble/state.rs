@@ -1,4 +1,4 @@
-//! What the next step of a block depends on, in registers.
+//! The state of a block between steps, in registers.
 
 // loaded into registers and stored in code that is compiled for them, see [`crate::number::instructions`]
 #![allow(clippy::inline_always)]
@@ -12,7 +12,7 @@ use crate::solve::predictor::Differences;
 use crate::solve::unknown::Unknown;
 use crate::tape::Eight;
 
-/// What the next step depends on.
+/// The state between steps.
 #[derive(Clone, Copy)]
 pub(super) struct Now<U, R, const N: usize> {
     /// The last nodes.
@@ -21,13 +21,13 @@ pub(super) struct Now<U, R, const N: usize> {
     pub d: Compensated<N, Lanes<R>>,
     /// The past solutions.
     pub predictor: Differences<U, Lanes<R>>,
-    /// The determinants there.
+    /// The determinants at these solutions.
     pub determinants: Determinants<R>,
     /// The natural sizes of the unknowns.
     natural: Natural<U, R>,
 }
 
-/// What a step has found.
+/// The result of a step.
 #[derive(Clone, Copy)]
 pub(super) struct Found<U, R, const N: usize> {
     /// The third nodes.
@@ -43,16 +43,16 @@ pub(super) struct Found<U, R, const N: usize> {
 pub(super) struct Natural<U, R> {
     /// The lanes, as bits.
     pub known: u32,
-    /// The part of the sizes that counts.
+    /// The part of the sizes that is used.
     pub part: U,
     /// The inverse of the sizes.
     pub inverse: U,
-    /// How large the unknowns were in units of them.
+    /// The largest ratio of an unknown to its natural size.
     pub level: Lanes<R>,
 }
 
 impl<R: Register, U: AsRef<[Lanes<R>]>> Natural<U, R> {
-    /// Sizes that are not too small to be known, where the unknowns have lately been as large as `lately` says.
+    /// Expected sizes, raised to the natural ones, for recent sizes `lately` of the unknowns.
     #[inline(always)]
     pub fn raise<Z: AsMut<[Lanes<R>]>>(&self, sizes: Z, lately: impl Iterator<Item = Lanes<R>>) -> Z {
         if self.known == 0 {
@@ -74,7 +74,7 @@ impl<R: Register, U: AsRef<[Lanes<R>]>> Natural<U, R> {
 }
 
 impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
-    /// Without a past.
+    /// No past.
     #[inline(always)]
     fn new() -> Self {
         let zero = Compensated::exact([Lanes::splat(0.0); N]);
@@ -92,7 +92,7 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
         }
     }
 
-    /// How large each unknown is expected to be: as lately, at least as `least` says, and not too small to be known.
+    /// The expected size of each unknown: its recent one, at least `least`, and at least its natural one.
     #[inline(always)]
     pub fn expected(&self, least: &U) -> U {
         let lately = self.predictor.size();
@@ -100,7 +100,7 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
             .raise(lately.zip(least, Scalar::larger), lately.as_ref().iter().copied())
     }
 
-    /// Takes a step.
+    /// Commits a step.
     #[inline(always)]
     pub fn take(&mut self, found: &Found<U, R, N>) {
         (self.q, self.d) = (found.q, found.d);
@@ -108,11 +108,11 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
         self.determinants.push();
     }
 
-    /// As it is kept, in registers.
+    /// The state, loaded into registers.
     #[inline(always)]
     pub fn load(kept: &Kept) -> Self {
         let mut now = Self::new();
-        // there may be nothing left to solve for
+        // there may be no unknowns
         let m = now.predictor.size().as_ref().len().max(1);
         let sums = [&mut now.q.hi, &mut now.q.lo, &mut now.d.hi, &mut now.d.lo];
         for (to, from) in sums.into_iter().zip(kept.sums.chunks_exact(N)) {
@@ -131,10 +131,10 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
         now
     }
 
-    /// Puts it back; natural sizes do not change in a step.
+    /// Stores the state; natural sizes do not change in a step.
     #[inline(always)]
     pub fn store(&self, kept: &mut Kept) {
-        // there may be nothing left to solve for
+        // there may be no unknowns
         let m = self.predictor.size().as_ref().len().max(1);
         let sums = [&self.q.hi, &self.q.lo, &self.d.hi, &self.d.lo];
         for (to, from) in kept.sums.chunks_exact_mut(N).zip(sums) {
@@ -148,7 +148,7 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
 }
 
 impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Found<U, R, N> {
-    /// Keeps the step, which is held back.
+    /// Stores the step as held back.
     #[inline(always)]
     pub fn store(&self, kept: &mut Kept) {
         let sums = [&self.q.hi, &self.q.lo, &self.d.hi, &self.d.lo];

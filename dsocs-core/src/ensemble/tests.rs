@@ -18,7 +18,7 @@ fn particles(count: u32) -> Vec<Start<2>> {
         .collect()
 }
 
-/// Starts on the cliff: those with an odd number fall off it sooner or later.
+/// Starts on the cliff: those with an odd number fall off it at some time.
 fn walkers() -> Vec<Start<1>> {
     (0..19)
         .map(|k| {
@@ -58,7 +58,7 @@ fn all_instructions_give_the_same_bits() {
             .starts(walkers())
             .instructions(widest)
             .to(20.0);
-        // with the shortest decimals, no two numbers are the same
+        // with the shortest decimals, different numbers have different texts
         format!("{particles:?} {walkers:?}")
     };
     let narrow = ends(Instructions::Compiled);
@@ -152,7 +152,7 @@ fn observers_see_every_so_many_nodes() {
                 .into_iter()
                 .step_by(usize::try_from(every.get()).unwrap())
                 .collect();
-            // at the start, the acceleration of a paper's start need not be known
+            // at the start, the acceleration of a paper's start may be unknown
             assert_eq!(observed.observer.nodes, seen);
         }
     }

@@ -1,5 +1,6 @@
-//! What is walked in lanes has the bits of what is compiled, with every set of instructions. Compiled steps are made here of systems whose steps other
-//! tests of this crate make in lanes, too: they take long to compile. More systems are compared in `tests/tape_kernel.rs`.
+//! Interpreted steps in lanes have the bits of compiled ones, with every set of instructions. Only systems
+//! are compiled here whose steps other tests of this crate make in lanes, too: they take long to compile.
+//! More systems are compared in `tests/tape_kernel.rs`.
 
 use core::num::NonZeroU64;
 use core::ops::ControlFlow;
@@ -53,12 +54,12 @@ fn numbers<const N: usize>(k: usize) -> [f64; N] {
     core::array::from_fn(|i| 0.1 + 0.37 * (1.7 * (k * N + i) as f64).sin())
 }
 
-/// How long a run is, and how many of its nodes are observed.
+/// The end of a run, and the spacing of its observed nodes.
 fn spacing(until: f64) -> (f64, NonZeroU64) {
     (until, NonZeroU64::new(3).unwrap())
 }
 
-/// 11 runs of a tape: what is told of their nodes, the last one last, or why a run ended early.
+/// 11 runs of a tape: the text of their observed nodes, then of the last one or the error.
 fn walked<const N: usize>(
     tape: &TapeKernel,
     h: f64,
@@ -94,7 +95,7 @@ fn walked<const N: usize>(
     told.collect()
 }
 
-/// The same of a compiled system.
+/// [`walked`] for a compiled system.
 fn compiled<S: System<N> + Sync, const N: usize>(
     system: &S,
     h: f64,
@@ -112,7 +113,7 @@ fn compiled<S: System<N> + Sync, const N: usize>(
         .instructions(instructions);
     let (until, every) = spacing(until);
     let runs = ensemble.stream(until, every, |_| Trajectory::<N>::default());
-    // with the shortest decimals: no two numbers are the same
+    // with the shortest decimals, different numbers have different texts
     let of = |node: &Node<N>| format!("{:?}", OwnedNode::of(&node.any()));
     let told = runs.into_iter().map(|run| {
         let mut told: Vec<String> = run.observer.nodes.iter().map(of).collect();
@@ -125,7 +126,8 @@ fn compiled<S: System<N> + Sync, const N: usize>(
     told.collect()
 }
 
-/// Compares a compiled system with its tape, with every set of instructions. Returns how many nodes were compared.
+/// Compares a compiled system with its tape, with every set of instructions. Returns the number of nodes that
+/// were compared.
 fn compare<S: System<N> + Sync, const N: usize>(system: &S, h: f64, until: f64) -> usize {
     let tape = of_tape(system.kernel());
     let count = |instructions| {

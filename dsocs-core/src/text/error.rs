@@ -1,4 +1,4 @@
-//! What can be wrong with a text.
+//! The errors of a text.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -11,7 +11,7 @@ use thiserror::Error;
 use crate::samples::plainly;
 use crate::step::TapeError;
 
-/// Why a text is no system.
+/// The reason why a text is no system.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TextError {
@@ -20,11 +20,11 @@ pub enum TextError {
     Mistakes {
         /// All of them, in the order of the text.
         mistakes: Vec<Mistake>,
-        /// Where they are: the lines of the text with the place of each underlined.
+        /// The lines of the text, with the place of each mistake underlined.
         shown: String,
-        /// The text, to say where it stands.
+        /// The text.
         text: String,
-        /// The files of samples that it names, if these are why it is no system.
+        /// The files of samples that it names, if these are the cause.
         files: Vec<String>,
     },
     /// A file cannot be read.
@@ -32,7 +32,7 @@ pub enum TextError {
     File {
         /// The file.
         file: PathBuf,
-        /// Why not.
+        /// The reason.
         cause: String,
     },
     /// A file is no text.
@@ -40,7 +40,7 @@ pub enum TextError {
     Encoding {
         /// The file.
         file: PathBuf,
-        /// How it is written, and what to do.
+        /// Its encoding, and what to do.
         reason: String,
     },
     /// The tape of the declaration does not fit its shape: a mistake of this library.
@@ -67,7 +67,7 @@ impl TextError {
         }
     }
 
-    /// The same with the files of samples that are why.
+    /// The error with the files of samples that are its cause.
     pub(super) fn with_files(self, named: Vec<String>) -> Self {
         match self {
             Self::Mistakes {
@@ -85,7 +85,7 @@ impl TextError {
         }
     }
 
-    /// The same with the name of the file, which is shown above its lines.
+    /// The error with the name of the file, which is shown above its lines.
     #[must_use]
     pub fn in_file(self, file: &Path) -> Self {
         match self {
@@ -100,23 +100,23 @@ impl TextError {
     }
 }
 
-/// What mistakes are shown as.
+/// The kind of the messages.
 pub(super) enum Kind {
-    /// Errors. Whoever prints them says of the first one that it is one.
+    /// Errors. The caller labels the first one as an error when it prints them.
     Error,
     /// Warnings.
     Warning,
 }
 
-/// So many places of one mistake are shown.
+/// Largest number of places that are shown for one mistake.
 const PLACES: usize = 10;
 
-/// Mistakes with the lines of the text. What is said of several places is said once.
+/// Mistakes with the lines of the text. Mistakes with the same message are shown together.
 pub(super) fn shown(name: &str, text: &str, mistakes: &[Mistake], kind: &Kind) -> Vec<String> {
     let lines: Vec<usize> = core::iter::once(0)
         .chain(text.match_indices('\n').map(|(at, _)| at + 1))
         .collect();
-    // the place of a column, which is counted in characters
+    // the byte of a column, which is counted in characters
     let place = |line: usize, column: usize| {
         let from = line
             .checked_sub(1)
@@ -130,7 +130,7 @@ pub(super) fn shown(name: &str, text: &str, mistakes: &[Mistake], kind: &Kind) -
     let range = |mistake: &Mistake| {
         let from = place(mistake.line, mistake.column);
         let to = place(mistake.end_line, mistake.end_column).max(from);
-        // what is long is shown by its first line
+        // of a long part the first line is shown
         let first_line = text.get(from..to).and_then(|part| part.find('\n'));
         from..first_line.map_or(to, |at| from + at)
     };
@@ -161,7 +161,7 @@ pub(super) fn shown(name: &str, text: &str, mistakes: &[Mistake], kind: &Kind) -
     told.collect()
 }
 
-/// The text that bytes are.
+/// Decodes the bytes of a text.
 pub(super) fn decoded(file: &Path, bytes: Vec<u8>) -> Result<String, TextError> {
     let refused = |reason: String| TextError::Encoding {
         file: file.to_owned(),
@@ -177,7 +177,7 @@ pub(super) fn decoded(file: &Path, bytes: Vec<u8>) -> Result<String, TextError> 
             "is no text in UTF-8: line {line} has a character in another encoding; save the file as UTF-8"
         ))
     })?;
-    // which an editor may put first
+    // a byte order mark, as some editors write it
     Ok(match text.strip_prefix('\u{feff}') {
         Some(text) => text.to_owned(),
         None => text,
