@@ -12,13 +12,13 @@ use crate::tape::declaration::Declaration;
 /// A pivot below this part of the largest entry is zero.
 const PIVOT: f64 = 1e-12;
 
-/// So often the triple without a force is improved.
+/// Largest number of iterations for the triple without a force.
 const ITERATIONS: u32 = 40;
 
 /// An update of this part of the second difference is the last.
 const LAST: f64 = 1e-14;
 
-/// How well fields have to foretell a work elsewhere.
+/// Relative accuracy to which the fields have to predict a work at another triple.
 const FORETOLD: f64 = 1e-8;
 
 /// A basis of the admissible variations `δq1 ∈ D_V` at a triple, on which the discrete action `S_d = Σ L_d` is stationary (paper,
@@ -39,7 +39,7 @@ pub fn admissible_variations(system: &dyn Kernel, h: f64, triple: &Triple) -> Op
     fields(&declaration, h, triple, constraints)
 }
 
-/// The vectors on which some forms vanish, by elimination.
+/// A basis of the common kernel of some forms, by elimination.
 fn kernel(coordinates: usize, mut rows: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut pivots: Vec<usize> = Vec::new();
     for k in 0..rows.len() {
@@ -74,7 +74,7 @@ fn kernel(coordinates: usize, mut rows: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     .collect()
 }
 
-/// The fields, from the works of a triple without a force.
+/// The fields, from the works at a triple without a force.
 fn fields(
     declaration: &Declaration<'_>,
     h: f64,
@@ -83,7 +83,7 @@ fn fields(
 ) -> Option<Vec<Vec<f64>>> {
     let n = declaration.dimension();
     let zero = zero(n);
-    // q1 and d + e/2 stay
+    // q1 and d + e/2 stay constant
     let middle = plus(&triple.leg.d, &times(0.5, &triple.e));
     let leg = |e: &[f64]| OwnedLeg {
         t: triple.leg.t,
@@ -137,7 +137,7 @@ fn fields(
     }
     let decomposed = matrix.decomposed();
     let fields: Vec<Vec<f64>> = works.iter().map(|work| decomposed.solve(work, 0.0)).collect();
-    // fields that depend on the acceleration are others elsewhere
+    // fields that depend on the acceleration differ at another triple
     let halfway = times(0.5, &plus(&e, &triple.e));
     let force = declaration.force(h, leg(&halfway).any(), &halfway);
     let rows = declaration.declared(h, leg(&halfway).any(), &halfway, &[]);

@@ -1,4 +1,4 @@
-//! Vectors, and numbers that carry derivatives, of any number of coordinates.
+//! Vectors of plain numbers and of tangents, for any number of coordinates.
 
 use crate::number::point::{AnyLeg, OwnedLeg};
 use crate::number::tangent::{Tangent, Tangent2};
@@ -13,17 +13,17 @@ pub(super) fn minus(x: &[f64], y: &[f64]) -> Vec<f64> {
     x.iter().zip(y).map(|(x, y)| x - y).collect()
 }
 
-/// A multiple.
+/// A multiple of a vector.
 pub(super) fn times(factor: f64, x: &[f64]) -> Vec<f64> {
     x.iter().map(|x| x * factor).collect()
 }
 
-/// The vector with so many components that are all zero.
+/// The zero vector.
 pub(super) fn zero(coordinates: usize) -> Vec<f64> {
     vec![0.0; coordinates]
 }
 
-/// The vector with so many components of which one is `part`, and the others are zero.
+/// The vector with the component `part` at `coordinate` and zeros elsewhere.
 pub(super) fn along(coordinates: usize, coordinate: usize, part: f64) -> Vec<f64> {
     let mut along = zero(coordinates);
     if let Some(along) = along.get_mut(coordinate) {
@@ -32,22 +32,22 @@ pub(super) fn along(coordinates: usize, coordinate: usize, part: f64) -> Vec<f64
     along
 }
 
-/// The square matrix with so many rows that are all zero.
+/// The square matrix of zeros.
 pub(super) fn square(coordinates: usize) -> Vec<Vec<f64>> {
     vec![zero(coordinates); coordinates]
 }
 
-/// A vector that stays.
+/// A vector as constants.
 pub(super) fn fixed(x: &[f64]) -> Vec<Tangent> {
     x.iter().map(|&x| Tangent::new(x, 0.0)).collect()
 }
 
-/// A vector that moves.
+/// A vector as tangents, with the derivative `by`.
 pub(super) fn moving(x: &[f64], by: &[f64]) -> Vec<Tangent> {
     x.iter().zip(by).map(|(&x, &by)| Tangent::new(x, by)).collect()
 }
 
-/// A vector that moves in two directions.
+/// A vector with derivatives in two directions.
 pub(super) fn moving_twice(x: &[f64], [first, other]: [&[f64]; 2]) -> Vec<Tangent2> {
     let directions = first.iter().zip(other);
     x.iter()
@@ -56,7 +56,7 @@ pub(super) fn moving_twice(x: &[f64], [first, other]: [&[f64]; 2]) -> Vec<Tangen
         .collect()
 }
 
-/// A leg whose node and increment move.
+/// A leg as tangents, with the derivatives of node and increment.
 pub(super) fn moving_leg(leg: AnyLeg<'_, f64>, q: &[f64], d: &[f64]) -> OwnedLeg<Tangent> {
     OwnedLeg {
         t: Tangent::new(leg.t, 0.0),
@@ -74,12 +74,12 @@ pub(super) fn first_node(h: Tangent, leg: &OwnedLeg<Tangent>) -> OwnedLeg<Tangen
     }
 }
 
-/// The derivatives, over the unit of the direction.
+/// The derivatives, divided by the unit of the direction.
 pub(super) fn slopes(x: &[Tangent], unit: f64) -> Vec<f64> {
     x.iter().map(|x| x.derivative() / unit).collect()
 }
 
-/// The length of the longest component; NaN is passed over.
+/// The largest absolute value of a component; NaN is ignored.
 pub(super) fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0_f64, |size, x| size.max(x.abs()))
 }

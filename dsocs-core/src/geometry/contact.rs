@@ -1,4 +1,5 @@
-//! How closely the parts of the discrete system touch the exact ones, at nodes of the continuous motion.
+//! Contact of the discrete system with the exact one: the errors of its parts at nodes of the continuous
+//! motion.
 
 use super::array::{along, moving, moving_leg};
 use super::continuous::legendre;
@@ -16,30 +17,32 @@ use crate::number::tangent::Tangent;
 use crate::regularity::multipliers::multipliers;
 use crate::tape::declaration::Declaration;
 
-/// A bound of the rounding of operations is taken so many times: numbers that are handed in were rounded, too.
+/// Factor for bounds of rounding errors, because the inputs are rounded, too.
 const INPUTS: f64 = 4.0;
 
-/// Rounding of a momentum by the derivative of `L_d`, relative to its terms.
+/// Rounding error of a momentum, computed as a derivative of `L_d`, relative to its terms.
 const DERIVATIVE: f64 = 64.0 * f64::EPSILON;
 
-/// A quantity of the discrete system beside the exact one.
+/// The error of a quantity of the discrete system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
-    /// The discrete value less the exact one.
+    /// The discrete value minus the exact one.
     pub apart: f64,
     /// The size of the terms that make up the quantity, in the same units.
     pub size: f64,
-    /// How much of the difference rounding explains, in the same units.
+    /// A bound of the rounding error in `apart`, in the same units.
     pub rounding: f64,
 }
 
-/// How far the parts of the discrete system are from the exact ones at three nodes `q(t − h)`, `q(t)`, `q(t + h)` of the continuous motion.
+/// The errors of the parts of the discrete system at three nodes `q(t − h)`, `q(t)`, `q(t + h)` of the
+/// continuous motion.
 ///
 /// The exact discrete system has the nodes of the continuous motion for its trajectories: its `L_d` of two of them is the mean of `L` along the
 /// motion between them, its derivatives are the momenta there, its `D_K` holds at them, and its `D_V` is `C_V` at the point `(q, v, a)` of the
 /// motion at the middle node (Marsden and West 2001, part 2, for systems without constraints).
 ///
-/// What has one number for each coordinate has three for a rotation: those of turns in the frame of its body.
+/// Quantities with one number for each coordinate have three for a rotation: those of turns in the frame of
+/// its body.
 ///
 /// ```
 /// use dsocs_core::dsocs;
@@ -64,27 +67,31 @@ pub struct Gap {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
-    /// `L_d` less the mean of `L`, on the leg behind the middle node. One number, in units of `L`.
+    /// `L_d` minus the mean of `L`, on the leg after the middle node. One number, in units of `L`.
     pub lagrangian: Vec<Gap>,
-    /// The discrete momenta at the middle node less `∂L/∂v`: those of the leg that arrives there, then those of the leg that departs, with one number for each coordinate.
-    /// Half of the impulse of the constraint force belongs to each leg. In units of `∂L/∂v`.
+    /// The discrete momenta at the middle node minus `∂L/∂v`: first that of the leg that ends there, then
+    /// that of the leg that begins there, with one number for each coordinate. Half of the impulse of the
+    /// constraint force belongs to each leg. In units of `∂L/∂v`.
     pub momenta: Vec<Gap>,
-    /// `−(D₁L_d + D₂L_d)` at the middle node less `d/dt ∂L/∂v − ∂L/∂q`, one number for each coordinate, in units of `L` per unit of the coordinate. What telescopes
-    /// in `L_d` is not seen here, as it is not seen by any motion.
+    /// `−(D₁L_d + D₂L_d)` at the middle node minus `d/dt ∂L/∂v − ∂L/∂q`, one number for each coordinate, in
+    /// units of `L` per unit of the coordinate. Terms of `L_d` that telescope have no effect here, as they
+    /// have none on any motion.
     pub forces: Vec<Gap>,
-    /// The discrete external forces less `f`; empty where there are none.
+    /// The discrete external forces minus `f`; empty if there are none.
     pub external_forces: Vec<Gap>,
     /// The rows of `D_K` that are constraints on positions, as declared.
     pub positions: Vec<Gap>,
-    /// The rows of `D_K` that are constraints on velocities, on the leg behind the middle node.
+    /// The rows of `D_K` that are constraints on velocities, on the leg after the middle node.
     pub velocities: Vec<Gap>,
     /// The rows of `D_K` that are constraints on accelerations.
     pub accelerations: Vec<Gap>,
-    /// The works of the true constraint force along the fields that span `D_V`; where no fields are known, what the forms of the constraint
-    /// forces leave of it, one number for each coordinate. Empty without constraints.
+    /// The works of the true constraint force along the fields that span `D_V`; if no fields are known, the
+    /// true force minus its fit by the constraint forms, one number for each coordinate. Empty without
+    /// constraints.
     pub displacements: Vec<Gap>,
-    /// The equations that `L_d`, the external forces and `D_V` make together: the works of the discrete constraint force along `D_V`, or what the
-    /// forms leave of it. Without constraints the force itself, one number for each coordinate.
+    /// The equations that `L_d`, the external forces and `D_V` make together: the works of the discrete
+    /// constraint force along `D_V`, or its residual from the fit by the forms. Without constraints the force
+    /// itself, one number for each coordinate.
     pub equations: Vec<Gap>,
 }
 
@@ -117,7 +124,7 @@ impl Contact {
     }
 }
 
-/// Three nodes of the motion, and what is known there.
+/// Three nodes of the motion, and the exact quantities at the middle one.
 struct Place<'s> {
     system: &'s dyn Kernel,
     declaration: Declaration<'s>,
@@ -131,18 +138,18 @@ struct Place<'s> {
     external: Vec<Bounded>,
     /// The discrete constraint force.
     discrete: Vec<Bounded>,
-    /// How large forces are: their terms, and the momentum over the time in which the motion changes.
+    /// The sizes of the forces: their terms, and the momentum over the time scale of the motion.
     sizes: Vec<f64>,
-    /// How long the motion is known about the middle node.
+    /// The time about the middle node within which the motion is known.
     reach: f64,
 }
 
-/// Numbers with bounds of their rounding.
+/// Numbers with rounding bounds zero.
 fn bounded(x: &[f64]) -> Vec<Bounded> {
     x.iter().copied().map(Bounded::splat).collect()
 }
 
-/// What is left of a force, with its bound.
+/// A component of a force's residual, with its rounding bound.
 struct Rest {
     value: f64,
     error: f64,
@@ -196,18 +203,18 @@ impl<'s> Place<'s> {
         }
     }
 
-    /// The coordinates that move.
+    /// The coordinates with a velocity, that is, without the first places of rotations.
     fn coordinates(&self) -> impl Iterator<Item = usize> + use<'_> {
         let rotations = &self.declaration.shape().rotations;
         (0..self.sizes.len()).filter(move |&i| moves(rotations, i))
     }
 
-    /// The leg that departs from the middle node.
+    /// The leg that begins at the middle node.
     fn last(&self) -> OwnedLeg<f64> {
         self.triple.last_of(&self.declaration.shape().rotations, self.h)
     }
 
-    /// `L_d` on the second leg, and the mean of `L` along the motion there.
+    /// The error of `L_d` on the second leg, compared with the mean of `L` along the motion.
     fn lagrangian(&self, motion: &Expansion) -> Gap {
         let leg = self.last();
         let found = self
@@ -232,7 +239,7 @@ impl<'s> Place<'s> {
         }
     }
 
-    /// The momenta of both legs at the middle node.
+    /// The errors of both legs' momenta at the middle node.
     fn momenta(&self) -> Vec<Gap> {
         let (system, h, first, last) = (self.system, self.h, self.triple.first(), self.last());
         let arriving = legendre_plus(system, h, first);
@@ -240,7 +247,7 @@ impl<'s> Place<'s> {
         let [_, plus] = self.declaration.discrete_external_forces(h, first);
         let [minus, _] = self.declaration.discrete_external_forces(h, last.any());
         let gap = |i: usize, found: f64| {
-            // at rest a momentum is zero, and what it becomes in the time of the series is not
+            // at rest the momentum is zero, but its change within the time of the series is not
             let size = self.reach * self.sizes[i];
             Gap {
                 apart: found - self.momentum[i],
@@ -258,7 +265,7 @@ impl<'s> Place<'s> {
         arriving.chain(departing).collect()
     }
 
-    /// The forces of `L_d`, and the external ones.
+    /// The errors of the forces of `L_d`, and of the external ones.
     fn forces(&self) -> [Vec<Gap>; 2] {
         let leg = self.triple.first().map(Bounded::splat);
         let found =
@@ -279,7 +286,7 @@ impl<'s> Place<'s> {
         [self.coordinates().map(of_lagrangian).collect(), external]
     }
 
-    /// The constraints on positions, velocities and accelerations.
+    /// The errors of the constraints on positions, velocities and accelerations.
     fn rows(&self) -> [Vec<Gap>; 3] {
         let [holonomic, nonholonomic, kinematic] = self.declaration.constraints();
         let count = holonomic + nonholonomic + kinematic;
@@ -291,7 +298,7 @@ impl<'s> Place<'s> {
         let rows = self
             .declaration
             .declared(Bounded::splat(self.h), leg.any(), &bounded(e), &[]);
-        // by how much they change with each component of the increments
+        // the derivatives of the rows by the components of the increments
         let n = e.len();
         let mut sizes = vec![0.0; rows.len()];
         for i in 0..n {
@@ -322,7 +329,7 @@ impl<'s> Place<'s> {
         [positions, velocities, accelerations]
     }
 
-    /// What the true constraint force does along `D_V`, and what the discrete one does.
+    /// The works along `D_V` of the true constraint force, and of the discrete one.
     fn works(&self) -> [Vec<Gap>; 2] {
         let force = &self.force;
         let constraints: usize = self.declaration.constraints().iter().sum();
@@ -365,7 +372,7 @@ impl<'s> Place<'s> {
     }
 }
 
-/// What forms leave of a force: `Q − Σ λ_j α_j` with the multipliers that come nearest.
+/// The residual `Q − Σ λ_j α_j` of a force with the best-fitting multipliers.
 fn left(force: &[Bounded], forms: &[Vec<Bounded>]) -> Vec<Rest> {
     let value = |x: &[Bounded]| -> Vec<f64> { x.iter().map(|x| x.lane(0)).collect() };
     let values: Vec<Vec<f64>> = forms.iter().map(|form| value(form)).collect();

@@ -64,7 +64,7 @@ pub fn motion(system: &dyn Kernel, t: f64, q: &[f64], v: &[f64]) -> Result<Owned
     motion_near(system, (t, q, v), None)
 }
 
-/// The same, with the acceleration near one, if the rows determine several.
+/// [`motion`] with the acceleration searched near `near`, if the rows determine several.
 ///
 /// # Errors
 ///
@@ -94,8 +94,9 @@ pub struct Variation {
 }
 
 impl Variation {
-    /// The rate `d/ds dν(u, w)` at which the paper's `dν = (F^t)*Ω_L − Ω_L` grows, `⟨δ_w Q, δ_u q⟩ − ⟨δ_u Q, δ_w q⟩`, from the variations of two
-    /// displacements, with `Q + f` for `Q` where external forces act. (`ν = ∫ D_{EL}L · δq ds` and `D_{EL}L = −Q − f`; paper, section 2.)
+    /// The growth rate `d/ds dν(u, w)` of the paper's `dν = (F^t)*Ω_L − Ω_L`, `⟨δ_w Q, δ_u q⟩ − ⟨δ_u Q, δ_w
+    /// q⟩`, from the variations under two displacements; with external forces, `Q + f` takes the place of
+    /// `Q`. (`ν = ∫ D_{EL}L · δq ds` and `D_{EL}L = −Q − f`; paper, section 2.)
     #[must_use]
     pub fn rate(u: (&Displacement, &Self), w: (&Displacement, &Self)) -> f64 {
         let product = super::legendre::product;

@@ -1,4 +1,4 @@
-//! What can go wrong where the flow is looked at from outside.
+//! The errors of the discrete flow as a map.
 
 use thiserror::Error;
 
@@ -12,12 +12,12 @@ pub enum GeometryError {
     /// The step or a parameter cannot be used.
     #[error(transparent)]
     Setup(#[from] SetupError),
-    /// A vector has not one component for each coordinate.
+    /// The number of a vector's components differs from that of the coordinates.
     #[error("a leg or a second difference has {found} components, but there are {coordinates} coordinates")]
     Length {
-        /// How many components it has.
+        /// The number of its components.
         found: usize,
-        /// How many coordinates there are.
+        /// The number of coordinates.
         coordinates: usize,
     },
     /// No solution of the step was found.
@@ -27,7 +27,7 @@ pub enum GeometryError {
         q0: Vec<f64>,
         /// The second node.
         q1: Vec<f64>,
-        /// How its solution failed.
+        /// The failure of the iteration.
         cause: Box<NewtonFailure>,
     },
     /// The continuous system gives no acceleration.
@@ -37,10 +37,10 @@ pub enum GeometryError {
         q: Vec<f64>,
         /// The velocity.
         v: Vec<f64>,
-        /// How its solution failed.
+        /// The failure of the iteration.
         cause: Box<NewtonFailure>,
     },
-    /// No first node that belongs to the other two was found.
+    /// No first node for the other two was found.
     #[error(
         "no node before q1 = {q1:?}, q2 = {q2:?} is found{}; a smaller h makes it easier",
         last_update(*.update)
@@ -50,7 +50,7 @@ pub enum GeometryError {
         q1: Vec<f64>,
         /// The third node.
         q2: Vec<f64>,
-        /// The last update, relative to the leg; infinite where none could be computed.
+        /// The last update, relative to the leg; infinite if none could be computed.
         update: f64,
     },
     /// The triple does not solve the equations.
@@ -77,7 +77,7 @@ pub enum GeometryError {
 
 crate::debug_is_message!(GeometryError);
 
-/// How far the search for a first node came.
+/// The last update of the search for a first node, in words.
 fn last_update(update: f64) -> String {
     if update.is_finite() {
         format!(": the last update was {update:.1e} of a leg")

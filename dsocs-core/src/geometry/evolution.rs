@@ -1,4 +1,4 @@
-//! How the discrete two-form evolves.
+//! The evolution of the discrete two-form.
 
 use super::array::{along, minus, moving, moving_leg, plus, slopes, square, times, zero};
 use super::error::GeometryError;
@@ -82,8 +82,9 @@ impl Evolution {
         })
     }
 
-    /// By how much the terms of the law change with the last digits of the time, the nodes and the increments, relative to them: as where a velocity is
-    /// near to that of light, or a time is large beside a period.
+    /// The change of the law's terms by one unit in the last place of the time, the nodes and the increments,
+    /// relative to the terms. It is large where, for example, a velocity is close to that of light, or the
+    /// time is large beside a period.
     #[must_use]
     pub fn rounding(&self, flow: &DiscreteFlow<'_>, triple: &Triple) -> f64 {
         let last = |x: f64| x.abs().next_up() - x.abs();

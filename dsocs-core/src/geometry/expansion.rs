@@ -1,4 +1,4 @@
-//! The motion about a time as a polynomial.
+//! The motion about a time as a Taylor polynomial.
 
 use super::map::Triple;
 use crate::number::point::{AnyPoint, OwnedLeg, OwnedPoint};
@@ -6,28 +6,29 @@ use crate::solve::rotation;
 
 /// The Taylor polynomial of the continuous motion about a time.
 ///
-/// Nodes of the motion about this time come from it with all digits of their differences, since these are sums of its terms and no differences of
-/// rounded positions.
+/// Nodes of the motion are computed with all digits of their differences, as sums of terms and not as
+/// differences of rounded positions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expansion {
     /// The time of the centre, in s.
     pub t: f64,
     /// The Taylor coefficients of the position by order, from the position itself on: each has one component for each coordinate.
     pub coefficients: Vec<Vec<f64>>,
-    /// Where rotations begin among the coordinates, each with the four components of its quaternion ([`Shape::rotations`](crate::Shape::rotations)).
+    /// The first places of rotations among the coordinates, each with the four components of its quaternion
+    /// ([`Shape::rotations`](crate::Shape::rotations)).
     pub rotations: Vec<usize>,
-    /// How long before and after the centre the polynomial is the motion, in s.
+    /// The time before and after the centre for which the polynomial is accurate, in s.
     pub reach: f64,
 }
 
 impl Expansion {
-    /// How many coordinates there are.
+    /// The number of coordinates.
     fn dimension(&self) -> usize {
         self.coefficients.first().map_or(0, Vec::len)
     }
 
-    /// Position, velocity and acceleration a time `s` after the centre; of a rotation the angular velocity and acceleration in the frame of its body, behind a
-    /// zero.
+    /// Position, velocity and acceleration at the time `s` after the centre; for a rotation the angular
+    /// velocity and acceleration in the frame of its body, behind a zero.
     #[must_use]
     pub fn point(&self, s: f64) -> OwnedPoint<f64> {
         let zero = || vec![0.0; self.dimension()];
@@ -49,7 +50,7 @@ impl Expansion {
         AnyPoint { t, q, v, a }.to_owned()
     }
 
-    /// The sum of the terms from the first order on, each times a factor of its order.
+    /// The sum of the terms from the first order on, each times a factor that depends on its order.
     fn sum(&self, factor: &dyn Fn(usize) -> f64) -> Vec<f64> {
         let mut sum = vec![0.0; self.dimension()];
         // the smallest first

@@ -1,4 +1,4 @@
-//! External forces, and what they and the constraints do to the energy.
+//! External forces, and the power of external and constraint forces.
 
 use super::array::{fixed, plus};
 use super::map::Triple;
@@ -8,16 +8,16 @@ use crate::number::tangent::Tangent;
 use crate::regularity::rounding;
 use crate::tape::declaration::Declaration;
 
-/// The discrete external force at the second of three nodes, `f⁻_d(q1, q2) + f⁺_d(q0, q1)`, in units of `L` per unit of the
-/// coordinate; zero where no external forces are declared. (Discrete Lagrange-d'Alembert principle: Marsden and West 2001,
-/// section 3.2.)
+/// The discrete external force at the second of three nodes, `f⁻_d(q1, q2) + f⁺_d(q0, q1)`, in units of `L`
+/// per unit of the coordinate; zero if no external forces are declared. (Discrete Lagrange-d'Alembert
+/// principle: Marsden and West 2001, section 3.2.)
 #[must_use]
 pub fn external_forces(system: &dyn Kernel, h: f64, triple: &Triple) -> Vec<f64> {
     Declaration::of(system).external_force(h, triple.leg.any(), &triple.e)
 }
 
-/// By how much rounding may change the constraint force and the external forces at the second of three nodes, by coordinate: a bound on the errors of all their
-/// terms, of which much may cancel.
+/// A bound of the rounding errors of the constraint force plus external forces at the second of three nodes,
+/// by coordinate. It includes the errors of all terms, much of which may cancel.
 #[must_use]
 pub fn force_roundings(system: &dyn Kernel, h: f64, triple: &Triple) -> Vec<f64> {
     rounding::force_bounds(&Declaration::of(system), h, triple.leg.any(), &triple.e)
@@ -32,7 +32,7 @@ pub fn power(system: &dyn Kernel, point: AnyPoint<'_, f64>) -> f64 {
     power_with(&declaration, (point.t, point.q, point.v), &constraint)
 }
 
-/// The same at a time, a position and a velocity where the constraint force is known, as at a node of a run.
+/// [`power`] at a time, a position and a velocity with a known constraint force, as at a node of a run.
 #[must_use]
 pub fn power_with(
     declaration: &Declaration<'_>,

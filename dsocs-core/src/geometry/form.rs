@@ -28,7 +28,8 @@ type Blocks = [[Vec<Vec<f64>>; 2]; 2];
 
 /// A two-form `Ω(u, w) = Σ_ab u_a · B_ab w_b` on displacements, by its four blocks.
 ///
-/// Blocks are counted by the parts of a displacement: `B_01` belongs to `first` of `u` and `second` of `w`.
+/// The indices of blocks are those of the parts of a displacement: `B_01` belongs to `first` of `u` and
+/// `second` of `w`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TwoForm {
     /// `blocks[a][b][i][j]`, antisymmetric: `blocks[b][a][j][i]` is the opposite. Each block is square, with a row for each coordinate.
@@ -56,7 +57,7 @@ impl TwoForm {
         terms.sum()
     }
 
-    /// The largest absolute value of an entry; NaN if one is.
+    /// The largest absolute value of an entry; NaN if an entry is NaN.
     #[must_use]
     pub fn largest(&self) -> f64 {
         let mut largest = 0.0;

@@ -13,21 +13,21 @@ use crate::regularity::multipliers;
 use crate::regularity::stacked::of_first_pair;
 use crate::solve::dense::Matrix;
 
-/// How often the first node is improved before it is given up.
+/// Largest number of iterations for the first node.
 const MAX_ITERATIONS: u32 = 60;
 
-/// An update of this part of a leg is the last: the error after it is about its square.
+/// An update below this part of a leg is the last: the error after it is about its square.
 const LAST_UPDATE: f64 = 1e-9;
 
-/// Updates below this part of a leg that do not shrink any more are rounding.
+/// Updates below this part of a leg that no longer shrink are rounding.
 const ROUNDING: f64 = 1e-7;
 
 /// A singular value below this part of the largest is zero: the first node is not determined.
 const RANK: f64 = 1e-14;
 
-/// An update and where it was made.
+/// A Newton update with the unknowns after it.
 struct Update {
-    /// By how much the leg changes.
+    /// The change of the leg.
     d: Vec<f64>,
     /// The unknowns after it.
     z: Vec<f64>,
@@ -53,8 +53,9 @@ impl DiscreteFlow<'_> {
         self.backward_near(last, &self.reversed(last).unwrap_or(zero(last.d.len())))
     }
 
-    /// The same near a second difference. Several first nodes may lead to one pair, as several last nodes may follow one: the theorem makes
-    /// the flow a diffeomorphism near each of its trajectories.
+    /// [`DiscreteFlow::backward`] near a second difference. Several first nodes may lead to one pair, as
+    /// several last nodes may follow one: the theorem makes the flow a diffeomorphism only near each of its
+    /// trajectories.
     ///
     /// # Errors
     ///
@@ -134,15 +135,16 @@ impl DiscreteFlow<'_> {
         Some(solution.e)
     }
 
-    /// Newton's update of the first leg and the unknowns: rows of the step, `d + S(d, z) = q2 − q1`, and what constraints of
-    /// lower order ask of the first pair, while what they ask of the last one is given. So there may be more equations than
-    /// unknowns, of which some follow from the others.
+    /// Newton's update of the first leg and the unknowns. The equations are the rows of the step, `d + S(d,
+    /// z) = q2 − q1`, and the constraints of lower order on the first pair, since those on the last pair
+    /// hold. So there may be more equations than unknowns, some of them dependent.
     fn update(&self, last: AnyLeg<'_, f64>, leg: AnyLeg<'_, f64>, z: &[f64]) -> Option<Update> {
         let declaration = self.declaration();
         let (n, count) = (leg.d.len(), z.len());
         let (all, bound) = (count + n, declaration.lower());
         let (units, h) = (units(last), Tangent::splat(self.h));
-        // what rounding has left of a constraint of positions is taken away over many steps, so that all three nodes have it
+        // the rounding error of a constraint on positions is removed over many steps, so all three nodes have
+        // it
         let mut left = declaration.pair(self.h, leg);
         left.truncate(declaration.holonomic());
         let mut matrix = Matrix::zeros(all + bound, all);
@@ -184,7 +186,7 @@ impl DiscreteFlow<'_> {
     }
 }
 
-/// The least-squares solution of equations of full rank, with rows and unknowns in their own sizes; `None` if the rank is
+/// The least-squares solution of equations of full rank, with scaled rows and unknowns; `None` if the rank is
 /// not full.
 fn solved(mut matrix: Matrix, mut right: Vec<f64>) -> Option<Vec<f64>> {
     for (i, right) in right.iter_mut().enumerate() {

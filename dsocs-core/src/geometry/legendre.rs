@@ -1,4 +1,4 @@
-//! Discrete Legendre transforms and the forms that they make.
+//! Discrete Legendre transforms and the forms that they define.
 
 use super::array::{along, moving_twice, times, zero};
 use super::form::{Displacement, TwoForm};
@@ -10,7 +10,7 @@ use crate::number::scalar::Scalar;
 use crate::number::tangent::{Tangent, Tangent2};
 use crate::tape::declaration::Declaration;
 
-/// The derivative of `L_d` by each coordinate of the first node times one part, and of the second times another; zero by the first slot of a rotation.
+/// The derivatives `parts[0] D₁L_d + parts[1] D₂L_d` by coordinate; zero for the first slot of a rotation.
 fn derivative(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, parts: [f64; 2]) -> Vec<f64> {
     let (units, rotations) = (units(leg), &declaration.shape().rotations);
     let slope = |(j, &unit): (usize, &f64)| {
@@ -30,15 +30,16 @@ pub fn discrete_lagrangian(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) ->
     Declaration::of(system).discrete_lagrangian(h, leg)
 }
 
-/// The discrete Legendre transform `F⁻L_d(q0, q1) = −D₁L_d(q0, q1)` at `q0`, in units of `L` per unit of the coordinate
-/// (paper, section 3: `L_d` is not multiplied by `h`). Of a rotation, by turns in the frame of its body at `q0`, behind a zero.
+/// The discrete Legendre transform `F⁻L_d(q0, q1) = −D₁L_d(q0, q1)` at `q0`, in units of `L` per unit of the
+/// coordinate (paper, section 3: `L_d` is not multiplied by `h`). For a rotation, by turns in the frame of
+/// its body at `q0`, behind a zero.
 #[must_use]
 pub fn legendre_minus(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
     derivative(&Declaration::of(system), h, leg, [-1.0, 0.0])
 }
 
-/// The discrete Legendre transform `F⁺L_d(q0, q1) = D₂L_d(q0, q1)` at `q1`, in units of `L` per unit of the coordinate. Of a
-/// rotation, by turns in the frame of its body at `q1`, behind a zero.
+/// The discrete Legendre transform `F⁺L_d(q0, q1) = D₂L_d(q0, q1)` at `q1`, in units of `L` per unit of the
+/// coordinate. For a rotation, by turns in the frame of its body at `q1`, behind a zero.
 #[must_use]
 pub fn legendre_plus(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
     derivative(&Declaration::of(system), h, leg, [0.0, 1.0])
@@ -68,7 +69,7 @@ pub fn theta_plus(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, displacemen
     product(&legendre_plus(system, h, leg), &displacement.second)
 }
 
-/// The sum of products.
+/// The inner product.
 pub(super) fn product(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

@@ -16,7 +16,8 @@ use crate::solve::failure::NewtonFailure;
 use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
-/// How far a step's solution may be from the triple that it should belong to, relative to the legs.
+/// Largest distance of a step's solution from the triple that is claimed to be a trajectory, relative to the
+/// legs.
 const SAME: f64 = 1e-6;
 
 /// Three consecutive nodes `(q0, q1, q2)`: a leg, and the second difference that leads to the third node.
@@ -44,7 +45,7 @@ impl Triple {
         self.leg.any()
     }
 
-    /// The last two nodes, `(q1, q2)`, where the step is `h`; of a system without rotations, whose increments are turns.
+    /// The last two nodes, `(q1, q2)`, for the step `h`, in a system without rotations.
     #[must_use]
     pub fn last(&self, h: f64) -> OwnedLeg<f64> {
         let d = plus(&self.leg.d, &self.e);
@@ -55,7 +56,7 @@ impl Triple {
         }
     }
 
-    /// The last two nodes of a system, which may have rotations: these increments turn.
+    /// The last two nodes, for systems that may have rotations, whose increments are turns.
     pub(super) fn last_of(&self, rotations: &[usize], h: f64) -> OwnedLeg<f64> {
         let d = plus(&self.leg.d, &self.e);
         OwnedLeg {
@@ -93,7 +94,8 @@ impl core::fmt::Debug for DiscreteFlow<'_> {
 }
 
 impl<'s> DiscreteFlow<'s> {
-    /// The flow of a step, which may be negative. Of a system with rotations it goes forward, and has no tangent map and no inverse yet.
+    /// The flow of a step, which may be negative. For a system with rotations it goes forward, and has no
+    /// tangent map and no inverse yet.
     ///
     /// # Errors
     ///
@@ -150,7 +152,7 @@ impl<'s> DiscreteFlow<'s> {
         Ok(Triple::new(leg, &solution.e))
     }
 
-    /// Refuses what is not known of rotations.
+    /// Refuses systems with rotations.
     pub(super) fn without_rotations(&self, method: &'static str) -> Result<(), GeometryError> {
         SetupError::for_rotations(
             self.system.shape(),
@@ -204,7 +206,7 @@ impl<'s> DiscreteFlow<'s> {
         let units = units(leg);
         let n = units.len();
         let jacobian = declaration.jacobian(self.h, leg, &z);
-        // q0 = q1 − d, so moving q0 moves d back, and moving q1 moves both
+        // q0 = q1 − d: a change of q0 changes d by its negative, a change of q1 changes both
         let column = |(j, &unit): (usize, &f64), [by_q, by_d]: [f64; 2]| -> Option<Vec<f64>> {
             let leg = moving_leg(leg, &along(n, j, by_q * unit), &along(n, j, by_d * unit));
             let h = Tangent::splat(self.h);
@@ -243,7 +245,7 @@ pub(super) fn moved(z: &[f64], derivative: impl Fn(usize) -> f64) -> Vec<Tangent
         .collect()
 }
 
-/// The error of a step that is not solved.
+/// The error of a step without a solution.
 fn failed(leg: AnyLeg<'_, f64>, cause: NewtonFailure) -> GeometryError {
     GeometryError::Step {
         q0: minus(leg.q, leg.d),

@@ -12,7 +12,7 @@ use super::legendre::{legendre_minus, legendre_plus, momentum_plus, product};
 use super::map::{DiscreteFlow, Triple};
 use crate::number::point::AnyLeg;
 
-/// A generator: of a position, its vector there, with one component for each coordinate.
+/// A generator: maps a position to its vector there, with one component for each coordinate.
 type Generator<'g> = &'g dyn Fn(&[f64]) -> Vec<f64>;
 
 /// The discrete momentum map `J(q0, q1) = h ⟨F⁺L_d(q0, q1), ξ_Q(q1)⟩` of a symmetry's generator, in units of `∂L/∂v` times

@@ -1,11 +1,12 @@
-//! How a leg changes when its nodes move: numbers by themselves, rotations by small turns in the frame of their body.
+//! Derivatives of a leg by its nodes: numbers change by themselves, rotations by small turns in the frame of
+//! their body.
 
 use super::array::{along, moving};
 use crate::number::point::{AnyLeg, OwnedLeg};
 use crate::number::tangent::Tangent;
 use crate::solve::rotation;
 
-/// The rotation among whose slots a coordinate is, by its first slot.
+/// The first slot of the rotation that contains a coordinate.
 fn rotation_of(rotations: &[usize], coordinate: usize) -> Option<usize> {
     let before = rotations.iter().rfind(|&&first| first <= coordinate);
     before
@@ -13,12 +14,12 @@ fn rotation_of(rotations: &[usize], coordinate: usize) -> Option<usize> {
         .filter(|first| coordinate < first + rotation::SLOTS)
 }
 
-/// Whether a coordinate moves: not the first slot of a rotation, whose turn is three numbers.
+/// Whether a coordinate has a velocity; the first slot of a rotation has none, since a turn is three numbers.
 pub(super) fn moves(rotations: &[usize], coordinate: usize) -> bool {
     !rotations.contains(&coordinate)
 }
 
-/// How long an increment is in a coordinate: of a rotation its length, whatever the axis.
+/// The length of an increment in a coordinate; for a rotation the length of its turn, whatever the axis.
 pub(super) fn extent(rotations: &[usize], d: &[f64], coordinate: usize) -> f64 {
     let own = d.get(coordinate).copied().unwrap_or(0.0);
     rotation_of(rotations, coordinate).map_or(own, |first| {
@@ -27,13 +28,13 @@ pub(super) fn extent(rotations: &[usize], d: &[f64], coordinate: usize) -> f64 {
     })
 }
 
-/// A position that moves along a coordinate: of a rotation, by a turn about an axis of its body.
+/// A position as tangents along a coordinate; for a rotation, a turn about an axis of its body.
 pub(super) fn moving_position(rotations: &[usize], q: &[f64], coordinate: usize) -> Vec<Tangent> {
     let by = along(q.len(), coordinate, 1.0);
     moving(q, &rotation::rate(rotations, q, &by))
 }
 
-/// A leg whose first node moves along a coordinate by one part, and whose second node by another.
+/// A leg as tangents along a coordinate, with given parts for its first and its second node.
 pub(super) fn moving_nodes(
     rotations: &[usize],
     leg: AnyLeg<'_, f64>,

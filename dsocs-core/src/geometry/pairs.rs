@@ -1,4 +1,4 @@
-//! The pairs of nodes, and the states, that constraints of lower order allow.
+//! Displacements of pairs of nodes, and of states, that constraints of lower order admit.
 
 use super::array::{first_node, minus, moving, moving_leg, times};
 use super::form::Displacement;
@@ -19,8 +19,9 @@ const INDEPENDENT: f64 = 1e-10;
 /// nonholonomic ones of the pair keep their values: the tangent space of the discrete flow's domain `C_d`. (Holonomic constraints are
 /// kept at their values, so the submanifold is the one through the pair; paper, remark on discrete holonomic systems.)
 ///
-/// Coordinates may have units of their own. So the basis is orthogonal where each is multiplied by the square root of its mass. Constraints of second order do
-/// not restrict pairs. If there are no others, the basis has all directions, two for each coordinate.
+/// Coordinates may have different units. So the basis is orthogonal after each coordinate is multiplied by
+/// the square root of its mass. Constraints of second order do not restrict pairs. If there are no others,
+/// the basis has all directions, two for each coordinate.
 #[must_use]
 pub fn pair_displacements(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> Vec<Displacement> {
     let (declaration, units, h) = (Declaration::of(system), units(leg), Tangent::splat(h));
@@ -28,7 +29,7 @@ pub fn pair_displacements(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> 
     let weights = weights(&declaration, h.value(), leg);
     let most = weights.iter().copied().fold(0.0, f64::max);
     let length = |&weight: &f64| {
-        // what has no mass of its own moves with what has
+        // a coordinate without mass is scaled like the heaviest one
         let length = if weight > 0.0 {
             weight.recip()
         } else {
@@ -71,8 +72,9 @@ pub fn state_displacements(system: &dyn Kernel, t: f64, q: &[f64], v: &[f64]) ->
     })
 }
 
-/// A basis of the kernel of rows on displacements of coordinates, of which `column` gives the entries for one, orthonormal where coordinates are measured by
-/// lengths; all units where there are no rows.
+/// A basis of the kernel of constraint rows on displacements; `column` gives the entries for one coordinate.
+/// It is orthonormal with coordinates in units of their `lengths`; without rows, it has all unit
+/// displacements.
 fn kernel(lengths: &[f64], rows: usize, column: &dyn Fn(usize) -> Vec<f64>) -> Vec<Displacement> {
     let n = lengths.len();
     if rows == 0 {
@@ -102,7 +104,7 @@ fn kernel(lengths: &[f64], rows: usize, column: &dyn Fn(usize) -> Vec<f64>) -> V
         .collect()
 }
 
-/// The displacement of `n` coordinates with some components, those of the first part first.
+/// The displacement of `n` coordinates with given components, those of the first part first.
 fn displacement(n: usize, components: &[f64]) -> Displacement {
     let (first, second) = components.split_at(n.min(components.len()));
     Displacement {

@@ -1,12 +1,14 @@
-//! Where what is given by pieces changes its piece.
+//! Changes of piece of a declaration's piecewise functions.
 
 use crate::kernel::Kernel;
 use crate::number::point::AnyPoint;
 use crate::tape::declaration::Declaration;
 
-/// How often what a declaration gives by pieces changes its piece from one place of a motion to the next, so that the acceleration or its slope may jump: each
-/// argument of an `if`, `abs`, `max` … that changes its sign, and each sample that the argument of a table passes where a derivative of the table jumps, the third
-/// one of a cubic spline. Places are a time, a position, a velocity and an acceleration, which is asked of third order alone.
+/// The number of changes of piece from one place of a motion to the next, at each of which the acceleration
+/// or its slope may jump: each argument of an `if`, `abs`, `max` … that changes its sign, and each sample
+/// that the argument of a table passes where a derivative of the table jumps (the third one of a cubic
+/// spline). Places are a time, a position, a velocity and an acceleration, which is used in third order
+/// alone.
 #[must_use]
 pub fn corners(system: &dyn Kernel, places: [AnyPoint<'_, f64>; 2]) -> usize {
     let declaration = Declaration::of(system);
@@ -30,8 +32,8 @@ pub fn corners(system: &dyn Kernel, places: [AnyPoint<'_, f64>; 2]) -> usize {
     signs + tables.sum::<usize>()
 }
 
-/// The arguments of whatever a declaration gives by pieces, such as `x - 0.2` of `(x - 0.2).max(0)`, and what it divides by and may be zero. Empty where it has
-/// none.
+/// The arguments of all piecewise functions of a declaration, such as `x - 0.2` of `(x - 0.2).max(0)`, and
+/// its divisors that may vanish. Empty if there are none.
 fn switch_arguments(declaration: &Declaration<'_>, (t, q, v, a): (f64, &[f64], &[f64], &[f64])) -> Vec<f64> {
     if declaration.switches() == 0 {
         return Vec::new();
@@ -39,9 +41,10 @@ fn switch_arguments(declaration: &Declaration<'_>, (t, q, v, a): (f64, &[f64], &
     declaration.switch_arguments(t, q, v, a)
 }
 
-/// The pieces at a place of a motion, a time, a position, a velocity and an acceleration, which is asked of third order alone: on which side of zero each
-/// argument of an `if`, `abs`, `max` … is, and between which samples the argument
-/// of each table lies. Two places with the same pieces that are near to each other have the same smooth functions between them. `None` where two pieces meet.
+/// The pieces at a place of a motion (a time, a position, a velocity and an acceleration, which is used in
+/// third order alone): the sign of each argument of an `if`, `abs`, `max` …, and the interval between samples
+/// that contains the argument of each table. Two nearby places with the same pieces have the same smooth
+/// functions between them. `None` where two pieces meet.
 #[must_use]
 pub fn pieces(system: &dyn Kernel, (t, q, v, a): (f64, &[f64], &[f64], &[f64])) -> Option<Vec<usize>> {
     let declaration = Declaration::of(system);

@@ -1,11 +1,16 @@
-//! Coordinates whose positions are in no equation, and the momentum equation along a symmetry where some are rotations.
+//! Coordinates whose positions occur in no equation, and the momentum equation along a symmetry for systems
+//! with rotations.
 //!
-//! Where neither `L` nor the constraints nor the forces have the position of a coordinate, only its velocity, the step is that of the reduced system on the
-//! quotient by the group: the coordinate's increment is solved for, and its position follows from increments alone, `g_{k+1} = g_k τ(d_k)` (reconstruction).
-//! (J. E. Marsden, S. Pekarsky, S. Shkoller, *Discrete Euler–Poincaré and Lie–Poisson equations*, Nonlinearity 12, 1999.)
+//! If neither `L` nor the constraints nor the forces depend on the position of a coordinate, only on its
+//! velocity, the step is that of the reduced system on the quotient by the group: the coordinate's increment
+//! is solved for, and its position follows from increments alone, `g_{k+1} = g_k τ(d_k)` (reconstruction).
+//! (J. E. Marsden, S. Pekarsky, S. Shkoller, *Discrete Euler–Poincaré and Lie–Poisson equations*,
+//! Nonlinearity 12, 1999.)
 //!
-//! Along a field `ξ` of the symmetry the momentum changes by the work of what acts besides, `ΔJ = h ⟨Q, ξ⟩ + ⟨f⁻_d, ξ⟩ + ⟨f⁺_d, ξ⟩`: the nonholonomic momentum
-//! equation (A. M. Bloch, P. S. Krishnaprasad, J. E. Marsden, R. M. Murray, *Nonholonomic mechanical systems with symmetry*, Arch. Rational Mech. Anal. 136, 1996).
+//! Along a field `ξ` of the symmetry the momentum changes by the work of the constraint and external forces,
+//! `ΔJ = h ⟨Q, ξ⟩ + ⟨f⁻_d, ξ⟩ + ⟨f⁺_d, ξ⟩`: the nonholonomic momentum equation (A. M. Bloch, P. S.
+//! Krishnaprasad, J. E. Marsden, R. M. Murray, *Nonholonomic mechanical systems with symmetry*, Arch.
+//! Rational Mech. Anal. 136, 1996).
 
 use super::legendre::legendre_plus;
 use crate::kernel::Kernel;
@@ -14,7 +19,7 @@ use crate::solve::rotation::SLOTS;
 use crate::tape::declaration::Declaration;
 use crate::tape::{Input, Leaf, Part, Segment};
 
-/// What a step, the continuous motion and a start are made of.
+/// The segments with the equations of a step, of the continuous motion and of a start.
 const EQUATIONS: [Segment; 12] = [
     Segment::Residual,
     Segment::SecondDifference,
@@ -30,11 +35,12 @@ const EQUATIONS: [Segment; 12] = [
     Segment::DiscreteExternalForces,
 ];
 
-/// A generator of a symmetry: of a position, its vector there, with one component for each coordinate; of a rotation a zero and three numbers in the frame
-/// of its body.
+/// A generator of a symmetry: maps a position to its vector there, with one component for each coordinate;
+/// for a rotation a zero and three numbers in the frame of its body.
 type Generator<'g> = &'g dyn Fn(&[f64]) -> Vec<f64>;
 
-/// The coordinates whose positions are in no equation, by their places; of a rotation the first of its four. The step is that of the reduced system.
+/// The coordinates whose positions occur in no equation, by their places; for a rotation the first of its
+/// four. The step is that of the reduced system.
 #[must_use]
 pub fn reduced(system: &dyn Kernel) -> Vec<usize> {
     let declaration = Declaration::of(system);
@@ -56,8 +62,8 @@ pub fn reduced(system: &dyn Kernel) -> Vec<usize> {
         .collect()
 }
 
-/// The momentum `h (D₂L_d + f⁺_d)` with which a leg of the step `h` arrives at its second node, by coordinate; of a rotation a zero and three numbers in the
-/// frame of its body.
+/// The momentum `h (D₂L_d + f⁺_d)` of a leg of the step `h` at its second node, by coordinate; for a rotation
+/// a zero and three numbers in the frame of its body.
 #[must_use]
 pub fn arriving_momentum(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
     arriving(system, h, leg)
@@ -66,23 +72,23 @@ pub fn arriving_momentum(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> V
         .collect()
 }
 
-/// The momentum `h ⟨D₂L_d + f⁺_d, ξ⟩` with which a leg of the step `h` arrives at its second node, along a field there.
+/// The momentum `h ⟨D₂L_d + f⁺_d, ξ⟩` of a leg of the step `h` at its second node, along a field there.
 #[must_use]
 pub fn momentum_along(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, generator: Generator<'_>) -> f64 {
     product(&arriving_momentum(system, h, leg), &generator(leg.q))
 }
 
-/// `D₂L_d + f⁺_d` of the declared map. Beside the paper's a run takes the trapezoid's at a node where an input changes, and where the attitude makes the
-/// momentum vary that is another one.
+/// `D₂L_d + f⁺_d` of the declared map. For the paper's map, a run uses the trapezoidal one at a node where an
+/// input changes; the two momenta differ if the momentum depends on the attitude.
 fn arriving(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
     let [_, external] = Declaration::of(system).discrete_external_forces(h, leg);
     let momentum = legendre_plus(system, h, leg);
     momentum.iter().zip(external).map(|(p, f)| p + f).collect()
 }
 
-/// The momentum equation at two consecutive legs `(q0, q1)` and `(q1, q2)` of a motion, where the second difference is `e`: by how much the change of the
-/// momentum misses the work of constraint forces and external forces, that work, and the size of all terms. The first is zero up to rounding if `L_d` is
-/// invariant.
+/// The momentum equation at two consecutive legs `(q0, q1)` and `(q1, q2)` of a motion with the second
+/// difference `e`: the change of the momentum minus the work of constraint forces and external forces, that
+/// work, and the size of all terms. The first is zero up to rounding if `L_d` is invariant.
 #[must_use]
 pub fn momentum_balance(
     system: &dyn Kernel,

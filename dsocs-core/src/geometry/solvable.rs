@@ -1,4 +1,4 @@
-//! Steps of a system without a past, and linear equations in the way of its unknowns.
+//! Steps of a system without a past, and linear equations in slices.
 
 use crate::error::SetupError;
 use crate::flow::discrete::{check, constants_of, values_of};
@@ -11,14 +11,14 @@ use crate::solve::predictor::Predictor;
 use crate::step::Step;
 use crate::tape::declaration::Declaration;
 
-/// Which solution of a step is sought.
+/// The solution of a step that is requested.
 #[derive(Clone, Copy, Debug)]
 pub enum Sought<'a> {
     /// The first that is found.
     First,
-    /// The first that is found, after a look for others wherever the rows bend.
+    /// The first that is found, after a search for others wherever the rows bend.
     Watched,
-    /// The one whose second difference is nearest to this.
+    /// The one whose second difference is nearest to the given one.
     Near(&'a [f64]),
 }
 
@@ -41,7 +41,7 @@ pub(crate) fn check_step(system: &dyn Kernel, h: f64) -> Result<(), SetupError> 
     check(&Declaration::of(system), h)
 }
 
-/// Solves the step `h` from a leg.
+/// Solves the step `h` after a leg.
 pub(crate) fn step(
     system: &dyn Kernel,
     h: f64,
@@ -65,7 +65,7 @@ pub(crate) fn step(
     })
 }
 
-/// Solves linear equations with a square matrix, row by row; `None` where the solution is not finite.
+/// Solves linear equations with a square matrix, given row by row; `None` if the solution is not finite.
 pub(crate) fn solve(matrix: &[f64], right: &[f64]) -> Option<Vec<f64>> {
     let size = right.len();
     let entry = |i: usize, j: usize| matrix.get(i * size + j).copied().unwrap_or(f64::NAN);

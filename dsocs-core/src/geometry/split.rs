@@ -14,7 +14,8 @@ pub fn constraint_multipliers(system: &dyn Kernel, h: f64, triple: &Triple) -> V
     multipliers_of(system, h, triple, &force)
 }
 
-/// The multipliers of a force, by the forms at a triple of nodes: as [`constraint_multipliers`], which has the constraint force there.
+/// The best-fitting multipliers of a given force with the forms at a triple of nodes;
+/// [`constraint_multipliers`] takes the constraint force there.
 #[must_use]
 pub fn multipliers_of(system: &dyn Kernel, h: f64, triple: &Triple, force: &[f64]) -> Vec<f64> {
     multipliers(

@@ -8,18 +8,19 @@ use crate::regularity::{self, Regularity};
 use crate::step::NEARLY_THE_SAME;
 use crate::tape::declaration::Declaration;
 
-/// A singular value below this part of the largest is zero for all that can be told.
+/// A singular value below this part of the largest counts as zero.
 const RANK: f64 = 64.0 * f64::EPSILON;
 
-/// How far a point nearby is, in legs.
+/// The distance of a nearby point, relative to the legs.
 const NEARBY: f64 = 1e-9;
 
 /// The conditions of the discrete-flow theorem (paper, section 6) at a triple of nodes.
 ///
-/// The theorem asks that `φ∘β` restricted to `D_K` has constant rank near the triple, and that `D₁` and `D₃` of it are injective
-/// on the tangent space of `D_K`. The equations of a step consist of the constraints that define `D_K` and of the components
-/// of `β`. So the rank of their derivative is the codimension of `D_K` plus the rank of `φ∘β` on `D_K`. If this rank is full, `D_K` is a
-/// submanifold there, and the rank of `φ∘β` on it is full and therefore constant nearby. `D₁` and `D₃` of the equations are square, and
+/// The theorem requires that `φ∘β` restricted to `D_K` has constant rank near the triple, and that its `D₁`
+/// and `D₃` are injective on the tangent space of `D_K`. The equations of a step consist of the constraints
+/// that define `D_K` and of the components of `β`. So the rank of their derivative is the codimension of
+/// `D_K` plus the rank of `φ∘β` on `D_K`. If this rank is full, `D_K` is a submanifold there, and the rank of
+/// `φ∘β` on it is full and therefore constant nearby. `D₁` and `D₃` of the equations are square, and
 /// injective where they are regular ([`Regularity`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlowTheorem {
@@ -73,7 +74,7 @@ impl FlowTheorem {
     }
 }
 
-/// Whether what the rows were multiplied by is not zero: nearby, relative to the legs, it is nearly the same.
+/// Whether the rows' factors are nonzero: nearly constant at a nearby point, relative to the legs.
 fn is_declared(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> bool {
     let lengths = lengths(declaration, h, leg, e);
     let near: Vec<f64> = e
@@ -82,7 +83,7 @@ fn is_declared(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &
         .map(|(e, length)| e + NEARBY * length)
         .collect();
     let scales = |e: &[f64]| declaration.scales(h, leg, &declaration.unknown(e, &[]));
-    // false also where one of them is no number
+    // false also for a NaN
     scales(e)
         .iter()
         .zip(&scales(&near))

@@ -1,4 +1,4 @@
-//! The equations of a step at nodes as they are written down.
+//! The equations of a step at given nodes, in twice the precision.
 
 use super::array::{along, moving, moving_leg, times};
 use crate::kernel::Kernel;
@@ -12,14 +12,15 @@ use crate::regularity::multipliers::of_step;
 use crate::solve::dense::Matrix;
 use crate::tape::declaration::Declaration;
 
-/// So often multipliers are improved: each time they gain as many digits as a double has.
+/// Number of iterations for the multipliers; each gains as many digits as a double has.
 const IMPROVED: u32 = 3;
 
-/// Moving `q0`, `q1` and `q2` moves the node, the increment, and the second difference, as one after none, by these parts.
+/// The changes of the node, the increment, the last second difference and the second difference with `q0`,
+/// `q1` and `q2`.
 const NODES: [[f64; 4]; 3] = [[0.0, -1.0, 0.0, 1.0], [1.0, 1.0, 0.0, -2.0], [0.0, 0.0, 0.0, 1.0]];
 
-/// Moving the four nodes of a step of third order moves the node, the increment, the last second difference and the third one by these
-/// parts.
+/// The changes of the node, the increment, the last second difference and the third difference with the four
+/// nodes of a step of third order.
 const FOUR_NODES: [[f64; 4]; 4] = [
     [0.0, 0.0, 1.0, -1.0],
     [0.0, -1.0, -2.0, 3.0],
@@ -27,21 +28,23 @@ const FOUR_NODES: [[f64; 4]; 4] = [
     [0.0, 0.0, 0.0, 1.0],
 ];
 
-/// The values of the declared rows of a step at three nodes, the second at the time `t`. Each comes with the size that rounding explains.
+/// The values of the declared rows of a step at three nodes, the second at the time `t`, each with a bound of
+/// its rounding error.
 ///
-/// The first number of each pair is the row, evaluated in twice the precision from the nodes alone, with exact differences of
-/// the nodes. The second number says how far the row can be from zero for three reasons: the time and each component of the nodes were rounded
-/// to the nearest double; the second difference was known to one unit of rounding of itself or of a leg; and the row was solved in
-/// doubles. Rows that call your own Rust functions are evaluated in the precision of doubles only.
+/// The first number of each pair is the row, evaluated in twice the precision from the nodes alone, with
+/// exact differences of the nodes. The second number bounds its distance from zero by rounding, for three
+/// reasons: the time and each component of the nodes were rounded to the nearest double; the second
+/// difference was known to one unit of rounding of itself or of a leg; and the row was solved in doubles.
+/// Rows that call your own Rust functions are evaluated in the precision of doubles only.
 ///
-/// Nodes have one component for each coordinate; there are no rows of others. Rows come in the order of [`System::residual`](crate::System::residual). Unknown multipliers are fitted to
-/// the rows.
+/// Nodes have one component for each coordinate; for nodes of another length the result is empty. Rows come
+/// in the order of [`System::residual`](crate::System::residual). Unknown multipliers are fitted to the rows.
 #[must_use]
 pub fn rows_of_written(system: &dyn Kernel, t: f64, h: f64, nodes: [&[f64]; 3]) -> Vec<[f64; 2]> {
     written(Declaration::of(system), t, h, None, nodes)
 }
 
-/// The same for a step of third order, which has four nodes, the third at the time `t`.
+/// [`rows_of_written`] for a step of third order, which has four nodes, the third at the time `t`.
 #[must_use]
 pub fn rows_of_four_written(
     system: &dyn Kernel,
@@ -52,7 +55,7 @@ pub fn rows_of_four_written(
     written(Declaration::of(system), t, h, Some(first), nodes)
 }
 
-/// The rows at three nodes, and the node before them where a step knows it.
+/// The rows at three nodes, and for a step of third order the node before them.
 fn written(
     declaration: Declaration<'_>,
     t: f64,
@@ -128,7 +131,7 @@ fn written(
     }
     let bounded = |x: &[f64]| -> Vec<Bounded> { x.iter().copied().map(Bounded::splat).collect() };
     let bounded_leg = OwnedLeg {
-        // of a node's time the last digit is rounded
+        // the last digit of a node's time is rounded
         t: Bounded::known(t, UNIT * t.abs()),
         q: bounded(&rounded.q),
         d: bounded(&rounded.d),
@@ -163,7 +166,8 @@ fn written(
         .collect()
 }
 
-/// By how much multipliers change so that `row − Σ δλ α` is smallest, each row in units of what is explained of it.
+/// The change of the multipliers that makes `row − Σ δλ α` smallest, with each row in units of its rounding
+/// bound.
 fn nearest(forms: &[Vec<f64>], rows: &[Double], units: &[f64]) -> Vec<f64> {
     let weight = |i: usize| {
         let weight = units.get(i).map_or(f64::NAN, |unit| unit.recip());
@@ -178,7 +182,7 @@ fn nearest(forms: &[Vec<f64>], rows: &[Double], units: &[f64]) -> Vec<f64> {
     matrix.decomposed().solve(&right, f64::EPSILON)
 }
 
-/// The distance of a number from the next one.
+/// The distance of a number from the next larger one.
 fn unit_in_the_last_place(x: f64) -> f64 {
     x.abs().next_up() - x.abs()
 }

@@ -1,4 +1,5 @@
-//! Minimal coordinates of the state near a point: what constraints on positions and velocities leave free.
+//! Minimal coordinates of the state near a point: the directions that constraints on positions and velocities
+//! leave free.
 
 use super::slopes::{At, Direction, Slopes};
 use crate::solve::dense::{Matrix, ZERO, length};
@@ -8,18 +9,19 @@ use crate::tape::{Leaf, Part, Segment};
 /// A component of a direction below this is rounding.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// A vector is the longest only if it is longer by this part: of equal ones the first is taken.
+/// A vector counts as longer only if it is longer by this factor; of equally long ones the first is taken.
 const LONGER: f64 = 1.0 + 1e-9;
 
-/// The rows that bind position and velocity at a point, with their derivatives: `g(t, q)`, `c(t, q, v)`, `dg/dt`.
+/// The constraint rows on position and velocity at a point, with their derivatives: `g(t, q)`, `c(t, q, v)`,
+/// `dg/dt`.
 #[derive(Clone, Debug)]
 pub(super) struct Bonds {
     coordinates: usize,
     holonomic: usize,
     rows: Slopes,
-    /// The derivatives of the rows of positions by the coordinates.
+    /// The derivatives of the position constraints by the coordinates.
     positions: Rows,
-    /// Those of the rows of velocities by the velocities.
+    /// The derivatives of the velocity constraints by the velocities.
     velocities: Rows,
 }
 
@@ -27,14 +29,15 @@ pub(super) struct Bonds {
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
     columns: usize,
-    /// The columns along which nothing moves: the zeros of rotations.
+    /// The columns of the zeros of rotations, along which nothing changes.
     still: Vec<usize>,
     lengths: Vec<f64>,
     entries: Vec<Vec<f64>>,
 }
 
 impl Rows {
-    /// From one column after the other, of which some rows are wanted. Along some columns nothing moves.
+    /// The `wanted` rows of a matrix, given by its columns; `still` are the columns of the zeros of
+    /// rotations.
     pub(super) fn new(columns: &[Vec<f64>], wanted: core::ops::Range<usize>, still: Vec<usize>) -> Self {
         let row = |i: usize| -> Vec<f64> { columns.iter().map(|column| column[i]).collect() };
         let mut entries: Vec<Vec<f64>> = wanted.map(row).collect();
@@ -58,7 +61,7 @@ impl Rows {
         Matrix::from_fn(self.entries.len(), self.columns, |i, j| self.entries[i][j])
     }
 
-    /// The shortest change with which the rows change by these numbers.
+    /// The shortest change of the columns' variables that changes the rows by `changes`.
     pub(super) fn shortest(&self, changes: &[f64]) -> Vec<f64> {
         if self.entries.is_empty() {
             return vec![0.0; self.columns];
@@ -70,7 +73,7 @@ impl Rows {
         self.matrix().decomposed().solve(&scaled, ZERO)
     }
 
-    /// An orthonormal basis of the changes that leave the rows as they are.
+    /// An orthonormal basis of the changes that leave the rows unchanged.
     pub(super) fn kernel(&self) -> Basis {
         let axis = |i: &usize| (0..self.columns).map(|j| f64::from(u8::from(*i == j))).collect();
         let still = self.still.iter().map(axis);
@@ -96,12 +99,13 @@ impl Rows {
 pub(super) struct Basis {
     /// The vectors.
     pub(super) vectors: Vec<Vec<f64>>,
-    /// For each of them, the coordinate that it mostly moves.
+    /// For each vector, the coordinate that it moves most.
     pub(super) along: Vec<usize>,
 }
 
 impl Basis {
-    /// The basis of what is orthogonal to some orthonormal vectors: as near as possible to the axes of the coordinates, in their order.
+    /// The orthonormal complement of orthonormal vectors: as near as possible to the axes of the coordinates,
+    /// in their order.
     pub(super) fn of(columns: usize, bound: &[Vec<f64>]) -> Self {
         let axis = |i: usize| {
             (0..columns)
@@ -113,7 +117,7 @@ impl Basis {
             let mut longest: Option<(usize, f64, Vec<f64>)> = None;
             for i in (0..columns).filter(|i| chosen.iter().all(|(along, _)| along != i)) {
                 let mut rest = axis(i);
-                // twice, since once leaves rounding errors of the parts that were taken away
+                // twice, since the first pass leaves rounding errors of the removed components
                 for _ in 0..2 {
                     for vector in bound.iter().chain(chosen.iter().map(|(_, vector)| vector)) {
                         take_away(&mut rest, vector);
@@ -139,7 +143,8 @@ impl Basis {
         self.vectors.iter().map(|own| dot(own, vector)).collect()
     }
 
-    /// The basis of another space that comes next to this one: its directions, one after the other, brought into that space.
+    /// The basis of another space that is nearest to this one: the vectors of this basis, projected into that
+    /// space one after the other.
     fn carried_to(&self, other: &Self) -> Self {
         let mut vectors: Vec<Vec<f64>> = Vec::with_capacity(self.vectors.len());
         for vector in &self.vectors {
@@ -167,7 +172,7 @@ pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
-/// Takes away what a vector has of a direction.
+/// Removes the component of a vector along a direction.
 fn take_away(vector: &mut [f64], direction: &[f64]) {
     let part = dot(vector, direction);
     vector
@@ -176,7 +181,7 @@ fn take_away(vector: &mut [f64], direction: &[f64]) {
         .for_each(|(x, own)| *x -= part * own);
 }
 
-/// A vector over its length, without what is rounding.
+/// A vector divided by its length, with rounding errors set to zero.
 fn unit(vector: Vec<f64>, length: f64) -> Vec<f64> {
     let scaled = vector.into_iter().map(|x| x / length);
     scaled.map(|x| if x.abs() < ROUNDING { 0.0 } else { x }).collect()
@@ -201,8 +206,8 @@ impl Bonds {
         }
     }
 
-    /// The shortest change of position and velocity, after some change of both or of a parameter, by which the rows stay as they are. What is
-    /// added is orthogonal to the free directions.
+    /// The shortest correction of a change of position, velocity and parameters after which the constraint
+    /// rows are unchanged. It is orthogonal to the free directions.
     pub(super) fn obeyed(&self, direction: &Direction) -> Direction {
         let own = self.rows.along(&|leaf| direction.rate(leaf, &[]));
         let negative = |changes: &[f64]| -> Vec<f64> { changes.iter().map(|x| -x).collect() };
@@ -239,7 +244,7 @@ pub(super) struct Chart {
 }
 
 impl Chart {
-    /// How many minimal coordinates there are.
+    /// The number of minimal coordinates.
     pub(super) fn len(&self) -> usize {
         self.positions.vectors.len() + self.velocities.vectors.len()
     }
@@ -251,14 +256,14 @@ impl Chart {
         coordinates
     }
 
-    /// The weights with which each minimal coordinate is made of changes of position and velocity, one after the other.
+    /// The weights of position and velocity in each minimal coordinate, one after the other.
     pub(super) fn projection(&self) -> Vec<Vec<f64>> {
         self.directions()
             .map(|direction| [direction.q, direction.v].concat())
             .collect()
     }
 
-    /// The changes of the state, one for each minimal coordinate, before the rows are obeyed.
+    /// The changes of the state along each minimal coordinate, before the correction by [`Bonds::obeyed`].
     pub(super) fn directions(&self) -> impl Iterator<Item = Direction> {
         let still = |vector: &Vec<f64>| vec![0.0; vector.len()];
         let positions = self.positions.vectors.iter().map(move |q| Direction {

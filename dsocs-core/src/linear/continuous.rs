@@ -12,8 +12,8 @@ use crate::solve::{Square, rotation};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Part, Segment};
 
-/// The variational equation at a point of a motion: how acceleration and multipliers change with the state and the parameters, by the implicit
-/// function theorem on the rows of the continuous system.
+/// The variational equation at a point of a motion: the changes of acceleration and multipliers with the
+/// state and the parameters, by the implicit function theorem on the rows of the continuous system.
 pub(super) struct Variational {
     rows: Slopes,
     jacobian: Square,
@@ -36,7 +36,7 @@ impl Variational {
         }
     }
 
-    /// The change of the acceleration.
+    /// The change of the acceleration for a change of the state or of a parameter.
     pub(super) fn acceleration(&self, direction: &Direction) -> Option<Vec<f64>> {
         let right = self.rows.along(&|leaf| direction.rate(leaf, &[]));
         let right: Vec<f64> = right.iter().map(|row| -row).collect();
@@ -46,7 +46,7 @@ impl Variational {
     }
 }
 
-/// The error of a point where there is no derivative.
+/// The error of a point without a derivative.
 pub(super) fn singular(declaration: &Declaration<'_>, at: &At<'_>) -> LinearizationError {
     LinearizationError::Singular {
         q: at.q.to_vec(),
@@ -67,7 +67,7 @@ pub(super) fn linearized(
     let variational = Variational::of(declaration, at);
     let force = at.slopes(declaration, &[(Segment::ContinuousForce, Part::All)]);
     let measured = Measured::of(declaration, ports, at, at.q);
-    // the column of a change of the state, or of a parameter, and that of the outputs
+    // the columns of the state and of the outputs, for a change of the state or of a parameter
     let column = |direction: &Direction| -> Option<[Vec<f64>; 2]> {
         let a = variational.acceleration(direction)?;
         let forces = || force.along(&|leaf| direction.rate(leaf, &a));
@@ -107,7 +107,7 @@ pub(super) fn linearized(
     Ok(frame.model(&columns, told, [basis.clone(), basis]))
 }
 
-/// A parameter that changes, in a state that does not.
+/// A change of one parameter alone.
 pub(super) fn still(coordinates: usize, parameter: usize) -> Direction {
     Direction {
         q: vec![0.0; coordinates],
@@ -116,7 +116,7 @@ pub(super) fn still(coordinates: usize, parameter: usize) -> Direction {
     }
 }
 
-/// The point without multipliers.
+/// The point, without its multipliers.
 fn point(at: &At<'_>) -> crate::number::point::OwnedPoint<f64> {
     any(at).to_owned()
 }
@@ -130,7 +130,8 @@ fn any<'a>(at: &At<'a>) -> AnyPoint<'a, f64> {
     }
 }
 
-/// The derivatives of the acceleration by every coordinate and every velocity, column by column; `None` where there are none.
+/// The derivatives of the acceleration by every coordinate and every velocity, column by column; `None` if
+/// there are none.
 pub(super) fn acceleration_slopes(declaration: &Declaration<'_>, at: &At<'_>) -> Option<Vec<Vec<f64>>> {
     let variational = Variational::of(declaration, at);
     let n = at.q.len();

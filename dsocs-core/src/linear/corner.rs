@@ -1,8 +1,9 @@
 //! Whether the equations are smooth at a point.
 //!
-//! Wherever something is given by pieces, or divided by what may be zero, the declaration has an argument that is zero there. Zero alone says
-//! nothing: the drag `-c |v| v` is smooth at rest. So the motion and its derivatives are compared on both sides of the place, twice, the
-//! second time nearer to it: a difference that does not shrink is a jump.
+//! Every piecewise function, and every divisor that may vanish, has an argument in the declaration that is
+//! zero there. This alone is no corner: the drag `-c |v| v` is smooth at rest. So the motion and its
+//! derivatives are compared on both sides of the zero, at two distances: a difference that does not shrink
+//! with the distance is a jump.
 
 use std::borrow::Cow;
 
@@ -18,16 +19,16 @@ use crate::tape::{Leaf, Part, Segment};
 /// An argument below this part of its terms is zero.
 const ZERO: f64 = 64.0 * f64::EPSILON;
 
-/// How far to either side it is looked, relative to the state, and in units where that is smaller than 1.
+/// The larger distance to either side, relative to the state, or absolute where that is below 1.
 const FAR: f64 = 1e-4;
 
-/// How much nearer the second time.
+/// The ratio of the smaller distance to the larger.
 const NEARER: f64 = 1.0 / 64.0;
 
-/// A difference that is larger than this part of the first one, the second time, does not shrink.
+/// A difference at the smaller distance above this part of that at the larger does not shrink.
 const SHRINKS: f64 = 0.25;
 
-/// A difference below this part of the numbers themselves is rounding.
+/// A difference below this part of the values themselves is rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// Checks that the equations are smooth.
@@ -49,7 +50,7 @@ pub(super) fn check(declaration: &Declaration<'_>, at: &At<'_>) -> Result<(), Li
     Ok(())
 }
 
-/// Checks that no argument changes its sign within a step: its derivative would be that of one side alone.
+/// Checks that no argument changes its sign within a step, whose derivative would be that of one side alone.
 pub(super) fn check_triple(
     declaration: &Declaration<'_>,
     h: f64,
@@ -65,7 +66,7 @@ pub(super) fn check_triple(
     let q0 = rotation::moved(rotations, first.q, &back);
     let q2 = rotation::moved(rotations, first.q, &last.d);
     let rate = |d: &[f64]| -> Vec<f64> { d.iter().map(|d| d / h).collect() };
-    // of third order, whose arguments may depend on it, there is no linear model
+    // arguments may depend on the acceleration only in third order, which has no linear model
     let a = vec![0.0; q0.len()];
     let before = declaration.switch_arguments(first.t - h, &q0, &rate(first.d), &a);
     let after = declaration.switch_arguments(last.t, &q2, &rate(&last.d), &a);
@@ -92,7 +93,7 @@ fn is_zero(arguments: &Slopes, argument: usize, at: &At<'_>, declaration: &Decla
     arguments.values[argument].abs() <= ZERO * terms.sum::<f64>()
 }
 
-/// What an argument depends on.
+/// The names of the quantities that an argument depends on.
 fn names(arguments: &Slopes, argument: usize, declaration: &Declaration<'_>) -> Vec<Cow<'static, str>> {
     let coordinate = |i: usize| declaration.coordinates().get(i).map(|own| own.name.clone());
     let named = arguments.moving(argument).filter_map(|(leaf, _)| match leaf {
@@ -118,7 +119,7 @@ fn beside(declaration: &Declaration<'_>, at: &At<'_>, [t, q, v]: [&[f64]; 3]) ->
     Some([a.to_vec(), slopes.concat()])
 }
 
-/// Whether the motion or its derivatives are others on the two sides of an argument that is zero.
+/// Whether the motion or its derivatives differ between the two sides of an argument that is zero.
 fn is_corner(arguments: &Slopes, argument: usize, at: &At<'_>, declaration: &Declaration<'_>) -> bool {
     let n = at.q.len();
     let (mut t, mut q, mut v) = ([0.0], vec![0.0; n], vec![0.0; n]);
@@ -133,7 +134,7 @@ fn is_corner(arguments: &Slopes, argument: usize, at: &At<'_>, declaration: &Dec
     let all = || t.iter().chain(&q).chain(&v);
     let steepest = all().fold(0.0_f64, |most, slope| most.max(slope.abs()));
     if steepest == 0.0 || !steepest.is_finite() {
-        // it does not change its sign here, or has no value nearby
+        // the argument does not change its sign here, or has no derivative
         return !steepest.is_finite();
     }
     let moved = |rotations: &[usize], x: &[f64], by: &[f64], far: f64| -> Vec<f64> {
@@ -143,7 +144,7 @@ fn is_corner(arguments: &Slopes, argument: usize, at: &At<'_>, declaration: &Dec
             .collect();
         rotation::moved(rotations, x, &increment)
     };
-    // how far the two sides are from each other, and how large they are
+    // the distance between the two sides, and their size
     let apart = |far: f64| -> Option<[[f64; 2]; 2]> {
         let side = |far: f64| {
             let place = [

@@ -24,19 +24,22 @@ use crate::tape::quantity::Quantity;
 pub use error::EquilibriumError;
 use rest::{Rest, Unknowns};
 
-/// Two equilibria are the same if their coordinates and free parameters differ by less than this part, or by less than this where they are small.
+/// Two equilibria are the same if their coordinates and free parameters differ by less than this, relative to
+/// themselves or absolute where they are below 1.
 const SAME: f64 = 1e-7;
 
-/// An eigenvalue has no real part if it is below this part of the largest eigenvalue: a double one is known to half of the digits only.
+/// A real part below this part of the largest eigenvalue is zero: a double eigenvalue is accurate to half of
+/// the digits only.
 const CENTRE: f64 = 1e-7;
 
 /// A search for states of rest: positions `q` at which a motion with the velocity zero stays, with constant parameters.
 ///
-/// Such a position solves the rows of the continuous system with `v = 0` and `a = 0`, and the constraints on positions. Unknown are the
-/// coordinates, except those that are [held](EquilibriumSearch::held), the parameters that are [free](EquilibriumSearch::free), and the
-/// multipliers. They are found from a guess by Newton's iteration with a line search; where the rows determine less than the unknowns, by the
-/// shortest updates, so that the equilibrium near the guess is found. Functions that jump with the velocity, such as dry friction, are zero at
-/// rest: the equilibrium is the one that needs no friction.
+/// Such a position solves the rows of the continuous system with `v = 0` and `a = 0`, and the constraints on
+/// positions. The unknowns are the coordinates, except those that are [held](EquilibriumSearch::held), the
+/// parameters that are [free](EquilibriumSearch::free), and the multipliers. They are found from a guess by
+/// Newton's iteration with a line search; if the rows do not determine all unknowns, by the shortest updates,
+/// so that the equilibrium near the guess is found. Functions that jump with the velocity, such as dry
+/// friction, are zero at rest: the equilibrium is the one that needs no friction.
 ///
 /// ```
 /// use dsocs_core::dsocs;
@@ -80,15 +83,16 @@ impl fmt::Debug for EquilibriumSearch<'_> {
 pub struct Equilibrium {
     /// The position. Angles are as they were found, not reduced to a turn. Of a rotation, the quaternion.
     pub q: Vec<f64>,
-    /// The values of all parameters, with those that were free as they were found.
+    /// The values of all parameters; free ones as they were found.
     pub parameters: Vec<f64>,
     /// The generalized constraint force, in units of `L` per unit of the coordinate.
     pub force: Vec<f64>,
     /// The directions in which other equilibria lie, if this is one of a continuum: for each, the change of the position, then of the free
     /// parameters in their order. Empty if it is isolated. The change of a rotation is a zero and a turn in the frame of its body.
     pub directions: Vec<Vec<f64>>,
-    /// The linear model of the continuous motion there, with all parameters for inputs and coordinates and velocities for outputs; or why there
-    /// is none, as where dry friction holds the system.
+    /// The linear model of the continuous motion there, with all parameters as inputs and all coordinates and
+    /// velocities as outputs; or the reason why there is none, for example because dry friction holds the
+    /// system.
     pub model: Result<LinearModel, LinearizationError>,
     /// The places of the parameters that were free.
     free: Vec<usize>,
@@ -96,7 +100,7 @@ pub struct Equilibrium {
     rotations: Vec<usize>,
 }
 
-/// What the eigenvalues say of an equilibrium.
+/// The stability of an equilibrium by its eigenvalues.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stability {
     /// All real parts are negative: small changes die away.
@@ -118,7 +122,7 @@ impl fmt::Display for Stability {
 }
 
 impl Equilibrium {
-    /// Whether there is no other equilibrium nearby, with the same parameters that are not free.
+    /// Whether there is no other equilibrium nearby with the same values of the parameters that are not free.
     #[must_use]
     pub fn is_isolated(&self) -> bool {
         self.directions.is_empty()
@@ -134,7 +138,7 @@ impl Equilibrium {
         model.eigenvalues().ok_or(LinearizationError::Eigenvalues)
     }
 
-    /// What the eigenvalues say.
+    /// The stability by the eigenvalues.
     ///
     /// # Errors
     ///
@@ -183,12 +187,12 @@ impl Equilibrium {
     }
 }
 
-/// What was found from several guesses.
+/// The equilibria from several guesses.
 #[derive(Clone, Debug)]
 pub struct Equilibria {
     /// The equilibria, each once, in the order in which they were found. Of those on a line or plane of equilibria one is kept.
     pub equilibria: Vec<Equilibrium>,
-    /// For each guess, the place of its equilibrium, or why there is none.
+    /// For each guess, the index of its equilibrium, or the error.
     pub of_guess: Vec<Result<usize, EquilibriumError>>,
 }
 
@@ -209,7 +213,7 @@ fn places(what: &'static str, names: &[String], known: &[Quantity]) -> Result<Ve
 }
 
 impl<'s> EquilibriumSearch<'s> {
-    /// A search for equilibria of a system at the time 0, with the present values of its parameters.
+    /// A search for equilibria of a system at the time 0, with the current values of its parameters.
     pub fn new(system: &'s dyn Kernel) -> Self {
         Self {
             system,
@@ -219,13 +223,15 @@ impl<'s> EquilibriumSearch<'s> {
         }
     }
 
-    /// The same at another time, where the system depends on time. What depends on time at the position has no equilibrium.
+    /// Sets the time, for a system that depends on it. A position at which the equations change in time is no
+    /// equilibrium.
     pub fn at(mut self, t: f64) -> Self {
         self.t = t;
         self
     }
 
-    /// Lets parameters be unknown as well, from their present values on: the torques that hold a position, for instance.
+    /// Makes parameters unknown as well, starting from their current values: for instance the torques that
+    /// hold a position.
     pub fn free<I: IntoIterator>(mut self, parameters: I) -> Self
     where
         I::Item: Into<String>,
@@ -325,8 +331,8 @@ impl<'s> EquilibriumSearch<'s> {
     ///
     /// # Errors
     ///
-    /// [`EquilibriumError`] if a name or a guess cannot be used. Where a guess leads to none, this is told in
-    /// [`Equilibria::of_guess`].
+    /// [`EquilibriumError`] if a name or a guess cannot be used. If a guess leads to no equilibrium,
+    /// [`Equilibria::of_guess`] has its error.
     pub fn near_all<G: AsRef<[f64]>>(
         &self,
         guesses: impl IntoIterator<Item = G>,

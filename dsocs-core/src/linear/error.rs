@@ -1,4 +1,4 @@
-//! Why a system has no linear model at a point.
+//! The errors of linear models.
 
 use std::borrow::Cow;
 
@@ -9,7 +9,7 @@ use crate::geometry::GeometryError;
 use crate::number::message::Numbers;
 use crate::regularity::undefined::Undefined;
 
-/// Why a system could not be linearized.
+/// The reason why a system could not be linearized.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LinearizationError {
@@ -27,7 +27,7 @@ pub enum LinearizationError {
         /// The names of the parameters.
         known: Vec<Cow<'static, str>>,
     },
-    /// There is nothing to be measured with the name of an output.
+    /// There is no quantity with the name of an output.
     #[error(
         "nothing is called `{name}` that could be an output; expected {}, or `v_…`, `a_…`, `force_…` with a coordinate's name",
         choice(.known)
@@ -55,7 +55,7 @@ pub enum LinearizationError {
         q: Vec<f64>,
         /// The velocity.
         v: Vec<f64>,
-        /// What the argument that is zero there depends on.
+        /// The quantities on which the vanishing argument depends.
         depends_on: Vec<Cow<'static, str>>,
     },
     /// The equations do not determine a derivative.
@@ -68,7 +68,7 @@ pub enum LinearizationError {
         q: Vec<f64>,
         /// The velocity.
         v: Vec<f64>,
-        /// What has no derivative there, if it is an expression.
+        /// The expression without a derivative, if there is one.
         undefined: Option<Box<Undefined>>,
     },
     /// The iteration for the eigenvalues does not converge.
@@ -91,7 +91,7 @@ pub enum LinearizationError {
 
 crate::debug_is_message!(LinearizationError);
 
-/// Why there is no derivative.
+/// The reason why there is no derivative, in words.
 fn reason(undefined: Option<&Undefined>) -> String {
     match undefined {
         Some(undefined) => undefined.to_string(),
@@ -99,7 +99,7 @@ fn reason(undefined: Option<&Undefined>) -> String {
     }
 }
 
-/// Names of which one is expected.
+/// The names that are possible, in words.
 pub(super) fn choice(names: &[Cow<'static, str>]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     match quoted.split_last() {

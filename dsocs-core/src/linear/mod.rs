@@ -25,18 +25,21 @@
 //! systems as differential equations on manifolds*, Math. Comp. 43, 1984). So eigenvalues, and everything else that does not depend on the
 //! choice of coordinates, are those of any other minimal coordinates.
 //!
-//! # In motion
+//! # Operating points in motion
 //!
-//! `z` compares two motions at the same time: the one through the point, and one beside it. How the first moves is [`LinearModel::drift`]. The state of a
-//! node from the point itself, which stays, is [`LinearModel::state`]; of numbers its rate is `drift + A z + B u`, the sum of both. The turn of a
-//! rotation is seen from the body of the first motion, which turns: `ξ' = δω - ω × ξ`. So the matrix of a top that spins is that of the whole motion,
-//! and its eigenvalues tell whether the spin is stable. The turn `θ` from the attitude that stays has `θ' = ω + δω - ½ ω × θ` to first order: to predict it
-//! by `drift + A z + B u`, add `½ ω̂` to the block of `A` that takes the turn to its own rate.
+//! `z` compares two motions at the same time: the one through the point, and one beside it.
+//! [`LinearModel::drift`] is the motion of the first. [`LinearModel::state`] is the state of a node relative
+//! to the fixed point itself; for numbers its rate is `drift + A z + B u`, the sum of both. The turn of a
+//! rotation is seen from the body of the first motion, which turns itself: `ξ' = δω - ω × ξ`. So the matrix
+//! of a spinning top is that of the whole motion, and its eigenvalues tell whether the spin is stable. The
+//! turn `θ` from the fixed attitude has `θ' = ω + δω - ½ ω × θ` to first order: to predict it by `drift + A z
+//! + B u`, add `½ ω̂` to the block of `A` that maps the turn to its own rate.
 //!
 //! # Units
 //!
-//! Those of the declaration: an entry of `A` is in units of its row's state, per unit of its column's state and, of the continuous motion, per
-//! second. A basis is orthonormal as numbers, whatever the units of the coordinates are.
+//! Those of the declaration: an entry of `A` is in units of its row's state per unit of its column's state
+//! and, for the continuous motion, per second. A basis is orthonormal in numbers, whatever the units of the
+//! coordinates are.
 //!
 //! ```
 //! use dsocs_core::prelude::*;

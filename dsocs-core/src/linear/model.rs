@@ -1,4 +1,4 @@
-//! A linear model: its matrices, and what their rows and columns stand for.
+//! A linear model: its matrices, and the meaning of their rows and columns.
 
 use super::chart::{Basis, Chart, dot};
 use super::ports::Ports;
@@ -8,7 +8,7 @@ use crate::solve::rotation::{self, SLOTS};
 use crate::tape::quantity::Quantity;
 use crate::tape::{Shape, declaration::Declaration};
 
-/// Of which motion a linear model is.
+/// The motion that a linear model describes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LinearTime {
     /// The continuous motion: `z' = drift + A z + B u`.
@@ -22,20 +22,22 @@ pub enum LinearTime {
 
 /// A linear model of a system near a state: of its continuous motion, or of its step.
 ///
-/// See [`OperatingPoint`](super::OperatingPoint) for what it is and how it is made.
+/// See [`OperatingPoint`](super::OperatingPoint) for its definition and how to make one.
 #[derive(Clone, Debug)]
 pub struct LinearModel {
-    /// Of which motion it is.
+    /// The motion that it describes.
     pub time: LinearTime,
-    /// The point that it belongs to: time, position, velocity and acceleration. Of a step, the middle node as a run reports it.
+    /// The point that it belongs to: time, position, velocity and acceleration. For a step, the middle node
+    /// as a run reports it.
     pub point: OwnedPoint<f64>,
-    /// The minimal coordinates `z`, first those of the position, then those of the velocity. Where one is a single coordinate of the
-    /// declaration, it has its name (`theta`, `v_theta`) and unit; where it moves several, the name of the one that moves most, as
-    /// `along_x`, `v_along_x`. Of a rotation `r`, three are the turns about the axes of its body, `turn_r_x`, `turn_r_y`, `turn_r_z`.
+    /// The minimal coordinates `z`, first those of the position, then those of the velocity. One that is a
+    /// single coordinate of the declaration has its name (`theta`, `v_theta`) and unit. One that moves
+    /// several has the name of the one that moves most, as `along_x`, `v_along_x`. For a rotation `r`, three
+    /// are the turns about the axes of its body, `turn_r_x`, `turn_r_y`, `turn_r_z`.
     pub states: Vec<Quantity>,
-    /// The inputs `u`: changes of parameters from their present values.
+    /// The inputs `u`: changes of parameters from their current values.
     pub inputs: Vec<Quantity>,
-    /// The outputs `y`: changes of what is measured from its value at the point.
+    /// The outputs `y`: changes of the measured quantities from their values at the point.
     pub outputs: Vec<Quantity>,
     /// The matrix `A`, by rows, with a row and a column for each state.
     pub a: Vec<Vec<f64>>,
@@ -45,33 +47,37 @@ pub struct LinearModel {
     pub c: Vec<Vec<f64>>,
     /// The matrix `D`, by rows, with a row for each output and a column for each input.
     pub d: Vec<Vec<f64>>,
-    /// How the point itself moves: the rate of [`LinearModel::state`] along the motion through it, or by how much that changes in the step. Zero at an
-    /// equilibrium.
+    /// The motion of the point itself: the rate of [`LinearModel::state`] along the motion through it; for a
+    /// step, its change in the step. Zero at an equilibrium.
     pub drift: Vec<f64>,
     /// The outputs at the point.
     pub measured: Vec<f64>,
-    /// For each state, the weights with which it is made of changes of position and velocity, one after the other: `z = P δ(q, v)`. The change of a
-    /// rotation's position, here and in what follows, is a zero and a turn in the frame of its body.
+    /// For each state, the weights of the changes of position and velocity in it, one after the other: `z = P
+    /// δ(q, v)`. The change of a rotation's position, here and below, is a zero and a turn in the frame of
+    /// its body.
     pub projection: Vec<Vec<f64>>,
-    /// For each state, the change of position and velocity, one after the other, that belongs to a change of the state by 1.
+    /// For each state, the change of position and velocity, one after the other, for a change of the state by
+    /// 1.
     pub basis: Vec<Vec<f64>>,
-    /// Of a step, the same at the next node, where the free directions may be other ones. Of the continuous motion, those of the point.
+    /// For a step, [`LinearModel::basis`] at the next node, where the free directions may differ. For the
+    /// continuous motion, that of the point.
     pub basis_after: Vec<Vec<f64>>,
     /// The first places of rotations.
     rotations: Vec<usize>,
 }
 
 impl LinearModel {
-    /// The minimal coordinates `z` of a state: what a controller multiplies. Of a rotation it is the turn from the point, in the frame of its body, as the
-    /// axis times the angle in rad, of at most half a turn; `q` and `−q` are one attitude. Components that are missing are taken to be those of the
-    /// point.
+    /// The minimal coordinates `z` of a state, as a controller needs them. For a rotation it is the turn from
+    /// the point, in the frame of its body, as the axis times the angle in rad, of at most half a turn; `q`
+    /// and `−q` are the same attitude. Missing components are taken from the point.
     #[must_use]
     pub fn state(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
         let point = self.point.any();
         self.state_about([point.q, point.v], [q, v])
     }
 
-    /// The same from another state, a position and a velocity: where `about` moves through the point and `to` is a motion beside it, both at one time, it is
+    /// The minimal coordinates `z` of the state `to` relative to the state `about`, each a position and a
+    /// velocity. If `about` moves through the point and `to` is a motion beside it, both at one time, it is
     /// the `z` of `z' = A z + B u`. So a controller that follows a motion takes its state about that motion.
     #[must_use]
     pub fn state_about(&self, about: [&[f64]; 2], to: [&[f64]; 2]) -> Vec<f64> {
@@ -90,9 +96,10 @@ impl LinearModel {
     }
 }
 
-/// The change of position and velocity, one after the other, from a state to another one: what `LinearModel::projection` is multiplied with. Of a
-/// rotation, of which `rotations` has the place of its scalar, it is a zero and the turn as the axis times the angle in rad, in the frame of the body.
-/// Components that are missing in the second state do not change.
+/// The change of position and velocity, one after the other, from a state to another one;
+/// `LinearModel::projection` is applied to it. For a rotation, whose first place `rotations` contains, it is
+/// a zero and the turn as the axis times the angle in rad, in the frame of the body. Missing components of
+/// the second state count as unchanged.
 #[must_use]
 pub fn state_change(rotations: &[usize], from: [&[f64]; 2], to: [&[f64]; 2]) -> Vec<f64> {
     let [own, other] = [from, to];
@@ -114,7 +121,7 @@ pub fn state_change(rotations: &[usize], from: [&[f64]; 2], to: [&[f64]; 2]) -> 
     both
 }
 
-/// The columns of the matrices of a model, before they are rows.
+/// The matrices of a model by columns.
 #[derive(Debug, Default)]
 pub(super) struct Columns {
     pub(super) a: Vec<Vec<f64>>,
@@ -131,7 +138,7 @@ impl Columns {
     }
 }
 
-/// Rows for columns of `count` entries.
+/// The rows of a matrix with `count` rows, given by its columns.
 pub(super) fn rows(columns: &[Vec<f64>], count: usize) -> Vec<Vec<f64>> {
     let row = |i: usize| columns.iter().map(|column| column[i]).collect();
     (0..count).map(row).collect()
@@ -186,7 +193,7 @@ fn states(shape: &Shape, chart: &Chart) -> Vec<Quantity> {
     states
 }
 
-/// What is known of a model besides its matrices.
+/// The data of a model besides its matrices.
 pub(super) struct Frame<'f> {
     pub(super) declaration: &'f Declaration<'f>,
     pub(super) ports: &'f Ports,

@@ -14,17 +14,19 @@ use crate::tape::declaration::Declaration;
 
 /// A state at which a system is linearized, with the names of inputs and outputs.
 ///
-/// The state is a [`Start`](crate::Start) with position and velocity, with everything that belongs to one: a time, a projection onto the
-/// constraints, the acceleration that is meant where there are several. Constraints are of second order at most. It need not be an equilibrium:
-/// [`LinearModel::drift`] tells how it moves.
+/// The state is a [`Start`](crate::Start) with position and velocity, including its options: a time, a
+/// projection onto the constraints, the acceleration to choose if there are several. Constraints are of
+/// second order at most. It need not be an equilibrium: [`LinearModel::drift`] is its motion.
 ///
-/// *Inputs* are parameters, by name; without [`OperatingPoint::inputs`], all of them. Where a constraint on positions depends on one, its column
-/// is that of motions with another constant value. *Outputs* are coordinates (`theta`), velocities (`v_theta`), accelerations (`a_theta`),
-/// generalized constraint forces (`force_theta`), the `energy`, and observed expressions; without [`OperatingPoint::outputs`], all coordinates
-/// and velocities.
+/// *Inputs* are parameters, by name; without [`OperatingPoint::inputs`], all of them. If a constraint on
+/// positions depends on one, its column is that of motions with another constant value. *Outputs* are
+/// coordinates (`theta`), velocities (`v_theta`), accelerations (`a_theta`), generalized constraint forces
+/// (`force_theta`), the `energy`, and observed expressions; without [`OperatingPoint::outputs`], all
+/// coordinates and velocities.
 ///
-/// Of a rotation `r`, the states are the turns about the axes of its body, `turn_r_x` and so on, and the angular velocity in the frame of the body;
-/// the outputs `r_w`, `r_x`, … are the components of its quaternion, as in a run.
+/// For a rotation `r`, the states are the turns about the axes of its body, `turn_r_x` and so on, and the
+/// angular velocity in the frame of the body; the outputs `r_w`, `r_x`, … are the components of its
+/// quaternion, as in a run.
 ///
 /// See [`mod@crate::linear`] for the formula and an example.
 #[derive(Clone)]
@@ -46,7 +48,7 @@ impl core::fmt::Debug for OperatingPoint<'_> {
     }
 }
 
-/// A point of a motion, as numbers.
+/// A point of a motion.
 struct Place {
     phase: Phase,
     a: Vec<f64>,
@@ -134,12 +136,13 @@ impl<'s> OperatingPoint<'s> {
         continuous::linearized(&Declaration::of(self.system), &place.at(), &ports)
     }
 
-    /// The linear model of the paper's step `h`, from one node to the next. The state of a node is what a run reports: the position `q1` and the
-    /// velocity of `φ_{D_K}⁻¹(q0, q1, q2)`. `B` is for inputs that keep their value: to second order in `h`, for an input that is held from
-    /// the node to the next.
+    /// The linear model of the paper's step `h`, from one node to the next. The state of a node is the one
+    /// that a run reports: the position `q1` and the velocity of `φ_{D_K}⁻¹(q0, q1, q2)`. `B` is for inputs
+    /// that keep their value: to second order in `h`, for an input that is held from the node to the next.
     ///
-    /// At an equilibrium, `A` is `exp(A h)` of the continuous motion to third order in `h`. In motion, where constraints on positions or velocities
-    /// bind the state, the states of the next node are those along its own free directions, [`LinearModel::basis_after`].
+    /// At an equilibrium, `A` is `exp(A h)` of the continuous motion to third order in `h`. In motion with
+    /// constraints on positions or velocities, the states of the next node are those along its own free
+    /// directions, [`LinearModel::basis_after`].
     ///
     /// # Errors
     ///

@@ -9,7 +9,7 @@ use crate::tape::declaration::Declaration;
 use crate::tape::quantity::Quantity;
 use crate::tape::{Part, Segment, Shape};
 
-/// Something that is measured.
+/// A measured quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Output {
     Position(usize),
@@ -28,10 +28,10 @@ pub(super) struct Ports {
     outputs: Vec<Output>,
 }
 
-/// What belongs to a coordinate.
+/// A quantity of a coordinate.
 type OfCoordinate = fn(usize) -> Output;
 
-/// The prefixes of its names.
+/// The name prefixes of the quantities of a coordinate.
 const PREFIXES: [(&str, OfCoordinate); 3] = [
     ("v_", Output::Velocity),
     ("a_", Output::Acceleration),
@@ -39,7 +39,8 @@ const PREFIXES: [(&str, OfCoordinate); 3] = [
 ];
 
 impl Output {
-    /// What has a name: a coordinate, an observed expression, the energy, or what belongs to a coordinate, in this order.
+    /// The quantity with a name: a coordinate, an observed expression, the energy, or a quantity of a
+    /// coordinate, searched in this order.
     fn find(shape: &Shape, name: &str) -> Option<Self> {
         let place = |among: &[Quantity], name: &str| among.iter().position(|known| known.name == name);
         if let Some(i) = place(&shape.coordinates, name) {
@@ -114,7 +115,7 @@ impl Output {
     }
 }
 
-/// A name that stands twice among some.
+/// An error if a name occurs twice.
 fn twice(names: &[String]) -> Result<(), LinearizationError> {
     let mut places = names.iter().enumerate();
     match places.find(|(place, name)| names[..*place].contains(name)) {
@@ -138,7 +139,7 @@ pub(super) fn names(of: &[Quantity]) -> Vec<Cow<'static, str>> {
 }
 
 impl Ports {
-    /// The inputs and outputs of some names: without any, all parameters, and all coordinates and velocities.
+    /// The inputs and outputs of some names; by default all parameters, and all coordinates and velocities.
     pub(super) fn of(
         shape: &Shape,
         inputs: Option<&[String]>,
@@ -200,7 +201,7 @@ impl Ports {
     }
 }
 
-/// What is measured at a point, with its derivatives.
+/// The measured quantities at a point, with their derivatives.
 pub(super) struct Measured<'p> {
     ports: &'p Ports,
     observed: Slopes,
@@ -213,7 +214,7 @@ pub(super) struct Measured<'p> {
 pub(super) type Force<'f> = &'f dyn Fn() -> Vec<f64>;
 
 impl<'p> Measured<'p> {
-    /// What is measured at a point; of the position, the one that is `reported`.
+    /// The measured quantities at a point; `reported` is the measured position.
     pub(super) fn of(declaration: &Declaration<'_>, ports: &'p Ports, at: &At<'_>, reported: &[f64]) -> Self {
         let only = |wanted: bool, segment: Segment| {
             let all = [(segment, Part::All)];
@@ -232,7 +233,7 @@ impl<'p> Measured<'p> {
         }
     }
 
-    /// The outputs, one after the other, from what each of them is.
+    /// The outputs, one after the other, from the values of all quantities.
     fn pick(&self, [q, v, a]: [&[f64]; 3], force: Force<'_>, observed: &[f64], energy: &[f64]) -> Vec<f64> {
         let of = |vector: &[f64], i: usize| vector.get(i).copied().unwrap_or(f64::NAN);
         let forces = self
@@ -258,12 +259,13 @@ impl<'p> Measured<'p> {
         self.pick([q, v, a], force, &self.observed.values, &self.energy.values)
     }
 
-    /// How the outputs change where the point changes, with a reported position that changes by `reported`, and an acceleration by `a`.
+    /// The changes of the outputs for a change of the point, in which the reported position changes by
+    /// `reported`, and the acceleration by `a`.
     pub(super) fn change(&self, reported: &[f64], at: &Direction, a: &[f64], force: Force<'_>) -> Vec<f64> {
         let rate = |leaf| at.rate(leaf, a);
         let observed = self.observed.along(&rate);
         let energy = self.energy.along(&rate);
-        // of turns, the changes of quaternions
+        // turns as changes of quaternions
         let reported = rotation::rate(&self.rotations, &self.point[0], reported);
         self.pick([&reported, &at.v, a], force, &observed, &energy)
     }

@@ -1,25 +1,26 @@
-//! Results of a declaration's tape with their derivatives by everything that they are computed from.
+//! Results of a declaration's tape with their derivatives by all of their leaves.
 
 use crate::solve::Square;
 use crate::solve::rotation::{self, SLOTS};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment};
 
-/// The results of some segments at a place, and their derivatives by every leaf. They are exact to rounding.
+/// The results of some segments at a point, and their derivatives by every leaf, exact to rounding.
 ///
-/// Those by the position of a rotation are derivatives by the turns in the frame of its body, at the last three of its four places.
+/// Derivatives by the position of a rotation are those by the turns in the frame of its body, at the last
+/// three of its four places.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Slopes {
-    /// What the results change by.
+    /// The leaves by which the results are differentiated.
     leaves: Vec<Leaf>,
     /// The results.
     pub(super) values: Vec<f64>,
-    /// The derivatives of each result, in the order of the leaves; those that are missing at the end are zero.
+    /// The derivatives of each result, in the order of the leaves; missing ones at the end are zero.
     rows: Vec<Vec<f64>>,
 }
 
 impl Slopes {
-    /// The results of some segments, one after another, where the leaves have these values.
+    /// The results of some segments, one after another, for given values of the leaves.
     pub(super) fn of(
         declaration: &Declaration<'_>,
         wanted: &[(Segment, Part)],
@@ -45,7 +46,7 @@ impl Slopes {
         slopes
     }
 
-    /// Puts the derivatives by turns in the place of those by the components of a quaternion.
+    /// Replaces derivatives by the components of a quaternion with those by turns.
     fn turn(&mut self, leaves: [Leaf; SLOTS], value: &dyn Fn(Leaf) -> f64) {
         if !self.leaves.iter().any(|leaf| leaves.contains(leaf)) {
             return;
@@ -62,7 +63,7 @@ impl Slopes {
         self.rows = rows;
     }
 
-    /// The same with the constants of a run, which come from the parameters and the step.
+    /// [`Slopes::of`] with given constants of the run, which depend on the parameters and the step.
     fn evaluated(
         declaration: &Declaration<'_>,
         differential: &Differential,
@@ -84,7 +85,7 @@ impl Slopes {
             let mut row = vec![0.0; slopes.leaves.len()];
             differential.back_from(&mut room, result, &mut |input, slope| match inputs[input] {
                 Input::Leaf(leaf) => slopes.add(&mut row, leaf, slope.0[0]),
-                // by the chain rule; what a constant does not change by is no matter
+                // by the chain rule; a constant with derivative zero is skipped
                 Input::Constant(place) if slope.0[0] != 0.0 => {
                     for (leaf, own) in constants.moving(place) {
                         slopes.add(&mut row, leaf, slope.0[0] * own);
@@ -113,7 +114,8 @@ impl Slopes {
         row[place] += slope;
     }
 
-    /// How the results change where the leaves change at these rates. What has no derivative by a leaf that stays is no matter.
+    /// The changes of the results for given rates of the leaves. Infinite derivatives by leaves with rate
+    /// zero are skipped.
     pub(super) fn along(&self, rate: &dyn Fn(Leaf) -> f64) -> Vec<f64> {
         let rates: Vec<f64> = self.leaves.iter().map(|leaf| rate(*leaf)).collect();
         let change = |row: &Vec<f64>| {
@@ -136,7 +138,7 @@ impl Slopes {
         Square::from_fn(self.values.len(), |i, j| columns[j][i])
     }
 
-    /// The leaves by which a result changes, and its derivative by each.
+    /// The leaves that a result depends on, with its derivative by each.
     pub(super) fn moving(&self, result: usize) -> impl Iterator<Item = (Leaf, f64)> {
         let slopes = self.rows.get(result).map_or(&[][..], Vec::as_slice);
         let both = self.leaves.iter().copied().zip(slopes.iter().copied());
@@ -155,7 +157,7 @@ pub(super) struct At<'a> {
 }
 
 impl At<'_> {
-    /// The value of a leaf of the continuous system's segments; third derivatives, and sides of what jumps, are zero.
+    /// The value of a leaf of the continuous system's segments; third derivatives and sides are zero.
     pub(super) fn value(&self, declaration: &Declaration<'_>, leaf: Leaf) -> f64 {
         let of = |vector: &[f64], i: usize| vector.get(i).copied().unwrap_or(f64::NAN);
         match leaf {
@@ -188,7 +190,7 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    /// The change of a leaf of the continuous system's segments, where the acceleration changes by `a`.
+    /// The change of a leaf of the continuous system's segments, if the acceleration changes by `a`.
     pub(super) fn rate(&self, leaf: Leaf, a: &[f64]) -> f64 {
         let of = |vector: &[f64], i: usize| vector.get(i).copied().unwrap_or(0.0);
         match leaf {
@@ -200,7 +202,7 @@ impl Direction {
         }
     }
 
-    /// The sum of two changes of the state; the parameter is that of the first.
+    /// The first change plus `factor` times another; the parameter is that of the first.
     pub(super) fn plus(&self, other: &Self, factor: f64) -> Self {
         let sum = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x + factor * y).collect();
         Self {

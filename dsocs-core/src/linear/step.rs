@@ -1,8 +1,8 @@
 //! The linear model of the paper's step.
 //!
-//! The state of a step is the middle node as a run reports it: its position `q1` and the velocity of `φ_{D_K}⁻¹(q0, q1, q2)`. The step takes the
-//! pair of nodes `(q0, q1)`, which has the same free directions, to `(q1, q2)`; its derivatives follow from its rows by the implicit function
-//! theorem.
+//! The state of a step is the middle node as a run reports it: its position `q1` and the velocity of
+//! `φ_{D_K}⁻¹(q0, q1, q2)`. The step maps the pair of nodes `(q0, q1)`, which has the same free directions,
+//! to `(q1, q2)`; its derivatives follow from its rows by the implicit function theorem.
 
 use super::chart::{Bonds, Chart, Rows};
 use super::continuous::singular;
@@ -18,16 +18,16 @@ use crate::solve::{Square, rotation};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Part, Segment};
 
-/// How often the leg that leads to a velocity is improved.
+/// Largest number of iterations for the leg with a given velocity.
 const MAX_ITERATIONS: u32 = 30;
 
-/// An improvement of this part of leg and position is the last.
+/// An update below this part of leg and position is the last.
 const SETTLED: f64 = 8.0 * f64::EPSILON;
 
-/// One that is no smaller than the last is good enough if it is below this part.
+/// An update that is no smaller than the one before is accepted below this part.
 const GOOD: f64 = 1e-11;
 
-/// A step that is solved, with the derivatives of all that belongs to it.
+/// A solved step, with the derivatives of its equations and its node.
 struct Solved {
     h: f64,
     rotations: Vec<usize>,
@@ -39,7 +39,7 @@ struct Solved {
     node: Slopes,
 }
 
-/// A change of the first two nodes of a step: of the middle node, and of the increment over the step.
+/// A change of the first two nodes of a step: of the middle node, and of the increment divided by the step.
 #[derive(Clone, Debug)]
 struct Pair {
     q: Vec<f64>,
@@ -48,7 +48,7 @@ struct Pair {
 }
 
 impl Pair {
-    /// From both, one after the other.
+    /// The pair from both changes, one after the other.
     fn of(both: &[f64], parameter: Option<usize>) -> Self {
         let (q, rate) = both.split_at(both.len() / 2);
         Self {
@@ -58,7 +58,7 @@ impl Pair {
         }
     }
 
-    /// The change of a leaf of the tape that belongs to a leg of the length `h`.
+    /// The change of a leaf of the tape for a leg of the length `h`.
     fn rate(&self, h: f64, leaf: Leaf) -> f64 {
         match leaf {
             Leaf::N(i) => self.q.get(i).copied().unwrap_or(0.0),
@@ -69,7 +69,7 @@ impl Pair {
     }
 }
 
-/// What a step changes by.
+/// The changes of a step's results.
 struct Change {
     e: Vec<f64>,
     /// Position, velocity, acceleration and time of the node, then the constraint force.
@@ -77,7 +77,7 @@ struct Change {
 }
 
 impl Solved {
-    /// Solves the step that begins with a leg, near a second difference.
+    /// Solves the step after a leg, near a second difference.
     fn of(system: &dyn Kernel, h: f64, leg: OwnedLeg<f64>, near: &[f64]) -> Result<Self, LinearizationError> {
         let declaration = Declaration::of(system);
         let found = solvable::step(system, h, leg.any(), solvable::Sought::Near(near));
@@ -121,7 +121,7 @@ impl Solved {
         &self.node.values[n..2 * n]
     }
 
-    /// The derivatives.
+    /// The changes of the second difference and the node for a change of the first two nodes.
     fn change(&self, pair: &Pair) -> Option<Change> {
         let right = self.rows.along(&|leaf| pair.rate(self.h, leaf));
         let right: Vec<f64> = right.iter().map(|row| -row).collect();
@@ -147,7 +147,7 @@ impl Solved {
         }
     }
 
-    /// Its increment.
+    /// The increment of the leg to the next node.
     fn next_increment(&self) -> Vec<f64> {
         self.leg.d.iter().zip(&self.e).map(|(d, e)| d + e).collect()
     }
@@ -169,7 +169,7 @@ impl Solved {
     }
 }
 
-/// The value of a leaf of the tape that belongs to a leg of the length `h`, or to the parameters.
+/// The value of a leaf of the tape for a leg of the length `h`, or of a parameter.
 fn of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, leaf: Leaf) -> f64 {
     let of = |vector: &[f64], i: usize| vector.get(i).copied().unwrap_or(f64::NAN);
     match leaf {
@@ -183,7 +183,7 @@ fn of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, leaf: Lea
     }
 }
 
-/// The error of a step that has no solution.
+/// The error of a step without a solution.
 fn failed(
     rotations: &[usize],
     leg: AnyLeg<'_, f64>,
@@ -197,7 +197,8 @@ fn failed(
     })
 }
 
-/// What constraints on positions and velocities ask of a leg: of its first node, and of the leg; by the middle node and the increment.
+/// The constraints on positions and velocities on a leg: on its first node, and on the leg; as functions of
+/// the middle node and the increment.
 struct LegBonds {
     h: f64,
     rotations: Vec<usize>,
@@ -231,7 +232,7 @@ impl LegBonds {
         }
     }
 
-    /// How the rows change.
+    /// The changes of the rows for a change of the first two nodes.
     fn along(&self, pair: &Pair) -> Vec<f64> {
         let increment: Vec<f64> = pair.rate.iter().map(|rate| -self.h * rate).collect();
         let first = Direction {
@@ -244,7 +245,8 @@ impl LegBonds {
         rows
     }
 
-    /// What the increment is bound by: the rows of the first node, and those of the leg that are not of its second node.
+    /// The rows that bind the increment: those of the first node, and those of the leg without those of its
+    /// second node.
     fn of_increment<'r>(&self, rows: &'r [f64]) -> impl Iterator<Item = &'r f64> {
         let holonomic = self.first.values.len();
         rows[..holonomic].iter().chain(&rows[2 * holonomic..])
@@ -254,7 +256,7 @@ impl LegBonds {
         [&self.first.values[..], &self.pair.values[..]].concat()
     }
 
-    /// The rows by the middle node and by the increment over the step.
+    /// The derivatives of the rows by the middle node and by the increment divided by the step.
     fn rows(&self, coordinates: usize) -> Rows {
         let unit = |j: usize| {
             (0..2 * coordinates)
@@ -272,7 +274,7 @@ impl LegBonds {
     }
 }
 
-/// The changes of a leg by which its state changes along one minimal coordinate after the other.
+/// The changes of a leg along which its state changes by one minimal coordinate after the other.
 struct Tangents {
     pairs: Vec<Pair>,
     /// Position and velocity of the middle node, one after the other.
@@ -288,7 +290,7 @@ fn state(pair: &Pair, change: &Change) -> Vec<f64> {
 }
 
 impl Tangents {
-    /// Those of a solved step.
+    /// The tangents of a solved step.
     fn of(declaration: &Declaration<'_>, solved: &Solved, chart: &Chart) -> Option<Self> {
         let n = solved.coordinates();
         let leg_bonds = LegBonds::of(declaration, solved.h, solved.leg.any());
@@ -336,7 +338,7 @@ impl Tangents {
         })
     }
 
-    /// The change of a leg that goes with a change of a parameter, where the minimal coordinates stay.
+    /// The change of a leg for a change of a parameter with constant minimal coordinates.
     fn of_parameter(&self, solved: &Solved, chart: &Chart, parameter: usize) -> Option<Pair> {
         let n = solved.coordinates();
         let still = Pair::of(&vec![0.0; 2 * n], Some(parameter));
@@ -353,7 +355,8 @@ impl Tangents {
     }
 }
 
-/// The solved step whose middle node has a position, and of the velocity the free directions.
+/// The solved step whose middle node has the given position, and the given velocity along the free
+/// directions.
 fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<Solved, LinearizationError> {
     let declaration = &Declaration::of(system);
     let n = at.q.len();
@@ -410,7 +413,7 @@ fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<
             size = size.max(leg.d[place].abs()).max(leg.q[place].abs());
         }
         if step <= SETTLED * size || (step >= last && step <= GOOD * size) {
-            // what was solved before the last improvement is as good as it
+            // the step of the iteration before is as accurate
             return Ok(solved);
         }
         near = solved.e;
@@ -457,7 +460,7 @@ pub(super) fn linearized(
     };
     let measured = Measured::of(declaration, ports, &place, &here.leg.q);
     let (n, rotations) = (here.coordinates(), &declaration.shape().rotations);
-    // the column of a change, and that of the outputs
+    // the columns of the state and of the outputs, for a change of the leg
     let column = |pair: &Pair| -> Option<[Vec<f64>; 2]> {
         let change = here.change(pair)?;
         let pair_after = here.next_pair(pair, &change.e);

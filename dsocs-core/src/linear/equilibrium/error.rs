@@ -1,4 +1,4 @@
-//! Why there is no equilibrium.
+//! The errors of a search for equilibria.
 
 use std::borrow::Cow;
 
@@ -9,7 +9,7 @@ use crate::error::SetupError;
 use crate::number::message::{Magnitude, Numbers};
 use crate::regularity::undefined::Undefined;
 
-/// Why no equilibrium was found.
+/// The reason why no equilibrium was found.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EquilibriumError {
@@ -19,20 +19,20 @@ pub enum EquilibriumError {
     /// There is no parameter or coordinate of a name.
     #[error("no {what} is called `{name}`; expected {}", choice(.known))]
     Name {
-        /// What is named.
+        /// The named items: parameters or coordinates.
         what: &'static str,
         /// The name.
         name: String,
-        /// The names that there are.
+        /// The known names.
         known: Vec<Cow<'static, str>>,
     },
-    /// A guess has not one component for each coordinate.
+    /// The number of a guess's components differs from that of the coordinates.
     #[error(
         "a guess has {found} component{}, but there are {} coordinates: {}",
         if *.found == 1 { "" } else { "s" }, .coordinates.len(), .coordinates.join(", ")
     )]
     Length {
-        /// How many components it has.
+        /// The number of its components.
         found: usize,
         /// The coordinates.
         coordinates: Vec<Cow<'static, str>>,
@@ -45,7 +45,7 @@ pub enum EquilibriumError {
         /// The value.
         value: f64,
     },
-    /// The equations have no value on the way.
+    /// The equations have no value at a point of the iteration.
     #[error(
         "no equilibrium is found from the guess {}: at q = {} the equations have no value at rest{}; try another guess",
         Numbers(.guess), Numbers(.q), .undefined.as_ref().map_or_else(String::new, |what| format!(", since {what}"))
@@ -55,7 +55,7 @@ pub enum EquilibriumError {
         guess: Vec<f64>,
         /// The position.
         q: Vec<f64>,
-        /// What has no value there, if it can be told.
+        /// The expression without a value, if there is one.
         undefined: Option<Box<Undefined>>,
     },
     /// The iteration does not converge.
@@ -67,11 +67,11 @@ pub enum EquilibriumError {
     NotFound {
         /// The guess.
         guess: Vec<f64>,
-        /// Where the iteration ended.
+        /// The last position of the iteration.
         q: Vec<f64>,
-        /// The largest row that is left.
+        /// The largest residual of a row.
         residual: f64,
-        /// How many iterations were made.
+        /// The number of iterations.
         iterations: u32,
     },
     /// A constraint does not allow rest.

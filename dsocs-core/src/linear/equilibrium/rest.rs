@@ -10,28 +10,29 @@ use crate::solve::rotation::{self, SLOTS};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Part, Segment};
 
-/// How often the unknowns are improved.
+/// Largest number of iterations.
 const MAX_ITERATIONS: u32 = 200;
 
-/// How often an update is halved at most.
+/// Largest number of times that an update is halved.
 const HALVINGS: u32 = 30;
 
 /// A row below this part of its terms is zero.
 const ROUNDED: f64 = 16.0 * f64::EPSILON;
 
-/// An update below this part of the unknowns, or below this where they are small, is the last if no smaller one comes.
+/// An update below this, relative to the unknowns or absolute where they are below 1, is the last if the next
+/// is not smaller.
 const SMALL: f64 = 1e-10;
 
 /// Singular values below this part of the largest are zero.
 const ZERO: f64 = 1e-9;
 
-/// How far along a direction it is looked whether other equilibria lie there.
+/// Distance along a direction at which another equilibrium is searched.
 const FAR: f64 = 1e-3;
 
-/// A derivative by the time below this part of a row's own ones is zero.
+/// A derivative by time below this part of a row's own derivatives is zero.
 const CONSTANT: f64 = 1e-11;
 
-/// What is unknown: coordinates and parameters, by their places, and multipliers.
+/// The unknowns: coordinates and parameters, by their places, and multipliers.
 #[derive(Clone, Debug)]
 pub(super) struct Unknowns {
     /// The first places of rotations.
@@ -42,7 +43,7 @@ pub(super) struct Unknowns {
 }
 
 impl Unknowns {
-    /// How many coordinates and parameters are unknown.
+    /// The number of unknown coordinates and parameters.
     fn of_place(&self) -> usize {
         self.coordinates.len() + self.parameters.len()
     }
@@ -73,14 +74,14 @@ pub(super) struct Rest<'r> {
 /// The equations at some unknowns, each divided by the length of its derivatives.
 struct Rows {
     slopes: Slopes,
-    /// The derivatives by the unknowns, of which those by multipliers are divided by their lengths.
+    /// The derivatives by the unknowns; columns of multipliers are divided by their lengths.
     matrix: Matrix,
-    /// The lengths of the columns of multipliers; 1 of all others.
+    /// The lengths of the columns of multipliers; 1 for the other columns.
     columns: Vec<f64>,
-    /// The lengths of the rows; 1 of those that do not change.
+    /// The lengths of the rows; 1 for rows with zero derivatives.
     lengths: Vec<f64>,
     values: Vec<f64>,
-    /// The sizes of the terms of the rows, divided in the same way.
+    /// The sizes of the terms of the rows, divided by the same lengths.
     terms: Vec<f64>,
 }
 
@@ -91,7 +92,8 @@ pub(super) struct Found {
 }
 
 impl Rest<'_> {
-    /// The position among the unknowns, with coordinates that are held. Of a rotation the unknowns are the increment from the guess.
+    /// The position for given unknowns, with held coordinates at the guess. For a rotation the unknowns are
+    /// the increment from the guess.
     pub(super) fn position(&self, x: &[f64]) -> Vec<f64> {
         let (mut q, mut increment) = (self.guess.to_vec(), vec![0.0; self.guess.len()]);
         for (&i, x) in self.unknowns.coordinates.iter().zip(x) {
@@ -104,13 +106,13 @@ impl Rest<'_> {
         rotation::moved(&self.unknowns.rotations, &q, &increment)
     }
 
-    /// Whether a place is that of a turn.
+    /// Whether a place belongs to a rotation, whose change is a turn.
     fn is_turn(&self, i: usize) -> bool {
         let mut rotations = self.unknowns.rotations.iter();
         rotations.any(|first| (*first..first + SLOTS).contains(&i))
     }
 
-    /// The unknowns that a part of an update leads to.
+    /// The unknowns after a part of an update.
     fn moved(&self, x: &[f64], update: &[f64], part: f64) -> Vec<f64> {
         let mut moved: Vec<f64> = x
             .iter()
@@ -118,7 +120,7 @@ impl Rest<'_> {
             .map(|(x, update)| x + part * update)
             .collect();
         if !self.unknowns.rotations.is_empty() {
-            // an update of a rotation is a turn of the body where it is
+            // an update of a rotation is a turn of the body from its current attitude
             let scaled: Vec<f64> = update.iter().map(|update| part * update).collect();
             let by = self.whole(&scaled[..self.unknowns.of_place().min(scaled.len())]);
             let rotations = &self.unknowns.rotations;
@@ -128,14 +130,14 @@ impl Rest<'_> {
         moved
     }
 
-    /// The way from one position to another, with turns in the frames of bodies.
+    /// The difference of two positions, with turns in the frames of bodies.
     fn apart(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
         let mut apart: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
         rotation::difference(&self.unknowns.rotations, [from, to], &mut apart);
         apart
     }
 
-    /// Writes turns in the place of unknowns.
+    /// Replaces the unknowns of rotations by turns.
     fn put_turns(&self, turns: &[f64], x: &mut [f64]) {
         for (&i, x) in self.unknowns.coordinates.iter().zip(x) {
             if self.is_turn(i) {
@@ -154,7 +156,7 @@ impl Rest<'_> {
         values
     }
 
-    /// The unknowns of the guess.
+    /// The initial values of the unknowns.
     fn first(&self) -> Vec<f64> {
         let still = vec![0.0; self.guess.len()];
         let declaration = self.declaration.with(self.values);
@@ -175,7 +177,8 @@ impl Rest<'_> {
         coordinates.chain(parameters).chain(multipliers).collect()
     }
 
-    /// The equations at some unknowns: those of the continuous system at rest, and what constraints on positions and velocities ask.
+    /// The equations at some unknowns: those of the continuous system at rest, and the constraints on
+    /// positions and velocities.
     fn slopes(&self, x: &[f64]) -> Slopes {
         let (q, values) = (self.position(x), self.parameters(x));
         let declaration = self.declaration.with(&values);
@@ -187,7 +190,7 @@ impl Rest<'_> {
             a: &still,
             multipliers: self.unknowns.multipliers_of(x),
         };
-        // at rest, what jumps with the velocity is between its sides: zero
+        // at rest, functions that jump with the velocity are between their sides: zero
         let continuous = if declaration.sides() > 0 {
             Segment::SidedContinuous
         } else {
@@ -199,7 +202,7 @@ impl Rest<'_> {
         )
     }
 
-    /// The rows; `None` where they have no value.
+    /// The rows; `None` if they have no value.
     fn rows(&self, x: &[f64]) -> Option<Rows> {
         let slopes = self.slopes(x);
         let leaves = self.unknowns.leaves();
@@ -248,7 +251,7 @@ impl Rest<'_> {
         })
     }
 
-    /// The value of a leaf that terms are made of.
+    /// The value of a leaf, for the sizes of terms.
     fn value(&self, x: &[f64], leaf: Leaf) -> f64 {
         let place = self.unknowns.leaves().iter().position(|own| *own == leaf);
         match (place, leaf) {
@@ -261,7 +264,7 @@ impl Rest<'_> {
         }
     }
 
-    /// The equilibrium to which the guess leads.
+    /// The equilibrium from the guess.
     pub(super) fn found(&self) -> Result<Found, EquilibriumError> {
         let found = self.solved(self.first())?;
         let by_time = found.rows.slopes.by(Leaf::T);
@@ -292,7 +295,7 @@ impl Rest<'_> {
             };
             (x, rows) = (next, rows_there);
         }
-        // a multiple root, to which the updates become smaller by a part of themselves
+        // a multiple root, at which each update is a fixed part of the one before
         let update = self.update(&rows, &x);
         if self.is_small(&update, &x) && rows.are_small(largest(&x)) {
             return Ok(Found { x, rows });
@@ -300,7 +303,7 @@ impl Rest<'_> {
         Err(self.not_found(&x, &rows, MAX_ITERATIONS))
     }
 
-    /// The shortest update, none of whose coordinates and parameters is larger than itself and 1.
+    /// The shortest update, limited so that no coordinate or parameter changes by more than itself and 1.
     fn update(&self, rows: &Rows, x: &[f64]) -> Vec<f64> {
         let singular = rows.matrix.decomposed();
         let [_, largest] = singular.extremes();
@@ -323,13 +326,13 @@ impl Rest<'_> {
         update
     }
 
-    /// Whether an update moves coordinates and parameters by little.
+    /// Whether an update changes coordinates and parameters only little.
     fn is_small(&self, update: &[f64], x: &[f64]) -> bool {
         let mut each = update.iter().zip(x).take(self.unknowns.of_place());
         each.all(|(update, x)| update.abs() <= SMALL * x.abs().max(1.0))
     }
 
-    /// The unknowns after as much of an update as makes the rows smaller.
+    /// The unknowns after the largest part of an update, by halving, that makes the rows smaller.
     fn improved(&self, x: &[f64], update: &[f64], rows: &Rows) -> Option<(Vec<f64>, Rows)> {
         let size = length(&rows.values);
         let mut part = 1.0;
@@ -407,7 +410,7 @@ impl Rest<'_> {
         let open = Basis::of(found.x.len(), &bound).vectors;
         let mut directions: Vec<Vec<f64>> = Vec::new();
         for direction in open {
-            // multipliers may be open where coordinates are not
+            // multipliers may be undetermined where coordinates are not
             let mut own = direction[..place].to_vec();
             for known in &directions {
                 let part = dot(&own, known);
@@ -429,7 +432,8 @@ impl Rest<'_> {
         directions.iter().map(|own| self.whole(own)).collect()
     }
 
-    /// Whether there are other equilibria along a direction: from a place there, the iteration does not lead back.
+    /// Whether there are other equilibria along a direction: from a point there, the iteration does not lead
+    /// back.
     fn goes_on(&self, found: &Found, direction: &[f64]) -> bool {
         let size = found
             .x
@@ -448,7 +452,7 @@ impl Rest<'_> {
         dot(&apart, direction) >= 0.5 * FAR * size
     }
 
-    /// A direction with zeros for the coordinates that are held.
+    /// A direction with zeros for the held coordinates.
     fn whole(&self, own: &[f64]) -> Vec<f64> {
         let (coordinates, parameters) = own.split_at(self.unknowns.coordinates.len());
         let mut whole = vec![0.0; self.guess.len()];
@@ -466,7 +470,8 @@ fn largest(x: &[f64]) -> f64 {
 }
 
 impl Rows {
-    /// Whether no row is farther from zero than a small change of the unknowns brings it, and those that do not change are zero.
+    /// Whether all rows are so small that a small change of the unknowns makes them zero, and rows with zero
+    /// derivatives vanish.
     fn are_small(&self, unknowns: f64) -> bool {
         let mut each = self.values.iter().zip(&self.terms).enumerate();
         each.all(|(i, (value, terms))| {
