@@ -1,4 +1,4 @@
-//! Motions that share eight lanes: each with its own steps, the next one begins where one has ended.
+//! Motions that share eight lanes: each has its own steps, and the next one begins where one has ended.
 
 use core::ops::ControlFlow;
 
@@ -21,7 +21,7 @@ use crate::series::roots::Crossing;
 use crate::series::switch::Reach;
 use crate::start::Start;
 
-/// What all motions have in common.
+/// The data that all motions share.
 pub(super) struct Run<'s> {
     /// The system.
     pub system: &'s dyn SeriesKernels,
@@ -29,11 +29,11 @@ pub(super) struct Run<'s> {
     pub varied: &'s Varied,
     /// The tolerance.
     pub tolerance: Tolerance,
-    /// How many steps are allowed.
+    /// The largest number of steps.
     pub max_steps: u64,
-    /// The distance of the nodes in time; `None` where they lie at the ends of steps.
+    /// The distance of the nodes in time; `None` if they lie at the ends of steps.
     pub every: Option<f64>,
-    /// How far to go.
+    /// The time to run to.
     pub t: f64,
     /// Whether nodes are observed.
     pub observes: bool,
@@ -49,33 +49,33 @@ struct Member<'s, O, const N: usize> {
     observer: O,
     /// Where it ends.
     end: End,
-    /// The step that is tried.
+    /// The current trial step.
     step: Trial,
-    /// Whether that is a second trial.
+    /// Whether it is a second trial.
     again: bool,
-    /// Whether the flow knows all of the series at the current point, as after a step of its own.
+    /// Whether the flow has the whole series at the current point, as after a step of its own.
     is_complete: bool,
-    /// Whether it makes all steps alone.
+    /// Whether it makes all steps outside of the lanes.
     stays_alone: bool,
 }
 
-/// A step that is tried.
+/// A trial step.
 #[derive(Clone, Copy, Default)]
 struct Trial {
-    /// Where the steps go to, the way that is left, and the step's length.
+    /// The time that the steps go to, the distance left, and the step's length.
     until: f64,
     left: f64,
     size: f64,
-    /// The shortest that is tried.
+    /// The shortest length that is tried.
     smallest: f64,
-    /// What the control asks of the series of its beginning.
+    /// The sizes in the series at its beginning, for the step control.
     sizes: Sizes,
-    /// How many longer ones were tried before.
+    /// The number of longer steps that were tried before.
     tries: u32,
 }
 
 impl Trial {
-    /// Whether it goes all the way.
+    /// Whether it goes to the end.
     fn is_whole(&self) -> bool {
         self.size == self.left.abs()
     }
@@ -89,18 +89,19 @@ impl Trial {
     }
 }
 
-/// How a motion goes on.
+/// The continuation of a motion.
 enum Goes {
-    /// With a step of its lane.
+    /// With a step in its lane.
     On,
     /// With a step of its own.
     Alone,
-    /// Not at all.
+    /// It has ended.
     Ended(Result<(), RunError>),
 }
 
 impl<'s> Run<'s> {
-    /// Runs some motions, the first of which has this place among all, and returns them in their order.
+    /// Runs some motions, the first of which has the index `first` among all, and returns them in their
+    /// order.
     pub fn block<O: Observer<N>, const N: usize>(
         &self,
         first: usize,
@@ -174,7 +175,7 @@ impl<'s> Run<'s> {
         ended.into_iter().flatten().collect()
     }
 
-    /// A motion at its start, whose first step is made.
+    /// A motion after its first step.
     fn begin<O: Observer<N>, const N: usize>(
         &self,
         place: usize,
@@ -220,7 +221,7 @@ impl<'s> Run<'s> {
     }
 }
 
-/// Puts a motion that has ended where it belongs.
+/// Stores a motion that has ended at its index.
 fn put<O, const N: usize>(
     ended: &mut [Option<Observed<O, N>>],
     first: usize,
@@ -239,12 +240,12 @@ fn put<O, const N: usize>(
 struct Lanes<'s> {
     engine: Box<dyn LaneSeries + 's>,
     ends: Ends,
-    /// What the search for switches fills.
+    /// Workspace for the search for switches.
     crossings: Vec<Crossing>,
 }
 
 impl Lanes<'_> {
-    /// Tries a step of every lane that is active.
+    /// Tries a step in every active lane.
     fn step<O: Observer<N>, const N: usize>(
         &mut self,
         members: &mut [Option<Member<'_, O, N>>; LANES],
@@ -252,7 +253,7 @@ impl Lanes<'_> {
         mut orders: [usize; LANES],
         active: u32,
     ) {
-        // idle lanes follow one that goes on: what is no number would cost time
+        // idle lanes repeat one that continues: NaN would cost time
         let Some(living) = members.iter().position(Option::is_some) else {
             return;
         };
@@ -294,7 +295,7 @@ impl Lanes<'_> {
 }
 
 impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
-    /// The lowest order whose coefficient the control of the step asks for, beyond order 1.
+    /// The lowest order beyond 1 whose coefficient the step control needs.
     fn first_asked(&self) -> usize {
         let motion = &self.flow.any.motion;
         let current = motion.order.current();
@@ -305,7 +306,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         }
     }
 
-    /// The next step; nodes on the way are observed if asked for.
+    /// Proposes the next step; nodes on the way are observed if `observes`.
     fn propose(&mut self, lane: usize, lanes: &mut Lanes<'_>, observes: bool) -> Goes {
         let AnyTaylorFlow { motion, equations } = &mut self.flow.any;
         if core::mem::take(&mut self.again) {
@@ -360,7 +361,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         Goes::On
     }
 
-    /// Makes a step in a single flow, as at the start and where its lane does not know enough.
+    /// Makes a step as a single flow, at the start and if its lane cannot decide.
     #[cold]
     fn go_alone(&mut self, lane: usize, lanes: &mut Lanes<'_>) -> Result<(), RunError> {
         let AnyTaylorFlow { motion, equations } = &mut self.flow.any;
@@ -374,7 +375,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         Ok(())
     }
 
-    /// Brings the end of a step back onto the constraints.
+    /// Projects the end of a step onto the constraints.
     fn arrive(&mut self, lane: usize, ends: &mut Ends) {
         let AnyTaylorFlow { motion, equations } = &mut self.flow.any;
         let t = if self.step.is_whole() {
@@ -390,7 +391,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         }
     }
 
-    /// Whether the step was good. If so it is taken, else it will be tried again.
+    /// Whether the step was accepted. If so it is committed, else it will be tried again.
     fn judge(&mut self, lane: usize, lanes: &mut Lanes<'_>) -> bool {
         let asked = self.first_asked();
         let AnyTaylorFlow { motion, equations } = &mut self.flow.any;
@@ -402,7 +403,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             ..
         } = self.step;
         if lanes.engine.has_compared(lane) {
-            // pieces of a function: the step is made alone
+            // pieces of a function: the step is made by the flow
             core::mem::swap(&mut motion.series, &mut motion.next);
             (self.stays_alone, self.is_complete) = (true, false);
             return false;
@@ -412,7 +413,8 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             .next
             .begin(lanes.ends.t[lane], motion.tried.q(), motion.tried.v());
         lanes.engine.tell(lane, asked, &mut motion.next);
-        // a velocity that jumps where no expansion shows a switch, or a place where the equations do not determine the acceleration
+        // a jump of the velocity without a known switch, or a place where the equations do not determine the
+        // acceleration
         let depends = |projection: &Projection| projection.has_turned() || projection.is_lost();
         let is_hard = motion.moved(self.step.h()).is_some()
             || motion.changes_sign()
@@ -424,7 +426,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         let stays_alone =
             is_hard || (!good && motion.is_rounding(&**equations, (end[1], size), self.step.tries));
         if stays_alone || (!good && size <= smallest) {
-            // what this is, the step says that is made alone
+            // the flow's own step finds the reason
             core::mem::swap(&mut motion.series, &mut motion.next);
             self.stays_alone |= stays_alone;
             self.is_complete = false;

@@ -7,7 +7,7 @@ use crate::series::orders::{MAX_ORDER, RECIPROCALS, ROWS};
 use crate::series::rows::{self, Series};
 use crate::series::switch::Limits;
 
-/// What the control of a step asks of its series.
+/// The sizes in a step's series that the step control needs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sizes {
     /// The size of the velocity.
@@ -16,12 +16,12 @@ pub(crate) struct Sizes {
     pub acceleration: f64,
     /// The sizes of the last two coefficients of the velocity.
     pub last: [f64; 2],
-    /// Whether the highest coefficients that are known are in the range of doubles.
+    /// Whether the highest known coefficients are in the range of doubles.
     pub is_in_range: bool,
 }
 
 impl Sizes {
-    /// Those of a series, for steps of the order `p`, with components multiplied by weights.
+    /// The sizes in a series, for steps of the order `p`, with components multiplied by weights.
     pub(super) fn of(series: &Series, weights: &[f64], p: usize) -> Self {
         let size = |k: usize| size(series.velocity_of(k), weights);
         Self {
@@ -33,17 +33,18 @@ impl Sizes {
     }
 }
 
-/// What the control of a step asks of the series at its end.
+/// The assessment of a step by the series at its end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Judged {
-    /// What the control of the next step asks.
+    /// The sizes for the control of the next step.
     pub sizes: Sizes,
-    /// The size of the acceleration with which the series begins, and of its difference from that which led there.
+    /// The size of the acceleration at the beginning of the new series, and of its difference from that at
+    /// the end of the old one.
     pub end: [f64; 2],
 }
 
 impl Judged {
-    /// Of no series.
+    /// Without a series.
     pub(super) const NONE: Self = Self {
         sizes: Sizes {
             velocity: f64::NAN,
@@ -54,7 +55,7 @@ impl Judged {
         end: [f64::NAN; 2],
     };
 
-    /// Of the velocity by order, up to an order.
+    /// The assessment from the velocity by order, up to an order.
     #[inline(always)]
     pub(super) fn of<const N: usize>(
         v: &[[f64; N]; ROWS],
@@ -83,8 +84,9 @@ impl Judged {
 /// beginning times the step). So the motion may turn round or begin at rest. The error of the position, relative to the distance that it moves
 /// during the step, is the same. By default the absolute part is 0, so there is no hidden scale.
 ///
-/// The tolerance is that of each step, and the errors of the steps add up: with 1e-3 the energy of a motion may be some per cent off after a few
-/// hundred turns, and with 0.1 nothing is left of it. 1e-9 costs little more.
+/// The tolerance applies to each step, and the errors of the steps add up: with 1e-3 the energy of a motion
+/// may be some per cent off after a few hundred turns, and with 0.1 the motion is lost. 1e-9 costs little
+/// more.
 ///
 /// Components are compared as numbers, but one whose velocity is below a thousandth of the largest counts as a thousandth: its own error is at most a
 /// thousand times the tolerance. If coordinates have very different units, [`super::TaylorFlow::scales`] sets how they compare. A
@@ -92,11 +94,11 @@ impl Judged {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub struct Tolerance {
-    /// The part of a velocity's size.
+    /// The part relative to the velocity's size.
     pub(crate) relative: f64,
-    /// In units of the velocities.
+    /// The absolute part, in units of the velocities.
     pub(crate) absolute: f64,
-    /// The order, if it is not to follow from the tolerance.
+    /// The order, if it does not follow from the tolerance.
     pub(crate) order: Option<usize>,
 }
 
@@ -122,7 +124,7 @@ impl Tolerance {
         self
     }
 
-    /// Checks that it can be used.
+    /// Checks that it is usable.
     pub(super) fn check(&self) -> Result<(), SetupError> {
         let Self {
             relative, absolute, ..
@@ -142,16 +144,17 @@ impl Tolerance {
     }
 }
 
-/// The defect at the end of a step, times the step, may be so many times the tolerance. Of a series that converges it is
-/// a few times its last term.
+/// The defect at the end of a step times the step may be this many tolerances. For a series that converges it
+/// is a few times its last term.
 const DEFECT: f64 = 100.0;
-/// A defect of this part of the velocity may be rounding.
+/// A defect below this part of the velocity may be rounding.
 const LEAST_DEFECT: f64 = 1e-12;
 
-/// A velocity below this is none: the digits of what makes it are lost, as those of a push are before it has begun.
+/// A velocity below this counts as zero: the terms that cause it have lost their digits, as those of a smooth
+/// pulse long before its beginning.
 pub(super) const NOTHING: f64 = 1e-280;
 
-/// What is computed once of a tolerance.
+/// The tolerance in the form that the step control needs.
 #[derive(Clone, Debug)]
 pub(super) struct Control {
     relative: f64,
@@ -160,9 +163,9 @@ pub(super) struct Control {
     floor: f64,
     /// The binary logarithm of the relative part.
     log: f64,
-    /// What the components are multiplied with before they are compared.
+    /// The weights of the components, before they are compared.
     weights: Box<[f64]>,
-    /// For steps that end at switches.
+    /// The limits of steps that end at switches.
     pub(super) limits: Limits,
 }
 
@@ -190,18 +193,19 @@ impl Control {
         (self.log.max(least) - log2(coefficient)) * RECIPROCALS[k]
     }
 
-    /// Sets what components are multiplied by before they are compared.
+    /// Sets the weights of the components.
     pub(super) fn weigh(&mut self, weights: &[f64]) {
         self.weights.copy_from_slice(weights);
     }
 
-    /// What components are multiplied by before they are compared.
+    /// The weights of the components, before they are compared.
     #[inline]
     pub(super) fn weights(&self) -> &[f64] {
         &self.weights
     }
 
-    /// The error that a part of the acceleration makes in a step of the length `h`, in units of the error that is allowed.
+    /// The error of a step of the length `h` by an error `part` of the acceleration, in units of the allowed
+    /// error.
     pub(super) fn excess(&self, v: &[f64], a: &[f64], part: &[f64], h: f64) -> f64 {
         let size = self.size(v).max(self.size(a) * h);
         let allowed = self.relative.max(f64::EPSILON) * size + self.absolute;
@@ -235,32 +239,32 @@ impl Control {
         radius + self.log * RECIPROCALS[p]
     }
 
-    /// The same by a series.
+    /// [`Control::log_step`] from a series.
     pub(super) fn log_step_by(&self, series: &Series, p: usize, log_size: f64) -> f64 {
         let last = [p - 1, p].map(|k| self.size(series.velocity_of(k)));
         self.log_step(last, p, log_size)
     }
 
-    /// Whether a step of the length `h` was as good as its series promised: at its end the acceleration of its series has to be that
-    /// of the system, with which the next series begins. `end` is the size of that, and of the difference. In a rough step the difference is all that
-    /// tells of the error.
+    /// Whether a step of the length `h` is accepted: the acceleration at the end of its series has to be that
+    /// of the system, with which the next series begins. `end` has the sizes of the system's acceleration and
+    /// of the difference. In a rough step the difference is the whole estimate of the error.
     #[inline(always)]
     pub(super) fn good(&self, sizes: &Sizes, [end, defect]: [f64; 2], h: f64, is_rough: bool) -> bool {
         let way = larger(sizes.acceleration, end) * h;
         let size = larger(sizes.velocity, way);
         let times = if is_rough { 1.0 } else { DEFECT };
         let allowed = larger(times * self.relative, LEAST_DEFECT) * size + times * self.absolute;
-        // what leaves the range of doubles is no measure of itself
+        // an overflowing size is no measure
         defect * h <= allowed && allowed < f64::INFINITY
     }
 
-    /// The first step, of which no step is known before: the velocity's size is the largest term of its series that the
-    /// step makes, so that a motion may begin at rest, and as softly as with any power of time.
+    /// The first step, without a step before it. The size of the velocity is the largest term of its series
+    /// in the step, so that a motion may begin at rest, and with any power of time.
     #[cold]
     pub(super) fn first_step(&self, series: &Series, p: usize) -> f64 {
         let size = |k: usize| self.size(series.velocity_of(k));
         let mut step = f64::INFINITY;
-        // where motion and force begin together, the first terms vanish
+        // if motion and force begin together, the first terms vanish
         let leading = (0..p - 1).find(|&k| size(k) > 0.0).unwrap_or(0).max(2);
         for last in [p - 1, p] {
             let coefficient = size(last);
@@ -305,7 +309,7 @@ pub(super) fn distance(x: &[f64], y: &[f64], weights: &[f64]) -> f64 {
 /// The bits of the smallest normal number, and of infinity.
 const NORMAL: [u64; 2] = [f64::MIN_POSITIVE.to_bits(), f64::INFINITY.to_bits()];
 
-/// The binary logarithm to three digits, of a number that is not negative.
+/// The binary logarithm to three digits, of a nonnegative number.
 #[inline(always)]
 #[allow(clippy::cast_possible_wrap)]
 pub(super) fn log2(x: f64) -> f64 {
@@ -326,7 +330,7 @@ fn unusual_log2(x: f64) -> f64 {
     x.log2()
 }
 
-/// Added to a number of a moderate size, it rounds it to a whole one, which then stands in the lowest bits.
+/// Added to a number of moderate size, it rounds it to an integer, which then stands in the lowest bits.
 const WHOLE: f64 = 1.5 / f64::EPSILON;
 
 /// A power of two to three digits.

@@ -1,8 +1,9 @@
-//! How a motion goes on beyond the corner of a root.
+//! Continuation of a motion beyond the corner of a root.
 //!
-//! The series of `√(u²)` is that of `u` or of `-u`: it leads to where it would become negative, and there the other one takes over. At that place none can begin, since the
-//! digits of the root and of what is divided by it are lost there. But the series that begins some way beyond leads back to it. So the first step beyond takes
-//! the series of its end: that whose motion comes from the point where the last step ended.
+//! The series of `√(u²)` is that of `u` or of `-u`: it leads to where it would become negative, and the other
+//! one takes over there. No series can begin at this place, since the root and quotients by it lose their
+//! digits there. But a series that begins some way beyond leads back to it. So the first step beyond a corner
+//! has the series of its end: the one whose motion comes from the end of the last step.
 
 use super::control::Control;
 use super::integrator::{Integrator, Outcome};
@@ -13,32 +14,34 @@ use crate::number::compensated::Compensated;
 use crate::series::switch::Reach;
 use crate::solve::rotation;
 
-/// The end of a step that leads to a corner is judged at this part of it.
+/// The part of a step to a corner at which it is assessed.
 pub(super) const JUDGED_AT: f64 = 0.9;
 
-/// The first step beyond has this part of the length that its tolerance allows, so that the point that leads back is found in a few rounds.
+/// The part of the allowed length that the first step beyond has, so that the point that leads back is found
+/// in a few iterations.
 const PART: f64 = 0.5;
 
-/// How often that point is looked for nearer to the corner, and in how many rounds each time.
+/// Largest number of times that this point is searched closer to the corner, and of iterations each time.
 const NEARER: u32 = 40;
 const ROUNDS: u32 = 24;
 
-/// It is looked for nearer by this part where it is not found, and by no less.
+/// Largest and least factor by which the distance is shortened if the point is not found.
 const SHORTER: f64 = 0.5;
 const LEAST_PART: f64 = 0.1;
 
-/// It is found if it leads back to this part of the tolerance.
+/// The point is found if its series leads back to this part of the tolerance.
 const FOUND: f64 = 1e-3;
 
-/// Roots are zero at the corner, and are looked at up to this part of the way to it.
+/// Roots vanish at the corner, and are evaluated up to this part of the way to it.
 const UP_TO: f64 = 0.98;
 
-/// Where a step leads nearer to a corner than so many times its length, it may go to the corner itself.
+/// If a step ends closer to a corner than this many times its length, it may go to the corner itself.
 const NEAR: f64 = 4.0;
 
 impl Integrator {
-    /// The place of a corner that is not much farther than a step of the length `|h|` leads: near to it the last orders of the motion are rounding, the steps of which they
-    /// tell become shorter and shorter, and never come there.
+    /// The distance of a corner that is not much farther than a step of the length `|h|`. Near it the last
+    /// orders of the motion are rounding, and the steps that they allow would become shorter and shorter
+    /// without reaching it.
     pub(super) fn comes_to_corner(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> Option<f64> {
         let (order, limits) = (self.series.order(), self.control.limits);
         let mut watch = self.watch.take_if(|watch| watch.has_bounds)?;
@@ -54,11 +57,12 @@ impl Integrator {
         (nearest < f64::INFINITY).then_some(nearest)
     }
 
-    /// The order of the series up to which its terms after a time `h` become smaller, if the last two are as small as the tolerance asks.
+    /// The order of the series up to which its terms decrease after a time `h`, if the last two are as small
+    /// as the tolerance requires.
     pub(super) fn tells_up_to(&self, h: f64) -> Option<usize> {
         let size = |k: usize| self.control.size(self.series.velocity_of(k));
         let way = size(0).max(size(1) * h);
-        // one alone may be small by chance
+        // a single term may be small by chance
         let mut least = (2, f64::INFINITY);
         let (mut power, mut before) = (h, f64::INFINITY);
         for k in 2..=self.series.order() {
@@ -72,7 +76,8 @@ impl Integrator {
         (least.1 <= self.control.relative() * way).then_some(least.0)
     }
 
-    /// Moves the end of the step that has been tried to a corner, a time `h` after its beginning, where all that is known is what its series tells.
+    /// Moves the end of the trial step to a corner, a time `h` after its beginning, where its own series is
+    /// all that is known.
     #[cold]
     pub(super) fn arrive_at_corner(&mut self, equations: &mut dyn SeriesKernel, h: f64) {
         let t = self.t.hi[0] + h;
@@ -84,13 +89,14 @@ impl Integrator {
         self.corner = Some(h);
     }
 
-    /// Sets where the motion is that is tried, without a series there.
+    /// Sets the trial state, without a series there.
     fn wait_beside_corner(&mut self, t: f64) {
         self.next.begin(t, self.tried.q(), self.tried.v());
         self.next.expect(self.tried.a());
     }
 
-    /// Makes the first step beyond a corner, to which a step of the length `last` has led; `left` is the way to the time `until`.
+    /// Makes the first step beyond a corner, after a step of the length `last`; `left` is the distance to the
+    /// time `until`.
     #[cold]
     pub(super) fn step_from_corner(
         &mut self,
@@ -116,14 +122,15 @@ impl Integrator {
                 Err(part) => size *= part.clamp(LEAST_PART, 0.9),
             }
         }
-        // as it was before
+        // as before the step
         self.tried.copy(&self.now);
         self.wait_beside_corner(self.t.hi[0]);
         self.corner = Some(last);
         Outcome::NotFinite
     }
 
-    /// Expands the motion a time `h` later, so that it comes from the current point; if it does not, returns which part of that time to try.
+    /// Expands the motion a time `h` later, so that it comes from the current point. If this fails, returns
+    /// the part of that time to try.
     fn lead_back(&mut self, equations: &mut dyn SeriesKernel, h: f64, back: &mut State) -> Result<(), f64> {
         let rotations = equations.kernel().shape().rotations.clone();
         let (t, n) = (self.t.hi[0] + h, self.now.q().len());
@@ -172,8 +179,8 @@ impl Integrator {
         Err(SHORTER)
     }
 
-    /// Whether the series that has been expanded is good up to the corner, a time `h` before, and all arguments keep their signs on the way; else returns which part of
-    /// that time to try.
+    /// Whether the new series is accurate back to the corner, a time `h` before, and all arguments keep their
+    /// signs on the way. If not, returns the part of that time to try.
     fn reaches_back(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> Result<(), f64> {
         let order = self.next.order();
         let longest = self
@@ -197,7 +204,7 @@ impl Integrator {
         if part < 1.0 { Err(part) } else { Ok(()) }
     }
 
-    /// Takes the step to where the series begins that has been expanded, or to the time `until` if that comes before.
+    /// Commits the step to the beginning of the new series, or to the time `until` if that comes before.
     fn go_beyond(&mut self, equations: &dyn SeriesKernel, h: f64, (until, left): (f64, f64), last: f64) {
         self.series.clone_from(&self.next);
         self.series.begin_later(-h);
@@ -219,7 +226,7 @@ impl Integrator {
     }
 }
 
-/// By how much a motion misses a point, in units of what it moves in a time `h`.
+/// The distance by which a motion misses a point, relative to its displacement in a time `h`.
 fn missed(control: &Control, (dq, dv): (&[f64], &[f64]), (v, a): (&[f64], &[f64]), h: f64) -> f64 {
     let size = control.size(v).max(control.size(a) * h.abs());
     let by = control.size(dv).max(control.size(dq) / h.abs());

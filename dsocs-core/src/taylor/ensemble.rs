@@ -18,11 +18,11 @@ use crate::system::System;
 use crate::tape::declaration::Declaration;
 use crate::threads::Threads;
 
-/// So many motions are run together at most: more would leave threads without work at the end.
+/// Largest number of motions in one block: more would leave threads without work at the end.
 const BLOCK: usize = 32 * LANES;
 
-/// Many motions of one system by Taylor series, each from a start of its own and to the same tolerance: what
-/// [`Ensemble`](crate::Ensemble) is for the discrete flow.
+/// Many motions of one system by Taylor series, each from its own start and with the same tolerance: the
+/// counterpart of [`Ensemble`](crate::Ensemble) for the continuous motion.
 ///
 /// Eight motions share the SIMD lanes of an expansion. Each has its own order and its own steps, as a [`TaylorFlow`](crate::TaylorFlow)
 /// has, and where one motion ends, the next start takes its lane. The first step of a motion is made in a single flow, and so is a step that
@@ -60,7 +60,7 @@ const BLOCK: usize = 32 * LANES;
 pub struct TaylorEnsemble<'a, const N: usize> {
     /// The system.
     system: Box<dyn SeriesKernels + 'a>,
-    /// The tolerance of all.
+    /// The common tolerance.
     tolerance: Tolerance,
     /// The starts.
     starts: Vec<Start<N>>,
@@ -68,27 +68,27 @@ pub struct TaylorEnsemble<'a, const N: usize> {
     varied: Varied,
     /// The distance of the nodes in time, if they lie on a grid.
     every: Option<f64>,
-    /// How many steps each may take.
+    /// The largest number of steps of each motion.
     max_steps: u64,
-    /// The instructions, if not the widest.
+    /// The widest instructions that may be used.
     instructions: Instructions,
     /// The threads.
     threads: Threads,
 }
 
-/// What makes the kernels that an ensemble needs of a system.
+/// Makes the kernels that an ensemble needs of a system.
 pub(super) trait SeriesKernels: Sync {
     /// The system.
     fn kernel(&self) -> &dyn Kernel;
 
-    /// Series of one motion, with the instructions of all machines.
+    /// The series of one motion, with instructions that all machines have.
     fn single(&self) -> Box<dyn SeriesKernel + '_>;
 
-    /// Series of eight motions, with the instructions that are asked for, or the widest that there are below them.
+    /// The series of eight motions, with the requested instructions, or the widest available below them.
     fn lanes(&self, instructions: Instructions) -> Box<dyn LaneSeries + '_>;
 }
 
-/// Those of a declared type.
+/// The kernels of a declared type.
 struct Compiled<'a, S, const N: usize>(&'a S);
 
 impl<S: System<N>, const N: usize> SeriesKernels for Compiled<'_, S, N> {
@@ -161,8 +161,8 @@ impl<'a, const N: usize> TaylorEnsemble<'a, N> {
         self
     }
 
-    /// Gives a parameter a value of its own in each motion, in the order of the starts that were added before. Several parameters may
-    /// vary.
+    /// Sets a parameter to a different value in each motion, in the order of the starts that were added
+    /// before. Several parameters may vary.
     ///
     /// # Errors
     ///

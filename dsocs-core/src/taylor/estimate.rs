@@ -30,15 +30,15 @@ use crate::run::{Node, Observer, RunError, Verdict};
 /// # Ok::<(), dsocs_core::RunError>(())
 /// ```
 pub struct Estimates<'s, F, const N: usize> {
-    /// What measures the distance.
+    /// The reference motion.
     error: GlobalError<'s, N>,
-    /// What takes it.
+    /// Receives the nodes and their errors.
     observer: F,
-    /// Why it cannot be told any more.
+    /// The error that ended the run.
     failed: Option<RunError>,
 }
 
-// by hand, because a derivation would ask for as much of the closure
+// by hand, because the derived one would require Debug of the closure
 impl<F, const N: usize> fmt::Debug for Estimates<'_, F, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Estimates")
@@ -49,7 +49,7 @@ impl<F, const N: usize> fmt::Debug for Estimates<'_, F, N> {
 }
 
 impl<'s, F, const N: usize> Estimates<'s, F, N> {
-    /// Hands nodes and their errors to a closure, which returns nothing or whether to go on.
+    /// Passes nodes and their errors to a closure, which returns nothing or whether to continue.
     pub fn new<R: Verdict>(error: GlobalError<'s, N>, observer: F) -> Self
     where
         F: FnMut(&Node<N>, &[f64; N]) -> R,

@@ -1,4 +1,4 @@
-//! Why a motion does not go on.
+//! Reasons why a motion does not go on.
 
 use super::integrator::{Integrator, LOOK_EVERY};
 use super::recurrences::SeriesKernel;
@@ -9,17 +9,19 @@ use crate::regularity::{deficiency, dependence, undefined};
 use crate::solve::Vector;
 use crate::start::place::Place;
 
-/// It does not where so many steps lead no further than this part of the way so far.
+/// A motion has stalled if [`LOOK_EVERY`] steps advance it by no more than this part of the time so far.
 const STALLED: f64 = 1e-9;
 
-/// A step ends with another acceleration than its series tells if they differ by this part of it, and after so many of these, each of which is shorter
-/// than its series allows, the motion goes back and forth about a place where the acceleration jumps.
+/// A trial step is torn if the acceleration at its end differs from that of its series by this part of
+/// itself. After the next number of torn steps, each shorter than its series allows, the motion oscillates
+/// about a place where the acceleration jumps.
 const TORN: f64 = 0.5;
 const BACK_AND_FORTH: u32 = 16;
 
 impl Integrator {
-    /// Counts the step that has been tried, if its acceleration at the end is not that of its series though longer ones were tried before, and that is no
-    /// rounding; and takes one that is good at once from the count. No series shows what jumps there, as a quotient by a norm does that passes zero.
+    /// Counts the trial step as torn if the acceleration at its end is not that of its series, longer steps
+    /// were tried before, and the difference is not rounding; a step that is accepted at once lowers the
+    /// count. Such a jump shows in no series, as that of a quotient by a norm that passes zero.
     #[cold]
     pub(super) fn count_torn(
         &mut self,
@@ -28,7 +30,7 @@ impl Integrator {
         tries: u32,
     ) {
         if tries == 0 {
-            // what is passed once, as a jump of a function of the user's, is forgotten
+            // a jump that is passed once, as of a user's function, is forgotten
             self.torn.0 = self.torn.0.saturating_sub(1);
         } else if defect >= TORN * acceleration
             && !self.is_rounding(equations, (defect, size), tries.max(rounding::TRIES))
@@ -40,7 +42,7 @@ impl Integrator {
         }
     }
 
-    /// Why the motion is not to go on, where it goes back and forth about a place.
+    /// The failure of a motion that oscillates about a place.
     pub(super) fn goes_back_and_forth(&self) -> Option<SeriesFailure> {
         let (steps, since) = self.torn;
         (steps >= BACK_AND_FORTH).then(|| SeriesFailure::BackAndForth {
@@ -49,7 +51,7 @@ impl Integrator {
         })
     }
 
-    /// Why the motion is not to go on, where it makes steps and gets no further, or has made as many as it may.
+    /// The failure of a motion that hardly advances, or has made the largest number of steps.
     #[cold]
     pub(super) fn has_stalled(&mut self) -> Option<SeriesFailure> {
         let (steps, now) = (self.steps, self.t.hi[0]);
@@ -89,7 +91,7 @@ impl Integrator {
             let a = if a.iter().all(|a| a.is_finite()) { a } else { &zero };
             deficiency::near_point(&equations.declaration(), AnyPoint { t, q, v, a })
         };
-        // what jumps may be what the equations hardly determine
+        // the jump may be a near-deficiency of the equations
         let cause = match cause {
             SeriesFailure::BackAndForth { steps, led } if open().is_some() => SeriesFailure::Stalls {
                 steps: steps.into(),
@@ -126,7 +128,7 @@ impl Integrator {
         })
     }
 
-    /// The failure where constraints depend on each other, if that may be why a run comes to its end here without a switch.
+    /// The failure by dependent constraints, if they may be the reason why a run ends here without a switch.
     #[cold]
     fn because_of_dependence(
         &self,

@@ -13,7 +13,7 @@ use crate::start::{self, Given, Start};
 use crate::system::System;
 use crate::tape::declaration::Declaration;
 
-/// A run of the continuous system, to a tolerance.
+/// A run of the continuous system to a tolerance.
 ///
 /// Each step expands the motion in a Taylor series and goes as far as the tolerance allows. The series gives the motion during
 /// the step. Position, velocity and time are compensated sums, so rounding errors do not add up over a million steps.
@@ -32,7 +32,7 @@ pub struct TaylorFlow<'s, const N: usize> {
 
 /// A [`TaylorFlow`] with any number of coordinates.
 pub struct AnyTaylorFlow<'s> {
-    /// What is compiled for the system.
+    /// The series of the system, compiled or interpreted.
     pub(super) equations: Box<dyn SeriesKernel + 's>,
     /// The motion.
     pub(super) motion: Integrator,
@@ -51,7 +51,7 @@ impl<const N: usize> fmt::Debug for TaylorFlow<'_, N> {
 }
 
 impl<'s> AnyTaylorFlow<'s> {
-    /// The motion of a series kernel, with the values that its parameters have, from a start.
+    /// The motion of a series kernel, with the current values of its parameters, from a start.
     ///
     /// # Errors
     ///
@@ -72,7 +72,8 @@ impl<'s> AnyTaylorFlow<'s> {
                 start::check_determined(&equations.declaration(), at, motion.acceleration())?;
                 Ok(Self { equations, motion })
             }
-            // what the equations for the acceleration leave open, or what in them has no value, says more than a series that is not finite
+            // a deficiency of the equations for the acceleration, or an expression without a value, is more
+            // specific than a series that is not finite
             Err(error) => {
                 match start::state_acceleration(&equations.declaration(), at, phase.near.as_deref()) {
                     Err(
@@ -100,12 +101,12 @@ impl<'s> AnyTaylorFlow<'s> {
         Ok(())
     }
 
-    /// Puts the nodes on a grid of times, a distance of `h` apart; see [`TaylorFlow::every`].
+    /// Sets the nodes to a grid of times, a distance of `h` apart; see [`TaylorFlow::every`].
     pub(super) fn put_on_grid(&mut self, h: f64) -> Result<(), SetupError> {
         let forward = self.motion.clock.is_forward();
         self.motion.every(h)?;
         if self.motion.watch.is_some() && forward != self.motion.clock.is_forward() {
-            // at a switch the motion back is that of the other piece
+            // at a switch the motion back belongs to the other piece
             self.motion.begin(&mut *self.equations);
             self.motion.stand_here();
         }
@@ -114,7 +115,7 @@ impl<'s> AnyTaylorFlow<'s> {
 }
 
 impl<'s, const N: usize> TaylorFlow<'s, N> {
-    /// Sets up a run forward in time; [`crate::Stepper::reverse`] turns it round.
+    /// Sets up a run forward in time; [`crate::Stepper::reverse`] reverses it.
     ///
     /// # Errors
     ///
@@ -163,8 +164,9 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
         self
     }
 
-    /// Sets a scale for the velocity of each coordinate: velocities are divided by these scales before their sizes are compared. By default they are compared as
-    /// numbers, but one that is below a thousandth of the largest counts as a thousandth.
+    /// Sets a scale for the velocity of each coordinate: velocities are divided by these scales before their
+    /// sizes are compared. By default they are compared as numbers, but one below a thousandth of the largest
+    /// counts as a thousandth.
     #[must_use]
     pub fn scales(mut self, scales: [f64; N]) -> Self {
         self.any.motion.scales(&scales);
@@ -183,13 +185,13 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
         self.any.motion.order()
     }
 
-    /// How many steps were made.
+    /// The number of steps that were made.
     #[must_use]
     pub fn steps(&self) -> u64 {
         self.any.motion.steps
     }
 
-    /// How many steps were rejected and made shorter.
+    /// The number of steps that were rejected and made shorter.
     #[must_use]
     pub fn rejected(&self) -> u64 {
         self.any.motion.rejected
@@ -201,25 +203,25 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
         self.any.motion.time()
     }
 
-    /// The position there.
+    /// The position at that time.
     #[must_use]
     pub fn position(&self) -> &[f64; N] {
         first(self.any.motion.now.q())
     }
 
-    /// The velocity there.
+    /// The velocity at that time.
     #[must_use]
     pub fn velocity(&self) -> &[f64; N] {
         first(self.any.motion.now.v())
     }
 
-    /// The acceleration there.
+    /// The acceleration at that time.
     #[must_use]
     pub fn acceleration(&self) -> &[f64; N] {
         first(self.any.motion.acceleration())
     }
 
-    /// The position with what rounding took from it.
+    /// The position as a compensated sum.
     pub(crate) fn exact_position(&self) -> Compensated<N> {
         let unknown = || [Compensated::exact([f64::NAN; N]); 2];
         self.any.motion.now.sized().unwrap_or_else(unknown)[0]
@@ -232,7 +234,7 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
     }
 }
 
-/// Numbers with their number of coordinates.
+/// The first numbers of a slice as an array.
 fn first<const N: usize>(numbers: &[f64]) -> &[f64; N] {
     numbers.first_chunk().unwrap_or(&[f64::NAN; N])
 }

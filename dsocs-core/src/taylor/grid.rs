@@ -17,7 +17,7 @@ use crate::number::dispatch;
 use crate::number::point::AnyPoint;
 use crate::run::{AnyPolynomial, AnyVisitor, Room, Run, RunError, Traced};
 
-/// So many points are worked out before they are handed on: whole groups of registers of any size.
+/// Number of points that are computed before they are handed out: a multiple of all groups of registers.
 const BUFFER: usize = 8 * REGISTERS;
 
 impl Run for AnyTaylorFlow<'_> {
@@ -51,13 +51,13 @@ impl Run for AnyTaylorFlow<'_> {
         &mut self.motion.clock
     }
 
-    /// Turns round in time. The motion back is computed to the tolerance, too, so it returns to its start to the tolerance, not to
-    /// rounding.
+    /// Reverses the run. The motion back is computed to the tolerance, too, so it returns to its start to the
+    /// tolerance, not to rounding.
     fn reverse(&mut self) -> Result<(), RunError> {
         self.motion.arrived = None;
         self.motion.torn.0 = 0;
         self.motion.clock.turn();
-        // at a knot or a switch the motion back is that of the other piece
+        // at a knot or a switch the motion back belongs to the other piece
         if !self.motion.knots.is_empty() || self.motion.watch.is_some() {
             self.motion.begin(&mut *self.equations);
         }
@@ -146,7 +146,7 @@ impl Run for AnyTaylorFlow<'_> {
 }
 
 impl AnyTaylorFlow<'_> {
-    /// Goes to the next node of the grid.
+    /// Moves to the next node of the grid.
     fn step_on_grid(&mut self, end: f64) -> Result<StepReport, RunError> {
         let (target, end) = self.motion.target(end);
         while !self.motion.covers(target) {
@@ -156,7 +156,7 @@ impl AnyTaylorFlow<'_> {
         Ok(self.motion.report())
     }
 
-    /// The same, shown.
+    /// [`AnyTaylorFlow::step_on_grid`] that shows the motion to a visitor.
     fn trace_on_grid(&mut self, end: f64, visit: &mut AnyVisitor<'_>) -> Result<Traced, RunError> {
         let (target, end) = self.motion.target(end);
         loop {
@@ -182,7 +182,7 @@ impl AnyTaylorFlow<'_> {
     }
 }
 
-/// What looks at nodes on the way, and may end the run.
+/// Receives nodes on the way, and may end the run.
 pub(super) type Visit<'a> = dyn FnMut(&Integrator) -> ControlFlow<()> + 'a;
 
 impl Integrator {
@@ -203,7 +203,7 @@ impl Integrator {
         Ok(())
     }
 
-    /// Puts the current node of a grid there.
+    /// Moves the current node of a grid to the end of the motion.
     pub(super) fn stand_here(&mut self) {
         let mut state = self.on_grid.take().unwrap_or_else(|| self.now.clone());
         state.copy(&self.now);
@@ -211,8 +211,8 @@ impl Integrator {
         self.on_grid = Some(state);
     }
 
-    /// Hands out the nodes that the steps have come to, and returns the time that the next ones go towards; breaks at the last node, and
-    /// where an observer ends the run.
+    /// Hands out the nodes that the steps have reached, and returns the time that the next steps go to.
+    /// Breaks at the last node, or if an observer ends the run.
     pub(super) fn hand_nodes_out(
         &mut self,
         equations: &dyn SeriesKernel,
@@ -244,7 +244,7 @@ impl Integrator {
         ControlFlow::Continue(self.towards(end))
     }
 
-    /// The time that steps go towards.
+    /// The time that steps go to.
     pub(super) fn towards(&self, end: &End) -> f64 {
         if self.on_grid.is_some() {
             self.target(end.time()).1
@@ -258,7 +258,7 @@ impl Integrator {
         self.covers(self.clock.time_of(self.clock.index() + 1))
     }
 
-    /// The time of the next node, and the time that the steps go towards.
+    /// The time of the next node, and the time that the steps go to.
     fn target(&self, end: f64) -> (f64, f64) {
         let target = self.clock.time_of(self.clock.index() + 1);
         let farther = if self.clock.is_forward() {
@@ -283,7 +283,7 @@ impl Integrator {
         self.polynomial().is_some() && self.covers(t)
     }
 
-    /// What has not been shown of the last step, up to a time.
+    /// The part of the last step that has not been shown, up to a time.
     fn part(&self, target: f64) -> Option<AnyPolynomial<'_>> {
         let whole = self.polynomial()?;
         if self.shown == self.time() || !self.covers(self.shown) {
@@ -298,14 +298,14 @@ impl Integrator {
         (part.from != part.to).then_some(part)
     }
 
-    /// Stands at the next node of the grid. Nothing is allocated.
+    /// Moves to the next node of the grid. Nothing is allocated.
     fn arrive_on_grid(&mut self, equations: &dyn SeriesKernel, target: f64) {
         match (self.last, &mut self.on_grid) {
             (Some((t, _)), Some(state)) => {
                 let Parts { q, v, a } = state.parts();
                 let ([q, q_low], [v, v_low]) = (q, v);
                 self.series.point((target - t.hi[0]) - t.lo[0], [q, v, a]);
-                // nobody else asks for them
+                // the low parts are used by projections alone
                 if self.projection.is_some() {
                     q_low.fill(0.0);
                     v_low.fill(0.0);
@@ -321,7 +321,8 @@ impl Integrator {
     }
 }
 
-/// The motion at some times, worked out several at a time: position, velocity and acceleration of each, one after the other. Nothing is allocated.
+/// The motion at some times, computed several at a time: position, velocity and acceleration of each, one
+/// after the other. Nothing is allocated.
 fn points(polynomial: &AnyPolynomial<'_>, times: &[f64], points: &mut [f64]) {
     fn values<const N: usize>(polynomial: &AnyPolynomial<'_>, times: &[f64], points: &mut [f64]) {
         dispatch::registers(Values::<N> {
@@ -339,10 +340,10 @@ fn points(polynomial: &AnyPolynomial<'_>, times: &[f64], points: &mut [f64]) {
     }
 }
 
-/// For a number of coordinates for which nothing is compiled of its own.
+/// Stands for any number of coordinates, where there is no instance for the number itself.
 const ANY: usize = 0;
 
-/// The motion of `N` coordinates, or of [`ANY`] number, at up to [`BUFFER`] times.
+/// The motion of `N` coordinates, or of any number for [`ANY`], at up to [`BUFFER`] times.
 struct Values<'a, 'f, const N: usize> {
     polynomial: AnyPolynomial<'f>,
     times: &'a [f64],
@@ -378,10 +379,12 @@ impl<const N: usize> WithSimd for Values<'_, '_, N> {
     }
 }
 
-/// Registers of times at once, as long as there are so many: chains of sums wait for themselves, and more of them have no room.
+/// Number of registers of times that are evaluated together: fewer dependent sums would wait, more would not
+/// fit.
 const REGISTERS: usize = 3;
 
-/// The motion of `n` coordinates at up to as many times as `R` registers hold, where there is room for all of them.
+/// The motion of `n` coordinates at up to as many times as `R` registers hold, as long as there is room for
+/// all of them.
 #[inline(always)]
 fn fill<S: Simd, const R: usize>(
     simd: S,

@@ -1,4 +1,4 @@
-//! Inputs of a continuous motion: it begins anew at the node, with the position and the momentum that it has there.
+//! Inputs of a continuous motion: it begins anew at the node, with its position and momentum there.
 
 use super::flow::{AnyTaylorFlow, TaylorFlow};
 use super::integrator::Arrived;
@@ -11,7 +11,7 @@ use crate::tape::declaration::Declaration;
 impl<const N: usize> Inputs<N> for TaylorFlow<'_, N> {}
 
 impl AnyTaylorFlow<'_> {
-    /// Begins anew at the current node with other values of the parameters.
+    /// Restarts at the current node with other values of the parameters.
     pub(super) fn go_on_with(&mut self, values: &[f64]) -> Result<(), RunError> {
         let Self { equations, motion } = self;
         let equations = &mut **equations;
@@ -19,7 +19,7 @@ impl AnyTaylorFlow<'_> {
         let behind = motion.polynomial().filter(|_| node != motion.time());
         let since = behind.map(|polynomial| polynomial.since(node));
         if let Some(since) = since {
-            // the nodes of a grid lie within steps
+            // nodes of a grid lie within steps
             motion.stop_at(equations, since);
         }
         let before = motion.now.clone();

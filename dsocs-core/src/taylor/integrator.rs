@@ -1,4 +1,4 @@
-//! The continuous motion, step by step, whatever the system's type.
+//! The integrator of the continuous motion, for systems of any type.
 
 use core::fmt;
 use std::borrow::Cow;
@@ -27,29 +27,30 @@ use crate::solve::newton::Stop;
 use crate::solve::rotation;
 use crate::start::Phase;
 
-/// How many steps a motion may take unless [`super::TaylorFlow::max_steps`] says otherwise.
+/// Largest number of steps of a motion, unless set by [`super::TaylorFlow::max_steps`].
 pub(super) const MAX_STEPS: u64 = 10_000_000;
 
-/// After so many steps each it is asked whether the motion gets on.
+/// Number of steps after which it is checked whether the motion advances.
 pub(super) const LOOK_EVERY: u64 = 1024;
 
-/// A time that is never reached. Terms of a series stay finite there, so that changes of sign are found on the way.
+/// A time that is never reached. Terms of a series stay finite there, so that changes of sign are found on
+/// the way.
 const FAR: f64 = 1e100;
 
-/// Where velocities have weights, they are looked at again if one becomes so many times the largest.
+/// Weights of velocities are computed again if one becomes this many times the largest.
 const GROWS: f64 = 2.0;
 
-/// Where a motion is, and how it goes on. What needs the system is given it.
+/// The state of a motion. Functions that need the system receive it as an argument.
 pub(crate) struct Integrator {
     /// The series of the last step.
     pub(super) series: Box<Series>,
-    /// The series at the current point; both change places with every step.
+    /// The series at the current point; the two are swapped with every step.
     pub(super) next: Box<Series>,
-    /// What the control asks of the series at the current point, where the step there told it.
+    /// The sizes in the series at the current point, if the last step has computed them.
     pub(super) known: Option<Sizes>,
     /// The control of the steps.
     pub(super) control: Control,
-    /// How large velocities are.
+    /// The sizes of velocities.
     pub(super) weights: Weights,
     /// The choice of the order.
     pub(super) order: Order,
@@ -59,47 +60,49 @@ pub(crate) struct Integrator {
     pub(super) t: Compensated<1>,
     /// The current position and velocity.
     pub(super) now: State,
-    /// Those at the end of a step that is tried.
+    /// Position and velocity at the end of the trial step.
     pub(super) tried: State,
     /// The number of steps so far.
     pub(super) steps: u64,
-    /// The number of steps that were not good.
+    /// The number of rejected steps.
     pub(super) rejected: u64,
-    /// How many steps are allowed.
+    /// The largest number of steps.
     pub(super) max_steps: u64,
     /// The smallest step.
     pub(super) smallest: f64,
-    /// Which node is the current one.
+    /// The number and the time of the current node.
     pub(super) clock: Clock,
-    /// Times at which steps end, in ascending order: those where the motion has no series.
+    /// Times at which steps end, in ascending order, because the motion has no series there.
     pub(super) knots: Vec<f64>,
-    /// What brings it back onto constraints of lower order.
+    /// The projection onto constraints of lower order.
     pub(super) projection: Option<Projection>,
-    /// What a system with switches needs.
+    /// The state of a system with switches.
     pub(super) watch: Option<Box<Watch>>,
-    /// What makes the velocity jump at the current point, and at which switch.
+    /// The cause of a jump of the velocity at the current point, and its switch.
     pub(super) jump: Option<(Option<Cow<'static, str>>, Jump)>,
-    /// Whether the motion begins anew at the current point, so that the last step says nothing of the next.
+    /// Whether the motion begins anew at the current point, so that the last step is no guide for the next.
     pub(super) is_new: bool,
-    /// The length of the step that led to the corner of a root, beyond which no step has gone yet.
+    /// The length of the step that led to the corner of a root, as long as no step has gone beyond.
     pub(super) corner: Option<f64>,
     /// The time where the motion began.
     pub(super) began: f64,
-    /// How many steps there were when it was last asked whether the motion gets on, and the time then.
+    /// The number of steps at the last check whether the motion advances, and the time then.
     pub(super) looked: (u64, f64),
-    /// How many more steps ended with another acceleration than their series tell than were good at once, and the time before them.
+    /// The number of torn steps minus the number of steps that were accepted at once since, and the time at
+    /// the first of them.
     pub(super) torn: (u32, f64),
-    /// How often the motion was expanded on the way to it.
+    /// The number of expansions since the last node.
     pub(super) expansions: u32,
     /// Position, velocity and acceleration at the current node, where nodes lie on a grid.
     pub(super) on_grid: Option<State>,
     /// The time up to which the motion has been shown; see [`crate::Stepper::trace`].
     pub(super) shown: f64,
-    /// How it arrived where inputs changed last.
+    /// The arrival at the node where inputs changed last.
     pub(super) arrived: Option<Box<Arrived>>,
 }
 
-/// How a motion arrives where inputs change. Several changes at one place are one: a velocity jumps from the values before all of them.
+/// The arrival at a change of inputs. Several changes at one place are one: the velocity jumps from the
+/// values before all of them.
 #[derive(Clone)]
 pub(super) struct Arrived {
     /// The number of steps to there, and the time.
@@ -123,7 +126,7 @@ impl fmt::Debug for Integrator {
 }
 
 impl Integrator {
-    /// A motion from a time, a position and a velocity, with an acceleration near the one that is expected.
+    /// A motion from a time, a position and a velocity, with an acceleration near the expected one.
     ///
     /// # Errors
     ///
@@ -171,7 +174,7 @@ impl Integrator {
         }
         motion.begin(equations);
         let mut coefficients = motion.next.velocities().iter();
-        // one whose higher orders leave the range of doubles does without them in its first step
+        // if its higher orders overflow or underflow, its first step does without them
         if coefficients.all(|x| x.is_finite()) || motion.may_begin_roughly() {
             Ok(motion)
         } else {
@@ -213,7 +216,7 @@ impl Integrator {
         self.t.hi[0]
     }
 
-    /// Position, velocity and acceleration there.
+    /// Position, velocity and acceleration at that time.
     pub(super) fn point(&self) -> AnyPoint<'_, f64> {
         AnyPoint {
             t: self.time(),
@@ -223,7 +226,7 @@ impl Integrator {
         }
     }
 
-    /// The acceleration there.
+    /// The acceleration at that time.
     pub(super) fn acceleration(&self) -> &[f64] {
         self.next.velocity_of(1)
     }
@@ -239,7 +242,7 @@ impl Integrator {
         })
     }
 
-    /// What is told of a number of expansions.
+    /// The report of a step.
     pub(super) fn report(&self) -> StepReport {
         StepReport {
             iterations: self.expansions,
@@ -248,7 +251,7 @@ impl Integrator {
         }
     }
 
-    /// Whether something rested on the last step.
+    /// How the last step ended: whether a body rested in it.
     fn stop(&self) -> Stop {
         if self.rested().is_some() {
             Stop::Sticks
@@ -314,8 +317,8 @@ impl Integrator {
         }
     }
 
-    /// Makes one step towards a time, as long as the tolerance allows, but not beyond it. An infinite time is one that lies
-    /// in the direction of the run, and never reached.
+    /// Makes one step towards a time, as long as the tolerance allows, but not beyond it. An infinite time
+    /// stands for one in the direction of the run that is never reached.
     pub(super) fn go(&mut self, equations: &mut dyn SeriesKernel, until: f64) -> Result<(), RunError> {
         let until = self.before_knot(until);
         let smallest = self.smallest_step(until);
@@ -350,7 +353,7 @@ impl Integrator {
             self.weigh(equations);
         }
         let rejected = self.rejected;
-        // a motion goes on anew from a corner
+        // a motion is restarted beyond a corner
         let outcome = if self.is_new
             && let Some(last) = self.corner.take()
         {
@@ -381,12 +384,12 @@ impl Integrator {
         }
     }
 
-    /// After how many steps it is asked whether the motion gets on, and is allowed to.
+    /// The number of steps at which it is checked whether the motion advances and may continue.
     pub(super) fn looks_at(&self) -> u64 {
         self.max_steps.min(self.looked.0 + LOOK_EVERY)
     }
 
-    /// Makes one step to a time, or as far as the tolerance allows. `left` is the way there.
+    /// Makes one step to a time, or as far as the tolerance allows. `left` is the distance to it.
     fn advance(
         &mut self,
         equations: &mut dyn SeriesKernel,
@@ -430,7 +433,7 @@ impl Integrator {
             } = trial.end;
             let whole = size == left.abs();
             let h = if whole { left } else { size.copysign(left) };
-            // at a corner the equations tell nothing
+            // at a corner the equations cannot be evaluated
             let judged_at = if at_corner { corner::JUDGED_AT * h } else { h };
             let t = if whole && !at_corner {
                 until
@@ -450,12 +453,12 @@ impl Integrator {
                 continue;
             }
             let is_knot = self.side(t, true) != self.side(t, false);
-            // a velocity that jumps where no expansion shows a switch
+            // a jump of the velocity without a known switch
             let jumps = !at_switch && !is_knot && self.moved(judged_at).is_some();
             let good = !jumps
                 && (self.control.good(&sizes, end, size, trial.is_rough)
                     || self.is_rounding(equations, (end[1], size), trial.tries));
-            // a jump of the acceleration is passed in a step that no clock would see
+            // a jump of the acceleration is passed in a step shorter than the rounding of the time
             if good || (size <= smallest && self.next.is_finite()) {
                 let h = self.beyond(equations, &trial, h);
                 match self.past(
@@ -494,7 +497,7 @@ impl Integrator {
         }
     }
 
-    /// Takes a step that has been tried.
+    /// Commits the trial step.
     fn make(&mut self, equations: &mut dyn SeriesKernel, made: &Made) {
         let Made { h, ref end, .. } = *made;
         if let Some(projection) = &mut self.projection {
@@ -523,14 +526,14 @@ impl Integrator {
         } else if self.is_new || self.watch.as_ref().is_some_and(|watch| watch.has_pieces) {
             self.go_on(equations);
         }
-        // beyond a knot the system may be another
+        // beyond a knot the system may have changed
         if made.is_knot {
             self.begin(equations);
         }
         self.jump = jump;
     }
 
-    /// Goes back to where a step began that has not been made.
+    /// Undoes a trial step that is not committed.
     #[cold]
     fn back(&mut self, outcome: Outcome) -> Outcome {
         core::mem::swap(&mut self.series, &mut self.next);
@@ -538,24 +541,24 @@ impl Integrator {
     }
 }
 
-/// A step that has been tried, and is good.
+/// An accepted trial step.
 struct Made {
     /// Its length.
     h: f64,
-    /// The time where it ends, if that is where the run was to go.
+    /// The time of its end, if that is where the run was to go.
     until: Option<f64>,
     end: End,
     /// Whether it ends at a knot.
     is_knot: bool,
-    /// What the control asks of the series at its end.
+    /// The sizes in the series at its end, for the step control.
     known: Sizes,
-    /// A time in which the motion changes.
+    /// A time scale of the motion.
     tau: f64,
-    /// Whether it is too short for a clock.
+    /// Whether it is shorter than the rounding of the time.
     is_short: bool,
 }
 
-/// How a step ended.
+/// The end of a step.
 pub(super) enum Outcome {
     Good,
     NotFinite,

@@ -1,4 +1,4 @@
-//! What makes a position or a velocity jump at the end of a step.
+//! Causes of a jump of a position or a velocity at the end of a step.
 
 use std::borrow::Cow;
 
@@ -10,42 +10,46 @@ use crate::error::series::Jump;
 use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
-/// A velocity that the constraints move at a switch by more than so many times the tolerance jumps there.
+/// A velocity jumps at a switch if the constraints move it by more than this many tolerances.
 const JUMPS: f64 = 100.0;
 
 /// And by more than this part of it.
 const LEAST_JUMP: f64 = 1e-7;
 
-/// How far beside a switch the Lagrangian is compared, as a part of a step, and by which part of its terms it jumps.
+/// Distance from a switch at which the Lagrangian is compared, as a part of a step; and the least jump,
+/// relative to its terms.
 const BESIDE: [f64; 2] = [1e-8, 1e-5];
 
-/// So much farther away, what jumps is not much larger: by no more than this part of it, the other way round.
+/// At a distance larger by this factor, the difference by a jump is larger by no more than one over the next
+/// constant.
 const FARTHER: f64 = 10.0;
 
 const JUMPS_NEAR: f64 = 0.5;
 
 impl Integrator {
-    /// The velocity at the end of a step of the length `h` that has been tried, if the constraints of lower order move it by more than the tolerance explains.
+    /// The velocity at the end of the trial step of the length `h`, if the constraints of lower order move it
+    /// by more than the tolerance explains.
     #[inline(always)]
     pub(super) fn moved(&self, h: f64) -> Option<&[f64]> {
         let projection = self.projection.as_ref()?;
         projection.moved(self.least_jump(), self.pace(h))
     }
 
-    /// How fast the motion is in a step of the length `h`.
+    /// The size of the velocity in a step of the length `h`.
     #[inline(always)]
     fn pace(&self, h: f64) -> f64 {
         let [v, a] = [0, 1].map(|k| size(self.series.velocity_of(k)));
         v.max(a * h.abs())
     }
 
-    /// The least part of a velocity or of a position that is a jump, where constraints move it.
+    /// The least relative change of a velocity or a position by the constraints that counts as a jump.
     #[inline(always)]
     fn least_jump(&self) -> f64 {
         (JUMPS * self.control.relative()).clamp(LEAST_JUMP, 0.1)
     }
 
-    /// What makes the position or the velocity jump at the end of a step of the length `h`, where something is switched.
+    /// The cause of a jump of the position or the velocity at the end of a step of the length `h` at a
+    /// switch, with the switch.
     #[cold]
     #[inline(never)]
     pub(super) fn jump_after(
@@ -60,11 +64,11 @@ impl Integrator {
             .and_then(|projection| projection.shifted(self.least_jump(), way))
             .map(<[f64]>::to_vec);
         let by = if let Some(before) = &shifted {
-            // and at the place where it is
+            // and set back to the place before the constraints moved it
             self.now.set_position(before);
             Jump::Position
         } else if let Some(before) = self.moved(h).map(<[f64]>::to_vec) {
-            // the motion ends with the velocity that it has
+            // the motion ends with the velocity before the jump
             self.now.set_velocity(&before);
             Jump::Constraint
         } else if self.jumps_in_action(&equations.declaration(), h) {
@@ -81,8 +85,9 @@ impl Integrator {
         Some((switch.map(|(group, place)| equations.switch(group, place)), by))
     }
 
-    /// Whether the Lagrangian jumps with the position or the velocity, or the momentum does, at the end of a step of the length `h`. One that
-    /// jumps in time alone, as a force that is switched on does, changes no velocity.
+    /// Whether the Lagrangian jumps with the position or the velocity, or the momentum does, at the end of a
+    /// step of the length `h`. A jump in time alone, such as a force that is switched on, does not change the
+    /// velocity.
     fn jumps_in_action(&self, declaration: &Declaration<'_>, h: f64) -> bool {
         let [part, least] = BESIDE;
         let beside = part * h;
@@ -96,7 +101,7 @@ impl Integrator {
             let way: Vec<f64> = v.iter().map(|v| s * v).collect();
             (rotation::moved(&declaration.shape().rotations, q, &way), after)
         };
-        // the Lagrangian, and the power of the momentum
+        // the Lagrangian, and the product of momentum and velocity
         let values = |t: f64, (q, v): &(Vec<f64>, Vec<f64>)| {
             let [l, e] = [declaration.lagrangian(t, q, v), declaration.energy(t, q, v)];
             [l, l + e, l.abs().max(e.abs())]
@@ -112,7 +117,7 @@ impl Integrator {
             ]
         };
         let (near, far) = (jumps(beside), jumps(FARTHER * beside));
-        // what is smooth grows with the distance
+        // the difference of a smooth function grows with the distance
         (0..2).any(|k| near[k] > least * near[2] && near[k] > JUMPS_NEAR * far[k])
     }
 }

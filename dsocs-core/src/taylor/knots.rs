@@ -1,4 +1,4 @@
-//! Times at which steps end, since the motion has no series there.
+//! Times at which steps end, because the motion has no series there.
 
 use super::integrator::Integrator;
 
@@ -19,8 +19,8 @@ impl Integrator {
         }
     }
 
-    /// A time as it is seen from ahead of it or from behind, in the direction of the run: what is known by pieces belongs to the
-    /// right one at a knot.
+    /// A time seen from ahead or from behind, in the direction of the run, so that piecewise functions of
+    /// time use the right piece at a knot.
     pub(super) fn side(&self, t: f64, ahead: bool) -> f64 {
         let is_knot =
             !self.knots.is_empty() && self.knots.binary_search_by(|knot| knot.total_cmp(&t)).is_ok();
@@ -31,7 +31,7 @@ impl Integrator {
         }
     }
 
-    /// Puts knots among those that there are.
+    /// Adds knots.
     pub(super) fn add_knots(&mut self, knots: impl IntoIterator<Item = f64>) {
         self.knots
             .extend(knots.into_iter().filter(|knot| knot.is_finite()));

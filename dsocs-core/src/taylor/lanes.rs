@@ -1,4 +1,4 @@
-//! Expansions of several motions side by side, which are compiled for each kind of register.
+//! Expansions of several motions in lanes, compiled for each kind of register.
 
 use wide::f64x8;
 
@@ -16,20 +16,20 @@ use crate::system::System;
 /// Vectors, `[component][lane]`.
 type Vectors<const N: usize> = [[f64; LANES]; N];
 
-/// Where motions are, by lanes.
+/// The states of the motions, by lanes.
 pub(super) struct Ends {
     /// Times.
     pub t: [f64; LANES],
-    /// Positions, and what rounding took from them.
+    /// Positions, high and low parts.
     q: [Box<[[f64; LANES]]>; 2],
-    /// Velocities.
+    /// Velocities, high and low parts.
     v: [Box<[[f64; LANES]]>; 2],
-    /// Accelerations by the series that lead there.
+    /// Accelerations at the ends of the last series.
     a: Box<[[f64; LANES]]>,
 }
 
 impl Ends {
-    /// At zero.
+    /// All states at zero.
     pub fn new(dimension: usize) -> Self {
         let zero = || vec![[0.0; LANES]; dimension].into_boxed_slice();
         Self {
@@ -40,7 +40,7 @@ impl Ends {
         }
     }
 
-    /// Puts the position and the velocity of one motion into its lane.
+    /// Sets the position and the velocity of one lane.
     #[inline]
     pub fn set<const N: usize>(&mut self, lane: usize, t: f64, state: &mut State) {
         let (lane, rooms) = (lane % LANES, self.q.iter_mut().chain(&mut self.v));
@@ -54,7 +54,7 @@ impl Ends {
         }
     }
 
-    /// Takes position, velocity and acceleration out of one lane.
+    /// Reads position, velocity and acceleration of one lane.
     #[inline]
     pub fn get<const N: usize>(&self, lane: usize, state: &mut State) {
         let [[q, q_low], [v, v_low]] = [&self.q, &self.v].map(|[hi, lo]| [hi, lo]);
@@ -69,40 +69,42 @@ impl Ends {
     }
 }
 
-/// The series of eight motions, in any kind of register. Each has an order of its own: beyond it its coefficients are zero.
+/// The series of eight motions, in any kind of register. Each has its own order, beyond which its
+/// coefficients are zero.
 pub(super) trait LaneSeries {
-    /// Gives the parameters of the motion in a lane other values.
+    /// Sets the parameters of the motion in a lane.
     fn set_parameters(&mut self, lane: usize, values: &[f64]);
 
-    /// Goes a time `h` along each series, from the points of expansion.
+    /// Evaluates each series a time `h` after its point of expansion.
     fn arrive(&mut self, h: &[f64; LANES], ends: &mut Ends);
 
-    /// Expands the motions there, to the order of each. Coefficients from the order `first` on will be asked for.
+    /// Expands the motions there, to the order of each. Coefficients from the order `first` on will be read.
     fn expand(&mut self, ends: &Ends, orders: &[usize; LANES], first: usize);
 
-    /// The new series take the place of the old ones, but for the lanes whose bits are set.
+    /// Replaces the old series by the new ones, except in the lanes of `back`, as bits.
     fn go_on(&mut self, back: u32);
 
-    /// What the control of a step asks of the new series in a lane: its velocity's coefficients of the orders 0, 1 and `first` to the last.
+    /// Reads the coefficients of the new series in a lane that the step control needs: those of the velocity
+    /// of the orders 0, 1 and `first` to the last.
     fn tell(&self, lane: usize, first: usize, series: &mut Series);
 
-    /// Takes a series for a lane.
+    /// Sets the series of a lane.
     fn take(&mut self, lane: usize, series: &Series);
 
     /// The series before the last [`LaneSeries::go_on`].
     fn last(&self, lane: usize, series: &mut Series);
 
-    /// Lets a lane be idle.
+    /// Marks a lane as idle.
     fn clear(&mut self, lane: usize);
 
     /// The switches of the declaration in a lane.
     fn switches(&mut self, lane: usize) -> &mut [Switch];
 
-    /// Whether a function of the user's has compared something in a lane.
+    /// Whether a user's function has made a comparison in a lane.
     fn has_compared(&mut self, lane: usize) -> bool;
 }
 
-/// The series with the instructions that are asked for, or the widest that there are below them.
+/// The series with the requested instructions, or the widest available below them.
 pub(super) fn engine<'s, S: System<N>, const N: usize>(
     instructions: Instructions,
     system: &'s S,
@@ -127,23 +129,23 @@ pub(super) fn engine<'s, S: System<N>, const N: usize>(
 
 /// The series in registers of one kind.
 struct Expansions<'s, R: Chosen, S: System<N>, const N: usize> {
-    /// What tells that the machine has them.
+    /// Proof that the machine has them.
     token: R::Token,
-    /// The system, for what is not a parameter.
+    /// The system, for everything but the parameters.
     system: &'s S,
     /// The parameters.
     parameters: S::Parameters<Lanes<R>>,
-    /// What they decide.
+    /// The expressions of the parameters.
     fixed: S::Fixed<Lanes<R>>,
-    /// What is kept of the orders before.
+    /// The coefficients of lower orders that the recurrences need.
     table: S::Table<Lanes<R>>,
     /// The series at the current points.
     series: Series<Lanes<R>>,
-    /// The series at the ends of the steps that are tried.
+    /// The series at the ends of the trial steps.
     next: Series<Lanes<R>>,
-    /// Coefficients of their velocities, taken out of registers.
+    /// Coefficients of their velocities, copied out of registers.
     told: Box<[Vectors<N>; ROWS]>,
-    /// The same of their positions, where there are rotations, whose steps these decide, too.
+    /// Those of their positions, if there are rotations, which limit the steps, too.
     told_positions: Vec<Vectors<N>>,
 }
 
@@ -178,7 +180,7 @@ fn loaded<R: Chosen, const N: usize>(x: &[[f64; LANES]]) -> [Lanes<R>; N] {
     lanes
 }
 
-/// The same taken out of them.
+/// [`loaded`] reversed: copies vectors out of registers.
 #[inline(always)]
 fn stored<R: Chosen, const N: usize>(lanes: &[Lanes<R>; N], x: &mut [[f64; LANES]]) {
     for (x, &lanes) in x.iter_mut().zip(lanes) {
@@ -186,7 +188,7 @@ fn stored<R: Chosen, const N: usize>(lanes: &[Lanes<R>; N], x: &mut [[f64; LANES
     }
 }
 
-/// The lanes whose order is not lower, as bits.
+/// The lanes whose order is at least `least`, as bits.
 #[inline(always)]
 fn lanes_where(orders: &[usize; LANES], least: usize) -> u32 {
     let mut bits = 0;

@@ -1,4 +1,4 @@
-//! How long a step may be.
+//! The length of a step.
 
 use super::control::{Sizes, exp2};
 use super::integrator::Integrator;
@@ -7,8 +7,8 @@ use crate::number::larger;
 use crate::solve::rotation;
 
 impl Integrator {
-    /// Does without the orders whose coefficients leave the range of doubles: in a unit of time that is long for the motion, as a second is for an
-    /// electron in a magnetic field, or short.
+    /// Drops the orders whose coefficients leave the range of doubles: this happens if the unit of time is
+    /// long or short for the motion, as a second is for an electron in a magnetic field.
     #[cold]
     #[inline(never)]
     pub(super) fn cut_to_range(&mut self) {
@@ -18,7 +18,7 @@ impl Integrator {
         }
     }
 
-    /// The length of the step that the tolerance allows, by the series of its beginning.
+    /// The length of a step that the tolerance allows, from the series of its beginning.
     #[inline]
     pub(super) fn wanted(&mut self, sizes: &Sizes) -> f64 {
         let Self {
@@ -47,13 +47,13 @@ impl Integrator {
     pub(super) fn length(&mut self, equations: &dyn SeriesKernel, sizes: &Sizes) -> f64 {
         let mut wanted = self.wanted(sizes);
         if wanted.is_nan() {
-            // also where nothing moves, and nothing makes it do so
+            // also if nothing moves and no force acts
             wanted = self.control.first_step(&self.series, self.order.current());
         }
         self.limited(equations, wanted)
     }
 
-    /// The length of a step that the tolerance allows, if rotations allow it.
+    /// The length of a step that the tolerance allows, limited by rotations.
     #[inline]
     pub(super) fn limited(&self, equations: &dyn SeriesKernel, wanted: f64) -> f64 {
         let rotations = &equations.kernel().shape().rotations;
@@ -63,12 +63,12 @@ impl Integrator {
         let p = self.order.current();
         let log = |k: usize| self.control.log_for(self.largest_turn(rotations, k), k);
         let turns = exp2(log(p - 1).min(log(p)));
-        // false also where it is no number
+        // the tolerance's own length also for a NaN
         if wanted > turns { turns } else { wanted }
     }
 
-    /// The largest coefficient of an order of the quaternions of rotations, which may limit a step: where a body spins evenly its angular velocity says
-    /// nothing of it.
+    /// The largest coefficient of order `k` of the quaternions of rotations. It may limit a step, since the
+    /// angular velocity of a body that spins uniformly does not.
     #[inline(never)]
     fn largest_turn(&self, rotations: &[usize], k: usize) -> f64 {
         let n = self.series.dimension();
@@ -81,7 +81,7 @@ impl Integrator {
             .fold(0.0_f64, |largest, c| larger(largest, c.abs()))
     }
 
-    /// What the control of the step asks of the series of its beginning, which has just become the last one.
+    /// The sizes in the series of the step's beginning, which has just become the last one.
     #[inline]
     pub(super) fn sizes(&mut self) -> Sizes {
         match self.known.take() {
@@ -90,7 +90,7 @@ impl Integrator {
         }
     }
 
-    /// Sets in what units the components compare.
+    /// Sets the scales with which components are compared.
     pub(super) fn scales(&mut self, scales: &[f64]) {
         let weights: Vec<f64> = scales.iter().map(|scale| scale.recip()).collect();
         self.control.weigh(&weights);

@@ -50,28 +50,32 @@
 //!
 //! # Limits
 //!
-//! *Jumps and corners.* A function with a jump or a corner (`if`, `abs`, `signum`, `min`) consists of pieces, and a series is valid in one
-//! piece. The sign of an argument, such as that of `abs`, decides which piece it is. So a step ends where such an argument changes its sign. This
-//! place is found to rounding. The next series belongs to the next piece. If the motion is led back to this place from both sides, as by dry
-//! friction at rest, no piece continues it. Where functions jump with the velocity, the motion then rests there, and goes on by polynomials that agree with
-//! the equations at several places of a step, up to where it is torn off. Elsewhere the run ends with [`SeriesFailure::Sticks`]. Where the velocity
-//! would have to jump, as that of a bead at the corner of a wire, it ends with [`SeriesFailure::Jumps`]. Corners of roots, as of `√(u²)`, and jumps and
-//! corners of angles, as of `asin(sin u)` and `atan2`, are found by their own series, which lead beyond the ranges of these functions; the first step beyond takes the series of its end. Branches that depend on the values of numbers
-//! ([`crate::Real::re`]) are not found. There the steps become short.
+//! *Jumps and corners.* A function with a jump or a corner (`if`, `abs`, `signum`, `min`) consists of pieces,
+//! and a series is valid in one piece. The sign of an argument, such as that of `abs`, selects the piece. So
+//! a step ends where such an argument changes its sign. This place is located to rounding. The next series
+//! belongs to the next piece. If the motion is led back to this place from both sides, as by dry friction at
+//! rest, no piece continues it. If functions jump with the velocity, the motion then rests there, and goes on
+//! by polynomials that satisfy the equations at several places of a step, until it is released. Otherwise the
+//! run ends with [`SeriesFailure::Sticks`]. If the velocity would have to jump, as that of a bead at the
+//! corner of a wire, it ends with [`SeriesFailure::Jumps`]. Corners of roots, as of `√(u²)`, and jumps and
+//! corners of inverse trigonometric functions, as of `asin(sin u)` and `atan2`, are found by the functions'
+//! own series, which lead beyond their ranges; the first step beyond takes the series of its end. Branches on
+//! the values of numbers ([`crate::Real::re`]) are not found. There the steps become short.
 //!
 //! *Constraints on positions and velocities* are differentiated until accelerations appear. After each step, position and velocity are
 //! projected onto these constraints by the smallest change. So the nodes obey them to rounding, and the motion between the nodes obeys them to
 //! within the tolerance.
 //!
-//! *Rounding.* High orders make long steps, in which large terms of opposite signs cancel. If the last two digits matter, set a lower
-//! [`Tolerance::order`]. What comes to rest moves in the end by less than a rounding of its position: there the velocity is as accurate as forces at that position
-//! are known, and not to the tolerance.
+//! *Rounding.* High orders make long steps, in which large terms of opposite signs cancel. If the last two
+//! digits matter, set a lower [`Tolerance::order`]. A body that comes to rest moves in the end by less than a
+//! rounding of its position: there the velocity is as accurate as the forces at the rounded position are, and
+//! not to the tolerance.
 
-// what runs under `dispatch` has to be inlined there, or it would not be compiled for the machine's own instructions
+// code under `dispatch` has to be inlined there to be compiled for the machine's own instructions
 #![allow(clippy::inline_always)]
 // times are reached exactly, and zeros are exact
 #![allow(clippy::float_cmp)]
-// recurrences read several orders at a time, by index, as they stand in the books
+// recurrences are indexed by order, several at a time, as in textbooks
 #![allow(clippy::needless_range_loop)]
 
 mod block;

@@ -1,4 +1,4 @@
-//! The continuous motion at times that come one by one, and how far another motion is from it.
+//! The continuous motion at given times, and the distance of another motion from it.
 
 use super::Tolerance;
 use super::flow::{AnyTaylorFlow, TaylorFlow};
@@ -50,12 +50,12 @@ struct AnyMotion<'s> {
     flow: AnyTaylorFlow<'s>,
     /// The start.
     start: OwnedPoint<f64>,
-    /// The last time that will be asked for.
+    /// The last time that will be requested.
     until: f64,
 }
 
 impl<'s> AnyMotion<'s> {
-    /// The motion of a flow that stands at its start, or why there is none.
+    /// The motion of a flow at its start, or the error.
     fn of(flow: Result<AnyTaylorFlow<'s>, SetupError>, until: f64) -> Result<Self, RunError> {
         if !until.is_finite() {
             return Err(RunError::Until { until });
@@ -80,7 +80,7 @@ impl<'s> AnyMotion<'s> {
     }
 }
 
-/// The step in which a time lies on the way from a start to the time `until`; `None` for the start.
+/// The step that contains a time on the way from a start to the time `until`; `None` for the start.
 fn reach<'f>(
     flow: &'f mut AnyTaylorFlow<'_>,
     start: f64,
@@ -164,8 +164,8 @@ impl<'s, const N: usize> GlobalError<'s, N> {
         Ok(distances)
     }
 
-    /// The uncertainty of the continuous motion itself, up to the last time: no less than what rounding makes of a position and a time. Estimated errors below it are
-    /// meaningless.
+    /// The uncertainty of the continuous motion itself, up to the last time; at least the rounding of
+    /// position and time. Estimated errors below it are meaningless.
     #[must_use]
     pub fn uncertainty(&self) -> f64 {
         self.0.uncertainty()
@@ -177,17 +177,17 @@ type Begin<'s> = dyn Fn(Tolerance) -> Result<AnyTaylorFlow<'s>, SetupError> + 's
 
 /// [`GlobalError`] of a system without its type.
 pub struct AnyGlobalError<'s> {
-    /// Begins them.
+    /// Begins the motions.
     begin: Box<Begin<'s>>,
-    /// Up to when.
+    /// The last time that will be requested.
     until: f64,
-    /// Whether they are those to the larger tolerances.
+    /// Whether the motions are those to the larger tolerances.
     is_coarse: bool,
-    /// The motions, the one that counts first.
+    /// The motions, the more accurate one first.
     motions: [AnyMotion<'s>; 2],
-    /// The largest distance of the two so far.
+    /// The largest distance of the two motions so far.
     uncertainty: f64,
-    /// The time that was asked for last, and the position then.
+    /// The time of the last call, and the position then.
     last: Option<(f64, Vec<f64>)>,
 }
 
@@ -209,7 +209,8 @@ impl<'s> AnyGlobalError<'s> {
         Tolerance::relative(1e-17).order(22),
     ];
 
-    /// Those where no motion can be computed to these, as beside a corner that hides in an angle, of which rounding leaves no place.
+    /// Tolerances for systems of which no motion can be computed to [`Self::REFERENCES`], such as near a
+    /// corner of an angle whose place is lost in rounding.
     const COARSE: [Tolerance; 2] = [Tolerance::relative(1e-13), Tolerance::relative(1e-12)];
 
     /// The error of motions of a system that was read from a text, from a start up to the time `until`.
@@ -223,7 +224,7 @@ impl<'s> AnyGlobalError<'s> {
         Self::of(Box::new(begin), until)
     }
 
-    /// The error of motions up to the time `until` from those that a function begins.
+    /// The error of motions up to the time `until`; `begin` begins the reference motions.
     fn of(begin: Box<Begin<'s>>, until: f64) -> Result<Self, RunError> {
         let motions = motions(&*begin, Self::REFERENCES, until)?;
         Ok(Self {
@@ -245,7 +246,7 @@ impl<'s> AnyGlobalError<'s> {
         Ok([truth, other])
     }
 
-    /// Goes on by motions to larger tolerances. Returns whether there are some.
+    /// Continues with motions to larger tolerances. Returns whether there are some.
     #[cold]
     fn coarsen(&mut self) -> bool {
         if self.is_coarse {
@@ -256,8 +257,8 @@ impl<'s> AnyGlobalError<'s> {
         found.map(|found| self.motions = found).is_ok()
     }
 
-    /// Puts the absolute differences from the continuous motion at the time `t` in the place of a position. The times have to be in the order of the
-    /// motion.
+    /// Replaces a position by its absolute differences from the continuous motion at the time `t`. The times
+    /// have to be in the order of the motion.
     ///
     /// # Errors
     ///
@@ -281,7 +282,8 @@ impl<'s> AnyGlobalError<'s> {
         Ok(())
     }
 
-    /// The uncertainty of the continuous motion itself, up to the last time: no less than what rounding makes of a position and a time.
+    /// The uncertainty of the continuous motion itself, up to the last time; at least the rounding of
+    /// position and time.
     #[must_use]
     pub fn uncertainty(&self) -> f64 {
         self.uncertainty
@@ -300,12 +302,12 @@ fn motions<'s>(
     ])
 }
 
-/// What rounding makes of a position that is reached at a time, with a velocity: two motions may agree in every digit that they have, and these are rounded, as those of the
-/// time are.
+/// The rounding error of a position at a time, with a velocity: two reference motions may agree in all
+/// digits, which are rounded themselves, as is the time.
 #[doc(hidden)]
 #[must_use]
 pub fn rounding(t: f64, q: f64, v: f64) -> f64 {
     let moved = (v * t).abs();
-    // a velocity that has no value is that of two equal times
+    // a velocity without a value is that of two equal times
     f64::EPSILON * (q.abs() + if moved.is_finite() { moved } else { 0.0 })
 }

@@ -1,4 +1,4 @@
-//! Coefficients with their derivatives in several directions.
+//! Coefficients with derivatives in several directions.
 
 // parts of every operation of the recurrences
 #![allow(clippy::inline_always)]
@@ -11,7 +11,7 @@ use crate::number::tangent::{PLACES, Tangent};
 use crate::series::coefficient::Coefficient;
 use crate::solve::elimination;
 
-/// So many directions go together.
+/// Number of directions that are computed together.
 pub(super) const DIRECTIONS: usize = 4;
 
 /// A number and its derivatives.
@@ -24,7 +24,8 @@ pub struct Moved {
 }
 
 impl Moved {
-    /// A function's value, and the chain rule. What does not move stays, however steep the function.
+    /// A function's value, and its derivatives by the chain rule. Zero derivatives stay zero, also where the
+    /// slope is infinite.
     #[inline(always)]
     fn chain(self, value: f64, slope: f64) -> Self {
         Self {
@@ -33,7 +34,7 @@ impl Moved {
         }
     }
 
-    /// A function whose slope dual numbers know.
+    /// A function whose slope comes from dual numbers.
     #[inline]
     fn function(self, function: impl Fn(Tangent) -> Tangent) -> Self {
         let result = function(Tangent::new(self.value, 1.0));

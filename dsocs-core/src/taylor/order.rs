@@ -1,27 +1,27 @@
 //! The order of the series.
 //!
-//! A higher order makes longer steps that cost more. How much longer depends on the motion: where the radius of convergence
-//! is the same for all orders, Jorba and Zou's choice is near the best; an entire function, such as a motion on a circle,
-//! gains more. So every now and then a step is expanded to a higher order than it needs, which tells how long steps of
-//! neighbouring orders would have been.
+//! A higher order makes longer steps that cost more. How much longer depends on the motion: if the radius of
+//! convergence is the same for all orders, Jorba and Zou's choice is near the best; an entire function, such
+//! as a motion on a circle, gains more. So every now and then a step is expanded to a higher order than it
+//! needs, which tells the lengths of steps of neighbouring orders.
 
 use super::control::{Control, Tolerance, log2};
 use crate::series::orders::MAX_ORDER;
 use crate::series::rows::Series;
 
-/// By how much the order changes.
+/// The change of the order.
 const CHANGE: usize = 4;
-/// So many expansions decide together.
+/// Number of such expansions before a decision.
 const PROBES: u32 = 4;
-/// Between them lie so many steps; fewer as long as the order is being found.
+/// Number of steps between them; smaller as long as the order is being found.
 const INTERVAL: u32 = 15;
 const FIRST_INTERVAL: u32 = 1;
-/// Something has to be gained (binary logarithm).
+/// The least gain for a change of order (binary logarithm).
 const LEAST_GAIN: f64 = 0.03;
-/// The lowest order, and the highest: beyond, what is gained is little, and large terms of both signs cancel.
+/// The lowest order, and the highest: beyond it little is gained, and large terms of both signs cancel.
 const LOWEST: usize = 6;
 const HIGHEST: usize = 28;
-/// The highest where rounding is all that is left of the error.
+/// The highest order if the error is only rounding.
 const HIGHEST_EXACT: usize = 22;
 
 /// The choice of the order.
@@ -29,13 +29,13 @@ const HIGHEST_EXACT: usize = 22;
 pub(super) struct Order {
     current: usize,
     highest: usize,
-    /// No expansion goes beyond.
+    /// The highest order of all expansions.
     limit: usize,
     fixed: bool,
     countdown: u32,
     interval: u32,
     probes: u32,
-    /// Summed logarithms: how much more way a unit of work makes at the order above, and below.
+    /// Sums of logarithms: the gain in distance per unit of work at the order above, and below.
     gains: [f64; 2],
 }
 
@@ -83,7 +83,7 @@ impl Order {
         (self.current + CHANGE).min(self.limit)
     }
 
-    /// Stays with the orders up to `limit` from now on, if that is enough for steps.
+    /// Limits the orders to `limit` from now on; returns whether that is enough for steps.
     pub(super) fn limit(&mut self, limit: usize) -> bool {
         let is_enough = limit >= LOWEST.min(self.current);
         if is_enough {
@@ -94,7 +94,7 @@ impl Order {
         is_enough
     }
 
-    /// Learns from an expansion that is longer than it would have to be.
+    /// Evaluates an expansion to a higher order than the step needs.
     #[inline(always)]
     pub(super) fn learn(&mut self, control: &Control, series: &Series, log_size: f64) {
         if !self.fixed && series.order() >= self.current + CHANGE {
@@ -109,7 +109,7 @@ impl Order {
         let below = self.below();
         for (gain, other) in self.gains.iter_mut().zip([order + CHANGE, below]) {
             let difference = worth(other) - here;
-            // a series that ends says nothing
+            // a series that ends gives no information
             *gain += if difference.is_finite() { difference } else { 0.0 };
         }
         self.probes += 1;
@@ -130,8 +130,9 @@ impl Order {
     }
 }
 
-/// The binary logarithm of the work of a step, in units that do not matter: something for the step itself, something for
-/// each order, and the convolutions, which are short beside it (measured on the particle, the pendulum and a chain).
+/// The binary logarithm of the work of a step, in arbitrary units: a part for the step itself, one for each
+/// order, and the convolutions, which are small beside it (measured on the particle, the pendulum and a
+/// chain).
 fn log_work(p: usize) -> f64 {
     let p = p as f64;
     log2(6.0 + p + p * p / 60.0)

@@ -1,25 +1,25 @@
-//! Pieces of what is given by pieces, along a way.
+//! The pieces of piecewise functions along a path.
 
 use crate::solve::Vector;
 use crate::start::place::Place;
 use crate::tape::declaration::Declaration;
 
-/// An event is found up to this part of the step.
+/// Relative accuracy to which an event is located in a step.
 pub(super) const FOUND: f64 = 4.0 * f64::EPSILON;
 
-/// Arguments that differ by less than this part of themselves are one.
+/// Arguments that differ by less than this part of themselves are the same.
 pub(super) const SAME: f64 = 1e-12;
 
-/// The pieces of what is given by pieces.
+/// The pieces of piecewise functions.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Known {
-    /// The arguments of what changes its piece with a sign, where they were other than zero last.
+    /// The last nonzero values of the arguments whose sign selects a piece.
     pub(super) arguments: Vec<f64>,
-    /// Between which samples the argument of each table is.
+    /// For each table, the index of the interval between samples that contains its argument.
     pub(super) samples: Vec<usize>,
 }
 
-/// The first place between two at which something is true that is true at the second, up to rounding.
+/// The first place between two at which a condition holds that holds at the second, up to rounding.
 pub(super) fn first([mut low, mut high]: [f64; 2], is_beyond: &dyn Fn(f64) -> bool) -> f64 {
     while high - low > FOUND * high {
         let middle = 0.5 * (low + high);
@@ -35,21 +35,21 @@ pub(super) fn first([mut low, mut high]: [f64; 2], is_beyond: &dyn Fn(f64) -> bo
     high
 }
 
-/// The pieces of what is given by pieces, along a way.
+/// The pieces of piecewise functions, along a path.
 pub(super) struct Pieces<'a> {
     pub(super) declaration: Declaration<'a>,
-    /// Which arguments are those of sides, and looked at as such.
+    /// Whether each argument is that of a side, which is watched separately.
     pub(super) of_sides: Vec<bool>,
-    /// The time at which the way begins, and its length.
+    /// The time at the beginning of the path, and its length.
     pub(super) times: (f64, f64),
-    /// Position and velocity at a part of it.
+    /// Position and velocity at a part of the path.
     pub(super) way: &'a dyn Fn(f64) -> (Vector, Vector),
-    /// Those so far.
+    /// The pieces so far.
     pub(super) known: Known,
 }
 
 impl<'a> Pieces<'a> {
-    /// Those of a way, from what is known of them before; `None` if nothing is given by pieces.
+    /// The pieces of a path, from those before it; `None` if nothing is piecewise.
     pub(super) fn new(
         declaration: Declaration<'a>,
         known: Option<&Known>,
@@ -78,7 +78,7 @@ impl<'a> Pieces<'a> {
         Some(pieces)
     }
 
-    /// Those at a part of the way.
+    /// The pieces at a part of the path.
     pub(super) fn at(&self, x: f64) -> Known {
         let (q, v) = (self.way)(x);
         let place = Place::of_phase(self.times.0 + x * self.times.1, q, v);
@@ -98,7 +98,7 @@ impl<'a> Pieces<'a> {
         }
     }
 
-    /// Remembers them, and the signs of arguments that are not zero.
+    /// Stores the pieces, and the signs of arguments that are not zero.
     pub(super) fn take(&mut self, now: Known) {
         for (known, argument) in self.known.arguments.iter_mut().zip(now.arguments) {
             if argument != 0.0 {
@@ -123,7 +123,8 @@ impl<'a> Pieces<'a> {
     }
 }
 
-/// Which arguments of what is given by pieces are those of sides: at another velocity, where none is zero, they are equal.
+/// Whether each argument of piecewise functions is that of a side: the two are equal at another velocity,
+/// where none is zero.
 pub(super) fn of_sides(declaration: &Declaration<'_>, t: f64, (q, mut v): (Vector, Vector)) -> Vec<bool> {
     for (i, v) in v.iter_mut().enumerate() {
         *v += (1.0 + v.abs()) * (0.37 + 0.11 * i as f64);

@@ -1,7 +1,8 @@
-//! The motion brought back onto holonomic and nonholonomic constraints after each step.
+//! Projection of the motion onto holonomic and nonholonomic constraints after each step.
 //!
-//! Series keep these constraints to the tolerance, and what is missing would add up. The correction is the shortest one by a mass
-//! matrix, that of the start: any metric serves, and this one has the units of the coordinates.
+//! Series satisfy these constraints to the tolerance, and the errors would add up. The correction is the
+//! shortest one in the metric of the mass matrix at the start: any metric would do, and this one has the
+//! units of the coordinates.
 
 use super::recurrences::SeriesKernel;
 use super::state::State;
@@ -9,47 +10,49 @@ use crate::number::larger;
 use crate::start;
 use crate::tape::declaration::Declaration;
 
-/// So often a position or a velocity is corrected at most.
+/// Largest number of corrections of a position or a velocity.
 const CORRECTIONS: u32 = 4;
 
-/// A correction of this part of what is corrected is the last: what is left is its square, and below rounding.
+/// A correction below this part of the vector is the last: the remaining error is its square, and below
+/// rounding.
 const LAST: f64 = 4e-9;
 
-/// Velocities at which slopes are compared with those at the start: a multiple of its velocity, and a part of its size.
+/// Velocities at which derivatives are compared with those at the start: a multiple of its velocity, plus a
+/// part of its size.
 const OTHERS: [[f64; 2]; 2] = [[-1.7, 0.9], [0.6, -2.3]];
 
-/// A row whose part that is independent of the others is below this part of itself follows from them.
+/// A row is dependent if its part that is independent of the others is below this part of it.
 const DEPENDENT: f64 = 1e-8;
 
-/// A row is lost whose independent part is below this part of what it was: the motion is so near to a place where constraints depend on each other that
-/// rounding decides how it goes on.
+/// A row is lost if its independent part is below this part of its largest so far: so close to a dependence
+/// of constraints, rounding decides the motion.
 const LOST: f64 = 1e-7;
 
-/// The constraints of a motion, with room for what is computed of them.
+/// The constraints of a motion, with workspace.
 #[derive(Clone, Debug)]
 pub(super) struct Projection {
-    /// How many coordinates there are.
+    /// The number of coordinates.
     n: usize,
-    /// How many rows there are of positions and of velocities.
+    /// The number of rows on positions, and on velocities.
     counts: [usize; 2],
     /// The inverse of the mass matrix at the start.
     inverse: Inverse,
-    /// Rows, and their slopes.
+    /// Rows, and their derivatives.
     rows: Vec<f64>,
-    /// Whether the rows are affine in the velocity, so that one correction of it is all.
+    /// Whether the rows are affine in the velocity, so that one correction of it is enough.
     is_affine: bool,
-    /// How a correction is found.
+    /// The workspace of the shortest correction.
     shortest: Shortest,
-    /// The last velocity before it was corrected, and by how much that was.
+    /// The last velocity before its correction, and the size of the correction.
     corrected: (Vec<f64>, f64),
-    /// The same of the last position.
+    /// The last position before its correction, and the size of the correction.
     shifted: (Vec<f64>, f64),
-    /// The directions of correction where the last step has arrived.
+    /// The directions of correction at the end of the last step.
     directions: Vec<f64>,
 }
 
-/// Where a vector is not zero: from its first component to behind its last one. Sums leave out what is beyond: they are the same, and of many coordinates a
-/// constraint has few.
+/// The range of a vector's nonzero components. Sums leave out the others without a change: with many
+/// coordinates a constraint has few of them.
 type Span = [usize; 2];
 
 /// The inverse of a mass matrix.
@@ -57,24 +60,24 @@ type Span = [usize; 2];
 struct Inverse {
     /// Row by row.
     rows: Vec<f64>,
-    /// Where each of them is not zero.
+    /// The range of nonzero entries of each row.
     spans: Vec<Span>,
 }
 
-/// Room for the shortest correction.
+/// The workspace of the shortest correction.
 #[derive(Clone, Debug)]
 struct Shortest {
-    /// What is to be added.
+    /// The correction.
     by: Vec<f64>,
-    /// The form of a row, its displacement, and room for another one.
+    /// The form of a row, its displacement, and workspace for another one.
     form: Vec<f64>,
     direction: Vec<f64>,
     raised: Vec<f64>,
-    /// Directions of correction, orthonormal by the mass matrix, each followed by the same as a form.
+    /// Directions of correction, orthonormal in the mass metric, each followed by itself as a form.
     directions: Vec<f64>,
-    /// Where they are not zero.
+    /// The ranges of their nonzero components.
     spans: Vec<[Span; 2]>,
-    /// The largest square of the independent part of each row so far, and whether one has lost nearly all of it.
+    /// The largest square of each row's independent part so far, and whether one has lost nearly all of it.
     largest: Vec<f64>,
     lost: bool,
 }
@@ -93,7 +96,7 @@ impl Projection {
             rows[lower..].to_vec()
         };
         let here = slopes(v);
-        // of rows that are affine in the velocity they have the same bits at any velocity
+        // the derivatives of rows that are affine in the velocity have the same bits at any velocity
         let is_affine = OTHERS.iter().all(|[scale, shift]| {
             let size = v.iter().fold(1.0_f64, |size, v| size.max(v.abs()));
             let others = v.iter().enumerate();
@@ -132,12 +135,13 @@ impl Projection {
         Some(projection)
     }
 
-    /// Other values of parameters make rows that may be less simple.
+    /// Forgets that the rows are affine, since other values of parameters may change them.
     pub fn forget(&mut self) {
         self.is_affine = false;
     }
 
-    /// Brings a position and a velocity at a time back; corrections of rotations are increments in the frames of their bodies. Nothing is allocated.
+    /// Projects a position and a velocity at a time; corrections of rotations are increments in the frames of
+    /// their bodies. Nothing is allocated.
     pub fn apply(&mut self, equations: &dyn SeriesKernel, t: f64, state: &mut State) {
         self.shortest.lost = false;
         let rotations = &equations.kernel().shape().rotations;
@@ -171,8 +175,8 @@ impl Projection {
         self.corrected.1 = distance(state.v(), &self.corrected.0);
     }
 
-    /// Whether the part of a row that is independent of the rows before it has turned over since the last step, as where rows have depended on each
-    /// other in between; it may also have turned by itself.
+    /// Whether the independent part of a row has reversed its direction since the last step. Rows may have
+    /// been dependent in between, or the row itself may have turned.
     pub fn has_turned(&self) -> bool {
         let now = &self.shortest.directions;
         let pairs = self.directions.chunks_exact(self.n.max(1));
@@ -181,33 +185,34 @@ impl Projection {
         turned || !self.directions.is_empty() && self.directions.len() != now.len()
     }
 
-    /// Takes the independent parts of the rows where the last step has arrived for those that the next one is held against.
+    /// Stores the independent parts of the rows at the end of the last step, with which the next ones are
+    /// compared.
     pub fn keep_directions(&mut self) {
         self.directions.clear();
         self.directions.extend_from_slice(&self.shortest.directions);
     }
 
-    /// Whether a row has hardly any independent part left where the last step has arrived.
+    /// Whether a row has nearly lost its independent part at the end of the last step.
     pub fn is_lost(&self) -> bool {
         self.shortest.lost
     }
 
-    /// The last velocity as it was before its correction, if that was by more than a part of its size or of another one: a motion may turn
-    /// round where it is corrected.
+    /// The last velocity before its correction, if the correction exceeds a part of its size and of another
+    /// size: a motion may reverse where it is corrected.
     pub fn moved(&self, part: f64, other: f64) -> Option<&[f64]> {
         let (before, by) = &self.corrected;
         (*by > part * size(before).max(other)).then_some(before)
     }
 
-    /// The last position as it was before its correction, if that was by more than a part of its size or of another one: the way to it may lead
-    /// to zero.
+    /// The last position before its correction, if the correction exceeds a part of its size and of another
+    /// size: the path may lead to zero.
     pub fn shifted(&self, part: f64, other: f64) -> Option<&[f64]> {
         let (before, by) = &self.shifted;
         (*by > part * size(before).max(other)).then_some(before)
     }
 
-    /// The shortest correction that makes the rows vanish to first order: their slopes are made orthonormal one by one. Whether what is left
-    /// after it is rounding.
+    /// The shortest correction that makes the rows vanish to first order, by orthonormalising their
+    /// derivatives one by one. Returns whether the remaining error is rounding.
     fn correct(&mut self, count: usize, x: &[f64]) -> bool {
         let Self {
             n,
@@ -240,7 +245,7 @@ impl Projection {
         for (k, (value, slope)) in values.iter().zip(slopes.chunks_exact(n.max(1))).enumerate() {
             form.copy_from_slice(slope);
             if let [value] = values {
-                // one row alone has nothing to be made orthogonal to
+                // a single row need not be made orthogonal
                 inverse.raise(form, span_of(form), direction);
                 let square = product(form, direction);
                 if square > 0.0 {
@@ -285,7 +290,7 @@ impl Projection {
             directions.extend(form.iter().map(|x| x / length));
             spans.push([span_of(direction), span]);
         }
-        // what is no number is left to the step's own error
+        // a NaN is left to the step's own error
         if by.iter().any(|x| !x.is_finite()) {
             by.fill(0.0);
             return true;
@@ -295,13 +300,13 @@ impl Projection {
 }
 
 impl Inverse {
-    /// Of rows, one after the other.
+    /// The matrix of rows, one after the other.
     fn of(rows: Vec<f64>, n: usize) -> Self {
         let spans = rows.chunks_exact(n.max(1)).map(span_of).collect();
         Self { rows, spans }
     }
 
-    /// The displacement that belongs to a form.
+    /// The displacement of a form.
     fn raise(&self, form: &[f64], span: Span, displacement: &mut [f64]) {
         let rows = self.rows.chunks_exact(form.len().max(1)).zip(&self.spans);
         for (x, (row, own)) in displacement.iter_mut().zip(rows) {
@@ -310,7 +315,7 @@ impl Inverse {
     }
 }
 
-/// Where a vector is not zero.
+/// The range of a vector's nonzero components.
 fn span_of(x: &[f64]) -> Span {
     let is_something = |x: &f64| *x != 0.0;
     let from = x.iter().position(is_something).unwrap_or(0);
@@ -318,13 +323,13 @@ fn span_of(x: &[f64]) -> Span {
     [from, to]
 }
 
-/// Where both of two vectors may be something.
+/// The common range of two.
 fn common([from, to]: Span, [other_from, other_to]: Span) -> Span {
     let from = from.max(other_from);
     [from, to.min(other_to).max(from)]
 }
 
-/// The sum of products in a span.
+/// The inner product in a range.
 fn product_in([from, to]: Span, x: &[f64], y: &[f64]) -> f64 {
     match (x.get(from..to), y.get(from..to)) {
         (Some(x), Some(y)) => product(x, y),
@@ -332,19 +337,19 @@ fn product_in([from, to]: Span, x: &[f64], y: &[f64]) -> f64 {
     }
 }
 
-/// The largest component; NaN if one is.
+/// The largest absolute component; NaN if one is.
 #[inline]
 pub(super) fn size(x: &[f64]) -> f64 {
     x.iter().fold(0.0_f64, |size, x| larger(size, x.abs()))
 }
 
-/// The largest component of a difference; NaN if one is.
+/// The largest absolute component of a difference; NaN if one is.
 fn distance(x: &[f64], y: &[f64]) -> f64 {
     let differences = x.iter().zip(y);
     differences.fold(0.0_f64, |size, (x, y)| larger(size, (x - y).abs()))
 }
 
-/// The sum of products.
+/// The inner product.
 fn product(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

@@ -1,7 +1,8 @@
 //! The recurrences of a system without its type.
 //!
-//! Only the expansion, and the step along it, are compiled for each system, for each kind of machine. The integrator, the grid of output times,
-//! events and errors are compiled once and reach them by virtual calls, which cost some nanoseconds of a microsecond.
+//! Only the expansion, and the step along it, are compiled for each system, and for each kind of machine. The
+//! integrator, the grid of output times, events and errors are compiled once and call them by virtual calls,
+//! which cost some nanoseconds of a microsecond.
 
 use std::borrow::Cow;
 
@@ -16,7 +17,8 @@ use crate::solve::rotation;
 use crate::system::System;
 use crate::tape::declaration::Declaration;
 
-/// The series of a declared system without its type, and what its recurrences keep: what the integrator asks of it. All vectors are slices.
+/// The series of a system without its type, with the state of its recurrences, as the integrator uses it. All
+/// vectors are slices.
 pub(crate) trait SeriesKernel: Send {
     /// The system.
     fn kernel(&self) -> &dyn Kernel;
@@ -24,13 +26,14 @@ pub(crate) trait SeriesKernel: Send {
     /// The values of its parameters.
     fn values(&self) -> &[f64];
 
-    /// Gives the parameters other values. The next series begins anew.
+    /// Sets the values of the parameters. The next series begins anew.
     fn set_values(&mut self, values: &[f64]);
 
     /// The Taylor coefficients of the motion from the point where the series begins.
     fn expand(&mut self, series: &mut Series);
 
-    /// Goes a time `h` along a series: adds the increments to the sums of a state, and takes the acceleration there.
+    /// Evaluates a series a time `h` later: adds the increments to the sums of a state, and sets its
+    /// acceleration.
     fn along(&self, series: &Series, h: f64, from: &State, to: &mut State);
 
     /// Begins a series at a time and a state, and expands it there.
@@ -40,7 +43,7 @@ pub(crate) trait SeriesKernel: Send {
         self.expand(series);
     }
 
-    /// What the control of a step asks of the series at its end; `a` is the acceleration that led there.
+    /// Assesses a step by the series at its end; `a` is the acceleration at the end of the old series.
     fn judge(&self, series: &Series, a: &[f64], weights: &[f64], p: usize) -> Judged {
         let own = series.velocity_of(1);
         Judged {
@@ -49,26 +52,27 @@ pub(crate) trait SeriesKernel: Send {
         }
     }
 
-    /// All of a step in one: goes along its series, begins the next one there, and judges it.
+    /// A whole step: evaluates its series at its end, expands the next one there, and assesses the step.
     fn arrive(&mut self, step: Along<'_>, next: &mut Series) -> Judged {
         self.along(step.series, step.h, step.from, step.to);
         self.begin(next, step.t, step.to);
         self.judge(next, step.to.a(), step.weights, step.p)
     }
 
-    /// How many switches there are: those of the declaration, then one for each group of the user's functions.
+    /// The number of switches: those of the declaration, then one for each group of the user's functions.
     fn switches(&self) -> usize;
 
-    /// What a switch is. Those where a smooth function is steep have no names.
+    /// The name of a switch; empty for those of steep smooth functions.
     fn name(&self, switch: usize) -> Cow<'static, str>;
 
-    /// How many groups of switches there are.
+    /// The number of groups of switches.
     fn groups(&self) -> usize;
 
-    /// A group of switches: those of the declaration, which are the places of steep functions if there are no pieces, then those of each call.
+    /// A group of switches: first those of the declaration, including those of steep functions, then those of
+    /// each call.
     fn group(&mut self, group: usize) -> &mut [Switch];
 
-    /// Lets functions that are given by pieces begin the piece at whose end they are. Returns whether there are any.
+    /// Lets piecewise functions enter the piece at whose end they are; returns whether there are any.
     fn enter(&mut self) -> bool;
 
     /// The declaration, with the values of the parameters.
@@ -76,19 +80,21 @@ pub(crate) trait SeriesKernel: Send {
         Declaration::of(self.kernel()).with(self.values())
     }
 
-    /// What constraints of lower order ask of a position or of a velocity, with the derivatives by its components, row by row.
+    /// The rows of lower-order constraints on a position or on a velocity, with the derivatives by its
+    /// components, row by row.
     fn phase_slopes(&self, of_velocity: bool, (t, q, v): (f64, &[f64], &[f64]), out: &mut [f64]) {
         self.declaration().phase_slopes(of_velocity, t, q, v, out);
     }
 }
 
 impl dyn SeriesKernel + '_ {
-    /// Whether a sign may decide between pieces.
+    /// Whether a sign may select a piece.
     pub(super) fn has_pieces(&self) -> bool {
         (0..self.switches()).any(|switch| !self.name(switch).is_empty())
     }
 
-    /// The same of the declaration, or of a function of the user's at the last point of expansion.
+    /// Whether a sign may select a piece in the declaration, or in a user's function at the last point of
+    /// expansion.
     pub(super) fn has_pieces_here(&mut self) -> bool {
         let groups = self.groups();
         let declared = self.switches().saturating_sub(groups.saturating_sub(1));
@@ -96,7 +102,7 @@ impl dyn SeriesKernel + '_ {
             || (1..groups).any(|group| !self.group(group).is_empty())
     }
 
-    /// What a switch is.
+    /// The name of a switch.
     pub(super) fn switch(&self, group: usize, place: usize) -> Cow<'static, str> {
         // functions stand at the end, one for each group but the first
         let functions = self.groups().saturating_sub(1);
@@ -119,28 +125,29 @@ pub(crate) struct Along<'a> {
     pub to: &'a mut State,
     /// The time at its end.
     pub t: f64,
-    /// What components are multiplied by before they are compared.
+    /// The weights of the components, before they are compared.
     pub weights: &'a [f64],
     /// The order of the step after it.
     pub p: usize,
 }
 
-/// The recurrences that the attribute writes, and what they keep.
+/// The recurrences that the attribute generates, with their state.
 pub(super) struct Recurrences<'s, S: System<N>, const N: usize> {
     /// The system.
     system: &'s S,
     /// The values of its parameters.
     values: S::Parameters<f64>,
-    /// What they decide.
+    /// The expressions of the parameters.
     fixed: S::Fixed<f64>,
-    /// What is kept of the orders before.
+    /// The coefficients of lower orders that the recurrences need.
     table: S::Table<f64>,
-    /// Whether the instructions of all machines are used, so that the results are the same on all.
+    /// Whether only instructions that all machines have are used, so that the results are the same on all.
     rounded: bool,
 }
 
 impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
-    /// The recurrences of a system with the values that its parameters have now; the results are the same on all machines if `rounded`.
+    /// The recurrences of a system with the current values of its parameters; the results are the same on all
+    /// machines if `rounded`.
     pub(super) fn new(system: &'s S, rounded: bool) -> Self {
         let values = system.parameters();
         Self {
@@ -152,8 +159,8 @@ impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
         }
     }
 
-    /// Expands a series, first at the end of a step if there is one. All expansions are this one, so that the recurrences are compiled
-    /// once for each kind of machine.
+    /// Expands a series, after a step if there is one. All expansions call this one function, so that the
+    /// recurrences are compiled once for each kind of machine.
     #[inline(never)]
     fn expand_at(&mut self, next: &mut Series, step: Option<Along<'_>>) -> Judged {
         let expansion = Expansion {
@@ -243,7 +250,7 @@ impl<S: System<N>, const N: usize> SeriesKernel for Recurrences<'_, S, N> {
     }
 }
 
-/// The way along a series.
+/// The evaluation of a series at the end of a step.
 struct Moves<'a, const N: usize> {
     rotations: &'static [usize],
     series: &'a Series,
@@ -286,7 +293,7 @@ impl<const N: usize> Work for Moves<'_, N> {
     }
 }
 
-/// One expansion, at the end of a step if there is one.
+/// One expansion, after a step if there is one.
 struct Expansion<'a, 's, 'c, S: System<N>, const N: usize> {
     recurrences: &'a mut Recurrences<'s, S, N>,
     next: &'a mut Series,

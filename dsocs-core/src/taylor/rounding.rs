@@ -1,5 +1,7 @@
-//! Whether what is left of the error at the end of a step is rounding: of the time, the position and the velocity at which forces are taken. What comes to rest moves in the end by less
-//! than a rounding of its position, and a force that depends on it jumps from one rounding to the next. No step is short enough to resolve that.
+//! Whether the remaining error at the end of a step is rounding of the time, the position and the velocity at
+//! which forces are evaluated. A body that comes to rest moves in the end by less than a rounding of its
+//! position, and a force that depends on it jumps from one rounding to the next. No step is short enough to
+//! resolve that.
 
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
@@ -7,22 +9,24 @@ use crate::solve::{Square, Vector};
 use crate::start::place::Place;
 use crate::tape::declaration::Declaration;
 
-/// The difference of accelerations may be so many times what roundings make of them.
+/// The difference of accelerations counts as rounding up to this many times the effect of single roundings.
 const ROUNDINGS: f64 = 8.0;
 
-/// It is not asked where, in the time of the step, it moves the position by more than so many roundings, unless so many shorter steps have been tried.
+/// Rounding is not tested if the difference would move the position, in the time of the step, by more than
+/// this many roundings, unless the next number of shorter steps have been tried.
 const MOST: f64 = 1e6;
 pub(super) const TRIES: u32 = 2;
 
-/// A step at whose end the velocity is so many times what its beginning tells leads elsewhere: what rounding makes of the acceleration there says nothing of it.
+/// If the velocity at the end of a step is more than this many times what its beginning leads to expect, the
+/// motion has changed, and rounding is no explanation.
 const GROWS: f64 = 2.0;
 
-/// By how many roundings time, position and velocity are moved.
+/// The shifts of time, position and velocity, in roundings.
 const BESIDE: [[f64; 3]; 3] = [[1.0, 1.0, -1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]];
 
 impl Integrator {
-    /// Whether the acceleration at the end of the step that has been tried, of the length `size`, differs from that which led there by rounding alone. Shorter steps have been
-    /// tried so many times.
+    /// Whether the acceleration at the end of the trial step of the length `size` differs from that of its
+    /// series by rounding alone. `tries` shorter steps have been tried.
     #[cold]
     pub(super) fn is_rounding(
         &self,
@@ -32,7 +36,7 @@ impl Integrator {
     ) -> bool {
         let control = &self.control;
         let moved = defect * size * size;
-        // where a motion begins anew, as from rest, its beginning tells nothing
+        // where a motion begins anew, as from rest, its beginning is no measure
         let from = if self.is_new { &self.tried } else { &self.now };
         let is_small = moved <= MOST * f64::EPSILON * control.size(from.q());
         let pace = control.size(from.v()) + control.size(self.series.velocity_of(1)) * size;
@@ -71,7 +75,7 @@ impl Integrator {
     }
 }
 
-/// What the rounding of the equations makes of accelerations and multipliers that were found at a place.
+/// The effect of the equations' rounding errors on accelerations and multipliers that were found at a place.
 fn of_evaluation(declaration: &Declaration<'_>, place: &Place, motion: &[f64]) -> Option<Vector> {
     let (point, multipliers) = place.with(motion);
     let size = motion.len();

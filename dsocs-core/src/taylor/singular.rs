@@ -1,9 +1,9 @@
-//! Whether a step leads past a place where the equations do not determine the acceleration: constraints depend on each other there, or the determinant of the
-//! equations changes its sign.
+//! Steps past a place where the equations do not determine the acceleration: constraints depend on each other
+//! there, or the determinant of the equations changes its sign.
 //!
-//! Then it may be a factor of a constraint that vanishes: the motion goes on as if nothing were there. It may be that the acceleration has no bound there, and
-//! that the tolerance does not see it from afar: the motion ends there. And two solutions may come close to each other: a step that is too long for what
-//! happens between them arrives at the other one.
+//! There are three cases. A factor of a constraint may vanish: the motion goes on undisturbed. The
+//! acceleration may be unbounded there, which the tolerance does not notice from afar: the motion ends. Or
+//! two solutions may come close to each other: a step that is too long for that arrives at the wrong one.
 
 use super::integrator::{Integrator, Outcome};
 use super::recurrences::SeriesKernel;
@@ -14,40 +14,42 @@ use crate::start::{Determined, determinant_at};
 use crate::step::singular::{self, DEPENDENT, are_opposite};
 use crate::tape::declaration::Declaration;
 
-/// A step that would lead past such a place goes half the way there, unless that is less than this part of it.
+/// A step that would lead past such a place is shortened to half the distance, unless that place is nearer
+/// than this part of the step.
 const PAST: f64 = 0.01;
 
-/// How often the way to such a place is halved.
+/// Number of bisections towards such a place.
 const HALVINGS: u32 = 24;
 
-/// An acceleration that is so many times farther apart on either side of the place than it was on a part of the way to it has no bound there. What is less
-/// than this part of the acceleration is rounding.
+/// The acceleration is unbounded at the place if its values on both sides differ by this many times more than
+/// on a part of the way to it. Differences below the next part of the acceleration are rounding.
 const GROWS: f64 = 16.0;
 const ROUNDING: f64 = 1e-7;
 
-/// A determinant that is more than this part of what it was, with the acceleration that there was, vanishes with another acceleration alone.
+/// If the determinant at the place, with the acceleration of the beginning, is more than this part of its
+/// former value, it vanishes only because the acceleration changes.
 const REMAINS: f64 = 1e-3;
 
-/// Two solutions that are nowhere nearer to each other than this part of what they are on the way do not meet: the motion keeps to its own. If they
-/// do, they cross, and it goes straight on.
+/// Two solutions that stay farther apart than this part of their largest distance on the way do not meet: the
+/// motion keeps to its own. If they meet, they cross, and the motion goes straight on.
 const MEETS: f64 = 1e-6;
 
-/// What a step leads past.
+/// A place that a step leads past.
 pub(super) enum Past {
-    /// A place so far ahead, up to which the motion is good; what is there a shorter step may show.
+    /// A place at this distance, up to which the motion is accurate; a shorter step will examine it.
     Unseen(f64),
-    /// A place just ahead where the motion ends.
+    /// A place just ahead at which the motion ends.
     End(Outcome),
 }
 
 impl Integrator {
-    /// Whether the determinant has another sign at the end of the step that has been tried.
+    /// Whether the determinant has another sign at the end of the trial step.
     #[inline(always)]
     pub(super) fn changes_sign(&self) -> bool {
         self.series.sign() * self.next.sign() < 0.0
     }
 
-    /// The position and the velocity of the last series after a time, and the acceleration.
+    /// Position, velocity and acceleration of the last series after a time.
     fn place_after(&self, s: f64) -> (Place, Vector) {
         let (q, v) = self.series.start();
         let [mut dq, mut dv, mut a] = [(); 3].map(|()| Vector::zero(q.len()));
@@ -57,8 +59,8 @@ impl Integrator {
         (place, a)
     }
 
-    /// What the step of the length `h` that has been tried leads past, if it must not. At switches and knots the determinant may become another one at once:
-    /// then its sign says nothing.
+    /// The place that the trial step of the length `h` must not pass. At switches and knots the determinant
+    /// may jump: then its sign is not used.
     #[inline(always)]
     pub(super) fn past(
         &self,
@@ -78,7 +80,8 @@ impl Integrator {
             .flatten()
     }
 
-    /// The same where constraints may depend on each other: on the way, if a direction has turned, or at its end, as far as rounding tells.
+    /// [`Integrator::past`] for constraints that may depend on each other: within the step, if a direction
+    /// has reversed, or at its end, to rounding.
     #[cold]
     fn past_dependence(&self, equations: &dyn SeriesKernel, h: f64, has_turned: bool) -> Option<Past> {
         let declaration = equations.declaration();
@@ -98,7 +101,7 @@ impl Integrator {
         })
     }
 
-    /// The same where the determinant has another sign at the end.
+    /// [`Integrator::past`] for a determinant with another sign at the end.
     #[cold]
     fn past_zero(&self, equations: &dyn SeriesKernel, h: f64, smallest: f64) -> Option<Past> {
         let declaration = equations.declaration();
@@ -108,7 +111,7 @@ impl Integrator {
             let solved = place.solve(&declaration, found.unwrap_or(&a))?;
             Some((s, place, solved))
         };
-        // at both ends those that were found there
+        // at both ends the accelerations that were found there
         let first = at(0.0, Some(self.series.velocity_of(1)))?;
         let (mut from, mut to) = (first.clone(), at(h, Some(self.next.velocity_of(1)))?);
         if !are_opposite(&from.2, &to.2) {
@@ -146,7 +149,8 @@ impl Integrator {
     }
 }
 
-/// Whether the determinant vanishes at a place since another acceleration belongs to it, and not whatever the acceleration is.
+/// Whether the determinant vanishes at a place only because the acceleration changes, and not for every
+/// acceleration.
 fn is_of_another(declaration: &Declaration<'_>, place: &Place, first: &Determined) -> bool {
     let (point, multipliers) = place.with(&first.motion);
     let unit = first.determinant.exponent;

@@ -1,24 +1,25 @@
-//! Accelerations that are solved for in numbers: one matrix for all orders.
+//! Accelerations that are solved for numerically: one matrix for all orders.
 //!
-//! The rows of the continuous system have at order `k` the form `J a_k + r_k = 0`, where `J` is their Jacobian at order 0
-//! and `r_k` knows lower orders only. So the matrix is inverted once an expansion, and every order is one product with it.
+//! At order `k` the rows of the continuous system are `J a_k + r_k = 0`, with their Jacobian `J` at order 0
+//! and a remainder `r_k` of lower orders only. So the matrix is inverted once an expansion, and every order
+//! is one product with it.
 
 use crate::series::coefficient::Coefficient;
 use crate::series::sums::add_product;
 use crate::solve::convergence::{LAST_UPDATE, Update};
 use crate::solve::elimination::slices;
 
-/// How often the accelerations of order 0 are improved where the rows are not affine in them.
+/// Largest number of iterations for the accelerations of order 0, if the rows are not affine in them.
 const MAX_ITERATIONS: u32 = 50;
 
-/// How often they are improved where the rows are affine: once to solve, once for rounding.
+/// Number of iterations if the rows are affine: one to solve, one for rounding.
 const AFFINE_ITERATIONS: u32 = 2;
 
 /// Newton's iteration for the accelerations of order 0.
 ///
-/// It is a loop of the caller's: apply [`Accelerations::update`], form the rows, their Jacobian and the accelerations, and
-/// hand them to [`Accelerations::improve`] until that says so. (A function that took the rows as a closure would not be
-/// compiled for the machine's own instructions.)
+/// The loop belongs to the caller: apply [`Accelerations::update`], form the rows, their Jacobian and the
+/// accelerations, and pass them to [`Accelerations::improve`] until it returns `false`. (A function that took
+/// the rows as a closure would not be compiled for the machine's own instructions.)
 #[derive(Clone, Copy, Debug)]
 pub struct Accelerations<T, const M: usize> {
     affine: bool,
@@ -27,13 +28,13 @@ pub struct Accelerations<T, const M: usize> {
     inverse: [[T; M]; M],
     sign: T,
     ended: bool,
-    /// The motions whose accelerations are as good as they get, as bits, and for how many iterations all are.
+    /// The motions that have converged, as bits, and the number of iterations for which all have.
     good: u32,
     again: u32,
 }
 
 impl<T: Coefficient, const M: usize> Accelerations<T, M> {
-    /// The beginning; the rows may be affine in the accelerations.
+    /// The beginning; `affine` if the rows are affine in the accelerations.
     #[inline(always)]
     #[must_use]
     pub fn new(affine: bool) -> Self {
@@ -49,7 +50,7 @@ impl<T: Coefficient, const M: usize> Accelerations<T, M> {
         }
     }
 
-    /// What is to be added to the accelerations; NaN if there is no solution.
+    /// The update to be added to the accelerations; NaN if there is no solution.
     #[inline(always)]
     #[must_use]
     pub fn update(&self) -> [T; M] {
@@ -70,7 +71,7 @@ impl<T: Coefficient, const M: usize> Accelerations<T, M> {
         self.sign
     }
 
-    /// Takes the rows; `false` if the accelerations are as good as they get.
+    /// Takes the rows; `false` once the accelerations have converged.
     #[inline(always)]
     pub fn improve<const FUSED: bool>(&mut self, rows: &[T; M], jacobian: &[[T; M]; M], a: &[T; M]) -> bool {
         if self.ended {
@@ -114,8 +115,8 @@ impl<T: Coefficient, const M: usize> Accelerations<T, M> {
         true
     }
 
-    /// Whether the accelerations of all motions are good: after an update that is small one more has been made good by quadratic
-    /// convergence.
+    /// Whether the accelerations of all motions have converged: after a small update, one more is exact by
+    /// quadratic convergence.
     #[inline(always)]
     fn is_good(&mut self, a: &[T; M]) -> bool {
         for track in 0..T::TRACKS {
@@ -132,7 +133,7 @@ impl<T: Coefficient, const M: usize> Accelerations<T, M> {
         }
         let all = self.good == (1 << T::TRACKS) - 1;
         if all && self.again < T::AGAIN {
-            // derivatives are good once what they are formed at is
+            // derivatives converge after the numbers at which they are taken
             self.again += 1;
             self.good = 0;
             return false;
@@ -141,7 +142,7 @@ impl<T: Coefficient, const M: usize> Accelerations<T, M> {
     }
 }
 
-/// The new numbers, but for those motions whose bits are set: these keep the old ones.
+/// The new numbers, except for the motions of `bits`, which keep the old ones.
 #[inline(always)]
 fn kept<T: Coefficient, const M: usize>(bits: u32, old: &[T; M], new: [T; M]) -> [T; M] {
     if T::TRACKS == 1 || bits == 0 {
@@ -155,13 +156,14 @@ fn kept<T: Coefficient, const M: usize>(bits: u32, old: &[T; M], new: [T; M]) ->
     })
 }
 
-/// [`Accelerations`] of one motion with any number of rows: the same operations in the same order. What it needs is made once.
+/// [`Accelerations`] of one motion with any number of rows, with the same operations in the same order. Its
+/// memory is allocated once.
 #[derive(Clone, Debug)]
 pub(super) struct AnyAccelerations {
     affine: bool,
     iteration: u32,
     ended: bool,
-    /// What is to be added to the accelerations; NaN if there is no solution.
+    /// The update to be added to the accelerations; NaN if there is no solution.
     pub update: Vec<f64>,
     /// The inverse of the rows' Jacobian, by columns.
     pub inverse: Vec<f64>,
@@ -173,7 +175,7 @@ pub(super) struct AnyAccelerations {
 }
 
 impl AnyAccelerations {
-    /// So many rows, which may be affine in the accelerations.
+    /// The iteration for `rows` rows, which may be affine in the accelerations.
     pub fn new(affine: bool, rows: usize) -> Self {
         let vector = || vec![0.0; rows];
         let matrix = || vec![0.0; rows * rows];
@@ -198,7 +200,8 @@ impl AnyAccelerations {
         self.sign = f64::NAN;
     }
 
-    /// Takes the rows, and their Jacobian row by row, which is destroyed; `false` if the accelerations are as good as they get.
+    /// Takes the rows, and their Jacobian row by row, which is destroyed; `false` once the accelerations have
+    /// converged.
     #[inline(always)]
     pub fn improve<const FUSED: bool>(&mut self, rows: &[f64], jacobian: &mut [f64], a: &[f64]) -> bool {
         if self.ended {
@@ -258,7 +261,7 @@ pub fn back<const FUSED: bool, const M: usize, T: Coefficient>(
     inverse: &[[T; M]; M],
     rows: &[T; M],
 ) -> [T; M] {
-    // column by column, so that the components stand in lanes
+    // column by column, so that the components are vectorised
     let mut solution = [T::splat(0.0); M];
     for (column, &row) in inverse.iter().zip(rows) {
         for i in 0..M {

@@ -9,7 +9,7 @@ use crate::start::{Phase, Start};
 use crate::system::System;
 use crate::tape::declaration::Declaration;
 
-/// The tolerance of [`Start::exact`]: rounding is what is left.
+/// The tolerance of [`Start::exact`], at which only rounding is left.
 const EXACT: f64 = 1e-17;
 
 impl<const N: usize> Start<N> {
@@ -32,7 +32,7 @@ impl<const N: usize> Start<N> {
     pub fn exact<S: System<N>>(self, system: &S, h: f64) -> Result<Self, RunError> {
         let Phase { t0, q0, v0, .. } = self.given().phase(&Declaration::of(system.kernel()))?;
         let (q0, v0): ([f64; N], [f64; N]) = (sized(&q0), sized(&v0));
-        // where no clock is asked, the end of the step is known to more digits from 0
+        // without a dependence on time, the end of the step has more digits when counted from 0
         let begin = if S::DEPENDS_ON_TIME { t0 } else { 0.0 };
         let mut flow = TaylorFlow::new(system, self.at(begin), Tolerance::relative(EXACT))?;
         let a0 = *flow.acceleration();

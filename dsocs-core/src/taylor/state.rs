@@ -1,18 +1,18 @@
-//! Where a motion is: sums of positions and velocities, with any number of coordinates.
+//! The state of a motion: compensated sums of positions and velocities, with any number of coordinates.
 
 use crate::number::compensated::{self, Compensated};
 use crate::solve::rotation;
 
-/// Position and velocity as sums whose rounding is carried along, and the acceleration by the series that leads there.
+/// Position and velocity as compensated sums, and the acceleration at the end of the last series.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
-    /// How many coordinates there are.
+    /// The number of coordinates.
     n: usize,
-    /// Position and what rounding took from it, velocity and what rounding took from it, acceleration.
+    /// High and low parts of the position, high and low parts of the velocity, acceleration.
     numbers: Box<[f64]>,
 }
 
-/// The parts of a [`State`], to be written: numbers, and what rounding took from them.
+/// The parts of a [`State`], mutable: high and low parts of the sums.
 pub(crate) struct Parts<'a> {
     /// The position.
     pub q: [&'a mut [f64]; 2],
@@ -47,13 +47,13 @@ impl State {
         &self.numbers[2 * self.n..3 * self.n]
     }
 
-    /// The acceleration by the series that leads there.
+    /// The acceleration at the end of the last series.
     #[inline]
     pub fn a(&self) -> &[f64] {
         &self.numbers[4 * self.n..]
     }
 
-    /// All parts, to be written.
+    /// All parts, mutable.
     #[inline]
     pub fn parts(&mut self) -> Parts<'_> {
         let n = self.n;
@@ -68,21 +68,21 @@ impl State {
         }
     }
 
-    /// Takes a position that is known exactly.
+    /// Sets a position that is known exactly.
     pub fn set_position(&mut self, q: &[f64]) {
         let [hi, lo] = self.parts().q;
         hi.copy_from_slice(q);
         lo.fill(0.0);
     }
 
-    /// Takes a velocity that is known exactly.
+    /// Sets a velocity that is known exactly.
     pub fn set_velocity(&mut self, v: &[f64]) {
         let [hi, lo] = self.parts().v;
         hi.copy_from_slice(v);
         lo.fill(0.0);
     }
 
-    /// Takes another state.
+    /// Copies another state.
     pub fn copy(&mut self, other: &Self) {
         self.numbers.copy_from_slice(&other.numbers);
     }
@@ -105,7 +105,7 @@ impl State {
         compensated::add_all(hi, lo, by);
     }
 
-    /// Position and velocity with their number of coordinates; `None` if it is another.
+    /// Position and velocity as arrays; `None` for another number of coordinates.
     #[inline(always)]
     pub fn sized<const N: usize>(&self) -> Option<[Compensated<N>; 2]> {
         let [q, q_low, v, v_low, _] = self.numbers.as_chunks().0 else {
@@ -115,14 +115,14 @@ impl State {
         (self.n == N).then(|| [sum(q, q_low), sum(v, v_low)])
     }
 
-    /// Position and what rounding took from it, velocity and what rounding took from it, acceleration, with their number of coordinates; `None`
-    /// if it is another.
+    /// High and low parts of the position, high and low parts of the velocity, and acceleration as arrays;
+    /// `None` for another number of coordinates.
     #[inline(always)]
     pub fn rows<const N: usize>(&mut self) -> Option<&mut [[f64; N]; 5]> {
         self.numbers.as_chunks_mut().0.try_into().ok()
     }
 
-    /// Takes position, velocity and acceleration; nothing if it has another number of coordinates.
+    /// Sets position, velocity and acceleration; does nothing for another number of coordinates.
     #[inline(always)]
     pub fn take<const N: usize>(&mut self, q: &Compensated<N>, v: &Compensated<N>, a: &[f64; N]) {
         if let [to_q, to_q_low, to_v, to_v_low, to_a] = self.numbers.as_chunks_mut().0 {

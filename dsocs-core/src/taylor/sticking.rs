@@ -1,13 +1,15 @@
-//! Steps in which something rests on a surface, as by dry friction.
+//! Steps in which a body rests on a surface, as by dry friction.
 //!
-//! There the force of a function that jumps with the velocity is none of its two sides but what keeps its argument at zero. The recurrences know the two
-//! sides only. As long as the same arguments stay at zero, the acceleration is a smooth function of the time, the position and the velocity
-//! ([`AtPoint::held`]), and the motion is found as a polynomial: its acceleration agrees with this function at Chebyshev's places of the step, to which
-//! Picard's iteration leads (C. W. Clenshaw, H. J. Norton, *Comput. J.* 6, 1963; X. Bai, J. L. Junkins, *J. Astronaut. Sci.* 58, 2011). The polynomial's last
-//! coefficients tell the error.
+//! There the force of a function that jumps with the velocity is not that of either side but the one that
+//! keeps its argument at zero. The recurrences use one side or the other. As long as the same arguments stay
+//! zero, the acceleration is a smooth function of time, position and velocity ([`AtPoint::held`]), and the
+//! motion is approximated by a polynomial: its acceleration agrees with this function at the Chebyshev points
+//! of the step, found by Picard iteration (C. W. Clenshaw, H. J. Norton, *Comput. J.* 6, 1963; X. Bai, J. L.
+//! Junkins, *J. Astronaut. Sci.* 58, 2011). The polynomial's last coefficients give the error.
 //!
-//! The step ends where a side reaches its bound, and the mass is torn off, where another argument arrives at zero, or where what is given by pieces changes its piece. Then the inclusion of
-//! [`AtPoint::solve`] tells what rests from there on. If nothing does, the recurrences go on.
+//! The step ends where a side reaches its bound, and the body is released, where another argument arrives at
+//! zero, or where a piecewise function changes its piece. Then the inclusion of [`AtPoint::solve`] determines
+//! what rests from there on. If nothing does, the recurrences go on.
 
 use super::integrator::{Integrator, Outcome};
 use super::pieces::{Known, Pieces, first};
@@ -23,85 +25,86 @@ use crate::regularity::sticking as sides;
 use crate::series::roots::value;
 use crate::solve::rotation;
 
-/// How often the iteration goes on.
+/// Largest number of iterations.
 const ITERATIONS: u32 = 40;
 
-/// An acceleration is known up to so many roundings of what the sides make of it.
+/// An acceleration is accurate to this many roundings of the contribution of the sides.
 const ROUNDINGS: f64 = 16.0;
 
-/// If the iteration does not come so far, rounding is larger, up to so many.
+/// If the iteration does not converge to that, up to this many roundings are accepted.
 const MOST_ROUNDINGS: f64 = 1e4;
 
-/// By how much the next step is shorter or longer, at most, and how much is left to chance.
+/// Least and largest ratio of the next step to the last, and the safety factor.
 const CHANGES: [f64; 2] = [0.1, 4.0];
 const CAUTION: f64 = 0.8;
 
-/// In so many equal parts a step is divided in which events are looked for.
+/// Number of equal parts of a step in which events are searched.
 const PARTS: u32 = 64;
 
-/// What is left of the sides' polynomials may be rounding below this.
+/// Last coefficients of the sides' polynomials below this may be rounding.
 const LEAST_TAIL: f64 = 1e-9;
 
-/// A side that is so near its bound is computed for itself.
+/// A side closer to its bound than this is computed exactly instead of by its polynomial.
 const NEAR: f64 = 0.05;
 
-/// An argument is beyond zero by more than this part of what the sides can do to it in the step.
+/// An argument is beyond zero if it exceeds this part of the sides' largest effect on it in the step.
 const BESIDE: f64 = 1e-13;
 
-/// At the end of a step an argument at rest may be so many tolerances of the velocity from zero.
+/// Largest deviation of a resting argument from zero at the end of a step, in tolerances of the velocity.
 const LEFT: f64 = 10.0;
 
-/// An argument is zero that arrives there in this part of the time in which the motion changes.
+/// An argument that will be zero within this part of the motion's time scale counts as zero.
 const ARRIVES: f64 = 1e-9;
 
-/// What rests, and what slides to which side.
+/// The arguments that rest, and the sides of those that slide.
 #[derive(Clone, Debug)]
 pub(super) struct Sticking {
-    /// Of each argument; those between rest.
+    /// The piece of each argument; those between rest.
     pieces: Vec<Piece>,
     /// The motion at the current point.
     now: Held,
-    /// How long the next step may be.
+    /// The proposed length of the next step.
     step: f64,
     /// The pieces on the last step.
     last: Vec<Piece>,
-    /// The pieces of what else is given by pieces.
+    /// The pieces of all other piecewise functions.
     known: Option<Known>,
 }
 
 impl Sticking {
-    /// Which arguments were zero on the last step.
+    /// Whether each argument was zero on the last step.
     pub(super) fn rests_on_last(&self) -> Vec<bool> {
         self.last.iter().map(|piece| *piece == Piece::Between).collect()
     }
 }
 
-/// What ends a step.
+/// The event that ends a step.
 #[derive(Clone, Copy, Debug)]
 enum Event {
     /// The side of an argument reaches its bound, or the argument arrives at zero.
     Side(usize),
-    /// What is given by pieces changes its piece.
+    /// A piecewise function changes its piece.
     Piece,
 }
 
 impl Integrator {
-    /// Whether something rests at the current point.
+    /// Whether a body rests at the current point.
     pub(super) fn rests(&self) -> bool {
         self.watch.as_ref().is_some_and(|watch| watch.sticking.is_some())
     }
 
-    /// What rested on the last step; `None` if nothing did.
+    /// The resting state of the last step; `None` if nothing rested.
     pub(super) fn rested(&self) -> Option<&Sticking> {
         self.watch.as_ref()?.rested.as_deref()
     }
 
-    /// Lets what is at zero rest, if it does, with arguments that are taken to be zero; `false` if nothing is found that rests.
+    /// Sets arguments that are zero to rest, if they do, including those of `zero`; `false` if no resting
+    /// motion is found.
     pub(super) fn rest(&mut self, equations: &dyn SeriesKernel, zero: Option<&[bool]>) -> bool {
         self.rest_at(equations, zero, false)
     }
 
-    /// The same, where a surface may have `jumped`: then nothing is at zero but what is given.
+    /// [`Integrator::rest`]; if a surface may have `jumped`, only the given arguments are zero.
     fn rest_at(&mut self, equations: &dyn SeriesKernel, zero: Option<&[bool]>, jumped: bool) -> bool {
         let declaration = equations.declaration();
         if declaration.sides() == 0 || !self.clock.is_forward() {
@@ -113,7 +116,7 @@ impl Integrator {
         let tau = self.time_scale();
         let multipliers = declaration.shape().multipliers();
         let fastest = point.fastest(&a, multipliers);
-        // what moves evenly tells no time, and where a surface jumps nothing else arrives
+        // uniform motion has no time scale, and if a surface jumps nothing else arrives
         let arrives =
             |g: usize| arguments[g] == 0.0 || !jumped && arguments[g].abs() <= ARRIVES * tau * fastest[g];
         let zero: Vec<bool> = (0..arguments.len())
@@ -148,7 +151,7 @@ impl Integrator {
         true
     }
 
-    /// Looks whether the motion is unique where some arguments are zero.
+    /// Tests whether the motion is unique where some arguments are zero.
     #[cold]
     pub(super) fn look_for_forks(&mut self, equations: &dyn SeriesKernel) {
         let declaration = equations.declaration();
@@ -166,7 +169,7 @@ impl Integrator {
         }
     }
 
-    /// A time in which the motion changes.
+    /// A time scale of the motion.
     fn time_scale(&self) -> f64 {
         let order = self.order().min(self.next.order());
         let step = self.control.first_step(&self.next, order);
@@ -177,7 +180,7 @@ impl Integrator {
         }
     }
 
-    /// The motion on a way of the length `h`; `None` where it is not found.
+    /// The motion over a time `h` at rest; `None` if the iteration does not converge.
     fn way(&self, equations: &dyn SeriesKernel, sticking: &Sticking, h: f64) -> Option<Way> {
         let (declaration, t) = (equations.declaration(), self.t.hi[0]);
         let (q, v) = (self.now.q(), self.now.v());
@@ -230,7 +233,7 @@ impl Integrator {
             }
             way.turn(rotations, q, v);
             if change <= ROUNDINGS || (change >= 0.5 * last && change <= MOST_ROUNDINGS) {
-                // a jump of what holds shows in its side alone
+                // a jump of a resting body's law shows in its side alone
                 let mut unsteady = 0.0_f64;
                 for (coefficient, values) in way.sides.iter_mut().zip(&sides) {
                     let tail;
@@ -255,7 +258,7 @@ impl Integrator {
         None
     }
 
-    /// The first event on a way, as a part of it.
+    /// The first event on a path, as a part of it.
     fn first_event(
         &self,
         equations: &dyn SeriesKernel,
@@ -266,7 +269,7 @@ impl Integrator {
         let (q, v) = (self.now.q(), self.now.v());
         let reach = way.end.reach.iter().take(q.len());
         let rounding = BESIDE * way.h * reach.fold(0.0_f64, |most, reach| most.max(*reach));
-        // how far each argument is from its event; negative beyond
+        // the distance of each argument from its event; negative beyond
         let margins = |x: f64| -> Vec<f64> {
             let (q, v) = way.at((q, v), x);
             let at = (t + x * way.h, &q[..], &v[..]);
@@ -275,11 +278,12 @@ impl Integrator {
             let mut margins: Vec<f64> = both
                 .map(|((piece, argument), side)| match piece {
                     Piece::Between => 1.0 - value(side, x).abs(),
-                    // what others hold at zero is there to rounding
+                    // an argument that others hold at zero is so to rounding
                     piece => piece.side() * argument + rounding,
                 })
                 .collect();
-            // the polynomials of the sides are known to the tolerance, and what is torn off goes on from where they are at their bounds
+            // the polynomials of the sides are accurate to the tolerance, but a release needs the exact place
+            // where they reach their bounds
             let near = |g: usize| sticking.pieces[g] == Piece::Between && margins[g] < NEAR;
             let near: Vec<usize> = (0..margins.len()).filter(|&g| near(g)).collect();
             if !near.is_empty()
@@ -315,7 +319,7 @@ impl Integrator {
         None
     }
 
-    /// The first part of a way, up to another one, behind which what rests may go to either side.
+    /// The first part of a path, up to a given one, behind which a resting body may go to either side.
     fn first_fork(
         &self,
         equations: &dyn SeriesKernel,
@@ -339,7 +343,7 @@ impl Integrator {
         forks(until).then(|| first([0.0, until], &forks))
     }
 
-    /// Makes one step in which something rests.
+    /// Makes one step with a body at rest.
     #[cold]
     pub(super) fn step_at_rest(
         &mut self,
@@ -350,7 +354,7 @@ impl Integrator {
         let Some(mut sticking) = self.watch.as_mut().and_then(|watch| watch.sticking.take()) else {
             return Outcome::NotFinite;
         };
-        // where all but nothing moves at first, the series' own steps may be as good as none
+        // if everything else hardly moves at first, the series' own steps may be too short to be useful
         let mut size = sticking.step.max(smallest).min(left);
         let way = loop {
             match self.way(equations, &sticking, size) {
@@ -392,20 +396,20 @@ impl Integrator {
         let (mut arrived, mut changes) = (None, false);
         match event {
             Some((_, Event::Side(g))) if sticking.pieces[g] == Piece::Between => {
-                // torn off: all is as it was but for this side
+                // released: everything is unchanged except this side
                 sticking.pieces[g] = Piece::of(value(&way.sides[g], part));
             }
             Some((_, Event::Side(g))) => arrived = Some(g),
-            // a surface may have another velocity at once
+            // the velocity of a surface may jump
             Some((_, Event::Piece)) => changes = true,
             None => {}
         }
         let rests = sticking.pieces.contains(&Piece::Between);
-        // what rests is at zero, or its surface has another velocity at once
+        // a resting argument is zero, unless the velocity of its surface has jumped
         let multipliers = equations.declaration().shape().multipliers();
         let fastest = point.fastest(&way.end.x[..self.next.dimension()], multipliers);
         let span = sticking.step.max(size);
-        // what the tolerance leaves of it
+        // the deviation that the tolerance allows
         let fastest_part = v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let left = LEFT * self.control.relative() * fastest_part;
         let still: Vec<bool> = sides::zero(&equations.declaration(), t, q, v)
@@ -444,7 +448,7 @@ impl Integrator {
         Outcome::Good
     }
 
-    /// Goes a part of a way, which becomes the last step.
+    /// Commits a part of a path, which becomes the last step.
     fn take(&mut self, equations: &mut dyn SeriesKernel, way: &Way, part: f64) {
         let (t, h, n) = (self.t.hi[0], part * way.h, self.next.dimension());
         let (q, v) = (self.now.q().to_vec(), self.now.v().to_vec());
@@ -494,7 +498,7 @@ impl Integrator {
         self.is_new = true;
     }
 
-    /// The recurrences go on where nothing rests any more.
+    /// Continues with the recurrences where nothing rests any more.
     fn begin_after_rest(&mut self, equations: &mut dyn SeriesKernel) {
         if let Some(watch) = &mut self.watch {
             watch.sticking = None;
@@ -506,7 +510,7 @@ impl Integrator {
         }
     }
 
-    /// The constraint force at a node of the last step in which something rested.
+    /// The constraint force at a node of the last step with a body at rest.
     pub(super) fn force_at_rest(
         &self,
         equations: &dyn SeriesKernel,
@@ -519,7 +523,7 @@ impl Integrator {
         Some(declaration.sided_continuous_force(point, &held.sides))
     }
 
-    /// Forgets that something rests.
+    /// Forgets the resting state.
     pub(super) fn forget_rest(&mut self) {
         if let Some(watch) = &mut self.watch {
             (watch.sticking, watch.rested) = (None, None);

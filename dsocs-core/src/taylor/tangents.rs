@@ -1,7 +1,8 @@
 //! Derivatives of the continuous motion: its variational equations, solved by the same series.
 //!
-//! A step of the motion is a polynomial in its length, with coefficients that depend on the point where it begins. With numbers that carry
-//! derivatives the recurrences give the derivatives of these coefficients. The length of a step is that of the plain motion.
+//! A step of the motion is a polynomial in its length, with coefficients that depend on its initial point.
+//! With numbers that carry derivatives the recurrences give the derivatives of these coefficients. The length
+//! of a step is that of the plain motion.
 
 use super::control::Tolerance;
 use super::flow::TaylorFlow;
@@ -18,8 +19,8 @@ use crate::system::System;
 
 /// A [`TaylorFlow`] with the derivatives of its motion by components of the start and by parameters.
 ///
-/// The motion is that of the flow, bit for bit, and the derivatives are those of the continuous motion, about as exact as the tolerance asks of
-/// the motion. Four variables together cost a few plain runs.
+/// The motion is that of the flow, bit for bit, and the derivatives are those of the continuous motion, about
+/// as accurate as the tolerance requires of the motion. Four variables together cost a few plain runs.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -48,14 +49,14 @@ use crate::system::System;
 ///
 /// # Limits
 ///
-/// There are no derivatives across jumps and corners, of systems with constraints on positions or velocities (their starts are not free), and
-/// of moving functions of your own.
+/// There are no derivatives across jumps and corners, for systems with constraints on positions or velocities
+/// (their starts are not free), and for your own functions with arguments that change.
 pub struct TaylorTangents<'s, const N: usize> {
     /// The motion.
     flow: TaylorFlow<'s, N>,
-    /// Some variables each.
+    /// The variables in groups.
     groups: Vec<Group<'s>>,
-    /// How many variables there are.
+    /// The number of variables.
     count: usize,
 }
 
@@ -72,27 +73,28 @@ impl<const N: usize> core::fmt::Debug for TaylorTangents<'_, N> {
 struct Group<'s> {
     /// The variational equations.
     kernel: Box<dyn TangentKernel + 's>,
-    /// The derivatives of position, velocity and acceleration at the current point, one after the other, each by direction; of a rotation those of its
-    /// quaternion.
+    /// The derivatives of position, velocity and acceleration at the current point, one after the other, each
+    /// by direction; for a rotation those of its quaternion.
     now: Vec<[f64; DIRECTIONS]>,
 }
 
 /// The series of a declared system with derivatives, without its type.
 trait TangentKernel {
-    /// Takes the derivatives of position and velocity along a step whose plain series this is, and sets those of the acceleration.
+    /// Propagates the derivatives of position and velocity along a step with this plain series, and sets
+    /// those of the acceleration.
     fn step(&mut self, plain: &Series, h: f64, now: &mut [[f64; DIRECTIONS]]);
 
-    /// Whether a value of the user's functions moves.
+    /// Whether a value of the user's functions depends on time.
     fn moves(&self) -> bool;
 }
 
-/// The recurrences that the attribute writes, with derivatives.
+/// The recurrences that the attribute generates, with derivatives.
 struct Recurrences<'s, S: System<N>, const N: usize> {
     /// The system.
     system: &'s S,
-    /// What the parameters decide.
+    /// The expressions of the parameters.
     fixed: S::Fixed<Moved>,
-    /// What is kept of the orders before.
+    /// The coefficients of lower orders that the recurrences need.
     table: S::Table<Moved>,
     /// The series.
     series: Series<Moved>,
@@ -198,7 +200,8 @@ impl<'s, const N: usize> TaylorTangents<'s, N> {
         Ok(self.tangents())
     }
 
-    /// The same, and calls `visit` at the end of each step with the motion and its derivatives there.
+    /// Runs like [`TaylorTangents::to`], and calls `visit` at the end of each step with the motion and its
+    /// derivatives there.
     ///
     /// # Errors
     ///
@@ -246,7 +249,7 @@ impl<'s, const N: usize> TaylorTangents<'s, N> {
         (0..self.count).map(one).collect()
     }
 
-    /// Takes the derivatives along a step of the length `h`, which has just been made; with 0 at the start.
+    /// Propagates the derivatives along the last step of the length `h`; with 0 at the start.
     fn step_along(&mut self, h: f64) -> Result<(), DerivativeError> {
         let motion = &self.flow.any.motion;
         let series = if h == 0.0 { &motion.next } else { &motion.series };

@@ -1,33 +1,35 @@
-//! How a step is tried, and tried again.
+//! Trial steps, and their repetition.
 
 use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
 use super::watch::End;
 
-/// The order of a step where what comes after has no value or is rounding, as at the zero of a power; and a step is so, if it would be this part of the
-/// last one.
+/// The order of a step at a point where the higher derivatives do not exist or are rounding, as at the zero
+/// of a power. It is used if the step would be less than the next part of the last one.
 const ROUGH: usize = 2;
 const LOST: f64 = 1e-8;
 
-/// How much smaller a step is tried after one that was not good.
+/// Factor by which a rejected step is shortened.
 pub(super) const SHORTER: f64 = 0.5;
 
-/// A step that is tried.
+/// A trial step.
 pub(super) struct Trial {
     /// Its end.
     pub end: End,
-    /// Whether its series has few orders, so that the difference of accelerations at its end is all that tells of its error.
+    /// Whether its series has few orders, so that the difference of accelerations at its end is the whole
+    /// estimate of its error.
     pub is_rough: bool,
-    /// The order of the series and the length of the step that is tried if this one is not good.
+    /// The order of the series and the length of the step to try if this one is rejected.
     otherwise: Option<(usize, f64)>,
-    /// The place beyond a switch, where the piece that leads there has no value, of a step that is tried to the place before.
+    /// The place beyond a switch, if the step is tried to the place before it because its own piece has no
+    /// value beyond.
     pub beyond: Option<f64>,
-    /// How many longer ones were tried before.
+    /// The number of longer steps that were tried before.
     pub tries: u32,
 }
 
 impl Trial {
-    /// A step of a length.
+    /// A trial of a given length.
     #[inline]
     pub fn of(size: f64, is_rough: bool) -> Self {
         Self {
@@ -41,8 +43,9 @@ impl Trial {
 }
 
 impl Integrator {
-    /// Where a series that begins anew knows nothing beyond its first orders, goes on by these; returns the length of the step. A function has few
-    /// derivatives there, as a power has at its zero, and what comes after is none, or rounding.
+    /// If a new series is useful only to its first orders, continues with these; returns the length of the
+    /// step. A function has few derivatives there, as a power at its zero, and the higher ones do not exist
+    /// or are rounding.
     #[cold]
     pub(super) fn begin_roughly(&mut self, wanted: f64, smallest: f64) -> Option<f64> {
         // several events may have come at once
@@ -54,19 +57,19 @@ impl Integrator {
         Some(last.unwrap_or(f64::INFINITY))
     }
 
-    /// Whether a start is known well enough for such a step.
+    /// Whether the series at a start has enough orders for such a step.
     pub(super) fn may_begin_roughly(&self) -> bool {
         self.next.in_range_to() >= ROUGH
     }
 
-    /// Up to which order the next series tells where an argument leads in a time `tau`.
+    /// The order up to which the next series shows where an argument leads in a time `tau`.
     pub(super) fn tells_to(&self, tau: f64) -> usize {
         let order = self.next.order();
         let step = self.control.first_step(&self.next, self.order().min(order));
         if step > LOST * tau.abs() { order } else { ROUGH + 2 }
     }
 
-    /// How far the first trial goes where something is watched.
+    /// Sets the length of the first trial of a system with switches.
     pub(super) fn foresee_trial(&mut self, equations: &mut dyn SeriesKernel, trial: &mut Trial, left: f64) {
         let has_pieces = self.watch.as_ref().is_some_and(|watch| watch.has_pieces);
         trial.end = self.foresee(equations, trial.end.size.copysign(left));
@@ -102,7 +105,8 @@ impl Integrator {
         }
     }
 
-    /// What is tried after a step that was not good; `is_finite` tells whether its end was. Returns false if there is nothing left to try.
+    /// Sets the next trial after a rejected step; `is_finite` tells whether its end was. Returns `false` if
+    /// there is none.
     #[cold]
     pub(super) fn try_again(&mut self, trial: &mut Trial, is_finite: bool, smallest: f64) -> bool {
         let End {
@@ -112,7 +116,7 @@ impl Integrator {
             ..
         } = trial.end;
         if at_switch && !is_finite && before < size && before > 0.0 {
-            // the piece that the step belongs to has no value beyond, as a power has none of a negative number
+            // the step's own piece has no value beyond, as a power of a negative number
             (trial.end.size, trial.beyond) = (before, Some(size));
         } else if let Some((order, whole)) = trial.otherwise.take() {
             self.series.set_order(order);
@@ -127,7 +131,8 @@ impl Integrator {
         true
     }
 
-    /// The length of a step that has been tried with the length `h`; it ends beyond a switch where the next piece has a value.
+    /// The length of a step that was tried with the length `h`: beyond a switch, where the next piece has a
+    /// value.
     pub(super) fn beyond(&mut self, equations: &mut dyn SeriesKernel, trial: &Trial, h: f64) -> f64 {
         let Some(beyond) = trial.beyond.filter(|_| trial.end.at_switch) else {
             return h;

@@ -1,8 +1,9 @@
 //! Steps that end at switches.
 //!
-//! All steps are tried with the pieces that their series began with. If an argument changes its sign within a step, the step ends at the
-//! first place where it is beyond zero, found to rounding by evaluating the declaration there. The next series belongs to the pieces
-//! beyond, if its motion goes there. If it leads back, and the motion from the other side leads here, then no piece continues the motion.
+//! All steps are tried with the pieces that their series began with. If an argument changes its sign within a
+//! step, the step ends at the first place where it is beyond zero, located to rounding by evaluating the
+//! declaration there. The next series belongs to the pieces beyond, if its motion goes there. If it leads
+//! back, and the motion from the other side leads here, then no piece continues the motion.
 
 use std::borrow::Cow;
 
@@ -15,65 +16,67 @@ use crate::series::roots::Crossing;
 use crate::series::rows::Series;
 use crate::series::switch::{Reach, Switch};
 
-/// So many switches at one place are tried in all combinations.
+/// Largest number of switches at one place that are tried in all combinations.
 const TOGETHER: usize = 4;
 
-/// So many changes in a row may come without any time between them.
+/// Largest number of consecutive changes without time between them.
 pub(super) const AT_ONCE: u32 = 64;
 
-/// How often a motion goes on from several switches at one place, twice as far each time.
+/// Number of times that a motion is moved on from several switches at one place, twice as far each time.
 const CLEARINGS: u32 = 12;
 
-/// Evaluations on the way to the place of a switch.
+/// Largest number of evaluations to locate a switch.
 const EVALUATIONS: u32 = 200;
 
-/// A step of less than this part of the time since the last switch is short, and what an argument's first terms tell of its zero so many steps ahead is
-/// tried.
+/// A step below this part of the time since the last switch is short; then a zero that an argument's first
+/// terms predict within the next number of such steps is tried.
 const SHORT: f64 = 0.01;
 const AHEAD: f64 = 8.0;
 
-/// A switch is looked for up to this part of the way to the corner of a root.
+/// The part of the way to the corner of a root in which switches are searched.
 const BESIDE_CORNER: f64 = 0.99;
 
-/// How far beyond the place that the series of an argument tells the true one is looked for, as a part of the step.
+/// Distance beyond the predicted place of a switch within which the true one is searched, as a part of the
+/// step.
 const BEYOND: f64 = 1e-3;
 
-/// What a motion needs whose system has switches.
+/// The state of a motion whose system has switches.
 #[expect(
     clippy::struct_excessive_bools,
     reason = "facts that do not depend on each other"
 )]
 #[derive(Debug, Default)]
 pub(super) struct Watch {
-    /// Whether a sign may decide between pieces; else there are steep functions alone.
+    /// Whether a sign may select a piece; else there are steep functions alone.
     pub has_pieces: bool,
-    /// Whether a value has a bound, as a root has.
+    /// Whether a value is bounded, as a root is.
     pub(super) has_bounds: bool,
     crossings: Vec<Crossing>,
     touched: Vec<Touched>,
     /// The time of the last switch, or of the start.
     since: f64,
-    /// How many steps in a row were too short for a clock.
+    /// The number of consecutive steps that were shorter than the rounding of the time.
     pub(super) short: u32,
     /// The switch where no piece continues the motion.
     pub stuck: Option<Cow<'static, str>>,
-    /// Whether the motion is not unique beyond the current point: it is at rest, and a force leads away from it on both sides.
+    /// Whether the motion is not unique beyond the current point: it is at rest, and a force drives it away
+    /// on both sides.
     pub(super) forks: bool,
-    /// What rests at the current point.
+    /// The resting state at the current point.
     pub(super) sticking: Option<Box<Sticking>>,
-    /// What rested on the last step.
+    /// The resting state of the last step.
     pub(super) rested: Option<Box<Sticking>>,
-    /// Whether the motion begins where something rested: its argument is zero, and not to the last digit.
+    /// Whether the motion begins where a body was released: its argument is zero, but not to the last digit.
     pub(super) leaves: bool,
 }
 
 impl Watch {
-    /// Room for crossings.
+    /// The workspace for crossings.
     pub(super) fn crossings(&mut self) -> &mut Vec<Crossing> {
         &mut self.crossings
     }
 
-    /// For a system; `None` if it has no switches.
+    /// The state for a system; `None` if it has no switches.
     pub(super) fn new(equations: &dyn SeriesKernel, t: f64) -> Option<Box<Self>> {
         (equations.groups() > 0).then(|| {
             Box::new(Self {
@@ -87,18 +90,18 @@ impl Watch {
     }
 }
 
-/// A switch where the motion is.
+/// A switch at the current point.
 #[derive(Clone, Copy, Debug)]
 struct Touched {
     group: usize,
     place: usize,
-    /// The sign of the piece that led here, and the sign that its argument has from here on.
+    /// The sign of the piece before the point, and the sign of its argument after it.
     side: f64,
     leads: f64,
 }
 
 impl Touched {
-    /// A switch at its place, with the sign that its series to an order leads to in a time `tau`.
+    /// A switch at the current point, with the sign that its series to an order has after a time `tau`.
     fn new((group, place): (usize, usize), switch: &Switch, order: usize, tau: f64) -> Self {
         let (_, leads) = switch.leads(order, tau);
         Self {
@@ -110,7 +113,7 @@ impl Touched {
     }
 }
 
-/// Asks something of every switch.
+/// Calls `ask` with every switch.
 #[inline]
 pub(super) fn each(equations: &mut dyn SeriesKernel, mut ask: impl FnMut(usize, usize, &mut Switch)) {
     for group in 0..equations.groups() {
@@ -120,18 +123,19 @@ pub(super) fn each(equations: &mut dyn SeriesKernel, mut ask: impl FnMut(usize, 
     }
 }
 
-/// How far the nearest switch is a time `s` after the beginning of a step, in units of the size of its argument; negative beyond.
+/// The distance of the nearest switch at the time `s` of a step, in units of its argument's size; negative
+/// beyond.
 fn margin(equations: &mut dyn SeriesKernel, s: f64) -> f64 {
     let mut least = f64::INFINITY;
     each(equations, |_, _, switch| least = least.min(switch.margin(s)));
     least
 }
 
-/// How far a step may go, and whether it ends at a switch.
+/// The end of a step, and whether it is at a switch.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct End {
     pub size: f64,
-    /// The last place that is not beyond the switch.
+    /// The last place before the switch.
     pub before: f64,
     pub at_switch: bool,
     /// Whether it is at the corner of a root.
@@ -139,7 +143,7 @@ pub(super) struct End {
 }
 
 impl End {
-    /// A length, without a switch there.
+    /// An end at a given length, without a switch.
     #[inline]
     pub fn of(size: f64) -> Self {
         Self {
@@ -152,7 +156,7 @@ impl End {
 }
 
 impl Integrator {
-    /// Tries the position, the velocity and the acceleration of the series a time `h` later, where the next series begins.
+    /// Evaluates the series a time `h` later, and begins the next series there.
     #[inline]
     pub(super) fn arrive(&mut self, equations: &mut dyn SeriesKernel, h: f64, t: f64) -> Judged {
         let end = self.side(t, false);
@@ -175,12 +179,12 @@ impl Integrator {
         equations.judge(&self.next, self.tried.a(), weights, p)
     }
 
-    /// Whether an argument is beyond zero at the end of the step that has been tried.
+    /// Whether an argument is beyond zero at the end of the trial step.
     pub(super) fn is_beyond(equations: &mut dyn SeriesKernel, size: f64) -> bool {
         margin(equations, size) < 0.0
     }
 
-    /// How far a step of the length `|h|` may go. From here on the pieces are held.
+    /// The part of a step of the length `|h|` that may be taken. From here on the pieces are held.
     pub(super) fn foresee(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> End {
         let (order, limits) = (self.series.order(), self.control.limits);
         let mut watch = self.watch.take().unwrap_or_default();
@@ -209,8 +213,9 @@ impl Integrator {
         }
     }
 
-    /// The end of a step at whose end an argument comes to zero, if it is just beyond a step of the length `|h|`, short as that is: the series of a power
-    /// ends before the zero of its argument, and the steps that lead there become shorter and shorter.
+    /// The end of a step at an argument's zero, if that is just beyond a short step of the length `|h|`: the
+    /// series of a power is not valid beyond the zero of its argument, and the steps towards it become
+    /// shorter and shorter.
     pub(super) fn ends_at_zero(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> Option<f64> {
         let since = self.watch.as_ref().map_or(f64::NAN, |watch| watch.since);
         let is_short = h.abs() < SHORT * (self.time() - since).abs();
@@ -224,7 +229,7 @@ impl Integrator {
         (nearest > h.abs() && nearest < AHEAD * h.abs()).then_some(nearest)
     }
 
-    /// The place of a switch, looked for near a place that the series of an argument tells.
+    /// The place of a switch, searched near the place that the series of an argument predicts.
     pub(super) fn near(
         &mut self,
         equations: &mut dyn SeriesKernel,
@@ -232,7 +237,7 @@ impl Integrator {
         [place, whole]: [f64; 2],
     ) -> End {
         let farthest = (place + BEYOND * whole).min(whole);
-        // of a step without an end, as that of a constant force, the length says nothing of the place
+        // for a step of unlimited length, as with a constant force, the length is no scale for the place
         let length = whole.min(place / f64::EPSILON.sqrt());
         let mut width = 64.0 * f64::EPSILON * place + f64::EPSILON * BEYOND * length;
         width = width.max(f64::MIN_POSITIVE);
@@ -257,7 +262,8 @@ impl Integrator {
         self.locate(equations, direction, [before, beyond])
     }
 
-    /// The first time at which an argument is beyond zero, between one at which none is and one at which one is.
+    /// The first time at which an argument is beyond zero, between one at which none is and one at which one
+    /// is.
     pub(super) fn locate(
         &mut self,
         equations: &mut dyn SeriesKernel,
@@ -270,7 +276,7 @@ impl Integrator {
         while left > 0 && beyond - before > f64::EPSILON * beyond {
             left -= 1;
             let [a, b] = values;
-            // the method of Illinois, and halving where it is slow or the values are of no use
+            // the Illinois method, and bisection where it is slow or the values are useless
             let secant = before + (beyond - before) * (a / (a - b));
             let inside = secant > before && secant < beyond && a > 0.0 && !left.is_multiple_of(4);
             let middle = if inside { secant } else { 0.5 * (before + beyond) };
@@ -293,7 +299,7 @@ impl Integrator {
         }
     }
 
-    /// How far the nearest switch is a time `h` later.
+    /// The distance of the nearest switch a time `h` later.
     fn margin_at(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> f64 {
         let order = self.next.order();
         self.next.set_order(2);
@@ -302,7 +308,7 @@ impl Integrator {
         margin(equations, h.abs())
     }
 
-    /// Goes on after a step: its end belongs to the same pieces.
+    /// Continues after a step whose end belongs to the same pieces.
     pub(super) fn go_on(&mut self, equations: &mut dyn SeriesKernel) {
         each(equations, |_, _, switch| switch.begins_with(0));
         self.is_new = false;
@@ -311,7 +317,8 @@ impl Integrator {
         }
     }
 
-    /// Goes over to other pieces at a switch, where a step has just ended or before one; `tau` is a time in which the motion changes, in its direction.
+    /// Enters other pieces at a switch, at the end of a step or before one; `tau` is a time scale of the
+    /// motion, in its direction.
     pub(super) fn go_over(
         &mut self,
         equations: &mut dyn SeriesKernel,
@@ -342,8 +349,9 @@ impl Integrator {
         self.watch = Some(watch);
     }
 
-    /// Goes on until all arguments that are zero to rounding, and go over, have the signs of the pieces beyond: a root has no value on the side where the rounding of an
-    /// argument may be that comes to zero at the same time as another one.
+    /// Moves on until all arguments that are zero to rounding, and change their sign, have the signs of the
+    /// pieces beyond: a root has no value if the argument of another function that vanishes at the same time
+    /// is on the wrong side by rounding.
     #[cold]
     fn clear(&mut self, equations: &mut dyn SeriesKernel, touched: &[Touched]) {
         let Some((began, mut h)) = self.last else {
@@ -364,7 +372,7 @@ impl Integrator {
             h += least.copysign(h);
             (self.t, self.last) = (began, Some((began, h)));
             self.t.add(&[h]);
-            // the state at the beginning of the step is where the next one is tried
+            // the next step is tried from the state at the beginning of this one
             equations.along(&self.series, h, &self.tried, &mut self.now);
             let t = self.side(self.t.hi[0], true);
             if let Some(projection) = &mut self.projection {
@@ -374,8 +382,8 @@ impl Integrator {
         }
     }
 
-    /// Goes over to other pieces where a step has ended at a switch to the last digit, not beyond it, and the piece that led there has no series: a root has none at
-    /// zero. Returns whether an argument is zero there.
+    /// Enters other pieces if a step has ended exactly at a switch and the old piece has no series there, as
+    /// a root at zero. Returns whether an argument is zero there.
     #[cold]
     pub(super) fn goes_over_here(&mut self, equations: &mut dyn SeriesKernel) -> bool {
         let (true, Some((_, last))) = (self.may_go_over(), self.last) else {
@@ -390,7 +398,7 @@ impl Integrator {
         touches
     }
 
-    /// Whether an argument is so near to zero that it takes less than the smallest step from there.
+    /// Whether an argument is so close to zero that it takes less than the smallest step to get there.
     #[cold]
     pub(super) fn is_at_switch(equations: &mut dyn SeriesKernel, smallest: f64) -> bool {
         let mut is_at = false;
@@ -398,13 +406,13 @@ impl Integrator {
         is_at
     }
 
-    /// Whether there are pieces, and so many changes have not come at once.
+    /// Whether there are pieces, and not too many changes have come at once.
     fn may_go_over(&self) -> bool {
         let watch = self.watch.as_ref();
         watch.is_some_and(|watch| watch.has_pieces && watch.short <= AT_ONCE)
     }
 
-    /// Begins at a point where nothing is known of what led there.
+    /// Begins at a point without a step that led to it.
     pub(super) fn begin_at_switch(&mut self, equations: &mut dyn SeriesKernel) {
         let Some(mut watch) = self.watch.take() else {
             return;
@@ -435,7 +443,7 @@ impl Integrator {
         self.watch = Some(watch);
     }
 
-    /// Finds the pieces whose motion goes on in them, first those where the motion so far leads to.
+    /// Finds the pieces that continue the motion, beginning with those to which the motion so far leads.
     fn decide(&mut self, equations: &mut dyn SeriesKernel, watch: &mut Watch, tau: f64) {
         let count = watch.touched.len().min(TOGETHER);
         let first = watch
@@ -475,8 +483,8 @@ impl Integrator {
         }
     }
 
-    /// Where arguments stay at zero, as between bodies that touch each other at rest, takes the pieces on whose side the series is known to its last order: that of a
-    /// power is not.
+    /// If arguments stay at zero, as between bodies that touch each other at rest, takes the pieces for which
+    /// the series is finite to its last order; that of a power is not.
     fn take_known_pieces(&mut self, equations: &mut dyn SeriesKernel, touched: &[Touched]) {
         let known = self.next.in_range_to();
         if known >= self.next.order() {
@@ -501,8 +509,9 @@ impl Integrator {
         }
     }
 
-    /// Lets arguments have the signs of their values that have jumped across zero with those that changed, as a force that is limited does where what it follows
-    /// jumps; and others with these. Those that are at their places have the signs that they were given.
+    /// Sets the signs of arguments to those of their values, if these have jumped across zero with the change
+    /// of others, as a saturated force does if its input jumps; repeated for those that depend on these.
+    /// Arguments at their zeros keep the given signs.
     fn let_go(&mut self, equations: &mut dyn SeriesKernel, touched: &[Touched]) {
         for _ in 0..equations.switches() {
             let mut any = false;
@@ -517,7 +526,7 @@ impl Integrator {
         }
     }
 
-    /// Expands the motion on the other side of some switches; tells whether it stays there.
+    /// Expands the motion on the other side of some switches; returns whether it stays there.
     fn goes_over(
         &mut self,
         equations: &mut dyn SeriesKernel,
@@ -527,7 +536,7 @@ impl Integrator {
     ) -> bool {
         for (touched, &over) in touched.iter().zip(over) {
             let group = equations.group(touched.group);
-            // what a function compares later may be something else on the other side
+            // the later comparisons of a function may be different ones on the other side
             if over && touched.group > 0 {
                 for later in group.iter_mut().skip(touched.place + 1) {
                     later.set(0.0);

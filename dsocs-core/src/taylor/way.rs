@@ -1,4 +1,4 @@
-//! A motion at rest on surfaces, as a polynomial through Chebyshev's places.
+//! A motion at rest on surfaces, as a polynomial through Chebyshev points.
 
 use crate::number::larger;
 use crate::regularity::resting::Held;
@@ -8,38 +8,39 @@ use crate::solve::rotation::{self, SLOTS};
 /// The degree of the acceleration.
 pub(super) const DEGREE: usize = 14;
 
-/// The number of its coefficients, and of places.
+/// The number of its coefficients, and of points.
 pub(super) const COUNT: usize = DEGREE + 1;
 
-/// The number of coefficients of a quaternion: those of a position.
+/// The number of coefficients of a quaternion, as of a position.
 pub(super) const TURNS: usize = COUNT + 2;
 
-/// A polynomial motion from the current point on. The attitude of a body is a polynomial, too, as far as the series of its quaternion goes: it follows from
-/// that of the angular velocity by `q' = ½ q∘(0, ω)`.
+/// A polynomial motion from the current point on. The attitude of a body is a polynomial, too, as far as the
+/// series of its quaternion goes: it follows from the angular velocity by `q' = ½ q∘(0, ω)`.
 pub(super) struct Way {
     /// Its length.
     pub(super) h: f64,
-    /// The coefficients of the acceleration of each coordinate, in parts of the length.
+    /// The coefficients of the acceleration of each coordinate, in powers of the part of the path.
     pub(super) accelerations: Vec<[f64; COUNT]>,
-    /// Those of the quaternions of rotations, each with the first place of the rotation.
+    /// The coefficients of the quaternions of rotations, each with the first place of the rotation.
     pub(super) quaternions: Vec<(usize, [[f64; SLOTS]; TURNS])>,
-    /// Those of each side.
+    /// The coefficients of each side.
     pub(super) sides: Vec<[f64; COUNT]>,
-    /// The error, in units of what is allowed.
+    /// The error, in units of the allowed error.
     pub(super) error: f64,
     /// The motion at the end.
     pub(super) end: Held,
 }
 
-/// Chebyshev's places from 0 to 1.
+/// The Chebyshev points from 0 to 1.
 pub(super) fn place(j: usize) -> f64 {
     let angle = core::f64::consts::PI * j as f64 / DEGREE as f64;
-    // as a square, which is right to the last digit near both ends
+    // as a square, which is accurate near both ends
     let half = (0.5 * angle).sin();
     half * half
 }
 
-/// The coefficients of the polynomial with values at Chebyshev's places: by powers of the place, and the last two by Chebyshev's polynomials.
+/// The coefficients of the polynomial with given values at the Chebyshev points: in powers of the place, and
+/// the size of the last two in Chebyshev polynomials.
 pub(super) fn coefficients(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
     let mut powers = [0.0; COUNT];
     // Chebyshev's polynomials of 2x - 1 by powers of x, one after the other
@@ -74,7 +75,7 @@ pub(super) fn coefficients(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
 }
 
 impl Way {
-    /// The coefficients of a velocity in parts of the length.
+    /// The coefficients of a velocity in powers of the part of the path.
     pub(super) fn velocity(&self, i: usize, v: f64) -> [f64; COUNT + 1] {
         let mut velocity = [v; COUNT + 1];
         for (k, (to, a)) in velocity
@@ -88,7 +89,7 @@ impl Way {
         velocity
     }
 
-    /// Follows the attitudes from a position and a velocity.
+    /// Computes the attitudes from a position and a velocity.
     pub(super) fn turn(&mut self, rotations: &[usize], q: &[f64], v: &[f64]) {
         self.quaternions.clear();
         for &first in rotations {
@@ -107,7 +108,7 @@ impl Way {
         }
     }
 
-    /// What the series of quaternions leave out, as a part of their norm.
+    /// The truncation error of the series of quaternions, relative to their norm.
     pub(super) fn truncated(&self) -> f64 {
         let last = self
             .quaternions
@@ -116,7 +117,7 @@ impl Way {
         last.flatten().fold(0.0, |most, c| larger(most, c.abs()))
     }
 
-    /// The quaternion to which a place belongs, as a series, and which of its components it has.
+    /// The series of the quaternion that contains a place, and the component of the place.
     pub(super) fn quaternion(&self, i: usize) -> Option<(&[[f64; SLOTS]; TURNS], usize)> {
         let mut all = self.quaternions.iter();
         all.find_map(|(first, series)| {
@@ -125,7 +126,8 @@ impl Way {
         })
     }
 
-    /// How far position and velocity move in a part `x` of the way from the velocity `v`, in one coordinate.
+    /// The displacements of position and velocity in a part `x` of the path from the velocity `v`, in one
+    /// coordinate.
     pub(super) fn moves(&self, i: usize, v: f64, x: f64) -> [f64; 2] {
         let (mut q, mut dv) = (0.0, 0.0);
         for (k, a) in self.accelerations[i].iter().enumerate().rev() {
@@ -141,7 +143,7 @@ impl Way {
         [s * (v + s * q), s * dv]
     }
 
-    /// Position and velocity in a part `x` of the way.
+    /// Position and velocity at a part `x` of the path.
     pub(super) fn at(&self, (q, v): (&[f64], &[f64]), x: f64) -> (Vector, Vector) {
         let moves: Vec<[f64; 2]> = (0..q.len()).map(|i| self.moves(i, v[i], x)).collect();
         (

@@ -1,8 +1,10 @@
-//! Unknowns that are much smaller than others.
+//! Weights of velocities that are much smaller than others.
 //!
-//! Velocities are compared as numbers, so a coordinate that is small beside another one, in its unit or in fact, would be computed to no digit of its own. Where
-//! no scales are set, one whose velocity is below a thousandth of the largest is therefore multiplied by a weight that makes it a thousandth: its own
-//! error is at most a thousand times the tolerance. Not so what is only rounding, as the velocity of a coordinate that stays at rest by symmetry.
+//! Velocities are compared as numbers, so a coordinate that is small beside another one, by its unit or in
+//! fact, would be computed without a correct digit. If no scales are set, a velocity below a thousandth of
+//! the largest is therefore multiplied by a weight that makes it a thousandth: its own error is at most a
+//! thousand times the tolerance. A velocity that is only rounding, as that of a coordinate at rest by
+//! symmetry, has no weight.
 
 use super::control::{Control, Judged, Sizes};
 use super::integrator::Integrator;
@@ -12,34 +14,35 @@ use crate::number::point::AnyPoint;
 use crate::solve::Square;
 use crate::tape::declaration::Declaration;
 
-/// A velocity counts as this part of the largest one, at least.
+/// A velocity counts as at least this part of the largest one.
 const LEAST: f64 = 1e-3;
 
-/// The rounding of a velocity in a step is so much less than what the tolerance asks of it.
+/// The rounding error of a velocity in a step has to be smaller than the error allowed by the tolerance by
+/// this factor.
 const ABOVE_ROUNDING: f64 = 100.0;
 
-/// Weights are looked at again after as many steps as were made, between these numbers.
+/// Weights are computed again after as many steps as were made, but at least and at most these numbers.
 const AGAIN: [u64; 2] = [8, 1024];
 
-/// Where the largest velocity has fallen to this part of what it was, as after a body has passed close to another one or to the pole of its angles, velocities
-/// are compared by what they are now.
+/// If the largest velocity falls below this part of its former value, as after a body has passed close to
+/// another one or to the pole of its angles, velocities are compared by their current sizes.
 const FALLEN: f64 = 1e-2;
 
-/// So often the first step is looked at.
+/// Number of iterations for the first step, whose length depends on the weights.
 const FIRST: u32 = 6;
 
-/// How large velocities are, and room to find out how far they are known, so that steps allocate nothing.
+/// The sizes of velocities, with workspace for their accuracy, so that steps allocate nothing.
 #[derive(Debug)]
 pub(super) struct Weights {
     /// The largest size of each velocity so far.
     sizes: Vec<f64>,
-    /// The number of steps after which they are looked at again.
+    /// The number of steps after which weights are computed again.
     pub(super) next: u64,
     /// The weights.
     found: Vec<f64>,
-    /// Whether one is larger than 1.
+    /// Whether a weight is larger than 1.
     pub(super) are_used: bool,
-    /// The largest velocity when they were found.
+    /// The largest velocity when the weights were computed.
     pub(super) largest: f64,
     /// Whether velocities have fallen once: they may rise and fall again.
     has_fallen: bool,
@@ -51,7 +54,7 @@ pub(super) struct Weights {
 }
 
 impl Weights {
-    /// Before the first step.
+    /// The weights before the first step.
     pub(super) fn new(dimension: usize) -> Self {
         Self {
             sizes: vec![0.0; dimension],
@@ -67,24 +70,24 @@ impl Weights {
         }
     }
 
-    /// Does not look any more.
+    /// Stops computing weights.
     pub(super) fn stop(&mut self) {
         self.next = u64::MAX;
     }
 
-    /// Gives the weights to the control.
+    /// Passes the weights to the step control.
     fn apply(&mut self, control: &mut Control) {
         self.are_used = self.found.iter().any(|&weight| weight > 1.0);
         control.weigh(&self.found);
     }
 
-    /// Takes the rounding errors of rows, and their Jacobian.
+    /// Computes the rounding errors of the rows, and their Jacobian.
     fn linearize(&mut self, declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) {
         declaration.continuous_bounds(point, &[], &mut self.bounds);
         declaration.linearize_continuous(point, &[], &mut self.rows, &mut self.jacobian);
     }
 
-    /// How far a component of the acceleration is known; NaN where that cannot be told.
+    /// The rounding error of a component of the acceleration; NaN if it cannot be computed.
     fn rounding(&mut self, component: usize) -> f64 {
         let n = self.rows.len();
         for (place, entry) in self.transposed.entries_mut().iter_mut().enumerate() {
@@ -101,7 +104,7 @@ impl Weights {
 }
 
 impl Integrator {
-    /// Whether velocities have fallen far below those that the weights belong to.
+    /// Whether velocities have fallen far below those for which the weights were computed.
     #[inline]
     pub(super) fn have_fallen(&self) -> bool {
         self.weights.are_used && self.is_far_below()
@@ -114,14 +117,15 @@ impl Integrator {
         known.velocity.max(known.acceleration * h.abs()) < FALLEN * self.weights.largest
     }
 
-    /// Looks how large velocities are, and sets the weights of those that are much smaller than the largest.
+    /// Computes the sizes of velocities, and the weights of those that are much smaller than the largest.
     #[cold]
     #[inline(never)]
     pub(super) fn weigh(&mut self, equations: &dyn SeriesKernel) {
         let [least, most] = AGAIN;
         self.weights.next = self.steps + self.steps.clamp(least, most);
         let shape = equations.kernel().shape();
-        // what constraints leave of a velocity may be rounding, of which the equations for accelerations know nothing
+        // the rest of a velocity after projection may be rounding, which the equations for accelerations do
+        // not contain
         if shape.is_of_third_order() || shape.multipliers() > 0 || self.projection.is_some() {
             self.weights.stop();
             return;
@@ -129,14 +133,14 @@ impl Integrator {
         self.weights.has_fallen |= self.have_fallen();
         if self.weights.has_fallen {
             self.weights.sizes.fill(0.0);
-            // beside such a place each step is many times as long as the one before
+            // near such a place each step is many times as long as the one before
             self.weights.next = self.steps + 1;
         }
         if let Some((_, h)) = self.last {
             self.weigh_by(equations, h.abs());
             return;
         }
-        // how long the first step is depends on the weights
+        // the length of the first step depends on the weights
         for _ in 0..FIRST {
             let h = self.control.first_step(&self.next, self.order());
             self.weights.sizes.fill(0.0);
@@ -146,7 +150,7 @@ impl Integrator {
         }
     }
 
-    /// The same by a step of the length `h`. Returns whether a weight is another one.
+    /// [`Integrator::weigh`] for a step of the length `h`. Returns whether a weight has changed.
     fn weigh_by(&mut self, equations: &dyn SeriesKernel, h: f64) -> bool {
         if !h.is_finite() {
             return false;
@@ -204,8 +208,9 @@ impl Integrator {
         differ
     }
 
-    /// Lowers the weights of velocities that grow in the step of the length `h` that has been tried, as that of a body that rests until another one meets it: with a
-    /// weight that belongs to rounding it would be all that counts. Gives the sizes at the beginning of the step and what is judged at its end with the new weights.
+    /// Lowers the weights of velocities that grow in the trial step of the length `h`, as that of a body at
+    /// rest that another one hits: its weight for rounding would make it dominate. Returns the sizes at the
+    /// beginning of the step and the assessment at its end with the new weights.
     #[cold]
     #[inline(never)]
     pub(super) fn weigh_at_end(&mut self, equations: &dyn SeriesKernel, h: f64) -> (Sizes, Judged) {
@@ -225,7 +230,7 @@ impl Integrator {
         let largest = weights.sizes.iter().copied().fold(0.0, larger);
         for (weight, size) in weights.found.iter_mut().zip(&weights.sizes) {
             let least = (LEAST * largest / size).max(1.0);
-            // not where a size is no number
+            // not if a size is NaN
             if least < *weight {
                 *weight = least;
             }

@@ -1,7 +1,8 @@
-//! The Taylor series of a system that was not compiled: its recurrences, walked.
+//! The Taylor series of a system that was not compiled, by interpreted recurrences.
 //!
-//! The recurrences are those that the attribute writes as code, the operations are the same functions in the same order, and so the bits are the same.
-//! Inner sums run over rows of orders as there; what is interpreted is the rest of an order.
+//! The recurrences are those that the attribute generates as code, with the same functions in the same order,
+//! so the bits are the same. Inner sums run over rows of orders as there; the rest of an order is
+//! interpreted.
 
 mod order;
 mod start;
@@ -30,21 +31,21 @@ use crate::step::TapeKernel;
 use crate::tape::declaration::Declaration;
 use crate::tape::{CallData, Leaf, Number as _, Part, Segment, Shape, Source, Tape, TapeCall};
 
-/// The series of a system that was not compiled, with what they need from order to order.
+/// The interpreted series of a system, with the state of its recurrences.
 pub(super) struct Interpreted<'s> {
     kernel: &'s TapeKernel,
     series: Arc<Series>,
     lists: Lists,
     /// The values of the parameters.
     values: Vec<f64>,
-    /// Factors: numbers, what the parameters decide, and 1/3.
+    /// Factors: numbers, expressions of the parameters, and 1/3.
     factors: Box<Factors>,
     tables: Tables,
-    /// Room for a step: its increments.
+    /// Workspace of a step: its increments.
     room: Cell<Vec<f64>>,
 }
 
-/// Where the tape of the factors gets from what is no expression of its leaves.
+/// The source of the factors' tape for calls and parameters.
 struct Called<'a>(&'a TapeKernel, &'a Series);
 
 impl Source for Called<'_> {
@@ -76,7 +77,7 @@ impl Source for Called<'_> {
 }
 
 impl<'s> Interpreted<'s> {
-    /// The series of a system with the values that its parameters have; `None` if it has no recurrences.
+    /// The series of a system with the current values of its parameters; `None` if it has no recurrences.
     fn new(kernel: &'s TapeKernel) -> Option<Self> {
         let series = kernel.series()?;
         let values = (0..kernel.shape().parameters.len()).map(|place| kernel.value(place));
@@ -93,7 +94,7 @@ impl<'s> Interpreted<'s> {
         Some(interpreted)
     }
 
-    /// Computes what the parameters decide.
+    /// Computes the factors of the parameters.
     fn decide(&mut self) {
         let series = &*self.series;
         let (numbers, computed) = self.factors.split_at_mut(series.numbers.len());
@@ -113,7 +114,7 @@ impl<'s> Interpreted<'s> {
         self.factors[series.factors()] = 1.0 / 3.0;
     }
 
-    /// Expands a series, first at the end of a step if there is one.
+    /// Expands a series, after a step if there is one.
     #[inline(never)]
     fn expand_at(&mut self, next: &mut rows::Series, step: Option<Along<'_>>) -> Judged {
         let expansion = Expansion {
@@ -239,7 +240,7 @@ impl<'s> AnyTaylorFlow<'s> {
         Ok(self)
     }
 
-    /// How many steps were made.
+    /// The number of steps that were made.
     #[must_use]
     pub fn steps(&self) -> u64 {
         self.motion.steps

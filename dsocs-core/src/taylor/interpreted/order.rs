@@ -1,12 +1,14 @@
-//! The operations of one order beyond 0, as they are walked: what an operation of [`Series`] becomes whose places are known.
+//! The operations of one order beyond 0 in the form that is interpreted: those of [`Series`] with fixed
+//! places.
 
 use crate::kernel::series::{ACCELERATED, AGAIN, Code, LASTING, Operation, Series};
 use crate::series::orders::LANES;
 
-/// The place of a sequence, a factor or a sum: tables have room for all that it can be, so that no place has to be compared with a length.
+/// The place of a sequence, a factor or a sum. Tables have an entry for every possible place, so that no
+/// bounds are checked.
 pub(super) type Place = u16;
 
-/// How many there may be.
+/// The number of possible places.
 pub(super) const ROOM: usize = 1 << Place::BITS;
 
 /// An operation of an order. Places are those of sequences; `sum` is that of an inner sum.
@@ -35,13 +37,13 @@ pub(super) enum Step {
         c: [Place; 2],
         u: [Place; 2],
     },
-    /// The same with a third term: as many as a step has room for.
+    /// `c u + d v + e w`, the largest sum with its terms inside a step.
     Three {
         to: Place,
         c: [Place; 3],
         u: [Place; 3],
     },
-    /// A sum of terms, which stand from the first on.
+    /// A sum of terms, stored from the first on.
     Linear {
         to: Place,
         first: u32,
@@ -135,22 +137,23 @@ pub(super) enum Step {
         then: Place,
         otherwise: Place,
     },
-    /// A call of a table, by the place of the operation among all.
+    /// A call of a table, by the index of the operation among all.
     Call {
         to: Place,
     },
 }
 
-/// Longer sums are formed in several sums side by side, as the attribute has it.
+/// Longer sums are split into several independent sums, as in the attribute's code.
 pub(super) const SHORT_SUM: usize = 4;
 
-/// The operations of an order: those that depend on no acceleration that is solved for, those that do, and those of the latter that are computed
-/// again.
+/// The operations of an order: those independent of accelerations that are solved for, those that depend on
+/// them, and those of the latter that are evaluated again.
 #[derive(Debug)]
 pub(super) struct Lists {
     /// The terms of long sums: factors and sequences.
     pub(super) terms: Vec<[Place; 2]>,
-    /// The sequences of each coordinate: position, velocity and acceleration. What is no operand has the place that nothing reads.
+    /// The sequences of each coordinate: position, velocity and acceleration. Those that are no operands have
+    /// the place that nothing reads.
     pub(super) coordinates: Vec<[Place; 3]>,
     pub(super) known: Vec<Step>,
     pub(super) accelerated: Vec<Step>,
@@ -158,9 +161,9 @@ pub(super) struct Lists {
 }
 
 impl Lists {
-    /// Those of some recurrences; `None` if there are more than there is room for.
+    /// The lists of some recurrences; `None` if there are more than possible places.
     pub(super) fn new(series: &Series) -> Option<Self> {
-        // behind the others stand a sequence that is zero, one that nothing reads, and a factor that is 1/3
+        // after the others come a sequence that is zero, one that nothing reads, and a factor 1/3
         let third = narrow(u32::try_from(series.factors()).ok()?)?;
         let unread = narrow(u32::try_from(series.operations.len() + 1).ok()?)?;
         let blocks = series.products.len().div_ceil(LANES) + series.squares.len().div_ceil(LANES);
@@ -188,7 +191,7 @@ impl Lists {
             match op.code {
                 Code::Position => lists.coordinates.get_mut(op.index as usize)?[0] = to,
                 Code::Velocity => lists.coordinates.get_mut(op.index as usize)?[1] = to,
-                // their coefficients are zero, and a cosine is computed with its sine
+                // their higher coefficients are zero, and a cosine is computed with its sine
                 Code::Constant | Code::Signum | Code::Cos => {}
                 _ => {
                     let step = step(series, to, op, third)?;
@@ -210,12 +213,12 @@ impl Lists {
     }
 }
 
-/// A place for which there is room.
+/// A place, if it is possible.
 pub(super) fn narrow(place: u32) -> Option<Place> {
     Place::try_from(place).ok()
 }
 
-/// Some of them.
+/// Several places, if all are possible.
 fn all<const K: usize>(places: [u32; K]) -> Option<[Place; K]> {
     let mut narrow = [0; K];
     for (to, place) in narrow.iter_mut().zip(places) {
@@ -224,7 +227,7 @@ fn all<const K: usize>(places: [u32; K]) -> Option<[Place; K]> {
     Some(narrow)
 }
 
-/// Makes one of the last steps where one does for all of them.
+/// Joins the last steps to one if there is an operation for all of them.
 fn join(steps: &mut Vec<Step>) {
     if let [
         ..,
@@ -253,7 +256,7 @@ fn join(steps: &mut Vec<Step>) {
     }
 }
 
-/// An operation as it is walked.
+/// The step of an operation.
 fn step(series: &Series, to: Place, op: &Operation, third: Place) -> Option<Step> {
     let [u, v, w, z] = all(op.parts)?;
     let sums = all(op.sums)?;
@@ -268,7 +271,7 @@ fn step(series: &Series, to: Place, op: &Operation, third: Place) -> Option<Step
             to,
             index: narrow(op.index)?,
         },
-        // these come first or have nothing to be done
+        // these are done before, or need no operation
         Code::Constant | Code::Signum | Code::Cos | Code::Position | Code::Velocity => return None,
         Code::Linear => {
             let [first, count] = op.terms;

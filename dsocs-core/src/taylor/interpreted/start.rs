@@ -18,7 +18,7 @@ pub(super) struct Start<'a> {
 }
 
 impl Start<'_> {
-    /// The operations that depend on accelerations that are solved for, or the others.
+    /// Evaluates the operations that depend on accelerations that are solved for, or the others.
     #[inline(always)]
     pub(super) fn operations<const FUSED: bool>(&self, tables: &mut Tables, accelerated: bool) {
         for (to, op) in self.series.operations.iter().enumerate() {
@@ -129,7 +129,7 @@ impl Start<'_> {
                 if op.code == Code::Signum {
                     sign
                 } else {
-                    // its sign serves in every order
+                    // its sign is used in every order
                     inverse = sign;
                     Scalar::abs(u)
                 }

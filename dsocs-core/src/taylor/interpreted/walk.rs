@@ -1,4 +1,4 @@
-//! The walk through recurrences, order by order; compiled for the machine's own instructions.
+//! The interpreter of recurrences, order by order; compiled for the machine's own instructions.
 
 use core::cell::Cell;
 
@@ -19,19 +19,19 @@ use crate::taylor::recurrences::Along;
 use crate::taylor::solve::{AnyAccelerations, back_into};
 use crate::taylor::state::State;
 
-/// What is kept of the coefficients of a sequence.
+/// The coefficients of a sequence that are kept.
 type Sequence = [f64; 5];
 
 /// The coefficient of order 0.
 pub(super) const START: usize = 0;
-/// What is divided by in every order, inverted; or what decides between pieces.
+/// The reciprocal of the divisor of all orders, or the sign that selects a piece.
 pub(super) const INVERSE: usize = 1;
-/// The coefficient of order 1; zero up to order 2, where the newest terms are the same one.
+/// The coefficient of order 1; zero up to order 2, where both newest terms are the same.
 const FIRST: usize = 2;
-/// The coefficients of this order and of the one before stand from here on, by turns.
+/// From here on the coefficients of this order and of the one before, alternating.
 const NOW: usize = 3;
 
-/// All sequences. There is room for every place that a [`Place`] can be; where nothing is written, the system gives no memory.
+/// All sequences, one for every possible [`Place`]; unwritten pages take no physical memory.
 type Sequences = [Sequence; ROOM];
 
 /// All factors.
@@ -40,7 +40,7 @@ pub(super) type Factors = [f64; ROOM];
 /// The inner sums of an order.
 type Sums = [Row<f64>; ROOM / LANES];
 
-/// A table of zeros that was never on the stack.
+/// A table of zeros that is never built on the stack.
 pub(super) fn zeros<T: Clone, const M: usize>(zero: &T) -> Option<Box<[T; M]>> {
     vec![zero.clone(); M].into_boxed_slice().try_into().ok()
 }
@@ -52,19 +52,20 @@ struct Stored {
     rate: Row<f64>,
 }
 
-/// What recurrences keep of the orders before.
+/// The state of the recurrences.
 pub(super) struct Tables {
     pub(super) sequences: Box<Sequences>,
     products: Vec<Products>,
     squares: Vec<Squares>,
-    /// What is stored of each order: left and right of each block of products, and the blocks of squares.
+    /// The operands that are stored in each order: left and right of each block of products, and the blocks
+    /// of squares.
     of_products: Vec<[Stored; 2]>,
     of_squares: Vec<Stored>,
     /// The inner sums of an order, products before squares.
     sums: Box<Sums>,
     /// The velocity of an order.
     velocity: Vec<f64>,
-    /// Accelerations, then multipliers, that are solved for, and the same in the order of the unknowns.
+    /// Accelerations, then multipliers, that are solved for; then the same in the order of the unknowns.
     pub(super) solved: Vec<f64>,
     unknown: Vec<f64>,
     rows: Vec<f64>,
@@ -79,7 +80,7 @@ pub(super) struct Tables {
 /// The coefficients of rotations and of their angular velocities, by order, all rotations of one order together.
 #[derive(Clone, Debug)]
 pub(super) struct Turning {
-    /// Where they begin.
+    /// The first places of rotations.
     pub(super) rotations: Vec<usize>,
     q: Vec<[f64; SLOTS]>,
     w: Vec<[f64; SLOTS]>,
@@ -96,7 +97,8 @@ impl Turning {
         }
     }
 
-    /// Sets the coefficients of order `k` in a row, from those below, and those of the angular velocity.
+    /// Computes the coefficients of order `k` in a row, from those of lower orders and of the angular
+    /// velocity.
     #[inline(always)]
     fn advance<const FUSED: bool>(&mut self, k: usize, q: &mut [f64], v: Option<&[f64]>) {
         let count = self.rotations.len();
@@ -119,7 +121,7 @@ impl Turning {
     }
 }
 
-/// The numbers of a rotation.
+/// The four numbers of a rotation.
 fn slots(numbers: &[f64], first: usize) -> [f64; SLOTS] {
     let slots = numbers.get(first..).and_then(|numbers| numbers.first_chunk());
     slots.copied().unwrap_or([f64::NAN; SLOTS])
@@ -134,7 +136,7 @@ impl Tables {
             let rows = operands.chunks(LANES).map(|lanes| {
                 let lane = |lane: usize| lanes.get(lane).copied().unwrap_or((zero, false));
                 Stored {
-                    // sequences for which there is room
+                    // sequences whose places are possible
                     from: core::array::from_fn(|i| narrow(lane(i).0).unwrap_or_default()),
                     rate: core::array::from_fn(|i| if lane(i).1 { 1.0 } else { 0.0 }),
                 }
@@ -172,22 +174,22 @@ impl Tables {
 }
 
 impl Tables {
-    /// Forgets what switches and functions have met; the other tables are written before they are read.
+    /// Resets switches and calls; the other tables are written before they are read.
     pub(super) fn forget(&mut self) {
         self.switches.fill_with(Switch::default);
         self.calls.fill_with(Call::default);
     }
 }
 
-/// The way along a series.
+/// The evaluation of a series at the end of a step.
 pub(super) struct Way<'a> {
     pub(super) series: &'a rows::Series,
     pub(super) h: f64,
     pub(super) from: &'a State,
     pub(super) to: &'a mut State,
-    /// Where rotations begin.
+    /// The first places of rotations.
     pub(super) rotations: &'a [usize],
-    /// Room for the increments.
+    /// Workspace for the increments.
     pub(super) room: &'a Cell<Vec<f64>>,
 }
 
@@ -212,7 +214,7 @@ impl Work for Way<'_> {
     }
 }
 
-/// One expansion, at the end of a step if there is one.
+/// One expansion, after a step if there is one.
 pub(super) struct Expansion<'a, 'c> {
     pub(super) series: &'a Series,
     pub(super) lists: &'a Lists,
@@ -348,7 +350,7 @@ impl Expansion<'_, '_> {
         turn::<FUSED, 1>(tables, &self.lists.coordinates, 1, [&mut q[n..], v]);
     }
 
-    /// The orders beyond.
+    /// The higher orders.
     #[inline(always)]
     fn orders<const FUSED: bool, const EAGER: bool>(&mut self) {
         let (n, order) = (self.series.coordinates, self.next.order());
@@ -358,10 +360,11 @@ impl Expansion<'_, '_> {
             .skip(2)
             .zip(v.chunks_exact_mut(n.max(1)).skip(2));
         for (k, (q, v)) in (1..order).zip(rows) {
-            // an order is long: no register is spent on what could be counted from one to the next
+            // an order is long: no registers are used for loop counters
             let k = core::hint::black_box(k);
             let row = [&mut *q, &mut *v];
-            // of two coefficients those of this order, by turns: a literal each, so that no place is computed
+            // of two coefficients the one of this order, alternating; as literals, so that no place is
+            // computed
             if k % 2 == 0 {
                 order_of::<FUSED, EAGER, 0, 1>(self.series, self.lists, self.factors, self.tables, k, row);
                 turn::<FUSED, 1>(self.tables, &self.lists.coordinates, k + 1, [q, v]);
@@ -370,7 +373,7 @@ impl Expansion<'_, '_> {
                 turn::<FUSED, 0>(self.tables, &self.lists.coordinates, k + 1, [q, v]);
             }
         }
-        // a position is ahead of its velocity
+        // a position is one order ahead of its velocity
         let (velocities, q) = (&v[order * n..], &mut q[(order + 1) * n..]);
         for (q, v) in q.iter_mut().zip(velocities).take(n) {
             *q = v * RECIPROCALS[order + 1];
@@ -379,7 +382,8 @@ impl Expansion<'_, '_> {
     }
 }
 
-/// The coefficients of order `k` of rotations, in the place of what the velocity would say; they stand at `TURN` of their sequences.
+/// Computes the coefficients of order `k` of rotations, which replace those from the velocity; they stand at
+/// `TURN` of their sequences.
 #[inline(always)]
 fn turn<const FUSED: bool, const TURN: usize>(
     tables: &mut Tables,
@@ -403,7 +407,8 @@ fn turn<const FUSED: bool, const TURN: usize>(
     }
 }
 
-/// Takes the accelerations of an order, which stand at a place of their sequences. Positions and velocities of the next order follow.
+/// Stores the accelerations of an order, which stand at a place of their sequences. Positions and velocities
+/// of the next order follow.
 #[inline(always)]
 fn advance<const FROM: usize, const NEXT: usize>(
     coordinates: &[[Place; 3]],
@@ -465,7 +470,7 @@ fn order_of<const FUSED: bool, const EAGER: bool, const TURN: usize, const NEXT:
         r: RECIPROCALS[k],
         below,
     };
-    // one walk for all lists: it is long
+    // one call for all lists: the function is long
     let mut list = &lists.known;
     for phase in 0.. {
         order.walk::<FUSED, EAGER>(list);
@@ -522,7 +527,7 @@ impl Stored {
         for i in 0..LANES {
             row[i] = sequences[self.from[i] as usize][NOW + TURN];
         }
-        // exact: a small whole number, and 1 for those that are not multiplied
+        // exact: a small integer, and 1 for those that are not multiplied
         for i in 0..LANES {
             row[i] *= 1.0 + self.rate[i] * below;
         }
@@ -536,14 +541,14 @@ fn at((is_multiplier, place): (bool, u32), coordinates: usize) -> usize {
     place as usize + if is_multiplier { coordinates } else { 0 }
 }
 
-/// Some of the terms.
+/// A range of the terms.
 #[inline(always)]
 pub(super) fn terms(lists: &Lists, first: u32, count: u32) -> &[[Place; 2]] {
     let first = first as usize;
     lists.terms.get(first..first + count as usize).unwrap_or_default()
 }
 
-/// `constant + Σ coefficient · term`, as the attribute writes it.
+/// `constant + Σ coefficient · term`, with the operations of the attribute's code.
 #[inline(always)]
 pub(super) fn linear<const FUSED: bool>(
     constant: Option<f64>,
@@ -552,7 +557,7 @@ pub(super) fn linear<const FUSED: bool>(
     value: impl Fn(Place) -> f64,
 ) -> f64 {
     if terms.len() > SHORT_SUM {
-        // four sums side by side
+        // four independent sums
         let mut sums = [0.0; 4];
         for (i, &[c, x]) in terms.iter().enumerate() {
             sums[i % 4] = add_product::<FUSED, f64>(sums[i % 4], factors[c as usize], value(x));
@@ -571,7 +576,7 @@ pub(super) fn linear<const FUSED: bool>(
     sum.unwrap_or(0.0)
 }
 
-/// An order beyond 0.
+/// One order beyond 0.
 struct Order<'a, const TURN: usize> {
     series: &'a Series,
     lists: &'a Lists,
@@ -593,31 +598,31 @@ impl<const TURN: usize> Order<'_, TURN> {
         &self.sequences[place as usize]
     }
 
-    /// Its coefficient of this order.
+    /// The coefficient of this order at a place.
     #[inline(always)]
     fn now(&self, place: Place) -> f64 {
         self.of(place)[NOW + TURN]
     }
 
-    /// The same by a place of the series.
+    /// The coefficient of this order at a place of the series.
     #[inline(always)]
     fn of_series(&self, place: u32) -> f64 {
         self.sequences[place as usize][NOW + TURN]
     }
 
-    /// Its coefficients of order 0 and of this order.
+    /// The coefficients of order 0 and of this order.
     #[inline(always)]
     fn pair(of: &Sequence) -> [f64; 2] {
         [of[START], of[NOW + TURN]]
     }
 
-    /// Its coefficients of order 1 and of the order before.
+    /// The coefficients of order 1 and of the order before.
     #[inline(always)]
     fn newest(of: &Sequence) -> [f64; 2] {
         [of[FIRST], of[NOW + (TURN ^ 1)]]
     }
 
-    /// Those of `j x_j`.
+    /// The coefficients of order 1 and of the order before of `j x_j`.
     #[inline(always)]
     fn rates(&self, of: &Sequence) -> [f64; 2] {
         [of[FIRST], self.below * of[NOW + (TURN ^ 1)]]
@@ -634,7 +639,7 @@ impl<const TURN: usize> Order<'_, TURN> {
         }
     }
 
-    /// That of an operand with itself.
+    /// The inner sum of an operand with itself.
     #[inline(always)]
     fn inner_square<const FUSED: bool, const EAGER: bool>(&self, sum: Place, x: [f64; 2]) -> f64 {
         let sum = self.sums[sum as usize];
@@ -645,7 +650,7 @@ impl<const TURN: usize> Order<'_, TURN> {
         }
     }
 
-    /// Computes some sequences.
+    /// Evaluates some operations.
     #[inline(always)]
     #[allow(clippy::too_many_lines)] // one recurrence after another, each a few lines
     fn walk<const FUSED: bool, const EAGER: bool>(&mut self, steps: &[Step]) {
@@ -815,7 +820,8 @@ impl<const TURN: usize> Order<'_, TURN> {
         }
     }
 
-    /// The coefficient of a table of samples. It is long and seldom, and would take registers from all others.
+    /// The coefficient of a table of samples. Not inlined: it is long and rare, and would take registers from
+    /// the others.
     #[cold]
     #[inline(never)]
     fn call<const FUSED: bool>(&mut self, to: Place) -> f64 {
