@@ -29,7 +29,7 @@ pub use any::{AnyEnsemble, AnyObserved};
 use block::Audience;
 use engine::Declared;
 
-/// Many trajectories of one system with one step `h`, each from a start of its own.
+/// Many trajectories of one system with one step `h`, each from its own start.
 ///
 /// The trajectories are divided into blocks of eight. The steps of a block are computed together, one trajectory in each SIMD lane. The
 /// generated code is the same as for a [`Flow`](crate::Flow), and so are Newton's iteration, the predictor and the stop rules, which are applied to each
@@ -76,14 +76,14 @@ use engine::Declared;
 #[must_use]
 pub struct Ensemble<'a, const N: usize>(AnyEnsemble<'a>);
 
-// by hand, as that of the other
+// prints the fields of `AnyEnsemble` under this name
 impl<const N: usize> fmt::Debug for Ensemble<'_, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.write(f, "Ensemble")
     }
 }
 
-/// The place of a parameter, and its values, one for each start.
+/// The index of a parameter and its values, one for each start.
 pub(crate) fn one_each(
     shape: &Shape,
     parameter: &str,
@@ -96,7 +96,7 @@ pub(crate) fn one_each(
     Ok((place, values))
 }
 
-/// Checks that there is one value, or one plan, for each start.
+/// Checks that the number of values or plans equals the number of starts.
 fn check_count(shape: &Shape, place: usize, values: usize, starts: usize) -> Result<(), RunError> {
     if values == starts {
         return Ok(());
@@ -113,7 +113,7 @@ fn check_count(shape: &Shape, place: usize, values: usize, starts: usize) -> Res
 pub struct Observed<O, const N: usize> {
     /// The observer after the run, also if the trajectory failed.
     pub observer: O,
-    /// The last node, or why the trajectory ended early.
+    /// The last node, or the error that ended the trajectory.
     pub last: Result<Node<N>, RunError>,
 }
 
@@ -127,7 +127,7 @@ impl<'a, const N: usize> Ensemble<'a, N> {
         AnyEnsemble::with(system.kernel(), Box::new(Declared(system)), h).map(Self)
     }
 
-    /// The same with any number of coordinates.
+    /// The ensemble without its number of coordinates.
     pub fn into_any(self) -> AnyEnsemble<'a> {
         self.0
     }
@@ -140,8 +140,8 @@ impl<'a, const N: usize> Ensemble<'a, N> {
         self
     }
 
-    /// Gives a parameter a value of its own on each trajectory, in the order of the starts that were added before. Several parameters
-    /// may vary.
+    /// Varies a parameter from trajectory to trajectory: one value for each start added before, in their
+    /// order. Several parameters may vary.
     ///
     /// ```
     /// use dsocs_core::prelude::*;
@@ -175,9 +175,9 @@ impl<'a, const N: usize> Ensemble<'a, N> {
         self.0.varied(parameter, values).map(Self)
     }
 
-    /// Holds a parameter at values that change during the run. Each trajectory has a plan of its own, in the order of the starts that were
-    /// added before. A plan has times that increase, and the value that holds from each time on. Before the first time, the parameter
-    /// has the value that it has in the system. Several parameters may be held.
+    /// Changes the values of a parameter during the run. Each trajectory has its own plan, in the order of
+    /// the starts added before. A plan lists times that increase, each with the value that holds from then
+    /// on. Before the first time, the parameter has its value in the system. Several parameters may be held.
     ///
     /// Values change at nodes, with the effect that [`Inputs`](crate::Inputs) describes: the value of a time holds from the first
     /// position at or after it. The step about a change is solved in a single flow, and the others in lanes, so that rare changes cost
@@ -223,7 +223,8 @@ impl<'a, const N: usize> Ensemble<'a, N> {
         self.0.held(parameter, plans).map(Self)
     }
 
-    /// Sets how often the rows of a step are evaluated from one guess; see [`Flow::max_iterations`](crate::Flow::max_iterations).
+    /// Sets the maximum number of Newton iterations from one guess; see
+    /// [`Flow::max_iterations`](crate::Flow::max_iterations).
     pub fn max_iterations(self, limit: u32) -> Self {
         Self(self.0.max_iterations(limit))
     }
@@ -234,13 +235,14 @@ impl<'a, const N: usize> Ensemble<'a, N> {
         Self(self.0.instructions(widest))
     }
 
-    /// Sets a function that observes the progress. Whenever a block has ended, it is called with the number of trajectories that have
-    /// ended so far, failed ones included. Several threads may call it at the same time, so a number may arrive before a smaller one.
+    /// Sets a function that observes the progress. After each block, it is called with the number of
+    /// trajectories that have ended so far, failed ones included. Several threads may call it at the same
+    /// time, so the numbers may arrive out of order.
     pub fn progress(self, progress: &'a (dyn Fn(usize) + Sync)) -> Self {
         Self(self.0.progress(progress))
     }
 
-    /// Runs all trajectories in the thread that asks for them, one block after the other.
+    /// Runs all trajectories in the calling thread, one block after the other.
     pub fn here(self) -> Self {
         Self(self.0.here())
     }
@@ -286,11 +288,12 @@ impl<'a, const N: usize> Ensemble<'a, N> {
         runs.into_iter().map(collected).collect()
     }
 
-    /// Runs like [`Ensemble::to`], and hands the nodes whose number is a multiple of `every` to observers, as
+    /// Runs like [`Ensemble::to`], and passes the nodes whose index is a multiple of `every` to observers, as
     /// [`crate::Stepper::stream`] does.
     ///
-    /// The function `observer` makes an observer for each trajectory, from the index of its start. An observer that breaks off ends its own
-    /// trajectory; the last node is then the one that it saw last. An infinite `t` is allowed if all observers break off.
+    /// The function `observer` makes an observer for each trajectory, from the index of its start. An
+    /// observer that breaks off ends its own trajectory; the last node is then the last that it received. An
+    /// infinite `t` is allowed if all observers break off.
     #[must_use]
     pub fn stream<O: Observer<N> + Send>(
         &self,
@@ -319,16 +322,16 @@ impl<'a, const N: usize> Ensemble<'a, N> {
     }
 }
 
-/// The observers of a block, and how its trajectories ended.
+/// Observers and final results of the trajectories of a block.
 struct Observers<O, const N: usize> {
-    /// The observers.
+    /// The observers, one for each trajectory.
     observers: Vec<O>,
-    /// The last nodes, or why a trajectory ended early.
+    /// The last node of each trajectory, or the error that ended it; `None` before its end.
     ends: Vec<Option<Result<Node<N>, RunError>>>,
 }
 
 impl<O, const N: usize> Observers<O, N> {
-    /// What was observed. All trajectories of a block end.
+    /// The observed trajectories. Every trajectory of a block ends.
     fn observed(self) -> Vec<Observed<O, N>> {
         let both = self.observers.into_iter().zip(self.ends);
         both.filter_map(|(observer, last)| last.map(|last| Observed { observer, last }))

@@ -1,4 +1,4 @@
-//! What can go wrong, where, and what to try.
+//! Errors of starts and of steps: messages, details and advice.
 
 pub(crate) mod series;
 pub(crate) mod stage;
@@ -17,9 +17,10 @@ use crate::regularity::undefined::Undefined;
 use crate::solve::failure::{History, NewtonFailure, StepFailure};
 use crate::tape::{Shape, Symmetry};
 
-/// Makes the `Debug` of an error its message, so that `fn main() -> Result<(), Box<dyn Error>>` and `unwrap` print a text for people.
+/// Makes the `Debug` of an error its message, so that `fn main() -> Result<(), Box<dyn Error>>` and `unwrap`
+/// print a readable text.
 ///
-/// A message of this library tells its cause, too: the sources of an error need not be printed after it.
+/// A message of this library includes its cause, so the sources of an error need not be printed after it.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! debug_is_message {
@@ -32,7 +33,8 @@ macro_rules! debug_is_message {
     };
 }
 
-/// A failed iteration, after what the equations leave open, or what in them has no value, if that is why.
+/// Displays a failed iteration; a deficiency of the equations, or an expression without a value, comes first
+/// if it is the cause.
 struct Told<'a>(Option<&'a Deficiency>, Option<&'a Undefined>, &'a NewtonFailure);
 
 impl fmt::Display for Told<'_> {
@@ -53,11 +55,11 @@ pub struct Violation {
     pub constraint: &'static str,
     /// Its index among the constraints of its kind, from 0.
     pub index: usize,
-    /// Where it is imposed: at which node, or by which map.
+    /// The node or the map at which it is imposed.
     pub at: &'static str,
     /// Its value there, in its units.
     pub value: f64,
-    /// The size of its terms.
+    /// The magnitude of its terms, in the same units.
     pub size: f64,
 }
 
@@ -105,19 +107,19 @@ pub enum SetupError {
         /// The start time.
         t0: f64,
     },
-    /// A vector of the start has not one component for each coordinate.
+    /// A vector of the start has the wrong number of components.
     #[error(
         "the start's {vector} has {found} components, but {}",
         expected_components(.vector, *.coordinates, *.rotations)
     )]
     StartLength {
-        /// Which vector.
+        /// The vector: `q0`, `v0` or another one of the start.
         vector: &'static str,
-        /// How many components it has.
+        /// The number of its components.
         found: usize,
-        /// How many coordinates there are.
+        /// The number of components of a position.
         coordinates: usize,
-        /// How many of their numbers are the first of a rotation's quaternion.
+        /// The number of rotations; each takes four of the components of a position and three of a velocity.
         rotations: usize,
     },
     /// A component of the start is infinite or not a number.
@@ -197,7 +199,7 @@ pub enum SetupError {
         coordinate: Cow<'static, str>,
         /// Its acceleration.
         acceleration: f64,
-        /// By how much it may be wrong.
+        /// Bound on the error of this acceleration.
         lost: f64,
     },
     /// The steps of this system cannot be composed.
@@ -208,7 +210,7 @@ pub enum SetupError {
     Composition {
         /// The method.
         method: Composition,
-        /// Why not.
+        /// The reason.
         reason: Symmetry,
     },
     /// The second-order start needs the initial acceleration, which the continuous system does not give.
@@ -222,13 +224,13 @@ pub enum SetupError {
         q0: Vec<f64>,
         /// The initial velocity.
         v0: Vec<f64>,
-        /// What the equations leave open there, if that is why.
+        /// Deficiency of the equations there, if it is the cause.
         deficiency: Option<Box<Deficiency>>,
-        /// What in the equations has no value there, if that is why.
+        /// Expression without a value there, if it is the cause.
         undefined: Option<Box<Undefined>>,
         /// Whether the equations fail at this position with other velocities, too, for the same reason.
         at_any_velocity: bool,
-        /// How the solution for the acceleration failed.
+        /// Failure of Newton's iteration for the acceleration.
         #[source]
         cause: Box<NewtonFailure>,
     },
@@ -246,47 +248,47 @@ pub enum SetupError {
         q0: Vec<f64>,
         /// The velocity.
         v0: Vec<f64>,
-        /// What the equations leave open there, if it can be told.
+        /// Deficiency of the equations there, if it was found.
         deficiency: Option<Box<Deficiency>>,
     },
-    /// The first two nodes are equal, and the system would stay there for ever, only because a kinematic constraint has a factor that is zero
-    /// at rest.
+    /// The first two nodes are equal, and every later step would rest there, only because a kinematic
+    /// constraint has a factor that vanishes at rest.
     #[error(
         "from this start the system would stay at rest for ever: {deficiency}, so rest solves every step, whatever forces act; {}",
         .deficiency.advice().unwrap_or("start with a velocity")
     )]
     Rest {
-        /// What the equations leave open at rest.
+        /// Deficiency of the equations at rest.
         deficiency: Box<Deficiency>,
     },
-    /// The method begins with a velocity, and the start gives two nodes.
+    /// The method needs an initial velocity, but the start gives two nodes.
     #[error(
         "the start gives two nodes, and this method begins with a position and a velocity: give them \
          (`Start::second_order`), or take the step of order 2 (Flow)"
     )]
     Velocity,
-    /// A constraint is of third order, and the start does not say with which acceleration the motion begins.
+    /// A constraint is of third order, so the initial acceleration is free, but the start does not give it.
     #[error(
         "a constraint here is of third order, so that the acceleration at the start is free: give it (`Start::third_order(q0, v0, a0)`), or \
          the constraint force there (`Start::third_order_by_force(q0, v0, force)`)"
     )]
     FreeAcceleration,
-    /// The start gives an acceleration, and the equations determine it.
+    /// The start gives an acceleration, but the equations determine it.
     #[error(
         "the start gives an acceleration, and no constraint here is of third order: the equations determine it; take \
          `Start::second_order(q0, v0)`, and `near_acceleration` where they have several solutions"
     )]
     DeterminedAcceleration,
-    /// The acceleration that belongs to the constraint force of a start cannot be solved for.
+    /// The equations cannot be solved for the acceleration that belongs to the constraint force of the start.
     #[error(
         "no acceleration belongs to the constraint force at the start (what is left is {}), since the mass matrix is singular there: \
          give the acceleration (`Start::third_order`)", Magnitude(*.left)
     )]
     StartForce {
-        /// How much of the force is left.
+        /// The part of the force that is not balanced, as a magnitude.
         left: f64,
     },
-    /// The third derivative at the start cannot be solved for.
+    /// The equations cannot be solved for the third derivative at the start.
     #[error(
         "the third derivative at the start cannot be computed: {}; the rate of the constraint force must change the constraint of third order, but here the \
          matrix ∂c/∂j · M⁻¹ · α (constraint c, third derivatives j, mass matrix M, form α of the force) is singular: declare a force that \
@@ -294,10 +296,10 @@ pub enum SetupError {
         .deficiency.as_ref().map_or_else(|| "its equations have no solution that is found".to_owned(), ToString::to_string)
     )]
     Jerk {
-        /// What the equations leave open there, if that is why.
+        /// Deficiency of the equations there, if it is the cause.
         deficiency: Option<Box<Deficiency>>,
     },
-    /// The method knows constraints of up to second order.
+    /// A constraint is of third order, and the method allows at most second.
     #[error(
         "{method} knows constraints of up to second order, and one here is of third: take the discrete flow (Flow), which has an error of h²"
     )]
@@ -305,15 +307,15 @@ pub enum SetupError {
         /// The method.
         method: &'static str,
     },
-    /// The method knows coordinates that are numbers.
+    /// A coordinate is a rotation, and the method allows only scalar coordinates.
     #[error("{method} knows coordinates that are numbers, so far, and one here is a rotation: {instead}")]
     Rotation {
         /// The method.
         method: &'static str,
-        /// What to take in its place.
+        /// The method to use instead.
         instead: &'static str,
     },
-    /// The start's quaternion is none of norm one.
+    /// A quaternion of the start does not have norm 1.
     #[error(
         "the quaternion of `{rotation}` in the start's q0 has the norm {norm}; expected one of norm 1 (w, x, y, z), the scalar first: it is brought there \
          from a millionth away, and no farther"
@@ -324,29 +326,29 @@ pub enum SetupError {
         /// The norm.
         norm: f64,
     },
-    /// The velocity of a rotation is no angular velocity.
+    /// The first component of a rotation's velocity, which is not used, is not zero.
     #[error(
         "the velocity of `{rotation}` in the start's v0 begins with {value}; expected 0, and then the three numbers of the angular velocity in the frame of the body"
     )]
     AngularVelocity {
         /// The coordinate.
         rotation: String,
-        /// The number in the place that is not used.
+        /// This first component.
         value: f64,
     },
-    /// A rotation turns too far in the first step.
+    /// A rotation turns by more than a step allows in the first step.
     #[error(
         "in the first step, h = {h}, `{rotation}` turns by {turn:.2} rad, and 3 rad is the most that a step knows: take a smaller h"
     )]
     Turn {
         /// The coordinate.
         rotation: String,
-        /// By how much, in radians.
+        /// The angle, in radians.
         turn: f64,
         /// The step.
         h: f64,
     },
-    /// The tolerance cannot be used.
+    /// The tolerance is out of range.
     #[error(
         "the tolerance is {relative} (relative) and {absolute} (absolute); the first must lie between 0 and 1 (1.1e-16, the unit round-off, is the least \
          that can be reached), the second not be negative"
@@ -357,7 +359,7 @@ pub enum SetupError {
         /// The absolute part.
         absolute: f64,
     },
-    /// The system is a tape alone.
+    /// The system is a bare tape, without recurrences for Taylor series.
     #[error(
         "a tape alone has no Taylor series: their recurrences belong to a text (`text::Text`) or a compiled system"
     )]
@@ -370,7 +372,7 @@ pub enum SetupError {
 crate::debug_is_message!(SetupError);
 
 impl SetupError {
-    /// Refuses a system with rotations, and says what to take in the place of a method.
+    /// An error if the system has rotations, which names the method and its substitute.
     pub(crate) fn for_rotations(shape: &Shape, [method, instead]: [&'static str; 2]) -> Result<(), Self> {
         if shape.rotations.is_empty() {
             Ok(())
@@ -380,7 +382,7 @@ impl SetupError {
     }
 }
 
-/// How many components a vector of the start is to have.
+/// The expected number of components of a vector of the start, as a part of the message.
 fn expected_components(vector: &str, coordinates: usize, rotations: usize) -> String {
     if rotations == 0 {
         format!("there are {coordinates} coordinates")
@@ -392,16 +394,16 @@ fn expected_components(vector: &str, coordinates: usize, rotations: usize) -> St
     }
 }
 
-/// What is said of roots that have become one.
+/// Advice at a multiple root.
 const MULTIPLE: &str = "every update of the iteration is the same part of the one before, so several solutions are one here, and the equations do not \
                         determine it as the theorem asks: write the root itself instead of a power of it, as `ddot(x) + x` for `(ddot(x) + x).powi(2)`";
 
-/// What is said where the equations become singular.
+/// Advice at a singularity of the equations.
 const SINGULAR: &str = "either the motion ends there, or it turns away within a time much shorter than the step: a run to a tolerance (`TaylorFlow`, `--tolerance`) \
                         tells which. What this step finds beyond is no continuation. Where the motion ends, end the run before, or look for what vanishes there \
                         (a mass, the coefficient of an acceleration or a jerk in a constraint, the forces' hold on what it prescribes)";
 
-/// What to try where the second-order start fails.
+/// Advice if the acceleration at the start cannot be solved for.
 fn acceleration_advice(
     v0: &[f64],
     cause: &NewtonFailure,
@@ -438,7 +440,7 @@ fn acceleration_advice(
     }
 }
 
-/// Everything known about a step that failed.
+/// State and diagnosis of a failed step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedStep {
     /// The number of the step's middle node `q1`, counted as in [`crate::Node::index`].
@@ -451,38 +453,40 @@ pub struct FailedStep {
     pub q0: Vec<f64>,
     /// The step's middle node.
     pub q1: Vec<f64>,
-    /// The last candidate for the third node; if there are two candidates, the one that was found first.
+    /// The last candidate for the third node; of two candidates, the one found first.
     pub q2: Vec<f64>,
-    /// The other candidate, for [`StepFailure::AmbiguousRoot`]; empty for all else.
+    /// The second candidate for [`StepFailure::AmbiguousRoot`]; otherwise empty.
     pub other: Vec<f64>,
-    /// How regular the equations are at the last candidate.
+    /// The certificate of the equations at the last candidate.
     pub regularity: Regularity,
     /// The coordinates' names.
     pub coordinates: Vec<Cow<'static, str>>,
-    /// Whether it may help to divide out a factor: there is a kinematic constraint, and no `branch` is declared.
+    /// Whether `branch = divide(…)` may help: there is a kinematic constraint, and no `branch` is declared.
     pub may_divide: bool,
-    /// What the equations leave open at the last candidate, if that is why the step failed.
+    /// Deficiency of the equations at the last candidate, if it is the cause.
     pub deficiency: Option<Deficiency>,
-    /// What in the equations has no value at the middle node, if that is why the step failed.
+    /// Expression without a value at the middle node, if it is the cause.
     pub undefined: Option<Undefined>,
-    /// Whether a constraint is of third order, so that what the step finds is a jerk.
+    /// Whether a constraint is of third order, so that a step solves for a jerk.
     pub third_order: bool,
-    /// The time, about, where the equations become singular and the acceleration, of third order the jerk, grows without bound, if that is why the step
-    /// failed.
+    /// Approximate time at which the equations become singular and the acceleration (in third order, the
+    /// jerk) grows without bound, if it is the cause.
     pub singular_at: Option<f64>,
-    /// The time, about, where a constraint says nothing beside those before it, or hardly anything, if that may be why the step failed.
+    /// Approximate time at which a constraint becomes dependent on the earlier ones, or nearly so, and this
+    /// row, if it may be the cause.
     pub dependent: Option<(f64, DependentRow)>,
-    /// A constraint on positions that holds at the middle node and has no gradient there, if that may be why the step failed.
+    /// A holonomic constraint that holds at the middle node with zero gradient, if it may be the cause.
     pub without_gradient: Option<DependentRow>,
-    /// For [`StepFailure::NoSolution`], the rows that are not met at the minimum of the residual, each with its value there, in its
-    /// units; empty otherwise.
+    /// For [`StepFailure::NoSolution`], the rows that do not vanish at the minimum of the residual, each with
+    /// its value in its units; otherwise empty.
     pub unmet: Vec<(DependentRow, f64)>,
-    /// How Newton's iteration failed from the best guess; other guesses were tried and failed, too.
+    /// Failure of Newton's iteration from the best guess; the other guesses failed, too.
     pub cause: NewtonFailure,
 }
 
 impl FailedStep {
-    /// The coordinate in which two candidates are farthest apart, in units of its last leg, and by how much.
+    /// The coordinate in which two candidates differ most, relative to its increment, and this difference in
+    /// its units.
     fn apart(&self) -> Option<(&str, f64)> {
         let legs = self.q0.iter().zip(&self.q1).map(|(q0, q1)| (q1 - q0).abs());
         let legs: Vec<f64> = legs.collect();
@@ -497,7 +501,7 @@ impl FailedStep {
         let places = self.coordinates.iter().zip(apart).zip(&legs);
         places
             .max_by(|((_, one), leg), ((_, other), other_leg)| {
-                // a leg that stands still is no unit
+                // the increment of a coordinate at rest is no unit
                 let relative = |apart: f64, leg: f64| apart / leg.max(1e-3 * longest);
                 relative(*one, **leg).total_cmp(&relative(*other, **other_leg))
             })
@@ -505,7 +509,7 @@ impl FailedStep {
     }
 }
 
-/// A step without a solution. The details are boxed, so that a step that succeeds costs nothing more.
+/// A step without a solution. The details are boxed, so that the result of a successful step stays small.
 #[derive(Clone, PartialEq)]
 pub struct StepError(Box<FailedStep>);
 
@@ -517,20 +521,20 @@ impl StepError {
         Self(Box::new(details))
     }
 
-    /// Where and why the step failed.
+    /// State and diagnosis of the failed step.
     #[must_use]
     pub fn details(&self) -> &FailedStep {
         &self.0
     }
 
-    /// The same, of a step on whose way no motion leads past a singularity.
+    /// Adds a singularity in the step that no motion passes.
     pub(crate) fn at(mut self, singularity: Singularity) -> Self {
         self.0.singular_at = Some(singularity.time);
         self.0.deficiency = singularity.deficiency;
         self
     }
 
-    /// What to try, for people.
+    /// Advice for the user.
     fn advice(&self) -> &'static str {
         let step = &*self.0;
         if step.singular_at.is_some() {
@@ -544,7 +548,7 @@ impl StepError {
             return "the motion may go on there in more than one way, and a smaller h decides by chance: end the run before, change a length a little, or \
                     leave out what the constraints say twice there";
         }
-        // where a factor may be divided out the advice is about that
+        // where a factor may be divided out, this advice comes first
         let deficiency = step.deficiency.as_ref().filter(|_| !step.may_divide);
         if let Some(advice) = deficiency.and_then(Deficiency::advice) {
             return advice;

@@ -13,9 +13,9 @@ use crate::system::System;
 
 /// A run of the discrete system, step by step.
 ///
-/// The functions that drive it are those of [`Stepper`]. The velocity, the acceleration and the constraint force at node `k` also depend on
-/// the next node. So node `k` is handed out when the step with the middle node `k` is solved, and [`Flow::position`] is always one node
-/// ahead of [`Stepper::node`].
+/// The functions that drive it are those of [`Stepper`]. The velocity, the acceleration and the constraint
+/// force at node `k` also depend on the next node. So node `k` is available once the step with the middle
+/// node `k` is solved, and [`Flow::position`] is always one node ahead of [`Stepper::node`].
 ///
 /// # Back in time
 ///
@@ -66,8 +66,7 @@ impl<'s, const N: usize> Flow<'s, N> {
         Box::new(self.0)
     }
 
-    /// Sets how often the rows of a step are evaluated from one guess before it is given up (60 unless set; at
-    /// least 1 is taken).
+    /// Sets the maximum number of Newton iterations from one guess (60 by default; at least 1 is used).
     #[must_use]
     pub fn max_iterations(mut self, limit: u32) -> Self {
         self.0.course.max_iterations = limit.max(1);
@@ -80,19 +79,20 @@ impl<'s, const N: usize> Flow<'s, N> {
         self.0.course.h
     }
 
-    /// The number of the last position that is known, the middle node of the next step: one more than [`Stepper::node`]'s.
+    /// The index of the last known position, the middle node of the next step: one more than that of
+    /// [`Stepper::node`].
     #[must_use]
     pub fn index(&self) -> u64 {
         self.0.course.index()
     }
 
-    /// The time of that position.
+    /// The time of the last known position.
     #[must_use]
     pub fn time(&self) -> f64 {
         self.0.course.time()
     }
 
-    /// The last position that is known: the second node of the start, then the one that [`Stepper::advance`] found.
+    /// The last known position: the second node of the start, then the node that [`Stepper::advance`] found.
     #[must_use]
     pub fn position(&self) -> &[f64; N] {
         self.0
@@ -103,7 +103,7 @@ impl<'s, const N: usize> Flow<'s, N> {
             .unwrap_or(&[f64::NAN; N])
     }
 
-    /// The leg that the next step begins with: the last node and the increment that led to it.
+    /// The leg at the beginning of the next step: the last node and the increment that led to it.
     #[must_use]
     pub fn leg(&self) -> Leg<f64, N> {
         Leg {

@@ -94,19 +94,20 @@ use crate::regularity::multipliers::of_step;
 use crate::solve::rotation;
 use crate::tape::declaration::Declaration;
 
-/// The position to which an increment leads from another one: their sum, but for rotations, which it turns.
+/// The position `q` moved by the increment `d`: their sum; for a rotation, the product of the rotations.
 #[must_use]
 pub fn moved(system: &dyn Kernel, q: &[f64], d: &[f64]) -> Vec<f64> {
     rotation::moved(&system.shape().rotations, q, d)
 }
 
-/// By how much the rounding of the forces and momenta at a triple of nodes may move its second difference, by coordinate; zero of a coordinate without mass.
+/// Bounds on the error of the second difference that the rounding of forces and momenta causes at a triple of
+/// nodes, by coordinate; zero for a coordinate without mass.
 #[must_use]
 pub fn roundings(system: &dyn Kernel, h: f64, triple: &Triple) -> Vec<f64> {
     lengths::roundings(&Declaration::of(system), h, triple.leg.any(), &triple.e)
 }
 
-/// Whether the rows of a step depend on the time itself, and not only on the positions and the step.
+/// Whether the rows of a step depend on time explicitly.
 #[must_use]
 pub fn depends_on_time(system: &dyn Kernel, h: f64, triple: &Triple) -> bool {
     let declaration = Declaration::of(system);
@@ -123,11 +124,11 @@ pub fn depends_on_time(system: &dyn Kernel, h: f64, triple: &Triple) -> bool {
     rows.iter().any(|row| row.derivative() != 0.0)
 }
 
-/// A coordinate whose increment is shorter than this part of the longest stands still.
+/// A coordinate is at rest if its increment is shorter than this fraction of the longest.
 const STILL: f64 = 1e-3;
 
-/// Units for derivatives by the coordinates: powers of two, which do not round, of about the size of a leg. Only differences
-/// of users' functions depend on them.
+/// Units for the derivatives by the coordinates: powers of two, which do not round, of about the magnitude of
+/// a leg. Only finite differences of users' functions depend on them.
 fn units(leg: AnyLeg<'_, f64>) -> Vec<f64> {
     let longest = array::largest(leg.d);
     let unit = |d: &f64| {

@@ -72,24 +72,26 @@
 //!
 //! # Where to look
 //!
-//! The attribute [`macro@dsocs`] describes what a declaration may contain. [`Samples`] are functions of time or of a coordinate that are given by
-//! samples. The trait [`System`] evaluates a declared system at single points: energy, forces, rows. [`mod@geometry`] has the paper's objects:
-//! Legendre transforms, two-forms, the flow as a map, momentum maps, the theorem on the flow. [`mod@linear`] has linear models and equilibria. [`RunError`] and [`SetupError`] say what went wrong and
-//! what to try. The book, with a chapter on each of these, is the module `guide` of `dsocs-systems`.
+//! The attribute [`macro@dsocs`] describes what a declaration may contain. [`Samples`] are sampled functions
+//! of time or of a coordinate. The trait [`System`] evaluates a declared system at single points: energy,
+//! forces, rows. [`mod@geometry`] has the paper's objects: Legendre transforms, two-forms, the flow as a map,
+//! momentum maps, the theorem on the flow. [`mod@linear`] has linear models and equilibria. [`RunError`] and
+//! [`SetupError`] give the cause of a failure and advice. The book, with a chapter on each of these, is the
+//! module `guide` of `dsocs-systems`.
 
-// tests ask for exact values where they are exact
+// tests compare floats exactly where the results are exact
 #![cfg_attr(test, allow(clippy::float_cmp))]
 
-// declared systems of the tests call this crate by its name
+// the systems declared in tests refer to this crate by name
 #[cfg(test)]
 extern crate self as dsocs_core;
 
-// From below to above: a folder knows those before it, and none of those after it.
+// In layers: a folder uses only those above it.
 
-// work on several cores
+// threads
 mod threads;
 
-// numbers of all kinds, and functions that samples give; linear and nonlinear equations; Taylor series
+// numbers, sampled functions, linear and nonlinear equations, Taylor series
 mod number;
 
 mod samples;
@@ -98,20 +100,20 @@ mod solve;
 
 mod series;
 
-// a declaration: as bytes, and as generated code
+// declarations: as bytes, and as generated code
 mod tape;
 
 mod kernel;
 
-// what can be said of its equations, and what can go wrong
+// regularity of the equations, and errors
 mod regularity;
 
 mod error;
 
-// what its user sees of it
+// the interface of a system
 mod system;
 
-// one step, and a run of steps
+// starts, steps, runs
 mod start;
 
 mod step;
@@ -129,7 +131,7 @@ mod derivative;
 
 pub mod taylor;
 
-// and beside them
+// analysis, and declarations as text
 pub mod geometry;
 
 pub mod linear;
@@ -178,7 +180,7 @@ pub use system::System;
 pub use tape::{Shape, Symmetry};
 pub use taylor::{Estimates, FailedSeries, Jump, SeriesError, SeriesFailure, TaylorFlow, Tolerance};
 
-/// What generated code needs beside the public items; no part of the interface.
+/// Items that generated code uses beside the public ones; no part of the interface.
 #[doc(hidden)]
 pub mod __private {
     pub use crate::kernel::course::Course;
@@ -206,18 +208,18 @@ pub mod __private {
     pub use crate::tape::{CallData, Number, Source, Tape, table};
     pub use crate::taylor::solve::{Accelerations, back};
 
-    /// What the recurrences of Taylor series are made of.
+    /// Formulas of the recurrences of Taylor series.
     pub mod series {
         pub use crate::series::formulas::*;
     }
 
-    /// What the attribute writes behind a kernel.
+    /// Items that the code of the attribute uses for a kernel.
     pub mod kernel {
         pub use crate::kernel::compiled::*;
         pub use crate::step::smooth::smooth;
     }
 
-    /// Constants that a declaration knows without an import.
+    /// Constants that are known in every declaration.
     pub mod __circle {
         pub use core::f64::consts::{PI, TAU};
         #[allow(non_upper_case_globals, reason = "as formulas write it")]
@@ -226,7 +228,7 @@ pub mod __private {
         pub const tau: f64 = TAU;
     }
 
-    /// Computes a part of a long method in a function of its own.
+    /// Calls a part of a long function as a function that is not inlined.
     #[inline(never)]
     pub fn apart<R>(part: impl FnOnce() -> R) -> R {
         part()

@@ -1,7 +1,7 @@
-//! What a program that runs a system needs: `use dsocs_core::prelude::*;`.
+//! Imports for a program that runs a system: `use dsocs_core::prelude::*;`.
 //!
-//! It has the attribute, the methods, the trait with the functions that drive a run ([`Stepper`]), and the types of their arguments and
-//! results.
+//! The attribute, the methods, the trait that drives a run ([`Stepper`]), and the types of their arguments
+//! and results.
 
 pub use crate::composition::ComposedFlow;
 pub use crate::ensemble::Ensemble;

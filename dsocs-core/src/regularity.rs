@@ -1,8 +1,8 @@
-//! Whether the equations of a step determine the next node, and the node before.
+//! Certificate of regularity: whether the equations of a step determine the next node, and the previous one.
 //!
-//! The paper's theorem on the discrete flow asks that the derivatives `D₃` and `D₁` of the equations, those by the last and
-//! by the first node of a triple, be injective. With as many rows as coordinates they are square matrices, and how far they
-//! are from singular is told by their smallest singular values.
+//! The paper's theorem on the discrete flow requires the derivatives `D₃` and `D₁` of the equations, by the
+//! last and by the first node of a triple, to be injective. With as many rows as coordinates they are square
+//! matrices. Their smallest singular values measure their distance from singular matrices.
 
 pub(crate) mod deficiency;
 pub(crate) mod dependence;
@@ -26,14 +26,15 @@ use crate::regularity::stacked::{of_first_pair, stacked};
 use crate::solve::dense::Matrix;
 use crate::tape::declaration::Declaration;
 
-/// A singular value below this many units of rounding, relative to the largest, is zero for all that can be told.
+/// A singular value is numerically zero below this multiple of `f64::EPSILON`, relative to the largest.
 const ROUNDINGS: f64 = 64.0;
 
-/// A row's slopes are at most so many times its terms, or the terms vanish with a motion that stands still: a coordinate that moves by less than this part of
-/// the others, inverted, is measured by them ([`lengths`]), and its terms are not.
+/// Bound on a row's slopes, relative to its terms. Where they are larger, the terms vanish because the motion
+/// is at rest. The inverse is the fraction of the longest leg by which a coordinate at rest is measured
+/// ([`lengths`]).
 const STEEP: f64 = 1e3;
 
-/// How regular the equations of a step are at a triple of nodes `(q0, q1, q2)`.
+/// The certificate of the equations of a step at a triple of nodes `(q0, q1, q2)`.
 ///
 /// `D₃` and `D₁` are the derivatives of the step's equations with respect to the last and the first node. The rows are those of the
 /// declaration: kinematic constraints (without a factor that `branch = divide(w)` takes out) and
@@ -42,18 +43,19 @@ const STEEP: f64 = 1e3;
 /// positions or velocities, `D₁` contains their rows for the first pair of nodes. This is the matrix with which the inverse flow
 /// is computed ([`DiscreteFlow::backward`](crate::geometry::DiscreteFlow::backward)).
 ///
-/// Singular values depend on units, so the matrices are scaled. A row is divided by the size of its own terms. A coordinate is measured
-/// relative to the longer of its two legs, or to a thousandth of the longest leg of all coordinates, if that is longer; for this the masses
-/// `∂²L/∂v²` make lengths of different coordinates comparable. Multipliers, and coordinates without mass that do not move, are measured
-/// relative to the change that changes some row by the size of its terms. So the values do not depend on the units of coordinates,
-/// constraints, mass or time. A value of 1 means that a change of `q2` by the length of a leg changes the rows by the size of their terms.
-/// Derivatives are exact, by dual numbers. Only your own Rust functions whose arguments contain `q0` or `q2` are differentiated by finite
-/// differences of eighth order.
+/// Singular values depend on units, so the matrices are scaled. A row is divided by the magnitude of its own
+/// terms. The unit of a coordinate is the longer of its two legs, or a thousandth of the longest leg of all
+/// coordinates, if that is longer; the masses `∂²L/∂v²` make the lengths of different coordinates comparable.
+/// The unit of a multiplier, and of a coordinate without mass that does not move, is the change that changes
+/// some row by the magnitude of its terms. So the values do not depend on the units of coordinates,
+/// constraints, mass or time. A value of 1 means that a change of `q2` by the length of a leg changes the
+/// rows by the magnitude of their terms. Derivatives are exact, by dual numbers. Only your own Rust functions
+/// whose arguments contain `q0` or `q2` are differentiated by finite differences of eighth order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regularity {
-    /// The smallest singular value of `D₃`, by the last node; NaN where it has none.
+    /// The smallest singular value of `D₃`, by the last node; NaN if the matrix is not finite.
     pub forward: f64,
-    /// The smallest singular value of `D₁`, by the first node; NaN where it has none.
+    /// The smallest singular value of `D₁`, by the first node; NaN if the matrix is not finite.
     pub backward: f64,
     /// The largest singular value of `D₃`.
     pub largest_forward: f64,
@@ -62,7 +64,7 @@ pub struct Regularity {
 }
 
 impl Regularity {
-    /// Nothing is known: all values are NaN.
+    /// An unknown certificate: all values are NaN.
     pub const UNKNOWN: Self = Self {
         forward: f64::NAN,
         backward: f64::NAN,
@@ -70,9 +72,10 @@ impl Regularity {
         largest_backward: f64::NAN,
     };
 
-    /// The regularity of the step `h` from a leg with the second difference `e = q2 − 2 q1 + q0`.
+    /// The certificate of the step `h` from a leg with the second difference `e = q2 − 2 q1 + q0`.
     ///
-    /// The triple need not solve the equations. Leg and second difference have one component for each coordinate; of others nothing is known.
+    /// The triple need not solve the equations. Leg and second difference have one component for each
+    /// coordinate; otherwise the result is [`Self::UNKNOWN`].
     #[must_use]
     pub fn of(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Self {
         let declaration = Declaration::of(system);
@@ -82,7 +85,7 @@ impl Regularity {
         Self::of_declaration(&declaration, h, leg, e)
     }
 
-    /// The same of a declaration.
+    /// The certificate for a declaration; see [`Self::of`].
     pub(crate) fn of_declaration(
         declaration: &Declaration<'_>,
         h: f64,
@@ -90,14 +93,15 @@ impl Regularity {
         e: &[f64],
     ) -> Self {
         let triple = Triple::new(declaration, h, leg, e);
-        // q0 = q1 − d and q2 = q1 + d + e: moving q2 moves e, moving q0 moves d back and e on
+        // q0 = q1 − d and q2 = q1 + d + e: a change of q2 changes e; a change δ of q0 changes d by −δ and e
+        // by δ
         let forward = triple.extremes([0.0, 1.0], false);
         Self::measured(forward, triple.extremes([-1.0, 1.0], true))
     }
 
-    /// The regularity of a step of third order, with the equations by the last of four nodes; and, for the inverse flow, the constraints of
-    /// third order (at the places `third`) by the first of them beside the other equations of the first three nodes. Each row of these is
-    /// measured by the largest of its entries.
+    /// The certificate of a step of third order: forward, the equations by the last of four nodes; backward,
+    /// by the first node, the rows of third order (with the indices `third`) and the other rows at the first
+    /// three nodes. Each of these is divided by its largest entry.
     pub(crate) fn of_third(
         declaration: &Declaration<'_>,
         past: &[f64],
@@ -153,12 +157,12 @@ pub(crate) fn fit(declaration: &Declaration<'_>, vectors: &[&[f64]]) -> bool {
         .all(|vector| vector.len() == declaration.dimension())
 }
 
-/// Whether a smallest singular value is more than rounding.
+/// Whether the smallest singular value is above rounding.
 fn is_regular(smallest: f64, largest: f64) -> bool {
     smallest > ROUNDINGS * f64::EPSILON * largest && largest.is_finite()
 }
 
-/// The singular values of the derivative by all three nodes, in no order; none where it has none.
+/// The singular values of the derivative by all three nodes, unsorted; empty if it is not finite.
 pub(crate) fn all_singular_values(
     declaration: &Declaration<'_>,
     h: f64,
@@ -166,46 +170,47 @@ pub(crate) fn all_singular_values(
     e: &[f64],
 ) -> Vec<f64> {
     let triple = Triple::new(declaration, h, leg, e);
-    // q1 moves the node, both increments and so e twice
+    // a change δ of q1 changes the two increments by δ and −δ, and so e by −2δ
     let nodes = [[0.0, -1.0, 1.0], [1.0, 1.0, -2.0], [0.0, 0.0, 1.0]];
     triple
         .matrix(&nodes, false)
         .map_or_else(Vec::new, |matrix| matrix.decomposed().values)
 }
 
-/// A triple of nodes, and what its equations are measured by.
+/// A triple of nodes, with the units for its equations.
 struct Triple<'a> {
     declaration: &'a Declaration<'a>,
     h: f64,
     leg: AnyLeg<'a, f64>,
     e: &'a [f64],
-    /// The multipliers that are unknown or were solved for.
+    /// Values of all multipliers at the triple.
     multipliers: Vec<f64>,
-    /// How far each coordinate moves.
+    /// The length of each coordinate in this step; `None` for a coordinate without mass that does not move.
     lengths: Vec<Option<f64>>,
 }
 
 /// The derivatives of all rows along one direction.
 struct Column {
-    /// By row.
+    /// The derivatives, by row.
     slopes: Vec<f64>,
-    /// The largest of those that they are the sums of: by the middle node, the increment and the second difference. What is left of
-    /// them where they cancel is rounding.
+    /// For each row, the largest of the parts of this sum: by the middle node, the increment and the second
+    /// difference. If the parts cancel, the sum is rounding of this magnitude.
     parts: Vec<f64>,
-    /// What is known of the length that they are along.
+    /// The kind of its length.
     length: Length,
 }
 
-/// What is known of the length of a direction.
+/// Source of the length of a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Length {
-    /// It is that of a leg.
+    /// The length of a leg.
     Leg,
-    /// Nothing moves. It is that of the other coordinates, by their masses, but for one factor.
+    /// The coordinate does not move: the inverse square root of its mass, up to a factor common to all such
+    /// coordinates.
     Mass,
-    /// Nothing.
+    /// Unknown: a coordinate without mass that does not move.
     Coordinate,
-    /// Nothing; the direction is a multiplier.
+    /// Unknown: a multiplier.
     Multiplier,
 }
 
@@ -222,8 +227,9 @@ impl<'a> Triple<'a> {
         }
     }
 
-    /// The smallest and the largest singular value of the derivative by a node that moves `[d, e]`, and by the multipliers;
-    /// with what constraints ask of the first pair of nodes, or without.
+    /// The smallest and the largest singular value of the derivative by a node whose change changes `[d, e]`
+    /// by these factors, and by the multipliers; `first_pair` includes the constraint rows of the first pair
+    /// of nodes.
     fn extremes(&self, [by_d, by_e]: [f64; 2], first_pair: bool) -> [f64; 2] {
         match self.matrix(&[[0.0, by_d, by_e]], first_pair) {
             Some(matrix) => matrix.decomposed().extremes(),
@@ -236,7 +242,7 @@ impl<'a> Triple<'a> {
         let h = Tangent::splat(self.h);
         let n = self.declaration.dimension();
         let less = |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x - y).collect() };
-        // the triple before: its second difference is the one that the step went on from
+        // the previous triple; its second difference is `past`
         let (q, d) = (less(self.leg.q, self.leg.d), less(self.leg.d, past));
         let before = AnyLeg {
             t: self.leg.t - self.h,
@@ -299,7 +305,7 @@ impl<'a> Triple<'a> {
                 [f64::NAN; 2]
             };
         }
-        // a multiplier is measured by its force
+        // the unit of a multiplier: its column has norm 1
         matrix.normalize_columns();
         if matrix.is_finite() {
             matrix.decomposed().extremes()
@@ -308,11 +314,12 @@ impl<'a> Triple<'a> {
         }
     }
 
-    /// The derivative of all rows by nodes that move `[q, d, e]`, and by the multipliers, with rows and columns in their own
-    /// units; `None` if it is not finite.
+    /// The scaled derivative of all rows by the multipliers and by nodes whose change changes `[q, d, e]` by
+    /// these factors; `None` if it is not finite.
     ///
-    /// The equations of a step ask constraints of positions and velocities of the last node and the last pair alone. Where it is the
-    /// first node that is sought, the last pair is given and obeys them, and they bind the first pair.
+    /// In the equations of a step, constraints on positions and velocities bind the last node and the last
+    /// pair only. If the first node is unknown, the last pair is given and obeys them, so `first_pair` takes
+    /// them for the first pair.
     fn matrix(&self, nodes: &[[f64; 3]], first_pair: bool) -> Option<Matrix> {
         let weights = weights(self.declaration, self.h, self.leg);
         let mut columns = Vec::with_capacity(nodes.len() * weights.len() + self.multipliers.len());
@@ -338,7 +345,7 @@ impl<'a> Triple<'a> {
         }
         let by_slopes = nodes.len() > 1 || self.declaration.lower() > 0 || self.declaration.has_multipliers();
         let mut sizes = self.sizes(&columns, by_slopes, first_pair);
-        // what is known best comes first, and gives rows without terms their sizes
+        // the best known lengths first: their columns give rows without terms their magnitudes
         scale_columns(&mut columns, &sizes, Length::Mass);
         scale_columns(&mut columns, &sizes, Length::Coordinate);
         size_rows(&mut sizes, &columns, |length| length != Length::Multiplier);
@@ -351,7 +358,7 @@ impl<'a> Triple<'a> {
         matrix.is_finite().then_some(matrix)
     }
 
-    /// Whether a multiplier is among the unknowns, and was not solved for.
+    /// Whether multiplier `j` is among the unknowns of the step.
     fn is_unknown(&self, j: usize) -> bool {
         let mut multipliers = vec![0.0; self.multipliers.len()];
         if let Some(multiplier) = multipliers.get_mut(j) {
@@ -363,8 +370,8 @@ impl<'a> Triple<'a> {
         unknown.iter().any(|&x| x != 0.0)
     }
 
-    /// The derivatives of all rows where a coordinate of the middle node, the increment and the second difference moves, or a
-    /// multiplier.
+    /// The derivatives of all rows by coordinate `j` of the middle node, the increment and the second
+    /// difference together, with the given factors, or by a multiplier.
     fn slopes(
         &self,
         coordinate: Option<(usize, [f64; 3])>,
@@ -401,10 +408,11 @@ impl<'a> Triple<'a> {
         rows.into_iter().map(Tangent::derivative).collect()
     }
 
-    /// The sizes of the rows: those of their terms, from the bounds of their rounding. By slopes it is the largest slope of
-    /// a row, if that is larger: where a motion comes to rest in some coordinates the terms of their rows vanish, and the
-    /// equations are as regular as before. Else it is the largest slope only of a row that does not round, or a part of it where hardly anything is
-    /// left of the terms: rows of different sizes are no loss of regularity.
+    /// The magnitudes of the rows: those of their terms, from the bounds on their rounding errors. With
+    /// `by_slopes`, a row's largest slope counts if it is larger: where some coordinates come to rest, the
+    /// terms of their rows vanish, but the equations stay regular. Otherwise the largest slope counts fully
+    /// only in a row without rounding error, and elsewhere only `1/STEEP` of it: rows of different magnitudes
+    /// are no loss of regularity.
     fn sizes(&self, columns: &[Column], by_slopes: bool, first_pair: bool) -> Vec<f64> {
         let mut bounds = rounding::stacked_bounds(self.declaration, self.h, self.leg, self.e);
         if first_pair {
@@ -425,7 +433,7 @@ impl<'a> Triple<'a> {
 }
 
 impl Column {
-    /// Nothing moves yet.
+    /// A column without derivatives.
     fn new(length: Length) -> Self {
         Self {
             slopes: Vec::new(),
@@ -434,7 +442,7 @@ impl Column {
         }
     }
 
-    /// Adds the derivatives where one thing more moves.
+    /// Adds the derivatives by one more of its parts.
     fn add(&mut self, slopes: &[f64]) {
         for sums in [&mut self.slopes, &mut self.parts] {
             sums.resize(slopes.len(), 0.0);
@@ -456,16 +464,16 @@ impl Column {
         self.slopes.get(row).copied().unwrap_or(f64::NAN)
     }
 
-    /// The largest part of a row's size.
+    /// The largest part of the derivative of any row, relative to the row's magnitude.
     fn largest(&self, sizes: &[f64]) -> f64 {
         let entries = self.parts.iter().zip(sizes).filter(|(_, size)| **size > 0.0);
         entries.fold(0.0, |largest, (part, size)| largest.max(part / size))
     }
 }
 
-/// Gives directions whose length is not known one that changes some row by as much as its terms are: each its own, and those
-/// that are known by their masses one in common. (A multiplier itself is no measure: it may vanish where the equations are as
-/// regular as anywhere.)
+/// Scales directions of unknown length so that they change some row by the magnitude of its terms: each by
+/// its own factor, those of kind `Mass` by a common one. (The value of a multiplier is no unit: it may vanish
+/// while the equations are regular.)
 fn scale_columns(columns: &mut [Column], sizes: &[f64], of: Length) {
     let scaled = || columns.iter().filter(|column| column.length == of);
     let common = scaled().fold(0.0_f64, |largest, column| largest.max(column.largest(sizes)));
@@ -483,7 +491,7 @@ fn scale_columns(columns: &mut [Column], sizes: &[f64], of: Length) {
     }
 }
 
-/// Gives rows without a size that of their largest slope.
+/// Sets the magnitude of each row without one to its largest slope.
 fn size_rows(sizes: &mut [f64], columns: &[Column], counts: impl Fn(Length) -> bool) {
     for (i, size) in sizes.iter_mut().enumerate().filter(|(_, size)| **size <= 0.0) {
         let columns = columns.iter().filter(|column| counts(column.length));
@@ -495,7 +503,7 @@ fn size_rows(sizes: &mut [f64], columns: &[Column], counts: impl Fn(Length) -> b
 mod tests {
     use super::*;
 
-    /// Small is not singular: what can be told from rounding grants a flow.
+    /// The threshold is relative to rounding: a small singular value above it still grants a flow.
     #[test]
     fn all_but_rounding_is_regular() {
         let at = |smallest: f64| Regularity {

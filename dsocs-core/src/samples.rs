@@ -1,4 +1,4 @@
-//! Functions that are given by samples: a measured wind, a planned torque.
+//! Sampled functions: a measured wind, a planned torque.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -7,14 +7,15 @@ use thiserror::Error;
 
 use crate::number::real::Real;
 
-/// A function of one variable through given samples, with straight lines or cubic polynomials between them. A sample is a place (a value of the
-/// argument) and the value of the function there.
+/// A function of one variable that interpolates samples by straight lines or cubic polynomials. A sample is a
+/// place (a value of the argument) and the value of the function there.
 ///
 /// A declaration calls [`Samples::at`] like any other function, with the time or a coordinate as argument. Before the first and after the
 /// last sample the function is constant.
 ///
-/// Where two pieces meet, a derivative jumps: the first derivative of straight lines ([`Samples::linear`]), the second of a curve that keeps
-/// between its samples ([`Samples::monotone`]), the third of a spline ([`Samples::cubic`]). This does not lower the order 2 of the step. A step of a [`TaylorFlow`](crate::TaylorFlow) ends at such a place.
+/// Where two pieces meet, a derivative jumps: the first one for straight lines ([`Samples::linear`]), the
+/// second for monotone cubics ([`Samples::monotone`]), the third for a spline ([`Samples::cubic`]). This does
+/// not lower the order 2 of the step. A step of a [`TaylorFlow`](crate::TaylorFlow) ends at such a place.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -44,11 +45,12 @@ use crate::number::real::Real;
 pub struct Samples {
     /// The places, in ascending order.
     places: Vec<f64>,
-    /// The pieces from each place to the next, as coefficients of the distance from it; of the last place, its value.
+    /// Coefficients of each piece in powers of the distance from its place; the last one is the constant
+    /// value beyond.
     pieces: Vec<[f64; 4]>,
 }
 
-/// A slope or a curvature that jumps by more than this part of itself is no rounding.
+/// A jump of a slope or a curvature above this relative size is not rounding.
 pub(crate) const BENDS: f64 = 1e-6;
 
 /// Samples that do not define a function.
@@ -61,7 +63,7 @@ pub enum SamplesError {
     /// A place or a value is infinite or not a number.
     #[error("sample {index} is ({place}, {value}); expected finite numbers")]
     NotFinite {
-        /// Its number, from 0.
+        /// Its index, from 0.
         index: usize,
         /// The place.
         place: f64,
@@ -73,7 +75,7 @@ pub enum SamplesError {
         "sample {index} is at {place}, and the one before it at {before}; expected places in ascending order"
     )]
     Order {
-        /// Its number, from 0.
+        /// Its index, from 0.
         index: usize,
         /// Its place.
         place: f64,
@@ -85,7 +87,7 @@ pub enum SamplesError {
     File {
         /// The file.
         file: PathBuf,
-        /// Why not.
+        /// The reason.
         cause: String,
     },
     /// A line of a file is no sample.
@@ -95,7 +97,7 @@ pub enum SamplesError {
         file: PathBuf,
         /// The number of the line, from 1.
         line: usize,
-        /// What it has in their place: the file may be one that is no business of whoever reads this.
+        /// A description of its columns, without their content: the file may be confidential.
         found: String,
     },
 }
@@ -133,9 +135,10 @@ impl Samples {
         Ok(Self::hermite(places, &values, (&lengths, &chords), &tangents))
     }
 
-    /// Cubic polynomials that do not overshoot: between two samples the function lies between their values, and where samples rise or
-    /// fall, so does it. It is once continuously differentiable. For a smooth monotone function its error is of third order in the distances
-    /// of the places at least; beside an extremum it is of second order, since the curve is flat at a sample that is one.
+    /// Monotone cubic polynomials: between two samples the function lies between their values, and it rises
+    /// or falls where they do. It is once continuously differentiable. For a smooth monotone function its
+    /// error is at least of third order in the distances of the places; near an extremum it is of second
+    /// order, since the curve is flat at an extremal sample.
     ///
     /// The slopes at the samples are weighted harmonic means of those of the chords (F. N. Fritsch and J. Butland, *A method for constructing
     /// local monotone piecewise cubic interpolants*, SIAM J. Sci. Stat. Comput. 5, 1984), as in `PchipInterpolator` of scipy.
@@ -159,8 +162,9 @@ impl Samples {
         Ok(Self::hermite(places, &values, (&lengths, &chords), &tangents))
     }
 
-    /// The samples of a text file, such as a `.csv` file: a place and a value in each line, between them a comma, a semicolon or blanks. A first
-    /// line of names is left out, as are empty lines and those that begin with `#`.
+    /// Reads the samples of a text file, such as a `.csv` file: each line has a place and a value, separated
+    /// by a comma, a semicolon or blanks. A first line of column names, empty lines and lines that begin with
+    /// `#` are skipped.
     ///
     /// ```
     /// use dsocs_core::Samples;
@@ -177,7 +181,8 @@ impl Samples {
     ///
     /// # Errors
     ///
-    /// [`SamplesError::File`] if the file cannot be read; [`SamplesError::Line`] if a line is not of two numbers.
+    /// [`SamplesError::File`] if the file cannot be read; [`SamplesError::Line`] if a line does not have
+    /// exactly two numbers.
     pub fn read(file: impl AsRef<Path>) -> Result<Vec<(f64, f64)>, SamplesError> {
         let file = file.as_ref();
         let refused = |error: io::Error| SamplesError::File {
@@ -201,7 +206,7 @@ impl Samples {
                 .collect();
             match numbers.as_slice() {
                 &[Some(place), Some(value)] => samples.push((place, value)),
-                // names of the columns
+                // column names
                 names if row == 0 && names.iter().all(Option::is_none) => {}
                 _ => {
                     return Err(SamplesError::Line {
@@ -215,7 +220,7 @@ impl Samples {
         Ok(samples)
     }
 
-    /// Cubic polynomials with given slopes at the samples.
+    /// Piecewise cubic polynomials with these values and slopes at the samples.
     fn hermite(
         places: Vec<f64>,
         values: &[f64],
@@ -239,12 +244,12 @@ impl Samples {
         &self.places
     }
 
-    /// The value at a place. Where two pieces meet, the right one is used.
+    /// The value at a place. Where two pieces meet, the right one is evaluated.
     #[must_use]
     pub fn at<R: Real>(&self, x: R) -> R {
         let place = x.piece(&self.places);
         let [from, a, b, c, d] = self.polynomial(place);
-        // before the first sample its value is held, as the last one's is
+        // constant before the first and after the last sample
         if place == 0 || place == self.places.len() {
             return R::from(a);
         }
@@ -252,7 +257,7 @@ impl Samples {
         ((x * d + c) * x + b) * x + a
     }
 
-    /// By how much the slope jumps at the sample of a number, relative to the larger one beside it.
+    /// The jump of the slope at sample `index`, relative to the larger slope beside it.
     pub(crate) fn bend(&self, index: usize) -> f64 {
         let slope = |piece: Option<usize>, end: bool| {
             let Some(piece) = piece.filter(|piece| piece + 1 < self.places.len()) else {
@@ -275,9 +280,9 @@ impl Samples {
         }
     }
 
-    /// Whether a derivative of up to the third order jumps at the sample of a number, by more than rounding.
+    /// Whether a derivative of order one to three jumps at sample `index`, by more than rounding.
     pub(crate) fn is_bent(&self, index: usize) -> bool {
-        // the second derivative at both ends of a piece, and the third times its length
+        // the second derivative at both ends of a piece, and the third derivative times its length
         let derivatives = |piece: Option<usize>| {
             let Some(piece) = piece.filter(|piece| piece + 1 < self.places.len()) else {
                 return [0.0; 3];
@@ -293,13 +298,14 @@ impl Samples {
         self.bend(index) > BENDS || jumps(after[0] - before[1]) || jumps(after[2] - before[2])
     }
 
-    /// Where the polynomial begins beyond some places, and its coefficients from order 0 on.
+    /// The origin and the coefficients (from order 0 on) of the piece at an argument not below the first
+    /// `places` places.
     pub(crate) fn polynomial(&self, places: usize) -> [f64; 5] {
         let index = places.saturating_sub(1);
         let (Some(&piece), Some(&from)) = (self.pieces.get(index), self.places.get(index)) else {
             return [f64::NAN; 5];
         };
-        // outside of the samples the nearest one is held
+        // constant before the first sample
         let [a, b, c, d] = if places == 0 {
             [piece[0], 0.0, 0.0, 0.0]
         } else {
@@ -309,7 +315,7 @@ impl Samples {
     }
 }
 
-/// What the system says of a file, without the number that it has for it.
+/// The operating system's message for an error, without the error number.
 pub(crate) fn plainly(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file".to_owned(),
@@ -323,7 +329,7 @@ pub(crate) fn plainly(error: &io::Error) -> String {
     }
 }
 
-/// What a line has that is no pair of numbers, without what stands there.
+/// Describes the columns of a line that is not two numbers, without their content.
 fn columns(numbers: &[Option<f64>], line: &str) -> String {
     let point = if line.contains(';') && line.contains(',') {
         " (a decimal has a point)"
@@ -339,7 +345,7 @@ fn columns(numbers: &[Option<f64>], line: &str) -> String {
     }
 }
 
-/// Places and values, once they can be used.
+/// Checks that places and values are finite and places ascend.
 fn checked(samples: impl IntoIterator<Item = (f64, f64)>) -> Result<(Vec<f64>, Vec<f64>), SamplesError> {
     let (mut places, mut values) = (Vec::<f64>::new(), Vec::new());
     for (index, (place, value)) in samples.into_iter().enumerate() {
@@ -370,8 +376,8 @@ fn lengths(places: &[f64]) -> Vec<f64> {
     places.windows(2).map(|pair| pair[1] - pair[0]).collect()
 }
 
-/// Slopes at the samples with which cubic polynomials are monotone wherever the samples are: at most three times those of the chords beside
-/// them, and zero at extrema.
+/// Slopes at the samples for monotone cubic polynomials: at most three times those of the chords beside them,
+/// and zero at extrema.
 fn monotone_tangents(lengths: &[f64], chords: &[f64]) -> Vec<f64> {
     let last = chords.len();
     match last {
@@ -379,7 +385,7 @@ fn monotone_tangents(lengths: &[f64], chords: &[f64]) -> Vec<f64> {
         1 => return vec![chords[0]; 2],
         _ => {}
     }
-    // by the parabola through three samples, unless it would turn
+    // one-sided slope of the parabola through three samples, limited to keep the piece monotone
     let end = |near: usize, far: usize| {
         let (h, k, chord, next) = (lengths[near], lengths[far], chords[near], chords[far]);
         let slope = ((2.0 * h + k) * chord - h * next) / (h + k);
@@ -498,7 +504,7 @@ mod tests {
         }
     }
 
-    /// Numbers between -1 and 1 that look random.
+    /// Pseudorandom numbers between -1 and 1.
     fn draws(seed: u64) -> impl FnMut() -> f64 {
         let mut state = seed;
         move || {
@@ -517,7 +523,7 @@ mod tests {
             let samples: Vec<(f64, f64)> = (0..9)
                 .map(|_| {
                     place += 1e-3 + draw().abs();
-                    // some of them equal, some of another size
+                    // some are equal, magnitudes differ
                     let value = (2.0 * draw()).round() * 10_f64.powf(2.0 * draw());
                     (place, value)
                 })
@@ -549,7 +555,7 @@ mod tests {
             for around in samples.windows(3) {
                 let slope = |x: f64| curve.at(Dual::new(x, 1.0)).eps;
                 let [before, (knot, value), after] = [around[0], around[1], around[2]];
-                // slopes on either side differ by no more than a part of what they may be at most
+                // on both sides, the slopes differ by less than a fraction of their bound
                 let narrow = (knot - before.0).min(after.0 - knot);
                 let [left, right] = [knot - 1e-7 * narrow, knot + 1e-7 * narrow].map(slope);
                 let rise = (value - before.1).abs().max((after.1 - value).abs());
@@ -576,7 +582,7 @@ mod tests {
         assert!(order > 2.9, "{order}");
     }
 
-    /// Against `PchipInterpolator` of scipy 1.17.1.
+    /// Compared with `PchipInterpolator` of scipy 1.17.1.
     #[test]
     fn a_monotone_curve_by_another_hand() {
         const AT: [f64; 8] = [0.25, 0.75, 1.2, 1.45, 2.0, 2.9, 3.1, 3.7];

@@ -1,4 +1,4 @@
-//! What a run begins with.
+//! Initial data of a run.
 
 mod any;
 mod begin;

@@ -1,4 +1,4 @@
-//! What a system is to its user.
+//! The interface of a declared system.
 
 use crate::kernel::Kernel;
 use crate::kernel::generated::Compiled;
@@ -55,12 +55,13 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// The parameters: fields of type `f64` and the elements of arrays of them, in order. Fields of other types are not
     /// listed.
     const PARAMETERS: &'static [Quantity];
-    /// The fields of other types, which are no parameters, each with its type in the place of the documentation.
+    /// The fields of other types, which are no parameters; their `doc` is the type.
     const OTHERS: &'static [Quantity] = &[];
     /// The observed expressions (`observe = […]`), in order.
     const OBSERVABLES: &'static [Quantity];
 
-    /// The highest order of a derivative in a constraint, and at least 2. A step finds the last of `ORDER + 1` nodes.
+    /// The highest order of a derivative in a constraint, at least 2. A step solves for the last of `ORDER +
+    /// 1` nodes.
     const ORDER: usize = 2;
 
     /// The number of known one-forms of constraint forces: one for each constraint, or none if the virtual displacements are
@@ -82,16 +83,17 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// Whether external forces act (`external_forces = (…)`).
     const EXTERNAL_FORCES: bool = false;
 
-    /// Whether steps of different lengths can be composed, or why not, as the attribute found it.
+    /// Whether steps of different lengths can be composed, or the reason if not, as the attribute determined.
     const SYMMETRY: Symmetry = Symmetry::Unknown;
 
-    /// The system without its type.
+    /// The system as a trait object, without its type.
     fn kernel(&self) -> &dyn Kernel;
 
     /// The value of parameter `index`, or `None` beyond the last.
     fn parameter(&self, index: usize) -> Option<f64>;
 
-    /// A mutable reference to parameter `index`, or `None` beyond the last. Runs that begin after a change see it.
+    /// A mutable reference to parameter `index`, or `None` beyond the last. A change affects runs that begin
+    /// later.
     fn parameter_mut(&mut self, index: usize) -> Option<&mut f64>;
 
     /// The Lagrangian `L(t, q, v)`.
@@ -111,9 +113,10 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
         forces
     }
 
-    /// The generalized constraint force at a point of a motion, such as a sample ([`crate::Stepper::sample`]) or an event
-    /// ([`crate::Occurrence::point`]), by the equations of the continuous system: `Q = d/dt ∂L/∂v − ∂L/∂q − f` with the external forces `f`, in
-    /// units of `L` per unit of the coordinate. It is as exact as the acceleration of the point.
+    /// The generalized constraint force at a point of a motion, such as a sample ([`crate::Stepper::sample`])
+    /// or an event ([`crate::Occurrence::point`]), by the continuous equations: `Q = d/dt ∂L/∂v − ∂L/∂q − f`
+    /// with the external forces `f`, in units of `L` per unit of the coordinate. It is as accurate as the
+    /// acceleration of the point.
     ///
     /// ```
     /// use dsocs_core::{System, prelude::*};
@@ -139,24 +142,24 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
         sized(&Declaration::of(self).continuous_force(point.any()))
     }
 
-    /// The generalized constraint force at the second of three nodes with the step `h` between them, in units of `L` per unit
-    /// of the coordinate: `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`, with the external forces `f_d`. The
-    /// second node is at the time `t`.
+    /// The generalized constraint force at the second of three nodes with the step `h` between them, in units
+    /// of `L` per unit of the coordinate: `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`,
+    /// with the external forces `f_d`. The second node is at the time `t`.
     ///
-    /// It is computed from differences of the nodes. So it loses the digits in which the nodes agree.
+    /// It is computed from differences of the nodes, so it loses the digits in which they agree.
     fn force(&self, t: f64, h: f64, nodes: &[[f64; N]; 3]) -> [f64; N] {
         let (leg, e) = differences(t, nodes);
         sized(&Declaration::of(self).force(h, leg.any(), &e))
     }
 
-    /// The residual of the declared equations at three nodes with the step `h` between them. The second node is at the time `t`. The
-    /// result has one number for each row: first the constraints, then the works of the constraint force along the virtual
-    /// displacements. Multipliers that are unknown are fitted to the force.
+    /// The residual of the declared equations at three nodes with the step `h` between them. The second node
+    /// is at the time `t`. There is one number for each row: first the constraints, then the works of the
+    /// constraint force along the virtual displacements. Unknown multipliers are fitted to the force.
     ///
-    /// A holonomic constraint has the row `g(q2) − (1 − 2⁻¹⁰) g(q1)`. This is the change from the middle node, and a small part of the
-    /// rounding error there, so that these errors do not add up.
+    /// A holonomic constraint has the row `g(q2) − (1 − 2⁻¹⁰) g(q1)`: the change from the middle node, and a
+    /// small part of the error there, so that rounding errors do not accumulate.
     ///
-    /// It is computed from differences of the nodes. So it loses the digits in which the nodes agree.
+    /// It is computed from differences of the nodes, so it loses the digits in which they agree.
     fn residual(&self, t: f64, h: f64, nodes: &[[f64; N]; 3]) -> Vec<f64> {
         let (leg, e) = differences(t, nodes);
         let declaration = Declaration::of(self);
@@ -164,7 +167,8 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
         declaration.declared(h, leg.any(), &e, &multipliers)
     }
 
-    /// Writes the observed expressions at a point to `out`, in the order of [`System::OBSERVABLES`], as many as `out` has room for.
+    /// Writes the observed expressions at a point to `out`, in the order of [`System::OBSERVABLES`], up to
+    /// its length.
     fn observe(&self, point: &Point<f64, N>, out: &mut [f64]) {
         Declaration::of(self).observe(point.any(), out);
     }

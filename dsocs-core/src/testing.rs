@@ -29,7 +29,7 @@ impl Default for Particle {
 }
 
 impl Particle {
-    /// Node `k` of the discrete motion from the origin, exactly: `(x, y)` from the first increment.
+    /// Node `k` of the exact discrete motion from the origin, `(x, y)`, for the first increment `d0`.
     pub fn polygon(&self, d0: [f64; 2], k: u64) -> [f64; 2] {
         let length = d0[0].hypot(d0[1]);
         let turn = self.curvature * length;

@@ -1,6 +1,7 @@
-//! Systems that are read from text when a program runs, without a compiler.
+//! Systems read from text at run time, without a compiler.
 //!
-//! A text says what a Rust file would say: the parameters with their values, then the body of the attribute `#[dsocs { … }]`, word for word.
+//! A text has the content of a Rust file: the parameters with their values, then the body of the attribute
+//! `#[dsocs { … }]`.
 //!
 //! ```
 //! use dsocs_core::{AnyFlow, AnyStart, text::Text};
@@ -21,10 +22,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What is read is a [`TapeKernel`], which goes wherever a [`Kernel`](crate::Kernel) does. It gives the bits of the compiled system.
+//! The result is a [`TapeKernel`], which implements [`Kernel`](crate::Kernel). It gives the same bits as the
+//! compiled system.
 //!
-//! A text runs nothing but its declaration. It may name files of samples, which are read: [`Text::parse`] refuses them, [`Text::read`] looks for them in
-//! the folder of the text.
+//! A text can execute nothing but its declaration. It may name files of samples: [`Text::parse`] refuses
+//! them, [`Text::read`] reads them from the folder of the text.
 
 mod error;
 
@@ -44,28 +46,28 @@ use crate::solve::sparse::Sparse;
 use crate::tape::quantity::Quantity;
 use crate::tape::{Shape, Symmetry, Tape, TapeCall};
 
-/// The stack on which a text is read: expressions may be nested.
+/// The stack size in bytes for reading a text, whose expressions may be deeply nested.
 const STACK: usize = 256 << 20;
 
-/// A system that was read from a text, and what the text says of runs.
+/// A system that was read from a text, and the runs that the text describes.
 #[derive(Debug)]
 pub struct Text {
     /// The system, with the values of its parameters.
     pub system: TapeKernel,
     /// Its tables of samples.
     pub tables: Vec<Table>,
-    /// What stands in the tables, in their order.
+    /// The samples of these tables, in the same order.
     pub samples: Vec<Arc<Samples>>,
-    /// What is run.
+    /// The runs of the text.
     pub runs: Vec<Run>,
-    /// What is declared and has no effect.
+    /// Warnings about declarations without effect.
     pub warnings: Vec<Mistake>,
-    /// What was read, word for word.
+    /// The text, unchanged.
     pub text: String,
 }
 
 impl Text {
-    /// Reads a system from a text without files. `name` is what it is called.
+    /// Reads a system from a text without files. `name` is the system's name.
     ///
     /// # Errors
     ///
@@ -74,8 +76,9 @@ impl Text {
         Self::with(name, text, &Files::None, &[])
     }
 
-    /// The same with numbers in place of those that the text gives its constants (`const n = 3;`), and with tables of samples in place of files: what a
-    /// file of a name would have, pairs of a place and a value. A file that is not among them is not read.
+    /// Like [`Text::parse`], with other values for the text's constants (`const n = 3;`), and with samples
+    /// (pairs of a place and a value, under the name of a file) in place of files. A file without such
+    /// samples is a mistake.
     ///
     /// ```
     /// use dsocs_core::text::Text;
@@ -100,7 +103,8 @@ impl Text {
         Self::with(name, text, &Files::Given(samples), constants)
     }
 
-    /// Reads a system from a file, whose name without its ending is that of the system. Files that it names are looked for beside it.
+    /// Reads a system from a file, whose name without its extension is the system's name. Sample files are
+    /// relative to its folder.
     ///
     /// # Errors
     ///
@@ -109,7 +113,7 @@ impl Text {
         Self::read_with(file, &[])
     }
 
-    /// The same with numbers in place of those that the text gives its constants (`const n = 3;`).
+    /// Like [`Text::read`], with other values for the text's constants (`const n = 3;`).
     ///
     /// # Errors
     ///
@@ -125,7 +129,7 @@ impl Text {
         Self::with(&name, &text, &Files::In(folder), constants).map_err(|error| error.in_file(file))
     }
 
-    /// Reads a text whose files are somewhere.
+    /// Reads a text, with this source of its sample files.
     fn with(
         name: &str,
         text: &str,
@@ -170,14 +174,16 @@ impl Text {
         })
     }
 
-    /// The warnings with the lines of the text, the place of each underlined; `name` is that of the file. Each begins with `warning: `.
+    /// The warnings with the lines of the text, the place of each underlined; `name` is the file's name. Each
+    /// begins with `warning: `.
     #[must_use]
     pub fn warnings_shown(&self, name: &str) -> Vec<String> {
         error::shown(name, &self.text, &self.warnings, &error::Kind::Warning)
     }
 }
 
-/// Does something with a text on a thread of its own, which has the stack for it: nothing of what was read stays behind in this one.
+/// Does work on a text in a thread with a large stack, so that no thread-local data of the reader remain in
+/// this thread.
 fn apart<R: Send>(work: impl FnOnce() -> R + Send) -> Result<R, TextError> {
     let thread = std::thread::scope(|scope| {
         let thread = std::thread::Builder::new()
@@ -192,8 +198,8 @@ fn apart<R: Send>(work: impl FnOnce() -> R + Send) -> Result<R, TextError> {
     }
 }
 
-/// The recurrences of a text that has been read: its name, itself, and its constants. Not every run asks for them, and they take as long as the rest,
-/// so the text is read once more where one does.
+/// The recurrences of a text, for Taylor series. Not every run needs them, and they take as long as the rest,
+/// so the text is read again on demand.
 fn series(
     (name, text, constants): &(String, String, Vec<(String, f64)>),
     tables: &HashMap<String, Arc<Samples>>,
@@ -210,7 +216,7 @@ fn series(
     Series::new(&series.recurrences, series.constants, calls).ok()
 }
 
-/// What a tape calls.
+/// The functions that a tape calls; `None` if a table is missing.
 fn calls(calls: &[Call], tables: &HashMap<String, Arc<Samples>>) -> Option<Vec<TapeCall>> {
     let calls = calls.iter().map(|call| match call {
         Call::Number(value) => Some(TapeCall::Number(*value)),
@@ -223,18 +229,18 @@ fn calls(calls: &[Call], tables: &HashMap<String, Arc<Samples>>) -> Option<Vec<T
     calls.collect()
 }
 
-/// Where the files are that a text names.
+/// Source of the sample files of a text.
 enum Files<'f> {
-    /// Nowhere.
+    /// No source.
     None,
-    /// In a folder.
+    /// A folder.
     In(&'f Path),
-    /// Here, by their names.
+    /// Given samples, by the name of the file.
     Given(&'f [(String, Vec<(f64, f64)>)]),
 }
 
 impl Files<'_> {
-    /// The samples in a file, or what is said of a file that has none.
+    /// The interpolated samples of a file, or a message for the user.
     fn samples(&self, file: &str, curve: Curve) -> Result<Arc<Samples>, String> {
         let samples = match self {
             Self::None => {
@@ -267,7 +273,7 @@ impl Files<'_> {
     }
 }
 
-/// The system that data declare.
+/// The system of parsed data.
 fn system(
     data: Data,
     values: Vec<f64>,
@@ -291,7 +297,7 @@ fn system(
     }
 }
 
-/// The shape that data tell.
+/// The shape of parsed data.
 fn shape(data: Data) -> Shape {
     let quantity = |of: dsocs_language::Quantity| Quantity {
         name: of.name.into(),

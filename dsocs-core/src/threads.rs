@@ -1,30 +1,31 @@
-//! Work that is shared out to threads.
+//! Distribution of work over threads.
 
 use std::sync::{Mutex, PoisonError};
 
-/// The threads of an ensemble: unless said otherwise, rayon's own.
+/// The threads of an ensemble: by default, rayon's global pool.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Threads {
-    /// Whether only the thread that asks works.
+    /// Whether all work is done in the calling thread.
     #[cfg(feature = "rayon")]
     here: bool,
-    /// A pool of its own.
+    /// A separate pool.
     #[cfg(feature = "rayon")]
     pool: Option<std::sync::Arc<Pool>>,
 }
 
-/// A pool, and the process that has its threads: a process that is forked has a copy of the pool, and none of the threads.
+/// A pool, and the process that started its threads. A forked process has a copy of the pool, but not the
+/// threads.
 #[cfg(feature = "rayon")]
 #[derive(Debug)]
 struct Pool {
     /// The pool.
     pool: rayon::ThreadPool,
-    /// The number of the process.
+    /// The identifier of the process.
     process: u32,
 }
 
 impl Threads {
-    /// The thread that asks, and no other.
+    /// The calling thread only.
     pub fn here() -> Self {
         Self {
             #[cfg(feature = "rayon")]
@@ -34,7 +35,7 @@ impl Threads {
         }
     }
 
-    /// So many threads; 0 are as many as there are cores.
+    /// A separate pool of `count` threads; 0 means the number of cores.
     #[cfg(feature = "rayon")]
     pub fn new(count: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build()?;
@@ -45,7 +46,7 @@ impl Threads {
         })
     }
 
-    /// How many there are.
+    /// The number of threads.
     #[cfg(feature = "rayon")]
     pub fn count(&self) -> usize {
         match &self.pool {
@@ -55,15 +56,15 @@ impl Threads {
         }
     }
 
-    /// How many there are.
+    /// The number of threads.
     #[cfg(not(feature = "rayon"))]
     #[allow(clippy::unused_self)] // as with threads
     pub fn count(&self) -> usize {
         1
     }
 
-    /// Cuts a list into parts of `size`, calls a function for every part with the place of its first entry, and puts the results one after the
-    /// other.
+    /// Splits a list into chunks of `size`, calls a function for each chunk with the index of its first
+    /// entry, and concatenates the results in order.
     pub fn gather<T: Sync, R: Send>(
         &self,
         list: &[T],
@@ -82,7 +83,8 @@ impl Threads {
             .collect()
     }
 
-    /// Calls a function for each number below `count`. What rayon makes of it is compiled once, not for every system.
+    /// Calls a function for each number below `count`. It takes a trait object, so rayon's code is compiled
+    /// once, not for every system.
     #[cfg(feature = "rayon")]
     fn each(&self, count: usize, work: &(dyn Fn(usize) + Sync)) {
         use rayon::prelude::*;
@@ -92,7 +94,7 @@ impl Threads {
             _ if self.here => (0..count).for_each(work),
             Some(own) if own.process == std::process::id() => own.pool.install(all),
             None if has_threads() => all(),
-            // a process that was forked waits for ever for the threads that it has not: it gets others
+            // a forked process lacks the threads of these pools and would wait for ever, so it starts its own
             _ => match rayon::ThreadPoolBuilder::new().num_threads(self.count()).build() {
                 Ok(pool) => pool.install(all),
                 Err(_) => (0..count).for_each(work),
@@ -108,16 +110,17 @@ impl Threads {
     }
 }
 
-/// Whether this process has the threads of the pool that all share: it has not where they worked for the process that it was forked from.
+/// Whether this process has the threads of rayon's global pool: not if it was forked from the process in
+/// which they run.
 #[cfg(feature = "rayon")]
 fn has_threads() -> bool {
     use std::sync::atomic::{AtomicU32, Ordering};
 
-    /// The process in which the pool was first asked.
+    /// The process that used the pool first.
     static OWNER: AtomicU32 = AtomicU32::new(0);
 
     let process = std::process::id();
     let first = OWNER.compare_exchange(0, process, Ordering::Relaxed, Ordering::Relaxed);
-    // a thread that works for a pool is there
+    // a worker thread of a pool exists in this process
     first.map_or_else(|owner| owner == process, |_| true) || rayon::current_thread_index().is_some()
 }
