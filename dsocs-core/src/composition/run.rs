@@ -414,7 +414,7 @@ impl<'s> Composed<'s> {
     /// Makes one step whose legs are joined by momenta.
     fn solve_by_momenta(&mut self) -> Result<StepReport, StageError> {
         let Some(joined) = &self.joined else {
-            return Ok(START); // there is one where this is called
+            return Ok(START); // never: called only with joined legs
         };
         let clock = &self.course.clock;
         let mut node = joined.now.clone();

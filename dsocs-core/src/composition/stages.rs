@@ -67,7 +67,7 @@ pub(crate) struct Course {
     pub now: State,
     /// The sign of the longest backward stage's determinant, as the motion has it.
     pub orientation: f64,
-    /// How the step to the current node was solved.
+    /// Statistics of the step to the current node.
     pub report: StepReport,
     /// Largest number of evaluations of the rows from one guess.
     pub max_iterations: u32,

@@ -47,7 +47,7 @@ impl Changing {
         .collect()
     }
 
-    /// From numbers that carry the change in the first direction.
+    /// Values and changes of numbers that carry the change in the first direction.
     fn of(numbers: &[Tangent2]) -> Self {
         Self {
             value: numbers.iter().map(|number| number.value()).collect(),

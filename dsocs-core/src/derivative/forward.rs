@@ -47,7 +47,7 @@ pub struct NodeTangent<const N: usize> {
 }
 
 impl<const N: usize> NodeTangent<N> {
-    /// From the changes of position, velocity and acceleration, one after the other.
+    /// Splits the concatenated changes of position, velocity and acceleration.
     fn of(tangent: &[f64]) -> Self {
         let AnyTangent { q, v, a } = AnyTangent::of(tangent);
         Self {
@@ -70,7 +70,7 @@ pub struct AnyTangent<'a> {
 }
 
 impl<'a> AnyTangent<'a> {
-    /// From the changes of position, velocity and acceleration, one after the other.
+    /// Splits the concatenated changes of position, velocity and acceleration.
     fn of(tangent: &'a [f64]) -> Self {
         let (q, rest) = tangent.split_at(tangent.len() / 3);
         let (v, a) = rest.split_at(q.len());
@@ -179,7 +179,7 @@ impl AnyPath<'_> {
     ///
     /// # Errors
     ///
-    /// As there.
+    /// As [`Path::tangents`].
     pub fn tangents(&self, variables: &[Variable<'_>]) -> Result<OwnedTangents, DerivativeError> {
         let numbers = forward(&self.recording, variables, None)?;
         Ok(OwnedTangents {
@@ -192,7 +192,7 @@ impl AnyPath<'_> {
     ///
     /// # Errors
     ///
-    /// As there.
+    /// As [`Path::tangents_along`].
     pub fn tangents_along(
         &self,
         variables: &[Variable<'_>],
@@ -493,7 +493,7 @@ fn along(
 }
 
 /// [`along`] with `n` coordinates.
-#[allow(clippy::inline_always, clippy::type_complexity)] // see there
+#[allow(clippy::inline_always, clippy::type_complexity)] // makes a literal `n` a constant
 #[inline(always)]
 fn along_of(
     n: usize,

@@ -141,7 +141,7 @@ impl AnyPath<'_> {
     ///
     /// # Errors
     ///
-    /// As there.
+    /// As [`Path::gradient`].
     pub fn gradient(
         &self,
         cost: &mut dyn FnMut(usize, AnyPoint<'_, Dual<f64>>) -> Dual<f64>,
@@ -476,7 +476,7 @@ fn back(
 }
 
 /// [`back`] with `n` coordinates.
-#[allow(clippy::inline_always)] // see there
+#[allow(clippy::inline_always)] // makes a literal `n` a constant
 #[inline(always)]
 fn back_of(
     n: usize,

@@ -168,7 +168,7 @@ impl<'s> Checkpoints<'s> {
     /// Checkpoints for `count` steps of `bytes` bytes each, and states of `state` bytes. If all steps fit
     /// into `memory` bytes, all are stored. Otherwise checkpoints are, at the distance for which the
     /// checkpoints and the steps between two of them take the least memory together.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a square root of what memory can hold
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // the square root of a number of steps in memory
     pub fn new(count: usize, [bytes, state]: [usize; 2], memory: usize) -> Self {
         if count.saturating_mul(bytes) <= memory {
             return Self::none();

@@ -36,7 +36,7 @@ pub(super) struct Recording<'s> {
     pub inputs: Vec<usize>,
     /// The number of steps.
     pub length: usize,
-    /// All of them, or those from the last checkpoint on.
+    /// The recorded steps: all, or those from the last checkpoint on.
     pub kept: Kept,
     /// The states from which the other steps are computed again.
     pub checkpoints: Checkpoints<'s>,
@@ -159,7 +159,7 @@ impl<'p> Motion<'p> {
     ///
     /// # Errors
     ///
-    /// None, as long as steps that were solved once can be solved again.
+    /// An error only if a step that was solved in the run fails when it is solved again.
     pub fn window(&self, window: usize) -> Result<Window<'p>, DerivativeError> {
         if window + 1 == self.windows() {
             return Ok(Cow::Borrowed(&self.recording.kept));

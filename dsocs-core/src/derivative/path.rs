@@ -371,7 +371,7 @@ struct Recorder<'s> {
     window: usize,
     /// The number of steps.
     length: usize,
-    /// All of them, or those from the last checkpoint on.
+    /// The recorded steps: all, or those from the last checkpoint on.
     kept: Kept,
     /// The states from which the other steps are computed again.
     checkpoints: Checkpoints<'s>,

@@ -47,9 +47,9 @@ pub(super) struct First {
 /// The derivatives at the start.
 #[derive(Clone, Debug)]
 pub(super) struct Begun {
-    /// Those of position and velocity by the given ones, if these were projected onto the constraints.
+    /// Derivatives of position and velocity by the given ones, if these were projected onto the constraints.
     pub projection: Option<[Slopes; 2]>,
-    /// Those of the first increment by the given start; zero if two nodes are given.
+    /// Derivatives of the first increment by the given start; zero if two nodes are given.
     pub increment: Slopes,
     /// The acceleration at the start, with its derivatives by the position and the velocity there; `None` if it cannot be computed.
     pub acceleration: Option<(Vec<f64>, Slopes)>,

@@ -151,7 +151,7 @@ impl<'a> AnyEnsemble<'a> {
     ///
     /// # Errors
     ///
-    /// As there.
+    /// As [`Ensemble::varied`](crate::Ensemble::varied).
     pub fn varied(
         mut self,
         parameter: &str,
@@ -167,7 +167,7 @@ impl<'a> AnyEnsemble<'a> {
     ///
     /// # Errors
     ///
-    /// As there.
+    /// As [`Ensemble::held`](crate::Ensemble::held).
     pub fn held(
         mut self,
         parameter: &str,

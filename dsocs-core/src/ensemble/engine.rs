@@ -78,7 +78,7 @@ pub(super) struct Made {
 }
 
 impl Made {
-    /// One step, in which all lanes have to be solved alone.
+    /// A step that has to be solved singly in all lanes.
     pub fn alone(task: &Task) -> Self {
         Self {
             index: task.index,

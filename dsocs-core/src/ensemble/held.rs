@@ -6,7 +6,7 @@ use crate::run::held_value;
 /// A parameter that changes during the runs.
 #[derive(Clone, Debug)]
 pub(super) struct HeldInputs {
-    /// Its place.
+    /// The index of the parameter.
     pub place: usize,
     /// For each start, times and the values that hold from them on.
     pub plans: Vec<Vec<[f64; 2]>>,
@@ -32,7 +32,7 @@ pub(super) struct Change {
 
 /// The changes on a trajectory after its start, the first one last. Before the first time of a plan, `own`
 /// gives a parameter's value.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a cast saturates, which is what is wanted
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // the cast saturates, as intended
 pub(super) fn changes(
     held: &[HeldInputs],
     trajectory: usize,

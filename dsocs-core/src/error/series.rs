@@ -182,7 +182,7 @@ impl SeriesError {
         Self(Box::new(details))
     }
 
-    /// Where and why the series ended.
+    /// State and diagnosis of the motion where the series ended.
     #[must_use]
     pub fn details(&self) -> &FailedSeries {
         &self.0

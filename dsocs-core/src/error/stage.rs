@@ -37,7 +37,7 @@ pub enum StageFailure {
         time: f64,
         /// The length of its leg.
         h: f64,
-        /// How Newton's iteration failed: the unknowns are the leg's increment, or the velocity at its end.
+        /// Failure of Newton's iteration for the increment of the leg, or for the velocity at its end.
         cause: NewtonFailure,
     },
     /// The stage goes back in time beyond a singularity of its equations. There is a solution, but it does not belong to the motion.
@@ -81,7 +81,7 @@ impl StageError {
         Self(Box::new(details))
     }
 
-    /// Where and why the step failed.
+    /// State and diagnosis of the failed step.
     #[must_use]
     pub fn details(&self) -> &FailedStage {
         &self.0

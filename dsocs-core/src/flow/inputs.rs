@@ -166,7 +166,7 @@ struct Change<'s> {
 
 /// The kinematic rows.
 enum Kinematic<'k> {
-    /// Those with the values of one side.
+    /// The declared kinematic rows, with the known values of this side.
     Side(usize),
     /// Rows that hold the second difference at a mean: derivatives of the rows, and the mean.
     Mean(&'k [Vec<f64>], &'k [f64]),

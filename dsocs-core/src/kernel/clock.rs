@@ -213,7 +213,7 @@ impl Clock {
 
     /// The number of the last node at or before `t` in the direction of the run, to within rounding; `None` if it
     /// would lie before node 0, or if the method chooses its steps.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a cast saturates, which is what is wanted
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // the cast saturates, as intended
     pub(crate) fn last_index(&self, t: f64) -> Option<u64> {
         let Pace::Even {
             t0,
@@ -240,7 +240,7 @@ impl Clock {
 const MANY: u64 = 1 << 62;
 
 /// The number of steps from the start to node `index`.
-#[allow(clippy::cast_possible_wrap)] // it is less than half of what fits
+#[allow(clippy::cast_possible_wrap)] // less than half of the largest value
 fn tick(origin: i64, direction: i64, index: u64) -> i64 {
     origin.wrapping_add(direction.wrapping_mul(index.min(MANY) as i64))
 }

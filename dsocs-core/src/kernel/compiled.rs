@@ -1,6 +1,6 @@
 //! The attribute's code behind [`Kernel`](super::Kernel): each function is compiled once for a declared type,
 //! and reads slices as arrays.
-#![allow(missing_docs)] // what each does, the trait says
+#![allow(missing_docs)] // documented in the trait
 
 use super::At;
 use crate::kernel::course::{Course, Solved};

@@ -39,7 +39,7 @@ pub struct Course {
     pub(crate) predictor: Predictor,
     /// The time of the middle node of the last step, if the system depends on time.
     pub(crate) solved_at: f64,
-    /// How the last step was solved.
+    /// Statistics of the last solved step.
     pub(crate) report: StepReport,
     /// Whether a step was solved.
     pub(crate) has_solved: bool,

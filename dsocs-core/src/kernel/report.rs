@@ -3,12 +3,12 @@
 use crate::solve::Vector;
 use crate::solve::newton::{Root, Stop};
 
-/// How a step was solved.
+/// Statistics of a solved step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepReport {
     /// Number of evaluations of the rows and their Jacobian, over all guesses that were tried.
     pub iterations: u32,
-    /// How Newton's iteration ended.
+    /// The stop rule that ended Newton's iteration.
     pub stop: Stop,
     /// The guess that led to the solution.
     pub guess: Guess,
@@ -58,7 +58,7 @@ pub struct NodeScalars {
     pub energy: f64,
     /// Number of evaluations of the rows.
     pub iterations: u32,
-    /// How the iteration ended.
+    /// The stop rule that ended the iteration.
     pub stop: Stop,
 }
 

@@ -288,7 +288,7 @@ impl Series {
     /// # Errors
     ///
     /// [`MalformedTape`] if the bytes break the format.
-    #[cfg_attr(not(feature = "text"), allow(dead_code))] // only what is read from a text has any
+    #[cfg_attr(not(feature = "text"), allow(dead_code))] // only systems read from a text have series
     pub(crate) fn new(bytes: &[u8], constants: Vec<u8>, calls: Vec<TapeCall>) -> Result<Self, MalformedTape> {
         let constants = Tape::owned(constants)?;
         if constants.calls() > calls.len() {

@@ -37,9 +37,9 @@
 //!
 //! # Units
 //!
-//! Those of the declaration: an entry of `A` is in units of its row's state per unit of its column's state
-//! and, for the continuous motion, per second. A basis is orthonormal in numbers, whatever the units of the
-//! coordinates are.
+//! The units of the declaration: an entry of `A` is in units of its row's state per unit of its column's
+//! state and, for the continuous motion, per second. A basis is orthonormal as a matrix of numbers, whatever
+//! the units of the coordinates are.
 //!
 //! ```
 //! use dsocs_core::prelude::*;

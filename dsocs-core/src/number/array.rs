@@ -4,7 +4,7 @@
 //! library for every closure and every number of components. These functions are inlined into their callers
 //! instead.
 
-#![allow(clippy::inline_always)] // that is what it is for
+#![allow(clippy::inline_always)] // conversions of arrays, which cost nothing when inlined
 
 /// An array of a literal size, whose size is kept out of signatures that do not need it.
 pub trait Array<T>: Copy + Send + Sync + AsRef<[T]> + AsMut<[T]> {

@@ -136,7 +136,7 @@ mod x86 {
         type Output = W::Output;
 
         #[inline(always)]
-        #[allow(clippy::inline_always)] // that is what makes it so
+        #[allow(clippy::inline_always)] // compiled for the instructions of its caller
         fn with_simd<S: Simd>(self, _: S) -> W::Output {
             self.0.run()
         }

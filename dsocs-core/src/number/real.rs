@@ -30,7 +30,7 @@ use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAss
     note = "a function that a declaration calls has to be generic over its number: \
             `fn f<R: dsocs_core::Real>(x: R) -> R`"
 )]
-#[allow(clippy::return_self_not_must_use)] // arithmetic speaks for itself
+#[allow(clippy::return_self_not_must_use)] // results of arithmetic are rarely ignored by mistake
 pub trait Real:
     Copy
     + Debug

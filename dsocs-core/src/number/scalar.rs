@@ -7,7 +7,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 ///
 /// Generated code is generic over its scalar, so that one declaration serves a single trajectory (`f64`) and
 /// several trajectories side by side. A comparison never branches: it goes through [`Scalar::select_lt`].
-#[allow(clippy::return_self_not_must_use)] // arithmetic speaks for itself
+#[allow(clippy::return_self_not_must_use)] // results of arithmetic are rarely ignored by mistake
 pub trait Scalar:
     Copy
     + Send
@@ -23,7 +23,7 @@ pub trait Scalar:
     /// The number of lanes, one for each trajectory.
     const LANES: usize;
 
-    /// The same number in every lane.
+    /// `value` in every lane.
     fn splat(value: f64) -> Self;
 
     /// The number in one lane, `lane < LANES`.

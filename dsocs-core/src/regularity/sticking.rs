@@ -114,7 +114,7 @@ pub(crate) enum Outlook {
     Sided,
     /// Another argument of a piecewise function may change its sign.
     Switches,
-    /// None within this number of steps.
+    /// No change of sign within this number of steps.
     Clear(u64),
 }
 

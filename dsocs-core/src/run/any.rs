@@ -16,9 +16,9 @@ pub type AnyVisitor<'v> =
 /// The end of a step that was shown to a visitor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Traced {
-    /// Its own end, the next node; the visitor did not ask for another.
+    /// The next node; the visitor returned no time at which to stop.
     Whole,
-    /// Its own end, beyond the time at which the visitor wanted to stop.
+    /// The next node, beyond the time at which the visitor wanted to stop.
     Beyond,
     /// The time at which the visitor wanted to stop.
     There,

@@ -53,7 +53,7 @@ impl<'s, W: Write> CsvWriter<'s, W> {
     ///
     /// # Errors
     ///
-    /// Those of the writer.
+    /// The I/O errors of the writer.
     pub fn new<S: System<N>, const N: usize>(system: &'s S, mut out: W) -> io::Result<Self> {
         let declaration = Declaration::of(system);
         let shape = declaration.shape();
@@ -79,7 +79,7 @@ impl<'s, W: Write> CsvWriter<'s, W> {
     ///
     /// # Errors
     ///
-    /// Those of the writer.
+    /// The I/O errors of the writer.
     pub fn write(&mut self, node: &AnyNode<'_>) -> io::Result<()> {
         self.line.clear();
         let declaration = &self.declaration;
@@ -112,7 +112,7 @@ impl<'s, W: Write> CsvWriter<'s, W> {
     ///
     /// # Errors
     ///
-    /// Those of the writer, also one that ended a run.
+    /// The I/O errors of the writer, also one that ended a run.
     pub fn finish(mut self) -> io::Result<W> {
         match self.failed {
             Some(error) => Err(error),
@@ -169,7 +169,7 @@ impl<const N: usize> Trajectory<N> {
     ///
     /// # Errors
     ///
-    /// Those of the writer.
+    /// The I/O errors of the writer.
     pub fn write_csv<S: System<N>>(&self, system: &S, out: impl Write) -> io::Result<()> {
         let mut table = CsvWriter::new(system, out)?;
         for node in self {

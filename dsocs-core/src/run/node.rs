@@ -30,8 +30,8 @@ pub struct Node<const N: usize> {
     /// Number of evaluations of the step's rows and their Jacobian, in all stages together; 0 at the start.
     /// In a [`crate::TaylorFlow`], number of expansions of the motion.
     pub iterations: u32,
-    /// How Newton's iteration of the step ended; [`Stop::Start`] at the start and in Taylor series, where
-    /// nothing was solved.
+    /// The stop rule that ended Newton's iteration of the step; [`Stop::Start`] at the start and in Taylor
+    /// series, where no iteration is needed.
     pub stop: Stop,
 }
 
@@ -112,7 +112,7 @@ pub struct AnyNode<'a> {
     pub energy: f64,
     /// Number of evaluations of the step's rows and their Jacobian; 0 at the start.
     pub iterations: u32,
-    /// How Newton's iteration of the step ended.
+    /// The stop rule that ended Newton's iteration of the step.
     pub stop: Stop,
 }
 

@@ -25,11 +25,11 @@ pub struct AnyPolynomial<'f> {
     pub(crate) from: f64,
     /// The end of the polynomial, after the time of expansion.
     pub(crate) to: f64,
-    /// How finely it is searched for events.
+    /// The resolution of its search for events.
     pub(crate) search: Search,
 }
 
-/// How finely a polynomial is searched for events.
+/// The resolution of the search of a polynomial for events.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Search {
     /// Largest last term of an event's series, relative to the largest term: above, the interval is halved.

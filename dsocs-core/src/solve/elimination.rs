@@ -163,7 +163,7 @@ pub(crate) fn eliminate_here<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: 
             sign,
         };
     }
-    let mut inverse = *x; // of the pivots
+    let mut inverse = *x; // reciprocals of the pivots
     let mut exchanges = Solution { sign: T::splat(1.0) };
     take_all_out(a, x, &mut inverse, &mut exchanges);
     let (mut smallest, mut largest) = (T::splat(f64::INFINITY), T::splat(0.0));
@@ -424,7 +424,7 @@ fn is_zero<T: Scalar>(entry: T) -> bool {
 /// Eliminates column `k` from the other rows, after the row with its largest entry was brought to the place
 /// `k`.
 #[inline(always)]
-#[allow(clippy::needless_range_loop)] // with a literal `k` no loop and no index is left of it
+#[allow(clippy::needless_range_loop)] // unrolled: `k` is a constant
 fn take_out<T: Scalar, R: Copy, K: Kind<T, R, M>, const M: usize>(
     a: &mut [[T; M]; M],
     x: &mut [R; M],
@@ -575,7 +575,7 @@ mod tests {
     #[test]
     fn many_rows_are_eliminated_as_few_are() {
         /// Column by column, as few rows are.
-        #[allow(clippy::needless_range_loop)] // as it is written in a book
+        #[allow(clippy::needless_range_loop)] // the textbook form
         fn one_by_one<const M: usize>(a: &mut [[f64; M]; M], x: &mut [f64; M]) -> bool {
             let (mut inverse, mut odd) = ([0.0; M], false);
             for k in 0..M {

@@ -38,10 +38,10 @@ const LEFT: f64 = 64.0;
 /// update smaller.
 const PATIENCE: u32 = 3;
 
-/// How Newton's iteration ended with a root.
+/// The stop rule that ended Newton's iteration at a root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stop {
-    /// Nothing was solved: the node is the start.
+    /// No iteration: the node is the start.
     Start,
     /// The last update was so small that the error after it, which is quadratic in the update, is below rounding. Or the rows are
     /// affine, and one update solves them.
@@ -252,7 +252,7 @@ pub(crate) struct Root<Z> {
     pub z: Z,
     /// Number of evaluations of the rows and their Jacobian.
     pub evaluations: u32,
-    /// How the iteration ended.
+    /// The stop rule that ended the iteration.
     pub stop: Stop,
     /// The second update over the first, both relative to the unknowns: a measure of the rows' curvature, and
     /// so about the ratio of the distance of the guess to that of another root. Zero if one or two
@@ -355,7 +355,7 @@ impl<Z: Components> Trial<Z> {
     /// Whether the update is the last, after that of `before`. Inlined: a call would write both evaluations
     /// to memory in every step that takes two.
     #[inline(always)]
-    #[allow(clippy::inline_always)] // as it says
+    #[allow(clippy::inline_always)] // saves a write to memory per step
     fn settles(&self, before: &Self, size: &Z) -> bool {
         before.safe && self.safe && self.at.update(size).settles(&before.at.update(size))
     }
@@ -724,7 +724,7 @@ impl Newton<'_> {
     #[cold]
     fn learn(&mut self, z: &Vector, notes: &mut dyn Notes) -> bool {
         if z.len() < 2 {
-            return false; // nothing that it could be coupled with
+            return false; // a single unknown has no coupling
         }
         let terms = self.equations.rounding(z);
         let terms = terms.map(|bound| bound / UNIT);

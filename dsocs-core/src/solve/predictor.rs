@@ -55,9 +55,9 @@ pub(crate) struct Arrays<'p, U> {
 }
 
 /// Backward differences and sizes for numbers of any type, such as lanes.
-#[repr(align(16))] // as the sums, see [`crate::number::compensated`]
+#[repr(align(16))] // as compensated sums; see [`crate::number::compensated`]
 #[derive(Clone, Copy, Debug)]
-#[allow(clippy::struct_field_names)] // as they are called
+#[allow(clippy::struct_field_names)] // the usual name
 pub(crate) struct Differences<U, T = f64> {
     /// `∇⁰z, ∇¹z, … ∇⁵z`; NaN where the history is too short.
     differences: [U; DIFFERENCES],
@@ -107,11 +107,11 @@ pub(crate) const RISEN: f64 = 64.0;
 /// A determinant compared with those of the steps before, to judge the root of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Continuation {
-    /// It continues them, or they are not known.
+    /// It continues the earlier determinants, or there are too few.
     Fits,
-    /// It departs from their extrapolation.
+    /// It departs from the extrapolation of the earlier determinants.
     Departs,
-    /// It departs, and has the other sign.
+    /// It departs, and has the opposite sign.
     Turned,
 }
 

@@ -56,7 +56,7 @@ impl<const M: usize> Few<'_, M> {
 impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
     type Unknown = [f64; M];
     type Constants = [f64];
-    /// Nothing: the known values of a step are among the kernel's numbers.
+    /// Empty: the known values of a step are among the kernel's numbers.
     type Known = ();
 
     #[inline(always)]
@@ -194,7 +194,7 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
 }
 
 /// Steps of `N` coordinates and `M` unknowns.
-#[inline(never)] // one for each
+#[inline(never)] // one copy for each pair of sizes
 fn steps<const N: usize, const M: usize>(
     kernel: &TapeKernel,
     numbers: &mut [f64],

@@ -409,7 +409,7 @@ impl TapeKernel {
     }
 
     /// The system with Taylor series, whose recurrences are made when a method first asks for them.
-    #[cfg_attr(not(feature = "text"), allow(dead_code))] // only what is read from a text has any
+    #[cfg_attr(not(feature = "text"), allow(dead_code))] // only systems read from a text have series
     pub(crate) fn with_series(self, make: impl Fn() -> Option<Series> + Send + Sync + 'static) -> Self {
         let series = Recurrences {
             made: OnceLock::new(),
@@ -528,7 +528,7 @@ thread_local! {
 
 /// Copies values into the numbers; missing ones are NaN.
 #[inline(always)]
-#[allow(clippy::inline_always)] // of arrays it is some moves, part of every step
+#[allow(clippy::inline_always)] // part of every step; a few moves for arrays
 pub(super) fn take(numbers: &mut [f64], places: &Range<usize>, values: &[f64]) {
     let count = values.len();
     if places.len() == count {

@@ -23,7 +23,7 @@ impl Eight {
     /// Zeros.
     pub(crate) const ZERO: Self = Self([0.0; LANES]);
 
-    /// The same number eight times.
+    /// `value` in all eight lanes.
     #[inline(always)]
     pub(crate) fn splat(value: f64) -> Self {
         Self([value; LANES])

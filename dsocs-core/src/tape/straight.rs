@@ -509,7 +509,7 @@ impl Straight {
     /// Evaluates the program on numbers of any kind. Inlined into its caller, which may be compiled for the
     /// machine's own instructions.
     #[inline(always)]
-    #[allow(clippy::inline_always)] // as said
+    #[allow(clippy::inline_always)] // compiled for the machine's own instructions
     pub fn run_on<N: Numbers + ?Sized>(&self, calls: &[TapeCall], numbers: &mut N) {
         let mut rest = &self.operations[..];
         for Batch { what, count } in &self.batches {

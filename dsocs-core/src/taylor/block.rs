@@ -44,10 +44,10 @@ pub(super) struct Run<'s> {
 /// A motion.
 struct Member<'s, O, const N: usize> {
     flow: TaylorFlow<'s, N>,
-    /// Its place among the starts.
+    /// Index of its start.
     place: usize,
     observer: O,
-    /// Where it ends.
+    /// The end of its run.
     end: End,
     /// The current trial step.
     step: Trial,
@@ -91,11 +91,11 @@ impl Trial {
 
 /// The continuation of a motion.
 enum Goes {
-    /// With a step in its lane.
+    /// The next step is computed in its lane.
     On,
-    /// With a step of its own.
+    /// The next step is computed singly.
     Alone,
-    /// It has ended.
+    /// The motion has ended.
     Ended(Result<(), RunError>),
 }
 

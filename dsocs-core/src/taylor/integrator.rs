@@ -251,7 +251,7 @@ impl Integrator {
         }
     }
 
-    /// How the last step ended: whether a body rested in it.
+    /// Whether a body came to rest in the last step.
     fn stop(&self) -> Stop {
         if self.rested().is_some() {
             Stop::Sticks

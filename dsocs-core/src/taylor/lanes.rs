@@ -145,7 +145,7 @@ struct Expansions<'s, R: Chosen, S: System<N>, const N: usize> {
     next: Series<Lanes<R>>,
     /// Coefficients of their velocities, copied out of registers.
     told: Box<[Vectors<N>; ROWS]>,
-    /// Those of their positions, if there are rotations, which limit the steps, too.
+    /// Coefficients of their positions, if there are rotations, which limit the steps, too.
     told_positions: Vec<Vectors<N>>,
 }
 
@@ -338,7 +338,7 @@ impl<R: Chosen, S: System<N>, const N: usize> LaneSeries for Expansions<'_, R, S
         let (lane, order) = (lane % LANES, series.order());
         series.set_sign(self.next.sign().lane(lane));
         let Some(v) = series.velocity_table_mut::<N>() else {
-            return; // it has as many coordinates as the system
+            return; // never: the lengths agree
         };
         let mut take = |k: usize| {
             for (v, told) in v[k].iter_mut().zip(&self.told[k]) {

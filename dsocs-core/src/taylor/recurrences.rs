@@ -272,7 +272,7 @@ impl<const N: usize> Moves<'_, N> {
         } = self;
         let [dq, dv, a] = series.increments_of::<FUSED, N>(h);
         let Some([mut q, mut v]) = from.sized::<N>() else {
-            return [[f64::NAN; N]; 3]; // it has as many coordinates as the system
+            return [[f64::NAN; N]; 3]; // never: the lengths agree
         };
         q.add(&dq);
         v.add(&dv);
@@ -312,7 +312,7 @@ impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, '_, S, N> {
             self.next.set_time(step.t);
         }
         let Some(next) = &mut self.next.rows() else {
-            return Judged::NONE; // it has as many coordinates as the system
+            return Judged::NONE; // never: the lengths agree
         };
         let mut judges = None;
         if let Some(Along {

@@ -14,7 +14,7 @@ pub(super) const SHORTER: f64 = 0.5;
 
 /// A trial step.
 pub(super) struct Trial {
-    /// Its end.
+    /// The step's length, and whether a switch or a corner ends it.
     pub end: End,
     /// Whether its series has few orders, so that the difference of accelerations at its end is the whole
     /// estimate of its error.

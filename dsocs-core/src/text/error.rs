@@ -18,7 +18,7 @@ pub enum TextError {
     /// The text has mistakes.
     #[error("{shown}")]
     Mistakes {
-        /// All of them, in the order of the text.
+        /// All mistakes, in the order of the text.
         mistakes: Vec<Mistake>,
         /// The lines of the text, with the place of each mistake underlined.
         shown: String,
@@ -40,7 +40,7 @@ pub enum TextError {
     Encoding {
         /// The file.
         file: PathBuf,
-        /// Its encoding, and what to do.
+        /// The encoding of the file, and advice.
         reason: String,
     },
     /// The tape of the declaration does not fit its shape: a mistake of this library.
@@ -49,7 +49,7 @@ pub enum TextError {
     /// The front end failed on the text: a mistake of this library.
     #[error("the text could not be read, which is a mistake of this library, not of the text")]
     Panic,
-    /// There is no room for a thread to read the text on.
+    /// The system refused a thread for reading the text.
     #[error("no thread to read the text on: {0}")]
     Thread(String),
 }

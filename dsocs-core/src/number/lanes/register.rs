@@ -15,7 +15,7 @@ use super::LANES;
 
 /// Eight numbers in registers. Masks are numbers whose bits are all set where something holds, and all clear elsewhere.
 pub trait Register: Copy + Debug + Send + Sync + 'static {
-    /// The same number eight times.
+    /// `value` in all eight lanes.
     fn splat(value: f64) -> Self;
     /// Eight numbers.
     fn new(numbers: [f64; LANES]) -> Self;

@@ -78,7 +78,7 @@ impl Rem for Jet {
         if own.is_nan() || own.abs() >= 1e15 {
             return self - other * Self::from(own);
         }
-        #[allow(clippy::cast_possible_truncation)] // a whole number that is small enough
+        #[allow(clippy::cast_possible_truncation)] // a small whole number
         let whole = pieces::choose(ratio, own as i64, |whole| {
             let ends = match whole {
                 0 => [-1, 1],

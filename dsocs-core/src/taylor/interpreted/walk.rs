@@ -28,7 +28,7 @@ pub(super) const START: usize = 0;
 pub(super) const INVERSE: usize = 1;
 /// The coefficient of order 1; zero up to order 2, where both newest terms are the same.
 const FIRST: usize = 2;
-/// From here on the coefficients of this order and of the one before, alternating.
+/// First of the places of the coefficients of this order and of the previous one, alternating.
 const NOW: usize = 3;
 
 /// All sequences, one for every possible [`Place`]; unwritten pages take no physical memory.
@@ -214,7 +214,7 @@ impl Work for Way<'_> {
     }
 }
 
-/// One expansion, after a step if there is one.
+/// One expansion, preceded by a step if there is one.
 pub(super) struct Expansion<'a, 'c> {
     pub(super) series: &'a Series,
     pub(super) lists: &'a Lists,
@@ -428,7 +428,7 @@ fn advance<const FROM: usize, const NEXT: usize>(
     }
 }
 
-/// One order, whose coefficients stand at `TURN`, and those of the next one at `NEXT`.
+/// Computes the coefficients of one order, at `TURN`, and of the sequences one order ahead, at `NEXT`.
 #[inline(always)]
 fn order_of<const FUSED: bool, const EAGER: bool, const TURN: usize, const NEXT: usize>(
     series: &Series,
