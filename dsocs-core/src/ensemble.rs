@@ -169,8 +169,8 @@ impl<'a, const N: usize> Ensemble<'a, N> {
     ///
     /// # Errors
     ///
-    /// [`RunError::Input`] if there is no such parameter, or if there are not as many values as starts. A value that a run cannot
-    /// begin with is the error of its own trajectory.
+    /// [`RunError::Input`] if there is no such parameter, or if there are not as many values as starts. A
+    /// value that a run cannot begin with fails only its own trajectory.
     pub fn varied(self, parameter: &str, values: impl IntoIterator<Item = f64>) -> Result<Self, RunError> {
         self.0.varied(parameter, values).map(Self)
     }
@@ -179,9 +179,9 @@ impl<'a, const N: usize> Ensemble<'a, N> {
     /// the starts added before. A plan lists times that increase, each with the value that holds from then
     /// on. Before the first time, the parameter has its value in the system. Several parameters may be held.
     ///
-    /// Values change at nodes, with the effect that [`Inputs`](crate::Inputs) describes: the value of a time holds from the first
-    /// position at or after it. The step about a change is solved in a single flow, and the others in lanes, so that rare changes cost
-    /// little.
+    /// Values change at nodes, with the effect that [`Inputs`](crate::Inputs) describes: a value holds from
+    /// the first position at or after its time. The step around a change is solved in a single flow, and the
+    /// others in lanes, so that rare changes cost little.
     ///
     /// ```
     /// use dsocs_core::prelude::*;
@@ -213,8 +213,9 @@ impl<'a, const N: usize> Ensemble<'a, N> {
     ///
     /// # Errors
     ///
-    /// [`RunError::Input`] if there is no such parameter, if it stands in a holonomic constraint or inside a `dot(…)`, or if there are not
-    /// as many plans as starts. A value that is not finite, or that the motion cannot go on with, is the error of its own trajectory.
+    /// [`RunError::Input`] if there is no such parameter, if it stands in a holonomic constraint or inside a
+    /// `dot(…)`, or if there are not as many plans as starts. A value that is not finite, or with which the
+    /// motion cannot continue, fails only its own trajectory.
     pub fn held(
         self,
         parameter: &str,

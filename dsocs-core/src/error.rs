@@ -85,7 +85,7 @@ impl fmt::Display for Violation {
     }
 }
 
-/// Why a run could not be set up.
+/// Errors of the setup of a run.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SetupError {
@@ -234,7 +234,7 @@ pub enum SetupError {
         #[source]
         cause: Box<NewtonFailure>,
     },
-    /// The equations for the acceleration are singular at the start, to the rounding of its numbers.
+    /// The equations for the acceleration are singular at the start, to within rounding.
     #[error(
         "the equations are singular at the start q0 = {}, v0 = {}: {}, so that the acceleration that they give is rounding; start beside it",
         Numbers(.q0), Numbers(.v0),

@@ -41,7 +41,7 @@ const MOVED: f64 = 1e-4;
 /// A system, and the values of its parameters.
 pub(super) type System<'a> = (&'a dyn Kernel, &'a [f64]);
 
-/// Whether a solution was not found at once.
+/// Whether a solution is doubtful: it took many iterations, or did not come from the predicted guess.
 #[inline]
 pub(super) fn in_question(report: StepReport) -> bool {
     report.iterations >= MANY || report.guess != Guess::Predicted

@@ -72,7 +72,7 @@ pub(super) enum Failure {
     NotSolved(NewtonFailure),
     /// It lies beyond a singularity of its equations.
     Singularity,
-    /// Its solution is not the one that the motion leads to.
+    /// Its solution does not continue the motion.
     Jump,
 }
 

@@ -62,7 +62,8 @@ pub(crate) struct Composed<'s> {
     pub(super) unresolved: Option<Unresolved>,
     /// The watch for jumps of the acceleration; `None` if there can be none.
     pub(super) watch: Option<Box<Watch>>,
-    /// The constraint force of the last step that was made with sides, and the node where it ended.
+    /// The constraint force of the last step that was solved with sides, and the index of the node at its
+    /// end.
     pub(super) force: Option<(u64, Vector)>,
     /// The arrival at the node where inputs changed last.
     arrived: Option<Box<Arrived>>,
@@ -76,7 +77,7 @@ struct Arrived {
     index: u64,
     /// The values of the parameters before.
     values: Vec<f64>,
-    /// The motion there.
+    /// The state at the node.
     now: State,
     /// The motion with its momentum, if momenta join the legs.
     joined: Option<momenta::Node>,
@@ -424,7 +425,7 @@ impl<'s> Composed<'s> {
         for (place, (fraction, past)) in self.method.fractions().zip(&joined.past).enumerate() {
             let h = fraction * self.h;
             done += h;
-            // the last stage ends where the step does
+            // the last stage ends at the node, without rounding of the sum
             let last = place + 1 == self.method.stages();
             let t = if last {
                 clock.time_of(clock.index() + 1)

@@ -128,7 +128,7 @@ fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result
         // the acceleration of the beginning is given
         return Err(Question::Start);
     }
-    // without a past nothing else tells two roots apart
+    // with few past steps, only this decides between two roots
     let past_is_short = past_is_short(index, course.since);
     let now = course.clock.time();
     let mut iterations = 0;

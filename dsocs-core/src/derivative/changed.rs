@@ -28,11 +28,11 @@ pub(super) struct Changed {
 /// The derivatives of a second difference, by columns.
 #[derive(Clone, Debug)]
 pub(super) struct Slopes {
-    /// By one coordinate of the node after another.
+    /// By the coordinates of the node, one column each.
     by_node: Vec<Vec<f64>>,
-    /// By one component of the increment after another.
+    /// By the components of the increment, one column each.
     by_increment: Vec<Vec<f64>>,
-    /// By one parameter after another, as they are before the node, and from there on.
+    /// By the parameters before the node, and by those after it, one column each.
     by_parameters: [Vec<Vec<f64>>; 2],
 }
 
@@ -55,7 +55,7 @@ struct Rates<'r> {
     unknowns: &'r [f64],
 }
 
-/// Numbers that change at some rates.
+/// Numbers with rates of change.
 fn moving(numbers: &[f64], rates: &[f64]) -> Vec<Tangent> {
     let rate = |i: usize| rates.get(i).copied().unwrap_or(0.0);
     let numbers = numbers.iter().enumerate();
@@ -63,7 +63,8 @@ fn moving(numbers: &[f64], rates: &[f64]) -> Vec<Tangent> {
 }
 
 impl Change<'_> {
-    /// The rows of the step, as [`crate::flow`] has them where nothing is kinematic or nonholonomic, with their change.
+    /// The rows of the step with their change, as in [`crate::flow`] without kinematic and nonholonomic
+    /// constraints.
     fn rows(&self, unknowns: &[f64], rates: &Rates<'_>) -> Vec<Tangent> {
         let [old, new] = [0, 1].map(|side| self.sides[side].moving(rates.parameters[side]));
         let h = Tangent::splat(self.h);

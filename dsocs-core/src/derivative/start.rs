@@ -18,7 +18,7 @@ pub(super) struct Slopes {
     by_q: Vec<f64>,
     /// By the components of the velocity, in the same order.
     by_v: Vec<f64>,
-    /// By one parameter after another.
+    /// By the parameters, one vector each.
     by_parameters: Vec<Vec<f64>>,
 }
 

@@ -55,7 +55,7 @@ pub(super) struct Common {
 /// The steps that are to be made.
 #[derive(Clone, Copy)]
 pub(super) struct Task {
-    /// The middle node of the first.
+    /// The middle node of the first step.
     pub index: u64,
     /// The middle node of the last, whose report is wanted.
     pub last: u64,
@@ -132,7 +132,7 @@ pub(super) trait Engine {
     fn set_parameters(&mut self, lane: usize, values: &[f64]);
 }
 
-/// No steps in lanes: each trajectory makes all of its own.
+/// No steps in lanes: each trajectory is computed singly.
 pub(super) struct Alone;
 
 impl LaneKernel for Alone {

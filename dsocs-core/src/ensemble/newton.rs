@@ -20,7 +20,7 @@ pub(super) struct Roots<U, R> {
     pub z: U,
     /// Number of evaluations of the rows.
     pub evaluations: [u32; LANES],
-    /// The lanes without a root, or with one beside which there may be another, as bits.
+    /// The lanes without a root, or whose root may have another one nearby, as bits.
     pub left: u32,
     /// The determinants of the Jacobians from which the last updates came, in the requested units.
     pub determinants: Lanes<R>,

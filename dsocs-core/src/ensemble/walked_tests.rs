@@ -16,7 +16,7 @@ use crate::tape::Tape;
 use crate::testing::{Cliff, Particle};
 use crate::{AnyEnsemble, Ensemble, Kernel};
 
-/// A swing with functions that lanes have code of their own for.
+/// A swing with functions that have vector code.
 #[dsocs {
     coordinates(x);
     lagrangian = (2 + x.cos()) * dot(x).powi(2) / 2 - stiff * (x.exp() - (x / 3).tanh() + x.exp_m1().powi(2));

@@ -27,7 +27,7 @@ const UNSEEN: &str = "It may be a quotient by a norm that vanishes there, as tha
 pub(crate) const FORKS: &str = "say which: begin with a velocity, however small, to the side that is meant (`--v0`, or a run from here), or with a force that is \
     larger than the jump; and if it is to be friction, give it the sign that is against the velocity";
 
-/// Why a run by Taylor series failed.
+/// Reasons for the failure of a run by Taylor series.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SeriesFailure {
@@ -52,7 +52,7 @@ pub enum SeriesFailure {
         /// The mean length.
         mean: f64,
     },
-    /// The steps have become so short that the motion gets no further.
+    /// The steps have become so short that the motion no longer advances.
     #[error("{steps} steps have led {led:e} further")]
     Stalls {
         /// The number of consecutive steps.
@@ -142,7 +142,7 @@ const LOOSE: f64 = 1e-5;
 /// A last step below this part of the mean shows that steps have become shorter and shorter.
 const COLLAPSED: f64 = 1e-3;
 
-/// Everything known about a run by Taylor series that failed.
+/// State and diagnosis of a failed run by Taylor series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedSeries {
     /// The number of steps before the failure.
@@ -169,8 +169,8 @@ pub struct FailedSeries {
     pub cause: SeriesFailure,
 }
 
-/// A run by Taylor series that failed, or did not begin. The details are boxed, so that a step that succeeds costs nothing
-/// more.
+/// A run by Taylor series that failed, or did not begin. The details are boxed, so that the result of a
+/// successful step stays small.
 #[derive(Clone, PartialEq)]
 pub struct SeriesError(Box<FailedSeries>);
 

@@ -6,7 +6,7 @@ use crate::error::StepError;
 use crate::number::composition::Composition;
 use crate::solve::failure::NewtonFailure;
 
-/// Everything known about a stage that failed.
+/// State and diagnosis of a failed stage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedStage {
     /// The method.
@@ -47,7 +47,7 @@ pub enum StageFailure {
         /// The length of its leg.
         h: f64,
     },
-    /// The stage goes back in time, and its solution is not the one that continues the motion: the acceleration jumps.
+    /// The stage goes back in time, and its solution does not continue the motion: the acceleration jumps.
     Jump {
         /// The time at the end of the stage.
         time: f64,
@@ -69,7 +69,7 @@ impl FailedStage {
     }
 }
 
-/// A composed step that failed. The details are boxed, so that a step that succeeds costs nothing more.
+/// A composed step that failed. The details are boxed, so that the result of a successful step stays small.
 #[derive(Clone, PartialEq)]
 pub struct StageError(Box<FailedStage>);
 

@@ -60,7 +60,7 @@ impl<'s> AnyFlow<'s> {
         self.0.course.index()
     }
 
-    /// The time of that position.
+    /// The time of the last known position.
     #[must_use]
     pub fn time(&self) -> f64 {
         self.0.course.time()
@@ -140,7 +140,7 @@ impl<'s> AnyFlow<'s> {
         &mut self.0
     }
 
-    /// The run by itself.
+    /// The flow as a run of any method.
     #[must_use]
     pub fn into_run(self) -> Box<dyn Run + 's> {
         Box::new(self.0)

@@ -455,7 +455,7 @@ impl<'s> Discrete<'s> {
     fn turn(&mut self) -> Result<(), StepError> {
         let mut turned = self.clone();
         turned.course.h = -self.course.h;
-        // a node where inputs have changed lies between the same two values on the way back
+        // at a change of inputs, the reversed run exchanges the values before and after the node
         let index = self.course.clock.index();
         if let Some(changed) = self.changed.as_ref().filter(|changed| changed.index == index) {
             let before = core::mem::replace(&mut turned.values, changed.before.clone());

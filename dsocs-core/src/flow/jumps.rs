@@ -22,7 +22,7 @@ use crate::tape::declaration::Declaration;
 pub(super) struct Switches {
     /// The signs at the end of the last path that was examined.
     came: Vec<f64>,
-    /// The number of the step after it.
+    /// The index of the step that follows this path.
     index: u64,
 }
 

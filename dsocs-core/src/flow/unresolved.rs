@@ -57,7 +57,7 @@ impl Discrete<'_> {
             let part = self.departure_at_start(e);
             self.count(self.beginning.t0, part, Stop::Update);
         }
-        // a step that begins at a jump meets it once more
+        // a step that begins at a jump would report the same jump again
         let course = &self.course;
         let begins_at_jump = course.has_solved && course.report.stop == Stop::Jump;
         if stop == Stop::Jump || !begins_at_jump {

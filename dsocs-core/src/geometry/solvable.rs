@@ -14,11 +14,11 @@ use crate::tape::declaration::Declaration;
 /// The solution of a step that is requested.
 #[derive(Clone, Copy, Debug)]
 pub enum Sought<'a> {
-    /// The first that is found.
+    /// The first solution that is found.
     First,
-    /// The first that is found, after a search for others wherever the rows bend.
+    /// The first solution that is found, after a search for others wherever the rows are strongly nonlinear.
     Watched,
-    /// The one whose second difference is nearest to the given one.
+    /// The solution whose second difference is nearest to the given one.
     Near(&'a [f64]),
 }
 

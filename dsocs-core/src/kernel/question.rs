@@ -22,9 +22,9 @@ pub enum Question {
     Varies,
     /// The determinant of the Jacobian departs from its extrapolation: the root may belong to another motion.
     Departs,
-    /// The rows bend so much on the way to the root that another root may be near.
+    /// The rows are so nonlinear on the way to the root that another root may be near.
     Bends,
-    /// The root leads to no finite node.
+    /// The next node that belongs to the root is not finite.
     NotFinite,
     /// The solution differs from its prediction, and a force or a row may jump: the step may be too long for
     /// the jump.

@@ -356,11 +356,11 @@ mod tests {
         })
     }
 
-    /// Solves it, and holds the solution against its definition.
+    /// Solves the inclusion, and checks the solution against the definition.
     fn is_solved(a: &[f64], b: &Matrix) -> bool {
         let mut now = Sided::guess(Vec::new(), vec![Piece::Between; a.len()]);
         let mut left = a.to_vec();
-        // as Newton's iteration goes on
+        // repeated, as in Newton's iteration
         for _ in 0..MAX_ITERATIONS {
             let Some(changes) = complement(&left, b, &mut now) else {
                 return false;
@@ -391,7 +391,7 @@ mod tests {
             let (count, rank) = (1 + round % 7, 1 + round / 7 % 4);
             let directions: Vec<f64> = (0..28).map(|_| random(-1.0, 1.0)).collect();
             let limits: Vec<f64> = (0..count).map(|_| random(0.05, 2.0)).collect();
-            // arguments that a velocity has: with fewer directions than frictions they depend on each other
+            // arguments that belong to a velocity: with fewer directions than frictions they are dependent
             let velocity: Vec<f64> = (0..rank).map(|_| random(-2.0, 2.0)).collect();
             let a: Vec<f64> = (0..count)
                 .map(|g| (0..rank).map(|k| directions[g * 4 + k] * velocity[k]).sum())

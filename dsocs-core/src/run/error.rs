@@ -9,10 +9,11 @@ use crate::error::stage::{StageError, StageFailure};
 use crate::error::{FailedStep, SetupError, StepError};
 use crate::solve::failure::StepFailure;
 
-/// Why a run could not be set up, or why it failed: one error type for all methods.
+/// Errors of the setup or of a step of a run, for all methods.
 ///
-/// The variants say what failed; each carries the step, the time, the nodes and the cause, and its message says what to try.
-/// [`core::error::Error::source`] returns the cause. The details are boxed, so that a step that succeeds costs nothing more.
+/// Each variant carries the step, the time, the nodes and the cause, and its message gives advice.
+/// [`core::error::Error::source`] returns the cause. The details are boxed, so that the result of a
+/// successful step stays small.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RunError {
@@ -25,7 +26,7 @@ pub enum RunError {
     /// A stage of a step of a [`crate::ComposedFlow`] could not be made.
     #[error(transparent)]
     Stage(#[from] StageError),
-    /// The Taylor series of a [`crate::TaylorFlow`] does not go on.
+    /// A [`crate::TaylorFlow`] cannot continue its motion.
     #[error(transparent)]
     Series(#[from] SeriesError),
     /// The time to run to lies behind the current time, in the direction of the run.

@@ -236,10 +236,10 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     ///
     /// After a terminal event, the current node of a run by Taylor series is at the event. For the discrete methods it is the node after
     /// the event. When the run goes on, this node is handed out, and so are the events between the terminal one and this node.
-    /// Events of the same time as the terminal one are told before it.
+    /// Events at the same time as the terminal one are reported before it.
     ///
-    /// A run may be watched in parts with the same [`Events`], or with others that are told where it stands ([`Events::after`]): what happens at the
-    /// node where two parts meet is then found once.
+    /// A run may be watched in parts, with the same [`Events`] or with new ones that continue them
+    /// ([`Events::after`]): an event at the node between two parts is then found once.
     ///
     /// # Errors
     ///

@@ -247,7 +247,7 @@ impl Switch {
         }
     }
 
-    /// Whether the value is zero to rounding or beyond.
+    /// Whether the value is zero to rounding, or has the sign of another piece.
     pub(crate) fn touches(&self) -> bool {
         (self.side * self.coefficients[0]) <= TOUCHES * self.scale && self.may_turn()
     }

@@ -27,31 +27,31 @@ const REMAINDER: f64 = 1e-16;
 /// what remains is `C ρ'² = ρ'³/ρ²`, and that is at most [`REMAINDER`].
 const SETTLED: [(f64, f64); 3] = [(1e-10, 1e-7), (4e-12, LAST_UPDATE), (LAST_UPDATE, 3.2e-6)];
 
-/// An update that is this part of the one before shows that the iteration converges fast.
+/// An update below this part of the previous one shows that the iteration converges fast.
 const MUCH_SMALLER: f64 = 0.25;
 
-/// An update that is not this part of the one before does not shrink.
+/// An update above this part of the previous one does not shrink.
 const SHRINKS: f64 = 0.5;
 
 /// Below this relative size, an update that does not shrink in the first iterations may be rounding.
 const SUSPECT: f64 = 1e-2;
 
-/// From this iteration on every update that does not shrink is suspected.
+/// After this iteration, every update that does not shrink may be rounding.
 const LATE: u32 = 2;
 
-/// A function of the user's may be noisier than the bound of its rounding error knows: an update that has not shrunk for so
-/// many iterations is noise, if it is as small as a last one.
+/// An update that has not shrunk for this many iterations is noise, if it is small enough to be the last: a
+/// user's function may be noisier than the bound on its rounding error.
 const STAGNANT: u32 = 4;
 
 /// A row is taken for zero if it is within this many bounds of its rounding error.
 pub(crate) const ROUNDINGS: f64 = 4.0;
 
-/// An unknown smaller than this part of its natural size is treated as if it were as large. So the last update, which is
-/// [`LAST_UPDATE`] of that, is no smaller than a few roundings of the rows.
+/// An unknown below this part of its natural size is treated as if it were as large. So the last update,
+/// [`LAST_UPDATE`] times that, is no smaller than a few rounding errors of the rows.
 const PART_OF_NATURAL: f64 = 1e-6;
 
-/// Natural sizes are used where the equations' condition is at most this, and the unknowns are smaller than they by no more:
-/// with [`PART_OF_NATURAL`], sizes that are too large by this factor change no rule.
+/// Natural sizes are used up to this condition number of the equations, and for unknowns smaller than them by
+/// at most this factor: with [`PART_OF_NATURAL`], sizes that are too large by this factor change no decision.
 const WELL_CONDITIONED: f64 = 1e6;
 
 /// An inverse of more rows than this is computed by one elimination, not column by column with one
@@ -304,7 +304,7 @@ fn inverse_of_scaled(jacobian: &Square) -> Matrix {
 
 impl NaturalSizes {
     /// The natural sizes near `z`, for the Jacobian and the sizes of the terms of each row; `None` if the Jacobian is
-    /// singular or something is not finite.
+    /// singular or an entry is not finite.
     #[cold]
     pub fn new(jacobian: &Square, terms: &[f64], z: &[f64]) -> Option<Self> {
         let count = jacobian.size();

@@ -419,7 +419,7 @@ mod tests {
 
     #[test]
     fn the_shortest_of_many_solutions() {
-        // x + y = 2, said twice, of which one is wrong by 2
+        // x + y = 2 twice, one of them with an error of 2
         let matrix = Matrix::from_fn(2, 2, |_, _| 1.0);
         let solution = matrix.decomposed().solve(&[1.0, 3.0], f64::EPSILON);
         assert!(solution.iter().all(|x| (x - 1.0).abs() < 1e-15), "{solution:?}");

@@ -356,7 +356,7 @@ mod tests {
 
     #[test]
     fn cyclic_rows_and_what_is_no_matrix() {
-        // the QR step without another shift goes round in a circle
+        // without an exceptional shift, the QR step is periodic here
         let cyclic = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Vec::from);
         let found = eigenvalues(&cyclic).unwrap_or_default();
         for (found, expected) in

@@ -14,10 +14,10 @@ pub(crate) mod slices;
 /// Up to this many rows are eliminated inline, with loops of literal length; more by [`many`].
 const FEW: usize = 8;
 
-/// Determinants must be larger than this for Cramer's rule, and pivots of rows as they are.
+/// Smallest determinant for Cramer's rule, and smallest pivot for rows that are not scaled.
 pub(crate) const SMALLEST_DETERMINANT: f64 = 1e-100;
 
-/// Determinants must be smaller than this for Cramer's rule, and pivots of rows as they are.
+/// Largest determinant for Cramer's rule, and largest pivot for rows that are not scaled.
 pub(crate) const LARGEST_DETERMINANT: f64 = 1e100;
 
 /// Whether a number fulfils a condition in every lane.
@@ -78,7 +78,7 @@ fn scale_rows<T: Scalar, const M: usize>(a: &mut [[T; M]; M]) -> [T; M] {
     scales
 }
 
-/// Gauss elimination of rows that are first brought to a common size.
+/// Gauss elimination of rows that are first scaled to a common size.
 ///
 /// Never inlined: the matrix of a large system would double the stack frame of the caller.
 #[inline(never)]
@@ -296,7 +296,7 @@ pub(crate) fn determinant_of<const M: usize>(matrix: &[[f64; M]; M]) -> Determin
 
 /// The operations of elimination on the entries of a matrix and on its right-hand sides `R`.
 trait Kind<T, R, const M: usize> {
-    /// Whether columns are taken out of the rows above, too.
+    /// Whether columns are eliminated above the diagonal, too.
     const ABOVE: bool = false;
 
     /// Whether rows with a zero entry in the column are skipped. Most are zero if bodies are joined to few

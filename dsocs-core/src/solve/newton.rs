@@ -558,7 +558,7 @@ pub(crate) fn explain(
     let result = solve(equations, start, size, max_iterations, &mut updates);
     let (reason, z, rows) = match result {
         Err(Failed { reason, z, rows, .. }) => (reason, z, rows),
-        // the same iteration ends the same way
+        // not reached: the same iteration fails again
         Ok(root) => (
             StepFailure::NotConverged,
             root.z.clone(),

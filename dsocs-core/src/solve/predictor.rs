@@ -676,10 +676,10 @@ mod tests {
     #[test]
     fn determinants_are_continued() {
         use Continuation::{Departs, Fits, Turned};
-        // as a parabola goes
+        // along a parabola
         assert_eq!(said(&[1.0, 1.2, 1.5, 1.9]), Fits);
         assert_eq!(said(&[4.0, 3.0, 2.0, 1.0]), Fits);
-        // at zero nothing tells the two roots of a pair
+        // at zero, the two roots of a pair cannot be distinguished
         assert_eq!(said(&[3.0, 2.0, 1.0, 0.0]), Turned);
         // the other root of a pair
         assert_eq!(said(&[1.0, 1.0, 1.0, -1.0]), Turned);
@@ -687,9 +687,9 @@ mod tests {
         assert_eq!(said(&[1.0, 1.0, 1.0, 3.0]), Departs);
         // one that has changed by more than itself may have turned back before zero
         assert_eq!(said(&[2.3, 1.6, 1.0, 0.45]), Departs);
-        // after a jump one determinant that is near the last one says nothing
+        // after a jump, one determinant near the last one is not enough
         assert_eq!(said(&[9.0, 3.0, 1.0, 0.8]), Turned);
-        // two do
+        // two are
         assert_eq!(said(&[9.0, 3.0, 1.0, 0.8, 0.7]), Fits);
     }
 

@@ -374,7 +374,7 @@ impl Product {
         self.0 = self.0.times(pivot);
     }
 
-    /// The product of all.
+    /// The product.
     pub(crate) fn value(self) -> Determinant {
         self.0
     }

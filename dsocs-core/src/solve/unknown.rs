@@ -1,6 +1,6 @@
 //! The unknowns of a step and the linear equations of one Newton update.
 
-// what lanes call is compiled for the machine's own instructions
+// code for lanes is compiled for the machine's own instructions
 #![allow(clippy::inline_always)]
 
 use core::fmt::Debug;
@@ -72,7 +72,7 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     /// rule (four products and one division in all); more are Gauss elimination with row-scaled partial pivoting.
     /// Nothing is allocated.
     ///
-    /// `None` if in any lane the solution is not finite: the matrix is singular, or something was not finite.
+    /// `None` if in any lane the solution is not finite: the matrix is singular, or an entry is not finite.
     #[inline]
     #[must_use]
     fn solve(matrix: &Self::Square, right: &Self) -> Option<Self> {

@@ -77,7 +77,7 @@ struct Acceleration {
 }
 
 impl OnWay<'_> {
-    /// The declaration at a part of the way.
+    /// The declaration that holds at a part of the path.
     fn declaration(&self, part: f64) -> Declaration<'_> {
         self.declarations[usize::from(part >= 0.5)]
     }

@@ -57,7 +57,7 @@ impl fmt::Debug for Recurrences {
     }
 }
 
-/// Why a tape and a shape make no system.
+/// Errors of a tape and a shape that do not form a system.
 #[derive(Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum TapeError {

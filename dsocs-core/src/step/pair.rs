@@ -526,12 +526,12 @@ mod tests {
         };
         assert_eq!(former, expected.any().to_owned());
         assert_eq!(rows.rows, step(expected.any()).linearize(&z).rows);
-        // the time is seen
+        // the rows depend on time
         let other = Leg { t: 2.0, ..expected };
         assert_ne!(rows.rows, step(other.any()).linearize(&z).rows);
     }
 
-    /// Two oscillators, of which one is meant.
+    /// Two oscillators, one of which is the motion.
     #[dsocs {
         coordinates(x);
         lagrangian = dot(x).powi(2) / 2;
@@ -592,7 +592,7 @@ mod tests {
         assert!(chosen > 2, "{chosen}");
     }
 
-    /// Two accelerations, both far beyond what the motion is about.
+    /// Two accelerations, both far larger than those of the motion.
     #[dsocs {
         coordinates(x);
         lagrangian = dot(x).powi(2) / 2;
@@ -627,7 +627,7 @@ mod tests {
             .unwrap_err();
         assert_eq!(failure.reason, StepFailure::NotConverged);
         assert!(failure.other.is_empty());
-        // where the legs are as long it is one
+        // with longer legs it is another root
         let longer = step.unknown(&[10.0], &[]);
         let (z, _) = step
             .nearer(&far(-3000.0), &mut Predictor::new(1), [&size, &longer])
@@ -652,7 +652,8 @@ mod tests {
         // three solutions that change by a quarter of the distance would not have foreseen the last one
         assert_eq!(led(&[3.0, 2.0, 1.0], 4.0, 0.0), None);
         assert_eq!(led(&[3.0, 2.0, 1.0], 4.0, 44.0), Some(Found));
-        // one says only which is near, two nothing of one that is extrapolated from the last alone
+        // one past solution decides only for the near root; two decide nothing if the root continues only one
+        // of them
         assert_eq!(led(&[3.0], 3.0, 9.0), Some(Found));
         assert_eq!(led(&[3.0, 2.0], 4.0, 9.0), Some(Found));
         assert_eq!(led(&[3.0, 2.0], 3.0, 9.0), None);

@@ -164,7 +164,7 @@ fn kind(op: &Op, registers: &[Register], arguments: &mut Vec<Register>) -> Kind 
     match op {
         Op::Number(value) => Kind::Number(*value),
         Op::Leaf(leaf) => Kind::Leaf(*leaf),
-        // replaced before
+        // not reached: replaced before
         Op::Stored(..) => Kind::Number(f64::NAN),
         Op::Neg(a) => Kind::Neg(of(a)),
         Op::Recip(a) => Kind::Recip(of(a)),

@@ -13,8 +13,9 @@
 //! begins with [`VERSION`]; then come the [`SEGMENTS`], in their order, each as its length in bytes and its body. A body is the
 //! number of operations, the operations, the number of results, how many of them belong to the [`Part::Head`], and
 //! the results. Whole numbers are unsigned LEB128. An operand is the place of an operation in the same segment, before the
-//! one that reads it; a result is the place of an operation. In place of a result, the number of operations says that the last result comes
-//! again, and a number follows that says how often: a large Jacobian is mostly zero. An operation is a byte, and what it reads:
+//! one that reads it; a result is the place of an operation. In place of a result, the number of operations
+//! means that the last result is repeated, as often as the next number says: a large Jacobian is mostly zero.
+//! An operation is a byte, followed by its operands:
 //!
 //! | byte | operation | followed by |
 //! |---|---|---|
@@ -31,7 +32,7 @@
 //! | 15 | a call of the user's ([`Source::call`]) | which, the number of arguments, the arguments |
 //! | 32 … 51 | a function | `a` |
 //!
-//! A tape that breaks these rules has no results: every number that it is asked for is NaN.
+//! A tape that breaks these rules has no results: all its numbers are NaN.
 
 #[cfg(feature = "jit")]
 mod code;

@@ -102,7 +102,7 @@ mod tests {
     use super::*;
     use crate::number::tangent::Tangent;
 
-    /// Beside a sample differences would see the next piece.
+    /// Near a sample, finite differences would reach into the next piece.
     #[test]
     fn a_table_is_differentiated_on_its_own_piece() {
         let samples = Samples::linear([(0.0, 0.0), (1.0, 2.0), (2.0, -1.0)]).unwrap();

@@ -171,7 +171,7 @@ impl<'s> Run<'s> {
             }
             lanes.step(&mut members, &h, orders, active);
         }
-        // all have ended
+        // all motions have ended
         ended.into_iter().flatten().collect()
     }
 

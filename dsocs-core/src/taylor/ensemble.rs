@@ -166,8 +166,8 @@ impl<'a, const N: usize> TaylorEnsemble<'a, N> {
     ///
     /// # Errors
     ///
-    /// [`RunError::Input`] if there is no such parameter, or if there are not as many values as starts. A value that a run cannot
-    /// begin with is the error of its own motion.
+    /// [`RunError::Input`] if there is no such parameter, or if there are not as many values as starts. A
+    /// value that a run cannot begin with fails only its own motion.
     pub fn varied(
         mut self,
         parameter: &str,

@@ -310,7 +310,7 @@ impl Integrator {
         self.next.begin(self.t.hi[0], self.now.q(), self.now.v());
         self.next.expect(a);
         self.last = Some((t, s));
-        // within a step nothing changes
+        // the resting arguments are the same throughout a step
         let rested = self.rested().map(Sticking::rests_on_last);
         if !rested.is_some_and(|rests| self.rest(equations, Some(&rests))) {
             self.begin(equations);

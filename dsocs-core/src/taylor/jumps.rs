@@ -13,7 +13,7 @@ use crate::tape::declaration::Declaration;
 /// A velocity jumps at a switch if the constraints move it by more than this many tolerances.
 const JUMPS: f64 = 100.0;
 
-/// And by more than this part of it.
+/// Lower bound of this threshold, relative to the velocity.
 const LEAST_JUMP: f64 = 1e-7;
 
 /// Distance from a switch at which the Lagrangian is compared, as a part of a step; and the least jump,

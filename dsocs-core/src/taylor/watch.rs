@@ -248,7 +248,7 @@ impl Integrator {
                 break;
             }
             if beyond >= farthest {
-                // the argument turns back
+                // no change of sign up to here
                 return End::of(beyond);
             }
             width *= 8.0;
@@ -463,7 +463,7 @@ impl Integrator {
                 .chain(others)
                 .any(|over| self.goes_over(equations, &watch.touched, &over, tau));
             if !goes_on || watch.short > AT_ONCE {
-                // as it came here
+                // restores the pieces of the arrival
                 self.goes_over(equations, &watch.touched, &vec![false; first.len()], tau);
                 let over = watch.touched.iter().zip(&first).find(|(_, over)| **over);
                 watch.stuck = over.map(|(touched, _)| equations.switch(touched.group, touched.place));

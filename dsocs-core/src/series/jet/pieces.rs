@@ -140,7 +140,7 @@ pub(super) fn choose(x: Jet, own: i64, ends: impl Fn(i64) -> [Option<f64>; 2]) -
     let (place, base) = PIECES.with_borrow(|pieces| {
         let place = pieces.at;
         let known = pieces.chosen.get(place).copied().flatten();
-        // in higher orders as in the first
+        // higher orders keep the piece of order 0
         let goes_on = memory::order() > 0 || pieces.is_held();
         (place, known.filter(|_| goes_on).map_or(own, |[base, _]| base))
     });

@@ -14,7 +14,7 @@ const MAX_EVALUATIONS: u32 = 2000;
 /// Largest number of corrections of a point; if they are not enough, the step of `λ` was too long.
 const CORRECTIONS: u32 = 4;
 
-/// A correction must be this part of the one before.
+/// Largest ratio of a correction to the previous one.
 const CONTRACTION: f64 = 0.25;
 
 /// A correction this small relative to the unknowns ends the correction of a point.

@@ -246,7 +246,7 @@ fn a_path_does_not_jump() {
     }
 }
 
-/// Rows that come down to some bounds of their rounding may have a root there.
+/// Rows that fall to a few of their rounding bounds may have a root there.
 #[test]
 fn a_fold_that_may_be_a_root_is_none() {
     for (bound, is_fold) in [(1e-8, false), (1e-10, true)] {
@@ -329,13 +329,14 @@ fn a_root_tells_whether_another_one_may_be_close() {
         let root = solve(&Watched::<false>(distance), &one(start), &one(1.0), 60, &mut ());
         root.unwrap_or_else(|failed| panic!("{}", failed.reason))
     };
-    // the other root is nearer than the unknown is large, and the way to this one is bent
+    // the other root is nearer than the size of the unknown, and the rows are nonlinear on the way to this
+    // one
     let near = solved(0.1, 0.999);
     assert!(
         near.evaluations == 3 && near.close && near.bend > BENT,
         "{near:?}"
     );
-    // far away, on a straight way
+    // far away, with nearly linear rows on the way
     let far = solved(1e3, 0.999);
     assert!(!far.close, "{far:?}");
     let short = solve(&Watched::<true>(20.0), &one(0.7), &one(1.0), 60, &mut ());

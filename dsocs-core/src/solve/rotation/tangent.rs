@@ -184,7 +184,7 @@ mod tests {
             let [by_first, by_second] = of_nodes([x[1], x[2], x[3]]);
             let (one, other) = (times(&by_first, first), times(&by_second, second));
             let d = of([0, 1, 2].map(|i| one[i] + other[i]));
-            // what it leads to is the turn of the second node
+            // the increment's change leads to the turn of the second node
             let found = carried(&[0], &x, &of(first), &d);
             for (found, expected) in found.iter().zip(of(second)) {
                 assert!((found - expected).abs() < 1e-14, "{x:?}: {found} {expected}");
@@ -203,7 +203,7 @@ mod tests {
             let expected: f64 = slopes.iter().zip(change.iter()).map(|(slope, q)| slope * q).sum();
             assert!((by_turn[k] - expected).abs() < 1e-15);
         }
-        // and a small turn is what an increment is
+        // for a small turn, the increment is the turn
         let mut d = [0.0; 4];
         let small = [0.0, 1e-7, -2e-7, 3e-8];
         difference(&[0], [&NODE, &moved(&[0], &NODE, &small)], &mut d);
