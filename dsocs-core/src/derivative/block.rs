@@ -30,7 +30,7 @@ pub(super) struct Equations {
     step: Differential,
     /// The point of a node: position, velocity and acceleration.
     pub(super) point: Differential,
-    /// The constants: what is computed once, before the run.
+    /// The constants, which are computed once, before the run.
     constants: Differential,
     /// The roles of the inputs of `step` and `point`.
     of_step: Vec<Role>,

@@ -7,8 +7,9 @@
 //! z  → A z + B u,   y = C z + D u     of the paper's step
 //! ```
 //!
-//! for small changes `z` of the state, `u` of parameters and `y` of what is measured. They are what linear control theory begins with: stability,
-//! controllability, a regulator (LQR), an observer. [`EquilibriumSearch`] finds states of rest and their eigenvalues.
+//! for small changes `z` of the state, `u` of parameters and `y` of outputs. Linear control theory begins
+//! with them: stability, controllability, a regulator (LQR), an observer. [`EquilibriumSearch`] finds states
+//! of rest and their eigenvalues.
 //!
 //! # The formula
 //!

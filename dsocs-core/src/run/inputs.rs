@@ -41,9 +41,10 @@ pub fn held_value(plan: &[[f64; 2]], t: f64, h: f64) -> Option<f64> {
 ///
 /// If a nonholonomic constraint changes, the velocity jumps onto it, by an impulse of the constraint force.
 ///
-/// A parameter of a holonomic constraint cannot be an input: the position would have to jump. Neither can a parameter inside a `dot(…)`
-/// of the declaration: the derivative does not contain the parameter's own rate, and what is differentiated would have to jump. Declare
-/// these as [`crate::Samples`] or as a function of `t`, whose rates are known.
+/// A parameter of a holonomic constraint cannot be an input: the position would have to jump. Neither can a
+/// parameter inside a `dot(…)` of the declaration: the derivative does not contain the parameter's own rate,
+/// and the differentiated expression would have to jump. Declare these as [`crate::Samples`] or as a function
+/// of `t`, whose rates are known.
 ///
 /// ```
 /// use dsocs_core::prelude::*;

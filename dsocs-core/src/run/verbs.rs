@@ -142,7 +142,7 @@ impl dyn Run + '_ {
         })
     }
 
-    /// [`sample`](Self::sample) in which the observer receives several times together, and for each of them
+    /// `sample` in which the observer receives several times together, and for each of them
     /// position, velocity and acceleration, one after the other.
     pub(crate) fn sample_together(
         &mut self,

@@ -23,8 +23,8 @@ pub(crate) const LAST_UPDATE: f64 = 1e-9;
 /// The error that may remain after the last update, relative to the unknowns.
 const REMAINDER: f64 = 1e-16;
 
-/// An update `ρ'` of at most the first size is the last if the update `ρ` before it was larger than the second size:
-/// what remains is `C ρ'² = ρ'³/ρ²`, and that is at most [`REMAINDER`].
+/// An update `ρ'` of at most the first size is the last if the update `ρ` before it was larger than the
+/// second size: the remaining error is `C ρ'² = ρ'³/ρ²`, at most [`REMAINDER`].
 const SETTLED: [(f64, f64); 3] = [(1e-10, 1e-7), (4e-12, LAST_UPDATE), (LAST_UPDATE, 3.2e-6)];
 
 /// An update below this part of the previous one shows that the iteration converges fast.
@@ -491,7 +491,7 @@ mod tests {
             };
             update(&[now]).settles::<f64>(&update(&[before]))
         };
-        // what is left is now³/before²
+        // the remaining error is now³/before²
         assert!(settles(1e-5, 1e-10) && settles(4e-6, 9e-10) && settles(2e-7, 9e-11) && settles(2e-9, 3e-12));
         assert!(
             !settles(1e-9, 9e-10) && !settles(1e-7, 9e-10) && !settles(1e-8, 9e-11) && !settles(9e-10, 3e-12)

@@ -10,8 +10,6 @@
 //! solution is discarded, and the dense matrix is solved with pivoting. (Li and Demmel, "Making sparse
 //! Gaussian elimination scalable by static pivoting", 1998. The criterion is Oettli and Prager's
 //! componentwise backward error, Higham, *Accuracy and Stability of Numerical Algorithms*, theorem 7.3.)
-//! static pivoting", 1998; what is compared is Oettli and Prager's componentwise backward error, Higham, *Accuracy and Stability
-//! of Numerical Algorithms*, theorem 7.3.)
 
 use core::cell::Cell;
 use std::borrow::Cow;

@@ -17,8 +17,8 @@ const ROUNDINGS: f64 = 8.0;
 const MOST: f64 = 1e6;
 pub(super) const TRIES: u32 = 2;
 
-/// If the velocity at the end of a step is more than this many times what its beginning leads to expect, the
-/// motion has changed, and rounding is no explanation.
+/// If the speed at the end of a step exceeds this many times `|v| + h |a|` at its beginning, the motion has
+/// changed, and the difference is not rounding.
 const GROWS: f64 = 2.0;
 
 /// The shifts of time, position and velocity, in roundings.

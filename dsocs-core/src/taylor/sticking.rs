@@ -9,7 +9,7 @@
 //!
 //! The step ends where a side reaches its bound, and the body is released, where another argument arrives at
 //! zero, or where a piecewise function changes its piece. Then the inclusion of [`AtPoint::solve`] determines
-//! what rests from there on. If nothing does, the recurrences go on.
+//! which arguments rest from there on. If none does, the recurrences continue.
 
 use super::integrator::{Integrator, Outcome};
 use super::pieces::{Known, Pieces, first};
