@@ -60,8 +60,8 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// The observed expressions (`observe = […]`), in order.
     const OBSERVABLES: &'static [Quantity];
 
-    /// The highest order of a derivative in a constraint, at least 2. A step solves for the last of `ORDER +
-    /// 1` nodes.
+    /// The highest order of a derivative in a constraint, at least 2. A step solves for the last of
+    /// `ORDER + 1` nodes.
     const ORDER: usize = 2;
 
     /// The number of known one-forms of constraint forces: one for each constraint, or none if the virtual displacements are

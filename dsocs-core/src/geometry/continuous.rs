@@ -94,9 +94,9 @@ pub struct Variation {
 }
 
 impl Variation {
-    /// The growth rate `d/ds dν(u, w)` of the paper's `dν = (F^t)*Ω_L − Ω_L`, `⟨δ_w Q, δ_u q⟩ − ⟨δ_u Q, δ_w
-    /// q⟩`, from the variations under two displacements; with external forces, `Q + f` takes the place of
-    /// `Q`. (`ν = ∫ D_{EL}L · δq ds` and `D_{EL}L = −Q − f`; paper, section 2.)
+    /// The growth rate `d/ds dν(u, w)` of the paper's `dν = (F^t)*Ω_L − Ω_L`,
+    /// `⟨δ_w Q, δ_u q⟩ − ⟨δ_u Q, δ_w q⟩`, from the variations under two displacements; with external forces,
+    /// `Q + f` takes the place of `Q`. (`ν = ∫ D_{EL}L · δq ds` and `D_{EL}L = −Q − f`; paper, section 2.)
     #[must_use]
     pub fn rate(u: (&Displacement, &Self), w: (&Displacement, &Self)) -> f64 {
         let product = super::legendre::product;

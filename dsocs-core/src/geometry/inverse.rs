@@ -135,9 +135,9 @@ impl DiscreteFlow<'_> {
         Some(solution.e)
     }
 
-    /// Newton's update of the first leg and the unknowns. The equations are the rows of the step, `d + S(d,
-    /// z) = q2 − q1`, and the constraints of lower order on the first pair, since those on the last pair
-    /// hold. So there may be more equations than unknowns, some of them dependent.
+    /// Newton's update of the first leg and the unknowns. The equations are the rows of the step,
+    /// `d + S(d, z) = q2 − q1`, and the constraints of lower order on the first pair, since those on the last
+    /// pair hold. So there may be more equations than unknowns, some of them dependent.
     fn update(&self, last: AnyLeg<'_, f64>, leg: AnyLeg<'_, f64>, z: &[f64]) -> Option<Update> {
         let declaration = self.declaration();
         let (n, count) = (leg.d.len(), z.len());

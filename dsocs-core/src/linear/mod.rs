@@ -33,8 +33,8 @@
 //! to the fixed point itself; for numbers its rate is `drift + A z + B u`, the sum of both. The turn of a
 //! rotation is seen from the body of the first motion, which turns itself: `ξ' = δω - ω × ξ`. So the matrix
 //! of a spinning top is that of the whole motion, and its eigenvalues tell whether the spin is stable. The
-//! turn `θ` from the fixed attitude has `θ' = ω + δω - ½ ω × θ` to first order: to predict it by `drift + A z
-//! + B u`, add `½ ω̂` to the block of `A` that maps the turn to its own rate.
+//! turn `θ` from the fixed attitude has `θ' = ω + δω - ½ ω × θ` to first order: to predict it by
+//! `drift + A z + B u`, add `½ ω̂` to the block of `A` that maps the turn to its own rate.
 //!
 //! # Units
 //!

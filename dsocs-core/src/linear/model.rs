@@ -52,9 +52,9 @@ pub struct LinearModel {
     pub drift: Vec<f64>,
     /// The outputs at the point.
     pub measured: Vec<f64>,
-    /// For each state, the weights of the changes of position and velocity in it, one after the other: `z = P
-    /// δ(q, v)`. The change of a rotation's position, here and below, is a zero and a turn in the frame of
-    /// its body.
+    /// For each state, the weights of the changes of position and velocity in it, one after the other:
+    /// `z = P δ(q, v)`. The change of a rotation's position, here and below, is a zero and a turn in the
+    /// frame of its body.
     pub projection: Vec<Vec<f64>>,
     /// For each state, the change of position and velocity, one after the other, for a change of the state by
     /// 1.

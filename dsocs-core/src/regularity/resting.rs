@@ -1,10 +1,10 @@
 //! The continuous motion with bodies at rest on surfaces: the values of functions that jump with the velocity
 //! there.
 //!
-//! An argument `g(t, q, v)` that is zero stays so as long as a side in `[-1, 1]` makes its rate zero, `dg/dt
-//! + ∂g/∂v · a = 0`. This is the inclusion of [`crate::regularity::sides`] for the rates of the arguments
-//! that are zero. As long as the same arguments stay zero, accelerations, multipliers and sides solve
-//! equations that are as smooth as the declared ones.
+//! An argument `g(t, q, v)` that is zero stays so as long as a side in `[-1, 1]` makes its rate zero,
+//! `dg/dt + ∂g/∂v · a = 0`. This is the inclusion of [`crate::regularity::sides`] for the rates of the
+//! arguments that are zero. As long as the same arguments stay zero, accelerations, multipliers and sides
+//! solve equations that are as smooth as the declared ones.
 
 use crate::number::bounded::{Bounded, UNIT};
 use crate::number::larger;

@@ -11,12 +11,12 @@
 //! ```
 //!
 //! Newton's iteration linearises both in `x` and `s` and solves the linear problem for the next iterate (N.
-//! H. Josephy, 1979). After elimination of `x` it is a linear complementarity problem with bounds, `u(s) = a
-//! - B s`. Friction dissipates energy, so `B` has a positive semidefinite symmetric part. It is solved by
-//! pivots of many sides at once, and of single ones if those do not terminate (J. J. Júdice, F. M. Pires,
-//! *Computers Oper. Res.* 21, 1994). If `B` is singular, as with friction in all four joints of a four-bar
-//! linkage, the sides at rest are not determined one by one, but their sum of forces is: then the sides
-//! nearest to the last ones are taken (the proximal point method). See also V. Acary, B. Brogliato,
+//! H. Josephy, 1979). After elimination of `x` it is a linear complementarity problem with bounds,
+//! `u(s) = a - B s`. Friction dissipates energy, so `B` has a positive semidefinite symmetric part. It is
+//! solved by pivots of many sides at once, and of single ones if those do not terminate (J. J. Júdice, F. M.
+//! Pires, *Computers Oper. Res.* 21, 1994). If `B` is singular, as with friction in all four joints of a
+//! four-bar linkage, the sides at rest are not determined one by one, but their sum of forces is: then the
+//! sides nearest to the last ones are taken (the proximal point method). See also V. Acary, B. Brogliato,
 //! *Numerical Methods for Nonsmooth Dynamical Systems*, 2008.
 
 use crate::solve::dense::Matrix;

@@ -3,8 +3,8 @@
 //! # One side for each leg
 //!
 //! On a leg such a function has one *side*, regardless of the number of places at which the step evaluates it
-//! there: the sign of its argument in the middle of the leg, where the mass moves uniformly, `u(t + h/2, q +
-//! d/2, d/h)`. A leg on which this argument is zero *rests*; its side is an unknown.
+//! there: the sign of its argument in the middle of the leg, where the mass moves uniformly,
+//! `u(t + h/2, q + d/2, d/h)`. A leg on which this argument is zero *rests*; its side is an unknown.
 //!
 //! Forces usually act at both ends of a leg, with the leg's one velocity. If the surface moves, the arguments
 //! of the two ends differ by `h` times its acceleration, and on a leg that rests they have opposite signs. If

@@ -449,8 +449,8 @@ impl<'s> Declaration<'s> {
     }
 
     /// The rows of the continuous system at a point: the constraints, those of lower order differentiated
-    /// until accelerations occur, then the works `⟨u, Q⟩` along the fields; if no fields are known, `Q - Σ
-    /// λ_j α_j` instead.
+    /// until accelerations occur, then the works `⟨u, Q⟩` along the fields; if no fields are known,
+    /// `Q - Σ λ_j α_j` instead.
     pub fn continuous<T: Number>(&self, point: AnyPoint<'_, T>, multipliers: &[T]) -> Vec<T> {
         let at = At {
             multipliers,

@@ -1,7 +1,7 @@
 //! The recurrences of jets: each gives the coefficient `w_k` of a function from those of its arguments.
 //!
-//! `Σ` is an inner sum over `0 < j < k`, which is computed beforehand. Primes are derivatives by time, and `r
-//! = 1/k`.
+//! `Σ` is an inner sum over `0 < j < k`, which is computed beforehand. Primes are derivatives by time, and
+//! `r = 1/k`.
 
 // parts of every operation
 #![allow(clippy::inline_always)]
