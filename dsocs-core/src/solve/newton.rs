@@ -34,6 +34,10 @@ const NEARBY: f64 = 1e-3;
 /// its rounding error.
 const LEFT: f64 = 64.0;
 
+/// Largest number of evaluations in a step whose updates each shrink fast: longer iterations are left to
+/// [`solve`].
+const QUICK: u32 = 7;
+
 /// Largest number of full updates in an iteration that are taken although no part of them makes the next
 /// update smaller.
 const PATIENCE: u32 = 3;
@@ -373,14 +377,15 @@ impl<Z: Components> Trial<Z> {
     }
 }
 
-/// The first three iterations of Newton's from `start`, or their evaluations if they are not enough.
+/// Newton's iteration from `start` with full updates, or its first three evaluations if full updates do not
+/// shrink fast.
 ///
 /// `size` is the expected size of each unknown: an update is measured relative to the unknown, or to `size`
 /// where the unknown is smaller. There is no absolute tolerance.
 ///
 /// With a good start there is one evaluation of the rows: the update is applied, and its size shows that no
-/// more is needed. Usually there are at most three. All unusual cases fail to have a small update and are
-/// left to [`solve`], which makes every check.
+/// more is needed. Usually there are at most three, in long steps up to [`QUICK`]. All unusual cases fail to
+/// have a small update and are left to [`solve`], which makes every check.
 #[inline(always)]
 #[allow(clippy::inline_always)] // part of every step
 pub(crate) fn quick<E: Quick + ?Sized>(
@@ -404,11 +409,43 @@ pub(crate) fn quick<E: Quick + ?Sized>(
     if second.settles(&first, size) && declared(&second.at.z, &first.at.z) {
         return Ok(arrived(&second, 2));
     }
-    let third = Trial::new(equations, second.next());
-    if third.settles(&second, size) && declared(&third.at.z, &second.at.z) && max_iterations > 2 {
-        return Ok(watched(equations, [&first, &second], size, arrived(&third, 3)));
+    let (mut before, mut last) = (first.clone(), second.clone());
+    let mut third = None;
+    for evaluations in 3..=QUICK {
+        let next = Trial::new(equations, last.next());
+        (before, last) = (last, next);
+        if last.settles(&before, size) && declared(&last.at.z, &before.at.z) && max_iterations >= evaluations
+        {
+            return Ok(watched(
+                equations,
+                [&first, &second],
+                size,
+                arrived(&last, evaluations),
+            ));
+        }
+        if third.is_none() {
+            third = Some(last.clone());
+        }
+        let shrinks = before.safe
+            && last.safe
+            && shrinks(
+                [before.at.update.as_ref(), last.at.update.as_ref()],
+                [before.at.z.as_ref(), last.at.z.as_ref()],
+                size.as_ref(),
+            );
+        if !shrinks {
+            break;
+        }
     }
+    let third = third.unwrap_or(last);
     Err([first, second, third])
+}
+
+/// Whether the later of two updates is so much smaller that the iteration may go on with full updates.
+#[cold]
+fn shrinks(updates: [&[f64]; 2], at: [&[f64]; 2], size: &[f64]) -> bool {
+    let [before, last] = [0, 1].map(|k| relative(updates[k], at[k], size));
+    converges(before, last)
 }
 
 /// Solves the equations by Newton's iteration from `start`, with sizes as in [`quick`]. `notes` records the

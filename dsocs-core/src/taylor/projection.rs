@@ -57,11 +57,18 @@ type Span = [usize; 2];
 
 /// The inverse of a mass matrix.
 #[derive(Clone, Debug)]
-struct Inverse {
-    /// Row by row.
-    rows: Vec<f64>,
-    /// The range of nonzero entries of each row.
-    spans: Vec<Span>,
+enum Inverse {
+    /// Its diagonal: all other entries are zero.
+    Diagonal(Vec<f64>),
+    /// A full matrix.
+    Full {
+        /// Row by row.
+        rows: Vec<f64>,
+        /// The range of nonzero entries of each row.
+        spans: Vec<Span>,
+        /// The range of nonzero entries of each column.
+        columns: Vec<Span>,
+    },
 }
 
 /// The workspace of the shortest correction.
@@ -179,9 +186,13 @@ impl Projection {
     /// been dependent in between, or the row itself may have turned.
     pub fn has_turned(&self) -> bool {
         let now = &self.shortest.directions;
-        let pairs = self.directions.chunks_exact(self.n.max(1));
-        let turned = pairs.zip(now.chunks_exact(self.n.max(1)));
-        let turned = turned.step_by(2).any(|(before, now)| product(before, now) < 0.0);
+        let pairs = self.directions.chunks_exact(2 * self.n.max(1));
+        let turned = pairs
+            .zip(now.chunks_exact(2 * self.n.max(1)))
+            .any(|(before, now)| {
+                // each direction is followed by its form
+                product(&before[..self.n], &now[..self.n]) < 0.0
+            });
         turned || !self.directions.is_empty() && self.directions.len() != now.len()
     }
 
@@ -250,12 +261,11 @@ impl Projection {
                 let square = product(form, direction);
                 if square > 0.0 {
                     keep(k, square);
-                    let (left, length) = (value / square, square.sqrt());
+                    let (left, factor) = (value / square, 1.0 / square.sqrt());
                     for (by, x) in by.iter_mut().zip(&*direction) {
                         *by = -left * x;
                     }
-                    directions.extend(direction.iter().map(|x| x / length));
-                    directions.extend(form.iter().map(|x| x / length));
+                    directions.extend(direction.iter().chain(&*form).map(|x| factor * x));
                 }
                 break;
             }
@@ -275,20 +285,26 @@ impl Projection {
                 }
                 span = [span[0].min(from), span[1].max(to)];
             }
-            inverse.raise(form, span, direction);
+            let reach = inverse.raise(form, span, direction);
             let square = product_in(span, form, direction);
             if square.is_nan() || square <= DEPENDENT * DEPENDENT * whole {
                 continue;
             }
             keep(k, square);
             left /= square;
-            let length = square.sqrt();
-            for (by, direction) in by.iter_mut().zip(&*direction) {
-                *by -= left * direction;
+            for (by, direction) in in_span(reach, by).iter_mut().zip(in_span(reach, direction)) {
+                *by -= left * *direction;
             }
-            directions.extend(direction.iter().map(|x| x / length));
-            directions.extend(form.iter().map(|x| x / length));
-            spans.push([span_of(direction), span]);
+            let factor = 1.0 / square.sqrt();
+            let pair = directions.len();
+            directions.resize(pair + 2 * n, 0.0);
+            for (of_all, x, own) in [(pair, &*direction, reach), (pair + n, &*form, span)] {
+                let to = in_span(own.map(|place| of_all + place), directions);
+                for (to, x) in to.iter_mut().zip(&x[own[0]..own[1]]) {
+                    *to = factor * x;
+                }
+            }
+            spans.push([reach, span]);
         }
         // a NaN is left to the step's own error
         if by.iter().any(|x| !x.is_finite()) {
@@ -302,17 +318,49 @@ impl Projection {
 impl Inverse {
     /// The matrix of rows, one after the other.
     fn of(rows: Vec<f64>, n: usize) -> Self {
+        let places = || (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        if places().all(|(i, j)| i == j || rows[i * n + j] == 0.0) {
+            return Self::Diagonal((0..n).map(|i| rows[i * n + i]).collect());
+        }
         let spans = rows.chunks_exact(n.max(1)).map(span_of).collect();
-        Self { rows, spans }
-    }
-
-    /// The displacement of a form.
-    fn raise(&self, form: &[f64], span: Span, displacement: &mut [f64]) {
-        let rows = self.rows.chunks_exact(form.len().max(1)).zip(&self.spans);
-        for (x, (row, own)) in displacement.iter_mut().zip(rows) {
-            *x = product_in(common(*own, span), row, form);
+        let column = |j| span_of(&(0..n).map(|i| rows[i * n + j]).collect::<Vec<_>>());
+        Self::Full {
+            spans,
+            columns: (0..n).map(column).collect(),
+            rows,
         }
     }
+
+    /// The displacement of a form that is zero outside a span, and the range of its nonzero components.
+    fn raise(&self, form: &[f64], span: Span, displacement: &mut [f64]) -> Span {
+        match self {
+            Self::Diagonal(entries) => {
+                for (x, (entry, form)) in displacement.iter_mut().zip(entries.iter().zip(form)) {
+                    *x = entry * form;
+                }
+                span
+            }
+            Self::Full { rows, spans, columns } => {
+                displacement.fill(0.0);
+                let mut reach = [form.len(), 0];
+                for column in columns.get(span[0]..span[1]).unwrap_or_default() {
+                    reach = [reach[0].min(column[0]), reach[1].max(column[1])];
+                }
+                let reach = [reach[0].min(reach[1]), reach[1]];
+                let rows = rows.chunks_exact(form.len().max(1)).zip(spans);
+                let all = displacement.iter_mut().zip(rows);
+                for (x, (row, own)) in all.take(reach[1]).skip(reach[0]) {
+                    *x = product_in(common(*own, span), row, form);
+                }
+                reach
+            }
+        }
+    }
+}
+
+/// The components of a vector in a span.
+fn in_span([from, to]: Span, x: &mut [f64]) -> &mut [f64] {
+    x.get_mut(from..to).unwrap_or_default()
 }
 
 /// The range of a vector's nonzero components.
