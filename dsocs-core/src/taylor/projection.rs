@@ -233,6 +233,10 @@ impl Projection {
             ..
         } = self;
         let n = *n;
+        let (values, slopes) = rows.split_at(count);
+        if let [value] = values {
+            return shortest.for_one_row(inverse, *value, slopes, x);
+        }
         let Shortest {
             by,
             form,
@@ -243,32 +247,11 @@ impl Projection {
             largest,
             lost,
         } = shortest;
-        let mut keep = |k: usize, square: f64| {
-            if let Some(largest) = largest.get_mut(k) {
-                *largest = largest.max(square);
-                *lost |= square <= LOST * LOST * *largest;
-            }
-        };
-        let (values, slopes) = rows.split_at(count);
         by.fill(0.0);
         directions.clear();
         spans.clear();
         for (k, (value, slope)) in values.iter().zip(slopes.chunks_exact(n.max(1))).enumerate() {
             form.copy_from_slice(slope);
-            if let [value] = values {
-                // a single row need not be made orthogonal
-                inverse.raise(form, span_of(form), direction);
-                let square = product(form, direction);
-                if square > 0.0 {
-                    keep(k, square);
-                    let (left, factor) = (value / square, 1.0 / square.sqrt());
-                    for (by, x) in by.iter_mut().zip(&*direction) {
-                        *by = -left * x;
-                    }
-                    directions.extend(direction.iter().chain(&*form).map(|x| factor * x));
-                }
-                break;
-            }
             let mut span = span_of(form);
             let mut left = *value + product_in(span, form, by);
             inverse.raise(form, span, room);
@@ -290,7 +273,7 @@ impl Projection {
             if square.is_nan() || square <= DEPENDENT * DEPENDENT * whole {
                 continue;
             }
-            keep(k, square);
+            *lost |= loses(&mut largest[k], square);
             left /= square;
             for (by, direction) in in_span(reach, by).iter_mut().zip(in_span(reach, direction)) {
                 *by -= left * *direction;
@@ -312,6 +295,51 @@ impl Projection {
             return true;
         }
         size(by) <= LAST * size(x)
+    }
+}
+
+/// Whether a row has lost nearly all of its independent part, whose square is held against its largest so far.
+fn loses(largest: &mut f64, square: f64) -> bool {
+    *largest = largest.max(square);
+    square <= LOST * LOST * *largest
+}
+
+impl Shortest {
+    /// The correction for a single row, which need not be made orthogonal, as in [`Projection::correct`].
+    fn for_one_row(&mut self, inverse: &Inverse, value: f64, slope: &[f64], x: &[f64]) -> bool {
+        let Self {
+            by,
+            direction,
+            directions,
+            largest,
+            lost,
+            ..
+        } = self;
+        let n = x.len();
+        let slope = &slope[..n];
+        inverse.raise(slope, [0, n], direction);
+        let square = product(slope, direction);
+        if square.is_nan() || square <= 0.0 {
+            by.fill(0.0);
+            directions.clear();
+            return true;
+        }
+        *lost |= loses(&mut largest[0], square);
+        let (left, factor) = (value / square, 1.0 / square.sqrt());
+        directions.resize(2 * n, 0.0);
+        let (to_direction, to_form) = directions.split_at_mut(n);
+        let (mut of_by, mut of_x) = (0.0_f64, 0.0_f64);
+        for (i, by) in by.iter_mut().enumerate() {
+            *by = -left * direction[i];
+            (to_direction[i], to_form[i]) = (factor * direction[i], factor * slope[i]);
+            (of_by, of_x) = (larger(of_by, by.abs()), larger(of_x, x[i].abs()));
+        }
+        // a NaN is left to the step's own error
+        if !of_by.is_finite() {
+            by.fill(0.0);
+            return true;
+        }
+        of_by <= LAST * of_x
     }
 }
 
