@@ -202,7 +202,7 @@ use proc_macro::TokenStream;
 /// `((q0 + 2 * q1 + q2) / 4, …)`.
 ///
 /// The default map always gives a step of second order. It is `paper` if the momentum `∂L/∂v` does not
-/// depend on the position (as with a constant mass matrix) and nothing is imposed on a leg. Otherwise, for example with
+/// depend on the position or on time (as with a constant mass matrix) and nothing is imposed on a leg. Otherwise, for example with
 /// nonholonomic constraints or with `leg(e, 0)`, it is `midpoint`. `phi_lagrangian = paper` asks for the paper's map everywhere.
 ///
 /// # Discrete systems

@@ -409,11 +409,10 @@ pub(crate) fn quick<E: Quick + ?Sized>(
     if second.settles(&first, size) && declared(&second.at.z, &first.at.z) {
         return Ok(arrived(&second, 2));
     }
-    let (mut before, mut last) = (first.clone(), second.clone());
-    let mut third = None;
+    let (mut last, mut third) = (second.clone(), None);
     for evaluations in 3..=QUICK {
         let next = Trial::new(equations, last.next());
-        (before, last) = (last, next);
+        let before = core::mem::replace(&mut last, next);
         if last.settles(&before, size) && declared(&last.at.z, &before.at.z) && max_iterations >= evaluations
         {
             return Ok(watched(

@@ -318,7 +318,7 @@ impl Step<'_> {
     }
 
     /// Whether the step is short enough to have one solution nearby: Newton's iteration from the continuous
-    /// motion, `guess`, nearly ends with its first update, and no angle changes by more than [`TURN`].
+    /// motion, `guess`, nearly ends with its first update, and no angle changes by more than `TURN`.
     #[must_use]
     pub fn is_resolved(&self, guess: &[Double]) -> bool {
         let turns = self.scene.angles().into_iter().all(|angle| {
