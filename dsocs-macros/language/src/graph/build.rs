@@ -166,17 +166,19 @@ impl Graph {
                 Node::Product(inner) => {
                     let inner = inner.iter();
                     collected.extend(
-                        inner.map(|&(factor, power)| (factor, bounded(power.saturating_mul(exponent)))),
+                        inner.map(|&(factor, power)| {
+                            (factor, bounded_exponent(power.saturating_mul(exponent)))
+                        }),
                     );
                 }
-                _ => collected.push((base, bounded(exponent))),
+                _ => collected.push((base, bounded_exponent(exponent))),
             }
         }
         collect(&mut collected, |power, more| {
-            *power = bounded(power.saturating_add(more));
+            *power = bounded_exponent(power.saturating_add(more));
         });
         collected.retain(|&(_, exponent)| exponent != 0);
-        if let Some((scale, factors)) = self.with_signs(&collected) {
+        if let Some((scale, factors)) = self.quotients_as_signs(&collected) {
             let product = self.product(&factors);
             return self.scale(coefficient * scale, product);
         }
@@ -190,7 +192,7 @@ impl Graph {
 
     /// A product with `s/|s|` or `|s|/s` replaced by a sign: the number and the factors; `None` if there is
     /// no such quotient.
-    fn with_signs(&mut self, factors: &[(NodeId, i32)]) -> Option<(f64, Vec<(NodeId, i32)>)> {
+    fn quotients_as_signs(&mut self, factors: &[(NodeId, i32)]) -> Option<(f64, Vec<(NodeId, i32)>)> {
         factors.iter().enumerate().find_map(|(place, &(size, power))| {
             let &Node::Unary(Unary::Abs, argument) = self.node(size) else {
                 return None;
@@ -541,7 +543,7 @@ impl Unary {
 }
 
 /// An exponent within ±2³⁰: a power beyond is 0, 1 or infinite in double precision.
-fn bounded(exponent: i32) -> i32 {
+fn bounded_exponent(exponent: i32) -> i32 {
     const LARGEST: i32 = 1 << 30;
     exponent.clamp(-LARGEST, LARGEST)
 }

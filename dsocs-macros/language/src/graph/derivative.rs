@@ -16,17 +16,17 @@ pub(super) enum Direction {
 }
 
 /// The nodes that vary in a direction.
-enum Moving {
+enum VaryingNodes {
     /// Those that depend on one of some leaves, given by their bits.
-    With { bits: [usize; 2 * SLOTS], count: usize },
+    WithLeaves { bits: [usize; 2 * SLOTS], count: usize },
     /// Those that vary with time.
     WithTime,
 }
 
-impl Moving {
+impl VaryingNodes {
     fn contains(&self, graph: &Graph, id: NodeId) -> bool {
         match self {
-            Self::With { bits, count } => {
+            Self::WithLeaves { bits, count } => {
                 let set = graph.dependence[id.index()];
                 bits[..*count].iter().any(|&bit| graph.sets.contains(set, bit))
             }
@@ -52,31 +52,31 @@ impl Graph {
     }
 
     /// Whether a node varies with a leaf: it depends on the leaf, or on a component of the same rotation.
-    pub(crate) fn moves(&self, id: NodeId, leaf: Leaf) -> bool {
-        self.moving(Direction::Of(leaf)).contains(self, id)
+    pub(crate) fn varies_with(&self, id: NodeId, leaf: Leaf) -> bool {
+        self.varying(Direction::Of(leaf)).contains(self, id)
     }
 
     /// The nodes that vary in a direction.
-    fn moving(&self, direction: Direction) -> Moving {
+    fn varying(&self, direction: Direction) -> VaryingNodes {
         match direction {
             Direction::Of(leaf) => {
                 let mut bits = [usize::MAX; 2 * SLOTS];
-                let turning = self.turning(leaf).into_iter().flatten();
-                let found = turning.filter_map(|leaf| self.leaf_bits.get(&leaf));
+                let leaves = self.leaves_varying_with(leaf).into_iter().flatten();
+                let found = leaves.filter_map(|leaf| self.leaf_bits.get(&leaf));
                 let count = found.zip(&mut bits).map(|(&bit, place)| *place = bit).count();
-                Moving::With { bits, count }
+                VaryingNodes::WithLeaves { bits, count }
             }
-            Direction::Time => Moving::WithTime,
+            Direction::Time => VaryingNodes::WithTime,
         }
     }
 
     fn tangent(&mut self, id: NodeId, direction: Direction) -> NodeId {
-        let moving = self.moving(direction);
-        if !moving.contains(self, id) {
+        let varying = self.varying(direction);
+        if !varying.contains(self, id) {
             return self.constant(0.0);
         }
         let mut known = self.derivatives.remove(&direction).unwrap_or_default();
-        let result = self.tangent_with(id, (direction, &moving), &mut known);
+        let result = self.tangent_with(id, (direction, &varying), &mut known);
         self.derivatives.insert(direction, known);
         result
     }
@@ -84,20 +84,20 @@ impl Graph {
     fn tangent_with(
         &mut self,
         id: NodeId,
-        of: (Direction, &Moving),
+        of: (Direction, &VaryingNodes),
         known: &mut HashMap<NodeId, NodeId>,
     ) -> NodeId {
-        let (direction, moving) = of;
+        let (direction, varying) = of;
         // most nodes do not depend on a given leaf
-        if !moving.contains(self, id) {
+        if !varying.contains(self, id) {
             return self.constant(0.0);
         }
         if let Some(&known) = known.get(&id) {
             return known;
         }
-        let result = match *self.keep(id) {
+        let result = match *self.shared_node(id) {
             Node::Constant(_) | Node::Param(_) => self.constant(0.0),
-            Node::Leaf(leaf) if self.is_of_rotation(leaf) => self.turned_leaf(leaf, direction),
+            Node::Leaf(leaf) if self.is_of_rotation(leaf) => self.rotation_derivative(leaf, direction),
             Node::Leaf(leaf) => match (direction, leaf) {
                 (Direction::Time, Leaf::Q(i)) => self.leaf(Leaf::V(i)),
                 (Direction::Time, Leaf::V(i)) => self.leaf(Leaf::A(i)),
@@ -109,7 +109,7 @@ impl Graph {
                 limits::spend(terms.len() / 8);
                 let mut tangents = Vec::new();
                 for &(term, c) in terms {
-                    if moving.contains(self, term) {
+                    if varying.contains(self, term) {
                         tangents.push((self.tangent_with(term, of, known), c.get()));
                     }
                 }
@@ -119,7 +119,7 @@ impl Graph {
                 let mut terms = Vec::new();
                 let mut rest = Vec::with_capacity(factors.len() + 1);
                 for (k, &(base, exponent)) in factors.iter().enumerate() {
-                    if !moving.contains(self, base) {
+                    if !varying.contains(self, base) {
                         continue;
                     }
                     let tangent = self.tangent_with(base, of, known);
@@ -145,8 +145,8 @@ impl Graph {
                 let squares = [self.powi(x, 2), self.powi(y, 2)];
                 let radius = self.sum(&squares);
                 let (left, right) = (self.mul(x, dy), self.mul(y, dx));
-                let turn = self.sub(left, right);
-                self.div(turn, radius)
+                let numerator = self.sub(left, right);
+                self.div(numerator, radius)
             }
             Node::Select(op, [left, right, then, otherwise]) => {
                 let (then, otherwise) = (
@@ -250,7 +250,7 @@ impl Graph {
         &mut self,
         id: NodeId,
         [a, b]: [NodeId; 2],
-        of: (Direction, &Moving),
+        of: (Direction, &VaryingNodes),
         known: &mut HashMap<NodeId, NodeId>,
     ) -> NodeId {
         let mut terms = Vec::new();

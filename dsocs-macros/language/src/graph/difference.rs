@@ -35,7 +35,7 @@ impl Graph {
             return change;
         }
         let zero = self.constant(0.0);
-        let change = match &*self.keep(id) {
+        let change = match &*self.shared_node(id) {
             Node::Leaf(leaf) => leaves.get(leaf).copied().unwrap_or(Change {
                 before: id,
                 after: id,
@@ -161,7 +161,7 @@ impl Graph {
                 self.div(x.delta, sum)
             }
             Unary::Exp => twice(self, Unary::Exp, Unary::Sinh, 1.0),
-            Unary::Sin | Unary::Cos => self.turn(op, x.before, half),
+            Unary::Sin | Unary::Cos => self.sine_change(op, x.before, half),
             Unary::Sinh => twice(self, Unary::Cosh, Unary::Sinh, 1.0),
             Unary::Cosh => twice(self, Unary::Sinh, Unary::Sinh, 1.0),
             Unary::Tanh => {
@@ -181,7 +181,7 @@ impl Graph {
     /// The change of a sine or cosine of `x` (`before`) when `x` grows by twice the angle `half`. With `s`,
     /// `c` the sine and cosine of `half` it is `2 s c cos x - 2 s² sin x` or `-2 s c sin x - 2 s² cos x`: the
     /// functions of `x` are known before the change.
-    pub(crate) fn turn(&mut self, op: Unary, before: NodeId, half: NodeId) -> NodeId {
+    pub(crate) fn sine_change(&mut self, op: Unary, before: NodeId, half: NodeId) -> NodeId {
         let (s, c) = (self.unary(Unary::Sin, half), self.unary(Unary::Cos, half));
         let (sine, cosine) = (self.unary(Unary::Sin, before), self.unary(Unary::Cos, before));
         let (own, other, sign) = match op {

@@ -22,9 +22,9 @@ pub(super) const POINTS: usize = 2;
 const SEEDS: [u64; POINTS] = [0x9e37_79b9_7f4a_7c15, 0xd1b5_4a32_d192_ed03];
 
 /// The residues of nodes computed so far; `None` where a node has none.
-pub(super) type Known = HashMap<NodeId, Option<u64>>;
+pub(super) type Residues = HashMap<NodeId, Option<u64>>;
 /// The residues at each of the random points.
-pub(super) type Residues = [Known; POINTS];
+pub(super) type PointResidues = [Residues; POINTS];
 
 impl Graph {
     /// Whether the expression is zero as a rational function of its leaves, parameters and function values.
@@ -35,9 +35,9 @@ impl Graph {
         (0..POINTS).all(|point| self.residue(id, point) == Some(0))
     }
 
-    /// Whether an expression certainly varies with a leaf: the leaf occurs in one place only, and no factor
-    /// beside it vanishes.
-    pub(crate) fn shows(&mut self, id: NodeId, leaf: Leaf) -> bool {
+    /// Whether an expression certainly varies with a leaf: the leaf occurs in one place only, and none
+    /// of its cofactors vanishes.
+    pub(crate) fn surely_varies_with(&mut self, id: NodeId, leaf: Leaf) -> bool {
         let with = |parts: Vec<NodeId>| {
             let mut with = parts.into_iter().filter(|&part| self.depends_on(part, leaf));
             match (with.next(), with.next()) {
@@ -45,7 +45,7 @@ impl Graph {
                 _ => None,
             }
         };
-        let (part, beside) = match self.node(id).clone() {
+        let (part, cofactors) = match self.node(id).clone() {
             Node::Leaf(own) => return own == leaf,
             Node::Sum(_, terms) => (
                 with(terms.into_iter().map(|(term, _)| term).collect()),
@@ -58,8 +58,8 @@ impl Graph {
             Node::Unary(function, a) if function != Unary::Signum => (Some(a), Vec::new()),
             _ => (None, Vec::new()),
         };
-        part.is_some_and(|part| self.shows(part, leaf))
-            && beside
+        part.is_some_and(|part| self.surely_varies_with(part, leaf))
+            && cofactors
                 .into_iter()
                 .all(|factor| Some(factor) == part || !self.vanishes(factor))
     }
@@ -80,17 +80,17 @@ impl Graph {
     }
 
     /// As [`Graph::residue`], with some residues given: a given one is taken, whatever the node is.
-    pub(super) fn residue_with(&self, id: NodeId, point: usize, known: &mut Known) -> Option<u64> {
+    pub(super) fn residue_with(&self, id: NodeId, point: usize, known: &mut Residues) -> Option<u64> {
         if let Some(&known) = known.get(&id) {
             return known;
         }
         let result = match self.node(id) {
-            Node::Constant(value) => number(value.get()),
+            Node::Constant(value) => residue_of_number(value.get()),
             Node::Sum(constant, terms) => {
-                let mut sum = number(constant.get());
+                let mut sum = residue_of_number(constant.get());
                 for &(term, c) in terms {
                     let term = self.residue_with(term, point, known);
-                    sum = match (sum, number(c.get()), term) {
+                    sum = match (sum, residue_of_number(c.get()), term) {
                         (Some(sum), Some(c), Some(term)) => Some(add(sum, multiply(c, term))),
                         _ => None,
                     };
@@ -166,11 +166,11 @@ const ROUNDINGS: f64 = 8.0;
 
 /// The residue of the number that a double stands for: a short fraction times a power of ten if there is one
 /// within rounding, else the exact binary value. `None` if it is not finite.
-fn number(value: f64) -> Option<u64> {
+fn residue_of_number(value: f64) -> Option<u64> {
     if !value.is_finite() {
         return None;
     }
-    let magnitude = fraction(value.abs()).unwrap_or_else(|| dyadic(value.abs()));
+    let magnitude = residue_of_fraction(value.abs()).unwrap_or_else(|| residue_of_dyadic(value.abs()));
     Some(if value < 0.0 {
         (PRIME - magnitude) % PRIME
     } else {
@@ -180,7 +180,7 @@ fn number(value: f64) -> Option<u64> {
 
 /// The residue of the short fraction times a power of ten that rounds to a positive number; `None` if there
 /// is none.
-fn fraction(value: f64) -> Option<u64> {
+fn residue_of_fraction(value: f64) -> Option<u64> {
     // multiples of 1/16 are exact; beyond the bounds the powers of ten leave the range of doubles
     let is_exact = value < 1e15 && (value * 16.0).fract() == 0.0;
     if is_exact || !(1e-290..1e290).contains(&value) {
@@ -222,7 +222,7 @@ fn fraction(value: f64) -> Option<u64> {
 }
 
 /// The residue of a positive double as a dyadic rational.
-fn dyadic(value: f64) -> u64 {
+fn residue_of_dyadic(value: f64) -> u64 {
     let bits = value.to_bits();
     let biased = i32::try_from(bits >> 52 & 0x7ff).unwrap_or_default();
     let fraction = bits & ((1 << 52) - 1);
@@ -286,10 +286,13 @@ mod tests {
     #[test]
     fn numbers_are_exact() {
         for value in [1.0, -3.0, 0.1, 1e-300, 5e-324, 1e300, -0.75] {
-            let (a, b) = (number(value).unwrap(), number(-value).unwrap());
+            let (a, b) = (
+                residue_of_number(value).unwrap(),
+                residue_of_number(-value).unwrap(),
+            );
             assert_eq!(add(a, b), 0, "{value}");
         }
-        assert_eq!(multiply(number(0.25).unwrap(), 4), 1);
+        assert_eq!(multiply(residue_of_number(0.25).unwrap(), 4), 1);
         // numbers that are rounded stand for the decimal that is meant
         for (value, meant) in [
             (0.1 + 0.2, 0.3),
@@ -298,12 +301,18 @@ mod tests {
             (9.81 * 0.3e-12, 2.943e-12),
             (2.0 * 0.6, 1.2),
         ] {
-            assert_eq!(number(value), number(meant), "{meant}");
+            assert_eq!(residue_of_number(value), residue_of_number(meant), "{meant}");
         }
-        assert_eq!(multiply(number(1.2).unwrap(), 10), 12);
-        assert_eq!(multiply(number(6.02e23).unwrap(), 50), number(3.01e25).unwrap());
+        assert_eq!(multiply(residue_of_number(1.2).unwrap(), 10), 12);
+        assert_eq!(
+            multiply(residue_of_number(6.02e23).unwrap(), 50),
+            residue_of_number(3.01e25).unwrap()
+        );
         // no other number does
-        assert_ne!(number(0.3), number(0.3 + 1e-14));
-        assert_ne!(number(core::f64::consts::PI), number(355.0 / 113.0));
+        assert_ne!(residue_of_number(0.3), residue_of_number(0.3 + 1e-14));
+        assert_ne!(
+            residue_of_number(core::f64::consts::PI),
+            residue_of_number(355.0 / 113.0)
+        );
     }
 }

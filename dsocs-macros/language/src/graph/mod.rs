@@ -207,7 +207,7 @@ impl Callee {
     }
 
     /// The function as the user wrote it.
-    pub(crate) fn written(&self) -> String {
+    pub(crate) fn source_text(&self) -> String {
         match self {
             Self::Function(tokens) => tokens.to_string().replace(' ', ""),
             Self::Method(name) => name.to_string(),
@@ -279,9 +279,10 @@ pub(crate) struct Graph {
     deciding: Vec<Set>,
     /// For every node, its depth: the longest chain of operations below it.
     depths: Vec<u32>,
-    /// The last node of each hash; `before` has, for every node, the previous one with the same hash.
-    known: HashMap<u64, NodeId>,
-    before: Vec<Option<NodeId>>,
+    /// The last node of each hash.
+    last_of_hash: HashMap<u64, NodeId>,
+    /// For every node, the previous one with the same hash.
+    previous_of_hash: Vec<Option<NodeId>>,
     leaves: Vec<Leaf>,
     leaf_bits: HashMap<Leaf, usize>,
     params: Vec<TokenStream>,
@@ -297,7 +298,7 @@ pub(crate) struct Graph {
     splits: HashMap<NodeId, (f64, NodeId)>,
     /// The results of [`Graph::power_of_step`].
     powers: HashMap<NodeId, i32>,
-    residues: identity::Residues,
+    residues: identity::PointResidues,
 }
 
 impl Graph {
@@ -310,7 +311,7 @@ impl Graph {
     }
 
     /// A node that may be read while others are made.
-    pub(crate) fn keep(&self, id: NodeId) -> Rc<Node> {
+    pub(crate) fn shared_node(&self, id: NodeId) -> Rc<Node> {
         Rc::clone(&self.nodes[id.index()])
     }
 
@@ -453,12 +454,12 @@ impl Graph {
 
     /// The node that is equal to a given one, if it is in the graph.
     fn find(&self, hash: u64, node: &Node) -> Option<NodeId> {
-        let mut found = self.known.get(&hash).copied();
+        let mut found = self.last_of_hash.get(&hash).copied();
         while let Some(id) = found {
             if *self.nodes[id.index()] == *node {
                 return Some(id);
             }
-            found = self.before[id.index()];
+            found = self.previous_of_hash[id.index()];
         }
         None
     }
@@ -500,7 +501,7 @@ impl Graph {
         self.depths.push(depth);
         self.dependence.push(dependence);
         self.deciding.push(deciding);
-        self.before.push(self.known.insert(hash, id));
+        self.previous_of_hash.push(self.last_of_hash.insert(hash, id));
         id
     }
 }

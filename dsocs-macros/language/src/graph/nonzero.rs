@@ -11,11 +11,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::hash::HashMap;
 
-use super::identity::{Known, POINTS, add, invert, multiply, random, signed_power, subtract};
+use super::identity::{POINTS, Residues, add, invert, multiply, random, signed_power, subtract};
 use super::{Graph, Node, NodeId, Unary};
 
 /// Seeds for the values of an atom at which an expression is evaluated.
-const PLACES: [u64; 3] = [3, 5, 7];
+const SAMPLES: [u64; 3] = [3, 5, 7];
 /// The highest power of a parameter that is recognised.
 const HIGHEST_POWER: i32 = 8;
 
@@ -28,7 +28,7 @@ pub(crate) struct Slopes {
 }
 
 /// An atom, that is an expression of the parameters, and a value for it.
-type Place = (NodeId, u64);
+type AtomValue = (NodeId, u64);
 
 impl Graph {
     /// Whether the determinant of `slopes` is zero wherever the coefficient is, an expression of the
@@ -44,7 +44,11 @@ impl Graph {
         self.atoms(coefficient, &mut unknown);
         (0..POINTS).all(|point| {
             let zeros = self.zeros(coefficient, &unknown, point);
-            zeros.is_some_and(|zeros| zeros.into_iter().all(|zero| self.singular(slopes, point, zero)))
+            zeros.is_some_and(|zeros| {
+                zeros
+                    .into_iter()
+                    .all(|zero| self.is_singular_at(slopes, point, zero))
+            })
         })
     }
 
@@ -74,7 +78,7 @@ impl Graph {
     /// it. Any other factor contains no atom in which the coefficient is linear. It then divides the slope by
     /// each of these atoms, and there is none with a given atom if one such slope does not depend on that
     /// atom.
-    fn zeros(&self, coefficient: NodeId, atoms: &[NodeId], point: usize) -> Option<Vec<Place>> {
+    fn zeros(&self, coefficient: NodeId, atoms: &[NodeId], point: usize) -> Option<Vec<AtomValue>> {
         let mut zeros = Vec::new();
         let mut linear = Vec::new();
         let mut others = Vec::new();
@@ -82,23 +86,23 @@ impl Graph {
             if let Node::Unary(Unary::Exp | Unary::Cosh, _) = self.node(atom) {
                 continue;
             }
-            let line = self.line(coefficient, atom, point, None)?;
-            if line.straight && line.slope == 0 {
+            let fit = self.affine_fit(coefficient, atom, point, None)?;
+            if fit.is_affine && fit.slope == 0 {
                 continue; // it cancels
             }
-            if line.straight {
+            if fit.is_affine {
                 linear.push(atom);
-                zeros.push((atom, line.root()));
+                zeros.push((atom, fit.root()));
             } else {
                 others.push(atom);
             }
         }
         for atom in others {
-            let value = random(PLACES[0]);
+            let value = random(SAMPLES[0]);
             let free = linear.iter().any(|&other| {
-                let lines =
-                    [None, Some((atom, value))].map(|place| self.line(coefficient, other, point, place));
-                matches!(lines, [Some(one), Some(two)] if one.slope == two.slope)
+                let fits = [None, Some((atom, value))]
+                    .map(|given| self.affine_fit(coefficient, other, point, given));
+                matches!(fits, [Some(one), Some(two)] if one.slope == two.slope)
             });
             if free {
                 continue;
@@ -112,52 +116,58 @@ impl Graph {
     }
 
     /// An expression as a function of one atom, with a value given for another one.
-    fn line(&self, id: NodeId, atom: NodeId, point: usize, other: Option<Place>) -> Option<Line> {
-        let places = PLACES.map(random);
-        let [first, second, third] = self.along(id, atom, point, other, places)?;
-        let run = invert(subtract(places[1], places[0]));
+    fn affine_fit(
+        &self,
+        id: NodeId,
+        atom: NodeId,
+        point: usize,
+        other: Option<AtomValue>,
+    ) -> Option<AffineFit> {
+        let samples = SAMPLES.map(random);
+        let [first, second, third] = self.values_over(id, atom, point, other, samples)?;
+        let run = invert(subtract(samples[1], samples[0]));
         let slope = multiply(subtract(second, first), run);
-        let expected = add(first, multiply(slope, subtract(places[2], places[0])));
-        Some(Line {
-            place: places[0],
+        let expected = add(first, multiply(slope, subtract(samples[2], samples[0])));
+        Some(AffineFit {
+            sample: samples[0],
             value: first,
             slope,
-            straight: expected == third,
+            is_affine: expected == third,
         })
     }
 
     /// The exponent of an atom, if the expression is a power of it times something independent of it.
     fn exponent(&self, id: NodeId, atom: NodeId, point: usize) -> Option<i32> {
-        let places = PLACES.map(random);
-        let values = self.along(id, atom, point, None, places)?;
+        let samples = SAMPLES.map(random);
+        let values = self.values_over(id, atom, point, None, samples)?;
         (-HIGHEST_POWER..=HIGHEST_POWER).find(|&exponent| {
-            let [one, two, three] = places.map(|place| signed_power(place, exponent));
+            let [one, two, three] = samples.map(|sample| signed_power(sample, exponent));
             multiply(values[0], two) == multiply(values[1], one)
                 && multiply(values[0], three) == multiply(values[2], one)
         })
     }
 
     /// The values of an expression at some values of an atom.
-    fn along<const N: usize>(
+    fn values_over<const N: usize>(
         &self,
         id: NodeId,
         atom: NodeId,
         point: usize,
-        other: Option<Place>,
-        places: [u64; N],
+        other: Option<AtomValue>,
+        samples: [u64; N],
     ) -> Option<[u64; N]> {
         let mut values = [0; N];
-        for (value, place) in values.iter_mut().zip(places) {
-            let set = [Some((atom, place)), other].into_iter().flatten();
-            let mut known: Known = set.map(|(node, value)| (node, Some(value))).collect();
+        for (value, sample) in values.iter_mut().zip(samples) {
+            let set = [Some((atom, sample)), other].into_iter().flatten();
+            let mut known: Residues = set.map(|(node, value)| (node, Some(value))).collect();
             *value = self.residue_with(id, point, &mut known)?;
         }
         Some(values)
     }
 
     /// Whether the determinant of `slopes` is zero, or does not exist, where an atom has a value.
-    fn singular(&mut self, slopes: &Slopes, point: usize, (atom, value): Place) -> bool {
-        let mut known: Known = HashMap::from_iter([(atom, Some(value))]);
+    fn is_singular_at(&mut self, slopes: &Slopes, point: usize, (atom, value): AtomValue) -> bool {
+        let mut known: Residues = HashMap::from_iter([(atom, Some(value))]);
         if slopes.columns != slopes.rows.len() {
             return false;
         }
@@ -181,18 +191,20 @@ impl Graph {
 }
 
 /// An expression as a function of one atom, at random values of the others.
-struct Line {
-    place: u64,
+struct AffineFit {
+    /// The value of the atom.
+    sample: u64,
+    /// The value of the expression there.
     value: u64,
     slope: u64,
     /// Whether it is affine in the atom.
-    straight: bool,
+    is_affine: bool,
 }
 
-impl Line {
+impl AffineFit {
     /// The value of the atom at which the expression is zero.
     fn root(&self) -> u64 {
-        subtract(self.place, multiply(self.value, invert(self.slope)))
+        subtract(self.sample, multiply(self.value, invert(self.slope)))
     }
 }
 

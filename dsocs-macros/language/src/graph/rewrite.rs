@@ -65,14 +65,14 @@ impl Graph {
 
     /// The same operation on its rewritten operands.
     pub(crate) fn rewrite_parts(&mut self, id: NodeId, pass: &mut impl Pass) -> NodeId {
-        let node = self.keep(id);
+        let node = self.shared_node(id);
         let (mut parts, mut same) = (Vec::new(), true);
         for_parts(&node, |part| {
             let rewritten = self.rewrite(part, pass);
             same &= rewritten == part;
             parts.push(rewritten);
         });
-        if same && self.is_settled(id) {
+        if same && self.rebuilds_to_itself(id) {
             return id;
         }
         self.rebuild(id, &parts)
@@ -80,7 +80,7 @@ impl Graph {
 
     /// Whether a node that is made again of its operands is itself. It is, being in normal form, unless one
     /// of its numbers is NaN, which is not equal to itself.
-    fn is_settled(&self, id: NodeId) -> bool {
+    fn rebuilds_to_itself(&self, id: NodeId) -> bool {
         let is_number = |id: NodeId| match self.node(id) {
             Node::Sum(constant, terms) => {
                 !constant.get().is_nan() && terms.iter().all(|(_, c)| !c.get().is_nan())
@@ -95,7 +95,7 @@ impl Graph {
 
     /// The same operation on other operands, in the order of [`Graph::parts`].
     pub(super) fn rebuild(&mut self, id: NodeId, parts: &[NodeId]) -> NodeId {
-        match &*self.keep(id) {
+        match &*self.shared_node(id) {
             Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => id,
             Node::Sum(constant, terms) => {
                 let terms: Vec<_> = parts

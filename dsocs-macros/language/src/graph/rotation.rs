@@ -51,7 +51,7 @@ impl Graph {
 
     /// The leaves that vary in the direction of a leaf: the leaf itself or, of a rotation, all components of
     /// the node and of the increment.
-    pub(super) fn turning(&self, leaf: Leaf) -> [Option<Leaf>; 2 * SLOTS] {
+    pub(super) fn leaves_varying_with(&self, leaf: Leaf) -> [Option<Leaf>; 2 * SLOTS] {
         let mut leaves = [None; 2 * SLOTS];
         let node: LeafOf = match leaf {
             Leaf::Q(_) => Leaf::Q,
@@ -72,7 +72,7 @@ impl Graph {
     }
 
     /// The derivative of a component of a rotation, or of its increment, in a direction.
-    pub(super) fn turned_leaf(&mut self, leaf: Leaf, direction: Direction) -> NodeId {
+    pub(super) fn rotation_derivative(&mut self, leaf: Leaf, direction: Direction) -> NodeId {
         let zero = self.constant(0.0);
         let Some(slot) = leaf.place() else { return zero };
         let Some(first) = self.rotation_at(slot) else {
@@ -253,7 +253,7 @@ impl Graph {
     /// The momentum `p` conjugate to the increment `x` of a leg, as covectors at its nodes:
     /// `T(x)ᵀp - T(-x)ᵀp = p × x` by both nodes together, and `T(x)ᵀp = c p + p × x/2 + d (x·p) x` by the
     /// second.
-    pub(crate) fn momenta_of_turn(&mut self, first: usize, p: [NodeId; 3]) -> [[NodeId; 3]; 2] {
+    pub(crate) fn momenta_of_increment(&mut self, first: usize, p: [NodeId; 3]) -> [[NodeId; 3]; 2] {
         let x = [1, 2, 3].map(|k| self.leaf(Leaf::Chord(first + k)));
         let [c, d] = self.factors_of_tangent(x);
         let both = self.cross(p, x);

@@ -45,7 +45,7 @@ impl Sets {
         self.union.clear();
         self.union.resize(bit / 64 + 1, 0);
         self.union[bit / 64] = 1 << (bit % 64);
-        self.take()
+        self.intern()
     }
 
     /// The union of sets.
@@ -72,11 +72,11 @@ impl Sets {
             }
             last = set;
         }
-        if several { self.take() } else { last }
+        if several { self.intern() } else { last }
     }
 
     /// The number of the set in the scratch space, which is added if it is new.
-    fn take(&mut self) -> Set {
+    fn intern(&mut self) -> Set {
         if let Some(&known) = self.known.get(self.union.as_slice()) {
             return known;
         }

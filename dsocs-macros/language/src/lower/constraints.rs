@@ -113,7 +113,7 @@ impl Lowering<'_> {
         let leaves: Vec<Leaf> = self.graph.leaves(value).collect();
         let highest = self.graph.order(value);
         let mut top = leaves.iter().filter(|leaf| leaf.order() == highest);
-        if highest.is_none() || top.any(|&leaf| self.graph.shows(value, leaf)) {
+        if highest.is_none() || top.any(|&leaf| self.graph.surely_varies_with(value, leaf)) {
             return (value, highest);
         }
         // on a copy, so that the test adds no nodes to the code

@@ -242,7 +242,7 @@ impl Parts {
                     let mut terms = Vec::new();
                     for (k, (&outer, &inner)) in outer.iter().zip(inner).enumerate() {
                         // most components of a map depend on other coordinates
-                        if graph.moves(inner, leaf(i)) {
+                        if graph.varies_with(inner, leaf(i)) {
                             let slope = if is_position {
                                 position_slope(graph, (inner, k), leaf, i)
                             } else {
@@ -269,7 +269,7 @@ impl Parts {
             for &first in &rotations {
                 let h = graph.leaf(Leaf::H);
                 let of_body = [1, 2, 3].map(|k| graph.div(by_velocity[first + k], h));
-                let [both, second] = graph.momenta_of_turn(first, of_body);
+                let [both, second] = graph.momenta_of_increment(first, of_body);
                 for k in 1..SLOTS {
                     rest[first + k].push((both[k - 1], weight));
                     momentum[first + k].push((second[k - 1], weight));

@@ -71,7 +71,7 @@ impl Pass for Rotate {
         };
         let &[before, half] = self.turned.get(&angle)?;
         let start = graph.unary(op, before);
-        let change = graph.turn(op, before, half);
+        let change = graph.sine_change(op, before, half);
         Some(graph.add(start, change))
     }
 }

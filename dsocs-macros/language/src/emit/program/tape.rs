@@ -71,7 +71,7 @@ impl Calls {
                             name,
                             derivative: wrt.len(),
                         },
-                        None => Call::Rust(callee.written()),
+                        None => Call::Rust(callee.source_text()),
                     }
                 }
                 Called::Expression(param) => {

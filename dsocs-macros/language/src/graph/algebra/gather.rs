@@ -46,7 +46,7 @@ pub(crate) fn slopes(graph: &mut Graph, slopes: &[NodeId]) -> Option<Vec<NodeId>
             Some(gather(graph, terms, Ties::FewestCoordinates))
         })
         .collect();
-    gathered.filter(|gathered| spares(graph, slopes, gathered))
+    gathered.filter(|gathered| spares_operations(graph, slopes, gathered))
 }
 
 /// Gathers the entries of a Jacobian that depend on two coordinates. Entries that depend on more are
@@ -61,7 +61,7 @@ pub(crate) fn entries(graph: &mut Graph, jacobian: &mut [Vec<NodeId>]) {
         .iter()
         .map(|&entry| expansion.entry(graph, entry))
         .collect();
-    if spares(graph, &before, &after) {
+    if spares_operations(graph, &before, &after) {
         for (entry, gathered) in jacobian.iter_mut().flatten().zip(after) {
             *entry = gathered;
         }
@@ -69,7 +69,7 @@ pub(crate) fn entries(graph: &mut Graph, jacobian: &mut [Vec<NodeId>]) {
 }
 
 /// Whether more than an eighth of the operations is spared.
-fn spares(graph: &Graph, before: &[NodeId], after: &[NodeId]) -> bool {
+fn spares_operations(graph: &Graph, before: &[NodeId], after: &[NodeId]) -> bool {
     operations(graph, after) * 8 < operations(graph, before) * 7
 }
 
@@ -116,7 +116,7 @@ fn coordinates(graph: &Graph, id: NodeId) -> usize {
 }
 
 /// Whether a sum is never multiplied out.
-pub(super) fn is_whole(graph: &Graph, sum: NodeId) -> bool {
+pub(super) fn is_never_expanded(graph: &Graph, sum: NodeId) -> bool {
     coordinates(graph, sum) < 2 || is_affine(graph, sum)
 }
 
@@ -196,8 +196,8 @@ impl Expansion {
         if graph.is_fixed(id) {
             return Some(Polynomial::from([(Vec::new(), id)]));
         }
-        match &*graph.keep(id) {
-            Node::Sum(..) if is_whole(graph, id) => {
+        match &*graph.shared_node(id) {
+            Node::Sum(..) if is_never_expanded(graph, id) => {
                 // without its common fixed factor, the sum is the same node in every row
                 let (common, rest) = without_common(graph, id);
                 Some(Polynomial::from([(vec![(rest, 1)], common)]))
@@ -257,7 +257,7 @@ fn without_common(graph: &mut Graph, sum: NodeId) -> (NodeId, NodeId) {
 /// A sum with inner sums multiplied out by their fixed factors, where terms cancel then; else the sum as it
 /// is.
 fn without_brackets(graph: &mut Graph, sum: NodeId) -> NodeId {
-    let flat = spread(graph, sum, &is_early, &|_, count, _| count > 0);
+    let flat = expand_inner_sums(graph, sum, &is_early, &|_, count, _| count > 0);
     if graph.terms(flat).0.len() < graph.terms(sum).0.len() {
         flat
     } else {
@@ -265,29 +265,30 @@ fn without_brackets(graph: &mut Graph, sum: NodeId) -> NodeId {
     }
 }
 
-/// A sum with inner sums multiplied out, where the other factors of the term satisfy `is_factor` and `opens`
+/// A sum with inner sums multiplied out, where the other factors of the term satisfy `is_factor` and `expands`
 /// agrees, given their number and the inner sum.
-pub(super) fn spread(
+pub(super) fn expand_inner_sums(
     graph: &mut Graph,
     sum: NodeId,
     is_factor: &dyn Fn(&Graph, NodeId) -> bool,
-    opens: &dyn Fn(&Graph, usize, NodeId) -> bool,
+    expands: &dyn Fn(&Graph, usize, NodeId) -> bool,
 ) -> NodeId {
     let (terms, constant) = graph.terms(sum);
     let mut flat = Vec::new();
     for (term, c) in terms {
         let factors = graph.factors(term).into_iter();
-        let (beside, others): (Vec<_>, Vec<_>) = factors.partition(|&(factor, _)| is_factor(graph, factor));
+        let (cofactors, others): (Vec<_>, Vec<_>) =
+            factors.partition(|&(factor, _)| is_factor(graph, factor));
         match others[..] {
             [(inner, 1)]
-                if matches!(graph.node(inner), Node::Sum(..)) && opens(graph, beside.len(), inner) =>
+                if matches!(graph.node(inner), Node::Sum(..)) && expands(graph, cofactors.len(), inner) =>
             {
-                let beside = graph.product(&beside);
+                let cofactor = graph.product(&cofactors);
                 let (inner, rest) = graph.terms(inner);
                 for (inner, d) in inner {
-                    flat.push((graph.mul(beside, inner), c * d));
+                    flat.push((graph.mul(cofactor, inner), c * d));
                 }
-                flat.push((beside, c * rest));
+                flat.push((cofactor, c * rest));
             }
             _ => flat.push((term, c)),
         }

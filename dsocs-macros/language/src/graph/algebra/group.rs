@@ -4,7 +4,7 @@
 //! `k`: of the order of `n³` terms in all rows. As `cᵢ Σ_j μ_max(i,j) cⱼ vⱼ` it has `n²`, and the `n³` terms
 //! are never formed.
 
-use super::gather::{is_whole, spread};
+use super::gather::{expand_inner_sums, is_never_expanded};
 use crate::graph::{Graph, Node, NodeId};
 use crate::hash::HashMap;
 
@@ -25,11 +25,11 @@ pub(crate) fn slope(graph: &mut Graph, coordinates: usize, slope: NodeId) -> Nod
     grouped(graph, slope)
 }
 
-/// A sum with its inner sums grouped by the moving factors beside them.
+/// A sum with its inner sums grouped by the moving factors of their terms.
 fn grouped(graph: &mut Graph, sum: NodeId) -> NodeId {
     // terms that are a fixed factor times a sum are multiplied out
-    let flat = spread(graph, sum, &Graph::is_fixed, &|graph, _, inner| {
-        !is_whole(graph, inner)
+    let flat = expand_inner_sums(graph, sum, &Graph::is_fixed, &|graph, _, inner| {
+        !is_never_expanded(graph, inner)
     });
     let (terms, constant) = graph.terms(flat);
     let mut places: HashMap<Factors, usize> = HashMap::default();
@@ -39,7 +39,7 @@ fn grouped(graph: &mut Graph, sum: NodeId) -> NodeId {
         let factors = graph.factors(term).into_iter();
         let (fixed, mut moving): (Vec<_>, Vec<_>) = factors.partition(|&(factor, _)| graph.is_fixed(factor));
         let is_sum = |&(factor, n): &(NodeId, i32)| {
-            n == 1 && matches!(graph.node(factor), Node::Sum(..)) && !is_whole(graph, factor)
+            n == 1 && matches!(graph.node(factor), Node::Sum(..)) && !is_never_expanded(graph, factor)
         };
         let place = moving.iter().position(is_sum);
         match place {
@@ -58,9 +58,9 @@ fn grouped(graph: &mut Graph, sum: NodeId) -> NodeId {
     if groups.iter().all(|(_, members)| members.len() < 2) {
         return sum;
     }
-    for (beside, members) in groups {
-        let (common, inner) = together(graph, members);
-        let factors = [beside, common, vec![(inner, 1)]].concat();
+    for (moving, members) in groups {
+        let (common, inner) = sum_of_members(graph, members);
+        let factors = [moving, common, vec![(inner, 1)]].concat();
         others.push((graph.product(&factors), 1.0));
     }
     graph.linear(constant, &others)
@@ -68,7 +68,7 @@ fn grouped(graph: &mut Graph, sum: NodeId) -> NodeId {
 
 /// The sum of some inner sums, each times its fixed factors, and the factors that all of them share, taken
 /// out.
-fn together(graph: &mut Graph, members: Vec<Member>) -> (Factors, NodeId) {
+fn sum_of_members(graph: &mut Graph, members: Vec<Member>) -> (Factors, NodeId) {
     let mut common = members.first().map_or_else(Vec::new, |(fixed, ..)| fixed.clone());
     for (fixed, ..) in &members {
         common.retain(|factor| fixed.contains(factor));
@@ -78,7 +78,7 @@ fn together(graph: &mut Graph, members: Vec<Member>) -> (Factors, NodeId) {
         let members: Vec<_> = members.iter().map(|&(_, inner, c)| (inner, c)).collect();
         return (common, graph.linear(0.0, &members));
     }
-    // the coefficient of each term collects the numbers and fixed factors beside it
+    // the coefficient of each term collects the numbers and fixed factors of its terms
     let mut places: HashMap<NodeId, usize> = HashMap::default();
     let mut terms: Vec<(NodeId, Vec<(NodeId, f64)>)> = Vec::new();
     let one = graph.constant(1.0);
@@ -111,7 +111,7 @@ mod tests {
     use crate::graph::{Leaf, Unary};
 
     #[test]
-    fn sums_beside_one_factor_become_one_and_the_whole_stays_what_it_is() {
+    fn sums_times_one_factor_become_one_and_sums_of_one_coordinate_stay() {
         let mut graph = Graph::new();
         let masses = [0, 1, 2].map(|k| graph.param(quote::quote!(m[#k])));
         let speeds = [0, 1, 2].map(|i| {

@@ -55,7 +55,7 @@ impl Horner {
             return Some(BTreeMap::from([(Vec::new(), id)]));
         }
         let one = graph.constant(1.0);
-        match &*graph.keep(id) {
+        match &*graph.shared_node(id) {
             Node::Sum(constant, terms) => {
                 let mut sum = BTreeMap::new();
                 if constant.get() != 0.0 {
@@ -141,17 +141,17 @@ pub(crate) fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Opt
 pub(crate) enum Ties {
     /// The last one.
     Last,
-    /// The one beside which the fewest coordinates stand: what is left is more likely to occur in other rows,
-    /// too.
+    /// The one whose cofactors have the fewest coordinates: what is left is more likely to occur in other
+    /// rows, too.
     FewestCoordinates,
 }
 
 /// A factor, and whether its exponent is positive.
-type Shared = (NodeId, bool);
+type SignedFactor = (NodeId, bool);
 
 /// The factor to be taken out of some terms, if two share one.
-fn most_shared(graph: &Graph, terms: &[(Monomial, NodeId)], ties: Ties) -> Option<Shared> {
-    let mut counts: HashMap<Shared, usize> = HashMap::default();
+fn most_shared(graph: &Graph, terms: &[(Monomial, NodeId)], ties: Ties) -> Option<SignedFactor> {
+    let mut counts: HashMap<SignedFactor, usize> = HashMap::default();
     for (monomial, _) in terms {
         for &(factor, exponent) in monomial {
             *counts.entry((factor, exponent > 0)).or_insert(0) += 1;
@@ -164,59 +164,58 @@ fn most_shared(graph: &Graph, terms: &[(Monomial, NodeId)], ties: Ties) -> Optio
         _ if shared.len() == 1 => shared.next(),
         Ties::Last => shared.max(),
         Ties::FewestCoordinates => {
-            let beside = coordinates_beside(graph, terms, shared);
-            let counts = beside
-                .into_iter()
-                .map(|(shared, places)| (count(&places), shared));
+            let sets = cofactor_coordinates(graph, terms, shared);
+            let counts = sets.into_iter().map(|(shared, set)| (size(&set), shared));
             counts.min().map(|(_, shared)| shared)
         }
     }
 }
 
 /// A set of coordinates, as bits.
-type Places = Vec<u64>;
+type CoordinateSet = Vec<u64>;
 
-fn count(places: &Places) -> u32 {
-    places.iter().map(|word| word.count_ones()).sum()
+fn size(set: &CoordinateSet) -> u32 {
+    set.iter().map(|word| word.count_ones()).sum()
 }
 
-/// For each of some factors, the coordinates that occur beside it in its terms.
-fn coordinates_beside(
+/// For each of some factors, the coordinates of its cofactors in the terms.
+fn cofactor_coordinates(
     graph: &Graph,
     terms: &[(Monomial, NodeId)],
-    shared: impl Iterator<Item = Shared>,
-) -> HashMap<Shared, Places> {
-    let mut beside: HashMap<Shared, Places> = shared.map(|shared| (shared, Places::new())).collect();
-    let mut known: HashMap<NodeId, Places> = HashMap::default();
+    shared: impl Iterator<Item = SignedFactor>,
+) -> HashMap<SignedFactor, CoordinateSet> {
+    let mut sets: HashMap<SignedFactor, CoordinateSet> =
+        shared.map(|shared| (shared, CoordinateSet::new())).collect();
+    let mut known: HashMap<NodeId, CoordinateSet> = HashMap::default();
     for (monomial, _) in terms {
         for &(factor, exponent) in monomial {
-            let Some(beside) = beside.get_mut(&(factor, exponent > 0)) else {
+            let Some(set) = sets.get_mut(&(factor, exponent > 0)) else {
                 continue;
             };
             for &(other, _) in monomial.iter().filter(|&&(other, _)| other != factor) {
-                let places = known.entry(other).or_insert_with(|| places(graph, other));
-                if beside.len() < places.len() {
-                    beside.resize(places.len(), 0);
+                let more = known.entry(other).or_insert_with(|| coordinate_set(graph, other));
+                if set.len() < more.len() {
+                    set.resize(more.len(), 0);
                 }
-                for (word, more) in beside.iter_mut().zip(places) {
+                for (word, more) in set.iter_mut().zip(more) {
                     *word |= *more;
                 }
             }
         }
     }
-    beside
+    sets
 }
 
 /// The coordinates that an expression depends on.
-fn places(graph: &Graph, id: NodeId) -> Places {
-    let mut places = Places::new();
+fn coordinate_set(graph: &Graph, id: NodeId) -> CoordinateSet {
+    let mut set = CoordinateSet::new();
     for place in graph.leaves(id).filter_map(Leaf::place) {
-        if places.len() <= place / 64 {
-            places.resize(place / 64 + 1, 0);
+        if set.len() <= place / 64 {
+            set.resize(place / 64 + 1, 0);
         }
-        places[place / 64] |= 1 << (place % 64);
+        set[place / 64] |= 1 << (place % 64);
     }
-    places
+    set
 }
 
 /// The sum of some terms, with the factor that most of them share taken out, and so on in both parts.

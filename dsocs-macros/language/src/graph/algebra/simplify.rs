@@ -29,11 +29,11 @@ impl Pass for Simplify {
             Node::Sum(constant, terms) => {
                 let terms: Vec<_> = terms
                     .iter()
-                    .map(|&(term, c)| (roots(graph, term), c.get()))
+                    .map(|&(term, c)| (with_radicands(graph, term), c.get()))
                     .collect();
                 graph.linear(constant.get(), &terms)
             }
-            _ => roots(graph, id),
+            _ => with_radicands(graph, id),
         }
     }
 }
@@ -81,11 +81,11 @@ fn factored(graph: &mut Graph, terms: &[(NodeId, f64)]) -> Option<NodeId> {
     let rest = graph.linear(0.0, &rest);
     let product = [common.as_slice(), &[(rest, 1)]].concat();
     let product = graph.product(&product);
-    Some(roots(graph, product))
+    Some(with_radicands(graph, product))
 }
 
 /// A product in which even powers of square roots are powers of their radicands.
-fn roots(graph: &mut Graph, id: NodeId) -> NodeId {
+fn with_radicands(graph: &mut Graph, id: NodeId) -> NodeId {
     let (scale, inner) = match graph.node(id).clone() {
         Node::Sum(constant, terms) if constant.get() == 0.0 && terms.len() == 1 => {
             (terms[0].1.get(), terms[0].0)
@@ -125,7 +125,7 @@ fn roots(graph: &mut Graph, id: NodeId) -> NodeId {
     }
     let product = graph.product(&result);
     let product = graph.scale(scale, product);
-    roots(graph, product)
+    with_radicands(graph, product)
 }
 
 #[cfg(test)]
