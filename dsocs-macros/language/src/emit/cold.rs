@@ -52,7 +52,7 @@ pub(super) struct Expressions {
     /// The external forces on a leg: on its first node, then on its second.
     external: Vec<NodeId>,
     /// The momentum at the second node of a leg, `D₂L_d + f⁺_d`.
-    arriving: Vec<NodeId>,
+    momentum_at_second_node: Vec<NodeId>,
     switches: Switches,
 }
 
@@ -63,7 +63,7 @@ impl Expressions {
         let discrete_lagrangian = mechanics::discrete_lagrangian(model, &mut graph);
         let external = mechanics::external_on_leg(model, &mut graph);
         let external = mechanics::on_first_leg(model, &mut graph, &external.unwrap_or_default().concat());
-        let arriving = mechanics::arriving(model, &mut graph);
+        let momentum_at_second_node = mechanics::momentum_at_second_node(model, &mut graph);
         let energy = mechanics::energy(model, &mut graph);
         let equations = mechanics::continuous(model, &mut graph);
         let unknown: Vec<Leaf> = (0..n)
@@ -93,7 +93,7 @@ impl Expressions {
             continuous,
             force: equations.force,
             external,
-            arriving,
+            momentum_at_second_node,
             switches: mechanics::switches(model),
         }
     }
@@ -278,7 +278,7 @@ fn segments(
     let observe = of(&expressions.graph, &observed, 0);
     let [declared, fields, factors] =
         [&declared.rows, &declared.fields, &declared.factors].map(|nodes| of(declared_graph, nodes, 0));
-    let arriving = of(&expressions.graph, &expressions.arriving, 0);
+    let momentum_at_second_node = of(&expressions.graph, &expressions.momentum_at_second_node, 0);
     let external = of(&expressions.graph, &model.external_forces, 0);
     let external_on_leg = of(
         &expressions.graph,
@@ -307,7 +307,7 @@ fn segments(
         declared,
         external,
         external_on_leg,
-        arriving,
+        momentum_at_second_node,
         fields,
         factors,
         phase_slopes,

@@ -53,14 +53,14 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
         }
         rows.push(Equation {
             value,
-            plain: value,
+            by_subtraction: value,
             divide: row.divide,
             pivots: Pivots::Any,
         });
     }
     let forms: Vec<_> = model.forms.iter().map(|form| form.components.clone()).collect();
     let force = Force {
-        plain: force.clone(),
+        by_subtraction: force.clone(),
         value: force,
     };
     let fields = match &model.displacements {

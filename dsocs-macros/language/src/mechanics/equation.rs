@@ -8,7 +8,7 @@ pub(crate) struct Equation {
     pub(crate) value: NodeId,
     /// The same expression with differences formed by subtraction. It loses digits; its derivatives do not,
     /// and are shorter.
-    pub(crate) plain: NodeId,
+    pub(crate) by_subtraction: NodeId,
     pub(crate) divide: Option<NodeId>,
     pub(crate) pivots: Pivots,
 }
@@ -40,7 +40,7 @@ impl Pivots {
 impl Equation {
     /// The expressions of the equation, for passes to rewrite.
     pub(crate) fn parts(&mut self) -> impl Iterator<Item = &mut NodeId> {
-        [&mut self.value, &mut self.plain]
+        [&mut self.value, &mut self.by_subtraction]
             .into_iter()
             .chain(&mut self.divide)
     }

@@ -78,7 +78,7 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
     let zero = graph.constant(0.0);
     let mut changes = HashMap::default();
     let (mut on_first, mut on_second) = (Substitution::new(&first), Substitution::new(&second));
-    let (mut value, mut plain) = (Vec::new(), Vec::new());
+    let (mut value, mut by_subtraction) = (Vec::new(), Vec::new());
     for i in 0..n {
         let rest = graph.rewrite(parts.rest[i], &mut on_second);
         let f2 = graph.rewrite(parts.second[i], &mut on_first);
@@ -94,9 +94,12 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
         let others = [(rest, -1.0), (f2, -1.0), (external, -1.0)];
         value.push(graph.linear(0.0, &[&[(momentum.delta, 1.0)], others.as_slice()].concat()));
         let momenta = [(momentum.after, 1.0), (momentum.before, -1.0)];
-        plain.push(graph.linear(0.0, &[momenta.as_slice(), &others].concat()));
+        by_subtraction.push(graph.linear(0.0, &[momenta.as_slice(), &others].concat()));
     }
-    Force { value, plain }
+    Force {
+        value,
+        by_subtraction,
+    }
 }
 
 /// The momentum `D₂L_d + f⁺_d` at the second node of a leg, component by component, on the leg from `N - D`
@@ -105,9 +108,9 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
 /// For the paper's map it is that of the trapezoid, which gives the same equations as long as no parameter
 /// changes from leg to leg. Where one does, half of its change counts on each side of the node, as the order
 /// 2 needs.
-pub(crate) fn arriving(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
+pub(crate) fn momentum_at_second_node(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
     let value = model.discrete_lagrangian.unwrap_or_else(|| {
-        let points = points_of_arriving(model, graph);
+        let points = quadrature_points(model, graph);
         mean(graph, model.lagrangian, &points)
     });
     let external = external_on_leg(model, graph);
@@ -135,7 +138,7 @@ pub(crate) fn external_on_leg(model: &Model, graph: &mut Graph) -> Option<[Vec<N
     if model.external_forces.is_empty() {
         return None;
     }
-    let points = points_of_arriving(model, graph);
+    let points = quadrature_points(model, graph);
     let weight = 1.0 / points.len() as f64;
     let mut sums = [vec![Vec::new(); n], vec![Vec::new(); n]];
     for point in &points {
@@ -173,7 +176,7 @@ fn position_slope(graph: &mut Graph, (q, k): (NodeId, usize), leaf: LeafOf, i: u
 }
 
 /// The points of `φ_{L_d}⁻¹`; for the paper's map both ends of the leg.
-pub(super) fn points_of_arriving(model: &Model, graph: &mut Graph) -> Vec<PairPoint> {
+pub(super) fn quadrature_points(model: &Model, graph: &mut Graph) -> Vec<PairPoint> {
     match model.phi_lagrangian.as_slice() {
         [only] if is_first_node(graph, only) => ends(graph, only),
         points => points.to_vec(),

@@ -33,7 +33,7 @@ pub(crate) use annihilator::{Defect, annihilator};
 pub(crate) use continuous::{continuous, energy};
 pub(crate) use equation::Equation;
 pub(crate) use factor::is_no_factor;
-pub(crate) use force::{arriving, discrete_lagrangian, external_on_leg, on_first_leg};
+pub(crate) use force::{discrete_lagrangian, external_on_leg, momentum_at_second_node, on_first_leg};
 pub(crate) use lower_order::{pair, phase};
 pub(crate) use nodes::PointNodes;
 pub(crate) use reduction::where_position_is;

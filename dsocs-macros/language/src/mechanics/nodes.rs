@@ -102,13 +102,13 @@ impl Nodes {
         }
         nodes.changes = [nodes.d0.clone(), nodes.d1.clone()];
         for first in graph.rotations().to_vec() {
-            nodes.turn(graph, first);
+            nodes.set_rotation(graph, first);
         }
         nodes
     }
 
     /// Sets the nodes of a rotation: `q0 = q1 τ(-d0)` and `q2 = q1 τ(d1)`.
-    fn turn(&mut self, graph: &mut Graph, first: usize) {
+    fn set_rotation(&mut self, graph: &mut Graph, first: usize) {
         let slots = first..first + SLOTS;
         let q1 = [0, 1, 2, 3].map(|k| self.q1[first + k]);
         let [back, on] = [(&self.d0, -1.0), (&self.d1, 1.0)].map(|(d, sign)| {
@@ -235,13 +235,13 @@ pub(super) fn map_point(graph: &mut Graph, nodes: &Nodes, map: Option<&TriplePoi
         };
     };
     let places = nodes.places();
-    let mut put = |components: &[NodeId]| -> Vec<NodeId> {
+    let mut at_nodes = |components: &[NodeId]| -> Vec<NodeId> {
         components
             .iter()
             .map(|&component| graph.substitute(component, &places))
             .collect()
     };
-    let (q, v, a) = (put(q), put(v), put(a));
+    let (q, v, a) = (at_nodes(q), at_nodes(v), at_nodes(a));
     let t = graph.substitute(*t, &places);
     PointNodes { t, q, v, a }
 }

@@ -43,7 +43,7 @@ pub(crate) fn sides(model: &Model) -> Option<Sides> {
     }
     // the jumps are found first: they tell which corners have a side, wherever these occur
     let mut jumps = model.clone();
-    let arguments = put(&mut jumps, Signs::default());
+    let arguments = substitute_sides(&mut jumps, Signs::default());
     let mut model = Model {
         graph: jumps.graph,
         ..model.clone()
@@ -53,12 +53,12 @@ pub(crate) fn sides(model: &Model) -> Option<Sides> {
         arguments,
         ..Signs::default()
     };
-    let arguments = put(&mut model, signs);
+    let arguments = substitute_sides(&mut model, signs);
     (!arguments.is_empty()).then_some(Sides { model, arguments })
 }
 
 /// Substitutes sides in all expressions that may have them; returns their arguments.
-fn put(model: &mut Model, mut signs: Signs) -> Vec<NodeId> {
+fn substitute_sides(model: &mut Model, mut signs: Signs) -> Vec<NodeId> {
     for force in &mut model.external_forces {
         *force = model.graph.rewrite(*force, &mut signs);
     }

@@ -58,7 +58,7 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
         let divide = row.divide.map(|factor| graph.substitute(factor, &kinematic));
         rows.push(Equation {
             value,
-            plain: value,
+            by_subtraction: value,
             divide,
             pivots: pivots(model, graph, row),
         });
@@ -105,7 +105,7 @@ fn holonomic(graph: &mut Graph, nodes: &Nodes, g: NodeId) -> Equation {
     let Change { before, after, delta } = graph.difference(g, &change, &late, false, &mut HashMap::default());
     Equation {
         value: graph.linear(0.0, &[(delta, 1.0), (before, CORRECTED)]),
-        plain: graph.linear(0.0, &[(after, 1.0), (before, CORRECTED - 1.0)]),
+        by_subtraction: graph.linear(0.0, &[(after, 1.0), (before, CORRECTED - 1.0)]),
         divide: None,
         pivots: Pivots::Any,
     }

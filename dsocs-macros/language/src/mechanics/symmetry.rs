@@ -10,7 +10,7 @@
 //! by the momenta at the nodes instead. That map is symmetric if `L_d` is: if it stays the same when its
 //! nodes are exchanged and `h` becomes `-h`.
 
-use super::force::points_of_arriving;
+use super::force::quadrature_points;
 use super::nodes::{LeafOf, Nodes};
 use super::step::StepEquations;
 use crate::graph::algebra::Merge;
@@ -140,7 +140,7 @@ impl Symmetry {
 }
 
 /// Whether `L_d` stays the same when its nodes are exchanged and `h` becomes `-h`. The paper's map counts as
-/// the trapezoid, see [`super::arriving`].
+/// the trapezoid, see [`super::momentum_at_second_node`].
 fn is_symmetric_leg(model: &Model, graph: &mut Graph) -> bool {
     let h = graph.leaf(Leaf::H);
     let mut exchanged = HashMap::from_iter([
@@ -158,7 +158,7 @@ fn is_symmetric_leg(model: &Model, graph: &mut Graph) -> bool {
     let middles: Vec<_> = (rotations.iter())
         .map(|&first| (first, graph.middle(first)))
         .collect();
-    let points = points_of_arriving(model, graph);
+    let points = quadrature_points(model, graph);
     let (mut exchange, mut merge) = (Substitution::new(&exchanged), Merge::default());
     let mut same = |left: &[NodeId], right: &[NodeId]| {
         left.iter().zip(right).all(|(&left, &right)| {

@@ -172,13 +172,13 @@ impl ByHand {
         let mut graph = model.graph.clone();
         let step = step(&model, &mut graph);
         let force = values(&graph, &step.force);
-        let plain: Vec<NodeId> = step.rows.iter().map(|row| row.plain).collect();
+        let by_subtraction: Vec<NodeId> = step.rows.iter().map(|row| row.by_subtraction).collect();
         let rows: Vec<NodeId> = step.rows.iter().map(|row| row.value).collect();
         for (i, wanted) in self.force().into_iter().enumerate() {
             near(force[i], wanted, DIFFERENCES);
             // without constraints the rows are the components of the force
             near(values(&graph, &rows)[i], force[i], 1e-14);
-            near(values(&graph, &plain)[i], force[i], 1e-12);
+            near(values(&graph, &by_subtraction)[i], force[i], 1e-12);
         }
         let on_leg = discrete_lagrangian(&model, &mut graph);
         near(
@@ -264,20 +264,20 @@ fn a_discrete_lagrangian_may_be_given() {
     let [first, (t, q), last] = [0, 1, 2].map(node);
     for (i, row) in step.rows.iter().enumerate() {
         let wanted = -slope(q, i, |q| by_hand(first, (t, q)) + by_hand((t, q), last));
-        let found = values(&graph, &[step.force[i], row.value, row.plain]);
+        let found = values(&graph, &[step.force[i], row.value, row.by_subtraction]);
         near(found[0], wanted, DIFFERENCES);
         near(found[1], wanted, DIFFERENCES);
         near(found[2], wanted, DIFFERENCES);
     }
-    let arrives = arriving(&model, &mut graph);
-    for (i, found) in values(&graph, &arrives).into_iter().enumerate() {
+    let momentum = momentum_at_second_node(&model, &mut graph);
+    for (i, found) in values(&graph, &momentum).into_iter().enumerate() {
         near(found, slope(N, i, |q| by_hand(first, (t, q))), DIFFERENCES);
     }
 }
 
 /// The momentum at the second node of a leg: with the paper's map, that of the trapezoid.
 #[test]
-fn momenta_that_arrive() {
+fn momenta_at_the_second_node() {
     let middle_of = |a, b| {
         let (t, q) = middle(a, b);
         lagrangian(t, q, chord(a, b))
@@ -297,20 +297,20 @@ fn momenta_that_arrive() {
     for (map, discrete, place) in cases {
         let model = model(&format!("{BODY} phi_lagrangian = {map};"));
         let mut graph = model.graph.clone();
-        let arrives = arriving(&model, &mut graph);
+        let momentum = momentum_at_second_node(&model, &mut graph);
         let t = first.0 + place * H;
         let q = [0, 1].map(|i| first.1[i] + place * D[i]);
         let external = forces(t, q, chord(first, second));
-        for (i, found) in values(&graph, &arrives).into_iter().enumerate() {
-            let momentum = slope(N, i, |q| discrete(first, (second.0, q)));
-            near(found, momentum + external[i] / 2.0, DIFFERENCES);
+        for (i, found) in values(&graph, &momentum).into_iter().enumerate() {
+            let wanted = slope(N, i, |q| discrete(first, (second.0, q)));
+            near(found, wanted + external[i] / 2.0, DIFFERENCES);
         }
     }
 }
 
 fn rows_of(graph: &Graph, rows: &[Equation]) -> Vec<[f64; 2]> {
     let of = |row: &Equation| {
-        let both = values(graph, &[row.value, row.plain]);
+        let both = values(graph, &[row.value, row.by_subtraction]);
         [both[0], both[1]]
     };
     rows.iter().map(of).collect()

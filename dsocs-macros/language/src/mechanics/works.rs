@@ -8,7 +8,7 @@ use super::equation::{Equation, Pivots};
 pub(super) struct Force {
     pub(super) value: Vec<NodeId>,
     /// The force with the difference of the momenta formed by subtraction.
-    pub(super) plain: Vec<NodeId>,
+    pub(super) by_subtraction: Vec<NodeId>,
 }
 
 /// The works `⟨u, Q⟩` of the constraint force along the fields or, without fields, the force less those of
@@ -21,7 +21,7 @@ pub(super) fn works(
 ) -> Vec<Equation> {
     let mut equation = |part: &dyn Fn(&mut Graph, &[NodeId]) -> NodeId| Equation {
         value: part(graph, &force.value),
-        plain: part(graph, &force.plain),
+        by_subtraction: part(graph, &force.by_subtraction),
         divide: None,
         pivots: Pivots::Any,
     };

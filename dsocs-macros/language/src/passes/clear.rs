@@ -18,22 +18,26 @@ const MOST_TERMS: usize = 6;
 pub(crate) struct Cleared {
     /// The product.
     pub(crate) row: NodeId,
-    /// The factor times the plain form of the row, for derivatives (see [`crate::mechanics::Equation`]).
-    pub(crate) plain: NodeId,
+    /// The factor times the row formed by subtraction, for derivatives (see [`crate::mechanics::Equation`]).
+    pub(crate) by_subtraction: NodeId,
     /// The factor.
     pub(crate) scale: NodeId,
 }
 
 impl Cleared {
     /// A row as it was declared, with the factor 1.
-    pub(crate) fn untouched(graph: &mut Graph, row: NodeId, plain: NodeId) -> Self {
+    pub(crate) fn untouched(graph: &mut Graph, row: NodeId, by_subtraction: NodeId) -> Self {
         let scale = graph.constant(1.0);
-        Self { row, plain, scale }
+        Self {
+            row,
+            by_subtraction,
+            scale,
+        }
     }
 
     /// The expressions, for passes to rewrite.
     pub(crate) fn parts(&mut self) -> impl Iterator<Item = &mut NodeId> {
-        [&mut self.row, &mut self.plain, &mut self.scale].into_iter()
+        [&mut self.row, &mut self.by_subtraction, &mut self.scale].into_iter()
     }
 
     /// The row with its denominator multiplied out, if it has one that contains unknowns and is not negative.
@@ -46,7 +50,7 @@ impl Cleared {
         let factor = graph.powi(root, n);
         Self {
             row: times_power(graph, self.row, base, halves),
-            plain: times_power(graph, self.plain, base, halves),
+            by_subtraction: times_power(graph, self.by_subtraction, base, halves),
             scale: graph.mul(self.scale, factor),
         }
     }
@@ -69,7 +73,7 @@ impl Cleared {
         let inverse = graph.scale(if same { size.recip() } else { 1.0 }, inverse);
         Self {
             row: times(graph, self.row, inverse),
-            plain: times(graph, self.plain, inverse),
+            by_subtraction: times(graph, self.by_subtraction, inverse),
             scale: graph.mul(self.scale, inverse),
         }
     }

@@ -77,7 +77,7 @@ pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: 
     // clear: a denominator with unknowns is multiplied out, and the factor kept.
     let mut rows: Vec<Cleared> = quotient::without_factors(graph, &rows, of_step(&leaves, multipliers))
         .into_iter()
-        .map(|row| Cleared::untouched(graph, row.value, row.plain).without_denominator(graph))
+        .map(|row| Cleared::untouched(graph, row.value, row.by_subtraction).without_denominator(graph))
         .collect();
 
     // collapse: affine expressions become `c₀ + Σ cⱼ xⱼ`, in the unknowns and then, within the coefficients,
@@ -95,21 +95,21 @@ pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: 
         }
     }
 
-    // merge: equal expressions become the shortest of them. The plain rows come later, since their forms,
-    // which lose digits, may be shorter.
+    // merge: equal expressions become the shortest of them. The rows formed by subtraction come later, since
+    // they may be shorter but lose digits.
     let mut merge = Merge::default();
     let values = rows.iter_mut().flat_map(|row| [&mut row.row, &mut row.scale]);
     graph.rewrite_all(values.chain(&mut second_difference), &mut merge);
-    graph.rewrite_all(rows.iter_mut().map(|row| &mut row.plain), &mut merge);
+    graph.rewrite_all(rows.iter_mut().map(|row| &mut row.by_subtraction), &mut merge);
 
-    // the Jacobian, of the plain rows, rewritten by the same merge so that it shares most expressions with
-    // the rows
+    // the Jacobian, of the rows formed by subtraction, rewritten by the same merge so that it shares most
+    // expressions with the rows
     let mut jacobian: Vec<Vec<NodeId>> = rows
         .iter()
         .map(|row| {
             (0..kept.len())
                 .map(|j| {
-                    let entry = graph.derivative(row.plain, Leaf::Z(j));
+                    let entry = graph.derivative(row.by_subtraction, Leaf::Z(j));
                     graph.rewrite(entry, &mut merge)
                 })
                 .collect()

@@ -52,7 +52,7 @@ pub(super) fn of_numbers(graph: &mut Graph, row: Equation) -> Equation {
     match row.divide {
         Some(factor) => Equation {
             value: graph.div(row.value, factor),
-            plain: graph.div(row.plain, factor),
+            by_subtraction: graph.div(row.by_subtraction, factor),
             divide: None,
             ..row
         },
@@ -89,7 +89,7 @@ fn by_itself(graph: &mut Graph, row: Equation, leaves: Leaves) -> Option<Equatio
     };
     Some(Equation {
         value: divided(row.value)?,
-        plain: divided(row.plain)?,
+        by_subtraction: divided(row.by_subtraction)?,
         divide: None,
         ..row
     })
@@ -184,7 +184,7 @@ fn without_multiples(
     };
     Some(Equation {
         value: left(row.value, |row| row.value),
-        plain: left(row.plain, |row| row.plain),
+        by_subtraction: left(row.by_subtraction, |row| row.by_subtraction),
         ..row
     })
 }
@@ -363,7 +363,7 @@ mod tests {
     fn divided(graph: &mut Graph, row: NodeId, factor: NodeId) -> NodeId {
         let row = Equation {
             value: row,
-            plain: row,
+            by_subtraction: row,
             divide: Some(factor),
             pivots: Pivots::Any,
         };
