@@ -257,9 +257,13 @@ fn segments(
         let (program, values) = single(graph, nodes);
         program.segment(Segment::default(), &values, head, &nothing, calls)
     };
-    let mut kept_graph = Graph::new();
-    let kept: Vec<NodeId> = stages.kept.iter().map(|&leaf| kept_graph.leaf(leaf)).collect();
-    let unknown = of(&kept_graph, &kept, 0);
+    let mut meanings_graph = Graph::new();
+    let meanings: Vec<NodeId> = stages
+        .meanings
+        .iter()
+        .map(|&leaf| meanings_graph.leaf(leaf))
+        .collect();
+    let unknown = of(&meanings_graph, &meanings, 0);
     let rows = model.coordinates.len() + model.multipliers();
     let continuous = of(&expressions.graph, &expressions.continuous, rows);
     let continuous_force = of(&expressions.graph, &expressions.force, 0);

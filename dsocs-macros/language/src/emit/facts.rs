@@ -56,7 +56,7 @@ impl Facts {
         let past = if model.order() > 2 { n } else { 0 };
         Self {
             parameters: model.parameters.len(),
-            unknowns: unknowns.kept.len(),
+            unknowns: unknowns.meanings.len(),
             motion: n + model.multipliers(),
             constants: stages.constants_count() + past,
             known: stages.known.len(),

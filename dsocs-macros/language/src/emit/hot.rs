@@ -235,7 +235,7 @@ fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
     let scales = scales_method(stages);
     let at_z = at_z();
     let (difference_code, difference) = later(stages, &stages.second_difference);
-    let kept = stages.kept.iter().map(|&leaf| match leaf {
+    let meanings = stages.meanings.iter().map(|&leaf| match leaf {
         Leaf::Lambda(j) => {
             let j = Literal::usize_unsuffixed(j);
             quote!(multipliers.get(#j).copied().unwrap_or(__T::splat(0.0)))
@@ -254,7 +254,7 @@ fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
             e: &[__T; #n],
             multipliers: &[__T],
         ) -> Self::Unknown<__T> {
-            [#(#kept),*]
+            [#(#meanings),*]
         }
 
         #[inline(always)]

@@ -19,7 +19,7 @@ use std::rc::Rc;
 
 use crate::graph::{Bits, Comparison, Graph, Leaf, Node, NodeId, Unary};
 use crate::hash::{HashMap, HashSet};
-use crate::passes::running::Early;
+use crate::passes::running::EarlyFactor;
 use crate::passes::share::{self, Factor, Product, Shared};
 
 /// An operation of a [`Program`].
@@ -109,7 +109,7 @@ pub(crate) struct Program<'g> {
     /// The shared parts that have been lowered.
     parts: HashMap<usize, Value>,
     /// The early parts of terms that have been lowered.
-    early: HashMap<Early, Value>,
+    early: HashMap<EarlyFactor, Value>,
     /// The parts of a sum that are computed as running sums; see [`running`].
     running: HashMap<NodeId, Vec<Rc<running::Running>>>,
     running_parts: Shared,
@@ -125,7 +125,7 @@ pub(crate) struct Program<'g> {
 struct Term {
     stage: usize,
     negative: bool,
-    early: Early,
+    early: EarlyFactor,
     late: Vec<(NodeId, i32)>,
 }
 
@@ -168,7 +168,7 @@ fn without(mut product: Product, factors: &Product) -> Product {
     product
 }
 
-fn is_one((coefficient, factors): &Early) -> bool {
+fn is_one((coefficient, factors): &EarlyFactor) -> bool {
     factors.is_empty() && *coefficient == Bits::new(1.0)
 }
 
@@ -341,7 +341,7 @@ impl<'g> Program<'g> {
     /// sum needs no negation.
     fn groups(&mut self, terms: &[(NodeId, Bits)]) -> Vec<Vec<Term>> {
         let mut groups: Vec<Vec<Term>> = Vec::new();
-        let mut places: HashMap<(usize, Early), usize> = HashMap::default();
+        let mut places: HashMap<(usize, EarlyFactor), usize> = HashMap::default();
         for term in self.terms(terms) {
             if is_one(&term.early) {
                 groups.push(vec![term]);
@@ -368,7 +368,7 @@ impl<'g> Program<'g> {
         self.plan_running(&self.sums(outputs));
         let mut products = Vec::new();
         let mut seen = HashSet::default();
-        let mut planned: HashSet<Early> = HashSet::default();
+        let mut planned: HashSet<EarlyFactor> = HashSet::default();
         let mut open = outputs.to_vec();
         while let Some(id) = open.pop() {
             if !seen.insert(id) {
@@ -505,7 +505,7 @@ impl<'g> Program<'g> {
     }
 
     /// The early part of a term, as a term.
-    fn early_term(&mut self, (coefficient, factors): &Early) -> Term {
+    fn early_term(&mut self, (coefficient, factors): &EarlyFactor) -> Term {
         let stage = factors
             .iter()
             .map(|&(factor, _)| self.node_stage(factor))
@@ -522,7 +522,7 @@ impl<'g> Program<'g> {
         }
     }
 
-    fn lower_early(&mut self, early: &Early) -> Value {
+    fn lower_early(&mut self, early: &EarlyFactor) -> Value {
         if early.1.is_empty() {
             return self.push(Op::Constant(early.0));
         }
@@ -537,7 +537,7 @@ impl<'g> Program<'g> {
 
     /// A product of factors and shared parts, earlier factors first.
     fn lower_shared(&mut self, product: Product) -> Value {
-        let shared = self.shared.written(&product).cloned();
+        let shared = self.shared.searched(&product).cloned();
         self.lower_factors(&shared.unwrap_or(product))
     }
 

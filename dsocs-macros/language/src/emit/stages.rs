@@ -53,7 +53,7 @@ pub(super) struct Stages<'g> {
     pub(super) force: Vec<Value>,
     pub(super) forms: Vec<Value>,
     /// The meaning of each unknown: a second difference `E`, or a multiplier `Lambda`.
-    pub(super) kept: Vec<Leaf>,
+    pub(super) meanings: Vec<Leaf>,
     /// The array `constants`, computed once a run, without the constants of the energy at its end.
     pub(super) constants: Vec<Value>,
     /// The array `known`, computed once a step.
@@ -139,7 +139,7 @@ impl<'g> Stages<'g> {
             point,
             force,
             forms,
-            kept: unknowns.kept.clone(),
+            meanings: unknowns.meanings.clone(),
             constants,
             known: once,
             energy,

@@ -18,8 +18,8 @@ use crate::passes;
 
 /// The struct as the user wrote it, with all its implementations.
 pub(crate) fn expand(model: &Model) -> TokenStream {
-    let together = passes::together(model);
-    let model = together.as_ref().unwrap_or(model);
+    let replaced = passes::with_continuous_quotients(model);
+    let model = replaced.as_ref().unwrap_or(model);
     let item = &model.item;
     let system = system(model);
     let jets = if model.order() > 2 {
@@ -99,8 +99,8 @@ fn assembled<R>(model: &Model, make: impl FnOnce(Assembled<'_>) -> R) -> R {
 
 /// The declaration as data, for an engine that runs it without a compiler.
 pub(crate) fn data(model: &Model) -> Data {
-    let together = passes::together(model);
-    let model = together.as_ref().unwrap_or(model);
+    let replaced = passes::with_continuous_quotients(model);
+    let model = replaced.as_ref().unwrap_or(model);
     assembled(model, |all| {
         let cold = cold::tape(model, &all.stages, (all.graph, &all.declared), all.expressions);
         Data::new(model, all.facts, cold, all.stages.sparse)

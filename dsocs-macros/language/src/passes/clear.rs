@@ -4,7 +4,7 @@
 //! multiplied out where this spares the iteration a division: a curvature `v×a/|v|³ - κ` becomes
 //! `v×a - κ|v|³`, which also suits Newton's iteration better, since it does not flatten out far from its
 //! root. Factors of the parameters and of `h` that all terms share are dropped. The factor of a row is kept
-//! ([`Cleared::scale`]): where it vanishes, a root of the product is no root of the declared row.
+//! ([`ScaledRow::scale`]): where it vanishes, a root of the product is no root of the declared row.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ const MOST_TERMS: usize = 6;
 
 /// A declared row times a factor.
 #[derive(Clone, Copy)]
-pub(crate) struct Cleared {
+pub(crate) struct ScaledRow {
     /// The product.
     pub(crate) row: NodeId,
     /// The factor times the row formed by subtraction, for derivatives (see [`crate::mechanics::Equation`]).
@@ -24,7 +24,7 @@ pub(crate) struct Cleared {
     pub(crate) scale: NodeId,
 }
 
-impl Cleared {
+impl ScaledRow {
     /// A row as it was declared, with the factor 1.
     pub(crate) fn untouched(graph: &mut Graph, row: NodeId, by_subtraction: NodeId) -> Self {
         let scale = graph.constant(1.0);

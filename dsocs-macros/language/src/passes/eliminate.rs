@@ -33,7 +33,7 @@ pub(super) struct Elimination {
 }
 
 /// The candidates found in a row, kept while the row does not change.
-struct Found {
+struct RowCandidates {
     /// The row for which they were found.
     row: NodeId,
     /// Whether only rows with all coefficients known early had candidates.
@@ -74,7 +74,7 @@ impl Elimination {
         // the verdicts on coefficients. They stay valid while rows are solved, because the determinant of the
         // rows that are left is that of all rows, divided by coefficients that are not zero
         let mut safe = HashMap::default();
-        let mut found: Vec<Option<Found>> = self.rows.iter().map(|_| None).collect();
+        let mut found: Vec<Option<RowCandidates>> = self.rows.iter().map(|_| None).collect();
         while let Some(pivot) = self.linear_row(graph, rule, &mut safe, &mut found) {
             found.remove(pivot.0);
             self.solve(graph, pivot);
@@ -83,7 +83,7 @@ impl Elimination {
 
     /// Solves one row, if the rule admits any.
     pub(super) fn run_once(&mut self, graph: &mut Graph, rule: Rule) -> bool {
-        let mut found: Vec<Option<Found>> = self.rows.iter().map(|_| None).collect();
+        let mut found: Vec<Option<RowCandidates>> = self.rows.iter().map(|_| None).collect();
         let pivot = self.linear_row(graph, rule, &mut HashMap::default(), &mut found);
         pivot.is_some_and(|pivot| {
             self.solve(graph, pivot);
@@ -125,13 +125,13 @@ impl Elimination {
         graph: &mut Graph,
         rule: Rule,
         safe: &mut HashMap<NodeId, bool>,
-        found: &mut [Option<Found>],
+        found: &mut [Option<RowCandidates>],
     ) -> Option<(usize, Leaf, NodeId)> {
         let mut sizes = Merge::default();
         let places: HashMap<Leaf, usize> = self.unknown.iter().copied().zip(0..).collect();
         let only_early = self.unknown.len() > rule.most_unknowns;
         for (equation, found) in self.rows.iter().zip(found.iter_mut()) {
-            let holds = |found: &Found| found.row == equation.value && found.only_early == only_early;
+            let holds = |found: &RowCandidates| found.row == equation.value && found.only_early == only_early;
             if !found.as_ref().is_some_and(holds) {
                 let mut candidates = Vec::new();
                 if equation.divide.is_none() {
@@ -139,7 +139,7 @@ impl Elimination {
                         Self::candidates(graph, rule, equation.value, only_early, (&places, &mut sizes));
                     candidates.retain(|candidate| equation.pivots.contain(candidate.unknown));
                 }
-                *found = Some(Found {
+                *found = Some(RowCandidates {
                     row: equation.value,
                     only_early,
                     candidates,

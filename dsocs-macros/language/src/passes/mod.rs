@@ -11,6 +11,7 @@
 mod attitude;
 mod clear;
 mod collapse;
+mod continuous_quotient;
 mod distribute;
 mod eliminate;
 mod motion;
@@ -19,10 +20,9 @@ mod rotate;
 pub(crate) mod running;
 pub(crate) mod share;
 pub(crate) mod sparse;
-mod together;
 
 use attitude::Attitudes;
-use clear::Cleared;
+use clear::ScaledRow;
 use collapse::{Collapse, Variables};
 use eliminate::{Elimination, Rule};
 use quotient::Leaves;
@@ -31,8 +31,8 @@ use crate::graph::algebra::{Merge, Simplify, gather_entries};
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::mechanics::Equation;
 
+pub(crate) use continuous_quotient::with_continuous_quotients;
 pub(crate) use motion::{without_cancellation, without_factors};
-pub(crate) use together::together;
 
 /// The most rows for which common factors of the parameters and `h` are dropped.
 const MOST_ROWS_WITH_FACTORS: usize = 2;
@@ -50,7 +50,7 @@ pub(crate) struct Unknowns {
     /// `jacobian[i][j] = ∂rows[i]/∂Z(j)`.
     pub(crate) jacobian: Vec<Vec<NodeId>>,
     /// The meaning of each unknown: a second difference `E`, or a multiplier `Lambda`.
-    pub(crate) kept: Vec<Leaf>,
+    pub(crate) meanings: Vec<Leaf>,
     /// The second difference of every coordinate, in terms of the unknowns.
     pub(crate) second_difference: Vec<NodeId>,
 }
@@ -68,22 +68,22 @@ pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: 
     let Eliminated {
         rows,
         leaves,
-        kept,
+        meanings,
         mut second_difference,
     } = eliminated(graph, rows, n, multipliers);
 
     // quotient: a declared factor is divided out as a polynomial in an unknown. After the elimination,
     // because it divides exactly only where the other rows hold.
     // clear: a denominator with unknowns is multiplied out, and the factor kept.
-    let mut rows: Vec<Cleared> = quotient::without_factors(graph, &rows, of_step(&leaves, multipliers))
+    let mut rows: Vec<ScaledRow> = quotient::without_factors(graph, &rows, of_step(&leaves, multipliers))
         .into_iter()
-        .map(|row| Cleared::untouched(graph, row.value, row.by_subtraction).without_denominator(graph))
+        .map(|row| ScaledRow::untouched(graph, row.value, row.by_subtraction).without_denominator(graph))
         .collect();
 
     // collapse: affine expressions become `c₀ + Σ cⱼ xⱼ`, in the unknowns and then, within the coefficients,
     // in the leg. After the denominators are gone, because these hide affine expressions.
     for variables in [Variables::Unknowns, Variables::Leg] {
-        let parts = rows.iter_mut().flat_map(Cleared::parts);
+        let parts = rows.iter_mut().flat_map(ScaledRow::parts);
         graph.rewrite_all(parts.chain(&mut second_difference), &mut Collapse::new(variables));
     }
 
@@ -107,7 +107,7 @@ pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: 
     let mut jacobian: Vec<Vec<NodeId>> = rows
         .iter()
         .map(|row| {
-            (0..kept.len())
+            (0..meanings.len())
                 .map(|j| {
                     let entry = graph.derivative(row.by_subtraction, Leaf::Z(j));
                     graph.rewrite(entry, &mut merge)
@@ -131,7 +131,7 @@ pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: 
         scales: rows.iter().map(|row| row.scale).collect(),
         rows: rows.iter().map(|row| row.row).collect(),
         jacobian,
-        kept,
+        meanings,
         second_difference,
     }
 }
@@ -152,7 +152,7 @@ struct Eliminated {
     /// The unknowns `Z`.
     leaves: Vec<Leaf>,
     /// The meaning of each: a second difference `E`, or a multiplier `Lambda`.
-    kept: Vec<Leaf>,
+    meanings: Vec<Leaf>,
     /// The second difference of every coordinate, in terms of the unknowns.
     second_difference: Vec<NodeId>,
 }
@@ -174,13 +174,13 @@ fn eliminated(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize
     let mut second_difference = system.solutions(graph, (0..n).map(Leaf::E));
     let Elimination {
         mut rows,
-        unknown: kept,
+        unknown: meanings,
         ..
     } = system;
 
     // name: the unknowns that are left become the `Z` of Newton's iteration
-    let leaves: Vec<Leaf> = (0..kept.len()).map(Leaf::Z).collect();
-    let names = kept
+    let leaves: Vec<Leaf> = (0..meanings.len()).map(Leaf::Z).collect();
+    let names = meanings
         .iter()
         .zip(&leaves)
         .map(|(&leaf, &unknown)| (leaf, graph.leaf(unknown)))
@@ -193,7 +193,7 @@ fn eliminated(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize
     Eliminated {
         rows,
         leaves,
-        kept,
+        meanings,
         second_difference,
     }
 }

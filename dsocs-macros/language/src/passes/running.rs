@@ -24,29 +24,29 @@ const FEW_PAIRS: usize = 20_000;
 const MOST_PAIRS: usize = 1_000_000;
 
 /// A number times factors that are known earlier than the rest of a term.
-pub(crate) type Early = (Bits, Rc<[(NodeId, i32)]>);
+pub(crate) type EarlyFactor = (Bits, Rc<[(NodeId, i32)]>);
 
 /// Some terms of a sum, with common factors taken out.
 #[derive(Clone, Debug)]
 pub(crate) struct Running {
     pub(crate) negative: bool,
     /// The factor that all terms share.
-    pub(crate) common: Early,
+    pub(crate) common: EarlyFactor,
     /// Groups of terms, each with the factor that its terms share beyond the common one.
-    pub(crate) pieces: Vec<(Early, Product)>,
+    pub(crate) pieces: Vec<(EarlyFactor, Product)>,
 }
 
 impl Running {
     /// The groups of some terms. With `of_powers`, the least power of a factor is taken out; else only powers
     /// that are equal in all terms. The second is cheaper where the factors are not numbers when the sum is
     /// formed: a power that is there costs nothing, a further one does.
-    pub(crate) fn of(mut items: Vec<Item>, of_powers: bool) -> Self {
+    pub(crate) fn of(mut items: Vec<SplitTerm>, of_powers: bool) -> Self {
         let common = take_common(&mut items, of_powers);
         let negative = items.iter().all(|item| item.coefficient < 0.0);
         for item in &mut items {
             item.coefficient *= if negative { -1.0 } else { 1.0 };
         }
-        let list = |items: Vec<Item>| items.iter().map(|item| (item.factor(), 1)).collect();
+        let list = |items: Vec<SplitTerm>| items.iter().map(|item| (item.factor(), 1)).collect();
         let pieces = pieces(items).into_iter();
         Self {
             negative,
@@ -66,21 +66,21 @@ pub(crate) fn shared<'r>(running: impl Iterator<Item = &'r Running>) -> Shared {
     }
     let nested = nested::Nested::of(lists);
     if nested.pairs() > MOST_PAIRS {
-        return nested.alone();
+        return nested.without_pairs();
     }
     nested.with_pairs()
 }
 
 /// A term `coefficient · early · late`.
 #[derive(Clone)]
-pub(crate) struct Item {
+pub(crate) struct SplitTerm {
     pub(crate) coefficient: f64,
     /// Sorted by node.
     pub(crate) early: Vec<(NodeId, i32)>,
     pub(crate) late: Vec<(NodeId, i32)>,
 }
 
-impl Item {
+impl SplitTerm {
     fn factor(&self) -> Factor {
         let factors = self.early.iter().chain(&self.late).copied().collect();
         Factor::Early(Bits::new(self.coefficient), factors)
@@ -88,7 +88,7 @@ impl Item {
 }
 
 /// The factor that all terms share, taken out of them.
-fn take_common(items: &mut [Item], of_powers: bool) -> Early {
+fn take_common(items: &mut [SplitTerm], of_powers: bool) -> EarlyFactor {
     let mut common = items.first().map_or_else(Vec::new, |item| item.early.clone());
     for item in &*items {
         common.retain_mut(|(factor, n)| {
@@ -118,13 +118,13 @@ fn take_common(items: &mut [Item], of_powers: bool) -> Early {
 
 /// A factor, or the size of the coefficient, by which terms are grouped.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Mark {
+enum GroupingFactor {
     Number(Bits),
     Factor(NodeId, i32),
 }
 
-impl Mark {
-    fn all(item: &Item) -> impl Iterator<Item = Self> {
+impl GroupingFactor {
+    fn all(item: &SplitTerm) -> impl Iterator<Item = Self> {
         let number = Bits::new(item.coefficient.abs());
         let number = (number != Bits::new(1.0)).then_some(Self::Number(number));
         let factors = item.early.iter().map(|&(node, n)| Self::Factor(node, n));
@@ -133,20 +133,20 @@ impl Mark {
 }
 
 /// Terms in groups, each with the factor that its terms share.
-fn pieces(mut items: Vec<Item>) -> Vec<(Early, Vec<Item>)> {
+fn pieces(mut items: Vec<SplitTerm>) -> Vec<(EarlyFactor, Vec<SplitTerm>)> {
     let mut pieces = Vec::new();
     loop {
-        let mut counts: BTreeMap<Mark, usize> = BTreeMap::new();
-        for mark in items.iter().flat_map(Mark::all) {
-            *counts.entry(mark).or_default() += 1;
+        let mut counts: BTreeMap<GroupingFactor, usize> = BTreeMap::new();
+        for factor in items.iter().flat_map(GroupingFactor::all) {
+            *counts.entry(factor).or_default() += 1;
         }
         let most = counts.into_iter().max_by_key(|&(_, count)| count);
-        let Some((mark, 2..)) = most else {
+        let Some((factor, 2..)) = most else {
             break;
         };
         let (mut with, without): (Vec<_>, Vec<_>) = items
             .into_iter()
-            .partition(|item| Mark::all(item).any(|own| own == mark));
+            .partition(|item| GroupingFactor::all(item).any(|own| own == factor));
         let common = take_common(&mut with, false);
         pieces.push((common, with));
         items = without;

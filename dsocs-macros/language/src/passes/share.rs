@@ -82,11 +82,11 @@ impl Shared {
 
     /// The product in terms of shared parts.
     pub(crate) fn product(&self, product: Product) -> Product {
-        self.written(&product).cloned().unwrap_or(product)
+        self.searched(&product).cloned().unwrap_or(product)
     }
 
     /// As [`Shared::product`], but `None` if the product is none of those that were searched.
-    pub(crate) fn written(&self, product: &Product) -> Option<&Product> {
+    pub(crate) fn searched(&self, product: &Product) -> Option<&Product> {
         if size(product) < 2 {
             return None;
         }
@@ -142,7 +142,7 @@ fn narrow(number: usize) -> u32 {
 }
 
 /// The products that have a pair of factors.
-struct Holders {
+struct ProductsWithPair {
     /// Those that had it at first, in order.
     found: Vec<u32>,
     /// The number of those that still have it.
@@ -155,7 +155,7 @@ struct Search {
     products: Vec<Numbered>,
     /// The pairs that at least two products have. A product gains no pair of old factors: its new pairs
     /// contain the newest part.
-    holders: HashMap<Pair, Holders>,
+    holders: HashMap<Pair, ProductsWithPair>,
     /// Pairs by the number of products that have them; outdated entries are corrected when they come up.
     order: BinaryHeap<(usize, Reverse<Pair>)>,
 }
@@ -204,7 +204,7 @@ impl Search {
     /// Adds a pair to the search, if at least two products have it.
     fn watch(&mut self, pair: Pair, found: &[u32]) {
         if found.len() > 1 {
-            let holders = Holders {
+            let holders = ProductsWithPair {
                 found: found.to_vec(),
                 count: found.len(),
             };

@@ -44,7 +44,7 @@ pub(crate) fn order(graph: &Graph, unknowns: &Unknowns) -> Option<Order> {
     }
     let entries = entries(graph, &unknowns.jacobian);
     let accelerations = unknowns
-        .kept
+        .meanings
         .iter()
         .filter(|leaf| matches!(leaf, Leaf::E(_)))
         .count();

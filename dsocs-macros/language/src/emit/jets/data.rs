@@ -28,8 +28,8 @@ pub struct Series {
 
 /// The recurrences of a declaration; `None` with a constraint of third order, whose motion has no series.
 pub(crate) fn series(model: &Model) -> Option<Series> {
-    let together = passes::together(model);
-    let model = together.as_ref().unwrap_or(model);
+    let replaced = passes::with_continuous_quotients(model);
+    let model = replaced.as_ref().unwrap_or(model);
     if model.order() > 2 {
         return None;
     }

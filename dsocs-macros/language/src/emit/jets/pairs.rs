@@ -5,7 +5,7 @@
 
 use crate::graph::{Graph, NodeId};
 use crate::hash::{HashMap, HashSet};
-use crate::passes::running::Item;
+use crate::passes::running::SplitTerm;
 
 /// The fewest sums in which two terms are joined.
 const FEWEST_SUMS: usize = 3;
@@ -15,7 +15,7 @@ type Places = Vec<(usize, usize)>;
 
 /// Joins two terms where one of them occurs only beside the other, and always with the same multiple of its
 /// factor. Returns the number of terms in the joined ones.
-pub(super) fn join(graph: &mut Graph, mut sums: Vec<&mut Vec<Item>>) -> usize {
+pub(super) fn join(graph: &mut Graph, mut sums: Vec<&mut Vec<SplitTerm>>) -> usize {
     let columns = columns(&sums);
     let mut order: Vec<NodeId> = columns.keys().copied().collect();
     order.sort_unstable_by_key(|late| (core::cmp::Reverse(columns[late].len()), *late));
@@ -65,12 +65,12 @@ pub(super) fn join(graph: &mut Graph, mut sums: Vec<&mut Vec<Item>>) -> usize {
 }
 
 /// Whether a term is a multiple of an expression.
-fn is(item: &Item, late: NodeId) -> bool {
+fn is(item: &SplitTerm, late: NodeId) -> bool {
     matches!(item.late[..], [(own, 1)] if own == late)
 }
 
 /// The occurrences of each term; not of terms that occur twice in a sum.
-fn columns(sums: &[&mut Vec<Item>]) -> HashMap<NodeId, Places> {
+fn columns(sums: &[&mut Vec<SplitTerm>]) -> HashMap<NodeId, Places> {
     let mut columns: HashMap<NodeId, Places> = HashMap::default();
     let mut twice = HashSet::default();
     for (sum, items) in sums.iter().enumerate() {
@@ -89,7 +89,7 @@ fn columns(sums: &[&mut Vec<Item>]) -> HashMap<NodeId, Places> {
 
 /// The ratio of the guest's factor to the host's, if it is the same in all sums with the guest.
 fn ratio(
-    sums: &[&mut Vec<Item>],
+    sums: &[&mut Vec<SplitTerm>],
     columns: &HashMap<NodeId, Places>,
     host: NodeId,
     guests: &Places,

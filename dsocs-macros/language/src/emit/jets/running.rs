@@ -11,7 +11,7 @@ use super::sequence::{Constant, Op, Sequence};
 use crate::graph::algebra::factored_sum;
 use crate::graph::{Bits, Graph, Node, NodeId, collect};
 use crate::hash::{HashMap, HashSet};
-use crate::passes::running::{self, Early, FEWEST_TERMS, Item, Running};
+use crate::passes::running::{self, EarlyFactor, FEWEST_TERMS, Running, SplitTerm};
 use crate::passes::share::{Factor, Product, Shared};
 
 /// The running sums, and the partial sums that they share.
@@ -26,10 +26,10 @@ pub(super) struct Sums {
 impl Sums {
     /// The running sums in some expressions; none if they spare less than a quarter of the terms.
     pub(super) fn find(graph: &mut Graph, outputs: &[NodeId]) -> Self {
-        let mut found: Vec<(NodeId, Vec<Item>)> = Vec::new();
+        let mut found: Vec<(NodeId, Vec<SplitTerm>)> = Vec::new();
         for sum in sums(graph, outputs) {
             let (terms, _) = graph.terms(sum);
-            let items: Vec<Item> = terms
+            let items: Vec<SplitTerm> = terms
                 .iter()
                 .filter_map(|&(term, c)| item(graph, term, c))
                 .collect();
@@ -82,9 +82,9 @@ impl Sums {
 
 /// Gives lists of terms the sign with which most of their terms occur in earlier lists, so that two lists
 /// that differ by their sign become equal. The factor of a list takes the sign at no cost.
-fn align<'r>(pieces: impl Iterator<Item = &'r mut (Early, Product)>) {
+fn align<'r>(pieces: impl Iterator<Item = &'r mut (EarlyFactor, Product)>) {
     let negated = |size: Bits| Bits::new(-size.get());
-    let mut known: HashSet<Early> = HashSet::default();
+    let mut known: HashSet<EarlyFactor> = HashSet::default();
     for ((size, _), list) in pieces {
         let mut agree = 0_isize;
         for factor in list.keys() {
@@ -130,7 +130,7 @@ fn sums(graph: &Graph, outputs: &[NodeId]) -> Vec<NodeId> {
 
 /// A moving term: its coefficient and constant factors, with sums among these factored, and its moving
 /// factors. `None` for a constant term.
-fn item(graph: &mut Graph, term: NodeId, mut coefficient: f64) -> Option<Item> {
+fn item(graph: &mut Graph, term: NodeId, mut coefficient: f64) -> Option<SplitTerm> {
     if graph.is_fixed(term) {
         return None;
     }
@@ -149,7 +149,7 @@ fn item(graph: &mut Graph, term: NodeId, mut coefficient: f64) -> Option<Item> {
     collect(&mut early, |n, more| *n += more);
     early.retain(|&(_, n)| n != 0);
     let late = vec![(graph.product(&moving), 1)];
-    Some(Item {
+    Some(SplitTerm {
         coefficient,
         early,
         late,
@@ -210,7 +210,7 @@ impl Lower<'_> {
     }
 
     /// The coefficient and the sequence of a term.
-    fn term(&mut self, (size, factors): &Early) -> (Constant, Sequence) {
+    fn term(&mut self, (size, factors): &EarlyFactor) -> (Constant, Sequence) {
         let product = self.graph.product(factors);
         let (fixed, moving) = split(self.graph, product);
         let fixed = self.graph.product(&fixed);

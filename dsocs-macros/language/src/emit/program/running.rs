@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::{Op, Program, Value, is_one};
 use crate::graph::{Bits, Node, NodeId};
-use crate::passes::running::{self, Early, FEWEST_TERMS, Item};
+use crate::passes::running::{self, EarlyFactor, FEWEST_TERMS, SplitTerm};
 use crate::passes::share::{Factor, Product};
 
 /// The terms of a sum that become known at one stage.
@@ -30,7 +30,7 @@ impl Program<'_> {
         self.running_parts = running::shared(candidates.iter().map(|(_, running)| &running.sums));
         for (sum, running) in candidates {
             let shares = |list: &Product| {
-                let list = self.running_parts.written(list).unwrap_or(list);
+                let list = self.running_parts.searched(list).unwrap_or(list);
                 list.keys().any(|factor| matches!(factor, Factor::Part(_)))
             };
             if running.sums.pieces.iter().any(|(_, list)| shares(list)) {
@@ -46,10 +46,10 @@ impl Program<'_> {
             return Vec::new();
         };
         let split = self.terms(terms);
-        let mut by_stage: BTreeMap<usize, Vec<(NodeId, Item)>> = BTreeMap::new();
+        let mut by_stage: BTreeMap<usize, Vec<(NodeId, SplitTerm)>> = BTreeMap::new();
         for (&(node, _), term) in terms.iter().zip(split) {
             let size = term.early.0.get();
-            let item = Item {
+            let item = SplitTerm {
                 coefficient: if term.negative { -size } else { size },
                 early: term.early.1.to_vec(),
                 late: term.late,
@@ -82,7 +82,7 @@ impl Program<'_> {
     pub(super) fn lower_running(&mut self, running: &running::Running) -> Value {
         let mut sum: Option<Value> = None;
         for (early, list) in &running.pieces {
-            let shared = self.running_parts.written(list).cloned();
+            let shared = self.running_parts.searched(list).cloned();
             let list = self.lower_list(shared.as_ref().unwrap_or(list));
             let piece = self.times_early(early, list);
             sum = Some(self.add(sum, false, piece));
@@ -93,7 +93,7 @@ impl Program<'_> {
         }
     }
 
-    fn times_early(&mut self, early: &Early, value: Value) -> Value {
+    fn times_early(&mut self, early: &EarlyFactor, value: Value) -> Value {
         if is_one(early) {
             return value;
         }

@@ -99,7 +99,7 @@ impl Nested {
     }
 
     /// The lists in terms of these parts alone.
-    pub(crate) fn alone(self) -> Shared {
+    pub(crate) fn without_pairs(self) -> Shared {
         Shared {
             parts: self.parts,
             products: self.lists.into_iter().collect(),
@@ -217,7 +217,7 @@ mod tests {
             .collect();
         for (lists, most) in [(chain, 3 * 118), (tree, 4 * 93)] {
             for shared in [
-                Nested::of(lists.clone()).alone(),
+                Nested::of(lists.clone()).without_pairs(),
                 Nested::of(lists.clone()).with_pairs(),
             ] {
                 for list in &lists {

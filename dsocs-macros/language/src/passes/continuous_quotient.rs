@@ -12,7 +12,7 @@ use crate::mechanics;
 use crate::model::{Kind, Model};
 
 /// The declaration with such constraints replaced by their quotients; `None` if there are none.
-pub(crate) fn together(model: &Model) -> Option<Model> {
+pub(crate) fn with_continuous_quotients(model: &Model) -> Option<Model> {
     let rows = model.constraints.iter().enumerate();
     let candidates: Vec<usize> = rows
         .filter(|(_, row)| row.kind == Kind::Kinematic && row.divide.is_some() && row.discrete.is_none())
