@@ -9,22 +9,22 @@ use crate::errors::Reported;
 
 /// A statement that a declaration has at most once.
 #[derive(Clone, Debug, Default)]
-pub(crate) enum Part<T> {
+pub(crate) enum Statement<T> {
     /// The user did not write it.
     #[default]
     Absent,
     /// The user wrote it with a mistake, which was reported: errors that follow from its absence are not.
-    Broken(Reported),
+    Malformed(Reported),
     /// The user wrote it.
     Given(T),
 }
 
-impl<T> Part<T> {
+impl<T> Statement<T> {
     /// The statement, if it was given and could be read.
     pub(crate) fn given(&self) -> Option<&T> {
         match self {
-            Self::Given(part) => Some(part),
-            Self::Absent | Self::Broken(_) => None,
+            Self::Given(statement) => Some(statement),
+            Self::Absent | Self::Malformed(_) => None,
         }
     }
 
@@ -38,39 +38,39 @@ impl<T> Part<T> {
 #[derive(Clone, Default)]
 pub(crate) struct Declaration {
     /// `crate = PATH;`
-    pub(crate) core: Part<Path>,
+    pub(crate) core: Statement<Path>,
     /// `coordinates(x, y);`
-    pub(crate) coordinates: Part<Coordinates>,
+    pub(crate) coordinates: Statement<Coordinates>,
     /// `let NAME = EXPR;`, in order.
     pub(crate) lets: Vec<Let>,
     /// `lagrangian = EXPR;`
-    pub(crate) lagrangian: Part<Scalar>,
+    pub(crate) lagrangian: Statement<Scalar>,
     /// `holonomic = …;`
-    pub(crate) holonomic: Part<Constraints>,
+    pub(crate) holonomic: Statement<Constraints>,
     /// `nonholonomic = …;`
-    pub(crate) nonholonomic: Part<Constraints>,
+    pub(crate) nonholonomic: Statement<Constraints>,
     /// `kinematic = …;`
-    pub(crate) kinematic: Part<Constraints>,
+    pub(crate) kinematic: Statement<Constraints>,
     /// `variational = …;` or `constraint_forces = […];`
-    pub(crate) directions: Part<Directions>,
+    pub(crate) directions: Statement<Directions>,
     /// `external_forces = (f1, f2);`
-    pub(crate) external_forces: Part<Scalar>,
+    pub(crate) external_forces: Statement<Scalar>,
     /// `discrete_lagrangian = EXPR;`
-    pub(crate) discrete_lagrangian: Part<Scalar>,
+    pub(crate) discrete_lagrangian: Statement<Scalar>,
     /// `discrete_kinematic = …;`
-    pub(crate) discrete_kinematic: Part<Constraints>,
+    pub(crate) discrete_kinematic: Statement<Constraints>,
     /// `phi_lagrangian = |q0, q1| …;`
-    pub(crate) phi_lagrangian: Part<Map>,
+    pub(crate) phi_lagrangian: Statement<Map>,
     /// `phi_kinematic = |q0, q1, q2| …;`
-    pub(crate) phi_kinematic: Part<Map>,
+    pub(crate) phi_kinematic: Statement<Map>,
     /// `phi_variational = |q0, q1, q2| …;`
-    pub(crate) phi_variational: Part<Map>,
+    pub(crate) phi_variational: Statement<Map>,
     /// `branch = …;`
-    pub(crate) branch: Part<Branch>,
+    pub(crate) branch: Statement<Branch>,
     /// `observe = […];`
-    pub(crate) observe: Part<Observe>,
+    pub(crate) observe: Statement<Observe>,
     /// `reduced(r);`
-    pub(crate) reduced: Part<Vec<Ident>>,
+    pub(crate) reduced: Statement<Vec<Ident>>,
 }
 
 /// `coordinates(x, y, theta: [3]);`

@@ -2,7 +2,7 @@
 
 use proc_macro2::Ident;
 
-use crate::ast::{Branch, Constraints, Declaration, Directions, Part, Side};
+use crate::ast::{Branch, Constraints, Declaration, Directions, Side, Statement};
 use crate::errors::{Errors, Reported};
 use crate::input::Fields;
 use crate::names;
@@ -22,13 +22,13 @@ struct Counts<'d> {
 impl<'d> Counts<'d> {
     /// The counts of a declaration with these numbers of holonomic, nonholonomic and kinematic rows.
     fn of(declaration: &'d Declaration, rows: [usize; 3]) -> Self {
-        let parts = [
+        let statements = [
             ("holonomic constraint", &declaration.holonomic),
             ("nonholonomic constraint", &declaration.nonholonomic),
             ("kinematic constraint", &declaration.kinematic),
         ];
-        let parts = parts.into_iter().zip(rows);
-        let given = parts.filter_map(|((noun, part), rows)| Some((noun, part.given()?, rows)));
+        let statements = statements.into_iter().zip(rows);
+        let given = statements.filter_map(|((noun, statement), rows)| Some((noun, statement.given()?, rows)));
         Self {
             given: given.collect(),
         }
@@ -69,7 +69,7 @@ pub(crate) fn counts(
         return Ok(());
     };
     let (&[Some(holonomic), Some(nonholonomic), Some(of_accelerations)], false) =
-        (&rows, is_broken(declaration))
+        (&rows, is_malformed(declaration))
     else {
         return Ok(());
     };
@@ -78,28 +78,30 @@ pub(crate) fn counts(
     // a rotation has three degrees of freedom in four coordinates
     let n = coordinates.names.len() - coordinates.rotations().count();
     match (&declaration.directions, declaration.kinematic.given()) {
-        (Part::Broken(_), _) => Ok(()),
-        (Part::Absent, Some(kinematic)) => Err(errors.at(
+        (Statement::Malformed(_), _) => Ok(()),
+        (Statement::Absent, Some(kinematic)) => Err(errors.at(
             &kinematic.keyword,
             "expected `variational = […];`, `variational = chetaev;` or `constraint_forces = […];` beside `kinematic`: \
              the kinematic constraints do not tell in which directions the constraint forces act",
         )),
-        (Part::Absent, None) => match counts.last_keyword() {
+        (Statement::Absent, None) => match counts.last_keyword() {
             Some(keyword) if counts.all() > n => Err(errors.at(keyword, too_many(&counts, n))),
             _ => Ok(()),
         },
-        (Part::Given(directions), _) => equations(directions, of_accelerations, &counts, n, errors),
+        (Statement::Given(directions), _) => equations(directions, of_accelerations, &counts, n, errors),
     }
 }
 
 /// Whether a statement of constraints could not be read, so that the number of its rows is unknown.
-fn is_broken(declaration: &Declaration) -> bool {
-    let parts = [
+fn is_malformed(declaration: &Declaration) -> bool {
+    let statements = [
         &declaration.holonomic,
         &declaration.nonholonomic,
         &declaration.kinematic,
     ];
-    parts.into_iter().any(|part| matches!(part, Part::Broken(_)))
+    statements
+        .into_iter()
+        .any(|statement| matches!(statement, Statement::Malformed(_)))
 }
 
 fn equations(
@@ -154,14 +156,14 @@ fn branch(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
         return Ok(());
     };
     let rows = match &declaration.kinematic {
-        Part::Absent => {
+        Statement::Absent => {
             return Err(errors.at(
                 keyword,
                 "expected `kinematic = …;`: `branch` divides a factor out of its constraints",
             ));
         }
-        Part::Broken(_) => return Ok(()),
-        Part::Given(kinematic) => kinematic.rows.len(),
+        Statement::Malformed(_) => return Ok(()),
+        Statement::Given(kinematic) => kinematic.rows.len(),
     };
     if factors.len() == rows {
         return Ok(());
@@ -182,15 +184,15 @@ fn discrete(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> 
         return Ok(());
     };
     let rows = match &declaration.kinematic {
-        Part::Absent => {
+        Statement::Absent => {
             return Err(errors.at(
                 &discrete.keyword,
                 "expected `kinematic = …;` beside it: the constraint of the continuous system, in whose place this one \
                  stands in a step",
             ));
         }
-        Part::Broken(_) => return Ok(()),
-        Part::Given(kinematic) => kinematic.rows.len(),
+        Statement::Malformed(_) => return Ok(()),
+        Statement::Given(kinematic) => kinematic.rows.len(),
     };
     if discrete.rows.len() == rows {
         return Ok(());

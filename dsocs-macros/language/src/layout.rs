@@ -10,11 +10,11 @@ use crate::shared;
 pub(crate) fn text(tokens: &TokenStream) -> String {
     let mut layout = Layout::default();
     // with the statements that several declarations share
-    for statement in shared::flat(tokens.clone()) {
+    for statement in shared::statements_in_order(tokens.clone()) {
         layout.write(&statement.tokens);
         layout.is_line_due = true;
     }
-    layout.end()
+    layout.finish()
 }
 
 /// The text written so far, and the state at its end.
@@ -81,10 +81,10 @@ impl Layout {
                     if is_whole && !close.is_empty() {
                         if self.text[begun..].contains('\n') && self.text.ends_with([',', ';']) {
                             let at = self.margin.map_or(column, |margin| column.max(margin));
-                            self.line(at);
+                            self.begin_line(at);
                             self.joint = true;
                         }
-                        self.beside(close);
+                        self.append(close);
                     } else {
                         self.place(close, to.start(), to.end());
                     }
@@ -120,11 +120,11 @@ impl Layout {
         if is_due && self.around.is_empty() {
             // each statement has its own margin: it may come from another source
             self.margin = None;
-            self.line(start.column);
+            self.begin_line(start.column);
         } else if is_due {
-            self.line(if is_known { start.column } else { self.column });
+            self.begin_line(if is_known { start.column } else { self.column });
         } else if !is_known {
-            self.beside(text);
+            self.append(text);
             return;
         } else if self.is_foreign
             && (matches!(text, ";" | ",") || self.last.is_some_and(|last| last.line == start.line))
@@ -133,7 +133,7 @@ impl Layout {
                 self.text.push(' ');
             }
         } else {
-            self.distance(start);
+            self.space_before(start);
         }
         self.text.push_str(text);
         (self.joint, self.is_foreign) = (false, !is_known);
@@ -141,7 +141,7 @@ impl Layout {
     }
 
     /// Writes a token whose place in the source is unknown.
-    fn beside(&mut self, text: &str) {
+    fn append(&mut self, text: &str) {
         if !self.joint && !self.text.is_empty() {
             self.text.push(' ');
         }
@@ -150,21 +150,21 @@ impl Layout {
     }
 
     /// Writes the space between the last token and one at `start`.
-    fn distance(&mut self, start: LineColumn) {
+    fn space_before(&mut self, start: LineColumn) {
         match self.last {
             Some(last) if start.line == last.line && start.column >= last.column => {
                 let blanks = (start.column - last.column).min(4);
                 self.text.extend(core::iter::repeat_n(' ', blanks));
             }
-            Some(last) if start.line != last.line => self.line(start.column),
+            Some(last) if start.line != last.line => self.begin_line(start.column),
             Some(_) if !self.joint => self.text.push(' '),
             Some(_) => {}
-            None => self.line(start.column),
+            None => self.begin_line(start.column),
         }
     }
 
     /// Begins a line at a column of the source.
-    fn line(&mut self, column: usize) {
+    fn begin_line(&mut self, column: usize) {
         let margin = *self.margin.get_or_insert(column);
         self.column = column;
         self.margin = Some(margin.min(column));
@@ -190,7 +190,7 @@ impl Layout {
     }
 
     /// The finished text.
-    fn end(mut self) -> String {
+    fn finish(mut self) -> String {
         self.text.truncate(self.text.trim_end().len());
         self.text.push('\n');
         self.text

@@ -84,7 +84,7 @@ mod tests {
 
     /// The message for a text that is read within a limit of the cost; `None` if it is read without a
     /// mistake.
-    fn told(most: u64, text: &str) -> Option<String> {
+    fn message(most: u64, text: &str) -> Option<String> {
         let read = within(most, || {
             let read = crate::read("long", text, &[]);
             read.map(|read| drop(read.model.data()))
@@ -100,8 +100,8 @@ mod tests {
                 "coordinates(x: [{n}]); lagrangian = sum(0..{n}, |i| dot(x[i]).powi(2)) + product(0..{n}, |i| x[i].sin());"
             )
         };
-        assert_eq!(told(MOST, &product(4)), None);
-        let long = told(100_000, &product(40)).unwrap();
+        assert_eq!(message(MOST, &product(4)), None);
+        let long = message(100_000, &product(40)).unwrap();
         assert!(
             long.contains("longer than this library reads (100000 operations"),
             "{long}"
@@ -112,11 +112,11 @@ mod tests {
         let text = format!(
             "let f0 = |u| u * u + u.sin(); {functions} coordinates(x); lagrangian = dot(x).powi(2) / 2 + f16(x);"
         );
-        let deep = told(MOST, &text).unwrap();
+        let deep = message(MOST, &text).unwrap();
         assert!(deep.contains("nested more than 10000 deep"), "{deep}");
         // a mistake is reported even if the cost up to it is within a small limit
         assert!(
-            told(1_000_000, "coordinates(x); lagrangian = y;")
+            message(1_000_000, "coordinates(x); lagrangian = y;")
                 .unwrap()
                 .contains("no name `y`")
         );

@@ -83,7 +83,7 @@ pub(crate) struct Scope {
 }
 
 /// The names that [`Scope::split_off`] removed.
-pub(crate) struct Inner(Vec<(String, Binding)>);
+pub(crate) struct RemovedNames(Vec<(String, Binding)>);
 
 impl Scope {
     /// The innermost meaning of a name.
@@ -100,14 +100,14 @@ impl Scope {
     }
 
     /// Removes the names from a position on, until [`Scope::restore`].
-    pub(crate) fn split_off(&mut self, place: usize) -> Inner {
-        Inner(self.names.split_off(place))
+    pub(crate) fn split_off(&mut self, place: usize) -> RemovedNames {
+        RemovedNames(self.names.split_off(place))
     }
 
     /// Puts back the names that [`Scope::split_off`] removed, in place of those added since.
-    pub(crate) fn restore(&mut self, place: usize, inner: Inner) {
+    pub(crate) fn restore(&mut self, place: usize, removed: RemovedNames) {
         self.names.truncate(place);
-        self.names.extend(inner.0);
+        self.names.extend(removed.0);
     }
 
     /// Adds a name without a check for clashes.
@@ -118,7 +118,7 @@ impl Scope {
     /// Adds a name, and reports a clash if it is in use.
     pub(crate) fn define(&mut self, name: &Ident, binding: Binding, errors: &Errors) -> Result<(), Reported> {
         let result = match self.get(name) {
-            Some(known) => Err(clash(name, known.kind(), errors)),
+            Some(known) => Err(report_clash(name, known.kind(), errors)),
             None => check_reserved(name, errors),
         };
         self.push(name, binding);
@@ -149,7 +149,7 @@ pub(crate) fn check<'d>(declaration: &'d Declaration, fields: &'d Fields, errors
     let mut known: HashMap<String, &str> = HashMap::new();
     let mut add = |name: &Ident, kind| match known.entry(name.to_string()) {
         Entry::Occupied(first) => {
-            clash(name, first.get(), errors);
+            report_clash(name, first.get(), errors);
         }
         Entry::Vacant(place) => {
             // a reserved word is reported here, and its other clashes need not be
@@ -236,7 +236,7 @@ fn check_reserved(name: &Ident, errors: &Errors) -> Result<(), Reported> {
     }
 }
 
-fn clash(name: &Ident, kind: &str, errors: &Errors) -> Reported {
+fn report_clash(name: &Ident, kind: &str, errors: &Errors) -> Reported {
     errors.at(
         name,
         format!("`{name}` is the name of {kind} already; expected another name"),

@@ -13,7 +13,7 @@ use syn::{Attribute, Path, Token, Visibility, braced};
 use crate::errors::compile_errors;
 
 /// A statement, as tokens with their `;`.
-pub(crate) struct Chunk {
+pub(crate) struct StatementTokens {
     /// The tokens.
     pub(crate) tokens: TokenStream,
     /// Whether it comes from shared statements.
@@ -21,12 +21,12 @@ pub(crate) struct Chunk {
 }
 
 /// The statements of a declaration in order, with those of `use { … };` blocks.
-pub(crate) fn flat(declaration: TokenStream) -> Vec<Chunk> {
-    fn push(tokens: TokenStream, shared: bool, flat: &mut Vec<Chunk>) {
-        for tokens in chunks(tokens) {
-            match block(&tokens) {
-                Some(inner) => push(inner, true, flat),
-                None => flat.push(Chunk { tokens, shared }),
+pub(crate) fn statements_in_order(declaration: TokenStream) -> Vec<StatementTokens> {
+    fn push(tokens: TokenStream, shared: bool, all: &mut Vec<StatementTokens>) {
+        for tokens in split_statements(tokens) {
+            match use_block(&tokens) {
+                Some(inner) => push(inner, true, all),
+                None => all.push(StatementTokens { tokens, shared }),
             }
         }
     }
@@ -36,27 +36,27 @@ pub(crate) fn flat(declaration: TokenStream) -> Vec<Chunk> {
 }
 
 /// Splits after every `;` outside parentheses; the last statement gets one if it has none.
-fn chunks(tokens: TokenStream) -> Vec<TokenStream> {
-    let mut chunks = Vec::new();
-    let mut chunk = Vec::new();
+fn split_statements(tokens: TokenStream) -> Vec<TokenStream> {
+    let mut statements = Vec::new();
+    let mut statement = Vec::new();
     for tree in tokens {
         let end = matches!(&tree, TokenTree::Punct(punct) if punct.as_char() == ';');
-        chunk.push(tree);
+        statement.push(tree);
         if end {
-            chunks.push(chunk.drain(..).collect());
+            statements.push(statement.drain(..).collect());
         }
     }
-    if let Some(last) = chunk.last() {
+    if let Some(last) = statement.last() {
         let mut semicolon = Punct::new(';', Spacing::Alone);
         semicolon.set_span(last.span());
-        chunk.push(semicolon.into());
-        chunks.push(chunk.into_iter().collect());
+        statement.push(semicolon.into());
+        statements.push(statement.into_iter().collect());
     }
-    chunks
+    statements
 }
 
 /// The tokens in `use { … };`.
-fn block(tokens: &TokenStream) -> Option<TokenStream> {
+fn use_block(tokens: &TokenStream) -> Option<TokenStream> {
     let mut trees = tokens.clone().into_iter();
     match (trees.next(), trees.next()) {
         (Some(TokenTree::Ident(word)), Some(TokenTree::Group(group)))
@@ -69,7 +69,7 @@ fn block(tokens: &TokenStream) -> Option<TokenStream> {
 }
 
 /// The path in `use name;`, or the syntax error in it; `None` for other statements.
-fn used(tokens: &TokenStream) -> Option<syn::Result<Path>> {
+fn used_path(tokens: &TokenStream) -> Option<syn::Result<Path>> {
     let parser = |input: ParseStream| {
         input.parse::<Token![use]>()?;
         let path = input.call(Path::parse_mod_style)?;
@@ -89,10 +89,10 @@ fn used(tokens: &TokenStream) -> Option<syn::Result<Path>> {
 
 /// The call of the macro for the first `use name;` in a declaration; `None` if there is none.
 pub(crate) fn call(declaration: &TokenStream, item: &TokenStream) -> syn::Result<Option<TokenStream>> {
-    let chunks = flat(declaration.clone());
+    let statements = statements_in_order(declaration.clone());
     let mut first = None;
-    for (place, chunk) in chunks.iter().enumerate() {
-        if let Some(path) = used(&chunk.tokens) {
+    for (place, statement) in statements.iter().enumerate() {
+        if let Some(path) = used_path(&statement.tokens) {
             first = Some((place, path?));
             break;
         }
@@ -100,8 +100,8 @@ pub(crate) fn call(declaration: &TokenStream, item: &TokenStream) -> syn::Result
     let Some((place, path)) = first else {
         return Ok(None);
     };
-    let attribute = attribute(&chunks);
-    let (before, after) = (joined(&chunks[..place]), joined(&chunks[place + 1..]));
+    let attribute = attribute(&statements);
+    let (before, after) = (joined(&statements[..place]), joined(&statements[place + 1..]));
     Ok(Some(quote!(#path! { [#attribute] { #before } { #after } #item })))
 }
 
@@ -113,15 +113,15 @@ pub(crate) fn call(declaration: &TokenStream, item: &TokenStream) -> syn::Result
 pub(crate) fn in_scope(declaration: TokenStream, item: &TokenStream) -> TokenStream {
     let first = item.clone().into_iter().next();
     let site = first.map_or_else(Span::call_site, |tree| tree.span());
-    let mut chunks = flat(declaration);
-    for chunk in chunks.iter_mut().filter(|chunk| chunk.shared) {
-        chunk.tokens = resolved_at(chunk.tokens.clone(), site);
+    let mut statements = statements_in_order(declaration);
+    for statement in statements.iter_mut().filter(|statement| statement.shared) {
+        statement.tokens = resolved_at(statement.tokens.clone(), site);
     }
-    joined(&chunks)
+    joined(&statements)
 }
 
 /// The path of the attribute, by which the call names it.
-fn attribute(chunks: &[Chunk]) -> TokenStream {
+fn attribute(statements: &[StatementTokens]) -> TokenStream {
     let parser = |input: ParseStream| {
         input.parse::<Token![crate]>()?;
         input.parse::<Token![=]>()?;
@@ -129,18 +129,20 @@ fn attribute(chunks: &[Chunk]) -> TokenStream {
         input.parse::<Token![;]>()?;
         Ok(path)
     };
-    let core = chunks
+    let core = statements
         .iter()
-        .find_map(|chunk| parser.parse2(chunk.tokens.clone()).ok());
+        .find_map(|statement| parser.parse2(statement.tokens.clone()).ok());
     core.map_or_else(|| quote!(::dsocs_core::dsocs), |path| quote!(#path::dsocs))
 }
 
 /// The tokens of statements, each shared one in a `use { … };` block.
-fn joined(chunks: &[Chunk]) -> TokenStream {
-    let tokens = chunks.iter().map(|Chunk { tokens, shared }| match shared {
-        true => quote!(use { #tokens };),
-        false => tokens.clone(),
-    });
+fn joined(statements: &[StatementTokens]) -> TokenStream {
+    let tokens = statements
+        .iter()
+        .map(|StatementTokens { tokens, shared }| match shared {
+            true => quote!(use { #tokens };),
+            false => tokens.clone(),
+        });
     tokens.collect()
 }
 

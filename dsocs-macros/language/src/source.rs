@@ -80,8 +80,8 @@ pub fn analyze<'s>(source: impl Into<Source<'s>>) -> Result<Model, Vec<Mistake>>
             vec![Mistake::at(error.span(), nowhere, message.to_owned())]
         })?,
     };
-    let told = |error: &syn::Error, attribute| Mistake::all(error, attribute).collect::<Vec<_>>();
-    let mut item: Item = syn::parse2(tokens).map_err(|error| told(&error, nowhere))?;
+    let mistakes = |error: &syn::Error, attribute| Mistake::all(error, attribute).collect::<Vec<_>>();
+    let mut item: Item = syn::parse2(tokens).map_err(|error| mistakes(&error, nowhere))?;
     let attribute = attributes(&mut item)
         .and_then(|attributes| {
             let place = attributes.iter().position(is_dsocs)?;
@@ -89,7 +89,7 @@ pub fn analyze<'s>(source: impl Into<Source<'s>>) -> Result<Model, Vec<Mistake>>
         })
         .ok_or_else(|| {
             let message = "expected a struct with the attribute `#[dsocs { … }]`";
-            told(&syn::Error::new_spanned(&item, message), nowhere)
+            mistakes(&syn::Error::new_spanned(&item, message), nowhere)
         })?;
     let place = attribute
         .path()

@@ -21,7 +21,7 @@ mod characters;
 mod constants;
 mod items;
 mod parameters;
-mod slips;
+mod repair;
 mod split;
 mod unused;
 mod values;
@@ -37,7 +37,7 @@ use crate::mistake::Mistake;
 use crate::model::Model;
 use crate::{layout, lower, parse};
 
-pub(crate) use slips::elsewhere;
+pub(crate) use repair::foreign_statement_hint;
 pub(crate) use values::RUN;
 
 pub use parameters::{Curve, Table};
@@ -158,7 +158,7 @@ fn too_deep() -> String {
 
 /// The system that tokens declare; `None` if a mistake was reported.
 fn of_tokens(name: &str, tokens: TokenStream, constants: &[(String, f64)], errors: &Errors) -> Option<Text> {
-    let parts = split::split(slips::mended(tokens, errors), errors);
+    let parts = split::split(repair::repaired(tokens, errors), errors);
     let names = unused::Names::of(&parts);
     let parts = constants::insert(parts, constants, errors);
     let text = layout::text(&parts.declaration);

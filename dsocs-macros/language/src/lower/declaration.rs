@@ -6,7 +6,9 @@ use syn::ItemStruct;
 use super::lowering::{Lowering, Maps};
 use super::statements::Observed;
 use super::{differentiated, multiples, reduction, rotations, unused};
-use crate::ast::{Branch, Constraints, Coordinates, Declaration, Directions, Map, Observe, Part, Scalar};
+use crate::ast::{
+    Branch, Constraints, Coordinates, Declaration, Directions, Map, Observe, Scalar, Statement,
+};
 use crate::check;
 use crate::errors::{Errors, Reported};
 use crate::graph::NodeId;
@@ -29,9 +31,9 @@ pub(crate) fn model(
         names: coordinates,
         ..
     } = match &declaration.coordinates {
-        Part::Given(coordinates) => coordinates,
-        Part::Broken(reported) => return Err(*reported),
-        Part::Absent => return Err(errors.missing("coordinates(x, y);")),
+        Statement::Given(coordinates) => coordinates,
+        Statement::Malformed(reported) => return Err(*reported),
+        Statement::Absent => return Err(errors.missing("coordinates(x, y);")),
     };
     let mut lowering = Lowering::new(declaration, groups, coordinates, fields, errors);
     let outer = lowering.scope.len();
@@ -42,31 +44,31 @@ pub(crate) fn model(
     };
 
     // every part is lowered before the first error is returned, so that all mistakes are reported
-    let lagrangian = scopes.part(&mut lowering, &declaration.lagrangian, Lowering::lagrangian);
+    let lagrangian = scopes.lower(&mut lowering, &declaration.lagrangian, Lowering::lagrangian);
     let mut rows = |part, kind| {
-        scopes.part(&mut lowering, part, |lowering, constraints| {
+        scopes.lower(&mut lowering, part, |lowering, constraints| {
             lowering.constraints(constraints, kind)
         })
     };
     let holonomic = rows(&declaration.holonomic, Kind::Holonomic);
     let nonholonomic = rows(&declaration.nonholonomic, Kind::Nonholonomic);
     let kinematic = rows(&declaration.kinematic, Kind::Kinematic);
-    let directions = scopes.part(&mut lowering, &declaration.directions, Lowering::fields);
-    let branch = scopes.part(&mut lowering, &declaration.branch, Lowering::branch);
-    let observe = scopes.part(&mut lowering, &declaration.observe, Lowering::observe);
+    let directions = scopes.lower(&mut lowering, &declaration.directions, Lowering::fields);
+    let branch = scopes.lower(&mut lowering, &declaration.branch, Lowering::branch);
+    let observe = scopes.lower(&mut lowering, &declaration.observe, Lowering::observe);
     let maps = scopes.maps(&mut lowering, declaration, lagrangian);
-    let phi_variational = scopes.part(&mut lowering, &declaration.phi_variational, Lowering::triple);
-    let external_forces = scopes.part(
+    let phi_variational = scopes.lower(&mut lowering, &declaration.phi_variational, Lowering::triple);
+    let external_forces = scopes.lower(
         &mut lowering,
         &declaration.external_forces,
         Lowering::external_forces,
     );
-    let discrete_lagrangian = scopes.part(
+    let discrete_lagrangian = scopes.lower(
         &mut lowering,
         &declaration.discrete_lagrangian,
         |lowering, value| lowering.discrete_lagrangian(&value.value, &maps),
     );
-    let discrete_kinematic = scopes.part(
+    let discrete_kinematic = scopes.lower(
         &mut lowering,
         &declaration.discrete_kinematic,
         |lowering, rows| lowering.discrete_kinematic(rows, &maps),
@@ -308,21 +310,21 @@ struct Scopes {
 }
 
 impl Scopes {
-    fn part<'d, P: AfterLets, T>(
+    fn lower<'d, P: AfterLets, T>(
         &self,
         lowering: &mut Lowering<'d>,
-        part: &Part<P>,
+        statement: &Statement<P>,
         lower: impl FnOnce(&mut Lowering<'d>, &P) -> Result<T, Reported>,
     ) -> Result<Option<T>, Reported> {
-        match part {
-            Part::Absent => Ok(None),
-            Part::Broken(reported) => Err(*reported),
-            Part::Given(part) => {
+        match statement {
+            Statement::Absent => Ok(None),
+            Statement::Malformed(reported) => Err(*reported),
+            Statement::Given(statement) => {
                 lowering.scope = self.all.clone();
                 lowering
                     .scope
-                    .truncate(self.outer.saturating_add(part.lets_before()));
-                lower(lowering, part).map(Some)
+                    .truncate(self.outer.saturating_add(statement.lets_before()));
+                lower(lowering, statement).map(Some)
             }
         }
     }
@@ -336,8 +338,8 @@ impl Scopes {
         declaration: &Declaration,
         lagrangian: Result<Option<NodeId>, Reported>,
     ) -> Maps {
-        let pairs = self.part(lowering, &declaration.phi_lagrangian, Lowering::pairs);
-        let triple = self.part(lowering, &declaration.phi_kinematic, Lowering::triple);
+        let pairs = self.lower(lowering, &declaration.phi_lagrangian, Lowering::pairs);
+        let triple = self.lower(lowering, &declaration.phi_kinematic, Lowering::triple);
         let pairs = pairs.map(|map| match (map, lagrangian) {
             (Some(declared), _) => declared,
             (None, Ok(Some(lagrangian))) => lowering.default_pairs(declaration, lagrangian),

@@ -136,13 +136,13 @@ impl Lowering<'_> {
         }
         // the body sees the names that were known at its definition, and its arguments
         let place = self.scope.place(name).unwrap_or_default();
-        let inner = self.scope.split_off(place);
+        let removed = self.scope.split_off(place);
         let names = closure.inputs.iter().filter_map(plain_parameter);
         for (name, argument) in names.zip(arguments) {
             self.scope.push(name, argument);
         }
         let value = self.any(&closure.body);
-        self.scope.restore(place, inner);
+        self.scope.restore(place, removed);
         value
     }
 

@@ -5,7 +5,7 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use super::{STATEMENTS, expected_statement};
 use crate::errors::{Errors, Reported};
 use crate::nearest::nearest;
-use crate::text::elsewhere;
+use crate::text::foreign_statement_hint;
 
 /// The tokens of a statement after its documentation.
 pub(super) fn words(statement: &TokenStream) -> impl Iterator<Item = TokenTree> + use<> {
@@ -44,7 +44,10 @@ pub(super) fn check(statement: &TokenStream, errors: &Errors) -> Option<Reported
         if !is_name || !second_is_name {
             return None;
         }
-        let hint = match (elsewhere(&text), nearest(&text.to_lowercase(), STATEMENTS)) {
+        let hint = match (
+            foreign_statement_hint(&text),
+            nearest(&text.to_lowercase(), STATEMENTS),
+        ) {
             (Some(said), _) if errors.are_of_text() => said.to_owned(),
             (_, Some(near)) => format!("did you mean `{near}`?"),
             _ => expected_statement(),

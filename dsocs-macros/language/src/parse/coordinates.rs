@@ -71,10 +71,10 @@ pub(super) fn read(
         let is_rotation = is_rotation.is_some_and(|word| word == "rotation");
         let brackets = argument.length.filter(|_| !is_rotation);
         let length = brackets.map(|brackets| match (&name, like_a_rotation(&brackets)) {
-            (Ok(name), Some(Meant::One)) => {
+            (Ok(name), Some(LikeRotation::One)) => {
                 Err(errors.at(&brackets, format!("expected `{name}: rotation`, for a body that turns in space")))
             }
-            (Ok(name), Some(Meant::Several)) => {
+            (Ok(name), Some(LikeRotation::Several)) => {
                 let message = format!(
                     "rotations have no arrays, so far; expected each by its own name, `{name}0: rotation, {name}1: rotation`"
                 );
@@ -144,14 +144,14 @@ fn name(expr: &Expr, errors: &Errors) -> Result<Ident, Reported> {
     Err(errors.at(expr, "expected the name of a coordinate"))
 }
 
-/// The intended meaning of an expression that resembles `rotation`.
-enum Meant {
+/// An expression that resembles `rotation`: one, or an array of them.
+enum LikeRotation {
     One,
     Several,
 }
 
-/// Whether an expression resembles `rotation`: `Rotation`, `quaternion`, `[rotation; 2]`.
-fn like_a_rotation(expr: &Expr) -> Option<Meant> {
+/// The rotations that an expression resembles: `Rotation`, `quaternion`, `[rotation; 2]`.
+fn like_a_rotation(expr: &Expr) -> Option<LikeRotation> {
     let is_one = |expr: &Expr| {
         plain_name(bare(expr)).is_some_and(|word| {
             let word = word.to_string().to_lowercase();
@@ -160,9 +160,9 @@ fn like_a_rotation(expr: &Expr) -> Option<Meant> {
         })
     };
     match bare(expr) {
-        Expr::Repeat(repeat) if is_one(&repeat.expr) => Some(Meant::Several),
-        Expr::Array(array) if array.elems.first().is_some_and(is_one) => Some(Meant::Several),
-        expr if is_one(expr) => Some(Meant::One),
+        Expr::Repeat(repeat) if is_one(&repeat.expr) => Some(LikeRotation::Several),
+        Expr::Array(array) if array.elems.first().is_some_and(is_one) => Some(LikeRotation::Several),
+        expr if is_one(expr) => Some(LikeRotation::One),
         _ => None,
     }
 }

@@ -5,12 +5,12 @@ use quote::ToTokens;
 use syn::parse::{ParseStream, Parser};
 use syn::{Attribute, Block, Expr, ExprCall, Item, Stmt, Token};
 
-use crate::ast::{Branch, Constraints, Declaration, Directions, Let, Map, Observe, Part, Scalar, Side};
+use crate::ast::{Branch, Constraints, Declaration, Directions, Let, Map, Observe, Scalar, Side, Statement};
 use crate::errors::{Errors, Reported};
 use crate::nearest::nearest;
-use crate::shared::{self, Chunk};
+use crate::shared::{self, StatementTokens};
 use crate::syntax::plain_name;
-use crate::text::{RUN, elsewhere};
+use crate::text::{RUN, foreign_statement_hint};
 
 mod begin;
 mod coordinates;
@@ -48,43 +48,39 @@ pub(crate) const STATEMENTS: [&str; 16] = [
 /// Reads the body of the attribute.
 pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
     let mut declaration = Declaration::default();
-    for Chunk {
-        tokens: chunk,
-        shared,
-    } in shared::flat(tokens)
-    {
+    for StatementTokens { tokens, shared } in shared::statements_in_order(tokens) {
         if errors.are_many() {
             break;
         }
         let lets = declaration.lets.len();
-        if let Some(tree) = too_deep(&chunk, DEEPEST) {
+        if let Some(tree) = too_deep(&tokens, DEEPEST) {
             let reported = errors.at(
                 tree,
                 format!(
                     "expected an expression that is nested at most {DEEPEST} deep and has at most {LONGEST} words and signs: a `let` gives a part a name"
                 ),
             );
-            mark_broken(&mut declaration, chunk, reported);
+            mark_malformed(&mut declaration, tokens, reported);
             continue;
         }
-        if let Some(reported) = begin::check(&chunk, errors) {
-            mark_broken(&mut declaration, chunk, reported);
+        if let Some(reported) = begin::check(&tokens, errors) {
+            mark_malformed(&mut declaration, tokens, reported);
             continue;
         }
-        match statement.parse2(chunk.clone()) {
+        match statement.parse2(tokens.clone()) {
             Ok((attributes, statement)) => {
                 only_documentation(&attributes, errors);
                 match statement {
-                    Statement::Coordinates(keyword, arguments) => {
+                    StatementSyntax::Coordinates(keyword, arguments) => {
                         let lets_before = declaration.lets.len();
                         let coordinates = coordinates::read(&keyword, arguments, lets_before, errors);
                         fill(&mut declaration.coordinates, &keyword, coordinates, errors);
                     }
-                    Statement::Core(keyword, value) => {
+                    StatementSyntax::Core(keyword, value) => {
                         let keyword = Ident::new("crate", keyword.span);
                         fill(&mut declaration.core, &keyword, read_path(value, errors), errors);
                     }
-                    Statement::Rust(statements) => {
+                    StatementSyntax::Rust(statements) => {
                         for statement in statements {
                             read(&mut declaration, statement, &attributes, errors);
                         }
@@ -92,8 +88,8 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
                 }
             }
             Err(error) => {
-                let reported = errors.push(operator::missing(&chunk, error, errors));
-                mark_broken(&mut declaration, chunk, reported);
+                let reported = errors.push(operator::missing(&tokens, error, errors));
+                mark_malformed(&mut declaration, tokens, reported);
             }
         }
         for read in &mut declaration.lets[lets..] {
@@ -188,7 +184,7 @@ pub(crate) fn too_deep(tokens: &TokenStream, left: usize) -> Option<TokenTree> {
 }
 
 /// A statement, as far as its syntax tells the kind.
-enum Statement {
+enum StatementSyntax {
     /// `coordinates(…);`, which is no Rust statement because of its arrays.
     Coordinates(Ident, Vec<coordinates::Argument>),
     /// `crate = …;`, which is no Rust statement either.
@@ -197,27 +193,27 @@ enum Statement {
     Rust(Vec<Stmt>),
 }
 
-fn statement(input: ParseStream) -> syn::Result<(Vec<Attribute>, Statement)> {
+fn statement(input: ParseStream) -> syn::Result<(Vec<Attribute>, StatementSyntax)> {
     let attributes = Attribute::parse_outer(input)?;
     let statement = if let Some((keyword, arguments)) = coordinates::parse(input)? {
-        Statement::Coordinates(keyword, arguments)
+        StatementSyntax::Coordinates(keyword, arguments)
     } else if input.peek(Token![crate]) && input.peek2(Token![=]) {
         let keyword = input.parse()?;
         input.parse::<Token![=]>()?;
         let value = input.parse()?;
         input.parse::<Token![;]>()?;
-        Statement::Core(keyword, value)
+        StatementSyntax::Core(keyword, value)
     } else {
-        Statement::Rust(Block::parse_within(input)?)
+        StatementSyntax::Rust(Block::parse_within(input)?)
     };
     Ok((attributes, statement))
 }
 
-/// Marks every statement that seems to begin in these tokens as broken, so that it is not reported as missing.
-fn mark_broken(declaration: &mut Declaration, tokens: TokenStream, reported: Reported) {
+/// Marks every statement that seems to begin in these tokens as malformed, so that it is not reported as missing.
+fn mark_malformed(declaration: &mut Declaration, tokens: TokenStream, reported: Reported) {
     let mut last: Option<Ident> = None;
     if let Some(TokenTree::Ident(first)) = begin::words(&tokens).next() {
-        mark(declaration, &first.to_string(), reported);
+        set_malformed(declaration, &first.to_string(), reported);
     }
     for tree in tokens {
         match tree {
@@ -235,18 +231,18 @@ fn mark_broken(declaration: &mut Declaration, tokens: TokenStream, reported: Rep
             TokenTree::Punct(punct) if punct.as_char() != '=' => last = None,
             _ => {
                 if let Some(keyword) = last.take() {
-                    mark(declaration, &keyword.to_string(), reported);
+                    set_malformed(declaration, &keyword.to_string(), reported);
                 }
             }
         }
     }
 }
 
-/// Marks the named statement as broken, unless it was read before.
-fn mark(declaration: &mut Declaration, keyword: &str, reported: Reported) {
-    fn set<T>(part: &mut Part<T>, reported: Reported) {
-        if part.is_absent() {
-            *part = Part::Broken(reported);
+/// Marks the named statement as malformed, unless it was read before.
+fn set_malformed(declaration: &mut Declaration, keyword: &str, reported: Reported) {
+    fn set<T>(statement: &mut Statement<T>, reported: Reported) {
+        if statement.is_absent() {
+            *statement = Statement::Malformed(reported);
         }
     }
     match keyword {
@@ -276,7 +272,9 @@ fn read(declaration: &mut Declaration, statement: Stmt, attributes: &[Attribute]
         Stmt::Expr(Expr::Assign(assign), _) => match plain_name(&assign.left) {
             Some(keyword) => read_assignment(declaration, keyword.clone(), *assign.right, errors),
             None => match &*assign.left {
-                Expr::Call(call) if plain_name(&call.func).is_some() => defined(declaration, call, errors),
+                Expr::Call(call) if plain_name(&call.func).is_some() => {
+                    report_definition(declaration, call, errors);
+                }
                 other => {
                     errors.at(other, expected_statement());
                 }
@@ -289,16 +287,16 @@ fn read(declaration: &mut Declaration, statement: Stmt, attributes: &[Attribute]
             }
             Some(keyword) if STATEMENTS.iter().any(|statement| keyword == statement) => {
                 let reported = errors.at(keyword, format!("expected `{keyword} = …;`"));
-                mark(declaration, &keyword.to_string(), reported);
+                set_malformed(declaration, &keyword.to_string(), reported);
             }
-            Some(keyword) => unknown(declaration, keyword, &keyword.to_string(), errors),
+            Some(keyword) => report_unknown(declaration, keyword, &keyword.to_string(), errors),
             None => {
                 errors.at(&call, expected_statement());
             }
         },
         Stmt::Expr(Expr::Path(path), _) if path.path.get_ident().is_some() => {
             if let Some(word) = path.path.get_ident() {
-                unknown(declaration, word, &word.to_string(), errors);
+                report_unknown(declaration, word, &word.to_string(), errors);
             }
         }
         // the empty statement of `;;`
@@ -337,22 +335,22 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
     match keyword.to_string().as_str() {
         "coordinates" => {
             let reported = errors.at(value, "expected `coordinates(x, y);`, without `=`");
-            mark(declaration, "coordinates", reported);
+            set_malformed(declaration, "coordinates", reported);
         }
         "reduced" => {
             let reported = errors.at(value, "expected `reduced(r);`, without `=`");
-            mark(declaration, "reduced", reported);
+            set_malformed(declaration, "reduced", reported);
         }
         name @ ("lagrangian" | "discrete_lagrangian" | "external_forces") => {
-            let part = match name {
+            let statement = match name {
                 "external_forces" => &mut declaration.external_forces,
                 "lagrangian" => &mut declaration.lagrangian,
                 _ => &mut declaration.discrete_lagrangian,
             };
-            fill(part, at, Ok(Scalar { value, lets_before }), errors);
+            fill(statement, at, Ok(Scalar { value, lets_before }), errors);
         }
         name @ ("holonomic" | "nonholonomic" | "kinematic" | "discrete_kinematic") => {
-            let part = match name {
+            let statement = match name {
                 "holonomic" => &mut declaration.holonomic,
                 "nonholonomic" => &mut declaration.nonholonomic,
                 "kinematic" => &mut declaration.kinematic,
@@ -363,7 +361,7 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
                 rows,
                 lets_before,
             });
-            fill(part, at, rows, errors);
+            fill(statement, at, rows, errors);
         }
         name @ ("variational" | "constraint_forces") => {
             let side = match (name, plain_name(&value)) {
@@ -384,13 +382,13 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
             fill_directions(&mut declaration.directions, at, directions, errors);
         }
         name @ ("phi_lagrangian" | "phi_kinematic" | "phi_variational") => {
-            let part = match name {
+            let statement = match name {
                 "phi_lagrangian" => &mut declaration.phi_lagrangian,
                 "phi_kinematic" => &mut declaration.phi_kinematic,
                 _ => &mut declaration.phi_variational,
             };
             let map = read_map(&keyword, value, errors).map(|rule| Map { keyword, rule });
-            fill(part, at, map, errors);
+            fill(statement, at, map, errors);
         }
         "branch" => {
             let entries = match value {
@@ -411,12 +409,12 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
             let observe = read_names(value, errors).map(|names| Observe { names, lets_before });
             fill(&mut declaration.observe, at, observe, errors);
         }
-        other => no_statement(declaration, &keyword, other, errors),
+        other => report_no_statement(declaration, &keyword, other, errors),
     }
 }
 
 /// Reports an assignment to a name that is no statement.
-fn no_statement(declaration: &mut Declaration, keyword: &Ident, name: &str, errors: &Errors) {
+fn report_no_statement(declaration: &mut Declaration, keyword: &Ident, name: &str, errors: &Errors) {
     let is_other = GIVEN_FORCES.contains(&name) || name == "forces" || nearest(name, STATEMENTS).is_some();
     if errors.are_of_text() && RUN.contains(&name) {
         let message = format!("`{name}` stands in a block of its own, `run {{ {name} = …; }}`");
@@ -434,13 +432,13 @@ fn no_statement(declaration: &mut Declaration, keyword: &Ident, name: &str, erro
             shared: false,
         });
     } else {
-        unknown(declaration, keyword, name, errors);
+        report_unknown(declaration, keyword, name, errors);
     }
 }
 
-fn fill<T>(part: &mut Part<T>, keyword: &Ident, value: Result<T, Reported>, errors: &Errors) {
-    if part.is_absent() {
-        *part = value.map_or_else(Part::Broken, Part::Given);
+fn fill<T>(statement: &mut Statement<T>, keyword: &Ident, value: Result<T, Reported>, errors: &Errors) {
+    if statement.is_absent() {
+        *statement = value.map_or_else(Statement::Malformed, Statement::Given);
     } else {
         errors.at(
             keyword,
@@ -450,13 +448,13 @@ fn fill<T>(part: &mut Part<T>, keyword: &Ident, value: Result<T, Reported>, erro
 }
 
 fn fill_directions(
-    part: &mut Part<Directions>,
+    statement: &mut Statement<Directions>,
     keyword: &Ident,
     value: Result<Directions, Reported>,
     errors: &Errors,
 ) {
-    match part {
-        Part::Given(first) if first.keyword != *keyword => {
+    match statement {
+        Statement::Given(first) if first.keyword != *keyword => {
             errors.at(
                 keyword,
                 format!(
@@ -465,21 +463,21 @@ fn fill_directions(
                 ),
             );
         }
-        _ => fill(part, keyword, value, errors),
+        _ => fill(statement, keyword, value, errors),
     }
 }
 
 /// Reports a definition in the form `f(x) = …`.
-fn defined(declaration: &mut Declaration, call: &ExprCall, errors: &Errors) {
+fn report_definition(declaration: &mut Declaration, call: &ExprCall, errors: &Errors) {
     let Some(name) = plain_name(&call.func) else {
         return;
     };
     let text = name.to_string();
     if STATEMENTS.contains(&text.as_str()) {
         let reported = errors.at(call, format!("expected `{text} = …;`, without arguments"));
-        mark(declaration, &text, reported);
+        set_malformed(declaration, &text, reported);
     } else if GIVEN_FORCES.contains(&text.as_str()) {
-        unknown(declaration, name, &text, errors);
+        report_unknown(declaration, name, &text, errors);
     } else {
         errors.at(call, format!("a function is written `let {text} = |x| …;`"));
     }
@@ -505,11 +503,11 @@ const GIVEN_FORCES: [&str; 15] = [
 ];
 
 /// Reports a word with which no statement begins; the nearest statement is taken to be meant.
-fn unknown(declaration: &mut Declaration, keyword: &Ident, word: &str, errors: &Errors) {
+fn report_unknown(declaration: &mut Declaration, keyword: &Ident, word: &str, errors: &Errors) {
     if word == "forces" {
         let message = "`forces` is called `constraint_forces`: the directions in which the forces of the constraints act; \
                        a force that is given, such as friction, is written `external_forces = (…);`";
-        mark(declaration, "constraint_forces", errors.at(keyword, message));
+        set_malformed(declaration, "constraint_forces", errors.at(keyword, message));
         return;
     }
     if GIVEN_FORCES.contains(&word) {
@@ -517,14 +515,14 @@ fn unknown(declaration: &mut Declaration, keyword: &Ident, word: &str, errors: &
             "no statement is called `{word}`; forces that are given, such as friction and drives, are written \
              `external_forces = (f1, f2);`, with a component for each coordinate"
         );
-        mark(declaration, "external_forces", errors.at(keyword, message));
+        set_malformed(declaration, "external_forces", errors.at(keyword, message));
         return;
     }
     if let Some(near) = nearest(&word.to_lowercase(), STATEMENTS) {
         let message = format!("no statement is called `{word}`; did you mean `{near}`?");
-        mark(declaration, near, errors.at(keyword, message));
+        set_malformed(declaration, near, errors.at(keyword, message));
     } else {
-        let hint = elsewhere(word).filter(|_| errors.are_of_text());
+        let hint = foreign_statement_hint(word).filter(|_| errors.are_of_text());
         let hint = hint.map_or_else(expected_statement, ToOwned::to_owned);
         errors.at(keyword, format!("no statement begins with `{word}`: {hint}"));
     }

@@ -8,30 +8,30 @@ use crate::errors::Errors;
 /// The error for tokens that cannot be read, with a hint if an operator is missing at its place.
 pub(super) fn missing(tokens: &TokenStream, error: syn::Error, errors: &Errors) -> syn::Error {
     if errors.are_of_text()
-        && let Some(message) = elsewhere(tokens, error.span())
+        && let Some(message) = foreign_sign_hint(tokens, error.span())
     {
         return syn::Error::new(error.span(), message);
     }
     match side_by_side(tokens, error.span(), "expected `;` or an operator") {
         Some(expected) => {
-            let unit = match before(tokens, error.span()) {
+            let unit = match token_before(tokens, error.span()) {
                 Some(TokenTree::Literal(_)) if errors.are_of_text() => ", and a number has no unit",
                 _ => "",
             };
             let message = format!("{expected}: a product is written with `*`{unit}");
             syn::Error::new(error.span(), message)
         }
-        None if errors.are_of_text() => plain(tokens, &error),
+        None if errors.are_of_text() => in_plain_words(tokens, &error),
         None => error,
     }
 }
 
 /// An error of `syn`, in words for people who know no Rust.
-fn plain(tokens: &TokenStream, error: &syn::Error) -> syn::Error {
+fn in_plain_words(tokens: &TokenStream, error: &syn::Error) -> syn::Error {
     let said = error.to_string();
     if said.contains("end of input") {
         // the end of input has no place
-        let last = last(tokens).filter(|_| error.span().start() == Span::call_site().start());
+        let last = last_span(tokens).filter(|_| error.span().start() == Span::call_site().start());
         let place = last.unwrap_or_else(|| error.span());
         return syn::Error::new(place, "this ends too early: expected a value behind it");
     }
@@ -49,7 +49,7 @@ fn plain(tokens: &TokenStream, error: &syn::Error) -> syn::Error {
 }
 
 /// The hint for a sign or a word of another language, at a place of some tokens.
-fn elsewhere(tokens: &TokenStream, place: Span) -> Option<&'static str> {
+fn foreign_sign_hint(tokens: &TokenStream, place: Span) -> Option<&'static str> {
     const CHOICE: &str = "a choice is written `if x > 0 { 1 } else { 2 }`";
     let mut before = None;
     for tree in tokens.clone() {
@@ -75,7 +75,7 @@ fn elsewhere(tokens: &TokenStream, place: Span) -> Option<&'static str> {
             };
         }
         if let TokenTree::Group(group) = &tree
-            && let Some(found) = elsewhere(&group.stream(), place)
+            && let Some(found) = foreign_sign_hint(&group.stream(), place)
         {
             return Some(found);
         }
@@ -93,21 +93,21 @@ fn sign_of(tree: Option<&TokenTree>) -> char {
 }
 
 /// The last token that is no semicolon.
-fn last(tokens: &TokenStream) -> Option<Span> {
+fn last_span(tokens: &TokenStream) -> Option<Span> {
     let is_end = |tree: &TokenTree| matches!(tree, TokenTree::Punct(sign) if sign.as_char() == ';');
     let last = tokens.clone().into_iter().filter(|tree| !is_end(tree)).last()?;
     Some(last.span())
 }
 
 /// The token before a place.
-fn before(tokens: &TokenStream, place: Span) -> Option<TokenTree> {
+fn token_before(tokens: &TokenStream, place: Span) -> Option<TokenTree> {
     let mut last = None;
     for tree in tokens.clone() {
         if tree.span().start() == place.start() {
             return last;
         }
         if let TokenTree::Group(group) = &tree
-            && let Some(found) = before(&group.stream(), place)
+            && let Some(found) = token_before(&group.stream(), place)
         {
             return Some(found);
         }

@@ -9,13 +9,13 @@ mod meaning;
 mod mistakes;
 mod random;
 mod rates;
+mod repair;
 mod rotations;
-mod slips;
+mod several_mistakes;
 mod text;
 mod text_files;
 mod third_order;
 mod time_mistakes;
-mod together;
 mod vectors;
 mod vectors_mistakes;
 

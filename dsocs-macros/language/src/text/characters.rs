@@ -67,7 +67,7 @@ pub(super) fn read(text: &str) -> (String, Vec<Mistake>) {
         open: Vec::new(),
         mistakes: Vec::new(),
     };
-    reader.all();
+    reader.read_all();
     reader
         .mistakes
         .sort_by_key(|mistake| [mistake.line, mistake.column]);
@@ -121,10 +121,10 @@ impl Reader {
     }
 
     /// Goes on by one character, and writes another in its place.
-    fn put(&mut self, read: char) {
+    fn write(&mut self, read: char) {
         let Some(character) = self.peek(0) else { return };
         self.is_blank = character == '\n' || (self.is_blank && character.is_whitespace());
-        if let Some(message) = hidden(character, self.peek(1)) {
+        if let Some(message) = message_if_invisible(character, self.peek(1)) {
             let at = self.place();
             self.mistake(at, message);
             self.read.push(' ');
@@ -141,19 +141,19 @@ impl Reader {
     }
 
     /// Goes on by one character, which stays.
-    fn keep(&mut self) {
+    fn copy(&mut self) {
         let character = self.peek(0).unwrap_or(' ');
-        self.put(character);
+        self.write(character);
     }
 
     /// Goes on to the end of the line, and writes blanks.
     fn blank_line(&mut self) {
         while self.peek(0).is_some_and(|c| c != '\n') {
-            self.put(' ');
+            self.write(' ');
         }
     }
 
-    fn all(&mut self) {
+    fn read_all(&mut self) {
         while let Some(character) = self.peek(0) {
             if self.mistakes.len() >= MOST {
                 return;
@@ -161,7 +161,7 @@ impl Reader {
             match character {
                 '/' if self.peek(1) == Some('/') => {
                     while self.peek(0).is_some_and(|c| c != '\n') {
-                        self.keep();
+                        self.copy();
                     }
                 }
                 '/' if self.peek(1) == Some('*') => self.comment(),
@@ -180,11 +180,11 @@ impl Reader {
                         return;
                     }
                     self.open.push((character, at));
-                    self.keep();
+                    self.copy();
                 }
                 ')' | ']' | '}' => {
                     self.close(character);
-                    self.keep();
+                    self.copy();
                 }
                 ';' => {
                     // no statement ends inside parentheses
@@ -192,9 +192,9 @@ impl Reader {
                         self.open.pop();
                         self.mistake(at, "this `(` has no `)` before the end of the statement, `;`");
                     }
-                    self.keep();
+                    self.copy();
                 }
-                _ => self.other(character),
+                _ => self.other_character(character),
             }
         }
         while let Some((bracket, at)) = self.open.pop() {
@@ -216,12 +216,12 @@ impl Reader {
                     return;
                 }
                 _ => {
-                    self.keep();
+                    self.copy();
                     continue;
                 }
             }
-            self.keep();
-            self.keep();
+            self.copy();
+            self.copy();
             if depth == 0 {
                 return;
             }
@@ -233,15 +233,15 @@ impl Reader {
         let at = self.place();
         let line = self.characters[self.at + 1..].iter().take_while(|&&c| c != '\n');
         let is_closed = line.into_iter().any(|c| ends.contains(c));
-        self.put('"');
+        self.write('"');
         loop {
             match self.peek(0) {
                 Some('\\') => {
-                    self.keep();
-                    self.keep();
+                    self.copy();
+                    self.copy();
                 }
                 Some(end) if ends.contains(&end) => {
-                    self.put('"');
+                    self.write('"');
                     return;
                 }
                 other
@@ -254,7 +254,7 @@ impl Reader {
                     self.read.push(if last == Some('"') { ' ' } else { '"' });
                     return;
                 }
-                _ => self.keep(),
+                _ => self.copy(),
             }
         }
     }
@@ -272,9 +272,9 @@ impl Reader {
                 at,
                 format!("a time derivative is written `{word}({argument})`, without `{sign}`"),
             );
-            self.put(' ');
+            self.write(' ');
             if second && self.peek(0) == Some(sign) {
-                self.put(' ');
+                self.write(' ');
             }
             return;
         }
@@ -288,7 +288,7 @@ impl Reader {
             self.string(&[sign, '’']);
         } else {
             self.mistake(at, format!("`{sign}` has no meaning here"));
-            self.put(' ');
+            self.write(' ');
         }
     }
 
@@ -296,7 +296,7 @@ impl Reader {
     fn hash(&mut self) {
         // `#[doc = "…"]`, or a name such as `r#type`
         if matches!(self.peek(1), Some('[' | '!')) || self.before() == Some('r') {
-            self.keep();
+            self.copy();
             return;
         }
         let at = self.place();
@@ -320,7 +320,7 @@ impl Reader {
         self.open.pop();
     }
 
-    fn other(&mut self, character: char) {
+    fn other_character(&mut self, character: char) {
         let at = self.place();
         if let Some((_, meant)) = LOOK_ALIKE.iter().find(|(signs, _)| signs.contains(character)) {
             if *meant == '"' {
@@ -337,35 +337,35 @@ impl Reader {
                 ')' | ']' | '}' => self.close(*meant),
                 _ => {}
             }
-            self.put(*meant);
+            self.write(*meant);
         } else if let Some((_, read, how)) = WRITTEN.iter().find(|(signs, ..)| signs.contains(character)) {
             self.mistake(at, format!("`{character}` has no meaning here; {how}"));
-            self.put(*read);
+            self.write(*read);
         } else if let Some(digit) = subscript(character) {
             self.mistake(
                 at,
                 format!("`{character}` has no meaning here; expected `{digit}`"),
             );
-            self.put(digit);
+            self.write(digit);
         } else if matches!(character, '\\' | '$' | '@' | '~') {
             self.mistake(
                 at,
                 format!("`{character}` has no meaning here; a name stands alone, as `theta`"),
             );
-            self.put(' ');
+            self.write(' ');
         } else if character.is_ascii() || is_of_name(character) || character.is_whitespace() {
-            self.keep();
-        } else if hidden(character, self.peek(1)).is_some() {
-            self.put(' ');
+            self.copy();
+        } else if message_if_invisible(character, self.peek(1)).is_some() {
+            self.write(' ');
         } else if matches!(character, '\u{ad}' | '\u{feff}' | '\u{200b}'..='\u{200f}' | '\u{2060}'..='\u{206f}')
         {
-            self.mistake(at, unseen(character));
+            self.mistake(at, message_for_invisible(character));
             let within = self.before().is_some_and(is_of_name) && self.peek(1).is_some_and(is_of_name);
-            self.put(if within { '_' } else { ' ' });
+            self.write(if within { '_' } else { ' ' });
         } else {
             let code = u32::from(character);
             self.mistake(at, format!("`{character}` (U+{code:04X}) has no meaning here"));
-            self.put(' ');
+            self.write(' ');
         }
     }
 }
@@ -404,7 +404,7 @@ pub(super) fn check_literals(tokens: &TokenStream) -> Result<(), Vec<Mistake>> {
                 };
                 let mut characters = text.chars().peekable();
                 while let Some(character) = characters.next() {
-                    if let Some(message) = hidden(character, characters.peek().copied()) {
+                    if let Some(message) = message_if_invisible(character, characters.peek().copied()) {
                         return Err(vec![Mistake::of(span, message)]);
                     }
                 }
@@ -417,15 +417,15 @@ pub(super) fn check_literals(tokens: &TokenStream) -> Result<(), Vec<Mistake>> {
 
 /// The error for a control character, or for one that changes the direction of a line; `None` for other
 /// characters.
-fn hidden(character: char, next: Option<char>) -> Option<String> {
+fn message_if_invisible(character: char, next: Option<char>) -> Option<String> {
     let is_end_of_line = character == '\r' && next == Some('\n');
     let is_space = matches!(character, '\n' | '\t') || is_end_of_line;
     let hides = matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    ((character.is_control() && !is_space) || hides).then(|| unseen(character))
+    ((character.is_control() && !is_space) || hides).then(|| message_for_invisible(character))
 }
 
 /// The error for an invisible character.
-fn unseen(character: char) -> String {
+fn message_for_invisible(character: char) -> String {
     let code = u32::from(character);
     format!("the character U+{code:04X}, which is not seen, is out of place here")
 }

@@ -51,9 +51,11 @@ pub(super) fn insert(parts: Parts, given: &[(String, f64)], errors: &Errors) -> 
     let mut bound = Vec::new();
     let mut replace = |tokens| replaced(tokens, &values, &mut bound);
     let parts = Parts {
-        parameters: parts.parameters.map(|group| inside(&group, &mut replace)),
+        parameters: parts
+            .parameters
+            .map(|group| with_tokens_replaced(&group, &mut replace)),
         runs: (parts.runs.into_iter())
-            .map(|(word, name, group)| (word, name, inside(&group, &mut replace)))
+            .map(|(word, name, group)| (word, name, with_tokens_replaced(&group, &mut replace)))
             .collect(),
         declaration: replace(parts.declaration),
         ..parts
@@ -68,7 +70,7 @@ pub(super) fn insert(parts: Parts, given: &[(String, f64)], errors: &Errors) -> 
 }
 
 /// A group with its tokens replaced.
-fn inside(group: &Group, replace: &mut impl FnMut(TokenStream) -> TokenStream) -> Group {
+fn with_tokens_replaced(group: &Group, replace: &mut impl FnMut(TokenStream) -> TokenStream) -> Group {
     let mut new = Group::new(group.delimiter(), replace(group.stream()));
     new.set_span(group.span());
     new
@@ -86,7 +88,7 @@ fn replaced(tokens: TokenStream, values: &HashMap<String, f64>, bound: &mut Vec<
     for (place, tree) in trees.iter().enumerate() {
         match tree {
             TokenTree::Group(group) => {
-                new.push(inside(group, &mut |tokens| replaced(tokens, values, bound)).into());
+                new.push(with_tokens_replaced(group, &mut |tokens| replaced(tokens, values, bound)).into());
             }
             TokenTree::Ident(name) => match values.get(&name.to_string()) {
                 // `q.n` is a coordinate of a node

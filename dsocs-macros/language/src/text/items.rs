@@ -108,7 +108,7 @@ fn item(trees: Vec<TokenTree>, errors: &Errors) -> Option<Item> {
             return None;
         }
     };
-    let (mut length, mut told) = (None, None);
+    let (mut length, mut reported) = (None, None);
     match rest.next() {
         Some(TokenTree::Punct(sign)) if sign.as_char() == '=' => {}
         Some(TokenTree::Punct(sign)) if sign.as_char() == ':' => match rest.peek() {
@@ -119,21 +119,21 @@ fn item(trees: Vec<TokenTree>, errors: &Errors) -> Option<Item> {
                     Some(TokenTree::Punct(sign)) if sign.as_char() == '=' => {}
                     other => {
                         let at = other.unwrap_or_else(|| name.clone().into());
-                        told = Some(
+                        reported = Some(
                             errors.at(at, format!("expected `{name}: […] = […]`, with a value for each")),
                         );
                     }
                 }
             }
             Some(TokenTree::Punct(equals)) if equals.as_char() == '=' => {
-                told = Some(errors.at(sign, format!("expected `{name} = …`, without `:`")));
+                reported = Some(errors.at(sign, format!("expected `{name} = …`, without `:`")));
             }
-            _ => told = Some(errors.at(sign, format!("expected `{name} = …`, with `=`"))),
+            _ => reported = Some(errors.at(sign, format!("expected `{name} = …`, with `=`"))),
         },
-        Some(other) => told = Some(errors.at(other, format!("expected `{name} = …`, with `=`"))),
-        None => told = Some(errors.at(&name, format!("expected a value, `{name} = …`"))),
+        Some(other) => reported = Some(errors.at(other, format!("expected `{name} = …`, with `=`"))),
+        None => reported = Some(errors.at(&name, format!("expected a value, `{name} = …`"))),
     }
-    let value = match told {
+    let value = match reported {
         Some(reported) => Err(reported),
         None => expression(&rest.collect(), &name, errors),
     };

@@ -70,7 +70,7 @@ pub(super) enum Value {
     /// Samples in a file.
     Table(String, Curve, Place),
     /// A value with a mistake, which was reported.
-    Broken(Reported),
+    Malformed(Reported),
 }
 
 impl Parameter {
@@ -88,7 +88,7 @@ impl Parameter {
                 quote!([[f64; #columns]; #rows])
             }
             Value::Table(..) => quote!(::dsocs_core::Samples),
-            Value::Number(_) | Value::Broken(_) => quote!(f64),
+            Value::Number(_) | Value::Malformed(_) => quote!(f64),
         };
         quote!(#(#attributes)* pub #name: #ty)
     }
@@ -123,7 +123,7 @@ pub(super) fn read(group: Option<Group>, errors: &Errors) -> Vec<Parameter> {
                 }
             }
             Parameter {
-                value: value(&item, errors).unwrap_or_else(Value::Broken),
+                value: value(&item, errors).unwrap_or_else(Value::Malformed),
                 attributes: item.attributes,
                 name: item.name,
             }

@@ -185,7 +185,7 @@ pub(super) fn parameters(
             Value::Array(values) => values.iter().collect(),
             Value::Matrix(rows) => rows.iter().flatten().collect(),
             Value::Table(..) => continue,
-            Value::Broken(reported) => {
+            Value::Malformed(reported) => {
                 wrong = Err(*reported);
                 continue;
             }
@@ -277,7 +277,7 @@ fn run(
         until: None,
         project: false,
     };
-    let mut told = HashSet::new();
+    let mut reported = HashSet::new();
     let mut wrong = Ok(());
     for Item {
         name: key,
@@ -289,7 +289,7 @@ fn run(
         let text = key.to_string();
         let result = if let Some(length) = length {
             length.and_then(|length| Err(errors.at(length, format!("expected `{text} = …`, without `:`"))))
-        } else if told.insert(text.clone()) {
+        } else if reported.insert(text.clone()) {
             value.and_then(|value| {
                 set(
                     &mut run,

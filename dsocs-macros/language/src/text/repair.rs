@@ -7,7 +7,7 @@ use crate::errors::Errors;
 use crate::parse::STATEMENTS;
 
 /// Words that begin statements in other languages, and what to write instead.
-const ELSEWHERE: [(&str, &str); 22] = [
+const FOREIGN_STATEMENTS: [(&str, &str); 22] = [
     ("fn", "a function is written `let f = |x| …;`"),
     ("def", "a function is written `let f = |x| …;`"),
     ("function", "a function is written `let f = |x| …;`"),
@@ -45,9 +45,9 @@ const ELSEWHERE: [(&str, &str); 22] = [
 ];
 
 /// The hint for a word that begins a statement in another language.
-pub(crate) fn elsewhere(word: &str) -> Option<&'static str> {
-    let found = ELSEWHERE.iter().find(|(known, _)| *known == word);
-    found.map(|(_, said)| *said)
+pub(crate) fn foreign_statement_hint(word: &str) -> Option<&'static str> {
+    let found = FOREIGN_STATEMENTS.iter().find(|(known, _)| *known == word);
+    found.map(|(_, hint)| *hint)
 }
 
 /// Those of these words that Rust reserves, so that the rest of such a statement cannot be read.
@@ -56,30 +56,30 @@ const CONTROL: [&str; 9] = [
 ];
 
 /// The tokens of a text with such mistakes repaired.
-pub(super) fn mended(tokens: TokenStream, errors: &Errors) -> TokenStream {
-    let tokens = names(tokens, errors);
+pub(super) fn repaired(tokens: TokenStream, errors: &Errors) -> TokenStream {
+    let tokens = with_valid_names(tokens, errors);
     let trees: Vec<TokenTree> = tokens.into_iter().collect();
-    let mut mended = Mended::default();
+    let mut repaired = Repaired::default();
     let mut place = 0;
     while let Some(tree) = trees.get(place) {
         let rest = &trees[place..];
-        if mended.is_inside() && begins_statement(rest) && mended.ends_above(tree) {
-            mended.end(errors);
+        if repaired.is_inside() && begins_statement(rest) && repaired.ends_above(tree) {
+            repaired.end(errors);
         }
         match rest {
             [TokenTree::Ident(word), ..]
-                if !mended.is_inside() && CONTROL.iter().any(|control| word == control) =>
+                if !repaired.is_inside() && CONTROL.iter().any(|control| word == control) =>
             {
-                let message = elsewhere(&word.to_string()).unwrap_or("leave this word out");
+                let message = foreign_statement_hint(&word.to_string()).unwrap_or("leave this word out");
                 errors.at(word, format!("no statement begins with `{word}`: {message}"));
-                place += skipped(rest);
+                place += length_of_unreadable(rest);
                 continue;
             }
             [TokenTree::Ident(word), TokenTree::Group(group), ..]
-                if !mended.is_inside() && (word == "parameters" || word == "run") =>
+                if !repaired.is_inside() && (word == "parameters" || word == "run") =>
             {
-                mended.push(tree.clone());
-                mended.push_block(inside(group, errors));
+                repaired.push(tree.clone());
+                repaired.push_block(with_decimal_points(group, errors));
                 place += 2;
                 continue;
             }
@@ -88,29 +88,29 @@ pub(super) fn mended(tokens: TokenStream, errors: &Errors) -> TokenStream {
                 TokenTree::Ident(name),
                 TokenTree::Group(group),
                 ..,
-            ] if !mended.is_inside() && word == "run" => {
-                mended.push(tree.clone());
-                mended.push(name.clone().into());
-                mended.push_block(inside(group, errors));
+            ] if !repaired.is_inside() && word == "run" => {
+                repaired.push(tree.clone());
+                repaired.push(name.clone().into());
+                repaired.push_block(with_decimal_points(group, errors));
                 place += 3;
                 continue;
             }
             _ => {}
         }
         if let Some(number) = decimal_comma(rest, errors) {
-            mended.push(number.into());
+            repaired.push(number.into());
             place += 3;
             continue;
         }
-        mended.push(tree.clone());
+        repaired.push(tree.clone());
         place += 1;
     }
-    mended.trees.into_iter().collect()
+    repaired.trees.into_iter().collect()
 }
 
 /// The repaired tokens so far.
 #[derive(Default)]
-struct Mended {
+struct Repaired {
     trees: Vec<TokenTree>,
     /// The first token of the current statement that is not documentation; `last` is its last token so far.
     first: Option<TokenTree>,
@@ -119,7 +119,7 @@ struct Mended {
     is_doc: bool,
 }
 
-impl Mended {
+impl Repaired {
     /// Whether a statement has begun.
     fn is_inside(&self) -> bool {
         self.first.is_some()
@@ -164,7 +164,7 @@ impl Mended {
         // a statement that does not exist is reported as such
         if matches!(&first, TokenTree::Ident(word) if is_statement(word)) {
             errors.at(
-                end_of(last),
+                last_token(last),
                 "expected `;` behind this, at the end of the statement",
             );
         }
@@ -175,7 +175,7 @@ impl Mended {
 }
 
 /// The last token of a tree: for a group, its closing bracket.
-fn end_of(tree: &TokenTree) -> TokenStream {
+fn last_token(tree: &TokenTree) -> TokenStream {
     let mut end = tree.clone();
     if let TokenTree::Group(group) = tree {
         let mut punct = Punct::new(';', Spacing::Alone);
@@ -187,7 +187,7 @@ fn end_of(tree: &TokenTree) -> TokenStream {
 
 /// The number of tokens up to the end of a statement that cannot be read: up to a semicolon, a block, or the
 /// line above another statement.
-fn skipped(trees: &[TokenTree]) -> usize {
+fn length_of_unreadable(trees: &[TokenTree]) -> usize {
     for (place, tree) in trees.iter().enumerate() {
         match tree {
             TokenTree::Punct(punct) if punct.as_char() == ';' => return place + 1,
@@ -234,20 +234,20 @@ fn begins_statement(trees: &[TokenTree]) -> bool {
 }
 
 /// A group with decimal commas replaced by points.
-fn inside(group: &Group, errors: &Errors) -> Group {
+fn with_decimal_points(group: &Group, errors: &Errors) -> Group {
     let trees: Vec<TokenTree> = group.stream().into_iter().collect();
-    let mut mended = Vec::with_capacity(trees.len());
+    let mut repaired = Vec::with_capacity(trees.len());
     let mut place = 0;
     while let Some(tree) = trees.get(place) {
         if let Some(number) = decimal_comma(&trees[place..], errors) {
-            mended.push(number.into());
+            repaired.push(number.into());
             place += 3;
         } else {
-            mended.push(tree.clone());
+            repaired.push(tree.clone());
             place += 1;
         }
     }
-    let mut new = Group::new(group.delimiter(), mended.into_iter().collect());
+    let mut new = Group::new(group.delimiter(), repaired.into_iter().collect());
     new.set_span(group.span());
     new
 }
@@ -265,9 +265,9 @@ fn decimal_comma(trees: &[TokenTree], errors: &Errors) -> Option<Literal> {
     };
     let follow = |a: Span, b: Span| a.end() == b.start();
     let (before, after) = (whole.to_string(), part.to_string());
-    let is_whole = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    let is_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
     let is_number =
-        comma.as_char() == ',' && is_whole(&before) && after.starts_with(|c: char| c.is_ascii_digit());
+        comma.as_char() == ',' && is_digits(&before) && after.starts_with(|c: char| c.is_ascii_digit());
     if !is_number || !follow(whole.span(), comma.span()) || !follow(comma.span(), part.span()) {
         return None;
     }
@@ -288,17 +288,17 @@ const KNOWN: [&str; 13] = [
 ];
 
 /// Tokens with reserved words replaced where a name is expected.
-fn names(tokens: TokenStream, errors: &Errors) -> TokenStream {
+fn with_valid_names(tokens: TokenStream, errors: &Errors) -> TokenStream {
     let trees: Vec<TokenTree> = tokens.into_iter().collect();
     let mut named = Vec::with_capacity(trees.len());
     for (place, tree) in trees.iter().enumerate() {
         named.push(match tree {
             TokenTree::Group(group) => {
-                let mut new = Group::new(group.delimiter(), names(group.stream(), errors));
+                let mut new = Group::new(group.delimiter(), with_valid_names(group.stream(), errors));
                 new.set_span(group.span());
                 new.into()
             }
-            TokenTree::Ident(word) => name(word, trees.get(place + 1), errors).into(),
+            TokenTree::Ident(word) => valid_name(word, trees.get(place + 1), errors).into(),
             other => other.clone(),
         });
     }
@@ -306,7 +306,7 @@ fn names(tokens: TokenStream, errors: &Errors) -> TokenStream {
 }
 
 /// A word; a reserved one in place of a name is reported and replaced by a valid name.
-fn name(word: &Ident, next: Option<&TokenTree>, errors: &Errors) -> Ident {
+fn valid_name(word: &Ident, next: Option<&TokenTree>, errors: &Errors) -> Ident {
     let text = word.to_string();
     // other words can be names
     let is_free =
