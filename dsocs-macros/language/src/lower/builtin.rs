@@ -135,7 +135,7 @@ impl Lowering<'_> {
         receiver: &Expr,
         arguments: &[&Expr],
     ) -> Lowered {
-        let value = match self.any(receiver) {
+        let value = match self.value(receiver) {
             Ok(Value::Number(value)) => Ok(value),
             Ok(other) => Err(self.no_method_of_vectors(name, &other)),
             Err(reported) => Err(reported),

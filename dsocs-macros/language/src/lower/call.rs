@@ -5,8 +5,8 @@ use quote::{ToTokens, quote, quote_spanned};
 use syn::{Expr, ExprCall, ExprMethodCall};
 
 use super::builtin::{Builtin, is_not_supported};
-use super::elsewhere::is_module;
-use super::lowering::{Lowered, Lowering, Origin};
+use super::foreign_names::is_module;
+use super::lowering::{DerivativeTokens, Lowered, Lowering};
 use super::value::{Value, Valued};
 use crate::errors::Reported;
 use crate::graph::{Callee, NodeId};
@@ -35,7 +35,7 @@ impl Lowering<'_> {
             match self.scope.get(name) {
                 // checked first, also where a `let` has taken one of these names, which is reported elsewhere
                 _ if matches!(text.as_str(), "dot" | "ddot" | "dddot") => return self.dot(name, call),
-                _ if text == "sum" || text == "product" => return self.fold(name, call),
+                _ if text == "sum" || text == "product" => return self.over_range(name, call),
                 _ if text == "each" => {
                     return Err(self.errors.at(
                         name,
@@ -44,7 +44,7 @@ impl Lowering<'_> {
                     ));
                 }
                 None if self.discrete.is_some() && (text == "leg" || text == "node") => {
-                    return self.placed(name, call);
+                    return self.leg_or_node(name, call);
                 }
                 Some(Binding::Function(function)) => {
                     let function = function.clone();
@@ -67,7 +67,7 @@ impl Lowering<'_> {
                 Some(Binding::Field(_)) if !self.is_closed(whole) => {
                     let place = place(name);
                     let callee = Callee::Function(quote_spanned!(name.span()=> (#place)));
-                    return self.opaque(callee, None, &arguments).map(Value::Number);
+                    return self.user_call(callee, None, &arguments).map(Value::Number);
                 }
                 Some(Binding::Field(_)) => {}
                 Some(Binding::Let(Err(reported)) | Binding::OfMap(Err(reported))) => return Err(*reported),
@@ -81,7 +81,7 @@ impl Lowering<'_> {
                     let message = "`t` is time, and no function; a product is written with `*`";
                     return Err(self.errors.at(name, message));
                 }
-                None if is_higher_derivative(&text) => return Err(self.too_high(name)),
+                None if is_higher_derivative(&text) => return Err(self.derivative_too_high(name)),
                 None if self.functions.contains(&text) => {
                     return Err(self.errors.at(
                         name,
@@ -91,7 +91,7 @@ impl Lowering<'_> {
                     ));
                 }
                 None => {
-                    if let Some(reported) = self.function_elsewhere(name, call.args.first()) {
+                    if let Some(reported) = self.foreign_function(name, call.args.first()) {
                         return Err(reported);
                     }
                 }
@@ -127,7 +127,7 @@ impl Lowering<'_> {
             other if self.is_closed(other) => self.closed(other)?,
             other => return Err(self.errors.at(other, "expected the name of a function")),
         };
-        self.opaque(Callee::Function(callee), None, &arguments)
+        self.user_call(Callee::Function(callee), None, &arguments)
             .map(Value::Number)
     }
 
@@ -152,7 +152,7 @@ impl Lowering<'_> {
     }
 
     /// The error for a derivative beyond the third.
-    fn too_high(&self, name: &Ident) -> Reported {
+    fn derivative_too_high(&self, name: &Ident) -> Reported {
         let message = "expected at most a third derivative, `dddot(…)`: constraints bind up to four nodes";
         self.errors.at(name, message)
     }
@@ -178,7 +178,7 @@ impl Lowering<'_> {
             }
             let (place, dot, method) = (place(table), &call.dot_token, &call.method);
             let callee = Callee::Function(quote!(#place #dot #method));
-            return self.opaque(callee, None, &arguments).map(Value::Number);
+            return self.user_call(callee, None, &arguments).map(Value::Number);
         }
         if let Some(value) = self.method_of_vectors(call) {
             return value;
@@ -191,7 +191,7 @@ impl Lowering<'_> {
             let (dot, method, turbofish) = (&call.dot_token, &call.method, &call.turbofish);
             let callee: TokenStream = quote!(#receiver #dot #method #turbofish);
             return self
-                .opaque(Callee::Function(callee), None, &arguments)
+                .user_call(Callee::Function(callee), None, &arguments)
                 .map(Value::Number);
         }
         if let Some(turbofish) = &call.turbofish {
@@ -212,11 +212,11 @@ impl Lowering<'_> {
                 "`dot` is the time derivative; expected `a.inner(b)` for the inner product of two vectors";
             return Err(self.errors.at(&call.method, message));
         }
-        let receiver = match self.any(&call.receiver)? {
+        let receiver = match self.value(&call.receiver)? {
             Value::Number(receiver) => receiver,
             other => return Err(self.no_method_of_vectors(&call.method, &other)),
         };
-        if let Some(reported) = self.method_elsewhere(&call.method) {
+        if let Some(reported) = self.foreign_method(&call.method) {
             return Err(reported);
         }
         if is_not_supported(&name) && self.graph.leaves(receiver).next().is_some() {
@@ -234,7 +234,7 @@ impl Lowering<'_> {
                 .errors
                 .at(&call.method, format!("no function is called `{name}`{hint}")));
         }
-        self.opaque(Callee::Method(call.method.clone()), Some(receiver), &arguments)
+        self.user_call(Callee::Method(call.method.clone()), Some(receiver), &arguments)
             .map(Value::Number)
     }
 
@@ -282,7 +282,7 @@ impl Lowering<'_> {
         plain_name(expr).filter(|name| is_module(name) && self.scope.get(name).is_none())
     }
 
-    fn opaque(&mut self, callee: Callee, receiver: Option<NodeId>, arguments: &[&Expr]) -> Lowered {
+    fn user_call(&mut self, callee: Callee, receiver: Option<NodeId>, arguments: &[&Expr]) -> Lowered {
         let arguments: Vec<_> = arguments.iter().map(|argument| self.argument(argument)).collect();
         let arguments: Vec<_> = receiver
             .into_iter()
@@ -343,7 +343,7 @@ impl Lowering<'_> {
                 "`t` is time itself, which goes on at the rate 1: leave this out; expected the derivative of something that moves, `dot(x)`",
             ));
         }
-        let value = self.any(argument)?;
+        let value = self.value(argument)?;
         if let Value::Rotation(_) = value {
             let message = "the rate of a rotation is its angular velocity, in the frame of its body: expected `r.angular_velocity()`";
             return Err(self.errors.at(call, message));
@@ -372,14 +372,14 @@ impl Lowering<'_> {
         for _ in 0..times {
             value = self.graph.total_derivative(value);
         }
-        self.remember(call, value);
+        self.record_derivative(call, value);
         Ok(value)
     }
 
     /// Records where a derivative enters the expression, for messages.
-    pub(super) fn remember(&mut self, tokens: impl ToTokens, node: NodeId) {
+    pub(super) fn record_derivative(&mut self, tokens: impl ToTokens, node: NodeId) {
         if let Some(order) = self.graph.order(node) {
-            self.origins.push(Origin {
+            self.derivatives.push(DerivativeTokens {
                 tokens: tokens.into_token_stream(),
                 order,
             });

@@ -13,27 +13,27 @@ impl Lowering<'_> {
     pub(super) fn choice(&mut self, choice: &ExprIf) -> Valued {
         // only the branch taken is read, if the condition is one of indices:
         // `if i > 0 { theta[i - 1] } else { 0 }`
-        match (self.decided(&choice.cond), &choice.else_branch) {
-            (Some(true), Some(_)) => return self.block(&choice.then_branch, Self::any),
-            (Some(false), Some((_, otherwise))) => return self.any(otherwise),
+        match (self.known_condition(&choice.cond), &choice.else_branch) {
+            (Some(true), Some(_)) => return self.block(&choice.then_branch, Self::value),
+            (Some(false), Some((_, otherwise))) => return self.value(otherwise),
             _ => {}
         }
-        let then = self.block(&choice.then_branch, Self::any);
+        let then = self.block(&choice.then_branch, Self::value);
         let otherwise = match &choice.else_branch {
-            Some((_, otherwise)) => self.any(otherwise),
+            Some((_, otherwise)) => self.value(otherwise),
             None => Err(self.errors.at(
                 choice.if_token,
                 "expected `else`: the expression needs a value in both cases",
             )),
         };
         match (then, otherwise) {
-            (Ok(then), Ok(otherwise)) => self.selected(choice, &then, &otherwise),
+            (Ok(then), Ok(otherwise)) => self.select_values(choice, &then, &otherwise),
             (Err(reported), _) | (_, Err(reported)) => Err(reported),
         }
     }
 
     /// A choice between values of the same shape, component by component.
-    fn selected(&mut self, choice: &ExprIf, then: &Value, otherwise: &Value) -> Valued {
+    fn select_values(&mut self, choice: &ExprIf, then: &Value, otherwise: &Value) -> Valued {
         let others = otherwise.numbers();
         if then.kind() != otherwise.kind() {
             let message = format!(

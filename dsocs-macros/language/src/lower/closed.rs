@@ -74,7 +74,7 @@ impl Lowering<'_> {
 
     /// The tokens of a closed expression, with `self.` before the fields.
     pub(super) fn closed(&self, expr: &Expr) -> Result<TokenStream, Reported> {
-        let mut bound = Bound::default();
+        let mut bound = BoundNames::default();
         bound.visit_expr(expr);
         let mut rewrite = Rewrite {
             lowering: self,
@@ -95,9 +95,9 @@ impl Lowering<'_> {
 
 /// The names that patterns inside an expression bind, such as parameters of closures.
 #[derive(Default)]
-struct Bound(Vec<String>);
+struct BoundNames(Vec<String>);
 
-impl<'ast> Visit<'ast> for Bound {
+impl<'ast> Visit<'ast> for BoundNames {
     fn visit_pat_ident(&mut self, pattern: &'ast PatIdent) {
         self.0.push(pattern.ident.to_string());
     }

@@ -22,8 +22,8 @@ impl Lowering<'_> {
         kind: Kind,
     ) -> Result<Vec<Vec<Row>>, Reported> {
         self.each(&constraints.rows, |lowering, row| {
-            lowering.origins.clear();
-            let value = lowering.any(row);
+            lowering.derivatives.clear();
+            let value = lowering.value(row);
             lowering.count_rows(row, &value, kind);
             let value = value?;
             if value.rank() > 1 || matches!(value, Value::Rotation(_)) {
@@ -59,8 +59,8 @@ impl Lowering<'_> {
     }
 
     fn constraint(&mut self, value: NodeId, row: &Expr, kind: Kind) -> Result<Row, Reported> {
-        let written = self.of_order(value, row, kind)?;
-        let (value, order) = self.settled(written);
+        let written = self.check_order(value, row, kind)?;
+        let (value, order) = self.without_cancelled_derivatives(written);
         let dropped_out = self.graph.order(written) >= Some(2) && order < Some(2);
         let message = match (kind, order) {
             (Kind::Holonomic, Some(0)) | (Kind::Nonholonomic, Some(1)) | (Kind::Kinematic, Some(2 | 3)) => {
@@ -109,7 +109,7 @@ impl Lowering<'_> {
     ///
     /// A constraint on velocities alone would be a leapfrog scheme on a triple of nodes: it has a second
     /// solution, which grows where the motion decays.
-    pub(super) fn settled(&mut self, value: NodeId) -> (NodeId, Option<usize>) {
+    pub(super) fn without_cancelled_derivatives(&mut self, value: NodeId) -> (NodeId, Option<usize>) {
         let leaves: Vec<Leaf> = self.graph.leaves(value).collect();
         let highest = self.graph.order(value);
         let mut top = leaves.iter().filter(|leaf| leaf.order() == highest);
@@ -143,16 +143,16 @@ impl Lowering<'_> {
     }
 
     /// A row, refused if it has derivatives that its kind of constraint may not have.
-    fn of_order(&mut self, value: NodeId, row: &Expr, kind: Kind) -> Lowered {
+    fn check_order(&mut self, value: NodeId, row: &Expr, kind: Kind) -> Lowered {
         match kind {
-            Kind::Holonomic => self.is_below(
+            Kind::Holonomic => self.check_order_below(
                 1,
                 value,
                 row,
                 "a velocity or an acceleration comes in here; expected a constraint of positions, g(q) = 0: \
                  with velocities it is written `nonholonomic = …;`, with accelerations `kinematic = …;`",
             ),
-            Kind::Nonholonomic => self.is_below(
+            Kind::Nonholonomic => self.check_order_below(
                 2,
                 value,
                 row,
@@ -166,7 +166,7 @@ impl Lowering<'_> {
     /// The fields or forms of a statement.
     pub(super) fn fields(&mut self, directions: &Directions) -> Result<Vectors, Reported> {
         self.each(&directions.fields, |lowering, field| {
-            lowering.origins.clear();
+            lowering.derivatives.clear();
             let components = lowering.entries(field)?;
             let expected = "directions of time, positions, velocities and accelerations, u(t, q, v, a)";
             let checked = components.iter();
@@ -178,13 +178,13 @@ impl Lowering<'_> {
     /// The forms that span `F_V`, if they are known, and the virtual displacements `C_V`, as fields if these
     /// can be found.
     ///
-    /// `elsewhere`: the displacements are not taken at the middle node.
+    /// `off_node`: the displacements are not taken at the middle node.
     pub(super) fn displacements(
         &mut self,
         declaration: &Declaration,
         constraints: &[Row],
         fields: Option<Vectors>,
-        elsewhere: bool,
+        off_node: bool,
     ) -> Result<(Vec<Form>, Displacements), Reported> {
         let n = self.coordinates.len();
         let directions = declaration.directions.given();
@@ -201,7 +201,7 @@ impl Lowering<'_> {
         if let (Some(Side::Variational), Some(directions)) = (side, directions) {
             // the annihilator tells whether the fields are independent
             if let Err(Defect::Dependent(row)) = annihilator(&mut self.graph, &given, n) {
-                return Err(self.dependent(directions, row));
+                return Err(self.dependent_directions(directions, row));
             }
             return Ok((Vec::new(), Displacements::Fields(given)));
         }
@@ -211,12 +211,12 @@ impl Lowering<'_> {
         let forms: Vec<Form> = constraints
             .iter()
             .map(|row| {
-                let ruled = side == Some(Side::Forces) && (all || row.kind == Kind::Kinematic);
-                let written = if ruled { given.next() } else { None };
+                let by_statement = side == Some(Side::Forces) && (all || row.kind == Kind::Kinematic);
+                let written = if by_statement { given.next() } else { None };
                 own.push(written.is_none());
                 Form {
                     at_node: row.kind == Kind::Holonomic && written.is_none(),
-                    components: written.unwrap_or_else(|| self.ruled(row)),
+                    components: written.unwrap_or_else(|| self.form_by_rule(row)),
                 }
             })
             .collect();
@@ -226,11 +226,11 @@ impl Lowering<'_> {
                 // a form that the user wrote, or else a constraint
                 let written = own[..row].iter().filter(|&&own| !own).count();
                 return Err(match directions {
-                    Some(directions) if !own[row] => self.dependent(directions, written),
+                    Some(directions) if !own[row] => self.dependent_directions(directions, written),
                     _ => self.without_force(&constraints[row]),
                 });
             }
-            Ok(fields) if !(elsewhere && forms.iter().any(|form| form.at_node)) => {
+            Ok(fields) if !(off_node && forms.iter().any(|form| form.at_node)) => {
                 Displacements::Fields(fields)
             }
             Ok(_) | Err(Defect::NoPivot(_)) => Displacements::Annihilated,
@@ -240,7 +240,7 @@ impl Lowering<'_> {
 
     /// The form by the rules of d'Alembert and Chetaev: the derivative of a constraint by its highest
     /// derivatives.
-    fn ruled(&mut self, row: &Row) -> Vec<NodeId> {
+    fn form_by_rule(&mut self, row: &Row) -> Vec<NodeId> {
         (0..self.coordinates.len())
             .map(|i| {
                 let leaf = match row.order {
@@ -254,7 +254,7 @@ impl Lowering<'_> {
             .collect()
     }
 
-    fn dependent(&self, directions: &Directions, row: usize) -> Reported {
+    fn dependent_directions(&self, directions: &Directions, row: usize) -> Reported {
         let noun = if directions.side == Side::Forces {
             "forces"
         } else {

@@ -93,8 +93,8 @@ pub(crate) fn model(
         Some(own) => own,
         None => phi_kinematic.clone(),
     };
-    let elsewhere = phi_variational.is_some();
-    let (forms, displacements) = lowering.displacements(declaration, &constraints, directions?, elsewhere)?;
+    let off_node = phi_variational.is_some();
+    let (forms, displacements) = lowering.displacements(declaration, &constraints, directions?, off_node)?;
     let parameters = fields.parameters();
     let mut graph = lowering.graph;
     graph.set_numbers(parameters.iter().map(ParameterField::read));
@@ -134,9 +134,9 @@ pub(crate) fn model(
 
 /// Lowers the `let`s, in order.
 fn lets(lowering: &mut Lowering<'_>, declaration: &Declaration) {
-    let used = unused::used(declaration);
+    let used = unused::used_names(declaration);
     for binding in &declaration.lets {
-        lowering.origins.clear();
+        lowering.derivatives.clear();
         let differentiated = lowering.differentiated.len();
         let value = match &binding.value {
             Ok(value) => lowering.binding(value),

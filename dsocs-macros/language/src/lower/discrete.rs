@@ -18,7 +18,7 @@ impl Lowering<'_> {
     /// `L_d`, a function of two nodes.
     pub(super) fn discrete_lagrangian(&mut self, value: &Expr, maps: &Maps) -> Lowered {
         let discrete = self.of_nodes(value, 2, maps)?;
-        self.due(value, &discrete)
+        self.expect_number(value, &discrete)
     }
 
     /// The rows of `D_K`, functions of three nodes, grouped by the entries of the statement.
@@ -43,12 +43,12 @@ impl Lowering<'_> {
     }
 
     fn of_nodes(&mut self, value: &Expr, count: usize, maps: &Maps) -> Valued {
-        self.origins.clear();
+        self.derivatives.clear();
         self.discrete = Some(Nodes {
             count,
             maps: maps.clone(),
         });
-        let value = self.any(value);
+        let value = self.value(value);
         self.discrete = None;
         value
     }
@@ -124,9 +124,9 @@ impl Lowering<'_> {
 
     /// `leg(e, 0)`, the value of `e(q, v)` on the leg from node 0 to node 1, or `node(e)`, that of
     /// `e(q, v, a)` at the triple.
-    pub(super) fn placed(&mut self, name: &Ident, call: &ExprCall) -> Valued {
+    pub(super) fn leg_or_node(&mut self, name: &Ident, call: &ExprCall) -> Valued {
         let Some(nodes) = self.discrete.clone() else {
-            return Err(self.unknown(name));
+            return Err(self.unknown_name(name));
         };
         let on_leg = name == "leg";
         let example = if on_leg { "leg(e, 0)" } else { "node(e)" };
@@ -153,14 +153,14 @@ impl Lowering<'_> {
             ));
         }
         self.discrete = None;
-        self.origins.clear();
-        let written = self.any(value);
+        self.derivatives.clear();
+        let written = self.value(value);
         let checked = written.and_then(|written| {
             let expected =
                 "what a triple of nodes knows, an expression of positions, velocities and accelerations";
             written.map(|number| {
                 if on_leg {
-                    self.is_below(2, number, value, ON_LEG)
+                    self.check_order_below(2, number, value, ON_LEG)
                 } else {
                     self.without_jerk(number, value, expected)
                 }

@@ -6,8 +6,8 @@ use syn::{BinOp, Block, Expr, ExprField, ExprLit, ExprPath, Lit, Member, Stmt, U
 
 use super::closed::{free, is_of_circle};
 use super::lowering::{Lowered, Lowering};
+use super::unknown_names::{is_zero, not_a_number};
 use super::value::{Value, Valued};
-use super::wrong::{is_zero, not_a_number};
 use crate::errors::Reported;
 use crate::graph::Leaf;
 use crate::input::Field;
@@ -30,13 +30,13 @@ fn negated(expr: &Expr) -> Option<&Expr> {
 impl Lowering<'_> {
     /// The value of an expression that has to be a number; in a map, its component [`Lowering::component`].
     pub(crate) fn expr(&mut self, expr: &Expr) -> Lowered {
-        let value = self.any(expr)?;
-        self.due(expr, &value)
+        let value = self.value(expr)?;
+        self.expect_number(expr, &value)
     }
 
     /// The value of an expression: a number, a vector, a matrix or a rotation.
-    pub(super) fn any(&mut self, expr: &Expr) -> Valued {
-        let value = self.value(expr)?;
+    pub(super) fn value(&mut self, expr: &Expr) -> Valued {
+        let value = self.value_unchecked(expr)?;
         let mut numbers = value.numbers().into_iter();
         match numbers.find_map(|number| self.graph.not_finite(number)) {
             None => Ok(value),
@@ -52,15 +52,15 @@ impl Lowering<'_> {
     }
 
     /// The value, which may have numbers that are not finite.
-    fn value(&mut self, expr: &Expr) -> Valued {
+    fn value_unchecked(&mut self, expr: &Expr) -> Valued {
         let number = match expr {
-            Expr::Paren(inner) => return self.any(&inner.expr),
-            Expr::Group(inner) => return self.any(&inner.expr),
+            Expr::Paren(inner) => return self.value(&inner.expr),
+            Expr::Group(inner) => return self.value(&inner.expr),
             Expr::Lit(literal) => self.literal(literal),
             Expr::Path(path) => return self.path(path),
             Expr::Unary(unary) => match unary.op {
                 UnOp::Neg(_) => {
-                    let value = self.any(&unary.expr)?;
+                    let value = self.value(&unary.expr)?;
                     if let Value::Rotation(_) = value {
                         return Err(self.errors.at(unary, SIGN_OF_ROTATION));
                     }
@@ -72,25 +72,25 @@ impl Lowering<'_> {
                     .at(unary, "expected a number; the only sign before one is `-`")),
             },
             Expr::Binary(binary) => return self.binary(&binary.left, &binary.op, &binary.right),
-            Expr::Block(block) if block.label.is_none() => return self.block(&block.block, Self::any),
+            Expr::Block(block) if block.label.is_none() => return self.block(&block.block, Self::value),
             Expr::If(choice) => return self.choice(choice),
             Expr::Call(call) => return self.call(call, expr),
             Expr::MethodCall(call) => return self.method_call(call, expr),
             Expr::Field(field) => self.field(field, expr),
             Expr::Index(index) => return self.index(index, expr),
             Expr::Array(array) if self.component.is_none() => {
-                let elements: Vec<_> = array.elems.iter().map(|element| self.any(element)).collect();
+                let elements: Vec<_> = array.elems.iter().map(|element| self.value(element)).collect();
                 let elements = elements.into_iter().collect::<Result<_, _>>()?;
-                return self.listed(expr, elements);
+                return self.vector_or_matrix(expr, elements);
             }
             Expr::Repeat(repeat) if self.component.is_none() => {
-                let (element, count) = (self.any(&repeat.expr), self.known_integer(&repeat.len));
+                let (element, count) = (self.value(&repeat.expr), self.known_integer(&repeat.len));
                 let (element, count) = (element?, count?);
                 let Some(count) = usize::try_from(count).ok().filter(|&count| count <= LONGEST) else {
                     let message = format!("expected a length of at most {LONGEST}");
                     return Err(self.errors.at(&repeat.len, message));
                 };
-                return self.listed(expr, vec![element; count]);
+                return self.vector_or_matrix(expr, vec![element; count]);
             }
             Expr::Cast(cast) => {
                 if self.is_closed(expr) {
@@ -167,7 +167,7 @@ impl Lowering<'_> {
         let node = match self.scope.get(name) {
             Some(Binding::Field(index)) => {
                 let Some(field) = self.fields.get(*index) else {
-                    return Err(self.unknown(name));
+                    return Err(self.unknown_name(name));
                 };
                 if self.component.is_none() && !field.shape().is_empty() {
                     return self.parameters(name, field.shape());
@@ -224,13 +224,13 @@ impl Lowering<'_> {
             Some(Binding::Let(Ok(value))) => {
                 let value = value.clone();
                 for node in value.numbers() {
-                    self.remember(path, node);
+                    self.record_derivative(path, node);
                 }
                 return Ok(value);
             }
             Some(Binding::OfMap(Ok(nodes))) => match nodes.get(self.component.unwrap_or(0)) {
                 Some(&node) => node,
-                None => return Err(self.unknown(name)),
+                None => return Err(self.unknown_name(name)),
             },
             Some(Binding::Let(Err(reported)) | Binding::OfMap(Err(reported))) => return Err(*reported),
             Some(&Binding::Node(node)) => {
@@ -292,7 +292,7 @@ impl Lowering<'_> {
         Ok(self.graph.leaf(Leaf::T))
     }
 
-    pub(super) fn unknown(&self, name: &Ident) -> Reported {
+    pub(super) fn unknown_name(&self, name: &Ident) -> Reported {
         self.errors.at(name, format!("no name `{name}` is known here"))
     }
 
@@ -300,25 +300,25 @@ impl Lowering<'_> {
         if let BinOp::Mul(star) = op
             && let Some(reported) = self.power(star, right)
         {
-            return self.any(left).and(Err(reported));
+            return self.value(left).and(Err(reported));
         }
         let right_side = right;
         if let (BinOp::Mul(_), Some(operand)) = (op, negated(left)) {
             // the sign binds tighter than the product: `-r * c` negates the turned vector
-            let operand = self.any(operand);
+            let operand = self.value(operand);
             if let Ok(Value::Rotation(r)) = operand {
-                let right = self.any(right)?;
+                let right = self.value(right)?;
                 return self.negated_and_turned(op, left, r, &right);
             }
             let operand = operand.and_then(|value| value.map(|number| Ok(self.graph.neg(number))));
-            let right = self.any(right);
-            return self.multiplied(op, &operand?, &right?);
+            let right = self.value(right);
+            return self.product(op, &operand?, &right?);
         }
-        let (left, right) = (self.any(left), self.any(right));
+        let (left, right) = (self.value(left), self.value(right));
         let message = match op {
-            BinOp::Add(_) | BinOp::Sub(_) => return self.added(op, &left?, &right?),
-            BinOp::Mul(_) => return self.multiplied(op, &left?, &right?),
-            BinOp::Div(_) => return self.divided(op, &left?, &right?),
+            BinOp::Add(_) | BinOp::Sub(_) => return self.sum_or_difference(op, &left?, &right?),
+            BinOp::Mul(_) => return self.product(op, &left?, &right?),
+            BinOp::Div(_) => return self.quotient(op, &left?, &right?),
             BinOp::Eq(equals) if is_zero(right_side) => return Err(self.equation(equals, right_side)),
             BinOp::BitXor(_) if !self.fields.have_compiler() => {
                 "`^` is no power here; expected `.powi(2)` or `.powf(a)`"
@@ -387,7 +387,7 @@ impl Lowering<'_> {
             let component = self.coordinate(field)?;
             return self.component_of(&field.base, component);
         }
-        let value = self.any(&field.base);
+        let value = self.value(&field.base);
         value.and_then(|value| {
             if let (Value::Rotation(_), Member::Named(name)) = (&value, &field.member) {
                 return Err(self.field_of_rotation(name));

@@ -31,12 +31,12 @@ impl Lowering<'_> {
                 Err(reported) => Binding::Let(Err(reported)),
             },
             _ if self.component.is_some() => Binding::OfMap(self.vector(value)),
-            _ => Binding::Let(self.any(value)),
+            _ => Binding::Let(self.value(value)),
         }
     }
 
     /// `sum(0..8, |i| …)` or `product(0..8, |i| …)`
-    pub(super) fn fold(&mut self, name: &Ident, call: &ExprCall) -> Valued {
+    pub(super) fn over_range(&mut self, name: &Ident, call: &ExprCall) -> Valued {
         let arguments: Vec<_> = call.args.iter().map(bare).collect();
         let (range, closure) = match arguments.as_slice() {
             [range, Expr::Closure(closure)] if closure.inputs.len() == 1 => (*range, closure),
@@ -54,15 +54,17 @@ impl Lowering<'_> {
         self.check_parameters(closure)?;
         let mut terms = Vec::new();
         for index in range? {
-            terms.push(self.at(closure, index)?);
+            terms.push(self.value_at_index(closure, index)?);
         }
-        self.folded(name, &closure.body, &terms)
+        self.sum_or_product(name, &closure.body, &terms)
     }
 
     /// The sum or the product of some terms. Vectors have no product.
-    fn folded(&mut self, name: &Ident, body: &Expr, terms: &[Value]) -> Valued {
+    fn sum_or_product(&mut self, name: &Ident, body: &Expr, terms: &[Value]) -> Valued {
         if name == "product" {
-            let factors = terms.iter().map(|factor| Ok((self.due(body, factor)?, 1)));
+            let factors = terms
+                .iter()
+                .map(|factor| Ok((self.expect_number(body, factor)?, 1)));
             let factors: Vec<_> = factors.collect::<Result<_, _>>()?;
             return Ok(Value::Number(self.graph.product(&factors)));
         }
@@ -90,13 +92,13 @@ impl Lowering<'_> {
     }
 
     /// The value of `|i| …` at one index.
-    pub(super) fn at(&mut self, closure: &ExprClosure, index: i64) -> Valued {
-        self.count(closure)?;
+    pub(super) fn value_at_index(&mut self, closure: &ExprClosure, index: i64) -> Valued {
+        self.count_expansion(closure)?;
         let outer = self.scope.len();
         if let Some(name) = closure.inputs.first().and_then(plain_parameter) {
             self.scope.push(name, Binding::Index(index));
         }
-        let value = self.any(&closure.body);
+        let value = self.value(&closure.body);
         self.scope.truncate(outer);
         value
     }
@@ -121,13 +123,13 @@ impl Lowering<'_> {
                 format!("expected {expected} argument{plural} of `{name}`, found {found}"),
             ));
         }
-        self.count(call)?;
+        self.count_expansion(call)?;
         let mut arguments = Vec::new();
         for argument in &call.args {
             let binding = match self.integer(argument) {
                 Some(value) => Binding::Index(value),
                 None if self.component.is_some() => Binding::OfMap(self.vector(argument)),
-                None => Binding::Let(self.any(argument)),
+                None => Binding::Let(self.value(argument)),
             };
             if let Binding::Let(Err(reported)) | Binding::OfMap(Err(reported)) = binding {
                 return Err(reported);
@@ -141,7 +143,7 @@ impl Lowering<'_> {
         for (name, argument) in names.zip(arguments) {
             self.scope.push(name, argument);
         }
-        let value = self.any(&closure.body);
+        let value = self.value(&closure.body);
         self.scope.restore(place, removed);
         value
     }
@@ -184,7 +186,7 @@ impl Lowering<'_> {
         let outer = self.scope.len();
         let mut defined = Ok(());
         for index in &entry.indices {
-            self.count(&entry.value)?;
+            self.count_expansion(&entry.value)?;
             let binding = Binding::Index(index.value);
             if is_first {
                 defined = defined.and(self.scope.define(&index.name, binding, self.errors));
@@ -244,7 +246,7 @@ impl Lowering<'_> {
     }
 
     /// Counts a term or a call, and refuses it beyond [`MOST`].
-    fn count(&mut self, tokens: impl ToTokens) -> Result<(), Reported> {
+    fn count_expansion(&mut self, tokens: impl ToTokens) -> Result<(), Reported> {
         self.expanded += 1;
         if self.expanded > MOST {
             return Err(self.errors.at(

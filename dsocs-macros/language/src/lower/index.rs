@@ -13,7 +13,7 @@ use crate::names::Binding;
 use crate::syntax::{bare, plain_name};
 
 /// The error for an index behind a rotation.
-pub(super) const OF_ROTATION: &str = "the components of a rotation have no names, since `q` and `-q` are the same one; expected those of its matrix, `r.matrix()[0][0]`, or of \
+pub(super) const INDEX_OF_ROTATION: &str = "the components of a rotation have no names, since `q` and `-q` are the same one; expected those of its matrix, `r.matrix()[0][0]`, or of \
                            what it turns, `(r * c)[0]`";
 
 impl Lowering<'_> {
@@ -29,7 +29,7 @@ impl Lowering<'_> {
             },
             Expr::Path(_) => match self.scope.get(plain_name(bare(expr))?)? {
                 Binding::Index(value) => Some(*value),
-                Binding::Let(Ok(Value::Number(node))) => self.graph.as_constant(*node).and_then(whole),
+                Binding::Let(Ok(Value::Number(node))) => self.graph.as_constant(*node).and_then(as_integer),
                 _ => None,
             },
             Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => {
@@ -51,14 +51,18 @@ impl Lowering<'_> {
     }
 
     /// Whether a condition on integers holds; `None` for other conditions.
-    pub(super) fn decided(&self, condition: &Expr) -> Option<bool> {
+    pub(super) fn known_condition(&self, condition: &Expr) -> Option<bool> {
         match bare(condition) {
             Expr::Unary(unary) if matches!(unary.op, UnOp::Not(_)) => {
-                self.decided(&unary.expr).map(|holds| !holds)
+                self.known_condition(&unary.expr).map(|holds| !holds)
             }
             Expr::Binary(binary) => match binary.op {
-                BinOp::And(_) => Some(self.decided(&binary.left)? && self.decided(&binary.right)?),
-                BinOp::Or(_) => Some(self.decided(&binary.left)? || self.decided(&binary.right)?),
+                BinOp::And(_) => {
+                    Some(self.known_condition(&binary.left)? && self.known_condition(&binary.right)?)
+                }
+                BinOp::Or(_) => {
+                    Some(self.known_condition(&binary.left)? || self.known_condition(&binary.right)?)
+                }
                 _ => {
                     let (left, right) = (self.integer(&binary.left)?, self.integer(&binary.right)?);
                     match binary.op {
@@ -134,12 +138,12 @@ impl Lowering<'_> {
             return self.param(whole).map(Value::Number);
         }
         if self.component.is_none() && (is_known && rank > 0 || !self.is_closed(base)) {
-            let value = self.any(base)?;
+            let value = self.value(base)?;
             if value.rank() > 0 {
                 return self.component(&value, base, &index.index);
             }
             if matches!(value, Value::Rotation(_)) {
-                return Err(self.errors.at(&index.expr, OF_ROTATION));
+                return Err(self.errors.at(&index.expr, INDEX_OF_ROTATION));
             }
             let message = "expected a vector before the index, found a number";
             return Err(self.errors.at(&index.expr, message));
@@ -182,7 +186,7 @@ impl Lowering<'_> {
         let value = self.known_integer(index)?;
         match usize::try_from(value) {
             Ok(place) if place < length => Ok(group.first + place),
-            _ => Err(self.outside(index, value, &format!("`{}`", group.name), length)),
+            _ => Err(self.out_of_range(index, value, &format!("`{}`", group.name), length)),
         }
     }
 
@@ -197,7 +201,7 @@ impl Lowering<'_> {
         })
     }
 
-    pub(super) fn outside(&self, index: &Expr, value: i64, array: &str, length: usize) -> Reported {
+    pub(super) fn out_of_range(&self, index: &Expr, value: i64, array: &str, length: usize) -> Reported {
         self.errors.at(
             index,
             format!(
@@ -218,7 +222,7 @@ impl Lowering<'_> {
             | Binding::Array(_)
             | Binding::Field(_) => return Ok(()),
             Binding::Rotation(_) | Binding::Let(Ok(Value::Rotation(_))) => {
-                return Err(self.errors.at(name, OF_ROTATION));
+                return Err(self.errors.at(name, INDEX_OF_ROTATION));
             }
             Binding::Coordinate(_) | Binding::Let(_) | Binding::Index(_) | Binding::NodeTime(_) => {
                 "it stands without an index".to_owned()
@@ -257,7 +261,7 @@ impl Lowering<'_> {
         };
         match (self.integer(index), length) {
             (Some(value), Some(length)) if usize::try_from(value).map_or(true, |place| place >= length) => {
-                Err(self.outside(index, value, &format!("`{name}`"), length))
+                Err(self.out_of_range(index, value, &format!("`{name}`"), length))
             }
             _ => Ok(()),
         }
@@ -266,6 +270,6 @@ impl Lowering<'_> {
 
 /// A number as an integer, if it is one and is exact in double precision.
 #[allow(clippy::cast_possible_truncation, clippy::float_cmp)] // exactly an integer
-fn whole(value: f64) -> Option<i64> {
+fn as_integer(value: f64) -> Option<i64> {
     (value.trunc() == value && value.abs() < 1e15).then_some(value as i64)
 }

@@ -50,7 +50,7 @@ pub(super) fn folded(name: &str) -> String {
 }
 
 /// The error for a name that looks like a known one.
-pub(super) fn told(name: &str, known: &str) -> String {
+pub(super) fn message(name: &str, known: &str) -> String {
     let mut pairs = name.chars().zip(known.chars());
     let differ = pairs.find(|(one, other)| one != other);
     let letters = differ.map_or_else(String::new, |(one, other)| {

@@ -17,7 +17,7 @@ pub(crate) type Lowered = Result<NodeId, Reported>;
 
 /// A derivative in an expression, with its order.
 #[derive(Clone, Debug)]
-pub(super) struct Origin {
+pub(super) struct DerivativeTokens {
     pub(super) tokens: TokenStream,
     pub(super) order: usize,
 }
@@ -37,7 +37,7 @@ pub(crate) struct Lowering<'d> {
     /// In a discrete expression, its nodes.
     pub(super) discrete: Option<Nodes>,
     /// The names of all `let`s, to tell an unknown name from one that is used before its definition.
-    pub(super) later: Vec<String>,
+    pub(super) let_names: Vec<String>,
     /// The names of those `let`s that are functions.
     pub(super) functions: Vec<String>,
     /// The number of terms of sums and calls of functions expanded so far.
@@ -48,7 +48,7 @@ pub(crate) struct Lowering<'d> {
     /// The arguments of `dot(…)` so far.
     pub(super) differentiated: Vec<NodeId>,
     /// The derivatives in the expression being lowered, inner ones first.
-    pub(super) origins: Vec<Origin>,
+    pub(super) derivatives: Vec<DerivativeTokens>,
 }
 
 /// The maps of pairs and of triples.
@@ -84,7 +84,7 @@ impl<'d> Lowering<'d> {
             scope: Scope::default(),
             component: None,
             discrete: None,
-            later: declaration
+            let_names: declaration
                 .lets
                 .iter()
                 .map(|binding| binding.name.to_string())
@@ -100,7 +100,7 @@ impl<'d> Lowering<'d> {
             expanded: 0,
             rows: [Some(0); 3],
             differentiated: Vec::new(),
-            origins: Vec::new(),
+            derivatives: Vec::new(),
         };
         // fields first: if a coordinate has the same name, the clash is reported and the name means the
         // coordinate
@@ -130,25 +130,35 @@ impl<'d> Lowering<'d> {
 
 impl Lowering<'_> {
     /// The value of an expression whose order must be below a limit; `message` is the error.
-    pub(super) fn below(&mut self, limit: usize, expr: &Expr, message: &str) -> Lowered {
-        self.origins.clear();
+    pub(super) fn expr_of_order_below(&mut self, limit: usize, expr: &Expr, message: &str) -> Lowered {
+        self.derivatives.clear();
         let value = self.expr(expr)?;
-        self.is_below(limit, value, expr, message)
+        self.check_order_below(limit, value, expr, message)
     }
 
-    /// As [`Lowering::below`], for a value that is known: a number, or a component of a vector.
-    pub(super) fn is_below(&mut self, limit: usize, value: NodeId, expr: &Expr, message: &str) -> Lowered {
+    /// As [`Lowering::expr_of_order_below`], for a value that is known: a number, or a component of a vector.
+    pub(super) fn check_order_below(
+        &mut self,
+        limit: usize,
+        value: NodeId,
+        expr: &Expr,
+        message: &str,
+    ) -> Lowered {
         if self.graph.order(value).is_none_or(|order| order < limit) {
             return Ok(value);
         }
-        let (value, _) = self.settled(value);
+        let (value, _) = self.without_cancelled_derivatives(value);
         if self.graph.order(value).is_none_or(|order| order < limit) {
             return Ok(value);
         }
-        let origin = self.origins.iter().find(|origin| origin.order >= limit);
-        let order = origin.map_or(limit, |origin| origin.order);
-        let tokens = origin.map_or_else(|| expr.to_token_stream(), |origin| origin.tokens.clone());
-        Err(self.errors.at(tokens, of_jerk(message, order)))
+        let derivative = self
+            .derivatives
+            .iter()
+            .find(|derivative| derivative.order >= limit);
+        let order = derivative.map_or(limit, |derivative| derivative.order);
+        let tokens =
+            derivative.map_or_else(|| expr.to_token_stream(), |derivative| derivative.tokens.clone());
+        Err(self.errors.at(tokens, with_jerk_named(message, order)))
     }
 
     /// Refuses a jerk, which only kinematic constraints may contain.
@@ -156,8 +166,11 @@ impl Lowering<'_> {
         if self.graph.order(value) != Some(3) {
             return Ok(value);
         }
-        let origin = self.origins.iter().find(|origin| origin.order > 2);
-        let tokens = origin.map_or_else(|| tokens.into_token_stream(), |origin| origin.tokens.clone());
+        let derivative = self.derivatives.iter().find(|derivative| derivative.order > 2);
+        let tokens = derivative.map_or_else(
+            || tokens.into_token_stream(),
+            |derivative| derivative.tokens.clone(),
+        );
         Err(self.errors.at(
             tokens,
             format!("a jerk, a third derivative, comes in here; expected {expected}: jerks stand in `kinematic = …;` alone"),
@@ -166,7 +179,7 @@ impl Lowering<'_> {
 }
 
 /// A message about an acceleration, changed to one about a jerk if the order is 3.
-pub(super) fn of_jerk(message: &str, order: usize) -> String {
+pub(super) fn with_jerk_named(message: &str, order: usize) -> String {
     if order < 3 {
         return message.to_owned();
     }

@@ -23,18 +23,18 @@ impl Lowering<'_> {
             }
             MapRule::Paper => self.paper_pairs(),
             MapRule::Midpoint => self.midpoint_pairs(),
-            MapRule::Trapezoid => vec![self.pair([1.0, 0.0]), self.pair([0.0, 1.0])],
+            MapRule::Trapezoid => vec![self.chord_velocity([1.0, 0.0]), self.chord_velocity([0.0, 1.0])],
         })
     }
 
     /// The paper's map of pairs, `(q0, (q1 - q0) / h)`.
     pub(super) fn paper_pairs(&mut self) -> Vec<PairPoint> {
-        vec![self.pair([1.0, 0.0])]
+        vec![self.chord_velocity([1.0, 0.0])]
     }
 
     /// The chord velocity at the middle of the leg.
     fn midpoint_pairs(&mut self) -> Vec<PairPoint> {
-        vec![self.pair([0.5, 0.5])]
+        vec![self.chord_velocity([0.5, 0.5])]
     }
 
     /// The map if none is declared, always of order 2.
@@ -66,7 +66,7 @@ impl Lowering<'_> {
     }
 
     /// The chord velocity, at a weighted mean of both ends.
-    fn pair(&mut self, [first, second]: [f64; 2]) -> PairPoint {
+    fn chord_velocity(&mut self, [first, second]: [f64; 2]) -> PairPoint {
         let [h, t0, t1] = [Leaf::H, Leaf::T0, Leaf::T1].map(|leaf| self.graph.leaf(leaf));
         let t = self.graph.linear(0.0, &[(t0, first), (t1, second)]);
         let point = (0..self.coordinates.len()).map(|i| {
@@ -108,18 +108,18 @@ impl Lowering<'_> {
                 let t = t.unwrap_or_else(|| self.graph.leaf(Leaf::T1));
                 Some(TriplePoint { t, q, v, a })
             }
-            MapRule::Midpoint => Some(self.around([0.25, 0.5, 0.25])),
+            MapRule::Midpoint => Some(self.central_differences([0.25, 0.5, 0.25])),
             MapRule::Paper | MapRule::Trapezoid => None,
         })
     }
 
     /// The paper's second order map, `(q1, (q2 - q0) / 2h, (q2 - 2 q1 + q0) / h²)`.
     pub(super) fn paper_triple(&mut self) -> TriplePoint {
-        self.around([0.0, 1.0, 0.0])
+        self.central_differences([0.0, 1.0, 0.0])
     }
 
     /// The central differences, at a weighted mean of the nodes.
-    fn around(&mut self, [first, second, third]: [f64; 3]) -> TriplePoint {
+    fn central_differences(&mut self, [first, second, third]: [f64; 3]) -> TriplePoint {
         let h = self.graph.leaf(Leaf::H);
         let [mut q, mut v, mut a] = [const { Vec::new() }; 3];
         for i in 0..self.coordinates.len() {

@@ -4,10 +4,10 @@ use proc_macro2::Ident;
 use syn::{BinOp, Expr};
 
 use super::expr::SIGN_OF_ROTATION;
-use super::index::OF_ROTATION;
+use super::index::INDEX_OF_ROTATION;
 use super::lowering::Lowering;
 use super::value::{Value, Valued};
-use super::vectors::OF_ROTATIONS;
+use super::vectors::ROTATION_METHODS;
 use crate::ast::{Declaration, MapRule};
 use crate::errors::{Errors, Reported};
 use crate::graph::rotation::Quaternion;
@@ -36,7 +36,7 @@ impl Lowering<'_> {
     }
 
     /// The product `r * c` or `r * s`.
-    pub(super) fn turned(&mut self, op: &BinOp, r: Quaternion, right: &Value) -> Valued {
+    pub(super) fn rotation_product(&mut self, op: &BinOp, r: Quaternion, right: &Value) -> Valued {
         match right {
             Value::Vector(components) => {
                 if let &[x, y, z] = components.as_slice() {
@@ -61,7 +61,7 @@ impl Lowering<'_> {
         if !matches!(c, Value::Vector(_)) {
             return Err(self.errors.at(left, SIGN_OF_ROTATION));
         }
-        let turned = self.turned(op, r, c)?;
+        let turned = self.rotation_product(op, r, c)?;
         turned.map(|component| Ok(self.graph.neg(component)))
     }
 
@@ -96,12 +96,12 @@ impl Lowering<'_> {
     /// The error for a field of a rotation, such as `r.w`.
     pub(super) fn field_of_rotation(&self, name: &Ident) -> Reported {
         let text = name.to_string();
-        if OF_ROTATIONS.contains(&&*text) {
+        if ROTATION_METHODS.contains(&&*text) {
             let message = format!("expected parentheses, `.{text}()`");
             return self.errors.at(name, message);
         }
         if matches!(&*text, "w" | "x" | "y" | "z") {
-            return self.errors.at(name, OF_ROTATION);
+            return self.errors.at(name, INDEX_OF_ROTATION);
         }
         self.no_method_of_rotation(name)
     }
@@ -115,7 +115,7 @@ impl Lowering<'_> {
         let is_rotation =
             |name: &str| (self.groups.iter()).any(|group| group.is_rotation && group.name == name);
         if is_rotation(stem) {
-            return Some(format!("no name `{text}` is known here: {OF_ROTATION}"));
+            return Some(format!("no name `{text}` is known here: {INDEX_OF_ROTATION}"));
         }
         let body = stem.strip_prefix("v_").filter(|name| is_rotation(name))?;
         let place = ["x", "y", "z"].iter().position(|own| *own == component)?;
@@ -131,7 +131,7 @@ impl Lowering<'_> {
                 let rate = (1..4).map(|k| self.graph.leaf(Leaf::V(first + k)));
                 let rate: Vec<_> = rate.collect();
                 for &node in &rate {
-                    self.remember(name, node);
+                    self.record_derivative(name, node);
                 }
                 return rate;
             }

@@ -31,8 +31,8 @@ impl Lowering<'_> {
             match entry {
                 Entry::Value(value) => self.expr(value),
                 Entry::At(closure, index) => {
-                    let value = self.at(closure, index)?;
-                    self.due(&closure.body, &value)
+                    let value = self.value_at_index(closure, index)?;
+                    self.expect_number(&closure.body, &value)
                 }
                 Entry::Known(component) => Ok(component),
             }
@@ -61,7 +61,7 @@ impl Lowering<'_> {
         if self.graph.rotations().is_empty()
             && let ([one], None) = (parts.as_slice(), self.component)
             && !matches!(bare(one), Expr::Closure(_) | Expr::Array(_) | Expr::Repeat(_))
-            && let Value::Vector(components) = self.any(one)?
+            && let Value::Vector(components) = self.value(one)?
             && components.len() == n
         {
             return Ok(components.into_iter().map(Entry::Known).collect());
@@ -117,7 +117,7 @@ impl Lowering<'_> {
     /// The components for a rotation: a vector of three in the frame of its body, or zero.
     fn body_vector<'e>(&mut self, group: &Group, part: &'e Expr) -> Result<Vec<Entry<'e>>, Reported> {
         let zero = self.graph.constant(0.0);
-        let components = match self.any(part)? {
+        let components = match self.value(part)? {
             Value::Vector(components) if components.len() == 3 => components,
             Value::Number(number) if self.graph.is_zero(number) => vec![zero; 3],
             value => {
@@ -162,7 +162,7 @@ impl Lowering<'_> {
             other if self.component.is_some() => {
                 return Ok((0..length).map(|_| Entry::Value(other)).collect());
             }
-            other => match self.any(other)? {
+            other => match self.value(other)? {
                 Value::Vector(components) if components.len() == length => {
                     return Ok(components.into_iter().map(Entry::Known).collect());
                 }

@@ -4,7 +4,7 @@ use proc_macro2::Ident;
 use quote::{ToTokens, format_ident};
 use syn::Expr;
 
-use super::lowering::{Lowered, Lowering, of_jerk};
+use super::lowering::{Lowered, Lowering, with_jerk_named};
 use super::value::Value;
 use crate::ast::{Branch, Observe, Scalar};
 use crate::errors::Reported;
@@ -15,7 +15,7 @@ use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {
     pub(super) fn lagrangian(&mut self, lagrangian: &Scalar) -> Lowered {
-        self.below(
+        self.expr_of_order_below(
             2,
             &lagrangian.value,
             "an acceleration comes in here; expected a Lagrangian of positions and velocities, L(q, v)",
@@ -44,17 +44,19 @@ impl Lowering<'_> {
                 "expected one component for each coordinate, in the shape of the coordinates; those of an array are written `|i| …`",
             ));
         }
-        self.origins.clear();
+        self.derivatives.clear();
         let components = self.entries(&forces.value)?;
         for &component in &components {
             if self.graph.order(component).is_some_and(|order| order > 1) {
-                let origin = self.origins.iter().find(|origin| origin.order > 1);
-                let order = origin.map_or(2, |origin| origin.order);
-                let tokens =
-                    origin.map_or_else(|| forces.value.to_token_stream(), |origin| origin.tokens.clone());
+                let derivative = self.derivatives.iter().find(|derivative| derivative.order > 1);
+                let order = derivative.map_or(2, |derivative| derivative.order);
+                let tokens = derivative.map_or_else(
+                    || forces.value.to_token_stream(),
+                    |derivative| derivative.tokens.clone(),
+                );
                 return Err(self.errors.at(
                     tokens,
-                    of_jerk(
+                    with_jerk_named(
                         "an acceleration comes in here; expected forces of time, positions and velocities, f(t, q, v)",
                         order,
                     ),
@@ -79,7 +81,7 @@ impl Lowering<'_> {
     }
 
     fn factor(&mut self, factor: &Expr) -> Lowered {
-        let value = self.below(
+        let value = self.expr_of_order_below(
             2,
             factor,
             "an acceleration comes in here; expected a factor of positions and velocities",
@@ -110,7 +112,7 @@ impl Lowering<'_> {
                     Err(self.errors.at(name, format!("`{name}` is observed already")))
                 }
                 Some(Binding::Let(value)) => value.clone().and_then(|value| {
-                    self.origins.clear();
+                    self.derivatives.clear();
                     let expected =
                         "what a node knows, an expression of time, positions, velocities and accelerations";
                     value.map(|value| self.without_jerk(value, name, expected))
@@ -121,7 +123,7 @@ impl Lowering<'_> {
                 }
                 None => {
                     let text = name.to_string();
-                    let message = if self.later.contains(&text) {
+                    let message = if self.let_names.contains(&text) {
                         format!("`{text}` is defined further down; expected its `let` before this use")
                     } else {
                         let lets = self.scope.names(|binding| matches!(binding, Binding::Let(_)));

@@ -45,13 +45,13 @@ fn is_at_rest(model: &Model, graph: &Graph, i: usize) -> bool {
 
 /// The `let`s whose names occur nowhere else.
 fn unused_lets(declaration: &Declaration) -> Vec<Warning> {
-    let mut mentioned = in_statements(declaration);
+    let mut used = in_statements(declaration);
     for binding in &declaration.lets {
-        mentioned.of(binding);
+        used.of(binding);
     }
     let unused = declaration.lets.iter().filter(|binding| {
         let name = binding.name.to_string();
-        !binding.shared && !name.starts_with('_') && !mentioned.0.contains(&name)
+        !binding.shared && !name.starts_with('_') && !used.0.contains(&name)
     });
     let warning = |name: &Ident| Warning {
         place: name.clone(),
@@ -62,22 +62,22 @@ fn unused_lets(declaration: &Declaration) -> Vec<Warning> {
 }
 
 /// The names that statements use, directly or through `let`s.
-pub(super) fn used(declaration: &Declaration) -> HashSet<String> {
-    let mut mentioned = in_statements(declaration);
+pub(super) fn used_names(declaration: &Declaration) -> HashSet<String> {
+    let mut used = in_statements(declaration);
     // a `let` uses only those before it
     for binding in declaration.lets.iter().rev() {
-        if mentioned.0.contains(&binding.name.to_string()) {
-            mentioned.of(binding);
+        if used.0.contains(&binding.name.to_string()) {
+            used.of(binding);
         }
     }
-    mentioned.0
+    used.0
 }
 
 /// The names in statements other than `let`s.
-fn in_statements(declaration: &Declaration) -> Mentioned {
-    let mut mentioned = Mentioned::default();
+fn in_statements(declaration: &Declaration) -> UsedNames {
+    let mut used = UsedNames::default();
     for expr in expressions(declaration) {
-        mentioned.visit_expr(expr);
+        used.visit_expr(expr);
     }
     let observed = declaration
         .observe
@@ -85,8 +85,8 @@ fn in_statements(declaration: &Declaration) -> Mentioned {
         .into_iter()
         .flat_map(|part| &part.names);
     let observed = observed.flatten().map(ToString::to_string);
-    mentioned.0.extend(observed);
-    mentioned
+    used.0.extend(observed);
+    used
 }
 
 /// All expressions in statements other than `let`s.
@@ -135,9 +135,9 @@ fn values<'d>(entries: impl Iterator<Item = &'d Entry>) -> impl Iterator<Item = 
 
 /// The names in expressions.
 #[derive(Default)]
-struct Mentioned(HashSet<String>);
+struct UsedNames(HashSet<String>);
 
-impl Mentioned {
+impl UsedNames {
     /// Adds the names in the value of a `let`.
     fn of(&mut self, binding: &Let) {
         if let Ok(value) = &binding.value {
@@ -146,7 +146,7 @@ impl Mentioned {
     }
 }
 
-impl<'ast> Visit<'ast> for Mentioned {
+impl<'ast> Visit<'ast> for UsedNames {
     fn visit_expr_path(&mut self, path: &'ast ExprPath) {
         self.0.extend(path.path.get_ident().map(ToString::to_string));
         visit::visit_expr_path(self, path);

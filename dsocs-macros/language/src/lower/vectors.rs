@@ -4,7 +4,7 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{BinOp, Expr, ExprMethodCall};
 
-use super::elsewhere::of_vector;
+use super::foreign_names::vector_method;
 use super::lowering::{Lowered, Lowering};
 use super::value::{Value, Valued};
 use crate::errors::Reported;
@@ -17,16 +17,16 @@ use crate::syntax::{bare, plain_name};
 const METHODS: [&str; 5] = ["inner", "cross", "norm", "norm_squared", "transpose"];
 
 /// The names of the methods of rotations.
-pub(super) const OF_ROTATIONS: [&str; 3] = ["inverse", "angular_velocity", "matrix"];
+pub(super) const ROTATION_METHODS: [&str; 3] = ["inverse", "angular_velocity", "matrix"];
 
 /// Whether vectors or matrices have a method of that name.
-pub(super) fn is_method(name: &str) -> bool {
+pub(super) fn is_vector_method(name: &str) -> bool {
     METHODS.contains(&name)
 }
 
 impl Lowering<'_> {
     /// The number of a value; an error at `expr` for other values.
-    pub(super) fn due(&self, expr: &Expr, value: &Value) -> Lowered {
+    pub(super) fn expect_number(&self, expr: &Expr, value: &Value) -> Lowered {
         let length = match value {
             Value::Number(number) => return Ok(*number),
             Value::Vector(components) => components.len(),
@@ -54,7 +54,7 @@ impl Lowering<'_> {
     }
 
     /// `[a, b, c]`: of numbers a vector, of vectors a matrix.
-    pub(super) fn listed(&self, expr: &Expr, elements: Vec<Value>) -> Valued {
+    pub(super) fn vector_or_matrix(&self, expr: &Expr, elements: Vec<Value>) -> Valued {
         let numbers: Option<Vec<NodeId>> = elements.iter().map(Value::number).collect();
         match numbers {
             Some(numbers) if !numbers.is_empty() => return Ok(Value::Vector(numbers)),
@@ -81,7 +81,7 @@ impl Lowering<'_> {
     }
 
     /// `a + b` or `a - b`
-    pub(super) fn added(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
+    pub(super) fn sum_or_difference(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
         let is_sum = matches!(op, BinOp::Add(_));
         let mut both = |a: &[NodeId], b: &[NodeId]| -> Vec<NodeId> {
             let pairs = a.iter().zip(b);
@@ -122,7 +122,7 @@ impl Lowering<'_> {
     }
 
     /// `a * b`
-    pub(super) fn multiplied(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
+    pub(super) fn product(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
         match (left, right) {
             (Value::Number(a), Value::Number(b)) => Ok(Value::Number(self.graph.mul(*a, *b))),
             (other @ (Value::Number(_) | Value::Vector(_) | Value::Matrix(_)), Value::Rotation(_)) => {
@@ -132,7 +132,7 @@ impl Lowering<'_> {
                 );
                 Err(self.errors.at(op, message))
             }
-            (Value::Rotation(r), b) => self.turned(op, *r, b),
+            (Value::Rotation(r), b) => self.rotation_product(op, *r, b),
             (Value::Number(a), b) => self.scaled(b, |graph, component| graph.mul(*a, component)),
             (a, Value::Number(b)) => self.scaled(a, |graph, component| graph.mul(component, *b)),
             (Value::Matrix(a), Value::Vector(b)) if width(a) == b.len() => Ok(Value::Vector(
@@ -168,7 +168,7 @@ impl Lowering<'_> {
     }
 
     /// `a / b`
-    pub(super) fn divided(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
+    pub(super) fn quotient(&mut self, op: &BinOp, left: &Value, right: &Value) -> Valued {
         if let Value::Rotation(_) = left {
             return Err(self
                 .errors
@@ -190,8 +190,8 @@ impl Lowering<'_> {
     /// a user's type.
     pub(super) fn method_of_vectors(&mut self, call: &ExprMethodCall) -> Option<Valued> {
         let name = call.method.to_string();
-        let of_rotations = !self.graph.rotations().is_empty() && OF_ROTATIONS.contains(&name.as_str());
-        if self.component.is_some() || !(is_method(&name) || of_rotations) {
+        let of_rotations = !self.graph.rotations().is_empty() && ROTATION_METHODS.contains(&name.as_str());
+        if self.component.is_some() || !(is_vector_method(&name) || of_rotations) {
             return None;
         }
         let is_own =
@@ -204,8 +204,8 @@ impl Lowering<'_> {
 
     fn of_vectors(&mut self, call: &ExprMethodCall) -> Valued {
         let name = &call.method;
-        let receiver = self.any(&call.receiver);
-        let arguments: Vec<Valued> = call.args.iter().map(|argument| self.any(argument)).collect();
+        let receiver = self.value(&call.receiver);
+        let arguments: Vec<Valued> = call.args.iter().map(|argument| self.value(argument)).collect();
         let receiver = receiver?;
         let arguments: Vec<Value> = arguments.into_iter().collect::<Result<_, _>>()?;
         let text = name.to_string();
@@ -234,7 +234,7 @@ impl Lowering<'_> {
             ("cross", Value::Vector(a), Some(Value::Vector(b))) if a.len() == 3 && b.len() == 3 => {
                 Ok(Value::Vector(cross(&mut self.graph, &a, b)))
             }
-            (word, receiver, _) if OF_ROTATIONS.contains(&word) => {
+            (word, receiver, _) if ROTATION_METHODS.contains(&word) => {
                 let message = format!(
                     "expected a rotation before `.{name}()`, found {}",
                     receiver.kind()
@@ -277,7 +277,7 @@ impl Lowering<'_> {
         if let Value::Rotation(_) = value {
             return self.no_method_of_rotation(name);
         }
-        let hint = match of_vector(&text) {
+        let hint = match vector_method(&text) {
             Some(meant) => format!("; expected `.{meant}`"),
             None => did_you_mean(&text, METHODS),
         };
@@ -303,7 +303,7 @@ impl Lowering<'_> {
         });
         component.ok_or_else(|| {
             let name = plain_name(bare(base)).map_or_else(|| "this".to_owned(), |name| format!("`{name}`"));
-            self.outside(index, place, &name, length)
+            self.out_of_range(index, place, &name, length)
         })
     }
 

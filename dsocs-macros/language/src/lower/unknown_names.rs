@@ -4,7 +4,7 @@ use proc_macro2::{Ident, Span};
 use quote::{ToTokens, quote};
 use syn::{Expr, Lit, UnOp};
 
-use super::elsewhere::constant;
+use super::foreign_names::constant;
 use super::look_alike;
 use super::lowering::Lowering;
 use crate::errors::{Errors, Reported};
@@ -98,7 +98,7 @@ impl Lowering<'_> {
             }
             "self" => "expected the parameter by its name alone, without `self`".to_owned(),
             _ if self.fields.have_compiler() && text.starts_with(|first: char| first.is_uppercase()) => return Ok(()),
-            _ if self.later.contains(&text) => {
+            _ if self.let_names.contains(&text) => {
                 format!("`{text}` is defined further down; expected its `let` before this use")
             }
             _ => {
@@ -115,7 +115,7 @@ impl Lowering<'_> {
                 };
                 let same = known().find(|known| look_alike::folded(known) == look_alike::folded(&text));
                 if let Some(same) = same {
-                    let message = look_alike::told(&text, same);
+                    let message = look_alike::message(&text, same);
                     return Err(self.errors.at(name, message));
                 }
                 match nearest(&text, known()) {

@@ -59,10 +59,10 @@ const WORDS: [(&str, &str); 18] = [
 ];
 
 /// Those of [`METHODS`] that may well be the user's own functions.
-const OWN: [&str; 3] = ["square", "squared", "cubed"];
+const OFTEN_OWN: [&str; 3] = ["square", "squared", "cubed"];
 
 /// Methods of vectors under names of other languages, and the method to use here.
-const OF_VECTORS: [(&str, &str); 15] = [
+const VECTOR_METHODS: [(&str, &str); 15] = [
     ("abs", "norm()"),
     ("length", "norm()"),
     ("len", "norm()"),
@@ -81,8 +81,8 @@ const OF_VECTORS: [(&str, &str); 15] = [
 ];
 
 /// The method of vectors for a name of another language.
-pub(super) fn of_vector(name: &str) -> Option<&'static str> {
-    let known = OF_VECTORS.iter().find(|(known, _)| *known == name);
+pub(super) fn vector_method(name: &str) -> Option<&'static str> {
+    let known = VECTOR_METHODS.iter().find(|(known, _)| *known == name);
     known.map(|(_, meant)| *meant)
 }
 
@@ -104,11 +104,11 @@ fn method(name: &str, errors: &Errors) -> Option<String> {
     }
     let own =
         Builtin::find(name).map(|builtin| format!("{name}({})", if builtin.is_of_one() { "" } else { "…" }));
-    own.or_else(|| of_method(name, errors).map(ToOwned::to_owned))
+    own.or_else(|| method_of_numbers(name, errors).map(ToOwned::to_owned))
 }
 
 /// The method of numbers for a name of another language.
-fn of_method(name: &str, errors: &Errors) -> Option<&'static str> {
+fn method_of_numbers(name: &str, errors: &Errors) -> Option<&'static str> {
     let words = WORDS.iter().filter(|_| errors.are_of_text());
     let known = METHODS.iter().chain(words).find(|(known, _)| *known == name);
     known.map(|(_, meant)| *meant)
@@ -130,31 +130,31 @@ pub(super) fn is_module(name: &Ident) -> bool {
 
 impl Lowering<'_> {
     /// The error for a function in the notation of other languages: `sin(x)`, `sign(x)`, `diff(x, t)`.
-    pub(super) fn function_elsewhere(
+    pub(super) fn foreign_function(
         &self,
         name: &Ident,
         argument: Option<&impl ToTokens>,
     ) -> Option<Reported> {
         let text = name.to_string();
         if DERIVATIVES.contains(&text.as_str()) {
-            let argument = argument.map_or_else(|| "x".to_owned(), written);
+            let argument = argument.map_or_else(|| "x".to_owned(), source_text);
             let message = format!(
                 "the time derivative is called `dot`: expected `dot({argument})`, and `ddot({argument})` for the second one{}",
                 if self.errors.are_of_text() {
                     String::new()
                 } else {
-                    own(&text)
+                    hint_for_own_function(&text)
                 }
             );
             return Some(self.errors.at(name, message));
         }
-        if OWN.contains(&text.as_str()) && !self.errors.are_of_text() {
+        if OFTEN_OWN.contains(&text.as_str()) && !self.errors.are_of_text() {
             return None;
         }
         let meant = method(&text, self.errors)?;
         let place = self.where_it_is_so();
         let message = match Builtin::find(&text) {
-            _ if self.errors.are_of_text() => behind(argument, &meant),
+            _ if self.errors.are_of_text() => hint_for_method_notation(argument, &meant),
             Some(_) if text != "log" => {
                 format!(
                     "functions of numbers are methods {place}: expected `(…).{meant}` or `f64::{text}(…)`"
@@ -162,7 +162,7 @@ impl Lowering<'_> {
             }
             _ => format!(
                 "functions of numbers are methods {place}: expected `(…).{meant}`{}",
-                own(&text)
+                hint_for_own_function(&text)
             ),
         };
         Some(self.errors.at(name, message))
@@ -177,7 +177,10 @@ impl Lowering<'_> {
     ) -> Reported {
         let meant = method(&name.to_string(), self.errors).unwrap_or_else(|| format!("{name}()"));
         let message = if self.errors.are_of_text() {
-            format!("{}, without `{module}`", behind(argument, &meant))
+            format!(
+                "{}, without `{module}`",
+                hint_for_method_notation(argument, &meant)
+            )
         } else {
             let place = self.where_it_is_so();
             format!("functions of numbers are methods {place}: expected `(…).{meant}`, without `{module}`")
@@ -204,8 +207,8 @@ impl Lowering<'_> {
     }
 
     /// The error for a method of numbers that has another name here: `x.squared()`.
-    pub(super) fn method_elsewhere(&self, name: &Ident) -> Option<Reported> {
-        let meant = of_method(&name.to_string(), self.errors)?;
+    pub(super) fn foreign_method(&self, name: &Ident) -> Option<Reported> {
+        let meant = method_of_numbers(&name.to_string(), self.errors)?;
         if self.errors.are_of_text() {
             let message = format!("no function is called `{name}`: expected `.{meant}`");
             return Some(self.errors.at(name, message));
@@ -219,13 +222,13 @@ impl Lowering<'_> {
 }
 
 /// The hint how to call a user's function whose name means something else.
-fn own(name: &str) -> String {
+fn hint_for_own_function(name: &str) -> String {
     format!(" (a function of your own of this name is called by its path, `self::{name}(…)`)")
 }
 
 /// The hint to write a function behind its argument, for authors of a text.
-fn behind(argument: Option<&impl ToTokens>, meant: &str) -> String {
-    let written = argument.map(written).unwrap_or_default();
+fn hint_for_method_notation(argument: Option<&impl ToTokens>, meant: &str) -> String {
+    let written = argument.map(source_text).unwrap_or_default();
     let is_short = (1..30).contains(&written.chars().count());
     let is_whole = written
         .chars()
@@ -239,6 +242,6 @@ fn behind(argument: Option<&impl ToTokens>, meant: &str) -> String {
 }
 
 /// An expression as the user wrote it, without spaces.
-fn written(expr: &impl ToTokens) -> String {
+fn source_text(expr: &impl ToTokens) -> String {
     expr.to_token_stream().to_string().replace(' ', "")
 }
