@@ -71,13 +71,13 @@ impl Model {
     /// The name of the struct.
     #[must_use]
     pub fn name(&self) -> String {
-        plain(&self.item.ident)
+        unraw(&self.item.ident)
     }
 
     /// The names of the coordinates, in order: `x`, `theta_0`, `theta_1`.
     #[must_use]
     pub fn coordinates(&self) -> Vec<String> {
-        self.coordinates.iter().map(plain).collect()
+        self.coordinates.iter().map(unraw).collect()
     }
 
     /// The names of the parameters that are numbers, in order: `mass`, `masses_0`, `masses_1`.
@@ -89,7 +89,7 @@ impl Model {
     /// The names of the observables, in order.
     #[must_use]
     pub fn observables(&self) -> Vec<String> {
-        self.observe.iter().map(|(name, _)| plain(name)).collect()
+        self.observe.iter().map(|(name, _)| unraw(name)).collect()
     }
 
     /// Warnings: declared names that have no effect, or probably not the one that is meant.
@@ -245,7 +245,7 @@ impl fmt::Debug for Model {
 }
 
 /// A name without the prefix `r#` of a raw identifier.
-pub(crate) fn plain(name: &Ident) -> String {
+pub(crate) fn unraw(name: &Ident) -> String {
     let name = name.to_string();
     name.strip_prefix("r#").unwrap_or(&name).to_owned()
 }

@@ -114,7 +114,7 @@ impl Expressions {
 }
 
 /// The tape of a declaration, and the functions and expressions that it calls.
-pub(super) struct Cold {
+pub(super) struct TapeWithCalls {
     pub(super) bytes: Vec<u8>,
     pub(super) calls: Calls,
 }
@@ -125,7 +125,7 @@ pub(super) fn tape(
     stages: &Stages,
     declared: (&Graph, &Declared),
     expressions: &Expressions,
-) -> Cold {
+) -> TapeWithCalls {
     let mut calls = Calls::default();
     let segments = segments(model, stages, declared, expressions, &mut calls);
     let mut bytes = vec![VERSION];
@@ -134,7 +134,7 @@ pub(super) fn tape(
         number(&mut bytes, segment.len());
         bytes.extend(segment);
     }
-    Cold { bytes, calls }
+    TapeWithCalls { bytes, calls }
 }
 
 /// The number of segments of a tape.
@@ -153,7 +153,11 @@ pub(super) fn of_constants(constants: &Segment) -> Vec<u8> {
 }
 
 /// `impl Source` of the declaration.
-pub(super) fn source(model: &Model, Cold { bytes, calls }: &Cold, functions: &Functions) -> TokenStream {
+pub(super) fn source(
+    model: &Model,
+    TapeWithCalls { bytes, calls }: &TapeWithCalls,
+    functions: &Functions,
+) -> TokenStream {
     let name = &model.item.ident;
     let generics = between_threads(&model.item.generics);
     let (impl_generics, type_generics, where_clause) = generics.split_for_impl();

@@ -1,9 +1,9 @@
 //! A declaration as data, from which an engine runs it without a compiler.
 
-use super::cold::Cold;
+use super::cold::TapeWithCalls;
 use super::facts::Facts;
 use crate::mechanics::Symmetry;
-use crate::model::{Model, plain};
+use crate::model::{Model, unraw};
 use crate::passes::sparse::Order;
 
 /// A declaration as data, from [`Model::data`]. `dsocs_core::Shape` explains the counts and kinds,
@@ -115,26 +115,26 @@ fn quantity(name: impl Into<String>, doc: &str) -> Quantity {
 
 impl Data {
     /// The data of a declaration from its facts and its tape.
-    pub(super) fn new(model: &Model, facts: Facts, cold: Cold, sparse: Option<Order>) -> Self {
+    pub(super) fn new(model: &Model, facts: Facts, tape: TapeWithCalls, sparse: Option<Order>) -> Self {
         let docs = &model.docs;
         let coordinates = model.coordinates.iter().zip(&docs.coordinates);
         let observables = model.observe.iter().zip(&docs.observe);
         let parameters = model.parameters.iter();
         let others = model.others.iter();
         Self {
-            calls: cold.calls.asked(&model.graph),
-            tape: cold.bytes,
+            calls: tape.calls.asked(&model.graph),
+            tape: tape.bytes,
             itself: quantity(model.name(), &docs.system),
             declaration: model.text.clone(),
             coordinates: coordinates
-                .map(|(name, doc)| quantity(plain(name), doc))
+                .map(|(name, doc)| quantity(unraw(name), doc))
                 .collect(),
             parameters: parameters
                 .map(|field| quantity(&field.name, &field.doc))
                 .collect(),
             others: others.map(|(name, ty)| quantity(name, ty)).collect(),
             observables: observables
-                .map(|((name, _), doc)| quantity(plain(name), doc))
+                .map(|((name, _), doc)| quantity(unraw(name), doc))
                 .collect(),
             unknowns: facts.unknowns,
             motion: facts.motion,

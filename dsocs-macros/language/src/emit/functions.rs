@@ -18,10 +18,10 @@ use crate::nearest::nearest;
 const MOST_ARGUMENTS: usize = 6;
 
 /// A function, and the number of arguments of its call.
-type Called = (usize, usize);
+type FunctionWithArity = (usize, usize);
 
 /// The functions in differentiated expressions.
-pub(super) struct Functions(BTreeSet<Called>);
+pub(super) struct Functions(BTreeSet<FunctionWithArity>);
 
 impl Functions {
     /// The functions of a declaration. One that is only observed is called with plain numbers, and so need
@@ -90,7 +90,7 @@ impl Functions {
         if self.0.contains(&(callee, arguments.len())) {
             call(graph, callee, arguments, wrt, &|number| quote!(#number))
         } else {
-            plain(graph.callee(callee), arguments)
+            call_as_written(graph.callee(callee), arguments)
         }
     }
 
@@ -120,16 +120,16 @@ fn method(callee: &Callee, place: usize, count: usize) -> TokenStream {
     let body = match callee {
         // the function's own types come first, so that a mistake in them is reported once
         Callee::Function(_) if count <= MOST_ARGUMENTS => {
-            let (function, call) = (named("__function"), plain(callee, &x));
+            let (function, call) = (named("__function"), call_as_written(callee, &x));
             let through = named(&format!("call_{count}"));
             quote_spanned! {span=>
                 let #function = |#(#x),*| #call;
                 ::dsocs_core::__private::#through(#function, #(#x),*)
             }
         }
-        Callee::Function(_) => plain(callee, &x),
+        Callee::Function(_) => call_as_written(callee, &x),
         Callee::Method(method) => {
-            let (hint, call, receiver) = (hint_for(method, count - 1), plain(callee, &x), &x[0]);
+            let (hint, call, receiver) = (hint_for(method, count - 1), call_as_written(callee, &x), &x[0]);
             quote_spanned!(span=> #hint let mut #receiver = #receiver; #call)
         }
     };
@@ -145,7 +145,7 @@ fn method(callee: &Callee, place: usize, count: usize) -> TokenStream {
 /// A trait method with the name of a user's method, if the name resembles that of a function of `f64`. It is
 /// found last, after any method of the user's, and its error names the function that is meant.
 fn hint_for(method: &Ident, count: usize) -> Option<TokenStream> {
-    let meant = meant(&method.to_string())?;
+    let meant = likely_function(&method.to_string())?;
     let span = method.span();
     let message = format!("numbers have no method `{method}`; did you mean `{meant}`?");
     let label = format!("expected `{meant}`");
@@ -167,7 +167,7 @@ fn hint_for(method: &Ident, count: usize) -> Option<TokenStream> {
 }
 
 /// The function of `f64` that a method's name probably means.
-fn meant(name: &str) -> Option<&'static str> {
+fn likely_function(name: &str) -> Option<&'static str> {
     const MEANT: [(&str, &str); 2] = [("sqr", "powi(2)"), ("cube", "powi(3)")];
     let known = MEANT.iter().find(|(known, _)| *known == name);
     known
@@ -176,7 +176,7 @@ fn meant(name: &str) -> Option<&'static str> {
 }
 
 /// The call as the user wrote it.
-fn plain(callee: &Callee, arguments: &[impl ToTokens]) -> TokenStream {
+fn call_as_written(callee: &Callee, arguments: &[impl ToTokens]) -> TokenStream {
     let span = callee.span();
     match callee {
         Callee::Function(function) => quote_spanned!(span=> #function(#(#arguments),*)),

@@ -42,7 +42,7 @@ fn argument(leaf: Leaf) -> Place {
 }
 
 /// The code of a method of a step, which is given `constants` and `known`.
-fn later(stages: &Stages, outputs: &[Value]) -> (TokenStream, Vec<TokenStream>) {
+fn code_in_step(stages: &Stages, outputs: &[Value]) -> (TokenStream, Vec<TokenStream>) {
     stages.program.code(outputs, &stages.in_step(), "n", &argument)
 }
 
@@ -218,7 +218,7 @@ fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
 }
 
 /// The arguments of a method that is evaluated at the unknowns of a step.
-fn at_z() -> TokenStream {
+fn unknown_arguments() -> TokenStream {
     quote! {
         constants: &Self::Constants<__T>,
         known: &Self::Known<__T>,
@@ -233,8 +233,8 @@ fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
         None => linearize_method(stages),
     };
     let scales = scales_method(stages);
-    let at_z = at_z();
-    let (difference_code, difference) = later(stages, &stages.second_difference);
+    let unknown_arguments = unknown_arguments();
+    let (difference_code, difference) = code_in_step(stages, &stages.second_difference);
     let meanings = stages.meanings.iter().map(|&leaf| match leaf {
         Leaf::Lambda(j) => {
             let j = Literal::usize_unsuffixed(j);
@@ -260,7 +260,7 @@ fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
         #[inline(always)]
         fn second_difference<__T: ::dsocs_core::__private::Scalar>(
             &self,
-            #at_z
+            #unknown_arguments
         ) -> [__T; #n] {
             #difference_code
             [#(#difference),*]
@@ -270,15 +270,15 @@ fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
 
 /// `linearize`: the rows and their Jacobian.
 fn linearize_method(stages: &Stages) -> TokenStream {
-    let (code, results) = later(stages, &stages.residual());
+    let (code, results) = code_in_step(stages, &stages.residual());
     let (rows, jacobian) = results.split_at(stages.rows.len());
     let jacobian = matrix(jacobian, rows.len());
-    let at_z = at_z();
+    let unknown_arguments = unknown_arguments();
     quote! {
         #[inline(always)]
         fn linearize<__T: ::dsocs_core::__private::Scalar>(
             &self,
-            #at_z
+            #unknown_arguments
         ) -> ::dsocs_core::__private::Linearization<__T, Self::Unknown<__T>> {
             #code
             ::dsocs_core::__private::Linearization { rows: [#(#rows),*], jacobian: #jacobian }
@@ -289,7 +289,7 @@ fn linearize_method(stages: &Stages) -> TokenStream {
 /// `linearize` with a sparse Jacobian: its entries that are not identically zero, and the order of
 /// elimination.
 fn sparse_methods(stages: &Stages, order: &Order) -> TokenStream {
-    let (code, results) = later(stages, &stages.entries(order));
+    let (code, results) = code_in_step(stages, &stages.entries(order));
     let (rows, entries) = results.split_at(stages.rows.len());
     let [size, count] = [rows.len(), entries.len()].map(Literal::usize_unsuffixed);
     let places = |places: &[[usize; 2]]| {
@@ -300,7 +300,7 @@ fn sparse_methods(stages: &Stages, order: &Order) -> TokenStream {
         quote!(&[#(#places),*])
     };
     let (where_entries, pivots) = (places(&order.entries), places(&order.pivots));
-    let at_z = at_z();
+    let unknown_arguments = unknown_arguments();
     quote! {
         const SPARSE: bool = true;
 
@@ -312,7 +312,7 @@ fn sparse_methods(stages: &Stages, order: &Order) -> TokenStream {
 
         fn entries<__T: ::dsocs_core::__private::Scalar>(
             &self,
-            #at_z
+            #unknown_arguments
             entries: &mut [__T],
         ) -> Self::Unknown<__T> {
             #code
@@ -322,7 +322,7 @@ fn sparse_methods(stages: &Stages, order: &Order) -> TokenStream {
 
         fn linearize<__T: ::dsocs_core::__private::Scalar>(
             &self,
-            #at_z
+            #unknown_arguments
         ) -> ::dsocs_core::__private::Linearization<__T, Self::Unknown<__T>> {
             let mut entries = [__T::splat(0.0); #count];
             let rows = self.entries(constants, known, z, &mut entries);
@@ -339,13 +339,13 @@ fn scales_method(stages: &Stages) -> Option<TokenStream> {
     if stages.unscaled() {
         return None;
     }
-    let (code, scales) = later(stages, &stages.scales);
-    let at_z = at_z();
+    let (code, scales) = code_in_step(stages, &stages.scales);
+    let unknown_arguments = unknown_arguments();
     Some(quote! {
         #[inline(always)]
         fn scales<__T: ::dsocs_core::__private::Scalar>(
             &self,
-            #at_z
+            #unknown_arguments
         ) -> Self::Unknown<__T> {
             #code
             [#(#scales),*]
@@ -356,7 +356,7 @@ fn scales_method(stages: &Stages) -> Option<TokenStream> {
 /// `report`: point, force and energy at a node whose step has been solved.
 fn report_method(model: &Model, stages: &Stages) -> TokenStream {
     let (n, past) = (model.coordinates.len(), past(model));
-    let (code, results) = later(stages, &stages.node());
+    let (code, results) = code_in_step(stages, &stages.node());
     let (point, force) = results.split_at(3 * n + 1);
     let (q, rest) = point.split_at(n);
     let (v, rest) = rest.split_at(n);

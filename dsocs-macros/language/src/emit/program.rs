@@ -158,7 +158,7 @@ fn common_factors(group: &[Term]) -> Product {
 }
 
 /// A product without some of its factors.
-fn without(mut product: Product, factors: &Product) -> Product {
+fn without_factors(mut product: Product, factors: &Product) -> Product {
     for (factor, count) in factors {
         if let Some(present) = product.get_mut(factor) {
             *present -= count;
@@ -376,15 +376,15 @@ impl<'g> Program<'g> {
             }
             let parts = self.graph.parts(id);
             let terms = match self.graph.node(id) {
-                Node::Sum(_, terms) => self.beside_running(id, terms),
+                Node::Sum(_, terms) => self.terms_outside_running(id, terms),
                 Node::Product(_) => vec![(id, Bits::new(1.0))],
                 _ => Vec::new(),
             };
             // a product that is a term of a sum is multiplied there, with its coefficient
             let is_term = |part: &NodeId| matches!(self.graph.node(*part), Node::Product(_));
             let sum = matches!(self.graph.node(id), Node::Sum(..));
-            let (inner, plain): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| sum && is_term(part));
-            open.extend(plain);
+            let (inner, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| sum && is_term(part));
+            open.extend(others);
             open.extend(inner.iter().flat_map(|&product| self.graph.parts(product)));
             for group in self.groups(&terms) {
                 let mut early = group[0].early.clone();
@@ -400,7 +400,7 @@ impl<'g> Program<'g> {
                     }
                 };
                 for term in &group {
-                    found(without(term.product(group.len() == 1), &common));
+                    found(without_factors(term.product(group.len() == 1), &common));
                 }
                 found(common);
                 while !early.1.is_empty() {
@@ -432,7 +432,7 @@ impl<'g> Program<'g> {
 
     fn lower_sum(&mut self, id: NodeId, constant: Bits, terms: &[(NodeId, Bits)]) -> Value {
         let mut sum = (constant.get() != 0.0).then(|| self.push(Op::Constant(constant)));
-        let others = self.beside_running(id, terms);
+        let others = self.terms_outside_running(id, terms);
         let running = self.running.get(&id).cloned().unwrap_or_default();
         // in the order of their stages
         let mut running = running.into_iter().peekable();
@@ -473,7 +473,7 @@ impl<'g> Program<'g> {
             let common = common_factors(group);
             let mut inner: Option<Value> = None;
             for term in group {
-                let product = self.lower_shared(without(term.product(false), &common));
+                let product = self.lower_shared(without_factors(term.product(false), &common));
                 inner = Some(match inner {
                     None => product,
                     Some(inner) if term.negative == negative => self.push(Op::Add(inner, product)),

@@ -13,7 +13,7 @@ use super::stages::{Energy, Stages};
 use super::{hot, jets};
 use crate::graph::Graph;
 use crate::mechanics::{self, Symmetry};
-use crate::model::{Model, ParameterField, Warning, plain};
+use crate::model::{Model, ParameterField, Warning, unraw};
 use crate::passes;
 
 /// The struct as the user wrote it, with all its implementations.
@@ -102,8 +102,8 @@ pub(crate) fn data(model: &Model) -> Data {
     let replaced = passes::with_continuous_quotients(model);
     let model = replaced.as_ref().unwrap_or(model);
     assembled(model, |all| {
-        let cold = cold::tape(model, &all.stages, (all.graph, &all.declared), all.expressions);
-        Data::new(model, all.facts, cold, all.stages.sparse)
+        let tape = cold::tape(model, &all.stages, (all.graph, &all.declared), all.expressions);
+        Data::new(model, all.facts, tape, all.stages.sparse)
     })
 }
 
@@ -151,16 +151,16 @@ fn metadata(model: &Model, facts: &Facts) -> TokenStream {
     let n = Literal::usize_unsuffixed(model.coordinates.len());
     let quantity = |name: &str, doc: &str| quote!(::dsocs_core::Quantity::new(#name, #doc));
     let coordinates = model.coordinates.iter().zip(&model.docs.coordinates);
-    let coordinates = coordinates.map(|(name, doc)| quantity(&plain(name), doc));
+    let coordinates = coordinates.map(|(name, doc)| quantity(&unraw(name), doc));
     let observables = model.observe.iter().zip(&model.docs.observe);
-    let observables = observables.map(|((name, _), doc)| quantity(&plain(name), doc));
+    let observables = observables.map(|((name, _), doc)| quantity(&unraw(name), doc));
     let parameters = model.parameters.iter();
     let parameters = parameters.map(|field| quantity(&field.name, &field.doc));
     let others = (!model.others.is_empty()).then(|| {
         let others = model.others.iter().map(|(name, ty)| quantity(name, ty));
         quote!(const OTHERS: &'static [::dsocs_core::Quantity] = &[#(#others),*];)
     });
-    let (own_name, doc, text) = (plain(name), &model.docs.system, &model.text);
+    let (own_name, doc, text) = (unraw(name), &model.docs.system, &model.text);
     let symmetry = Ident::new(facts.symmetry.name(), Span::call_site());
     let order = (facts.order > 2).then(|| {
         let order = Literal::usize_unsuffixed(facts.order);

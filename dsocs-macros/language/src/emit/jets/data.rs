@@ -193,7 +193,11 @@ impl Bytes<'_> {
     fn operation(&mut self, to: Sequence, op: &Op) {
         let code = code(op);
         self.out.push(code);
-        let lists = [&self.plan.lasting, &self.plan.accelerated, &self.plan.again];
+        let lists = [
+            &self.plan.beyond_order_0,
+            &self.plan.accelerated,
+            &self.plan.after_solve,
+        ];
         let lists = lists.iter().enumerate();
         self.out
             .push(lists.map(|(bit, list)| u8::from(list.contains(&to)) << bit).sum());
@@ -231,13 +235,13 @@ impl Bytes<'_> {
             Op::Select(_, [left, right, ..]) => self.switch(Argument::Difference(left, right)),
             _ => {}
         }
-        if self.plan.lasting.contains(&to) {
+        if self.plan.beyond_order_0.contains(&to) {
             for sum in op.inner(to) {
                 let lane = self.plan.sequences.lane(sum);
                 self.number(match lane {
                     Some(Lane::Product(place)) => 2 * place,
                     Some(Lane::Square(place)) => 2 * place + 1,
-                    // inner sums were added for lasting sequences only
+                    // inner sums were added for sequences needed beyond order 0 only
                     None => 0,
                 });
             }

@@ -234,7 +234,7 @@ impl Writer<'_> {
                 self.all_start(self.plan.at_start(true)),
                 self.all_next(self.plan.beyond(true)),
             );
-            let again = self.all_next(self.plan.again());
+            let after_solve = self.all_next(self.plan.after_solve());
             let unknown: Vec<_> = motion.unknown.iter().map(|&leaf| write::leaf(leaf)).collect();
             let multipliers = Literal::usize_unsuffixed(motion.multipliers);
             let l = local("l");
@@ -272,11 +272,12 @@ impl Writer<'_> {
                     #next
                     let update = ::dsocs_core::__private::back::<__FUSED, _, __T>(#inverse.inverse(), &[#(#kth_rows),*]);
                     #(#unknown = update[#places];)*
-                    #again
+                    #after_solve
                 },
             )
         };
-        let (store, watch, narrow) = (self.store(), self.watch(), self.narrow());
+        let (store, watch) = (self.store(), self.watch());
+        let watch_narrow_features = self.watch_narrow_features();
         let (push, turning) = self.push();
         quote! {
             let (mut #q, mut #v) = #series.start();
@@ -284,7 +285,7 @@ impl Writer<'_> {
             let mut #y = [__T::splat(0.0); #length];
             #start
             #solve_start
-            #narrow
+            #watch_narrow_features
             #series.#push(0, #turning &mut #q, &mut #v, [#(#first),*]);
             #declare
             for #k in 1..#series.order() {

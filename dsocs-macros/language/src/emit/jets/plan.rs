@@ -23,11 +23,11 @@ pub(super) struct Plan {
     /// All operations, with the inner sums of their recurrences.
     pub(super) sequences: Sequences,
     /// The sequences that are needed beyond order 0.
-    pub(super) lasting: BTreeSet<Sequence>,
+    pub(super) beyond_order_0: BTreeSet<Sequence>,
     /// The sequences that depend on accelerations that are solved for numerically.
     pub(super) accelerated: BTreeSet<Sequence>,
     /// Those of the latter that higher orders need once the accelerations are known.
-    pub(super) again: BTreeSet<Sequence>,
+    pub(super) after_solve: BTreeSet<Sequence>,
     pub(super) accelerations: Vec<Sequence>,
     pub(super) rows: Vec<Sequence>,
     /// The Jacobian of the rows, row by row.
@@ -61,8 +61,8 @@ impl Plan {
     /// The plan of a motion. `watched` are functions in which the declaration jumps although the motion does
     /// not show it.
     pub(super) fn new(graph: &mut Graph, motion: Motion, watched: &[NodeId]) -> Self {
-        let lasting = [motion.accelerations.as_slice(), &motion.rows].concat();
-        let mut lower = Lower::new(graph, &lasting);
+        let beyond_order_0 = [motion.accelerations.as_slice(), &motion.rows].concat();
+        let mut lower = Lower::new(graph, &beyond_order_0);
         let mut all =
             |nodes: &[NodeId]| -> Vec<Sequence> { nodes.iter().map(|&node| lower.lower(node)).collect() };
         let (accelerations, rows) = (all(&motion.accelerations), all(&motion.rows));
@@ -71,9 +71,9 @@ impl Plan {
         let sequences = lower.sequences;
         let switched = sequences.switched();
         let mut plan = Self {
-            lasting: sequences.needed(&[accelerations.as_slice(), &rows, &switched].concat()),
+            beyond_order_0: sequences.needed(&[accelerations.as_slice(), &rows, &switched].concat()),
             accelerated: sequences.accelerated(),
-            again: BTreeSet::new(),
+            after_solve: BTreeSet::new(),
             accelerations,
             rows,
             jacobian,
@@ -122,7 +122,7 @@ impl Plan {
         outputs.extend(&self.accelerations);
         outputs.extend(self.sequences.switched());
         let needed = self.sequences.needed(&outputs);
-        self.again = self.accelerated.intersection(&needed).copied().collect();
+        self.after_solve = self.accelerated.intersection(&needed).copied().collect();
     }
 
     /// The operations of order 0, of the sequences that depend on accelerations or of the others.
@@ -134,12 +134,14 @@ impl Plan {
     /// The operations of the orders beyond 0.
     pub(super) fn beyond(&self, accelerated: bool) -> impl Iterator<Item = (Sequence, &Op)> {
         self.at_start(accelerated)
-            .filter(|(to, _)| self.lasting.contains(to))
+            .filter(|(to, _)| self.beyond_order_0.contains(to))
     }
 
     /// The operations that higher orders need once the accelerations of an order are known.
-    pub(super) fn again(&self) -> impl Iterator<Item = (Sequence, &Op)> {
-        self.sequences.ops().filter(|(to, _)| self.again.contains(to))
+    pub(super) fn after_solve(&self) -> impl Iterator<Item = (Sequence, &Op)> {
+        self.sequences
+            .ops()
+            .filter(|(to, _)| self.after_solve.contains(to))
     }
 
     /// A constant factor, as a number or by its index.

@@ -285,7 +285,7 @@ impl<'g> Writer<'g> {
     }
 
     /// Passes the coefficients of order 0 to the switches behind which something narrow may hide.
-    pub(super) fn narrow(&self) -> TokenStream {
+    pub(super) fn watch_narrow_features(&self) -> TokenStream {
         let table = local("table");
         let switches = self.plan.sequences.switches().iter().enumerate();
         switches
@@ -359,7 +359,7 @@ impl<'g> Writer<'g> {
         let (array, place) = match self.plan.sequences.lane([x, y]) {
             Some(Lane::Product(place)) => (local("products"), place),
             Some(Lane::Square(place)) => (local("squares"), place),
-            // does not occur: a sequence with a recurrence is lasting
+            // does not occur: a sequence with a recurrence is needed beyond order 0
             None => return quote!(__T::splat(0.0)),
         };
         let (block, lane) = (at(place / LANES), at(place % LANES));

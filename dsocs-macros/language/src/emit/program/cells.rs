@@ -116,7 +116,7 @@ impl Kinds {
     }
 
     /// Adds an operation of a kind, whose operands have been added; returns the kind's number.
-    fn take(&mut self, value: Value, kind: Kind) -> usize {
+    fn add(&mut self, value: Value, kind: Kind) -> usize {
         let number = self.number(kind);
         self.of.insert(value, number);
         number
@@ -134,7 +134,7 @@ impl Kinds {
 impl Program<'_> {
     /// An operation and its operands; `None` for constants, leaves, parameters and calls of the user's
     /// functions.
-    fn alike(&self, value: Value, schedule: Option<&Schedule>) -> Option<(Operation, Vec<Value>)> {
+    fn operation_of(&self, value: Value, schedule: Option<&Schedule>) -> Option<(Operation, Vec<Value>)> {
         let operation = match self.op(value) {
             Op::Constant(_) | Op::Leaf(_) | Op::Param(_) | Op::Call { .. } => return None,
             Op::Neg(_) => Operation::Neg,
@@ -160,7 +160,7 @@ impl Program<'_> {
         let mut kinds = Kinds::new();
         self.values()
             .map(|value| {
-                let kind = match (self.op(value), self.alike(value, None)) {
+                let kind = match (self.op(value), self.operation_of(value, None)) {
                     (Op::Constant(bits), _) => Kind::Constant(*bits),
                     (Op::Leaf(leaf), _) => Kind::Leaf(std::mem::discriminant(leaf)),
                     (Op::Param(_), _) => Kind::Parameter,
@@ -194,7 +194,7 @@ impl Program<'_> {
                     Kind::Sum(terms) => Some(terms.clone()),
                     _ => None,
                 };
-                let number = kinds.take(value, kind);
+                let number = kinds.add(value, kind);
                 if let Some(terms) = terms {
                     kinds.sums.insert(number, terms);
                 }
@@ -256,7 +256,7 @@ impl Program<'_> {
 
 /// The place of an operand.
 #[derive(Clone, PartialEq, Eq, Debug)]
-enum At {
+enum OperandPlace {
     /// A number, or a value with a name of its own.
     One(Value),
     /// An element of an argument: its text, and the index.
@@ -282,17 +282,17 @@ enum Array {
 
 /// The order of the indices of a slot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Follow {
+enum IndexOrder {
     /// Increasing by one.
-    Next,
+    Consecutive,
     /// Constant.
-    Same,
+    Constant,
     /// Any order, given by a list.
     Listed,
 }
 
 /// One operation for every cell of a group.
-struct Line {
+struct LoopStatement {
     /// The number of the kind.
     kind: usize,
     operation: Operation,
@@ -302,19 +302,19 @@ struct Line {
 /// Kinds with equally many members, computed in one loop.
 struct Group {
     count: usize,
-    lines: Vec<Line>,
+    statements: Vec<LoopStatement>,
     is_call: bool,
 }
 
 impl Group {
     /// The operands that the loop reads from arrays of other groups or arguments.
-    fn outside(&self) -> impl Iterator<Item = &Slot> {
+    fn external_operands(&self) -> impl Iterator<Item = &Slot> {
         let own = |slot: &&Slot| match slot.array {
             Array::One(_) => true,
             Array::Argument(_) => false,
-            Array::Kind(kind) => self.lines.iter().any(|line| line.kind == kind),
+            Array::Kind(kind) => self.statements.iter().any(|statement| statement.kind == kind),
         };
-        let slots = self.lines.iter().flat_map(|line| &line.slots);
+        let slots = self.statements.iter().flat_map(|statement| &statement.slots);
         slots.filter(move |slot| !own(slot))
     }
 }
@@ -322,19 +322,19 @@ impl Group {
 /// The arrays that a group reads, with the order of their indices.
 struct Inputs<'a> {
     slots: Vec<&'a Slot>,
-    follows: Vec<Follow>,
+    orders: Vec<IndexOrder>,
 }
 
 impl<'a> Inputs<'a> {
     fn new(group: &'a Group) -> Self {
         let mut inputs = Self {
             slots: Vec::new(),
-            follows: Vec::new(),
+            orders: Vec::new(),
         };
-        for slot in group.outside() {
+        for slot in group.external_operands() {
             if inputs.position(slot).is_none() {
                 inputs.slots.push(slot);
-                inputs.follows.push(follow(&slot.elements));
+                inputs.orders.push(index_order(&slot.elements));
             }
         }
         inputs
@@ -348,8 +348,8 @@ impl<'a> Inputs<'a> {
 
     /// The lists of indices of inputs that are read in any order.
     fn lists(&self) -> TokenStream {
-        let lists = self.slots.iter().zip(&self.follows).enumerate();
-        let lists = lists.filter(|(_, (_, follow))| **follow == Follow::Listed);
+        let lists = self.slots.iter().zip(&self.orders).enumerate();
+        let lists = lists.filter(|(_, (_, order))| **order == IndexOrder::Listed);
         let lists = lists.map(|(input, (slot, _))| {
             let (name, count) = (list_name(input), Literal::usize_unsuffixed(slot.elements.len()));
             let elements = slot.elements.iter().copied().map(Literal::usize_unsuffixed);
@@ -382,7 +382,7 @@ pub(super) struct Cells<'a, 'g> {
     /// The item that computes a kind; none for kinds that are computed one by one.
     item_of_kind: HashMap<usize, usize>,
     item_of_one: HashMap<Value, usize>,
-    at: HashMap<Value, At>,
+    at: HashMap<Value, OperandPlace>,
     /// Arguments by their text.
     arguments: HashMap<String, TokenStream>,
     /// The number of members of each kind.
@@ -416,7 +416,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         let mut members: Vec<Vec<Value>> = Vec::new();
         for &value in &schedule.values {
             let kind = cells.kind(&mut kinds, value, given);
-            let number = kinds.take(value, kind);
+            let number = kinds.add(value, kind);
             if members.len() <= number {
                 members.resize_with(number + 1, Vec::new);
             }
@@ -434,11 +434,11 @@ impl<'a, 'g> Cells<'a, 'g> {
             let at = match place.argument() {
                 Some((array, element)) => {
                     let text = array.to_string();
-                    let at = At::Argument(text.clone(), element);
+                    let at = OperandPlace::Argument(text.clone(), element);
                     self.arguments.entry(text).or_insert_with(|| array.clone());
                     at
                 }
-                None => At::One(value),
+                None => OperandPlace::One(value),
             };
             self.at.insert(value, at);
             return match self.program.op(value) {
@@ -447,17 +447,17 @@ impl<'a, 'g> Cells<'a, 'g> {
                 _ => Kind::Given(given(value)),
             };
         }
-        let Some((operation, parts)) = self.program.alike(value, Some(self.schedule)) else {
+        let Some((operation, parts)) = self.program.operation_of(value, Some(self.schedule)) else {
             return Kind::Alone(value);
         };
         for &part in &parts {
             if let Op::Constant(bits) = self.program.op(part) {
-                kinds.take(part, Kind::Constant(*bits));
-                self.at.insert(part, At::One(part));
+                kinds.add(part, Kind::Constant(*bits));
+                self.at.insert(part, OperandPlace::One(part));
             }
         }
         let parts = kinds.ordered(operation, parts);
-        let turns = parts.windows(2).map(|pair| {
+        let orders = parts.windows(2).map(|pair| {
             let [a, b] = [pair[0], pair[1]].map(|part| self.program.cell(part));
             if a.varies && b.varies {
                 a.key.cmp(&b.key)
@@ -465,10 +465,10 @@ impl<'a, 'g> Cells<'a, 'g> {
                 Ordering::Equal
             }
         });
-        let turns = turns.collect();
+        let orders = orders.collect();
         let parts = parts.iter().map(|part| kinds.of.get(part).copied());
         match parts.collect() {
-            Some(parts) => Kind::Operation(operation, parts, turns),
+            Some(parts) => Kind::Operation(operation, parts, orders),
             None => Kind::Alone(value),
         }
     }
@@ -483,7 +483,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         }
         if members.len() < FEWEST || !self.place_group(kinds, kind, &members) {
             for value in members {
-                self.at.insert(value, At::One(value));
+                self.at.insert(value, OperandPlace::One(value));
                 self.item_of_one.insert(value, self.items.len());
                 self.items.push(Item::One(value));
             }
@@ -492,16 +492,17 @@ impl<'a, 'g> Cells<'a, 'g> {
 
     /// Places the members of a kind in a loop; `false` if their operands are too scattered.
     fn place_group(&mut self, kinds: &Kinds, kind: usize, members: &[Value]) -> bool {
-        let Some((operation, first)) = self.program.alike(members[0], Some(self.schedule)) else {
+        let Some((operation, first)) = self.program.operation_of(members[0], Some(self.schedule)) else {
             return false;
         };
-        let mut rows: Vec<(Vec<At>, Value)> = Vec::new();
+        let mut rows: Vec<(Vec<OperandPlace>, Value)> = Vec::new();
         for &value in members {
-            let Some((operation, parts)) = self.program.alike(value, Some(self.schedule)) else {
+            let Some((operation, parts)) = self.program.operation_of(value, Some(self.schedule)) else {
                 return false;
             };
             let parts = kinds.ordered(operation, parts);
-            let places: Option<Vec<At>> = parts.iter().map(|part| self.at.get(part).cloned()).collect();
+            let places: Option<Vec<OperandPlace>> =
+                parts.iter().map(|part| self.at.get(part).cloned()).collect();
             let Some(places) = places else {
                 return false;
             };
@@ -512,9 +513,9 @@ impl<'a, 'g> Cells<'a, 'g> {
             .rev()
             .find(|&slot| self.counts_cells(&rows, slot));
         rows.sort_by_cached_key(|(parts, value)| {
-            let element = |at: &At| match at {
-                At::One(_) => 0,
-                At::Argument(_, element) | At::Member(_, element) => *element,
+            let element = |at: &OperandPlace| match at {
+                OperandPlace::One(_) => 0,
+                OperandPlace::Argument(_, element) | OperandPlace::Member(_, element) => *element,
             };
             let first = leading.map(|slot| element(&parts[slot]));
             let elements: Vec<usize> = parts.iter().map(element).collect();
@@ -525,29 +526,29 @@ impl<'a, 'g> Cells<'a, 'g> {
             return false;
         };
         for (place, (_, value)) in rows.iter().enumerate() {
-            self.at.insert(*value, At::Member(kind, place));
+            self.at.insert(*value, OperandPlace::Member(kind, place));
         }
         self.counts.insert(kind, rows.len());
-        let line = Line {
+        let statement = LoopStatement {
             kind,
             operation,
             slots,
         };
-        let item = self.item_for(&line, rows.len());
+        let item = self.item_for(&statement, rows.len());
         self.item_of_kind.insert(kind, item);
         match &mut self.items[item] {
-            Item::Group(group) => group.lines.push(line),
+            Item::Group(group) => group.statements.push(statement),
             Item::One(_) | Item::Moved => return false, // `item_for` returns groups only
         }
         true
     }
 
     /// Whether a slot has each member of another kind exactly once.
-    fn counts_cells(&self, rows: &[(Vec<At>, Value)], slot: usize) -> bool {
+    fn counts_cells(&self, rows: &[(Vec<OperandPlace>, Value)], slot: usize) -> bool {
         let mut seen = BTreeSet::new();
         let mut kinds = BTreeSet::new();
         for (parts, _) in rows {
-            let At::Member(kind, element) = parts[slot] else {
+            let OperandPlace::Member(kind, element) = parts[slot] else {
                 return false;
             };
             kinds.insert(kind);
@@ -558,9 +559,9 @@ impl<'a, 'g> Cells<'a, 'g> {
             && kinds.iter().all(|kind| self.counts[kind] == rows.len())
     }
 
-    /// The group that computes a line: the last one of the same size into which the line fits, or a new one.
-    fn item_for(&mut self, line: &Line, count: usize) -> usize {
-        let is_call = line.operation.is_call();
+    /// The group that computes a statement: the last one of the same size into which it fits, or a new one.
+    fn item_for(&mut self, statement: &LoopStatement, count: usize) -> usize {
+        let is_call = statement.operation.is_call();
         let needs = |slot: &Slot| match &slot.array {
             Array::One(value) => self.item_of_one.get(value).copied(),
             Array::Argument(_) => None,
@@ -578,17 +579,17 @@ impl<'a, 'g> Cells<'a, 'g> {
         };
         let goes_with = |item: usize| match &self.items[item] {
             Item::Group(group) if group.count == count && group.is_call == is_call => {
-                let outside = line.slots.iter().filter(|slot| !own(slot, item));
-                let slots: Vec<&Slot> = outside.clone().chain(group.outside()).collect();
-                let together = runs_of(count, &slots).len();
-                let [one, other] = [outside.collect(), group.outside().collect::<Vec<_>>()]
+                let external = statement.slots.iter().filter(|slot| !own(slot, item));
+                let slots: Vec<&Slot> = external.clone().chain(group.external_operands()).collect();
+                let joint = runs_of(count, &slots).len();
+                let [one, other] = [external.collect(), group.external_operands().collect::<Vec<_>>()]
                     .map(|slots: Vec<&Slot>| runs_of(count, &slots).len());
-                slots.len() <= MOST_INPUTS && together <= one.max(other) + 1
+                slots.len() <= MOST_INPUTS && joint <= one.max(other) + 1
             }
             _ => false,
         };
         for item in (0..self.items.len()).rev().filter(|&item| goes_with(item)) {
-            if line
+            if statement
                 .slots
                 .iter()
                 .all(|slot| own(slot, item) || needs(slot).is_none_or(|needed| needed < item))
@@ -596,7 +597,7 @@ impl<'a, 'g> Cells<'a, 'g> {
                 return item;
             }
             // or the group is moved to the end, if nothing has read it yet
-            let later = line
+            let later = statement
                 .slots
                 .iter()
                 .all(|slot| own(slot, item) || needs(slot) != Some(item));
@@ -606,7 +607,7 @@ impl<'a, 'g> Cells<'a, 'g> {
         }
         self.items.push(Item::Group(Group {
             count,
-            lines: Vec::new(),
+            statements: Vec::new(),
             is_call,
         }));
         self.items.len() - 1
@@ -617,25 +618,25 @@ impl<'a, 'g> Cells<'a, 'g> {
         let Item::Group(group) = &self.items[item] else {
             return true;
         };
-        let kinds: BTreeSet<usize> = group.lines.iter().map(|line| line.kind).collect();
+        let kinds: BTreeSet<usize> = group.statements.iter().map(|statement| statement.kind).collect();
         self.items[item + 1..].iter().any(|later| match later {
             Item::Moved => false,
             Item::Group(later) => {
-                let slots = later.lines.iter().flat_map(|line| &line.slots);
+                let slots = later.statements.iter().flat_map(|statement| &statement.slots);
                 slots
                     .into_iter()
                     .any(|slot| matches!(slot.array, Array::Kind(kind) if kinds.contains(&kind)))
             }
             Item::One(value) => self
-                .reads(*value)
+                .operands_of(*value)
                 .iter()
-                .any(|part| matches!(self.at.get(part), Some(At::Member(kind, _)) if kinds.contains(kind))),
+                .any(|part| matches!(self.at.get(part), Some(OperandPlace::Member(kind, _)) if kinds.contains(kind))),
         })
     }
 
     /// The operands of a single operation.
-    fn reads(&self, value: Value) -> Vec<Value> {
-        match self.program.alike(value, Some(self.schedule)) {
+    fn operands_of(&self, value: Value) -> Vec<Value> {
+        match self.program.operation_of(value, Some(self.schedule)) {
             Some((_, parts)) => parts,
             None => self.program.op(value).parts(),
         }
@@ -645,8 +646,8 @@ impl<'a, 'g> Cells<'a, 'g> {
         let group = std::mem::replace(&mut self.items[item], Item::Moved);
         let end = self.items.len();
         if let Item::Group(group) = &group {
-            for line in &group.lines {
-                self.item_of_kind.insert(line.kind, end);
+            for statement in &group.statements {
+                self.item_of_kind.insert(statement.kind, end);
             }
         }
         self.items.push(group);
@@ -655,7 +656,7 @@ impl<'a, 'g> Cells<'a, 'g> {
 
     /// The statements, then an expression for each output.
     pub(super) fn code(&self, outputs: &[Value], operation: &Write<'_>) -> (TokenStream, Vec<TokenStream>) {
-        let read = self.read_outside(outputs);
+        let read = self.kinds_read_outside(outputs);
         let operand = |value: Value| self.operand(value);
         let statements = self
             .in_order(outputs)
@@ -678,9 +679,9 @@ impl<'a, 'g> Cells<'a, 'g> {
     /// The item that computes a value.
     fn item_of(&self, value: Value) -> Option<usize> {
         match self.at.get(&value)? {
-            At::Member(kind, _) => self.item_of_kind.get(kind).copied(),
-            At::One(value) => self.item_of_one.get(value).copied(),
-            At::Argument(..) => None,
+            OperandPlace::Member(kind, _) => self.item_of_kind.get(kind).copied(),
+            OperandPlace::One(value) => self.item_of_one.get(value).copied(),
+            OperandPlace::Argument(..) => None,
         }
     }
 
@@ -717,12 +718,12 @@ impl<'a, 'g> Cells<'a, 'g> {
         match &self.items[item] {
             Item::Moved => Vec::new(),
             Item::One(value) => self
-                .reads(*value)
+                .operands_of(*value)
                 .iter()
                 .filter_map(|&part| self.item_of(part))
                 .collect(),
             Item::Group(group) => {
-                let slots = group.lines.iter().flat_map(|line| &line.slots);
+                let slots = group.statements.iter().flat_map(|statement| &statement.slots);
                 let items = slots.filter_map(|slot| match &slot.array {
                     Array::One(value) => self.item_of_one.get(value).copied(),
                     Array::Argument(_) => None,
@@ -736,15 +737,15 @@ impl<'a, 'g> Cells<'a, 'g> {
     /// The expression for a value.
     fn operand(&self, value: Value) -> TokenStream {
         match self.at.get(&value) {
-            Some(At::Member(kind, element)) => {
+            Some(OperandPlace::Member(kind, element)) => {
                 let (array, element) = (self.array_name(*kind), Literal::usize_unsuffixed(*element));
                 quote!(#array[#element])
             }
-            Some(At::Argument(text, element)) => {
+            Some(OperandPlace::Argument(text, element)) => {
                 let (array, element) = (&self.arguments[text], Literal::usize_unsuffixed(*element));
                 quote!(#array[#element])
             }
-            Some(At::One(_)) | None => match (self.program.op(value), self.places.get(&value)) {
+            Some(OperandPlace::One(_)) | None => match (self.program.op(value), self.places.get(&value)) {
                 (Op::Constant(bits), _) => number(bits.get()),
                 (_, Some(place)) => place.read(),
                 _ => {
@@ -756,24 +757,24 @@ impl<'a, 'g> Cells<'a, 'g> {
     }
 
     /// The kinds whose members are read outside their group; these are stored in arrays.
-    fn read_outside(&self, outputs: &[Value]) -> BTreeSet<usize> {
+    fn kinds_read_outside(&self, outputs: &[Value]) -> BTreeSet<usize> {
         let mut read = BTreeSet::new();
         let mut member = |value: &Value| {
-            if let Some(At::Member(kind, _)) = self.at.get(value) {
+            if let Some(OperandPlace::Member(kind, _)) = self.at.get(value) {
                 read.insert(*kind);
             }
         };
         outputs.iter().for_each(&mut member);
         for item in &self.items {
             if let Item::One(value) = item {
-                self.reads(*value).iter().for_each(&mut member);
+                self.operands_of(*value).iter().for_each(&mut member);
             }
         }
         for item in &self.items {
             if let Item::Group(group) = item {
-                for slot in group.lines.iter().flat_map(|line| &line.slots) {
+                for slot in group.statements.iter().flat_map(|statement| &statement.slots) {
                     if let Array::Kind(kind) = slot.array
-                        && !group.lines.iter().any(|line| line.kind == kind)
+                        && !group.statements.iter().any(|statement| statement.kind == kind)
                     {
                         read.insert(kind);
                     }
@@ -786,12 +787,12 @@ impl<'a, 'g> Cells<'a, 'g> {
     /// The loop of a group.
     fn group(&self, group: &Group, read: &BTreeSet<usize>) -> TokenStream {
         let inputs = Inputs::new(group);
-        let starts = run_starts(group.count, &inputs.slots, &inputs.follows);
+        let starts = run_starts(group.count, &inputs.slots, &inputs.orders);
         let body = self.body(group, &inputs, read);
-        let kinds = group.lines.iter().map(|line| line.kind);
-        let kept: Vec<usize> = kinds.filter(|kind| read.contains(kind)).collect();
+        let kinds = group.statements.iter().map(|statement| statement.kind);
+        let stored: Vec<usize> = kinds.filter(|kind| read.contains(kind)).collect();
         let count = Literal::usize_unsuffixed(group.count);
-        let arrays = kept.iter().map(|&kind| {
+        let arrays = stored.iter().map(|&kind| {
             let name = self.array_name(kind);
             quote!(let mut #name = [__T::splat(0.0); #count];)
         });
@@ -805,7 +806,7 @@ impl<'a, 'g> Cells<'a, 'g> {
                 let element = element(input, 0);
                 quote!(#element)
             };
-            let views = self.views(&inputs, &kept, &first, (&quote!(0), &quote!(#count)));
+            let views = self.views(&inputs, &stored, &first, (&quote!(0), &quote!(#count)));
             return quote!(#arrays { #lists #views for #place in 0..#count { #body } });
         }
         let ends = starts[1..].iter().copied().chain([group.count]);
@@ -821,7 +822,7 @@ impl<'a, 'g> Cells<'a, 'g> {
             let name = first_name(input);
             quote!(#name)
         };
-        let views = self.views(&inputs, &kept, &first, (&quote!(#start), &quote!(#length)));
+        let views = self.views(&inputs, &stored, &first, (&quote!(#start), &quote!(#length)));
         quote! {
             #arrays
             {
@@ -848,48 +849,48 @@ impl<'a, 'g> Cells<'a, 'g> {
             (array, input) => {
                 let input = input.unwrap_or_default();
                 let name = input_name(input);
-                match inputs.follows[input] {
-                    Follow::Same => quote!(#name),
-                    Follow::Next => quote!(#name[#place]),
-                    Follow::Listed => {
+                match inputs.orders[input] {
+                    IndexOrder::Constant => quote!(#name),
+                    IndexOrder::Consecutive => quote!(#name[#place]),
+                    IndexOrder::Listed => {
                         let array = self.array(array);
                         quote!(#array[#name[#place] as usize])
                     }
                 }
             }
         };
-        let lines = group.lines.iter().map(|line| {
-            let parts: Vec<TokenStream> = line.slots.iter().map(expression).collect();
-            let (name, right) = (value_name(line.kind), line.operation.write(&parts));
-            let keep = read.contains(&line.kind).then(|| {
-                let array = output_name(line.kind);
+        let statements = group.statements.iter().map(|statement| {
+            let parts: Vec<TokenStream> = statement.slots.iter().map(expression).collect();
+            let (name, right) = (value_name(statement.kind), statement.operation.write(&parts));
+            let store = read.contains(&statement.kind).then(|| {
+                let array = output_name(statement.kind);
                 quote!(#array[#place] = #name;)
             });
-            quote!(let #name = #right; #keep)
+            quote!(let #name = #right; #store)
         });
-        lines.collect()
+        statements.collect()
     }
 
     /// The slices that a run reads and writes, each from its first element on.
     fn views(
         &self,
         inputs: &Inputs,
-        kept: &[usize],
+        stored: &[usize],
         first: &dyn Fn(usize) -> TokenStream,
         (start, length): (&TokenStream, &TokenStream),
     ) -> TokenStream {
         let read = inputs.slots.iter().enumerate().map(|(input, slot)| {
             let (name, array, first) = (input_name(input), self.array(&slot.array), first(input));
-            match inputs.follows[input] {
-                Follow::Same => quote!(let #name = #array[#first];),
-                Follow::Next => quote!(let #name = &#array[#first..#first + #length];),
-                Follow::Listed => {
+            match inputs.orders[input] {
+                IndexOrder::Constant => quote!(let #name = #array[#first];),
+                IndexOrder::Consecutive => quote!(let #name = &#array[#first..#first + #length];),
+                IndexOrder::Listed => {
                     let list = list_name(input);
                     quote!(let #name = &#list[#start..#start + #length];)
                 }
             }
         });
-        let written = kept.iter().map(|&kind| {
+        let written = stored.iter().map(|&kind| {
             let (array, output) = (self.array_name(kind), output_name(kind));
             quote!(let #output = &mut #array[#start..#start + #length];)
         });
@@ -915,18 +916,22 @@ impl<'a, 'g> Cells<'a, 'g> {
 }
 
 /// The operands of some operations in one position; `None` if they are in different arrays.
-fn slot_of(rows: &[(Vec<At>, Value)], slot: usize) -> Option<Slot> {
+fn slot_of(rows: &[(Vec<OperandPlace>, Value)], slot: usize) -> Option<Slot> {
     let array = match &rows[0].0[slot] {
-        At::One(value) => Array::One(*value),
-        At::Argument(text, _) => Array::Argument(text.clone()),
-        At::Member(kind, _) => Array::Kind(*kind),
+        OperandPlace::One(value) => Array::One(*value),
+        OperandPlace::Argument(text, _) => Array::Argument(text.clone()),
+        OperandPlace::Member(kind, _) => Array::Kind(*kind),
     };
     let mut elements = Vec::new();
     for (parts, _) in rows {
         match (&parts[slot], &array) {
-            (At::One(value), Array::One(one)) if value == one => {}
-            (At::Argument(text, element), Array::Argument(known)) if text == known => elements.push(*element),
-            (At::Member(kind, element), Array::Kind(known)) if kind == known => elements.push(*element),
+            (OperandPlace::One(value), Array::One(one)) if value == one => {}
+            (OperandPlace::Argument(text, element), Array::Argument(known)) if text == known => {
+                elements.push(*element);
+            }
+            (OperandPlace::Member(kind, element), Array::Kind(known)) if kind == known => {
+                elements.push(*element);
+            }
             _ => return None,
         }
     }
@@ -934,7 +939,7 @@ fn slot_of(rows: &[(Vec<At>, Value)], slot: usize) -> Option<Slot> {
 }
 
 /// The order of most of the indices.
-fn follow(elements: &[usize]) -> Follow {
+fn index_order(elements: &[usize]) -> IndexOrder {
     let count = |step: usize| {
         elements
             .windows(2)
@@ -943,27 +948,27 @@ fn follow(elements: &[usize]) -> Follow {
     };
     let (same, next, all) = (count(0), count(1), elements.len());
     if 4 * same.max(next) < 3 * all.saturating_sub(1) {
-        Follow::Listed
+        IndexOrder::Listed
     } else if same > next {
-        Follow::Same
+        IndexOrder::Constant
     } else {
-        Follow::Next
+        IndexOrder::Consecutive
     }
 }
 
 /// The cells at which runs begin; within a run, all indices follow their order.
-fn run_starts(count: usize, inputs: &[&Slot], follows: &[Follow]) -> Vec<usize> {
-    let goes_on = |cell: &usize| {
-        inputs.iter().zip(follows).all(|(slot, follow)| {
+fn run_starts(count: usize, inputs: &[&Slot], orders: &[IndexOrder]) -> Vec<usize> {
+    let continues = |cell: &usize| {
+        inputs.iter().zip(orders).all(|(slot, order)| {
             let [before, here] = [slot.elements[cell - 1], slot.elements[*cell]];
-            match follow {
-                Follow::Same => here == before,
-                Follow::Next => here == before + 1,
-                Follow::Listed => true,
+            match order {
+                IndexOrder::Constant => here == before,
+                IndexOrder::Consecutive => here == before + 1,
+                IndexOrder::Listed => true,
             }
         })
     };
-    let breaks = (1..count).filter(|cell| !goes_on(cell));
+    let breaks = (1..count).filter(|cell| !continues(cell));
     std::iter::once(0).chain(breaks).collect()
 }
 
@@ -974,8 +979,8 @@ fn runs_of(count: usize, inputs: &[&Slot]) -> Vec<usize> {
         .copied()
         .filter(|slot| !slot.elements.is_empty())
         .collect();
-    let follows: Vec<Follow> = inputs.iter().map(|slot| follow(&slot.elements)).collect();
-    run_starts(count, &inputs, &follows)
+    let orders: Vec<IndexOrder> = inputs.iter().map(|slot| index_order(&slot.elements)).collect();
+    run_starts(count, &inputs, &orders)
 }
 
 /// A name that captures none of the user's.

@@ -69,7 +69,7 @@ impl Program<'_> {
     }
 
     /// The terms of a sum that are in none of its running sums.
-    pub(super) fn beside_running(&self, sum: NodeId, terms: &[(NodeId, Bits)]) -> Vec<(NodeId, Bits)> {
+    pub(super) fn terms_outside_running(&self, sum: NodeId, terms: &[(NodeId, Bits)]) -> Vec<(NodeId, Bits)> {
         let Some(running) = self.running.get(&sum) else {
             return terms.to_vec();
         };

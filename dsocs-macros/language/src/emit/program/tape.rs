@@ -17,10 +17,10 @@ const FIRST_FUNCTION: u8 = 32;
 
 /// The calls of a tape: the user's functions, and expressions of the parameters that are not plain numbers.
 #[derive(Default)]
-pub(crate) struct Calls(Vec<Called>);
+pub(crate) struct Calls(Vec<TapeCall>);
 
 #[derive(Clone, PartialEq, Eq)]
-enum Called {
+enum TapeCall {
     Function {
         callee: usize,
         count: usize,
@@ -31,7 +31,7 @@ enum Called {
 
 impl Calls {
     /// The number of a call.
-    fn place(&mut self, called: Called) -> usize {
+    fn place(&mut self, called: TapeCall) -> usize {
         let known = self.0.iter().position(|known| *known == called);
         known.unwrap_or_else(|| {
             self.0.push(called);
@@ -41,7 +41,7 @@ impl Calls {
 
     /// The number of the call of a function, or of a derivative of one.
     pub(crate) fn function(&mut self, callee: usize, count: usize, wrt: &[usize]) -> usize {
-        self.place(Called::Function {
+        self.place(TapeCall::Function {
             callee,
             count,
             wrt: wrt.to_vec(),
@@ -50,11 +50,11 @@ impl Calls {
 
     /// Whether a derivative of a function is called.
     pub(crate) fn differentiates(&self, callee: usize) -> bool {
-        let differentiated = |called: &Called| match called {
-            Called::Function {
+        let differentiated = |called: &TapeCall| match called {
+            TapeCall::Function {
                 callee: other, wrt, ..
             } => *other == callee && !wrt.is_empty(),
-            Called::Expression(_) => false,
+            TapeCall::Expression(_) => false,
         };
         self.0.iter().any(differentiated)
     }
@@ -64,7 +64,7 @@ impl Calls {
         let calls = self.0.iter();
         calls
             .map(|called| match called {
-                Called::Function { callee, wrt, .. } => {
+                TapeCall::Function { callee, wrt, .. } => {
                     let callee = graph.callee(*callee);
                     match callee.of_samples() {
                         Some(name) => Call::Samples {
@@ -74,7 +74,7 @@ impl Calls {
                         None => Call::Rust(callee.source_text()),
                     }
                 }
-                Called::Expression(param) => {
+                TapeCall::Expression(param) => {
                     let tokens = match graph.read_param(*param) {
                         Param::Expression(tokens) => tokens.to_string(),
                         Param::Number(place) => place.to_string(),
@@ -92,7 +92,7 @@ impl Calls {
             .map(|(place, called)| {
                 let place = Literal::usize_unsuffixed(place);
                 match called {
-                    Called::Function { callee, count, wrt } => {
+                    TapeCall::Function { callee, count, wrt } => {
                         let names: Vec<_> = (0..*count)
                             .map(|i| Ident::new(&format!("x{i}"), Span::mixed_site()))
                             .collect();
@@ -100,7 +100,7 @@ impl Calls {
                         let result = functions.on_numbers(graph, *callee, &arguments, wrt);
                         quote!((#place, &[#(#names),*]) => #result)
                     }
-                    Called::Expression(param) => match graph.read_param(*param) {
+                    TapeCall::Expression(param) => match graph.read_param(*param) {
                         Param::Expression(tokens) => quote!((#place, &[]) => #tokens),
                         // numbers are leaves, not calls
                         Param::Number(_) => quote!((#place, &[]) => f64::NAN),
@@ -115,7 +115,7 @@ impl Calls {
         let calls = self.0.iter().enumerate();
         calls
             .filter_map(|(place, called)| {
-                let Called::Function { callee, count, wrt } = called else {
+                let TapeCall::Function { callee, count, wrt } = called else {
                     return None;
                 };
                 let names: Vec<_> = (0..*count)
@@ -134,15 +134,15 @@ impl Calls {
         let calls = self.0.iter().enumerate();
         calls
             .filter_map(|(place, called)| {
-                let Called::Function { callee, wrt, .. } = called else {
+                let TapeCall::Function { callee, wrt, .. } = called else {
                     return None;
                 };
                 model.table(*callee)?;
-                let Callee::Function(written) = model.graph.callee(*callee) else {
+                let Callee::Function(function) = model.graph.callee(*callee) else {
                     return None;
                 };
                 // `self.wind` of `self.wind.at`
-                let field: TokenStream = written.clone().into_iter().take(3).collect();
+                let field: TokenStream = function.clone().into_iter().take(3).collect();
                 let [place, order] = [place, wrt.len()].map(Literal::usize_unsuffixed);
                 Some(quote!(#place => ::dsocs_core::__private::table(&#field, #order)))
             })
@@ -300,7 +300,7 @@ impl Program<'_> {
             Op::Param(param) => match self.graph.read_param(*param) {
                 Param::Number(place) => writer.load(value, &[1, 9], place),
                 Param::Expression(_) => {
-                    writer.load(value, &[15], calls.place(Called::Expression(*param)));
+                    writer.load(value, &[15], calls.place(TapeCall::Expression(*param)));
                     // no arguments
                     writer.bytes.push(0);
                 }
@@ -320,7 +320,7 @@ impl Program<'_> {
             Op::Select(Comparison::Le, parts) => writer.write(value, 14, parts),
             Op::Unary(function, a) => writer.write(value, FIRST_FUNCTION + function_byte(*function), &[*a]),
             Op::Call { callee, args, wrt } => {
-                let which = calls.place(Called::Function {
+                let which = calls.place(TapeCall::Function {
                     callee: *callee,
                     count: args.len(),
                     wrt: wrt.clone(),

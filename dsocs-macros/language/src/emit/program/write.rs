@@ -242,13 +242,13 @@ impl Layout<'_> {
         for (part, values) in computed.chunks(LONGEST_FUNCTION).enumerate() {
             let start = part * LONGEST_FUNCTION;
             let read: BTreeSet<Value> = values.iter().flat_map(|&value| (self.reads)(value)).collect();
-            let (own, code, lasting) = (
+            let (own, code, live) = (
                 loads_of(&|value| read.contains(value)),
                 self.blocks(values, start),
-                self.lasting(values, start),
+                self.live_after(values, start),
             );
             functions.extend(quote! {
-                let [#(#lasting),*] = ::dsocs_core::__private::apart(move || { #own #code [#(#lasting),*] });
+                let [#(#live),*] = ::dsocs_core::__private::apart(move || { #own #code [#(#live),*] });
             });
         }
         let last = loads_of(&|value| outputs.contains(value));
@@ -263,14 +263,14 @@ impl Layout<'_> {
             if values.len() <= MOST_SCOPES {
                 return code;
             }
-            let lasting = self.lasting(part, start + block * MOST_SCOPES);
-            blocks.extend(quote!(let [#(#lasting),*] = { #code [#(#lasting),*] };));
+            let live = self.live_after(part, start + block * MOST_SCOPES);
+            blocks.extend(quote!(let [#(#live),*] = { #code [#(#live),*] };));
         }
         blocks
     }
 
     /// The values of a block that are read after it. `start` is the index of the first.
-    fn lasting(&self, values: &[Value], start: usize) -> Vec<&Ident> {
+    fn live_after(&self, values: &[Value], start: usize) -> Vec<&Ident> {
         let end = start + values.len();
         let lasts = |value: &&Value| self.last_use.get(value).is_some_and(|&place| place >= end);
         values
