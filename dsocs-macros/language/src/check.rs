@@ -10,7 +10,7 @@ use crate::names;
 /// Checks the names, and the numbers of entries in `branch` and `discrete_kinematic`.
 pub(crate) fn check(declaration: &Declaration, fields: &Fields, errors: &Errors) -> Result<(), Reported> {
     names::check(declaration, fields, errors);
-    branch(declaration, errors).and(discrete(declaration, errors))
+    check_branch(declaration, errors).and(check_discrete(declaration, errors))
 }
 
 /// The number of constraints of each kind.
@@ -35,7 +35,7 @@ impl<'d> Counts<'d> {
     }
 
     /// The number of all rows.
-    fn all(&self) -> usize {
+    fn rows(&self) -> usize {
         self.given.iter().map(|(.., rows)| rows).sum()
     }
 
@@ -45,7 +45,7 @@ impl<'d> Counts<'d> {
     }
 
     /// `1 holonomic constraint, 2 kinematic constraints`.
-    fn listed(&self) -> String {
+    fn in_words(&self) -> String {
         let counts: Vec<_> = self
             .given
             .iter()
@@ -60,7 +60,7 @@ impl<'d> Counts<'d> {
 
 /// Checks that there are as many equations as coordinates. `rows` are the numbers of holonomic, nonholonomic
 /// and kinematic rows; `None` where unknown, since a vector stands for several rows.
-pub(crate) fn counts(
+pub(crate) fn check_counts(
     declaration: &Declaration,
     rows: [Option<usize>; 3],
     errors: &Errors,
@@ -85,10 +85,10 @@ pub(crate) fn counts(
              the kinematic constraints do not tell in which directions the constraint forces act",
         )),
         (Statement::Absent, None) => match counts.last_keyword() {
-            Some(keyword) if counts.all() > n => Err(errors.at(keyword, too_many(&counts, n))),
+            Some(keyword) if counts.rows() > n => Err(errors.at(keyword, too_many_constraints(&counts, n))),
             _ => Ok(()),
         },
-        (Statement::Given(directions), _) => equations(directions, of_accelerations, &counts, n, errors),
+        (Statement::Given(directions), _) => check_equations(directions, of_accelerations, &counts, n, errors),
     }
 }
 
@@ -104,18 +104,18 @@ fn is_malformed(declaration: &Declaration) -> bool {
         .any(|statement| matches!(statement, Statement::Malformed(_)))
 }
 
-fn equations(
+fn check_equations(
     directions: &Directions,
     kinematic: usize,
     counts: &Counts<'_>,
     n: usize,
     errors: &Errors,
 ) -> Result<(), Reported> {
-    let (fields, rows) = (directions.fields.len(), counts.all());
+    let (fields, rows) = (directions.fields.len(), counts.rows());
     let message = match directions.side {
         Side::Variational if rows + fields != n => format!(
             "expected as many equations as coordinates: {} and {} make {}, for {}",
-            counts.listed(),
+            counts.in_words(),
             count(fields, "variational field"),
             count(rows + fields, "equation"),
             count(n, "coordinate"),
@@ -129,7 +129,7 @@ fn equations(
             format!(
                 "expected as many forces as {wanted}: found {} and {}",
                 count(fields, "force"),
-                counts.listed(),
+                counts.in_words(),
             )
         }
         Side::Chetaev if kinematic == 0 => {
@@ -137,21 +137,21 @@ fn equations(
              the displacements of the other kinds follow without it"
                 .to_owned()
         }
-        Side::Forces | Side::Chetaev if rows > n => too_many(counts, n),
+        Side::Forces | Side::Chetaev if rows > n => too_many_constraints(counts, n),
         _ => return Ok(()),
     };
     Err(errors.at(&directions.keyword, message))
 }
 
-fn too_many(counts: &Counts<'_>, n: usize) -> String {
+fn too_many_constraints(counts: &Counts<'_>, n: usize) -> String {
     format!(
         "expected no more constraints than coordinates: found {}, for {}",
-        counts.listed(),
+        counts.in_words(),
         count(n, "coordinate")
     )
 }
 
-fn branch(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
+fn check_branch(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
     let Some(Branch { keyword, factors, .. }) = declaration.branch.given() else {
         return Ok(());
     };
@@ -179,7 +179,7 @@ fn branch(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
 }
 
 /// Checks that `discrete_kinematic` stands beside `kinematic` and has as many rows.
-fn discrete(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
+fn check_discrete(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
     let Some(discrete) = declaration.discrete_kinematic.given() else {
         return Ok(());
     };

@@ -5,7 +5,7 @@ use quote::ToTokens;
 use syn::Path;
 
 /// The generated code with every `::dsocs_core` replaced by a path.
-pub(crate) fn replaced(code: TokenStream, path: &Path) -> TokenStream {
+pub(crate) fn with_path(code: TokenStream, path: &Path) -> TokenStream {
     let mut trees: Vec<TokenTree> = Vec::new();
     for tree in code {
         match tree {
@@ -14,7 +14,7 @@ pub(crate) fn replaced(code: TokenStream, path: &Path) -> TokenStream {
                 trees.extend(path.to_token_stream());
             }
             TokenTree::Group(group) => {
-                let mut inner = Group::new(group.delimiter(), replaced(group.stream(), path));
+                let mut inner = Group::new(group.delimiter(), with_path(group.stream(), path));
                 inner.set_span(group.span());
                 trees.push(inner.into());
             }
@@ -50,7 +50,7 @@ mod tests {
         let wanted = "use prelude::core::Scalar as _; impl prelude::core::System<2> for A { \
                       fn f(x: &prelude::core::Leg<T, 2>) -> a::dsocs_core::B { <prelude::core::C>::d(dsocs_core) } }";
         let path = syn::parse_str("prelude::core").unwrap();
-        let found = replaced(code.parse().unwrap(), &path).to_string();
+        let found = with_path(code.parse().unwrap(), &path).to_string();
         let packed = |text: &str| text.replace(' ', "");
         assert_eq!(packed(&found), packed(wanted));
     }

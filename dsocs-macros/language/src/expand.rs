@@ -19,16 +19,16 @@ use crate::{core_path, emit, layout, lower, parse, shared, stub};
 pub fn expand(declaration: TokenStream, item: &TokenStream) -> TokenStream {
     let refused = match (
         syn::parse2::<Item>(item.clone()),
-        shared::call(&declaration, item),
+        shared::macro_call(&declaration, item),
     ) {
         (Ok(_), Ok(Some(call))) => return call,
-        (Ok(parsed), Ok(None)) => match model(shared::in_scope(declaration.clone(), item), &parsed) {
+        (Ok(parsed), Ok(None)) => match model(shared::resolve_in_scope(declaration.clone(), item), &parsed) {
             Ok(model) => return model.code(),
             // read again without `in_scope`: then a mistake in shared statements also shows where they are
             // used
             Err(refused) => model(declaration, &parsed).err().unwrap_or(refused),
         },
-        (Err(error), _) | (_, Err(error)) => Refused {
+        (Err(error), _) | (_, Err(error)) => WrongDeclaration {
             errors: vec![error],
             stub: TokenStream::new(),
         },
@@ -41,7 +41,7 @@ impl Model {
     /// The struct and its trait implementations, as the attribute generates them.
     #[must_use]
     pub fn code(&self) -> TokenStream {
-        in_core(emit::expand(self), self.core.as_ref())
+        with_core_path(emit::expand(self), self.core.as_ref())
     }
 
     /// The declaration as data, for an engine that runs it without a compiler.
@@ -59,7 +59,7 @@ impl Model {
 
 /// The result of a wrong declaration.
 #[derive(Debug)]
-pub(crate) struct Refused {
+pub(crate) struct WrongDeclaration {
     /// The mistakes, at least one.
     pub(crate) errors: Vec<syn::Error>,
     /// The empty implementation, if the number of coordinates is known.
@@ -67,7 +67,7 @@ pub(crate) struct Refused {
 }
 
 /// The model of a declaration, or its mistakes.
-pub(crate) fn model(declaration: TokenStream, item: &Item) -> Result<Model, Refused> {
+pub(crate) fn model(declaration: TokenStream, item: &Item) -> Result<Model, WrongDeclaration> {
     let errors = Errors::new();
     let text = layout::text(&declaration);
     let declaration = parse::declaration(declaration, &errors);
@@ -82,14 +82,14 @@ pub(crate) fn model(declaration: TokenStream, item: &Item) -> Result<Model, Refu
     match (errors.finish(), model) {
         (Ok(()), Ok(model)) => Ok(Model { text, ..model }),
         (result, _) => {
-            let stub = match (head(item), coordinates) {
+            let stub = match (name_and_generics(item), coordinates) {
                 (Some((ident, generics)), Some(coordinates)) => {
                     let stub = stub::stub(ident, generics, coordinates.names.len());
-                    in_core(stub, declaration.core.given())
+                    with_core_path(stub, declaration.core.given())
                 }
                 _ => TokenStream::new(),
             };
-            Err(Refused {
+            Err(WrongDeclaration {
                 errors: result.err().unwrap_or_default(),
                 stub,
             })
@@ -98,15 +98,15 @@ pub(crate) fn model(declaration: TokenStream, item: &Item) -> Result<Model, Refu
 }
 
 /// Generated code that uses the declared path of `dsocs-core`.
-fn in_core(code: TokenStream, path: Option<&Path>) -> TokenStream {
+fn with_core_path(code: TokenStream, path: Option<&Path>) -> TokenStream {
     match path {
-        Some(path) => core_path::replaced(code, path),
+        Some(path) => core_path::with_path(code, path),
         None => code,
     }
 }
 
 /// The name and the generics of a type.
-fn head(item: &Item) -> Option<(&Ident, &Generics)> {
+fn name_and_generics(item: &Item) -> Option<(&Ident, &Generics)> {
     match item {
         Item::Struct(item) => Some((&item.ident, &item.generics)),
         Item::Enum(item) => Some((&item.ident, &item.generics)),

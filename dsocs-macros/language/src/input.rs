@@ -209,7 +209,7 @@ impl Field {
 
     /// An element of an array of numbers, with the span of its use.
     pub(crate) fn element(used: &Ident, indices: &[usize]) -> TokenStream {
-        let place = place(used);
+        let place = field_of_self(used);
         let indices = indices.iter().map(|&index| {
             let mut index = Literal::usize_unsuffixed(index);
             index.set_span(used.span());
@@ -220,7 +220,7 @@ impl Field {
 
     /// The field as an `f64`, with the span of its use.
     pub(crate) fn number(&self, used: &Ident, errors: &Errors) -> Result<TokenStream, Reported> {
-        let mut place = place(used);
+        let mut place = field_of_self(used);
         if self.reference {
             place = quote_spanned!(used.span()=> *#place);
         }
@@ -254,7 +254,7 @@ impl Field {
 }
 
 /// A field as a place, `self.name`, with the span of its use.
-pub(crate) fn place(used: &Ident) -> TokenStream {
+pub(crate) fn field_of_self(used: &Ident) -> TokenStream {
     // hygiene of the method's own `self`, location of the user's name
     let receiver = Ident::new("self", Span::call_site().located_at(used.span()));
     quote_spanned!(used.span()=> #receiver.#used)

@@ -26,7 +26,7 @@ thread_local! {
 
 /// A limit that was passed.
 #[derive(Clone, Copy)]
-enum Passed {
+enum PassedLimit {
     Cost,
     Depth,
 }
@@ -37,21 +37,21 @@ enum Passed {
 ///
 /// [`Mistake`] that says which limit the text passes.
 pub fn within_limits<T>(work: impl FnOnce() -> T) -> Result<T, Mistake> {
-    within(MOST, work)
+    within_cost(MOST, work)
 }
 
 /// As [`within_limits`], with a given limit for the cost.
-fn within<T>(most: u64, work: impl FnOnce() -> T) -> Result<T, Mistake> {
+fn within_cost<T>(most: u64, work: impl FnOnce() -> T) -> Result<T, Mistake> {
     LEFT.set(Some(most));
     let result = catch_unwind(AssertUnwindSafe(work));
     LEFT.set(None);
     result.map_err(|payload| {
-        let message = match payload.downcast_ref::<Passed>() {
-            Some(Passed::Cost) => format!(
+        let message = match payload.downcast_ref::<PassedLimit>() {
+            Some(PassedLimit::Cost) => format!(
                 "with its derivatives, the declaration is longer than this library reads ({most} operations and operands); expected fewer coordinates, \
                  or expressions with fewer of them in one product"
             ),
-            Some(Passed::Depth) => format!(
+            Some(PassedLimit::Depth) => format!(
                 "written out, an expression is nested more than {DEEPEST} deep; expected fewer functions of functions, or `let`s of `let`s"
             ),
             // a panic, so a defect of this library
@@ -66,15 +66,15 @@ pub(crate) fn spend(cost: usize) {
     if let Some(left) = LEFT.get() {
         match left.checked_sub(cost as u64) {
             Some(left) => LEFT.set(Some(left)),
-            None => resume_unwind(Box::new(Passed::Cost)),
+            None => resume_unwind(Box::new(PassedLimit::Cost)),
         }
     }
 }
 
 /// Checks the depth of an operation; unwinds if the limit is passed.
-pub(crate) fn descend(depth: u32) {
+pub(crate) fn check_depth(depth: u32) {
     if depth > DEEPEST && LEFT.get().is_some() {
-        resume_unwind(Box::new(Passed::Depth));
+        resume_unwind(Box::new(PassedLimit::Depth));
     }
 }
 
@@ -85,7 +85,7 @@ mod tests {
     /// The message for a text that is read within a limit of the cost; `None` if it is read without a
     /// mistake.
     fn message(most: u64, text: &str) -> Option<String> {
-        let read = within(most, || {
+        let read = within_cost(most, || {
             let read = crate::read("long", text, &[]);
             read.map(|read| drop(read.model.data()))
                 .map_err(|mistakes| mistakes[0].clone())

@@ -88,7 +88,7 @@ fn used_path(tokens: &TokenStream) -> Option<syn::Result<Path>> {
 }
 
 /// The call of the macro for the first `use name;` in a declaration; `None` if there is none.
-pub(crate) fn call(declaration: &TokenStream, item: &TokenStream) -> syn::Result<Option<TokenStream>> {
+pub(crate) fn macro_call(declaration: &TokenStream, item: &TokenStream) -> syn::Result<Option<TokenStream>> {
     let statements = statements_in_order(declaration.clone());
     let mut first = None;
     for (place, statement) in statements.iter().enumerate() {
@@ -110,7 +110,7 @@ pub(crate) fn call(declaration: &TokenStream, item: &TokenStream) -> syn::Result
 ///
 /// Macro hygiene tells a name in shared statements from the same name in the struct. The tokens lose that
 /// hygiene here, and with it the place of their use, which a mistake in them would show.
-pub(crate) fn in_scope(declaration: TokenStream, item: &TokenStream) -> TokenStream {
+pub(crate) fn resolve_in_scope(declaration: TokenStream, item: &TokenStream) -> TokenStream {
     let first = item.clone().into_iter().next();
     let site = first.map_or_else(Span::call_site, |tree| tree.span());
     let mut statements = statements_in_order(declaration);

@@ -390,8 +390,8 @@ fn lower_order(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> S
     let phase = [positions.rows.as_slice(), &velocities.rows].concat();
     let pair = mechanics::pair(model, &mut graph);
     let (head, with_slopes) = (
-        positions.all().len(),
-        [positions.all(), velocities.all()].concat(),
+        positions.rows_then_slopes().len(),
+        [positions.rows_then_slopes(), velocities.rows_then_slopes()].concat(),
     );
     [
         of(&graph, &phase, positions.rows.len()),

@@ -15,12 +15,12 @@ use crate::model::{Kind, Model};
 const MOST_OPERATIONS: usize = 400;
 
 /// Rows, and their derivatives by the coordinates or the velocities, row by row.
-pub(super) struct Rows {
+pub(super) struct RowsWithSlopes {
     pub(super) rows: Vec<NodeId>,
     slopes: Vec<NodeId>,
 }
 
-impl Rows {
+impl RowsWithSlopes {
     fn new(graph: &mut Graph, rows: &[NodeId], by: fn(usize) -> Leaf, n: usize) -> Self {
         let slopes = rows
             .iter()
@@ -34,7 +34,7 @@ impl Rows {
     }
 
     /// The rows, then their slopes.
-    pub(super) fn all(&self) -> Vec<NodeId> {
+    pub(super) fn rows_then_slopes(&self) -> Vec<NodeId> {
         [self.rows.as_slice(), &self.slopes].concat()
     }
 }
@@ -42,9 +42,9 @@ impl Rows {
 /// The constraints of lower order at a position and a velocity.
 pub(super) struct Phase {
     /// The rows for the position: the holonomic constraints.
-    pub(super) positions: Rows,
+    pub(super) positions: RowsWithSlopes,
     /// The rows for the velocity: nonholonomic constraints, and derivatives of holonomic ones.
-    pub(super) velocities: Rows,
+    pub(super) velocities: RowsWithSlopes,
 }
 
 impl Phase {
@@ -58,8 +58,8 @@ impl Phase {
         let phase = mechanics::phase(model, graph);
         let (positions, velocities) = phase.split_at(holonomic);
         Some(Self {
-            positions: Rows::new(graph, positions, Leaf::Q, n),
-            velocities: Rows::new(graph, velocities, Leaf::V, n),
+            positions: RowsWithSlopes::new(graph, positions, Leaf::Q, n),
+            velocities: RowsWithSlopes::new(graph, velocities, Leaf::V, n),
         })
     }
 }
@@ -72,8 +72,8 @@ pub(super) fn method(model: &Model) -> Option<TokenStream> {
         positions,
         velocities,
     } = Phase::new(model, &mut graph)?;
-    let code = |rows: &Rows| {
-        let (program, values) = single(&graph, &rows.all());
+    let code = |rows: &RowsWithSlopes| {
+        let (program, values) = single(&graph, &rows.rows_then_slopes());
         (program.operations() <= MOST_OPERATIONS).then(|| {
             let (code, results) = program.code(&values, &HashMap::default(), "n", &argument);
             quote! {

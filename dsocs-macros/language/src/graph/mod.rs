@@ -475,7 +475,7 @@ impl Graph {
             depth = depth.max(self.depths[part.index()] + 1);
         });
         limits::spend(1 + count);
-        limits::descend(depth);
+        limits::check_depth(depth);
         let id = NodeId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
         let dependence = if let Node::Leaf(leaf) = node {
             let bit = self.leaves.len();

@@ -10,7 +10,7 @@ use super::lowering::{DerivativeTokens, Lowered, Lowering};
 use super::value::{Value, Valued};
 use crate::errors::Reported;
 use crate::graph::{Callee, NodeId};
-use crate::input::{Field, Kind, place};
+use crate::input::{Field, Kind, field_of_self};
 use crate::names::Binding;
 use crate::nearest::{did_you_mean, nearest};
 use crate::syntax::{bare, plain_name};
@@ -65,7 +65,7 @@ impl Lowering<'_> {
                     return Err(self.called_array(name));
                 }
                 Some(Binding::Field(_)) if !self.is_closed(whole) => {
-                    let place = place(name);
+                    let place = field_of_self(name);
                     let callee = Callee::Function(quote_spanned!(name.span()=> (#place)));
                     return self.user_call(callee, None, &arguments).map(Value::Number);
                 }
@@ -176,7 +176,7 @@ impl Lowering<'_> {
                 let message = format!("expected the value of the samples at one place, `{table}.at(t)`");
                 return Err(self.errors.at(&call.method, message));
             }
-            let (place, dot, method) = (place(table), &call.dot_token, &call.method);
+            let (place, dot, method) = (field_of_self(table), &call.dot_token, &call.method);
             let callee = Callee::Function(quote!(#place #dot #method));
             return self.user_call(callee, None, &arguments).map(Value::Number);
         }

@@ -9,17 +9,17 @@ use syn::{Expr, ExprCall, ExprIndex, ExprPath, FieldValue, Member, PatIdent, Tok
 
 use super::lowering::Lowering;
 use crate::errors::Reported;
-use crate::input::place;
+use crate::input::field_of_self;
 use crate::names::{Binding, RESERVED};
 use crate::syntax::{bare, plain_name};
 
 /// A search for names of the motion or of the language.
-struct Search<'s, 'l> {
+struct OpenNameSearch<'s, 'l> {
     lowering: &'s Lowering<'l>,
     found: bool,
 }
 
-impl<'ast> Visit<'ast> for Search<'_, '_> {
+impl<'ast> Visit<'ast> for OpenNameSearch<'_, '_> {
     fn visit_expr_index(&mut self, index: &'ast ExprIndex) {
         self.visit_expr(&index.expr);
         if self.lowering.integer(&index.index).is_none() {
@@ -42,7 +42,7 @@ impl<'ast> Visit<'ast> for Search<'_, '_> {
 impl Lowering<'_> {
     /// Whether an expression contains no coordinate, no `let`, no node and no word of the language.
     pub(super) fn is_closed(&self, expr: &Expr) -> bool {
-        let mut search = Search {
+        let mut search = OpenNameSearch {
             lowering: self,
             found: false,
         };
@@ -116,11 +116,11 @@ impl Rewrite<'_, '_> {
             return None;
         }
         match self.lowering.scope.get(name) {
-            Some(Binding::Field(_)) => return Some(place(name)),
+            Some(Binding::Field(_)) => return Some(field_of_self(name)),
             Some(&Binding::Index(value)) => return Some(literal(value, name.span())),
             _ => {}
         }
-        if is_of_circle(name) {
+        if is_circle_constant(name) {
             return Some(free(name, self.lowering.fields.have_compiler()));
         }
         if let Err(reported) = self.lowering.check_free_name(name) {
@@ -133,7 +133,7 @@ impl Rewrite<'_, '_> {
 /// A name that the declaration does not define: a constant of the user's module, or `PI` or `TAU`, which need
 /// no import.
 pub(super) fn free(name: &Ident, have_compiler: bool) -> TokenStream {
-    if !have_compiler || !is_of_circle(name) {
+    if !have_compiler || !is_circle_constant(name) {
         return name.to_token_stream();
     }
     // a constant of this name in the user's module takes precedence
@@ -150,12 +150,12 @@ pub(super) fn free(name: &Ident, have_compiler: bool) -> TokenStream {
 }
 
 /// Whether a name is `PI` or `TAU`, or their lower case.
-pub(super) fn is_of_circle(name: &Ident) -> bool {
-    circle(&name.to_string()).is_some()
+pub(super) fn is_circle_constant(name: &Ident) -> bool {
+    circle_constant(&name.to_string()).is_some()
 }
 
 /// The value of `PI` or `TAU`.
-pub(crate) fn circle(name: &str) -> Option<f64> {
+pub(crate) fn circle_constant(name: &str) -> Option<f64> {
     match name {
         "PI" | "pi" => Some(core::f64::consts::PI),
         "TAU" | "tau" => Some(core::f64::consts::TAU),
@@ -221,7 +221,7 @@ impl VisitMut for Rewrite<'_, '_> {
     fn visit_expr_call_mut(&mut self, call: &mut ExprCall) {
         match plain_name(&call.func).map(|name| (name, self.lowering.scope.get(name))) {
             Some((name, Some(Binding::Field(_)))) => {
-                let place = place(name);
+                let place = field_of_self(name);
                 *call.func = Expr::Verbatim(quote_spanned!(name.span()=> (#place)));
             }
             // a user's function: its name stays

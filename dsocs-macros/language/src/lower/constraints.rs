@@ -21,7 +21,7 @@ impl Lowering<'_> {
         constraints: &Constraints,
         kind: Kind,
     ) -> Result<Vec<Vec<Row>>, Reported> {
-        self.each(&constraints.rows, |lowering, row| {
+        self.each_entry(&constraints.rows, |lowering, row| {
             lowering.derivatives.clear();
             let value = lowering.value(row);
             lowering.count_rows(row, &value, kind);
@@ -165,7 +165,7 @@ impl Lowering<'_> {
 
     /// The fields or forms of a statement.
     pub(super) fn fields(&mut self, directions: &Directions) -> Result<Vectors, Reported> {
-        self.each(&directions.fields, |lowering, field| {
+        self.each_entry(&directions.fields, |lowering, field| {
             lowering.derivatives.clear();
             let components = lowering.entries(field)?;
             let expected = "directions of time, positions, velocities and accelerations, u(t, q, v, a)";

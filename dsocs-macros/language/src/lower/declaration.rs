@@ -74,15 +74,15 @@ pub(crate) fn model(
         |lowering, rows| lowering.discrete_kinematic(rows, &maps),
     );
 
-    let counted = check::counts(declaration, lowering.rows, errors);
+    let counted = check::check_counts(declaration, lowering.rows, errors);
     let lagrangian = lagrangian?.ok_or_else(|| errors.missing("lagrangian = …;"));
     checked.and(counted)?;
     let lagrangian = lowering.with_particles_at_rest(lagrangian?);
     let (holonomic, nonholonomic) = (holonomic?.unwrap_or_default(), nonholonomic?.unwrap_or_default());
     let mut kinematic = kinematic?.unwrap_or_default();
-    divide(&mut kinematic, &branch?.unwrap_or_default());
-    replace(&mut kinematic, discrete_kinematic?.unwrap_or_default(), errors)?;
-    third_order(declaration, &kinematic, errors)?;
+    set_factors(&mut kinematic, &branch?.unwrap_or_default());
+    set_discrete_rows(&mut kinematic, discrete_kinematic?.unwrap_or_default(), errors)?;
+    check_third_order(declaration, &kinematic, errors)?;
     let written: Vec<usize> = kinematic.iter().map(Vec::len).collect();
     rotations::check(declaration, &kinematic.concat(), errors)?;
     let constraints = [holonomic, nonholonomic, kinematic].concat().concat();
@@ -151,7 +151,7 @@ fn lets(lowering: &mut Lowering<'_>, declaration: &Declaration) {
 }
 
 /// Gives each kinematic constraint its factor; the rows of a vector share one.
-fn divide(kinematic: &mut [Vec<Row>], factors: &[Option<NodeId>]) {
+fn set_factors(kinematic: &mut [Vec<Row>], factors: &[Option<NodeId>]) {
     for (rows, factor) in kinematic.iter_mut().zip(factors) {
         for row in rows {
             row.divide = *factor;
@@ -160,7 +160,11 @@ fn divide(kinematic: &mut [Vec<Row>], factors: &[Option<NodeId>]) {
 }
 
 /// Gives the kinematic constraints their discrete rows.
-fn replace(kinematic: &mut [Vec<Row>], discrete: Vec<Vec<NodeId>>, errors: &Errors) -> Result<(), Reported> {
+fn set_discrete_rows(
+    kinematic: &mut [Vec<Row>],
+    discrete: Vec<Vec<NodeId>>,
+    errors: &Errors,
+) -> Result<(), Reported> {
     for (rows, discrete) in kinematic.iter_mut().zip(discrete) {
         if let Some(row) = rows.first()
             && rows.len() != discrete.len()
@@ -180,7 +184,11 @@ fn replace(kinematic: &mut [Vec<Row>], discrete: Vec<Vec<NodeId>>, errors: &Erro
 }
 
 /// Refuses statements that are for second order only, if a constraint is of third order.
-fn third_order(declaration: &Declaration, kinematic: &[Vec<Row>], errors: &Errors) -> Result<(), Reported> {
+fn check_third_order(
+    declaration: &Declaration,
+    kinematic: &[Vec<Row>],
+    errors: &Errors,
+) -> Result<(), Reported> {
     if kinematic.iter().flatten().all(|row| row.order < 3) {
         return Ok(());
     }

@@ -27,7 +27,7 @@ impl Lowering<'_> {
         constraints: &Constraints,
         maps: &Maps,
     ) -> Result<Vec<Vec<NodeId>>, Reported> {
-        self.each(&constraints.rows, |lowering, row| {
+        self.each_entry(&constraints.rows, |lowering, row| {
             let values = lowering.of_nodes(row, 3, maps)?.numbers();
             for &value in &values {
                 let last = |leaf| matches!(leaf, Leaf::X2(_));

@@ -4,7 +4,7 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{BinOp, Block, Expr, ExprField, ExprLit, ExprPath, Lit, Member, Stmt, UnOp};
 
-use super::closed::{free, is_of_circle};
+use super::closed::{free, is_circle_constant};
 use super::lowering::{Lowered, Lowering};
 use super::unknown_names::{is_zero, not_a_number};
 use super::value::{Value, Valued};
@@ -141,7 +141,7 @@ impl Lowering<'_> {
             return format!("every number is an `f64`; expected it without the suffix `{suffix}`");
         }
         let is_known = Ident::new(suffix, proc_macro2::Span::call_site());
-        if self.scope.get(&is_known).is_some() || suffix == "t" || is_of_circle(&is_known) {
+        if self.scope.get(&is_known).is_some() || suffix == "t" || is_circle_constant(&is_known) {
             return format!("a product is written with `*`: expected `{digits} * {suffix}`");
         }
         if matches!(suffix, "deg" | "degrees") {
@@ -160,7 +160,7 @@ impl Lowering<'_> {
             }
             _ => match path.path.segments.last() {
                 // `std::f64::consts::PI` is read as in Rust
-                Some(last) if is_of_circle(&last.ident) && path.qself.is_none() => &last.ident,
+                Some(last) if is_circle_constant(&last.ident) && path.qself.is_none() => &last.ident,
                 _ => return Err(self.needs_compiler(path)),
             },
         };
@@ -243,7 +243,7 @@ impl Lowering<'_> {
                 self.graph.leaf(Leaf::H)
             }
             None => {
-                if !is_of_circle(name) {
+                if !is_circle_constant(name) {
                     self.check_free_name(name)?;
                 }
                 self.graph.param(free(name, self.fields.have_compiler()))

@@ -150,7 +150,7 @@ impl Lowering<'_> {
 
     /// The values of a list's entries, each at its indices. Of the entries of one `each`, only the first
     /// mistake is reported.
-    pub(crate) fn each<T>(
+    pub(crate) fn each_entry<T>(
         &mut self,
         entries: &[Entry],
         mut lower: impl FnMut(&mut Self, &Expr) -> Result<T, Reported>,

@@ -26,7 +26,7 @@ mod value;
 mod vectors;
 
 pub(crate) use builtin::Builtin;
-pub(crate) use closed::circle;
+pub(crate) use closed::circle_constant;
 pub(crate) use declaration::model;
 pub(crate) use lowering::Lowering;
 pub(crate) use value::Value;

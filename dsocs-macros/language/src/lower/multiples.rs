@@ -18,13 +18,13 @@ pub(super) fn check(rows: &[Row], graph: &Graph, errors: &Errors) -> Result<(), 
     let mut wrong = Ok(());
     for (place, row) in rows.iter().enumerate() {
         let repeated = rows[..place].iter().enumerate().find_map(|(before, other)| {
-            let derivatives = repeats(&mut graph, other, row)?;
+            let derivatives = derivatives_to_multiple(&mut graph, other, row)?;
             Some((before, derivatives))
         });
         let Some((before, derivatives)) = repeated else {
             continue;
         };
-        let (kind, number) = named(rows, before);
+        let (kind, number) = kind_and_number(rows, before);
         let of_what = match derivatives {
             0 => format!("a multiple of {kind} constraint {number}"),
             1 => format!("a multiple of the time derivative of {kind} constraint {number}"),
@@ -42,7 +42,7 @@ pub(super) fn check(rows: &[Row], graph: &Graph, errors: &Errors) -> Result<(), 
 
 /// The number of time derivatives after which the first row is a multiple of the second; `None` if it is none
 /// for certain.
-fn repeats(graph: &mut Graph, first: &Row, second: &Row) -> Option<usize> {
+fn derivatives_to_multiple(graph: &mut Graph, first: &Row, second: &Row) -> Option<usize> {
     let discrete = [first, second].iter().any(|row| row.discrete.is_some());
     if discrete || first.order > second.order || second.order > 2 {
         return None;
@@ -70,7 +70,7 @@ fn is_constant(graph: &mut Graph, one: NodeId, other: NodeId, leaf: Leaf) -> boo
 }
 
 /// The kind of a constraint, and its number among those of the kind, from 1.
-fn named(rows: &[Row], place: usize) -> (&'static str, usize) {
+fn kind_and_number(rows: &[Row], place: usize) -> (&'static str, usize) {
     let kind = rows[place].kind;
     let word = match kind {
         Kind::Holonomic => "holonomic",

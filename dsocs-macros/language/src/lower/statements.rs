@@ -69,7 +69,7 @@ impl Lowering<'_> {
     pub(super) fn branch(&mut self, branch: &Branch) -> Result<Vec<Option<NodeId>>, Reported> {
         let factors = branch.factors.iter().map(|factor| match factor {
             Ok(Some(factor)) => {
-                let factors = self.each(std::slice::from_ref(factor), Self::factor)?;
+                let factors = self.each_entry(std::slice::from_ref(factor), Self::factor)?;
                 Ok(factors.into_iter().next())
             }
             Ok(None) => Ok(None),

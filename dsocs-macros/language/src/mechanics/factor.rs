@@ -101,7 +101,7 @@ impl Trial {
             if zeros.iter().all(|row| row[0] == 0.0 || part(row) < ZERO) {
                 return Some(part(constraint));
             }
-            for (x, step) in point.iter_mut().zip(shortest(zeros)?) {
+            for (x, step) in point.iter_mut().zip(least_norm_solution(zeros)?) {
                 *x -= step;
             }
         }
@@ -111,7 +111,7 @@ impl Trial {
 
 /// The shortest solution `x` of `J x = r`, where each row is `r` followed by its row of `J`; `None` where the
 /// rows are dependent.
-fn shortest(rows: &[&[f64]]) -> Option<Vec<f64>> {
+fn least_norm_solution(rows: &[&[f64]]) -> Option<Vec<f64>> {
     let m = rows.len();
     let dot = |a: &[f64], b: &[f64]| a[1..].iter().zip(&b[1..]).map(|(a, b)| a * b).sum::<f64>();
     // the normal equations J Jᵀ y = r

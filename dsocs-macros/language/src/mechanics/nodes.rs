@@ -15,7 +15,7 @@ pub(crate) struct PointNodes {
 
 impl PointNodes {
     pub(super) fn substitution(&self) -> HashMap<Leaf, NodeId> {
-        let mut places = places([
+        let mut places = substitution_of([
             (Leaf::Q as LeafOf, &self.q),
             (Leaf::V, &self.v),
             (Leaf::A, &self.a),
@@ -29,7 +29,7 @@ impl PointNodes {
 pub(super) type LeafOf = fn(usize) -> Leaf;
 
 /// The substitution of the components of some vectors for leaves.
-pub(super) fn places<const K: usize>(vectors: [(LeafOf, &[NodeId]); K]) -> HashMap<Leaf, NodeId> {
+pub(super) fn substitution_of<const K: usize>(vectors: [(LeafOf, &[NodeId]); K]) -> HashMap<Leaf, NodeId> {
     let components = |(leaf, nodes): (LeafOf, &[NodeId])| {
         nodes
             .iter()
@@ -124,8 +124,8 @@ impl Nodes {
     }
 
     /// The substitution for the nodes of a map of triples.
-    pub(super) fn places(&self) -> HashMap<Leaf, NodeId> {
-        let mut places = places([
+    pub(super) fn substitution(&self) -> HashMap<Leaf, NodeId> {
+        let mut places = substitution_of([
             (Leaf::X0 as LeafOf, &self.q0),
             (Leaf::X1, &self.q1),
             (Leaf::X2, &self.q2),
@@ -146,7 +146,7 @@ impl Nodes {
 
     /// The substitution for a position and its time, at the middle node.
     pub(super) fn middle(&self) -> HashMap<Leaf, NodeId> {
-        let mut places = places([(Leaf::Q as LeafOf, &self.q1)]);
+        let mut places = substitution_of([(Leaf::Q as LeafOf, &self.q1)]);
         places.insert(Leaf::T, self.t1);
         places
     }
@@ -186,14 +186,14 @@ impl Nodes {
 
 /// The substitution for the nodes of a map of pairs, with the increment `d` of the leg.
 fn leg([(q0, t0), (q1, t1)]: [(&[NodeId], NodeId); 2], d: &[NodeId]) -> HashMap<Leaf, NodeId> {
-    let mut places = places([(Leaf::X0 as LeafOf, q0), (Leaf::X1, q1), (Leaf::Chord, d)]);
+    let mut places = substitution_of([(Leaf::X0 as LeafOf, q0), (Leaf::X1, q1), (Leaf::Chord, d)]);
     places.extend([(Leaf::T0, t0), (Leaf::T1, t1)]);
     places
 }
 
 /// The substitution for position, velocity and time at a point of `φ_{L_d}⁻¹`.
 pub(super) fn at_pair(point: &PairPoint) -> HashMap<Leaf, NodeId> {
-    let mut places = places([(Leaf::Q as LeafOf, &point.q), (Leaf::V, &point.v)]);
+    let mut places = substitution_of([(Leaf::Q as LeafOf, &point.q), (Leaf::V, &point.v)]);
     places.insert(Leaf::T, point.t);
     places
 }
@@ -234,7 +234,7 @@ pub(super) fn map_point(graph: &mut Graph, nodes: &Nodes, map: Option<&TriplePoi
             a,
         };
     };
-    let places = nodes.places();
+    let places = nodes.substitution();
     let mut at_nodes = |components: &[NodeId]| -> Vec<NodeId> {
         components
             .iter()

@@ -40,7 +40,7 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
     let mut rows = Vec::new();
     for row in &model.constraints {
         let value = match (row.discrete, row.kind) {
-            (Some(discrete), _) => graph.substitute(discrete, &nodes.places()),
+            (Some(discrete), _) => graph.substitute(discrete, &nodes.substitution()),
             (None, Kind::Holonomic) => {
                 rows.push(holonomic(graph, &nodes, row.value));
                 continue;

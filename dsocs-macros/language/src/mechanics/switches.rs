@@ -71,8 +71,8 @@ pub(crate) fn switches(model: &Model) -> Switches {
             Node::Select(_, [left, right, ..]) => vec![graph.sub(right, left)],
             // at a zero of the base a power is not smooth, and a logarithm is infinite
             Node::Unary(Unary::Sqrt | Unary::Cbrt | Unary::Ln, base) | Node::Powf(base, _) => {
-                let mut found = zero_with(&graph, base);
-                found.extend(turns(&mut graph, base));
+                let mut found = vanishing_factors(&graph, base);
+                found.extend(rate_of_radicand(&mut graph, base));
                 found
             }
             // these have a corner where their argument turns back at ±1
@@ -82,7 +82,9 @@ pub(crate) fn switches(model: &Model) -> Switches {
             Node::Unary(Unary::Tan, angle) => vec![graph.unary(Unary::Cos, angle)],
             Node::Product(factors) => {
                 let below = factors.into_iter().filter(|&(_, exponent)| exponent < 0);
-                below.flat_map(|(factor, _)| zero_with(&graph, factor)).collect()
+                below
+                    .flat_map(|(factor, _)| vanishing_factors(&graph, factor))
+                    .collect()
             }
             _ => Vec::new(),
         };
@@ -99,14 +101,16 @@ pub(crate) fn switches(model: &Model) -> Switches {
 
 /// Expressions one of which is zero wherever an expression is: the bases of roots and powers, and the factors
 /// of products.
-fn zero_with(graph: &Graph, id: NodeId) -> Vec<NodeId> {
+fn vanishing_factors(graph: &Graph, id: NodeId) -> Vec<NodeId> {
     match graph.node(id) {
         Node::Unary(Unary::Sqrt | Unary::Cbrt | Unary::Abs, base) | Node::Powf(base, _) => {
-            zero_with(graph, *base)
+            vanishing_factors(graph, *base)
         }
         Node::Product(factors) => {
             let above = factors.iter().filter(|&&(_, exponent)| exponent > 0);
-            above.flat_map(|&(factor, _)| zero_with(graph, factor)).collect()
+            above
+                .flat_map(|&(factor, _)| vanishing_factors(graph, factor))
+                .collect()
         }
         _ => vec![id],
     }
@@ -114,7 +118,7 @@ fn zero_with(graph: &Graph, id: NodeId) -> Vec<NodeId> {
 
 /// The rate of a root's radicand, which changes sign where the radicand touches zero; `None` if the radicand
 /// cannot touch zero without changing its own sign.
-fn turns(graph: &mut Graph, base: NodeId) -> Option<NodeId> {
+fn rate_of_radicand(graph: &mut Graph, base: NodeId) -> Option<NodeId> {
     let may_touch = matches!(graph.node(base), Node::Sum(..)) && !graph.is_several_squares(base);
     may_touch.then(|| graph.total_derivative(base))
 }

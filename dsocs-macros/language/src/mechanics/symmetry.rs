@@ -108,7 +108,7 @@ impl Symmetry {
     /// Whether legs of any lengths can be joined by the momenta at the nodes, or why not.
     fn by_momenta(model: &Model, graph: &mut Graph) -> Self {
         let n = model.coordinates.len();
-        let (nodes, point) = (Nodes::new(graph, n).places(), parabola(graph, n));
+        let (nodes, point) = (Nodes::new(graph, n).substitution(), parabola(graph, n));
         let (mut at_nodes, mut at_point) = (Substitution::new(&nodes), Substitution::new(&point));
         let mut is_its_point = |map: &Option<TriplePoint>| {
             let Some(TriplePoint { t, q, v, a }) = map else {

@@ -48,7 +48,7 @@ pub(super) fn check(statement: &TokenStream, errors: &Errors) -> Option<Reported
             foreign_statement_hint(&text),
             nearest(&text.to_lowercase(), STATEMENTS),
         ) {
-            (Some(said), _) if errors.are_of_text() => said.to_owned(),
+            (Some(hint), _) if errors.are_of_text() => hint.to_owned(),
             (_, Some(near)) => format!("did you mean `{near}`?"),
             _ => expected_statement(),
         };

@@ -32,7 +32,7 @@ fn write_out(
     entries: &mut Vec<Entry>,
     errors: &Errors,
 ) -> Result<(), Reported> {
-    let Some(call) = each(element) else {
+    let Some(call) = each_call(element) else {
         if entries.len() == MOST {
             return Err(errors.at(
                 element,
@@ -50,9 +50,9 @@ fn write_out(
     let (range, closure, name) = match arguments.as_slice() {
         [range, Expr::Closure(closure)] => match parameter(closure) {
             Some(name) => (*range, closure, name),
-            None => return Err(errors.at(call, expected(errors))),
+            None => return Err(errors.at(call, expected_form(errors))),
         },
-        _ => return Err(errors.at(call, expected(errors))),
+        _ => return Err(errors.at(call, expected_form(errors))),
     };
     if let ReturnType::Type(_, ty) = &closure.output {
         return Err(errors.at(ty, "no type is written here: every expression is a number"));
@@ -73,7 +73,7 @@ fn write_out(
 }
 
 /// The error for a call of `each` in another form.
-fn expected(errors: &Errors) -> &'static str {
+fn expected_form(errors: &Errors) -> &'static str {
     errors.words(
         "expected a range and a closure of its index, `each(0..8, |i| …)`",
         "expected a range and what stands for each index, `each(0..8, |i| …)`",
@@ -81,7 +81,7 @@ fn expected(errors: &Errors) -> &'static str {
 }
 
 /// The call of `each`, if an expression is one.
-fn each(expr: &Expr) -> Option<&ExprCall> {
+fn each_call(expr: &Expr) -> Option<&ExprCall> {
     match bare(expr) {
         Expr::Call(call) if plain_name(&call.func).is_some_and(|name| name == "each") => Some(call),
         _ => None,
@@ -90,7 +90,7 @@ fn each(expr: &Expr) -> Option<&ExprCall> {
 
 /// Whether an expression is a call of `each`.
 pub(super) fn is_each(expr: &Expr) -> bool {
-    each(expr).is_some()
+    each_call(expr).is_some()
 }
 
 /// The parameter of a closure with one plain parameter.

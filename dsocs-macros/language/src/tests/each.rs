@@ -61,7 +61,7 @@ fn mistake(rest: &str, place: &str, message: &str) {
 }
 
 #[test]
-fn what_is_wrong_is_told_once() {
+fn what_is_wrong_is_reported_once() {
     mistake(
         "holonomic = each(0..3, |i| x[i] - z[i]);",
         "z",

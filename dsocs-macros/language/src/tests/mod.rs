@@ -21,7 +21,7 @@ mod vectors_mistakes;
 
 use proc_macro2::TokenStream;
 
-use crate::expand::{self, Refused};
+use crate::expand::{self, WrongDeclaration};
 use crate::graph::NodeId;
 use crate::model::{Displacements, Model};
 
@@ -37,7 +37,7 @@ fn tokens(source: &str) -> TokenStream {
     source.parse().unwrap()
 }
 
-fn analyzed(declaration: &str, item: &str) -> Result<Model, Refused> {
+fn analyzed(declaration: &str, item: &str) -> Result<Model, WrongDeclaration> {
     expand::model(tokens(declaration), &syn::parse_str(item).unwrap())
 }
 

@@ -412,7 +412,7 @@ fn numbers_that_are_none() {
 }
 
 #[test]
-fn of_very_many_mistakes_the_first_are_told() {
+fn of_very_many_mistakes_the_first_are_reported() {
     let told = told(&format!("{HEAD}{}", "x y;\n".repeat(50_000)));
     assert_eq!(told.len(), 101);
     assert!(

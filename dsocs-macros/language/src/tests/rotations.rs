@@ -122,7 +122,7 @@ fn a_start_has_three_numbers_of_velocity() {
 }
 
 #[test]
-fn a_start_of_another_length_is_told_how_many_numbers_a_rotation_has() {
+fn a_start_of_another_length_is_refused_with_how_many_numbers_a_rotation_has() {
     for (run, message) in [
         (
             "([1, 0, 0, 0, 1, 2, 3, 4], [1, 2, 3, 5, 6])",
@@ -289,7 +289,7 @@ fn statements_that_rotations_do_not_know_are_refused() {
 }
 
 #[test]
-fn what_looks_like_a_rotation_is_told_at_its_place() {
+fn what_looks_like_a_rotation_is_reported_at_its_place() {
     for (coordinates, at, message) in [
         ("r: Rotation", "Rotation", "expected `r: rotation`"),
         ("r: Quaternion", "Quaternion", "expected `r: rotation`"),

@@ -285,7 +285,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
 ];
 
 #[test]
-fn every_mistake_is_told_at_its_place() {
+fn every_mistake_is_reported_at_its_place() {
     for (statements, place, message) in MISTAKES {
         let told = mistakes(&format!("{statements} {PENDULUM}"));
         let found = told

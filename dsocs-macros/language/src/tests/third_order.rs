@@ -96,7 +96,7 @@ fn what_is_for_second_order_is_refused_beside_the_third() {
 }
 
 #[test]
-fn higher_derivatives_are_told() {
+fn higher_derivatives_are_reported() {
     statement("let a = ddddot(x);", "ddddot", "at most a third derivative");
     statement(
         "let a = ddot(ddot(x));",

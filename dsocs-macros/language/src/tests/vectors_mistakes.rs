@@ -76,7 +76,7 @@ fn other_words() {
 }
 
 #[test]
-fn a_number_is_due() {
+fn a_number_is_expected() {
     expression(
         "s.atan2(x)",
         "x",

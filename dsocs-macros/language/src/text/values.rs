@@ -11,7 +11,7 @@ use crate::ast::{Declaration, Entry};
 use crate::errors::{Errors, Reported};
 use crate::graph::{NodeId, Param};
 use crate::input::Fields;
-use crate::lower::{Lowering, circle};
+use crate::lower::{Lowering, circle_constant};
 use crate::model::{Model, ParameterField};
 use crate::nearest::did_you_mean;
 use crate::parse::entries;
@@ -92,7 +92,7 @@ impl<'d> Evaluation<'d> {
     }
 
     /// The values of the nodes of some expressions.
-    fn evaluated(&mut self, exprs: &[&Expr], nodes: &[NodeId]) -> Vec<f64> {
+    fn evaluate(&mut self, exprs: &[&Expr], nodes: &[NodeId]) -> Vec<f64> {
         let mut numbers = self.numbers(nodes);
         for (number, expr) in numbers.iter_mut().zip(exprs) {
             // the graph has no negative zero, but a literal `-0` asks for one
@@ -110,7 +110,7 @@ impl<'d> Evaluation<'d> {
         let graph = &self.lowering.graph;
         let param = |which| match graph.read_param(which) {
             Param::Number(place) => self.values.get(place).copied().unwrap_or(f64::NAN),
-            Param::Expression(tokens) => circle(&tokens.to_string()).unwrap_or(f64::NAN),
+            Param::Expression(tokens) => circle_constant(&tokens.to_string()).unwrap_or(f64::NAN),
         };
         graph
             .values(nodes, &|_| f64::NAN, &param)
@@ -120,14 +120,14 @@ impl<'d> Evaluation<'d> {
     /// The value of an expression that has to be a finite number.
     fn number(&mut self, expr: &Expr) -> Result<f64, Reported> {
         let node = self.lowering.expr(expr)?;
-        let [value] = self.evaluated(&[expr], &[node])[..] else {
+        let [value] = self.evaluate(&[expr], &[node])[..] else {
             return Ok(f64::NAN);
         };
-        self.finite(expr, value)
+        self.check_finite(expr, value)
     }
 
     /// A number, refused if it is not finite.
-    fn finite(&self, expr: &Expr, value: f64) -> Result<f64, Reported> {
+    fn check_finite(&self, expr: &Expr, value: f64) -> Result<f64, Reported> {
         if value.is_finite() {
             return Ok(value);
         }
@@ -159,11 +159,11 @@ impl<'d> Evaluation<'d> {
                 return Err(self.errors.at(other, message));
             }
         };
-        let nodes = self.lowering.each(&entries, Lowering::expr)?;
+        let nodes = self.lowering.each_entry(&entries, Lowering::expr)?;
         let exprs: Vec<&Expr> = entries.iter().map(|entry| &entry.value).collect();
-        let numbers = self.evaluated(&exprs, &nodes);
+        let numbers = self.evaluate(&exprs, &nodes);
         for (entry, value) in entries.iter().zip(&numbers) {
-            self.finite(&entry.value, *value)?;
+            self.check_finite(&entry.value, *value)?;
         }
         Ok(numbers)
     }
@@ -192,7 +192,8 @@ pub(super) fn parameters(
         };
         for expr in expressions {
             let known = &all[..evaluation.values.len().min(all.len())];
-            let value = before(known, &all, expr, errors).and_then(|()| evaluation.number(expr));
+            let value =
+                refuse_later_parameters(known, &all, expr, errors).and_then(|()| evaluation.number(expr));
             if let Err(reported) = value {
                 wrong = Err(reported);
             }
@@ -203,7 +204,7 @@ pub(super) fn parameters(
 }
 
 /// Refuses a value that uses parameters whose values are given later.
-fn before(
+fn refuse_later_parameters(
     known: &[ParameterField],
     all: &[ParameterField],
     expr: &Expr,
@@ -277,7 +278,7 @@ fn run(
         until: None,
         project: false,
     };
-    let mut reported = HashSet::new();
+    let mut seen = HashSet::new();
     let mut wrong = Ok(());
     for Item {
         name: key,
@@ -289,9 +290,9 @@ fn run(
         let text = key.to_string();
         let result = if let Some(length) = length {
             length.and_then(|length| Err(errors.at(length, format!("expected `{text} = …`, without `:`"))))
-        } else if reported.insert(text.clone()) {
+        } else if seen.insert(text.clone()) {
             value.and_then(|value| {
-                set(
+                apply_setting(
                     &mut run,
                     (&text, &key),
                     &value,
@@ -333,7 +334,7 @@ fn has_decimal_comma(expr: &Expr) -> bool {
 }
 
 /// Sets one setting of a run.
-fn set(
+fn apply_setting(
     run: &mut Run,
     (text, key): (&str, &Ident),
     value: &Expr,

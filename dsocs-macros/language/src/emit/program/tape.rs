@@ -9,7 +9,7 @@ use crate::emit::data::Call;
 use crate::emit::functions::Functions;
 use crate::graph::{Callee, Comparison, Graph, Leaf, Param, Unary};
 use crate::hash::HashMap;
-use crate::lower::circle;
+use crate::lower::circle_constant;
 use crate::model::Model;
 
 /// The byte of the first function of one argument.
@@ -79,7 +79,7 @@ impl Calls {
                         Param::Expression(tokens) => tokens.to_string(),
                         Param::Number(place) => place.to_string(),
                     };
-                    circle(&tokens).map_or(Call::Rust(tokens), Call::Number)
+                    circle_constant(&tokens).map_or(Call::Rust(tokens), Call::Number)
                 }
             })
             .collect()
