@@ -5,23 +5,23 @@
 //! which does not depend on total derivatives (the difference of `h L_d` from the action does:
 //! [orders](super::orders) measures it, too).
 
-use super::orders::{Changes, Order, Part, contacts, expansions};
-use super::{Measured, Report, Subject};
+use super::orders::{NoSmoothState, Order, Part, contacts, expansions};
+use super::{CheckedMotion, Measured, Report};
 use crate::stability::Bar;
 
 /// The largest deficit of the order against the declared one.
-const BELOW: f64 = 0.1;
+const ORDER_DEFICIT: f64 = 0.1;
 
 /// The orders of contact.
-pub fn contact(subject: &Subject<'_>, report: &mut Report) {
-    let bar = Bar::AtLeast(subject.expected.order - BELOW);
+pub fn contact(motion: &CheckedMotion<'_>, report: &mut Report) {
+    let bar = Bar::AtLeast(motion.expected.order - ORDER_DEFICIT);
     let measured = || -> Measured<_> {
-        let motions = expansions(subject, &subject.states)?;
-        Ok(contacts(subject.kernel, &motions, subject.h)?)
+        let motions = expansions(motion, &motion.states)?;
+        Ok(contacts(motion.kernel, &motions, motion.h)?)
     };
     let found = match measured() {
         Ok(found) => found,
-        Err(error) if error.is::<Changes>() => {
+        Err(error) if error.is::<NoSmoothState>() => {
             report.note(&error.to_string());
             return;
         }
@@ -30,7 +30,7 @@ pub fn contact(subject: &Subject<'_>, report: &mut Report) {
             return;
         }
     };
-    let is_free = subject.constraints() == [0; 3];
+    let is_free = motion.constraints() == [0; 3];
     for of in found {
         let what = match of.part {
             Part::Forces => "of L_d: D₁L_d + D₂L_d at nodes of the true motion against the force",

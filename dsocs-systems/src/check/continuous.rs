@@ -9,7 +9,7 @@ use dsocs_core::geometry::{
 };
 
 use super::extrapolation::integrate;
-use super::probe::State;
+use super::motions::State;
 use super::{Measured, larger};
 
 /// The tolerance of the integration, relative to the sizes of the components.
@@ -20,7 +20,7 @@ const ROUNDINGS: f64 = 8.0;
 
 /// Terms below this part of the largest are replaced by it: the error of the quadrature does not shrink with
 /// them.
-const FAINT: f64 = 1e-4;
+const SMALLEST_TERMS: f64 = 1e-4;
 
 /// The equations of the motion with its variations and `dν` for every pair of them.
 struct Equations<'a> {
@@ -190,7 +190,7 @@ pub fn law(system: &dyn Kernel, start: &State, until: f64) -> Measured<[f64; 2]>
         }
     }
     // where the terms nearly vanish, the error of the quadrature does not
-    let least = FAINT * entries.iter().fold(0.0, |most, entry| larger(most, entry[2]));
+    let least = SMALLEST_TERMS * entries.iter().fold(0.0, |most, entry| larger(most, entry[2]));
     let (mut missed, mut change) = (0.0, 0.0);
     for [apart, d_nu, terms] in entries {
         if terms != 0.0 {

@@ -7,51 +7,51 @@ use dsocs_core::geometry::{
     legendre_minus, legendre_plus, rows_of_written,
 };
 
-use super::probe::less;
-use super::{Report, Subject, larger, largest};
+use super::motions::less;
+use super::{CheckedMotion, Report, larger, largest};
 use crate::stability::Bar;
 
 /// The largest residual of a row at the written nodes, relative to the rounding of its terms.
-pub const WRITTEN: f64 = 2.0;
+pub const LARGEST_RESIDUAL: f64 = 2.0;
 
 /// The largest derivative of the action, relative to its terms.
-const STATIONARY: f64 = 1e-12;
+const LARGEST_ACTION_DERIVATIVE: f64 = 1e-12;
 
 /// The equations at the nodes as they are written, and the discrete action.
-pub fn equations(subject: &Subject<'_>, report: &mut Report) {
+pub fn equations(motion: &CheckedMotion<'_>, report: &mut Report) {
     let mut worst = (0.0, 0);
-    for &place in &subject.places {
-        let [first, second, third] = &nodes(&subject.legs, place);
-        let row = written(subject, subject.legs[place].t, [first, second, third]);
+    for &place in &motion.places {
+        let [first, second, third] = &nodes(&motion.legs, place);
+        let row = residual_as_written(motion, motion.legs[place].t, [first, second, third]);
         if larger(worst.0, row).to_bits() != f64::to_bits(worst.0) {
             worst = (row, place);
         }
     }
     report.push(
         "rows at the nodes as written, in 32 digits, over what their rounding explains",
-        Bar::AtMost(WRITTEN),
+        Bar::AtMost(LARGEST_RESIDUAL),
         Ok(worst.0),
     );
-    if !Bar::AtMost(WRITTEN).holds(worst.0) {
+    if !Bar::AtMost(LARGEST_RESIDUAL).holds(worst.0) {
         report.note(&format!("the worst rows are those of node {}", worst.1 + 1));
     }
     let mut unknown = 0;
-    let sizes = sizes(subject);
-    let action = largest(&subject.triples, |triple| {
-        let admissible = admissible_variations(subject.kernel, subject.h, triple);
+    let sizes = sizes(motion);
+    let action = largest(&motion.triples, |triple| {
+        let admissible = admissible_variations(motion.kernel, motion.h, triple);
         let Some(admissible) = admissible else {
             unknown += 1;
             return Ok(0.0);
         };
-        Ok(derivative(subject, triple, &admissible, &sizes))
+        Ok(derivative(motion, triple, &admissible, &sizes))
     });
     let what = "dS_d along admissible variations, from L_d alone, relative to its terms";
-    if unknown == subject.triples.len() {
+    if unknown == motion.triples.len() {
         let why =
             "the fields of the variations depend on more than position and velocity: dS_d is not looked at";
         report.note(why);
     } else {
-        report.push(what, Bar::AtMost(STATIONARY), action);
+        report.push(what, Bar::AtMost(LARGEST_ACTION_DERIVATIVE), action);
     }
 }
 
@@ -66,8 +66,8 @@ pub fn nodes(legs: &[OwnedLeg<f64>], place: usize) -> [Vec<f64>; 3] {
 
 /// The largest residual of the rows at three nodes, of which the second is at the time `t`, relative to the
 /// rounding of their terms.
-fn written(subject: &Subject<'_>, t: f64, nodes: [&[f64]; 3]) -> f64 {
-    let rows = rows_of_written(subject.kernel, t, subject.h, nodes);
+fn residual_as_written(motion: &CheckedMotion<'_>, t: f64, nodes: [&[f64]; 3]) -> f64 {
+    let rows = rows_of_written(motion.kernel, t, motion.h, nodes);
     rows.iter().fold(0.0, |most, &[row, explained]| {
         larger(most, if row == 0.0 { 0.0 } else { row.abs() / explained })
     })
@@ -75,13 +75,13 @@ fn written(subject: &Subject<'_>, t: f64, nodes: [&[f64]; 3]) -> f64 {
 
 /// The size of each derivative of `L_d` by a coordinate, the largest along the motion: of its value, and of
 /// the sum of its terms, masses times increments. These cancel in a momentum that is conserved and zero.
-fn sizes(subject: &Subject<'_>) -> Vec<f64> {
-    let n = subject.kernel.shape().dimension();
+fn sizes(motion: &CheckedMotion<'_>) -> Vec<f64> {
+    let n = motion.kernel.shape().dimension();
     let mut sizes = vec![0.0; n];
-    for triple in &subject.triples {
+    for triple in &motion.triples {
         let leg = triple.first();
-        let arriving = legendre_plus(subject.kernel, subject.h, leg);
-        let form = discrete_form(subject.kernel, subject.h, leg);
+        let arriving = legendre_plus(motion.kernel, motion.h, leg);
+        let form = discrete_form(motion.kernel, motion.h, leg);
         for (i, (size, part)) in sizes.iter_mut().zip(arriving).enumerate() {
             let terms = leg.d.iter().enumerate().map(|(j, d)| {
                 let mass = form.of(&Displacement::unit(n, i), &Displacement::unit(n, n + j));
@@ -95,11 +95,11 @@ fn sizes(subject: &Subject<'_>) -> Vec<f64> {
 
 /// The derivative of `L_d(q0, q1) + L_d(q1, q2)` along variations of `q1`, with the work of external forces,
 /// relative to its terms; less the effect of the rounding of the last node and of the forces.
-fn derivative(subject: &Subject<'_>, triple: &Triple, along: &[Vec<f64>], sizes: &[f64]) -> f64 {
+fn derivative(motion: &CheckedMotion<'_>, triple: &Triple, along: &[Vec<f64>], sizes: &[f64]) -> f64 {
     let covector = |triple: &Triple| -> Vec<f64> {
-        let arriving = legendre_plus(subject.kernel, subject.h, triple.first());
-        let leaving = legendre_minus(subject.kernel, subject.h, triple.last(subject.h).any());
-        let external = external_forces(subject.kernel, subject.h, triple);
+        let arriving = legendre_plus(motion.kernel, motion.h, triple.first());
+        let leaving = legendre_minus(motion.kernel, motion.h, triple.last(motion.h).any());
+        let external = external_forces(motion.kernel, motion.h, triple);
         (0..external.len())
             .map(|i| arriving[i] - leaving[i] + external[i])
             .collect()
@@ -110,9 +110,9 @@ fn derivative(subject: &Subject<'_>, triple: &Triple, along: &[Vec<f64>], sizes:
         let product = |covector: &[f64]| -> f64 { variation.iter().zip(covector).map(|(v, c)| v * c).sum() };
         let terms: f64 = variation.iter().zip(sizes).map(|(v, size)| v.abs() * size).sum();
         let sum = product(&here);
-        let left = if sum.abs() > STATIONARY * terms {
-            let of_node = rounding(subject.h, triple, |moved| product(&covector(moved)) - sum);
-            let forces = force_roundings(subject.kernel, subject.h, triple);
+        let left = if sum.abs() > LARGEST_ACTION_DERIVATIVE * terms {
+            let of_node = rounding(motion.h, triple, |moved| product(&covector(moved)) - sum);
+            let forces = force_roundings(motion.kernel, motion.h, triple);
             let of_forces = variation
                 .iter()
                 .zip(forces)

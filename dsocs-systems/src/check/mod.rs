@@ -4,21 +4,21 @@
 //! *bar*). Where an equation should hold to rounding, the figure is relative to the size of the equation's terms, and the bar is a
 //! small multiple of the unit round-off.
 
-mod coarse;
+mod checked_motion;
 mod contact;
 mod continuous;
 mod dependence;
 mod equations;
 mod extrapolation;
 mod flow;
+mod large_numbers;
 mod momentum;
+mod motions;
 mod order;
 pub mod orders;
 mod power;
-mod probe;
 mod roots;
 mod rotations;
-mod subject;
 mod symplectic;
 pub(crate) mod third;
 
@@ -27,13 +27,13 @@ use std::error::Error;
 use dsocs_core::__private::TapeKernel;
 use dsocs_core::{NearlySingular, RunError, System, Unresolved};
 
-use crate::entry::{CheckFailure, Kind, Motions, Symmetry, Typed};
-use crate::stability::{Bar, number, told};
+use crate::entry::{CheckFailure, Kind, Motions, Symmetry, TypedSystem};
+use crate::stability::{Bar, measured_or_reason, number};
 
-use coarse::Coarse;
-use dependence::Dependent;
-use probe::{Hard, Passed, State};
-use subject::{Subject, states_at};
+use checked_motion::{CheckedMotion, states_at};
+use dependence::NearlyDependentConstraint;
+use large_numbers::RoundingOfLargeNumbers;
+use motions::{DoubtfulSteps, MotionNode, State};
 
 /// The number of steps of a motion, unless an end is given.
 const STEPS: f64 = 40.0;
@@ -129,7 +129,7 @@ struct Report {
 impl Report {
     /// Adds a figure, or the reason why there is none.
     fn push(&mut self, what: impl Into<String>, bar: Bar, measured: Measured) {
-        let (figure, failure) = told(measured);
+        let (figure, failure) = measured_or_reason(measured);
         self.findings.push(Finding {
             check: self.check,
             what: what.into(),
@@ -163,15 +163,15 @@ impl Report {
 
 /// The reason why the theorems on a motion as a whole are not required of one in whose steps functions jump
 /// or hold something at rest, or come near to a singularity.
-fn excuse(hard: Hard, held: usize, steps: usize) -> Option<String> {
-    if let Some(NearlySingular { first, .. }) = hard.nearly_singular {
+fn excuse(doubtful: DoubtfulSteps, held: usize, steps: usize) -> Option<String> {
+    if let Some(NearlySingular { first, .. }) = doubtful.nearly_singular {
         return Some(format!(
             "not required here: the theorem is about motions along which the equations are regular, and here they come near to a singularity, first about \
              t = {}, beside which errors do not fall as a power of the step; to see it required, end before (`--until`)",
             number(first)
         ));
     }
-    let jumps = hard.unresolved.map_or(0, |unresolved| unresolved.steps);
+    let jumps = doubtful.unresolved.map_or(0, |unresolved| unresolved.steps);
     if held == 0 && jumps == 0 {
         return None;
     }
@@ -185,7 +185,7 @@ fn excuse(hard: Hard, held: usize, steps: usize) -> Option<String> {
 }
 
 /// The checks of the motion as a whole, not of each triple of nodes.
-const OF_THE_MOTION: [&str; 7] = [
+const CHECKS_OF_THE_MOTION: [&str; 7] = [
     "roots",
     "symplectic law",
     "momentum law",
@@ -196,7 +196,7 @@ const OF_THE_MOTION: [&str; 7] = [
 ];
 
 /// Measures the figures of one check.
-type Check = fn(&Subject<'_>, &mut Report);
+type Check = fn(&CheckedMotion<'_>, &mut Report);
 
 /// Checks a system on one of its motions.
 ///
@@ -210,14 +210,20 @@ pub fn check<S: System<N>, const N: usize>(
     settings: &Settings<'_>,
     (q, v): ([f64; N], [f64; N]),
 ) -> Result<Vec<Finding>, CheckFailure> {
-    let own = STEPS * settings.h;
+    let default_duration = STEPS * settings.h;
     let settings = Settings {
         q0: &q,
         v0: &v,
         a0: None,
         ..*settings
     };
-    check_to(&Typed::new(system), symmetries, expected, &settings, own)
+    check_to(
+        &TypedSystem::new(system),
+        symmetries,
+        expected,
+        &settings,
+        default_duration,
+    )
 }
 
 /// Checks a system that was not compiled, from the start of the settings.
@@ -240,23 +246,23 @@ pub(crate) fn projected(
     system: &dyn Motions,
     settings: &Settings<'_>,
 ) -> Result<[Vec<f64>; 2], CheckFailure> {
-    let state = probe::projected(system.kernel(), settings.h, &State::of(settings))?;
+    let state = motions::projected(system.kernel(), settings.h, &State::of(settings))?;
     Ok([state.q, state.v])
 }
 
 /// Checks any system from the start of the settings, with the acceleration near the given one where there are
-/// several; to the end `own` unless the settings give another.
+/// several; for the time `default_duration` unless the settings give an end.
 pub(crate) fn check_to(
     system: &dyn Motions,
     symmetries: &[Symmetry],
     expected: Expected,
     settings: &Settings<'_>,
-    own: f64,
+    default_duration: f64,
 ) -> Result<Vec<Finding>, CheckFailure> {
     if !system.kernel().shape().rotations.is_empty() {
-        return rotations::check_to(system, symmetries, expected, settings, own);
+        return rotations::check_to(system, symmetries, expected, settings, default_duration);
     }
-    let subject = Subject::new(system, symmetries, expected, settings, own)?;
+    let motion = CheckedMotion::new(system, symmetries, expected, settings, default_duration)?;
     let checks: [(&'static str, Check); 11] = [
         ("window", window),
         ("regularity", flow::regularity),
@@ -270,28 +276,28 @@ pub(crate) fn check_to(
         ("contact", contact::contact),
         ("order", order::order),
     ];
-    let mut found = Found::new(subject.excuse());
-    found.dependent = subject.dependent.as_ref();
-    found.coarse = Some(&subject.coarse);
+    let mut findings = CheckFindings::new(motion.excuse());
+    findings.dependent = motion.dependent.as_ref();
+    findings.large_numbers = Some(&motion.large_numbers);
     for (check, measure) in checks {
-        found.of(check, |report| measure(&subject, report));
+        findings.carry_out(check, |report| measure(&motion, report));
     }
-    Ok(found.findings)
+    Ok(findings.findings)
 }
 
 /// The findings of the checks of a motion, and the reasons that excuse them.
 #[derive(Default)]
-struct Found<'s> {
+struct CheckFindings<'s> {
     findings: Vec<Finding>,
     /// The reason why checks of the motion as a whole are not required.
     excuse: Option<String>,
     /// The constraint that is nearly dependent on the others.
-    dependent: Option<&'s Dependent>,
+    dependent: Option<&'s NearlyDependentConstraint>,
     /// The rounding of large times and positions.
-    coarse: Option<&'s Coarse>,
+    large_numbers: Option<&'s RoundingOfLargeNumbers>,
 }
 
-impl Found<'_> {
+impl CheckFindings<'_> {
     fn new(excuse: Option<String>) -> Self {
         Self {
             excuse,
@@ -300,13 +306,13 @@ impl Found<'_> {
     }
 
     /// Carries out a check.
-    fn of(&mut self, check: &'static str, measure: impl FnOnce(&mut Report)) {
+    fn carry_out(&mut self, check: &'static str, measure: impl FnOnce(&mut Report)) {
         let mut report = Report {
             check,
             findings: Vec::new(),
         };
         measure(&mut report);
-        if OF_THE_MOTION.contains(&check) {
+        if CHECKS_OF_THE_MOTION.contains(&check) {
             for finding in report.findings.iter_mut().filter(|finding| !finding.ok()) {
                 finding.excuse.clone_from(&self.excuse);
             }
@@ -316,9 +322,9 @@ impl Found<'_> {
                 finding.excuse = dependent.excuse(finding);
             }
         }
-        if let Some(coarse) = self.coarse {
+        if let Some(large_numbers) = self.large_numbers {
             for finding in report.findings.iter_mut().filter(|finding| !finding.ok()) {
-                finding.excuse = coarse.excuse(finding);
+                finding.excuse = large_numbers.excuse(finding);
             }
         }
         self.findings.extend(report.findings);
@@ -326,7 +332,12 @@ impl Found<'_> {
 }
 
 /// Reports the time that a motion reaches, for systems with fewer checks; `left_out` says which are left out.
-fn reached([from, until, h]: [f64; 3], nodes: &[Passed], left_out: &str, report: &mut Report) {
+fn report_reached_time(
+    [from, until, h]: [f64; 3],
+    nodes: &[MotionNode],
+    left_out: &str,
+    report: &mut Report,
+) {
     let asked = (until - from).abs();
     report.push(
         format!("time that the motion reaches, of {asked} s"),
@@ -337,39 +348,42 @@ fn reached([from, until, h]: [f64; 3], nodes: &[Passed], left_out: &str, report:
 }
 
 /// The time that the motion reaches.
-fn window(subject: &Subject<'_>, report: &mut Report) {
-    let asked = (subject.asked - subject.start.t).abs();
+fn window(motion: &CheckedMotion<'_>, report: &mut Report) {
+    let asked = (motion.asked - motion.start.t).abs();
     report.push(
         format!("time that the motion reaches, of {asked} s"),
-        Bar::AtLeast(asked * (1.0 - 1e-9) - subject.h.abs()),
-        Ok((subject.until - subject.start.t).abs()),
+        Bar::AtLeast(asked * (1.0 - 1e-9) - motion.h.abs()),
+        Ok((motion.until - motion.start.t).abs()),
     );
-    if let Some(ended) = &subject.ended {
+    if let Some(ended) = &motion.ended {
         report.note(&format!("{ended}; what follows is about the motion up to there"));
-        let excuse = ends_itself(subject).or_else(|| subject.excuse());
+        let excuse = ends_itself(motion).or_else(|| motion.excuse());
         if let Some(last) = report.findings.last_mut().filter(|last| !last.holds()) {
             last.excuse = excuse;
         }
     }
-    if subject.kernel.shape().external_forces || subject.hard.unresolved.is_some() {
-        let steps = subject.hard.unresolved.map_or(0, |unresolved| unresolved.steps);
+    if motion.kernel.shape().external_forces || motion.doubtful.unresolved.is_some() {
+        let steps = motion
+            .doubtful
+            .unresolved
+            .map_or(0, |unresolved| unresolved.steps);
         report.push(
             "steps within which a force or a constraint jumps",
             Bar::Reported,
             Ok(steps as f64),
         );
-        if let Some(Unresolved { first, .. }) = subject.hard.unresolved {
+        if let Some(Unresolved { first, .. }) = motion.doubtful.unresolved {
             report.note(&format!(
                 "a force or a constraint jumps, or nearly so, within a step, first about t = {}: such steps lower the order to 1; take a smaller step, or a smoother function",
                 number(first)
             ));
         }
     }
-    if subject.held > 0 {
+    if motion.held > 0 {
         report.push(
             "steps in which a function jumps or holds something at rest",
             Bar::Reported,
-            Ok(subject.held as f64),
+            Ok(motion.held as f64),
         );
         report.note(
             "there the equations are an inclusion: the function has a value between its two sides, which the rows at the nodes do not know. These \
@@ -379,16 +393,16 @@ fn window(subject: &Subject<'_>, report: &mut Report) {
 }
 
 /// The reason why a motion need not reach the end of its window: the continuous one ends there, too.
-fn ends_itself(subject: &Subject<'_>) -> Option<String> {
-    let end = [subject.asked];
-    let exact = probe::exact_as_far(subject.system, subject.h, &subject.start, &end, 1e-12);
+fn ends_itself(motion: &CheckedMotion<'_>) -> Option<String> {
+    let end = [motion.asked];
+    let exact = motions::exact_as_far(motion.system, motion.h, &motion.start, &end, 1e-12);
     let ended = exact.ok()?.1?;
     let RunError::Series(series) = &ended else {
         return None;
     };
     let t = series.details().time;
-    let apart = (t - subject.until).abs();
-    (apart <= ENDS_NEAR * subject.h.abs()).then(|| {
+    let apart = (t - motion.until).abs();
+    (apart <= ENDS_NEAR * motion.h.abs()).then(|| {
         format!(
             "not required here: the theorem is about a motion as long as there is one, and the continuous motion ends, too, at t = {}: {ended}; to see it required, end before (`--until`)",
             number(t)
@@ -398,9 +412,9 @@ fn ends_itself(subject: &Subject<'_>) -> Option<String> {
 
 /// Laws that hold at every triple, whatever the motion: they test the code of the constraint force and of the
 /// tangent map against that of `L_d`.
-fn identities(subject: &Subject<'_>, report: &mut Report) {
-    symplectic::identity(subject, report);
-    momentum::identity(subject, report);
+fn identities(motion: &CheckedMotion<'_>, report: &mut Report) {
+    symplectic::identity(motion, report);
+    momentum::identity(motion, report);
 }
 
 /// The larger of two numbers; NaN if either is.

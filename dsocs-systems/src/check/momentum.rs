@@ -3,58 +3,58 @@
 use dsocs_core::Kernel;
 use dsocs_core::geometry::{asymmetry, constraint_forms, momentum_equation, momentum_map, momentum_plus};
 
-use super::{Report, Subject, larger, largest};
+use super::{CheckedMotion, Report, larger, largest};
 use crate::entry::{Kind, Symmetry};
 use crate::stability::Bar;
 
 /// The largest change of the discrete Lagrangian along a symmetry, and the largest defect of the momentum
 /// equation, relative to their terms.
-pub const ROUNDING: f64 = 1e-13;
+pub const LARGEST_CHANGE: f64 = 1e-13;
 
 /// The largest drift of a conserved momentum, relative to its terms.
-pub const DRIFT: f64 = 1e-12;
+pub const LARGEST_DRIFT: f64 = 1e-12;
 
 /// The momentum equation of each declared symmetry: an identity where `L_d` is invariant.
-pub fn identity(subject: &Subject<'_>, report: &mut Report) {
-    for symmetry in subject.symmetries {
-        let equation = largest(&subject.triples, |triple| {
-            let [missed, terms] = momentum_equation(&subject.flow, triple, &|q| symmetry.at(q));
+pub fn identity(motion: &CheckedMotion<'_>, report: &mut Report) {
+    for symmetry in motion.symmetries {
+        let equation = largest(&motion.triples, |triple| {
+            let [missed, terms] = momentum_equation(&motion.flow, triple, &|q| symmetry.at(q));
             Ok(if missed == 0.0 { 0.0 } else { missed.abs() / terms })
         });
         report.push(
             format!("{}: ΔJ − h⟨Q + f, ξ⟩, relative to the terms", symmetry.name()),
-            Bar::AtMost(ROUNDING),
+            Bar::AtMost(LARGEST_CHANGE),
             equation,
         );
     }
 }
 
 /// The invariance of `L_d` under each declared symmetry, and the drift of its momentum along the motion.
-pub fn law(subject: &Subject<'_>, report: &mut Report) {
-    if subject.symmetries.is_empty() {
+pub fn law(motion: &CheckedMotion<'_>, report: &mut Report) {
+    if motion.symmetries.is_empty() {
         report.push("symmetries that are declared", Bar::Reported, Ok(0.0));
     }
-    for symmetry in subject.symmetries {
+    for symmetry in motion.symmetries {
         let generator = |q: &[f64]| symmetry.at(q);
         let name = symmetry.name();
-        let invariance = largest(&subject.triples, |triple| {
-            Ok(asymmetry(&subject.flow, triple.leg.any(), &generator))
+        let invariance = largest(&motion.triples, |triple| {
+            Ok(asymmetry(&motion.flow, triple.leg.any(), &generator))
         });
         report.push(
             format!("{name}: change of L_d, relative to its terms"),
-            Bar::AtMost(ROUNDING),
+            Bar::AtMost(LARGEST_CHANGE),
             invariance,
         );
-        let free = subject.expected.kind == Kind::Unconstrained || is_allowed(subject, symmetry);
-        let bar = if free && !subject.kernel.shape().external_forces {
-            Bar::AtMost(DRIFT)
+        let free = motion.expected.kind == Kind::Unconstrained || is_allowed(motion, symmetry);
+        let bar = if free && !motion.kernel.shape().external_forces {
+            Bar::AtMost(LARGEST_DRIFT)
         } else {
             Bar::Reported
         };
         report.push(
             format!("{name}: variation of J along the motion, relative to its terms"),
             bar,
-            Ok(drift(subject, symmetry)),
+            Ok(drift(motion, symmetry)),
         );
     }
 }
@@ -62,9 +62,9 @@ pub fn law(subject: &Subject<'_>, report: &mut Report) {
 /// Whether a symmetry is a virtual displacement along the motion, on which no constraint force does work.
 ///
 /// Where the declaration gives the displacements by fields this is not known.
-fn is_allowed(subject: &Subject<'_>, symmetry: &Symmetry) -> bool {
-    subject.triples.iter().all(|triple| {
-        let forms = constraint_forms(subject.kernel, subject.h, triple);
+fn is_allowed(motion: &CheckedMotion<'_>, symmetry: &Symmetry) -> bool {
+    motion.triples.iter().all(|triple| {
+        let forms = constraint_forms(motion.kernel, motion.h, triple);
         let generator = symmetry.at(&triple.leg.q);
         !forms.is_empty()
             && forms.iter().all(|form| {
@@ -72,17 +72,17 @@ fn is_allowed(subject: &Subject<'_>, symmetry: &Symmetry) -> bool {
                 let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), term| {
                     (sum + term, size + f64::abs(term))
                 });
-                sum.abs() <= ROUNDING * size
+                sum.abs() <= LARGEST_CHANGE * size
             })
     })
 }
 
 /// The variation of the momentum along the motion, relative to its terms.
-fn drift(subject: &Subject<'_>, symmetry: &Symmetry) -> f64 {
-    relative_variation(subject.legs.iter().map(|leg| {
-        let momentum = momentum_map(&subject.flow, leg.any(), &|q| symmetry.at(q));
-        let arriving = momentum_plus(subject.kernel, subject.h, leg.any());
-        [momentum, terms(subject.kernel, &arriving, &symmetry.at(&leg.q))]
+fn drift(motion: &CheckedMotion<'_>, symmetry: &Symmetry) -> f64 {
+    relative_variation(motion.legs.iter().map(|leg| {
+        let momentum = momentum_map(&motion.flow, leg.any(), &|q| symmetry.at(q));
+        let arriving = momentum_plus(motion.kernel, motion.h, leg.any());
+        [momentum, terms(motion.kernel, &arriving, &symmetry.at(&leg.q))]
     }))
 }
 

@@ -8,15 +8,15 @@
 use dsocs_core::geometry::{Triple, discrete_power, mean_over, power};
 use dsocs_core::{AnyPoint, Declaration, OwnedLeg};
 
-use super::order::{AT_CORNER, FINER, SCATTER, above, excuse, fitted, with_finer_steps};
-use super::probe::{State, expansion, less, walk};
-use super::{Measured, Report, Subject, larger, largest};
+use super::motions::{State, expansion, follow, less};
+use super::order::{CORNER_LOSS, DIVISORS, SCATTER, above_plateau, excuse, fitted_slope, with_finer_steps};
+use super::{CheckedMotion, Measured, Report, larger, largest};
 use crate::entry::Motions;
 use crate::stability::Bar;
 
 /// The largest defect of the identity, relative to the energy's terms: the error of the series and the
 /// quadrature.
-const IDENTITY: f64 = 1e-11;
+const IDENTITY_DEFECT: f64 = 1e-11;
 
 /// The number of steps, each half of the one before.
 const HALVINGS: u32 = 6;
@@ -25,49 +25,48 @@ const HALVINGS: u32 = 6;
 const PLATEAU: f64 = 1e-10;
 
 /// The largest duration of the balance, in steps of the system.
-const STEPS: f64 = 2000.0;
+const LONGEST_BALANCE: f64 = 2000.0;
 
 /// Two jumps of the energy, with successive steps, are the same if they differ by less than this part.
-const SAME: f64 = 0.1;
+const SAME_JUMP: f64 = 0.1;
 
 /// The largest deficit of the order against the declared one.
-const BELOW: f64 = 0.1;
+const ORDER_DEFICIT: f64 = 0.1;
 
 /// The continuous identity and the discrete balance.
-pub fn balance(subject: &Subject<'_>, report: &mut Report) {
-    let identity = largest(&subject.states, |state| {
-        defect(subject.system, state, subject.h, &|point| {
-            power(subject.kernel, point)
+pub fn balance(motion: &CheckedMotion<'_>, report: &mut Report) {
+    let identity = largest(&motion.states, |state| {
+        defect(motion.system, state, motion.h, &|point| {
+            power(motion.kernel, point)
         })
     });
     report.push(
         "E − ∫(⟨Q + f, v⟩ − ∂L/∂t) dt along the continuous motion, relative to the terms",
-        Bar::AtMost(IDENTITY),
+        Bar::AtMost(IDENTITY_DEFECT),
         identity,
     );
-    let of = (subject.h, subject.excuse().is_some());
-    let is_too_long = || subject.followed().is_some();
+    let of = (motion.h, motion.excuse().is_some());
+    let is_too_long = || motion.followed_until().is_some();
     with_finer_steps(of, report, &is_too_long, &|parts, report| {
-        discrete(subject, parts, report);
+        discrete(motion, parts, report);
     });
 }
 
-/// The order of the discrete balance, with parts of the subject's step.
-fn discrete(subject: &Subject<'_>, parts: u32, report: &mut Report) {
-    let steps: Vec<f64> = (0..HALVINGS).map(|k| subject.h / f64::from(parts << k)).collect();
-    let mut span = (subject.until - subject.start.t)
+/// The order of the discrete balance, with parts of the motion's step.
+fn discrete(motion: &CheckedMotion<'_>, parts: u32, report: &mut Report) {
+    let steps: Vec<f64> = (0..HALVINGS).map(|k| motion.h / f64::from(parts << k)).collect();
+    let mut span = (motion.until - motion.start.t)
         .abs()
-        .min(STEPS * subject.h.abs());
-    if subject.ended.is_some() {
+        .min(LONGEST_BALANCE * motion.h.abs());
+    if motion.ended.is_some() {
         // just before the end of a motion, errors need not fall as a power of the step yet, and a smaller
         // step may end earlier
         span *= 0.75;
     }
-    if let (true, Some(until)) = (parts > FINER[1], subject.followed()) {
-        span = span.min((until - subject.start.t).abs());
+    if let (true, Some(until)) = (parts > DIVISORS[1], motion.followed_until()) {
+        span = span.min((until - motion.start.t).abs());
     }
-    let measured: Measured<Vec<[f64; 2]>> =
-        steps.iter().map(|&h| discrete_defect(subject, h, span)).collect();
+    let measured: Measured<Vec<[f64; 2]>> = steps.iter().map(|&h| discrete_defect(motion, h, span)).collect();
     let defects = match measured {
         Ok(defects) => defects,
         Err(error) => {
@@ -80,22 +79,22 @@ fn discrete(subject: &Subject<'_>, parts: u32, report: &mut Report) {
         .zip(&defects)
         .map(|(h, [missed, _])| [h.abs(), *missed]);
     let points: Vec<[f64; 2]> = points.collect();
-    let fit = above(PLATEAU, points);
+    let fit = above_plateau(PLATEAU, points);
     let Some(points @ [[first, _], .., [least, _]]) = fit.as_deref() else {
         report.note("the discrete balance is met to rounding: no order is fitted");
         return;
     };
-    let slope = fitted(points);
+    let slope = fitted_slope(points);
     report.push(
         format!("slope of E − Σh(⟨Q + f, v⟩ − ∂L/∂t) between nodes, h = {first:.1e} to {least:.1e}"),
-        Bar::AtLeast(subject.expected.order - BELOW),
+        Bar::AtLeast(motion.expected.order - ORDER_DEFICIT),
         Ok(slope),
     );
     // the order at a corner is lowered as that of the velocity
     excuse(
-        subject,
-        subject.expected.order - slope,
-        SCATTER + AT_CORNER[1],
+        motion,
+        motion.expected.order - slope,
+        SCATTER + CORNER_LOSS[1],
         report,
     );
     if let Some(last) = report.findings.last_mut().filter(|last| !last.holds())
@@ -114,20 +113,20 @@ fn jump(defects: &[[f64; 2]]) -> Option<f64> {
     let [.., [_, before], [missed, jump]] = defects else {
         return None;
     };
-    let is_one = *jump > 0.5 * missed && (jump - before).abs() < SAME * jump;
+    let is_one = *jump > 0.5 * missed && (jump - before).abs() < SAME_JUMP * jump;
     is_one.then_some(*jump)
 }
 
 /// The defect of a power against the change of the energy along a piece of the continuous motion from a
 /// state, relative to the terms. The piece is a step, or shorter where the series does not reach.
 fn defect(system: &dyn Motions, state: &State, h: f64, power: &dyn Fn(AnyPoint<'_, f64>) -> f64) -> Measured {
-    let motion = expansion(system, state)?;
+    let expansion = expansion(system, state)?;
     // a series knows its second derivative to fewer digits at its end
-    let span = h.signum() * (0.5 * motion.reach).min(h.abs());
-    let sum = span * mean_over([0.0, span], &mut |s| power(motion.point(s).any()));
+    let span = h.signum() * (0.5 * expansion.reach).min(h.abs());
+    let sum = span * mean_over([0.0, span], &mut |s| power(expansion.point(s).any()));
     let declaration = Declaration::of(system.kernel());
     let [from, to] = [0.0, span].map(|s| {
-        let point = motion.point(s);
+        let point = expansion.point(s);
         let AnyPoint { t, q, v, .. } = point.any();
         let energy = declaration.energy(t, q, v);
         // E + L is the other term of the energy
@@ -141,17 +140,17 @@ fn defect(system: &dyn Motions, state: &State, h: f64, power: &dyn Fn(AnyPoint<'
 /// The largest difference between the change of the energy since the first node and the work of the power, by
 /// the trapezoidal rule, relative to the energy's terms, over the discrete motion with the step `h` up to the
 /// time `span`; and the largest change in one step.
-fn discrete_defect(subject: &Subject<'_>, h: f64, span: f64) -> Measured<[f64; 2]> {
-    let system = subject.kernel;
+fn discrete_defect(motion: &CheckedMotion<'_>, h: f64, span: f64) -> Measured<[f64; 2]> {
+    let system = motion.kernel;
     let declaration = Declaration::of(system);
     let (mut before, mut last): (Option<OwnedLeg<f64>>, Option<[f64; 2]>) = (None, None);
     let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
     let (mut defect, mut jump): (f64, f64) = (0.0, 0.0);
     let mut first = 0.0;
-    let (_, walked) = walk(
+    let (_, outcome) = follow(
         system,
         h,
-        (&subject.start, subject.first),
+        (&motion.start, motion.first),
         &mut |_, time, leg, _| {
             if let Some(middle) = before.take() {
                 let e = less(leg.d, &middle.d);
@@ -173,16 +172,16 @@ fn discrete_defect(subject: &Subject<'_>, h: f64, span: f64) -> Measured<[f64; 2
                 last = Some([energy, power]);
             }
             before = Some(leg.to_owned());
-            (time - subject.start.t).abs() < span
+            (time - motion.start.t).abs() < span
         },
     );
-    walked?;
+    outcome?;
     Ok([missed, jump].map(|missed| if missed == 0.0 { 0.0 } else { missed / terms }))
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::entry::Typed;
+    use crate::entry::TypedSystem;
     use dsocs_core::{System, dsocs};
 
     use super::*;
@@ -209,9 +208,9 @@ mod tests {
             q: vec![x, x * t.sin() / 2.0],
             v: vec![u, u * t.sin() / 2.0 + x * t.cos() / 2.0],
             near: None,
-            ahead: None,
+            expansion: None,
         };
-        let of = Typed::new(&system);
+        let of = TypedSystem::new(&system);
         let motions: &dyn Motions = &of;
         let found = |power: &dyn Fn(AnyPoint<'_, f64>) -> f64| defect(motions, &state, 0.1, power).unwrap();
         let right = found(&|point| power(&system, point));
@@ -227,7 +226,7 @@ mod tests {
             found(&|point| power(&system, point) - constraint(point)),
         ];
         for wrong in wrong {
-            assert!(wrong > 1e6 * IDENTITY, "{wrong:e}");
+            assert!(wrong > 1e6 * IDENTITY_DEFECT, "{wrong:e}");
         }
         assert!((system.lagrangian(0.0, &[1.0, 0.0], &[0.0, 0.0]) + 0.5).abs() < 1e-15);
     }

@@ -2,40 +2,40 @@
 
 use dsocs_core::geometry::{DiscreteFlow, Triple, pair_displacements};
 
-use super::probe::expansion;
-use super::{Measured, Report, Subject, larger};
+use super::motions::expansion;
+use super::{CheckedMotion, Measured, Report, larger};
 use crate::stability::Bar;
 
 /// The smallest distance of two solutions that are told apart, in legs.
-const APART: f64 = 1e-6;
+const DISTINCT_ROOTS: f64 = 1e-6;
 
 /// Solutions that are farther away, in legs, are ignored.
-const FAR: f64 = 10.0;
+const FARTHEST_ROOT: f64 = 10.0;
 
 /// Distances of the guesses from the solution along a coordinate, in legs.
-const GUESSES: [f64; 4] = [0.03, 0.3, 1.0, 5.0];
+const GUESS_DISTANCES: [f64; 4] = [0.03, 0.3, 1.0, 5.0];
 
 /// A coordinate stands still if its leg is shorter than this part of the longest.
-const STILL: f64 = 1e-3;
+const STANDING_STILL: f64 = 1e-3;
 
 /// The largest change of the next second difference, relative to a change of the leg: it decreases with the
 /// step, unless a mode of the step has no counterpart.
-const MODE: f64 = 0.5;
+const LARGEST_MODE: f64 = 0.5;
 
 /// The number of times that the step is divided by 4.
-const QUARTERS: i32 = 10;
+const MOST_QUARTERINGS: i32 = 10;
 
 /// The nearest other root of each step, and modes without a counterpart.
-pub fn roots(subject: &Subject<'_>, report: &mut Report) {
-    let distances: Vec<f64> = subject
+pub fn roots(motion: &CheckedMotion<'_>, report: &mut Report) {
+    let distances: Vec<f64> = motion
         .triples
         .iter()
-        .filter_map(|triple| other(&subject.flow, triple))
+        .filter_map(|triple| nearest_other_root(&motion.flow, triple))
         .collect();
     report.push(
         format!(
-            "of {} steps, those with a second root within {FAR} legs",
-            subject.triples.len()
+            "of {} steps, those with a second root within {FARTHEST_ROOT} legs",
+            motion.triples.len()
         ),
         Bar::Reported,
         Ok(distances.len() as f64),
@@ -43,14 +43,14 @@ pub fn roots(subject: &Subject<'_>, report: &mut Report) {
     if let Some(least) = distances.into_iter().reduce(f64::min) {
         report.push(
             "distance of the nearest second root, in legs",
-            Bar::AtLeast(APART),
+            Bar::AtLeast(DISTINCT_ROOTS),
             Ok(least),
         );
     }
     report.push(
         "parasitic modes: δe over the change of the leg before it, as h → 0",
-        Bar::AtMost(MODE),
-        parasitic(subject),
+        Bar::AtMost(LARGEST_MODE),
+        parasitic(motion),
     );
 }
 
@@ -63,7 +63,7 @@ fn lengths(triple: &Triple) -> Vec<f64> {
     let longest = own.iter().fold(0.0_f64, |longest, x| longest.max(*x));
     let length = |own: &f64| {
         if longest > 0.0 {
-            own.max(STILL * longest)
+            own.max(STANDING_STILL * longest)
         } else {
             1.0
         }
@@ -72,11 +72,11 @@ fn lengths(triple: &Triple) -> Vec<f64> {
 }
 
 /// The distance of the nearest other solution of a step, in legs, if one is found.
-fn other(flow: &DiscreteFlow<'_>, triple: &Triple) -> Option<f64> {
+fn nearest_other_root(flow: &DiscreteFlow<'_>, triple: &Triple) -> Option<f64> {
     let lengths = lengths(triple);
     let mut nearest: Option<f64> = None;
     for i in 0..lengths.len() {
-        for far in GUESSES.into_iter().flat_map(|far| [far, -far]) {
+        for far in GUESS_DISTANCES.into_iter().flat_map(|far| [far, -far]) {
             let mut guess = triple.e.clone();
             guess[i] += far * lengths[i];
             let Ok(found) = flow.forward_near(triple.leg.any(), &guess) else {
@@ -86,7 +86,7 @@ fn other(flow: &DiscreteFlow<'_>, triple: &Triple) -> Option<f64> {
                 .map(|i| (found.e[i] - triple.e[i]).abs() / lengths[i])
                 .fold(0.0, larger);
             // a smaller distance is rounding
-            if apart > APART * APART.sqrt() && apart < FAR {
+            if apart > DISTINCT_ROOTS * DISTINCT_ROOTS.sqrt() && apart < FARTHEST_ROOT {
                 nearest = Some(nearest.map_or(apart, |nearest| nearest.min(apart)));
             }
         }
@@ -100,18 +100,18 @@ fn other(flow: &DiscreteFlow<'_>, triple: &Triple) -> Option<f64> {
 /// The step is a map of pairs of nodes, which has twice as many modes as there are coordinates, as the continuous motion has. A mode without a
 /// counterpart (the leapfrog of a constraint without accelerations that is imposed on three nodes) turns a change of the leg into its
 /// negative, `δe = −2 δd`, at any step; in all others `δe` is of the order of `h δd`.
-fn parasitic(subject: &Subject<'_>) -> Measured {
+fn parasitic(motion: &CheckedMotion<'_>) -> Measured {
     let mut most = 0.0;
-    for state in &subject.states {
-        let motion = expansion(subject.system, state)?;
+    for state in &motion.states {
+        let expansion = expansion(motion.system, state)?;
         let mut found = f64::NAN;
-        for quarter in 0..=QUARTERS {
-            let h = subject.h.signum() * subject.h.abs().min(motion.reach) * 0.25_f64.powi(quarter);
-            let flow = subject.flow.with_step(h)?;
-            let near = motion.triple(h);
+        for quarter in 0..=MOST_QUARTERINGS {
+            let h = motion.h.signum() * motion.h.abs().min(expansion.reach) * 0.25_f64.powi(quarter);
+            let flow = motion.flow.with_step(h)?;
+            let near = expansion.triple(h);
             let triple = flow.forward_near(near.leg.any(), &near.e)?;
-            found = returned(subject, &flow, &triple)?;
-            if found <= MODE {
+            found = effect_on_second_difference(motion, &flow, &triple)?;
+            if found <= LARGEST_MODE {
                 break;
             }
         }
@@ -122,10 +122,14 @@ fn parasitic(subject: &Subject<'_>) -> Measured {
 
 /// The largest `δe` relative to the change of the first node that causes it, in legs, with the second node
 /// fixed.
-fn returned(subject: &Subject<'_>, flow: &DiscreteFlow<'_>, triple: &Triple) -> Measured {
+fn effect_on_second_difference(
+    motion: &CheckedMotion<'_>,
+    flow: &DiscreteFlow<'_>,
+    triple: &Triple,
+) -> Measured {
     let tangent = flow.tangent(triple)?;
     let lengths = lengths(triple);
-    let allowed = pair_displacements(subject.kernel, flow.h(), triple.leg.any());
+    let allowed = pair_displacements(motion.kernel, flow.h(), triple.leg.any());
     // combinations of the allowed displacements that keep the second node fixed
     let in_legs =
         |part: &[f64]| -> Vec<f64> { part.iter().zip(&lengths).map(|(x, length)| x / length).collect() };

@@ -4,18 +4,21 @@ use dsocs_core::geometry::{self, Triple, discrete_power};
 use dsocs_core::{AnyPoint, AnyStart, Declaration, Kernel, OwnedLeg, Tolerance};
 
 use super::contact::contact;
-use super::momentum::{DRIFT, ROUNDING, relative_variation, terms};
+use super::momentum::{LARGEST_CHANGE, LARGEST_DRIFT, relative_variation, terms};
+use super::motions::{MotionNode, SecondNode, State, certified_nodes, less, nodes_between};
 use super::order::with_finer_steps;
-use super::probe::{First, Passed, State, certified, less, passed_nodes};
 use super::third::{certificates, push_slope};
-use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, flow, larger, probe, reached};
+use super::{
+    CheckFindings, Expected, Finding, Measured, Report, Settings, excuse, flow, larger, motions,
+    report_reached_time,
+};
 use crate::entry::{CheckFailure, Motions, Symmetry};
 use crate::stability::Bar;
 
 /// The distance along a symmetry at which the Lagrangian is compared, and the relative change that counts as
 /// rounding.
-const MOVED: f64 = 1e-3;
-const SAME: f64 = 1e-9;
+const SYMMETRY_SHIFT: f64 = 1e-3;
+const INVARIANT_CHANGE: f64 = 1e-9;
 
 /// The largest deviation of a norm from one, in roundings.
 const ROUNDINGS: f64 = 4.0;
@@ -27,31 +30,31 @@ const NO_WORK: f64 = 1e-14;
 const HALVINGS: usize = 5;
 
 /// The largest deficit of the fitted order against the declared one.
-const APART: f64 = 0.1;
+const ORDER_DEFICIT: f64 = 0.1;
 
 /// The tolerance of the continuous motion.
 const TOLERANCE: f64 = 1e-14;
 
 /// A motion, with its expected properties.
-struct Subject<'a> {
+struct MotionWithRotations<'a> {
     system: &'a dyn Motions,
     kernel: &'a dyn Kernel,
     h: f64,
     until: f64,
     start: State,
-    first: First,
+    first: SecondNode,
     expected: Expected,
 }
 
-impl Subject<'_> {
+impl MotionWithRotations<'_> {
     /// The start of a run, by the rule for the second node.
-    fn begins(&self) -> AnyStart {
+    fn run_start(&self) -> AnyStart {
         self.start.beginning(self.first).start()
     }
 }
 
-/// Checks a system on the motion from a position and a velocity, to the end `own` unless the settings give
-/// another.
+/// Checks a system on the motion from a position and a velocity, for the time `default_duration` unless the
+/// settings give an end.
 ///
 /// # Errors
 ///
@@ -61,71 +64,66 @@ pub fn check_to(
     symmetries: &[Symmetry],
     expected: Expected,
     settings: &Settings<'_>,
-    own: f64,
+    default_duration: f64,
 ) -> Result<Vec<Finding>, CheckFailure> {
     let (kernel, start) = (system.kernel(), State::of(settings));
-    let subject = Subject {
+    let motion = MotionWithRotations {
         system,
         kernel,
         h: settings.h,
-        until: settings.until.unwrap_or(start.t + own),
+        until: settings.until.unwrap_or(start.t + default_duration),
         start: if settings.begin.projected {
-            probe::projected(kernel, settings.h, &start)?
+            motions::projected(kernel, settings.h, &start)?
         } else {
             start
         },
         first: if settings.begin.paper {
-            First::Paper
+            SecondNode::Paper
         } else {
-            First::SecondOrder
+            SecondNode::SecondOrder
         },
         expected,
     };
-    let (nodes, regularity, hard) = certified(kernel, subject.h, &subject.begins(), subject.until)?;
-    let walked = probe::legs(kernel, subject.h, (&subject.start, subject.first), subject.until)?;
-    let held = walked.held.iter().filter(|held| **held).count();
-    let excuse = excuse(hard, held, nodes.len().saturating_sub(1));
+    let (nodes, regularity, doubtful) = certified_nodes(kernel, motion.h, &motion.run_start(), motion.until)?;
+    let legs_of_motion = motions::legs(kernel, motion.h, (&motion.start, motion.first), motion.until)?;
+    let held = legs_of_motion.held.iter().filter(|held| **held).count();
+    let excuse = excuse(doubtful, held, nodes.len().saturating_sub(1));
     let is_excused = excuse.is_some();
-    let mut found = Found::new(excuse);
-    found.of("window", |report| window(&subject, &nodes, report));
-    found.of("regularity", |report| {
+    let mut findings = CheckFindings::new(excuse);
+    findings.carry_out("window", |report| window(&motion, &nodes, report));
+    findings.carry_out("regularity", |report| {
         certificates(["D₃", "D₁"], &regularity, report);
     });
-    found.of("rotations", |report| norms(&subject, &nodes, report));
-    found.of("momentum law", |report| {
-        momenta(&subject, symmetries, &walked.legs, report);
+    findings.carry_out("rotations", |report| norms(&motion, &nodes, report));
+    findings.carry_out("momentum law", |report| {
+        momenta(&motion, symmetries, &legs_of_motion.legs, report);
     });
-    found.of("power balance", |report| {
-        with_finer_steps((subject.h, is_excused), report, &|| false, &|parts, report| {
-            balance(&subject, parts, report);
+    findings.carry_out("power balance", |report| {
+        with_finer_steps((motion.h, is_excused), report, &|| false, &|parts, report| {
+            balance(&motion, parts, report);
         });
     });
-    let whole = super::Subject::new(system, symmetries, subject.expected, settings, own)?;
-    found.of("reversibility", |report| flow::step_back(&whole, report));
-    found.of("contact", |report| contact(&whole, report));
-    found.of("order", |report| {
-        with_finer_steps((subject.h, is_excused), report, &|| false, &|parts, report| {
-            order(&subject, parts, report);
+    let whole = super::CheckedMotion::new(system, symmetries, motion.expected, settings, default_duration)?;
+    findings.carry_out("reversibility", |report| flow::step_back(&whole, report));
+    findings.carry_out("contact", |report| contact(&whole, report));
+    findings.carry_out("order", |report| {
+        with_finer_steps((motion.h, is_excused), report, &|| false, &|parts, report| {
+            order(&motion, parts, report);
         });
     });
-    Ok(found.findings)
+    Ok(findings.findings)
 }
 
 /// The time that the motion reaches.
-fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
+fn window(motion: &MotionWithRotations<'_>, nodes: &[MotionNode], report: &mut Report) {
     let left_out = "beside a rotation what needs forms on pairs of nodes (the identities, the symplectic law) is not looked at, so far";
-    reached(
-        [subject.start.t, subject.until, subject.h],
-        nodes,
-        left_out,
-        report,
-    );
+    report_reached_time([motion.start.t, motion.until, motion.h], nodes, left_out, report);
 }
 
 /// The norms of the quaternions.
-fn norms(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
-    let rotations = &subject.kernel.shape().rotations;
-    let of_node = |node: &Passed| {
+fn norms(motion: &MotionWithRotations<'_>, nodes: &[MotionNode], report: &mut Report) {
+    let rotations = &motion.kernel.shape().rotations;
+    let of_node = |node: &MotionNode| {
         let quaternions = rotations.iter().filter_map(|&first| node.q.get(first..first + 4));
         let norms = quaternions.map(|q| q.iter().map(|q| q * q).sum::<f64>().sqrt());
         norms.fold(0.0, |most, norm| larger(most, (norm - 1.0).abs() / f64::EPSILON))
@@ -140,46 +138,51 @@ fn norms(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
 /// The momentum equation along the declared symmetries, and along those of cyclic coordinates: translations,
 /// and rotations about the axes of space. Where no force does work along a symmetry, its momentum is
 /// conserved.
-fn momenta(subject: &Subject<'_>, symmetries: &[Symmetry], legs: &[OwnedLeg<f64>], report: &mut Report) {
-    let mut own = reduced(subject.kernel);
-    own.retain(|symmetry| {
+fn momenta(
+    motion: &MotionWithRotations<'_>,
+    symmetries: &[Symmetry],
+    legs: &[OwnedLeg<f64>],
+    report: &mut Report,
+) {
+    let mut cyclic = cyclic_symmetries(motion.kernel);
+    cyclic.retain(|symmetry| {
         legs.iter()
-            .all(|leg| keeps_lagrangian(subject.kernel, leg, symmetry))
+            .all(|leg| keeps_lagrangian(motion.kernel, leg, symmetry))
     });
-    if symmetries.is_empty() && own.is_empty() {
+    if symmetries.is_empty() && cyclic.is_empty() {
         report.push(
             "symmetries that are declared, and positions that are in no equation",
             Bar::Reported,
             Ok(0.0),
         );
     }
-    for symmetry in symmetries.iter().chain(&own) {
+    for symmetry in symmetries.iter().chain(&cyclic) {
         let generator = |q: &[f64]| symmetry.at(q);
         let (mut missed, mut works) = (0.0, 0.0);
         for pair in legs.windows(2) {
             let e = less(&pair[1].d, &pair[0].d);
             let both = [pair[0].any(), pair[1].any()];
             let [apart, work, all] =
-                geometry::momentum_balance(subject.kernel, subject.h, both, &e, &generator);
+                geometry::momentum_balance(motion.kernel, motion.h, both, &e, &generator);
             missed = larger(missed, if apart == 0.0 { 0.0 } else { apart.abs() / all });
             works = larger(works, if work == 0.0 { 0.0 } else { work.abs() / all });
         }
         let name = symmetry.name();
         report.push(
             format!("{name}: ΔJ − h⟨Q + f, ξ⟩, relative to the terms"),
-            Bar::AtMost(ROUNDING),
+            Bar::AtMost(LARGEST_CHANGE),
             Ok(missed),
         );
         let momenta = legs.iter().map(|leg| {
-            let arriving = geometry::arriving_momentum(subject.kernel, subject.h, leg.any());
+            let arriving = geometry::arriving_momentum(motion.kernel, motion.h, leg.any());
             let along = generator(&leg.q);
             let momentum = arriving.iter().zip(&along).map(|(p, along)| p * along).sum();
-            [momentum, terms(subject.kernel, &arriving, &along)]
+            [momentum, terms(motion.kernel, &arriving, &along)]
         });
         report.push(
             format!("{name}: variation of J along the motion, relative to its terms"),
             if works <= NO_WORK {
-                Bar::AtMost(DRIFT)
+                Bar::AtMost(LARGEST_DRIFT)
             } else {
                 Bar::Reported
             },
@@ -193,16 +196,16 @@ fn momenta(subject: &Subject<'_>, symmetries: &[Symmetry], legs: &[OwnedLeg<f64>
 fn keeps_lagrangian(kernel: &dyn Kernel, leg: &OwnedLeg<f64>, symmetry: &Symmetry) -> bool {
     let generator = symmetry.at(&leg.q);
     let still = vec![0.0; generator.len()];
-    let [ahead, behind] = [MOVED, -MOVED].map(|part| {
+    let [ahead, behind] = [SYMMETRY_SHIFT, -SYMMETRY_SHIFT].map(|part| {
         let pairs = leg.q.iter().zip(&generator);
         let q: Vec<f64> = pairs.map(|(q, along)| q + part * along).collect();
         Declaration::of(kernel).lagrangian::<f64>(leg.t, &q, &still)
     });
-    (ahead - behind).abs() <= SAME * (ahead.abs() + behind.abs())
+    (ahead - behind).abs() <= INVARIANT_CHANGE * (ahead.abs() + behind.abs())
 }
 
 /// The symmetries of cyclic coordinates, whose positions are in no equation.
-fn reduced(kernel: &dyn Kernel) -> Vec<Symmetry> {
+fn cyclic_symmetries(kernel: &dyn Kernel) -> Vec<Symmetry> {
     let shape = kernel.shape();
     let n = shape.dimension();
     let mut all = Vec::new();
@@ -248,29 +251,29 @@ fn reduced(kernel: &dyn Kernel) -> Vec<Symmetry> {
 
 /// The energy at nodes against the sum of the power of the forces: the order of the defect, with parts of the
 /// subject's step.
-fn balance(subject: &Subject<'_>, parts: u32, report: &mut Report) {
+fn balance(motion: &MotionWithRotations<'_>, parts: u32, report: &mut Report) {
     let measured: Measured<Vec<[f64; 2]>> = (0..HALVINGS)
         .map(|halving| {
-            let h = subject.h / f64::from(parts << halving);
-            Ok([h.abs(), missed_power(subject, h)?])
+            let h = motion.h / f64::from(parts << halving);
+            Ok([h.abs(), missed_power(motion, h)?])
         })
         .collect();
     push_slope(
         "slope of E − Σh(⟨Q + f, v⟩ − ∂L/∂t) between nodes",
         measured,
-        Bar::AtLeast(subject.expected.order - APART),
+        Bar::AtLeast(motion.expected.order - ORDER_DEFICIT),
         report,
     );
 }
 
 /// The largest defect of the energy balance since the first node, relative to the energy's terms.
-fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
-    let kernel = subject.kernel;
+fn missed_power(motion: &MotionWithRotations<'_>, h: f64) -> Measured {
+    let kernel = motion.kernel;
     let declaration = Declaration::of(kernel);
-    let walked = probe::legs(kernel, h, (&subject.start, subject.first), subject.until)?;
+    let legs_of_motion = motions::legs(kernel, h, (&motion.start, motion.first), motion.until)?;
     let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
     let mut last: Option<(f64, f64)> = None;
-    for pair in walked.legs.windows(2) {
+    for pair in legs_of_motion.legs.windows(2) {
         let (leg, e) = (pair[0].clone(), less(&pair[1].d, &pair[0].d));
         let point = declaration.point(h, leg.any(), &e);
         let AnyPoint { t, q, v, .. } = point.any();
@@ -289,20 +292,20 @@ fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
     Ok(if missed == 0.0 { 0.0 } else { missed / terms })
 }
 
-/// The order with parts of the subject's step: by the errors against the continuous motion or, where there is
+/// The order with parts of the motion's step: by the errors against the continuous motion or, where there is
 /// no series, by the changes from each step to its half.
-fn order(subject: &Subject<'_>, parts: u32, report: &mut Report) {
-    let bar = Bar::AtLeast(subject.expected.order - APART);
+fn order(motion: &MotionWithRotations<'_>, parts: u32, report: &mut Report) {
+    let bar = Bar::AtLeast(motion.expected.order - ORDER_DEFICIT);
     let part = |halving: usize| f64::from(parts << halving);
-    let runs: Measured<Vec<Vec<Passed>>> = (0..=HALVINGS)
+    let runs: Measured<Vec<Vec<MotionNode>>> = (0..=HALVINGS)
         .map(|halving| {
-            let times = (subject.start.t, subject.until);
-            let h = subject.h / part(halving);
-            passed_nodes(subject.kernel, h, &subject.begins(), times, false)
+            let times = (motion.start.t, motion.until);
+            let h = motion.h / part(halving);
+            nodes_between(motion.kernel, h, &motion.run_start(), times, false)
         })
         .collect();
-    let largest = subject.h / part(0);
-    let known = continuous(subject, largest);
+    let largest = motion.h / part(0);
+    let known = continuous_nodes(motion, largest);
     let what = match known {
         Ok(_) => "slope of the errors of position",
         Err(_) => "slope of the changes of position from step to step",
@@ -326,21 +329,21 @@ fn order(subject: &Subject<'_>, parts: u32, report: &mut Report) {
 }
 
 /// The largest distance of two motions, at every `by`-th node of each, which are at the same times.
-fn distance((one, by): (&[Passed], usize), (other, by_other): (&[Passed], usize)) -> f64 {
+fn distance((one, by): (&[MotionNode], usize), (other, by_other): (&[MotionNode], usize)) -> f64 {
     let pairs = one.iter().step_by(by).zip(other.iter().step_by(by_other));
     let apart = pairs.flat_map(|(one, other)| less(&one.q, &other.q));
     apart.fold(0.0, |most, apart| larger(most, apart.abs()))
 }
 
 /// The continuous motion at the nodes of a step.
-fn continuous(subject: &Subject<'_>, h: f64) -> Measured<Vec<Passed>> {
-    let beginning = subject.start.beginning(subject.first);
-    let mut run = subject
+fn continuous_nodes(motion: &MotionWithRotations<'_>, h: f64) -> Measured<Vec<MotionNode>> {
+    let beginning = motion.start.beginning(motion.first);
+    let mut run = motion
         .system
         .continuous(&beginning, Tolerance::relative(TOLERANCE), Some(h))?;
     let mut nodes = Vec::new();
-    run.walk_to(subject.until, &mut |run| {
-        nodes.push(probe::passed(run));
+    run.walk_to(motion.until, &mut |run| {
+        nodes.push(motions::node_of(run));
         Ok(core::ops::ControlFlow::Continue(()))
     })?;
     Ok(nodes)

@@ -5,12 +5,12 @@ use dsocs_core::geometry::{
 };
 use dsocs_core::{AnyLeg, AnyPoint, Declaration, Regularity};
 
-use super::{Measured, Report, Subject, continuous, larger, largest};
+use super::{CheckedMotion, Measured, Report, continuous, larger, largest};
 use crate::entry::Kind;
 use crate::stability::Bar;
 
 /// The largest defect of `F*Ω = Ω + dξ`, relative to its terms.
-const LAW: f64 = 1e-13;
+const LARGEST_DEFECT: f64 = 1e-13;
 
 /// A defect of this many roundings, times the condition number of `D₃`, is rounding: the tangent map solves
 /// linear equations with this matrix, and has no smaller error (N. J. Higham, *Accuracy and Stability of
@@ -18,60 +18,64 @@ const LAW: f64 = 1e-13;
 const ROUNDINGS: f64 = 8.0;
 
 /// The largest `dξ`, relative to the terms of the law, where it has to be zero.
-const ZERO: f64 = 1e-11;
+const LARGEST_ZERO: f64 = 1e-11;
 
 /// The largest distance of the tangent map from its difference quotients.
-const QUOTIENT: f64 = 1e-7;
+const QUOTIENT_DISTANCE: f64 = 1e-7;
 
 /// The largest defect of the continuous law, relative to its terms: the error of the quadrature.
-const QUADRATURE: f64 = 1e-9;
+const QUADRATURE_ERROR: f64 = 1e-9;
 
 /// The smallest `dξ`, relative to the terms, that counts as nonzero: rounding is far below.
-const SEEN: f64 = 1e-8;
+const SMALLEST_NONZERO: f64 = 1e-8;
 
 /// A force whose work along a displacement is below this part of its terms does no work.
-const IDEAL: f64 = 1e-9;
+const NO_WORK: f64 = 1e-9;
 
 /// `dξ` has to be nonzero where `dν` is larger than this part of the terms.
-const CHANGED: f64 = 1e-5;
+const CHANGED_FORM: f64 = 1e-5;
 
 /// The duration of the continuous law from a state, in steps.
-const PIECE: f64 = 10.0;
+const LAW_STEPS: f64 = 10.0;
 
 /// The shifts of nodes in difference quotients, in legs; the best one counts. Where the motion crosses a
 /// switch it is a small one, else a larger one, and where the motion begins at rest, with legs that are
 /// hardly more than the rounding of positions, the largest.
-const MOVED: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-1, 1.0];
+const NODE_SHIFTS: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-1, 1.0];
 
 /// A leg below this part of the position is rounding.
-const RESTS: f64 = 1e4 * f64::EPSILON;
+const RESTING_LEG: f64 = 1e4 * f64::EPSILON;
 
 /// A coordinate stands still if its leg is shorter than this part of the norm of both legs.
-const STILL: f64 = 1e-3;
+const STANDING_STILL: f64 = 1e-3;
 
 /// `F*Ω = Ω + dξ`, each term by itself: an identity, whatever the map.
-pub fn identity(subject: &Subject<'_>, report: &mut Report) {
+pub fn identity(motion: &CheckedMotion<'_>, report: &mut Report) {
     let (mut count, mut rounding) = (0, 0.0);
     let (mut fast, mut known) = (0, 0.0);
-    let defect = largest(&subject.triples, |triple| {
-        let law = Evolution::of(&subject.flow, triple)?;
+    let defect = largest(&motion.triples, |triple| {
+        let law = Evolution::of(&motion.flow, triple)?;
         let defect = law.defect();
-        if defect <= LAW {
+        if defect <= LARGEST_DEFECT {
             return Ok(defect);
         }
-        let condition = Regularity::of(subject.kernel, subject.h, triple.leg.any(), &triple.e).condition();
+        let condition = Regularity::of(motion.kernel, motion.h, triple.leg.any(), &triple.e).condition();
         if defect <= ROUNDINGS * f64::EPSILON * condition {
             (count, rounding) = (count + 1, larger(rounding, defect));
             return Ok(0.0);
         }
-        let of_terms = ROUNDINGS * law.rounding(&subject.flow, triple);
+        let of_terms = ROUNDINGS * law.rounding(&motion.flow, triple);
         if defect <= of_terms {
             (fast, known) = (fast + 1, larger(known, of_terms));
             return Ok(0.0);
         }
         Ok(defect)
     });
-    report.push("F*Ω − Ω − dξ, relative to the terms", Bar::AtMost(LAW), defect);
+    report.push(
+        "F*Ω − Ω − dξ, relative to the terms",
+        Bar::AtMost(LARGEST_DEFECT),
+        defect,
+    );
     if count > 0 {
         report.note(&format!(
             "{count} of these triples are left out: there D₃ is so nearly singular that what is missed, up to {rounding:.0e}, is rounding"
@@ -87,12 +91,12 @@ pub fn identity(subject: &Subject<'_>, report: &mut Report) {
 
 /// Whether forces of holonomic constraints do no work along allowed displacements, at the states of the
 /// motion: friction in proportion to them does.
-fn are_ideal(subject: &Subject<'_>) -> bool {
-    if subject.constraints()[1..] != [0, 0] {
+fn are_ideal(motion: &CheckedMotion<'_>) -> bool {
+    if motion.constraints()[1..] != [0, 0] {
         return true;
     }
-    let declaration = Declaration::of(subject.kernel);
-    subject.states.iter().all(|state| {
+    let declaration = Declaration::of(motion.kernel);
+    motion.states.iter().all(|state| {
         let a = vec![0.0; state.q.len()];
         let forms = declaration.continuous_forms::<f64>(AnyPoint {
             t: state.t,
@@ -100,39 +104,40 @@ fn are_ideal(subject: &Subject<'_>) -> bool {
             v: &state.v,
             a: &a,
         });
-        let allowed = state_displacements(subject.kernel, state.t, &state.q, &state.v);
+        let allowed = state_displacements(motion.kernel, state.t, &state.q, &state.v);
         allowed.iter().all(|displacement| {
             forms.iter().all(|form| {
                 let works = form.iter().zip(&displacement.first).map(|(form, by)| form * by);
                 let (work, size) = works.fold((0.0, 0.0), |(work, size): (f64, f64), x| {
                     (work + x, size + x.abs())
                 });
-                work.abs() <= IDEAL * size
+                work.abs() <= NO_WORK * size
             })
         })
     })
 }
 
 /// The change of the symplectic form by the constraints, discrete and continuous, and the tangent map.
-pub fn law(subject: &Subject<'_>, report: &mut Report) {
-    let change = largest(&subject.triples, |triple| {
-        let law = Evolution::of(&subject.flow, triple)?;
-        let allowed = pair_displacements(subject.kernel, subject.h, triple.leg.any());
+pub fn law(motion: &CheckedMotion<'_>, report: &mut Report) {
+    let change = largest(&motion.triples, |triple| {
+        let law = Evolution::of(&motion.flow, triple)?;
+        let allowed = pair_displacements(motion.kernel, motion.h, triple.leg.any());
         Ok(law.change_on(&allowed))
     });
     // where steps are ill-conditioned, as on a switch, a difference quotient does not show the derivative
-    let (mut blurred, is_coarse) = (0.0, subject.coarse.known().is_some());
-    let tangent = largest(&subject.early, |triple| {
-        let law = Evolution::of(&subject.flow, triple)?;
-        let [apart, rounding] = quotient(&subject.flow, triple, &law, is_coarse)?;
-        blurred = larger(blurred, rounding);
+    let (mut rounding_of_positions, has_large_numbers) =
+        (0.0, motion.large_numbers.relative_error().is_some());
+    let tangent = largest(&motion.early, |triple| {
+        let law = Evolution::of(&motion.flow, triple)?;
+        let [apart, rounding] = quotient(&motion.flow, triple, &law, has_large_numbers)?;
+        rounding_of_positions = larger(rounding_of_positions, rounding);
         Ok(apart)
     });
-    let window = PIECE * subject.h;
-    let laws: Vec<Measured<[f64; 2]>> = subject
+    let window = LAW_STEPS * motion.h;
+    let laws: Vec<Measured<[f64; 2]>> = motion
         .states
         .iter()
-        .map(|state| continuous::law(subject.system.kernel(), state, window))
+        .map(|state| continuous::law(motion.system.kernel(), state, window))
         .collect();
     let stiff = laws.iter().skip(1).filter(|law| law.is_err()).count();
     // an error at the start counts; at later states the law may be too stiff for the quadrature
@@ -145,13 +150,13 @@ pub fn law(subject: &Subject<'_>, report: &mut Report) {
         }
     }
     let d_nu = continuous.as_ref().map_or(0.0, |laws| laws[1]);
-    let is_symplectic = matches!(subject.expected.kind, Kind::Unconstrained | Kind::Holonomic)
-        && !subject.kernel.shape().external_forces
-        && are_ideal(subject);
+    let is_symplectic = matches!(motion.expected.kind, Kind::Unconstrained | Kind::Holonomic)
+        && !motion.kernel.shape().external_forces
+        && are_ideal(motion);
     let discrete = match (is_symplectic, d_nu) {
-        (true, _) => Bar::AtMost(ZERO),
+        (true, _) => Bar::AtMost(LARGEST_ZERO),
         // where the constraints change the form of the continuous motion they change the discrete one, too
-        (false, change) if change > CHANGED => Bar::AtLeast(SEEN),
+        (false, change) if change > CHANGED_FORM => Bar::AtLeast(SMALLEST_NONZERO),
         _ => Bar::Reported,
     };
     report.push(
@@ -161,32 +166,32 @@ pub fn law(subject: &Subject<'_>, report: &mut Report) {
     );
     report.push(
         "TF against differences of the first steps",
-        Bar::AtMost(QUOTIENT),
+        Bar::AtMost(QUOTIENT_DISTANCE),
         tangent,
     );
-    if blurred > 0.0 {
+    if rounding_of_positions > 0.0 {
         report.note(&format!(
-            "columns are left out in which nodes that are moved as far as a leg tell a slope to {blurred:.0e} only, by the rounding of the positions"
+            "columns are left out in which nodes that are moved as far as a leg tell a slope to {rounding_of_positions:.0e} only, by the rounding of the positions"
         ));
     }
     let whats = [
         (
             "continuous: (Fᵗ)*Ω_L − Ω_L − dν, relative to the terms",
-            Bar::AtMost(QUADRATURE),
+            Bar::AtMost(QUADRATURE_ERROR),
         ),
         (
             "continuous: dν on the states that are allowed, relative to the terms",
             if is_symplectic {
-                Bar::AtMost(ZERO)
+                Bar::AtMost(LARGEST_ZERO)
             } else {
                 Bar::Reported
             },
         ),
     ];
     report.push_all(whats, &continuous);
-    let states = subject.states.len();
+    let states = motion.states.len();
     report.note(&format!(
-        "the continuous law is integrated over {PIECE} steps each from {} of {states} states of the motion{}",
+        "the continuous law is integrated over {LAW_STEPS} steps each from {} of {states} states of the motion{}",
         states - stiff,
         if stiff > 0 {
             ": elsewhere it is too stiff for the quadrature"
@@ -207,28 +212,32 @@ fn quotient(
     flow: &DiscreteFlow<'_>,
     triple: &Triple,
     law: &Evolution,
-    is_coarse: bool,
+    has_large_numbers: bool,
 ) -> Result<[f64; 2], GeometryError> {
     let last = triple.last(flow.h()).d;
     // both legs: the first is zero where a force begins to act on a body at rest
     let legs = triple.leg.d.iter().chain(&last);
     let size = match legs.fold(0.0_f64, |size, d| size.hypot(*d)) {
         // at rest to rounding, as on an unstable equilibrium
-        size if size <= RESTS * triple.leg.q.iter().fold(0.0, |most, q| larger(most, q.abs())) => {
+        size if size <= RESTING_LEG * triple.leg.q.iter().fold(0.0, |most, q| larger(most, q.abs())) => {
             flow.h().abs()
         }
         size => size,
     };
-    let (mut apart, mut blurred) = (0.0, 0.0);
+    let (mut apart, mut rounding_of_positions) = (0.0, 0.0);
     let place = triple.leg.q.iter().fold(0.0, |most, q| larger(most, q.abs()));
     let n = last.len();
     for k in 0..2 * n {
         let unit = Displacement::unit(n, k);
         let own = triple.leg.d[k % n].abs().max(last[k % n].abs());
-        let length = if own > STILL * size { own } else { STILL * size };
+        let length = if own > STANDING_STILL * size {
+            own
+        } else {
+            STANDING_STILL * size
+        };
         let exact = law.tangent.apply(&unit).second;
         let (mut best, mut without) = (f64::INFINITY, None);
-        for moved in MOVED {
+        for moved in NODE_SHIFTS {
             // a shifted step may have no solution, as near a turning point; other shifts are tried
             let found = match slopes(flow, triple, &unit, &exact, moved * length) {
                 Ok(found) => found,
@@ -247,13 +256,16 @@ fn quotient(
         }
         match without {
             Some(error) if best.is_infinite() => return Err(error),
-            _ if is_coarse && best > QUOTIENT && best <= ROUNDINGS * f64::EPSILON * place / length => {
-                blurred = larger(blurred, best);
+            _ if has_large_numbers
+                && best > QUOTIENT_DISTANCE
+                && best <= ROUNDINGS * f64::EPSILON * place / length =>
+            {
+                rounding_of_positions = larger(rounding_of_positions, best);
             }
             _ => apart = larger(apart, best),
         }
     }
-    Ok([apart, blurred])
+    Ok([apart, rounding_of_positions])
 }
 
 /// The difference quotients of `q2` along a displacement, with nodes shifted by `shift` and its multiples.

@@ -4,17 +4,20 @@
 use dsocs_core::geometry::{Triple, discrete_power, rows_of_four_written, rows_of_written};
 use dsocs_core::{AnyPoint, Declaration, Kernel, OwnedLeg, Regularity};
 
-use super::order::{above, fitted};
-use super::probe::{Passed, State, certified, less, passed_nodes};
-use super::{Expected, Finding, Found, Measured, Report, Settings, excuse, larger, reached, smallest};
+use super::motions::{MotionNode, State, certified_nodes, less, nodes_between};
+use super::order::{above_plateau, fitted_slope};
+use super::{
+    CheckFindings, Expected, Finding, Measured, Report, Settings, excuse, larger, report_reached_time,
+    smallest,
+};
 use crate::entry::CheckFailure;
 use crate::stability::Bar;
 
 /// The largest residual of a row at the written nodes, relative to the rounding of its terms.
-const WRITTEN: f64 = 2.0;
+const LARGEST_RESIDUAL: f64 = 2.0;
 
 /// The largest distance of nodes on the way back, in legs.
-const REVERSED: f64 = 1e-9;
+const DISTANCE_BACK: f64 = 1e-9;
 
 /// The number of steps, each half of the one before.
 const HALVINGS: usize = 6;
@@ -23,10 +26,10 @@ const HALVINGS: usize = 6;
 const PLATEAU: f64 = 1e-10;
 
 /// The largest deficit of the fitted order against the declared one.
-const APART: f64 = 0.1;
+const ORDER_DEFICIT: f64 = 0.1;
 
 /// A motion of third order, with its expected properties.
-struct Subject<'a> {
+struct MotionOfThirdOrder<'a> {
     system: &'a dyn Kernel,
     h: f64,
     until: f64,
@@ -34,8 +37,8 @@ struct Subject<'a> {
     expected: Expected,
 }
 
-/// Checks a system on the motion from a position, a velocity and an acceleration, to the end `own` unless the
-/// settings give another.
+/// Checks a system on the motion from a position, a velocity and an acceleration, for the time `default_duration`
+/// unless the settings give an end.
 ///
 /// # Errors
 ///
@@ -44,40 +47,35 @@ pub fn check_to(
     system: &dyn Kernel,
     expected: Expected,
     settings: &Settings<'_>,
-    own: f64,
+    default_duration: f64,
 ) -> Result<Vec<Finding>, CheckFailure> {
     let start = State::of(settings);
-    let subject = Subject {
+    let motion = MotionOfThirdOrder {
         system,
         h: settings.h,
-        until: settings.until.unwrap_or(start.t + own),
+        until: settings.until.unwrap_or(start.t + default_duration),
         start,
         expected,
     };
-    let (nodes, regularity, hard) =
-        certified(system, subject.h, &subject.start.third_order()?, subject.until)?;
-    let mut found = Found::new(excuse(hard, 0, nodes.len().saturating_sub(1)));
-    found.of("window", |report| window(&subject, &nodes, report));
-    found.of("regularity", |report| {
+    let (nodes, regularity, doubtful) =
+        certified_nodes(system, motion.h, &motion.start.third_order()?, motion.until)?;
+    let mut findings = CheckFindings::new(excuse(doubtful, 0, nodes.len().saturating_sub(1)));
+    findings.carry_out("window", |report| window(&motion, &nodes, report));
+    findings.carry_out("regularity", |report| {
         certificates(["D₄", "D₁"], &regularity, report);
     });
-    found.of("equations", |report| equations(&subject, &nodes, report));
-    found.of("power balance", |report| balance(&subject, report));
-    found.of("reversibility", |report| reversibility(&subject, &nodes, report));
-    found.of("order", |report| order(&subject, report));
-    Ok(found.findings)
+    findings.carry_out("equations", |report| equations(&motion, &nodes, report));
+    findings.carry_out("power balance", |report| balance(&motion, report));
+    findings.carry_out("reversibility", |report| reversibility(&motion, &nodes, report));
+    findings.carry_out("order", |report| order(&motion, report));
+    Ok(findings.findings)
 }
 
 /// The time that the motion reaches.
-fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
+fn window(motion: &MotionOfThirdOrder<'_>, nodes: &[MotionNode], report: &mut Report) {
     let left_out = "with a constraint of third order the flow is one of triples of nodes: what needs a map of pairs (the symplectic and the momentum law) \
          or a Taylor series (contact) is not looked at, and the order is fitted to the changes from one step to the half";
-    reached(
-        [subject.start.t, subject.until, subject.h],
-        nodes,
-        left_out,
-        report,
-    );
+    report_reached_time([motion.start.t, motion.until, motion.h], nodes, left_out, report);
 }
 
 /// The conditions of the flow along the motion, with the names of the derivatives by the last and by the first node.
@@ -110,8 +108,8 @@ pub(super) fn certificates([last, first]: [&str; 2], regularity: &[Regularity], 
 }
 
 /// The equations at the nodes as they are written: all of them from the fourth on, and those of lower order at the first three.
-fn equations(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
-    let kernel = subject.system;
+fn equations(motion: &MotionOfThirdOrder<'_>, nodes: &[MotionNode], report: &mut Report) {
+    let kernel = motion.system;
     let most = |rows: Vec<[f64; 2]>| {
         rows.iter().fold(0.0, |most, &[row, explained]| {
             larger(most, if row == 0.0 { 0.0 } else { row.abs() / explained })
@@ -122,49 +120,46 @@ fn equations(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
             return worst;
         };
         let four = [&first.q[..], &second.q, &third.q, &fourth.q];
-        larger(
-            worst,
-            most(rows_of_four_written(kernel, third.t, subject.h, four)),
-        )
+        larger(worst, most(rows_of_four_written(kernel, third.t, motion.h, four)))
     });
     report.push(
         "rows at four nodes as written, in 32 digits, over what their rounding explains",
-        Bar::AtMost(WRITTEN),
+        Bar::AtMost(LARGEST_RESIDUAL),
         Ok(worst),
     );
     if let [first, second, third, ..] = nodes {
-        let rows = rows_of_written(kernel, second.t, subject.h, [&first.q, &second.q, &third.q]);
+        let rows = rows_of_written(kernel, second.t, motion.h, [&first.q, &second.q, &third.q]);
         let rows = rows.into_iter().enumerate();
         let below = rows.filter(|(place, _)| !kernel.shape().third_order.contains(place));
         report.push(
             "the same of the rows without jerks at the first three",
-            Bar::AtMost(WRITTEN),
+            Bar::AtMost(LARGEST_RESIDUAL),
             Ok(most(below.map(|(_, row)| row).collect())),
         );
     }
 }
 
 /// The energy at nodes against the sum of the power of the constraint force: the order of the defect.
-fn balance(subject: &Subject<'_>, report: &mut Report) {
+fn balance(motion: &MotionOfThirdOrder<'_>, report: &mut Report) {
     let measured: Measured<Vec<[f64; 2]>> = (0..HALVINGS)
         .map(|halving| {
-            let h = subject.h / f64::from(1_u32 << halving);
-            Ok([h.abs(), missed_power(subject, h)?])
+            let h = motion.h / f64::from(1_u32 << halving);
+            Ok([h.abs(), missed_power(motion, h)?])
         })
         .collect();
     push_slope(
         "slope of E − Σh(⟨Q + f, v⟩ − ∂L/∂t) between nodes",
         measured,
-        Bar::AtLeast(subject.expected.order - APART),
+        Bar::AtLeast(motion.expected.order - ORDER_DEFICIT),
         report,
     );
 }
 
 /// The largest defect of the energy balance since the first node, relative to the energy's terms.
-fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
-    let kernel = subject.system;
+fn missed_power(motion: &MotionOfThirdOrder<'_>, h: f64) -> Measured {
+    let kernel = motion.system;
     let declaration = Declaration::of(kernel);
-    let nodes = walked(subject, h)?;
+    let nodes = nodes_with_step(motion, h)?;
     let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
     let mut last: Option<(f64, f64)> = None;
     for three in nodes.windows(3) {
@@ -192,24 +187,24 @@ fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
 }
 
 /// The run back from the last node.
-fn reversibility(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
+fn reversibility(motion: &MotionOfThirdOrder<'_>, nodes: &[MotionNode], report: &mut Report) {
     let measured = || -> Measured {
-        let start = subject.start.third_order()?;
-        let times = (subject.start.t, subject.until);
-        let back = passed_nodes(subject.system, subject.h, &start, times, true)?;
+        let start = motion.start.third_order()?;
+        let times = (motion.start.t, motion.until);
+        let back = nodes_between(motion.system, motion.h, &start, times, true)?;
         let mut worst = 0.0;
         for (found, known) in back.iter().zip(nodes.iter().rev().skip(1)) {
-            let leg = known.v.iter().fold(0.0_f64, |sum, v| sum.hypot(v * subject.h));
+            let leg = known.v.iter().fold(0.0_f64, |sum, v| sum.hypot(v * motion.h));
             let apart = less(&found.q, &known.q).into_iter().fold(0.0_f64, f64::hypot);
             let extent = nodes
                 .iter()
-                .fold(leg, |most, node| most.max((node.v[0] * subject.h).abs()));
+                .fold(leg, |most, node| most.max((node.v[0] * motion.h).abs()));
             worst = larger(worst, apart / extent.max(f64::MIN_POSITIVE));
         }
         Ok(worst)
     };
-    let bar = if subject.expected.reversible {
-        Bar::AtMost(REVERSED)
+    let bar = if motion.expected.reversible {
+        Bar::AtMost(DISTANCE_BACK)
     } else {
         Bar::Reported
     };
@@ -217,11 +212,11 @@ fn reversibility(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
 }
 
 /// The order, by the changes of the nodes from each step to its half.
-fn order(subject: &Subject<'_>, report: &mut Report) {
-    let declared = subject.expected.order;
+fn order(motion: &MotionOfThirdOrder<'_>, report: &mut Report) {
+    let declared = motion.expected.order;
     let measured = || -> Measured<Vec<[f64; 2]>> {
-        let runs: Vec<Vec<Passed>> = (0..=HALVINGS)
-            .map(|halving| walked(subject, subject.h / f64::from(1_u32 << halving)))
+        let runs: Vec<Vec<MotionNode>> = (0..=HALVINGS)
+            .map(|halving| nodes_with_step(motion, motion.h / f64::from(1_u32 << halving)))
             .collect::<Measured<_>>()?;
         let extent = |i: usize| {
             let first = runs[0].first().map_or(0.0, |node| node.q[i]);
@@ -229,7 +224,7 @@ fn order(subject: &Subject<'_>, report: &mut Report) {
                 .iter()
                 .fold(0.0, |most, node| larger(most, (node.q[i] - first).abs()))
         };
-        let extents: Vec<f64> = (0..subject.start.q.len()).map(extent).collect();
+        let extents: Vec<f64> = (0..motion.start.q.len()).map(extent).collect();
         let pairs = runs.windows(2).enumerate().map(|(halving, pair)| {
             let parts = 1_usize << halving;
             let mut change = 0.0;
@@ -240,13 +235,13 @@ fn order(subject: &Subject<'_>, report: &mut Report) {
                 let apart = (0..extents.len()).filter(|&i| extents[i] > 0.0);
                 let apart = apart.map(|i| (one.q[i] - half.q[i]).abs() / extents[i]);
                 change = apart.fold(change, larger);
-                debug_assert!((one.t - coarse.t).abs() <= subject.h.abs());
+                debug_assert!((one.t - coarse.t).abs() <= motion.h.abs());
             }
-            [(subject.h / parts as f64).abs(), change]
+            [(motion.h / parts as f64).abs(), change]
         });
         Ok(pairs.collect())
     };
-    let bar = Bar::AtLeast(declared - APART);
+    let bar = Bar::AtLeast(declared - ORDER_DEFICIT);
     push_slope(
         "slope of the changes of position from step to step",
         measured(),
@@ -256,9 +251,9 @@ fn order(subject: &Subject<'_>, report: &mut Report) {
 }
 
 /// The nodes of the motion with a step.
-fn walked(subject: &Subject<'_>, h: f64) -> Measured<Vec<Passed>> {
-    let times = (subject.start.t, subject.until);
-    passed_nodes(subject.system, h, &subject.start.third_order()?, times, false)
+fn nodes_with_step(motion: &MotionOfThirdOrder<'_>, h: f64) -> Measured<Vec<MotionNode>> {
+    let times = (motion.start.t, motion.until);
+    nodes_between(motion.system, h, &motion.start.third_order()?, times, false)
 }
 
 /// Fits a slope to the values above rounding.
@@ -270,7 +265,7 @@ pub(super) fn push_slope(what: &str, measured: Measured<Vec<[f64; 2]>>, bar: Bar
             return;
         }
     };
-    let fit = above(PLATEAU, points);
+    let fit = above_plateau(PLATEAU, points);
     let Some(points @ [[first, _], .., [least, _]]) = fit.as_deref() else {
         report.push(what, Bar::Reported, Ok(0.0));
         report.note("what is measured is rounding: no order is fitted");
@@ -279,6 +274,6 @@ pub(super) fn push_slope(what: &str, measured: Measured<Vec<[f64; 2]>>, bar: Bar
     report.push(
         format!("{what}, h = {first:.1e} to {least:.1e}"),
         bar,
-        Ok(fitted(points)),
+        Ok(fitted_slope(points)),
     );
 }

@@ -1,34 +1,34 @@
 //! The order of a figure: the power of the step with which it falls.
 
-use super::super::order::fitted;
+use super::super::order::fitted_slope;
 
 /// A figure is used if it is above this many times its rounding.
-const ABOVE: f64 = 10.0;
+const LEAST_ROUNDINGS: f64 = 10.0;
 
 /// A figure that no longer falls is rounding if it is below this part of the terms: the exact motion is known
 /// no better, as where masses differ much.
 const PLATEAU: f64 = 1e-6;
 
 /// It no longer falls if half the step leaves more than this part of it.
-const FALLS: f64 = core::f64::consts::FRAC_1_SQRT_2;
+const STOPPED_FALLING: f64 = core::f64::consts::FRAC_1_SQRT_2;
 
 /// A figure that never falls is rounding if it is below this part of the terms.
-const EXACT: f64 = 1e-9;
+const EXACT_FIGURE: f64 = 1e-9;
 
 /// A figure that is below this part of the terms at every step is exactly zero.
-const NOTHING: f64 = 1e-13;
+const ZERO_FIGURE: f64 = 1e-13;
 
 /// The number of steps in a fit.
-const WINDOW: usize = 4;
+const FITTED_STEPS: usize = 4;
 
 /// The smallest number of steps that show a power.
-const LEAST: usize = 3;
+const LEAST_STEPS: usize = 3;
 
 /// The largest change of the power between steps of a fit: the first where possible, else the second.
-const STEADY: [f64; 2] = [0.02, 0.1];
+const STEADY_POWER: [f64; 2] = [0.02, 0.1];
 
 /// A fitted power this near to a whole number is that number.
-const WHOLE: f64 = 0.2;
+const WHOLE_POWER: f64 = 0.2;
 
 /// There is no power if it changes by more than this in all fits.
 const NO_POWER: f64 = 0.5;
@@ -67,7 +67,7 @@ impl Order {
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Exact => Some(f64::INFINITY),
-            Self::Power { power, .. } if (power - power.round()).abs() < WHOLE => Some(power.round()),
+            Self::Power { power, .. } if (power - power.round()).abs() < WHOLE_POWER => Some(power.round()),
             Self::Power { power, .. } => Some(*power),
             Self::Unknown(_) => None,
         }
@@ -95,21 +95,21 @@ impl Order {
 
 /// The order of a figure, from samples with decreasing steps.
 pub fn order(samples: &[Sample]) -> Order {
-    order_by(samples).0
+    order_and_unsteadiness(samples).0
 }
 
 /// The order, and the change of the power within the steps of the fit; infinite where a fit was needed and
 /// none was found.
-pub fn order_by(samples: &[Sample]) -> (Order, f64) {
+pub fn order_and_unsteadiness(samples: &[Sample]) -> (Order, f64) {
     let unknown = |reason: String| (Order::Unknown(reason), f64::INFINITY);
     let known = samples
         .iter()
-        .take_while(|of| of.value > ABOVE * of.rounding && of.value.is_finite());
+        .take_while(|of| of.value > LEAST_ROUNDINGS * of.rounding && of.value.is_finite());
     let mut points: Vec<[f64; 2]> = known.map(|of| [of.h, of.value]).collect();
     if let Some(bad) = samples.get(points.len()).filter(|of| !of.value.is_finite()) {
         return unknown(format!("it has no value with the step {:.1e} s", bad.h));
     }
-    let stops = |pair: &[[f64; 2]]| pair[1][1] > FALLS * pair[0][1];
+    let stops = |pair: &[[f64; 2]]| pair[1][1] > STOPPED_FALLING * pair[0][1];
     if let Some(stop) = points
         .windows(2)
         .position(|pair| pair[0][1] < PLATEAU && stops(pair))
@@ -117,8 +117,8 @@ pub fn order_by(samples: &[Sample]) -> (Order, f64) {
         points.truncate(stop);
     }
     let largest = samples.iter().fold(0.0_f64, |most, of| most.max(of.value));
-    let falls = points.len() >= LEAST;
-    if points.is_empty() || largest < NOTHING || (!falls && largest < EXACT) {
+    let falls = points.len() >= LEAST_STEPS;
+    if points.is_empty() || largest < ZERO_FIGURE || (!falls && largest < EXACT_FIGURE) {
         return (Order::Exact, 0.0);
     }
     if !falls {
@@ -129,14 +129,14 @@ pub fn order_by(samples: &[Sample]) -> (Order, f64) {
         ));
     }
     // beginning with the smallest steps: larger ones may be too large for a power law
-    let windows = points.windows(WINDOW.min(points.len())).rev();
+    let windows = points.windows(FITTED_STEPS.min(points.len())).rev();
     let windows: Vec<(&[[f64; 2]], f64)> = windows.map(|window| (window, unsteadiness(window))).collect();
     let steady = |most: f64| windows.iter().find(|(_, unsteadiness)| *unsteadiness < most);
     let steadiest = || windows.iter().min_by(|x, y| x.1.total_cmp(&y.1));
-    let best = STEADY.into_iter().find_map(steady).or_else(steadiest);
+    let best = STEADY_POWER.into_iter().find_map(steady).or_else(steadiest);
     match best {
         Some((window @ [[first, _], .., [last, _]], unsteadiness)) if *unsteadiness < NO_POWER => {
-            let (power, steps) = (fitted(window), [*first, *last]);
+            let (power, steps) = (fitted_slope(window), [*first, *last]);
             (Order::Power { power, steps }, *unsteadiness)
         }
         _ => unknown("it does not fall as a power of the step".to_owned()),

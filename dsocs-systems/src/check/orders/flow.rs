@@ -2,29 +2,29 @@
 
 use core::slice;
 
-use super::super::order::{FOLLOWER, errors, followed};
-use super::super::{Subject, larger};
-use super::fit::{Order, Sample, order, order_by};
-use super::parts::{HALVINGS, LARGEST, Part, PartOrder, expansions};
+use super::super::order::{FOLLOWING_HALVINGS, errors, followed_nodes};
+use super::super::{CheckedMotion, larger};
+use super::fit::{Order, Sample, order, order_and_unsteadiness};
+use super::parts::{HALVINGS, LARGEST_STEP, Part, PartOrder, expansions};
 use crate::stability::number;
 
 /// The divisors of the step, tried in turn: with larger steps errors may not fall as a power yet.
-const PARTS: [u32; 3] = [1, 4, 16];
+const DIVISORS: [u32; 3] = [1, 4, 16];
 
 /// The rounding of an error of position, relative to the motion's extent: a tenth of the smallest one that
 /// counts.
 const ROUNDING: f64 = 1e-12;
 
 /// A power that changes by less than this from step to step needs no finer steps.
-const STEADY: f64 = 0.05;
+const STEADY_POWER: f64 = 0.05;
 
 /// The order of the errors of position, and the time up to which they were compared.
-pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
+pub fn measured_order(motion: &CheckedMotion<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
     let mut best = (Order::Unknown("no errors could be compared".to_owned()), f64::NAN);
     let mut steadiest = f64::INFINITY;
     let mut why = None;
-    for parts in PARTS {
-        let (times, errors, ended) = match errors(subject, parts) {
+    for parts in DIVISORS {
+        let (times, errors, ended) = match errors(motion, parts) {
             Ok(found) => found,
             Err(error) => {
                 // with a shorter step the motion may be computed
@@ -35,25 +35,25 @@ pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
             }
         };
         let [positions, ..] = &errors;
-        let count = followed(&positions[FOLLOWER]);
+        let count = followed_nodes(&positions[FOLLOWING_HALVINGS]);
         let samples: Vec<Sample> = positions
             .iter()
             .enumerate()
             .map(|(halving, errors)| Sample {
-                h: subject.h.abs() / f64::from(parts << halving),
+                h: motion.h.abs() / f64::from(parts << halving),
                 value: errors[..count]
                     .iter()
                     .fold(0.0, |most, &error| larger(most, error)),
                 rounding: ROUNDING,
             })
             .collect();
-        let (order, unsteadiness) = order_by(&samples);
+        let (order, unsteadiness) = order_and_unsteadiness(&samples);
         if unsteadiness < steadiest || best.1.is_nan() {
             best = (order, times[count - 1]);
             steadiest = unsteadiness;
             why = ended;
         }
-        if steadiest < STEADY {
+        if steadiest < STEADY_POWER {
             break;
         }
     }
@@ -68,10 +68,10 @@ pub fn seen(subject: &Subject<'_>, remarks: &mut Vec<String>) -> (Order, f64) {
 
 /// The second node by the paper's rule, `q1 = q0 + h v0`, against the motion: the order of its initial
 /// velocity.
-pub fn start(subject: &Subject<'_>) -> PartOrder {
-    let found = expansions(subject, slice::from_ref(&subject.start));
-    let motion = match found.as_deref() {
-        Ok([motion, ..]) => motion,
+pub fn start(motion: &CheckedMotion<'_>) -> PartOrder {
+    let found = expansions(motion, slice::from_ref(&motion.start));
+    let expansion = match found.as_deref() {
+        Ok([expansion, ..]) => expansion,
         other => {
             let reason = other.err().map_or_else(String::new, ToString::to_string);
             return PartOrder {
@@ -82,8 +82,8 @@ pub fn start(subject: &Subject<'_>) -> PartOrder {
         }
     };
     let sample = |h: f64| {
-        let increment = motion.increment(h);
-        let parts = increment.iter().zip(&subject.start.v);
+        let increment = expansion.increment(h);
+        let parts = increment.iter().zip(&motion.start.v);
         let [apart, size] = parts.fold([0.0_f64; 2], |[apart, size], (d, v)| {
             [apart.hypot(h * v - d), size.hypot(h * v).hypot(*d)]
         });
@@ -93,13 +93,13 @@ pub fn start(subject: &Subject<'_>) -> PartOrder {
             rounding: f64::EPSILON,
         }
     };
-    let steps = (0..HALVINGS).map(|halving| LARGEST * motion.reach * 0.5_f64.powi(halving));
-    let samples: Vec<Sample> = steps.map(|h| sample(h.copysign(subject.h))).collect();
+    let steps = (0..HALVINGS).map(|halving| LARGEST_STEP * expansion.reach * 0.5_f64.powi(halving));
+    let samples: Vec<Sample> = steps.map(|h| sample(h.copysign(motion.h))).collect();
     PartOrder {
         part: Part::Start,
         order: order(&samples),
-        distance: if subject.h.abs() <= motion.reach {
-            sample(subject.h).value
+        distance: if motion.h.abs() <= expansion.reach {
+            sample(motion.h).value
         } else {
             f64::NAN
         },

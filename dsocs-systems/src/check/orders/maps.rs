@@ -16,7 +16,7 @@ pub struct Map {
 }
 
 /// The forward difference of the velocity in place of the central one: a map of first order.
-const AHEAD: &str = "|q0, q1, q2| (q1, (q2 - q1) / h, (q2 - 2 * q1 + q0) / (h * h))";
+const FORWARD_DIFFERENCE: &str = "|q0, q1, q2| (q1, (q2 - q1) / h, (q2 - 2 * q1 + q0) / (h * h))";
 
 /// The maps of a comparison: those declared, the named ones of `L_d`, and maps of `D_K` and `D_V` of second
 /// and of first order.
@@ -48,12 +48,18 @@ pub const MAPS: [Map; 7] = [
     },
     Map {
         name: "K: ahead",
-        statements: &[("phi_kinematic", AHEAD), ("phi_variational", "paper")],
+        statements: &[
+            ("phi_kinematic", FORWARD_DIFFERENCE),
+            ("phi_variational", "paper"),
+        ],
         of_accelerations: true,
     },
     Map {
         name: "V: ahead",
-        statements: &[("phi_kinematic", "paper"), ("phi_variational", AHEAD)],
+        statements: &[
+            ("phi_kinematic", "paper"),
+            ("phi_variational", FORWARD_DIFFERENCE),
+        ],
         of_accelerations: true,
     },
 ];
@@ -102,11 +108,11 @@ impl Map {
     pub(crate) fn written_into(&self, text: &str) -> String {
         let mut text = text.to_owned();
         for (statement, value) in self.statements {
-            if let Some([from, to]) = place_of(&text, statement) {
+            if let Some([from, to]) = range_of_statement(&text, statement) {
                 text.replace_range(from..to, "");
             }
             // statements stand in any order, and every text has coordinates
-            let place = place_of(&text, "coordinates").map_or(0, |[from, _]| from);
+            let place = range_of_statement(&text, "coordinates").map_or(0, |[from, _]| from);
             text.insert_str(place, &format!("{statement} = {value};\n"));
         }
         text
@@ -124,7 +130,7 @@ impl Map {
 }
 
 /// The range of a statement in a declaration, from its name to behind its semicolon.
-fn place_of(declaration: &str, statement: &str) -> Option<[usize; 2]> {
+fn range_of_statement(declaration: &str, statement: &str) -> Option<[usize; 2]> {
     let mut from = 0;
     for line in declaration.split_inclusive('\n') {
         let begins = line.trim_start();
@@ -143,7 +149,7 @@ fn place_of(declaration: &str, statement: &str) -> Option<[usize; 2]> {
 
 /// A statement of a declaration, without its name and its semicolon.
 pub(crate) fn statement_of<'d>(declaration: &'d str, statement: &str) -> Option<&'d str> {
-    let [from, to] = place_of(declaration, statement)?;
+    let [from, to] = range_of_statement(declaration, statement)?;
     let (_, value) = declaration[from..to].split_once('=')?;
     Some(value.trim_end_matches(';').trim())
 }

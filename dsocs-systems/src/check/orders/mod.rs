@@ -12,30 +12,30 @@ mod parts;
 pub use fit::Order;
 pub(crate) use maps::statement_of;
 pub use maps::{MAPS, Map, Variant};
-pub(super) use parts::{Changes, contacts, expansions};
+pub(super) use parts::{NoSmoothState, contacts, expansions};
 pub use parts::{Part, PartOrder};
 
 use dsocs_core::{Shape, System};
 
-use super::probe::First;
-use super::{Expected, Settings, Subject, states_at};
-use crate::entry::{CheckFailure, Kind, Motions, Typed};
+use super::motions::SecondNode;
+use super::{CheckedMotion, Expected, Settings, states_at};
+use crate::entry::{CheckFailure, Kind, Motions, TypedSystem};
 
 /// The number of states of the motion at which contact is measured.
 const STATES: usize = 8;
 
 /// The states are shifted by this part of the time between two, the golden section: at even parts a motion
 /// may rest, or begin, or a table may have a sample.
-const ASIDE: f64 = 0.381_966;
+const STATE_SHIFT: f64 = 0.381_966;
 
 /// The number of steps over which errors of the flow are taken, unless an end is given.
 const STEPS: f64 = 200.0;
 
 /// The largest deficit of the measured order against the one that follows.
-const BELOW: f64 = 0.1;
+const ORDER_DEFICIT: f64 = 0.1;
 
 /// The order of the usual maps, which lower nothing.
-const USUAL: f64 = 2.0;
+const USUAL_ORDER: f64 = 2.0;
 
 /// The orders of the parts of a discrete system on one of its motions.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,7 +71,7 @@ impl Orders {
     #[must_use]
     pub fn holds(&self) -> bool {
         match (self.follows.number(), self.seen.number()) {
-            (Some(follows), Some(seen)) => seen >= follows - BELOW,
+            (Some(follows), Some(seen)) => seen >= follows - ORDER_DEFICIT,
             _ => false,
         }
     }
@@ -121,7 +121,7 @@ pub fn orders<S: System<N>, const N: usize>(
         v0: &v,
         ..*settings
     };
-    orders_to(&Typed::new(system), &settings, f64::INFINITY)
+    orders_to(&TypedSystem::new(system), &settings, f64::INFINITY)
 }
 
 /// Measures the orders for a system that was not compiled, from the start of the settings.
@@ -137,32 +137,35 @@ pub fn orders_of_tape(
     orders_to(kernel, settings, f64::INFINITY)
 }
 
-/// Measures the orders for any system, over at most the time `own` unless the settings give another end.
+/// Measures the orders for any system, over at most the time `default_duration` unless the settings give an end.
 pub(crate) fn orders_to(
     system: &dyn Motions,
     settings: &Settings<'_>,
-    own: f64,
+    default_duration: f64,
 ) -> Result<Orders, CheckFailure> {
     let shape = system.kernel().shape();
-    if let Some(reason) = refusal(shape) {
+    if let Some(reason) = reason_against_orders(shape) {
         return Err(CheckFailure::Orders { reason });
     }
     let expected = Expected {
         // of the motion only positions are compared
         kind: Kind::Unconstrained,
-        order: USUAL,
+        order: USUAL_ORDER,
         reversible: true,
     };
-    let own = own.abs().min(STEPS * settings.h.abs()).copysign(settings.h);
-    let mut subject = Subject::new(system, &[], expected, settings, own)?;
+    let default_duration = default_duration
+        .abs()
+        .min(STEPS * settings.h.abs())
+        .copysign(settings.h);
+    let mut motion = CheckedMotion::new(system, &[], expected, settings, default_duration)?;
     if !settings.begin.paper {
-        subject.start_on_the_motion();
+        motion.start_on_the_motion();
     }
-    let places = (0..STATES, STATES, ASIDE);
-    let states = states_at(system, subject.h, &subject.start, subject.until, places);
-    let mut remarks: Vec<String> = subject.ended.iter().cloned().collect();
-    let (mut parts, count) = match expansions(&subject, &states) {
-        Ok(motions) => (contacts(subject.kernel, &motions, subject.h)?, motions.len()),
+    let places = (0..STATES, STATES, STATE_SHIFT);
+    let states = states_at(system, motion.h, &motion.start, motion.until, places);
+    let mut remarks: Vec<String> = motion.ended.iter().cloned().collect();
+    let (mut parts, count) = match expansions(&motion, &states) {
+        Ok(expansions) => (contacts(motion.kernel, &expansions, motion.h)?, expansions.len()),
         Err(error) => {
             remarks.push(format!("contact cannot be measured: {error}"));
             (Vec::new(), 0)
@@ -174,15 +177,15 @@ pub(crate) fn orders_to(
             states.len()
         ));
     }
-    if subject.first == First::Paper {
-        parts.push(flow::start(&subject));
+    if motion.first == SecondNode::Paper {
+        parts.push(flow::start(&motion));
     }
     let follows = follows(&parts);
-    let (seen, until) = flow::seen(&subject, &mut remarks);
+    let (seen, until) = flow::measured_order(&motion, &mut remarks);
     let lowering = lowering(&parts, &follows);
-    remarks.extend(remarked(&parts, &follows, &seen));
+    remarks.extend(remarks_on_orders(&parts, &follows, &seen));
     Ok(Orders {
-        excuse: subject.excuse().or_else(|| at_corners(subject.corners())),
+        excuse: motion.excuse().or_else(|| at_corners(motion.corners())),
         parts,
         follows,
         seen,
@@ -205,7 +208,7 @@ fn at_corners(corners: usize) -> Option<String> {
 }
 
 /// The reason why the orders of a system cannot be measured, if they cannot.
-fn refusal(shape: &Shape) -> Option<&'static str> {
+fn reason_against_orders(shape: &Shape) -> Option<&'static str> {
     if shape.is_of_third_order() {
         Some(
             "a constraint is of third order, and the exact motion with which the parts are compared has no Taylor series in this library; `check` without \
@@ -227,7 +230,7 @@ fn follows(parts: &[PartOrder]) -> Order {
 
 /// The parts that lower the order of the flow below that of the usual maps.
 fn lowering(parts: &[PartOrder], follows: &Order) -> Vec<Part> {
-    let Some(follows) = follows.number().filter(|follows| *follows < USUAL) else {
+    let Some(follows) = follows.number().filter(|follows| *follows < USUAL_ORDER) else {
         return Vec::new();
     };
     let is_low = |of: &&PartOrder| {
@@ -238,7 +241,7 @@ fn lowering(parts: &[PartOrder], follows: &Order) -> Vec<Part> {
 }
 
 /// Remarks that compare the orders of the parts with that of the flow.
-fn remarked(parts: &[PartOrder], follows: &Order, seen: &Order) -> Vec<String> {
+fn remarks_on_orders(parts: &[PartOrder], follows: &Order, seen: &Order) -> Vec<String> {
     let mut remarks = Vec::new();
     let number = |part: Part| {
         let found = parts.iter().find(|of| of.part == part);
@@ -263,7 +266,7 @@ fn remarked(parts: &[PartOrder], follows: &Order, seen: &Order) -> Vec<String> {
         );
     }
     if let (Some(follows), Some(seen)) = (follows.number(), seen.number())
-        && seen > follows + BELOW
+        && seen > follows + ORDER_DEFICIT
     {
         remarks.push(
             "the flow is of a higher order than follows from its parts: along this motion what they lack cancels".to_owned(),

@@ -5,28 +5,28 @@ use dsocs_core::geometry::{Contact, Expansion, Gap, pieces};
 use dsocs_core::{AnyPoint, SetupError};
 use thiserror::Error;
 
-use super::super::probe::{State, expansion};
-use super::super::{Measured, Subject, larger};
+use super::super::motions::{State, expansion};
+use super::super::{CheckedMotion, Measured, larger};
 use super::fit::{Order, Sample, order};
 
 /// The number of steps, each half of the one before.
 pub const HALVINGS: i32 = 20;
 
 /// The largest step, relative to the reach of the expansion of the motion.
-pub const LARGEST: f64 = 0.25;
+pub const LARGEST_STEP: f64 = 0.25;
 
 /// The largest reach, in steps of the system: that of a polynomial motion is infinite.
-const AHEAD: f64 = 64.0;
+const LARGEST_REACH: f64 = 64.0;
 
 /// States whose expansion reaches less than this part of the longest are left out: the step has to be as
 /// short as the shortest reach.
-const SHORT: f64 = 1.0 / 32.0;
+const SHORTEST_REACH: f64 = 1.0 / 32.0;
 
 /// The largest number of halvings of a reach within which a function changes its piece.
-const SHORTENED: u32 = 12;
+const MOST_REACH_HALVINGS: u32 = 12;
 
 /// The number of points of each half of the reach at which the pieces are compared.
-const LOOKS: u32 = 8;
+const COMPARED_POINTS: u32 = 8;
 
 /// A part of the discrete system, or a combination of several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,55 +153,55 @@ pub struct PartOrder {
 /// No state can be used, as where a motion rests at the corner of a function.
 #[derive(Error)]
 #[error("a function changes its piece at every state that was looked at")]
-pub struct Changes;
+pub struct NoSmoothState;
 
-dsocs_core::debug_is_message!(Changes);
+dsocs_core::debug_is_message!(NoSmoothState);
 
-/// The expansions of the motion about some states, each up to the first change of a piece; [`Changes`] if
+/// The expansions of the motion about some states, each up to the first change of a piece; [`NoSmoothState`] if
 /// none is left.
-pub fn expansions(subject: &Subject<'_>, states: &[State]) -> Measured<Vec<Expansion>> {
+pub fn expansions(motion: &CheckedMotion<'_>, states: &[State]) -> Measured<Vec<Expansion>> {
     let mut failure = None;
     let mut found = Vec::new();
     for state in states {
-        match expansion(subject.system, state) {
-            Ok(mut motion) => {
-                motion.reach = motion.reach.min(AHEAD * subject.h.abs());
-                found.extend(smooth(subject.kernel, motion));
+        match expansion(motion.system, state) {
+            Ok(mut expansion) => {
+                expansion.reach = expansion.reach.min(LARGEST_REACH * motion.h.abs());
+                found.extend(smooth(motion.kernel, expansion));
             }
             Err(error) => failure = Some(error),
         }
     }
     let longest = found
         .iter()
-        .fold(0.0_f64, |most, motion: &Expansion| most.max(motion.reach));
-    found.retain(|motion| motion.reach >= SHORT * longest);
+        .fold(0.0_f64, |most, expansion: &Expansion| most.max(expansion.reach));
+    found.retain(|expansion| expansion.reach >= SHORTEST_REACH * longest);
     match (found.is_empty(), failure) {
         (false, _) => Ok(found),
         (true, Some(error)) => Err(error),
-        (true, None) => Err(Changes.into()),
+        (true, None) => Err(NoSmoothState.into()),
     }
 }
 
 /// An expansion with its reach shortened to one piece of every function; `None` where the piece changes at
 /// the state itself.
-fn smooth(kernel: &dyn Kernel, mut motion: Expansion) -> Option<Expansion> {
+fn smooth(kernel: &dyn Kernel, mut expansion: Expansion) -> Option<Expansion> {
     let at = |s: f64| {
-        let point = motion.point(s);
+        let point = expansion.point(s);
         let AnyPoint { t, q, v, a } = point.any();
         pieces(kernel, (t, q, v, a))
     };
     let here = at(0.0)?;
     let same = |s: f64| at(s).is_some_and(|there| there == here);
-    let reach = (0..SHORTENED)
-        .map(|halving| motion.reach * 0.5_f64.powi(halving.cast_signed()))
+    let reach = (0..MOST_REACH_HALVINGS)
+        .map(|halving| expansion.reach * 0.5_f64.powi(halving.cast_signed()))
         .find(|reach| {
-            (1..=LOOKS).all(|k| {
-                let s = reach * f64::from(k) / f64::from(LOOKS);
+            (1..=COMPARED_POINTS).all(|k| {
+                let s = reach * f64::from(k) / f64::from(COMPARED_POINTS);
                 same(s) && same(-s)
             })
         });
-    motion.reach = reach?;
-    Some(motion)
+    expansion.reach = reach?;
+    Some(expansion)
 }
 
 /// Sums over states for one component: of the squares of the gap, of its size, and of its rounding.
@@ -232,10 +232,10 @@ impl Sums {
 }
 
 /// The components of every part with a step, over all states.
-fn components(kernel: &dyn Kernel, motions: &[Expansion], h: f64) -> Result<[Vec<Sample>; 9], SetupError> {
+fn components(kernel: &dyn Kernel, expansions: &[Expansion], h: f64) -> Result<[Vec<Sample>; 9], SetupError> {
     let mut all: [Vec<Sums>; 9] = Default::default();
-    for motion in motions {
-        let contact = Contact::of(kernel, motion, h)?;
+    for expansion in expansions {
+        let contact = Contact::of(kernel, expansion, h)?;
         for (part, sums) in PARTS.into_iter().zip(&mut all) {
             let gaps = part.of(&contact);
             sums.resize(gaps.len(), Sums::default());
@@ -248,17 +248,17 @@ fn components(kernel: &dyn Kernel, motions: &[Expansion], h: f64) -> Result<[Vec
 }
 
 /// The orders of contact of all parts of the system, and their distances with the step `h`.
-pub fn contacts(kernel: &dyn Kernel, motions: &[Expansion], h: f64) -> Result<Vec<PartOrder>, SetupError> {
-    let reach = motions
+pub fn contacts(kernel: &dyn Kernel, expansions: &[Expansion], h: f64) -> Result<Vec<PartOrder>, SetupError> {
+    let reach = expansions
         .iter()
-        .fold(f64::INFINITY, |least, motion| least.min(motion.reach));
-    let steps = (0..HALVINGS).map(|halving| (LARGEST * reach * 0.5_f64.powi(halving)).copysign(h));
+        .fold(f64::INFINITY, |least, expansion| least.min(expansion.reach));
+    let steps = (0..HALVINGS).map(|halving| (LARGEST_STEP * reach * 0.5_f64.powi(halving)).copysign(h));
     let measured: Vec<[Vec<Sample>; 9]> = steps
-        .map(|h| components(kernel, motions, h))
+        .map(|h| components(kernel, expansions, h))
         .collect::<Result<_, _>>()?;
-    let near: Vec<Expansion> = motions
+    let near: Vec<Expansion> = expansions
         .iter()
-        .filter(|motion| h.abs() <= motion.reach)
+        .filter(|expansion| h.abs() <= expansion.reach)
         .cloned()
         .collect();
     let own = if near.is_empty() {

@@ -23,12 +23,12 @@ pub struct State {
     /// The acceleration near which a solution is looked for, where there may be several.
     pub near: Option<Vec<f64>>,
     /// The expansion of the motion about it, where runs begin with two nodes of the motion.
-    pub ahead: Option<Expansion>,
+    pub expansion: Option<Expansion>,
 }
 
 /// The rule for the second node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum First {
+pub enum SecondNode {
     /// `q1 = q0 + h v0 + h²/2 a0`.
     SecondOrder,
     /// `q1 = q0 + h v0`.
@@ -39,14 +39,14 @@ pub enum First {
 
 /// A visitor of the nodes: gets the number, the time and the leg, and whether a function jumps or holds
 /// something in the step there; returns whether the motion goes on.
-type Walker<'w> = &'w mut dyn FnMut(u64, f64, AnyLeg<'_, f64>, bool) -> bool;
+type LegVisitor<'w> = &'w mut dyn FnMut(u64, f64, AnyLeg<'_, f64>, bool) -> bool;
 
 /// The nodes of a motion of third order, the regularity of its steps, and those in which something jumps.
-pub type Certified = (Vec<Passed>, Vec<Regularity>, Hard);
+pub type CertifiedNodes = (Vec<MotionNode>, Vec<Regularity>, DoubtfulSteps);
 
 /// A node of a motion of third order.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Passed {
+pub struct MotionNode {
     /// The time.
     pub t: f64,
     /// The position.
@@ -63,28 +63,28 @@ impl State {
             q: settings.q0.to_vec(),
             v: settings.v0.to_vec(),
             near: settings.a0.map(<[f64]>::to_vec),
-            ahead: None,
+            expansion: None,
         }
     }
 
     /// The start of a run with a step.
-    fn start(&self, first: First, h: f64) -> AnyStart {
-        match &self.ahead {
-            Some(motion) if first == First::Exact && h.abs() <= motion.reach => {
+    fn start(&self, second_node: SecondNode, h: f64) -> AnyStart {
+        match &self.expansion {
+            Some(motion) if second_node == SecondNode::Exact && h.abs() <= motion.reach => {
                 let point = motion.point(0.0);
                 let AnyPoint { q, v, a, .. } = point.any();
                 AnyStart::exact(q, [v, a], &motion.increment(h), [self.t, h])
             }
-            _ => self.beginning(first).start(),
+            _ => self.beginning(second_node).start(),
         }
     }
 
     /// The beginning of a run, with another rule for the second node if that is the first.
-    pub fn beginning(&self, first: First) -> Beginning {
+    pub fn beginning(&self, second_node: SecondNode) -> Beginning {
         let (q0, v0) = (self.q.clone(), self.v.clone());
-        let start = match first {
-            First::SecondOrder | First::Exact => Beginning::SecondOrder { q0, v0 },
-            First::Paper => Beginning::Paper { q0, v0 },
+        let start = match second_node {
+            SecondNode::SecondOrder | SecondNode::Exact => Beginning::SecondOrder { q0, v0 },
+            SecondNode::Paper => Beginning::Paper { q0, v0 },
         };
         let start = Beginning::At(self.t, Box::new(start));
         match &self.near {
@@ -94,8 +94,8 @@ impl State {
     }
 
     /// The beginning, projected onto the constraints of positions and velocities.
-    fn moved(&self) -> Beginning {
-        Beginning::Projected(Box::new(self.beginning(First::SecondOrder)))
+    fn projected_beginning(&self) -> Beginning {
+        Beginning::Projected(Box::new(self.beginning(SecondNode::SecondOrder)))
     }
 
     /// The start of a run of third order, with the given acceleration.
@@ -107,14 +107,14 @@ impl State {
 
 /// The steps of a motion in which assumptions of the theorems do not hold.
 #[derive(Clone, Copy, Default)]
-pub struct Hard {
+pub struct DoubtfulSteps {
     /// Steps that did not resolve a jump.
     pub unresolved: Option<Unresolved>,
     /// Steps near a singularity.
     pub nearly_singular: Option<NearlySingular>,
 }
 
-impl Hard {
+impl DoubtfulSteps {
     /// The hard steps of a run so far.
     fn of(run: &dyn Run) -> Self {
         Self {
@@ -125,43 +125,43 @@ impl Hard {
 }
 
 /// Walks along the discrete motion from a state, from the second node on. Returns its hard steps.
-pub fn walk(
+pub fn follow(
     system: &dyn Kernel,
     h: f64,
-    (state, first): (&State, First),
-    walker: Walker<'_>,
-) -> (Hard, Result<(), CheckFailure>) {
-    let mut flow = match AnyFlow::new(system, h, &state.start(first, h)) {
+    (state, second_node): (&State, SecondNode),
+    visitor: LegVisitor<'_>,
+) -> (DoubtfulSteps, Result<(), CheckFailure>) {
+    let mut flow = match AnyFlow::new(system, h, &state.start(second_node, h)) {
         Ok(flow) => flow,
-        Err(error) => return (Hard::default(), Err(error.into())),
+        Err(error) => return (DoubtfulSteps::default(), Err(error.into())),
     };
     let mut is_held = false;
-    while walker(flow.index(), flow.time(), flow.leg(), is_held) {
+    while visitor(flow.index(), flow.time(), flow.leg(), is_held) {
         match flow.run_mut().advance() {
             Ok(report) => is_held = matches!(report.stop, Stop::Jump | Stop::Sticks) || flow.meets_jump(),
-            Err(error) => return (Hard::of(flow.run()), Err(error.into())),
+            Err(error) => return (DoubtfulSteps::of(flow.run()), Err(error.into())),
         }
     }
-    (Hard::of(flow.run()), Ok(()))
+    (DoubtfulSteps::of(flow.run()), Ok(()))
 }
 
 /// The projection of a state onto the constraints of positions and velocities.
 pub fn projected(system: &dyn Kernel, h: f64, state: &State) -> Result<State, CheckFailure> {
-    let flow = AnyFlow::new(system, h, &state.moved().start())?;
-    let Passed { q, v, .. } = passed(flow.run());
+    let flow = AnyFlow::new(system, h, &state.projected_beginning().start())?;
+    let MotionNode { q, v, .. } = node_of(flow.run());
     Ok(State {
         t: state.t,
         q,
         v,
         near: state.near.clone(),
-        ahead: None,
+        expansion: None,
     })
 }
 
 /// The continuous motion about a state.
 pub fn expansion(system: &dyn Motions, start: &State) -> Measured<Expansion> {
     let n = system.kernel().shape().dimension().max(1);
-    let mut motion = system.continuous(&start.moved(), Tolerance::relative(1e-15), None)?;
+    let mut motion = system.continuous(&start.projected_beginning(), Tolerance::relative(1e-15), None)?;
     let mut found = None;
     motion.trace(f64::INFINITY, &mut Room::new(), &mut |_, polynomial| {
         let orders = polynomial.series().positions().chunks(n);
@@ -178,30 +178,30 @@ pub fn expansion(system: &dyn Motions, start: &State) -> Measured<Expansion> {
 
 /// The nodes of a motion from a start up to a time, with the regularity of each step,
 /// and the steps in which something jumps.
-pub fn certified(
+pub fn certified_nodes(
     system: &dyn Kernel,
     h: f64,
     start: &AnyStart,
     until: f64,
-) -> Result<Certified, CheckFailure> {
+) -> Result<CertifiedNodes, CheckFailure> {
     let (mut nodes, mut regularity) = (Vec::new(), Vec::new());
     let mut flow = AnyFlow::new(system, h, start)?;
     flow.run_mut().walk(until, &mut |run| {
-        nodes.push(passed(run));
+        nodes.push(node_of(run));
         regularity.extend(run.regularity());
         Ok(ControlFlow::Continue(()))
     })?;
-    Ok((nodes, regularity, Hard::of(flow.run())))
+    Ok((nodes, regularity, DoubtfulSteps::of(flow.run())))
 }
 
 /// The nodes of a motion with a step, between two times; or those of the way back from the end.
-pub fn passed_nodes(
+pub fn nodes_between(
     system: &dyn Kernel,
     h: f64,
     start: &AnyStart,
     (begin, until): (f64, f64),
     back: bool,
-) -> Measured<Vec<Passed>> {
+) -> Measured<Vec<MotionNode>> {
     let mut flow = AnyFlow::new(system, h, start)?;
     let run = flow.run_mut();
     let until = if back {
@@ -213,18 +213,18 @@ pub fn passed_nodes(
     };
     let mut nodes = Vec::new();
     run.walk_to(until, &mut |run| {
-        nodes.push(passed(run));
+        nodes.push(node_of(run));
         Ok(ControlFlow::Continue(()))
     })?;
     Ok(nodes)
 }
 
 /// Time, position and velocity at the node where a run stands.
-pub fn passed(run: &dyn Run) -> Passed {
+pub fn node_of(run: &dyn Run) -> MotionNode {
     let mut node = OwnedNode::new(run.kernel().shape().dimension());
     node.take(run);
     let AnyNode { t, q, v, .. } = node.any();
-    Passed {
+    MotionNode {
         t,
         q: q.to_vec(),
         v: v.to_vec(),
@@ -232,7 +232,7 @@ pub fn passed(run: &dyn Run) -> Passed {
 }
 
 /// The legs of a motion, and the reason why there are no more.
-pub struct Walked {
+pub struct MotionLegs {
     /// The legs, at least three.
     pub legs: Vec<OwnedLeg<f64>>,
     /// The time that is reached.
@@ -240,18 +240,23 @@ pub struct Walked {
     /// The reason why the end was not reached.
     pub ended: Option<String>,
     /// Its hard steps.
-    pub hard: Hard,
+    pub doubtful: DoubtfulSteps,
     /// Whether a function jumps, or holds something at rest, in the step that begins with a leg.
     pub held: Vec<bool>,
 }
 
 /// The legs of the motion from a state up to the time `until`, or as far as it goes.
-pub fn legs(system: &dyn Kernel, h: f64, start: (&State, First), until: f64) -> Result<Walked, CheckFailure> {
+pub fn legs(
+    system: &dyn Kernel,
+    h: f64,
+    start: (&State, SecondNode),
+    until: f64,
+) -> Result<MotionLegs, CheckFailure> {
     let (mut legs, mut held, mut reached) = (Vec::new(), Vec::new(), start.0.t);
     let mut holding = false;
     // a time that equals the end to rounding is the end
     let last = until - 1e-6 * h;
-    let (hard, walked) = walk(system, h, start, &mut |_, time, leg, is_held| {
+    let (doubtful, outcome) = follow(system, h, start, &mut |_, time, leg, is_held| {
         if !legs.is_empty() {
             // a coordinate held on the last leg of a step is held on the first of the next one, which may
             // release it
@@ -262,16 +267,16 @@ pub fn legs(system: &dyn Kernel, h: f64, start: (&State, First), until: f64) -> 
         reached = time;
         (time - last) * h.signum() < 0.0 || legs.len() < 3
     });
-    let ended = match walked {
+    let ended = match outcome {
         Ok(()) => None,
         Err(error) if legs.len() < 3 => return Err(error),
         Err(error) => Some(error.to_string()),
     };
-    Ok(Walked {
+    Ok(MotionLegs {
         legs,
         until: reached,
         ended,
-        hard,
+        doubtful,
         held,
     })
 }
@@ -285,12 +290,12 @@ pub fn less(x: &[f64], y: &[f64]) -> Vec<f64> {
 pub fn nodes(
     system: &dyn Kernel,
     h: f64,
-    start: (&State, First),
+    start: (&State, SecondNode),
     (part, count): (u32, usize),
 ) -> Measured<Vec<Triple>> {
     let mut nodes: Vec<Triple> = Vec::with_capacity(count);
     let mut before: Option<OwnedLeg<f64>> = None;
-    let (_, walked) = walk(system, h, start, &mut |index, _, leg, _| {
+    let (_, outcome) = follow(system, h, start, &mut |index, _, leg, _| {
         if let Some(first) = before.take() {
             let e = less(leg.d, &first.d);
             nodes.push(Triple { leg: first, e });
@@ -300,7 +305,7 @@ pub fn nodes(
         }
         nodes.len() < count
     });
-    match walked {
+    match outcome {
         Ok(()) => Ok(nodes),
         // this error is not of the motion to check
         Err(CheckFailure::Setup(error)) => Err(error.into()),
@@ -332,7 +337,7 @@ pub fn exact_as_far(
     tolerance: f64,
 ) -> Measured<(Vec<OwnedPoint<f64>>, Option<RunError>)> {
     let mut motion = Vec::with_capacity(times.len());
-    let beginning = start.beginning(First::SecondOrder);
+    let beginning = start.beginning(SecondNode::SecondOrder);
     let mut run = system.continuous(&beginning, Tolerance::relative(tolerance), None)?;
     if h < 0.0 {
         run.reverse()?;

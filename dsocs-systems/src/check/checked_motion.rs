@@ -6,20 +6,20 @@ use std::ops::Range;
 use dsocs_core::geometry::{DiscreteFlow, Triple, corners, moved};
 use dsocs_core::{AnyPoint, Kernel, OwnedLeg};
 
-use super::coarse::Coarse;
-use super::dependence::Dependent;
-use super::probe::{self, First, Hard, State, Walked, less};
+use super::dependence::NearlyDependentConstraint;
+use super::large_numbers::RoundingOfLargeNumbers;
+use super::motions::{self, DoubtfulSteps, MotionLegs, SecondNode, State, less};
 use super::{Expected, Settings, excuse, larger, order};
 use crate::entry::{CheckFailure, Motions, Symmetry};
 
 /// The largest number of evenly spread triples of the motion that are tested.
-const TRIPLES: usize = 24;
+const SPREAD_TRIPLES: usize = 24;
 
 /// The number of further triples, where the second difference changes most: at switches and impacts.
-const HARDEST: usize = 8;
+const SHARPEST_TRIPLES: usize = 8;
 
 /// The number of first steps in which the tangent map is compared with difference quotients.
-const EARLY: usize = 40;
+const EARLY_STEPS: usize = 40;
 
 /// The number of states of the continuous motion at which the discrete system is compared with it.
 const STATES: usize = 4;
@@ -28,7 +28,7 @@ const STATES: usize = 4;
 const STATES_TOLERANCE: f64 = 1e-13;
 
 /// A system with the motion that it is checked on.
-pub struct Subject<'a> {
+pub struct CheckedMotion<'a> {
     /// The system with its motions.
     pub system: &'a dyn Motions,
     /// The system.
@@ -48,13 +48,13 @@ pub struct Subject<'a> {
     /// The reason why that is not the end.
     pub ended: Option<String>,
     /// The steps in which assumptions of the theorems do not hold.
-    pub hard: Hard,
+    pub doubtful: DoubtfulSteps,
     /// The number of steps in which a function jumps, or holds something at rest.
     pub held: usize,
     /// The start.
     pub start: State,
     /// The rule for the second node.
-    pub first: First,
+    pub first: SecondNode,
     /// The legs of the motion.
     pub legs: Vec<OwnedLeg<f64>>,
     /// The index of the first leg of each triple.
@@ -68,46 +68,49 @@ pub struct Subject<'a> {
     /// States of the continuous motion, evenly spread.
     pub states: Vec<State>,
     /// The constraint that is nearly dependent on the others, if its rounding shows.
-    pub dependent: Option<Dependent>,
+    pub dependent: Option<NearlyDependentConstraint>,
     /// The rounding of large times and positions.
-    pub coarse: Coarse,
+    pub large_numbers: RoundingOfLargeNumbers,
     /// The time up to which the step follows the motion, if it is a small part of the window.
-    pub followed: OnceCell<Option<f64>>,
+    pub followed_until: OnceCell<Option<f64>>,
 }
 
-impl<'a> Subject<'a> {
-    /// A system with its motion from the start of the settings, to the end `own` unless they give another.
+impl<'a> CheckedMotion<'a> {
+    /// A system with its motion from the start of the settings, for the time `default_duration` unless they give an end.
     pub fn new(
         system: &'a dyn Motions,
         symmetries: &'a [Symmetry],
         expected: Expected,
         settings: &Settings<'_>,
-        own: f64,
+        default_duration: f64,
     ) -> Result<Self, CheckFailure> {
         let start = State::of(settings);
-        let (h, asked) = (settings.h, settings.until.unwrap_or(settings.t0 + own));
+        let (h, asked) = (
+            settings.h,
+            settings.until.unwrap_or(settings.t0 + default_duration),
+        );
         let kernel = system.kernel();
         let flow = DiscreteFlow::new(kernel, h)?;
         let start = if settings.begin.projected {
-            probe::projected(kernel, h, &start)?
+            motions::projected(kernel, h, &start)?
         } else {
             start
         };
         let first = if settings.begin.paper {
-            First::Paper
+            SecondNode::Paper
         } else {
-            First::SecondOrder
+            SecondNode::SecondOrder
         };
-        let walked = probe::legs(kernel, h, (&start, first), asked)?;
-        let (places, spread) = places(&walked);
-        let early = (0..walked.legs.len().min(EARLY) - 1).step_by(2);
-        let early: Vec<usize> = early.filter(|&place| !walked.held[place]).collect();
-        let of = |places: &[usize]| triples(&flow, &walked.legs, places);
+        let motion = motions::legs(kernel, h, (&start, first), asked)?;
+        let (places, spread) = triple_indices(&motion);
+        let early = (0..motion.legs.len().min(EARLY_STEPS) - 1).step_by(2);
+        let early: Vec<usize> = early.filter(|&place| !motion.held[place]).collect();
+        let of = |places: &[usize]| triples(&flow, &motion.legs, places);
         let [at_places, at_spread, at_early] = [of(&places)?, of(&spread)?, of(&early)?];
         Ok(Self {
             system,
             kernel,
-            coarse: Coarse::along(kernel, h, &walked.legs, &at_places),
+            large_numbers: RoundingOfLargeNumbers::along(kernel, h, &motion.legs, &at_places),
             triples: at_places,
             spread: at_spread,
             early: at_early,
@@ -115,26 +118,26 @@ impl<'a> Subject<'a> {
             symmetries,
             h,
             asked,
-            until: walked.until,
-            ended: walked.ended,
-            hard: walked.hard,
-            held: walked.held.iter().filter(|held| **held).count(),
-            states: states(system, h, &start, walked.until),
-            dependent: Dependent::along(kernel, h, &walked.legs),
-            followed: OnceCell::new(),
+            until: motion.until,
+            ended: motion.ended,
+            doubtful: motion.doubtful,
+            held: motion.held.iter().filter(|held| **held).count(),
+            states: states(system, h, &start, motion.until),
+            dependent: NearlyDependentConstraint::along(kernel, h, &motion.legs),
+            followed_until: OnceCell::new(),
             start,
             first,
             places,
-            legs: walked.legs,
+            legs: motion.legs,
             flow,
         })
     }
 
     /// Lets runs begin with two nodes of the continuous motion, if its expansion at the start is known.
     pub fn start_on_the_motion(&mut self) {
-        if let Ok(motion) = probe::expansion(self.system, &self.start) {
-            self.start.ahead = Some(motion);
-            self.first = First::Exact;
+        if let Ok(motion) = motions::expansion(self.system, &self.start) {
+            self.start.expansion = Some(motion);
+            self.first = SecondNode::Exact;
         }
     }
 
@@ -165,24 +168,24 @@ impl<'a> Subject<'a> {
 
     /// The time up to which the step follows the motion, if it is a small part of the window: the step is
     /// then too long for errors that fall as a power of it.
-    pub fn followed(&self) -> Option<f64> {
-        *self.followed.get_or_init(|| order::hardly_followed(self))
+    pub fn followed_until(&self) -> Option<f64> {
+        *self.followed_until.get_or_init(|| order::followed_until(self))
     }
 
     /// The reason why the theorems on the motion as a whole are not required: the assumption that does not
     /// hold.
     pub fn excuse(&self) -> Option<String> {
-        excuse(self.hard, self.held, self.legs.len() - 1)
+        excuse(self.doubtful, self.held, self.legs.len() - 1)
     }
 }
 
 /// The indices of legs at which triples begin: evenly spread and where the second difference changes most;
 /// and the evenly spread alone. Legs in which a function jumps or holds something are left out.
-fn places(walked: &Walked) -> (Vec<usize>, Vec<usize>) {
-    let legs = &walked.legs;
+fn triple_indices(motion: &MotionLegs) -> (Vec<usize>, Vec<usize>) {
+    let legs = &motion.legs;
     let last = legs.len() - 1;
-    let smooth: Vec<usize> = (0..last).filter(|&place| !walked.held[place]).collect();
-    let every = smooth.len().div_ceil(TRIPLES).max(1);
+    let smooth: Vec<usize> = (0..last).filter(|&place| !motion.held[place]).collect();
+    let every = smooth.len().div_ceil(SPREAD_TRIPLES).max(1);
     let spread: Vec<usize> = smooth.iter().copied().step_by(every).collect();
     let change = |k: usize| -> f64 {
         let parts = (0..legs[k].d.len()).map(|i| {
@@ -200,7 +203,7 @@ fn places(walked: &Walked) -> (Vec<usize>, Vec<usize>) {
     let mut hardest: Vec<(usize, f64)> = inner.map(|&k| (k, change(k))).collect();
     hardest.sort_by(|x, y| y.1.total_cmp(&x.1));
     let mut places = spread.clone();
-    places.extend(hardest.iter().take(HARDEST).map(|(place, _)| place));
+    places.extend(hardest.iter().take(SHARPEST_TRIPLES).map(|(place, _)| place));
     places.sort_unstable();
     places.dedup();
     (places, spread)
@@ -249,7 +252,7 @@ pub fn states_at(
 ) -> Vec<State> {
     let time = |k: usize| start.t + (until - start.t) * (k as f64 + aside) / count as f64;
     let times: Vec<f64> = numbers.map(time).collect();
-    let Ok((motion, _)) = probe::exact_as_far(system, h, start, &times, STATES_TOLERANCE) else {
+    let Ok((motion, _)) = motions::exact_as_far(system, h, start, &times, STATES_TOLERANCE) else {
         return Vec::new();
     };
     let states = motion.iter().map(|point| {
@@ -259,7 +262,7 @@ pub fn states_at(
             q: q.to_vec(),
             v: v.to_vec(),
             near: start.near.as_ref().map(|_| a.to_vec()),
-            ahead: None,
+            expansion: None,
         }
     });
     states.collect()
