@@ -31,14 +31,14 @@
 //! assert_eq!(entry.summary(), "A mass on a spring");
 //! ```
 
+mod any_system;
 mod beginning;
 mod columns;
 mod description;
 mod drawing;
-mod erased;
 mod error;
 mod failure;
-mod held;
+mod held_inputs;
 #[cfg(feature = "sweep")]
 mod lanes;
 mod name;
@@ -64,28 +64,28 @@ use dsocs_core::{Kernel, Quantity, Samples, SetupError, System};
 use crate::check::orders::{MAPS, Orders, Variant};
 use crate::check::{self, Expected, Finding, Settings};
 
+pub use any_system::ExtraParameter;
+pub(crate) use any_system::{Motions, TypedSystem};
 pub use beginning::Beginning;
 pub use columns::{Column, Row, columns, is_closed};
 pub use description::{Description, Kind};
 pub use drawing::{Drawing, Parameters, Shape};
-pub use erased::Extra;
-pub(crate) use erased::{Motions, Typed};
 pub use error::{CheckFailure, EntryError, Mistake};
 pub use failure::RunFailure;
 #[cfg(feature = "sweep")]
-pub use lanes::{Varied, shares};
+pub use lanes::{VariedParameter, can_share_lanes};
 pub use name::UnknownName;
 pub use plan::{HeldInput, Method, Plan};
 #[cfg(feature = "sweep")]
-pub use point::{Shown, Watchable, Watched, code};
+pub use point::{EventQuantity, RunItem, WatchedEvent, failure_code};
 pub use shipped::Shipped;
 pub(crate) use solid::Face;
 pub use solid::{Solid, about, along, turned};
 pub use symmetry::Symmetry;
 pub use text::NoText;
 
-use drawing::Drawn;
-use erased::{AnySystem, Erased};
+use any_system::{AnySystem, EntrySystem};
+use drawing::DrawingFunction;
 
 /// The default step, in s, if neither the entry nor the command line sets one.
 pub const STEP: f64 = 0.01;
@@ -126,7 +126,7 @@ pub struct Entry {
     /// Symmetries of the Lagrangian.
     symmetries: Vec<Symmetry>,
     /// Its drawing, if the entry has one.
-    drawn: Option<Drawn>,
+    drawn: Option<DrawingFunction>,
     /// The order of the scheme.
     order: f64,
     /// Whether the step with `−h` is the inverse of that with `h`.
@@ -160,15 +160,15 @@ impl Entry {
     /// In lanes, functions such as the sine round differently than in a single run, so the last digits of the results differ. They never
     /// depend on which points run beside a point.
     pub fn in_lanes<S: System<N> + Clone + Send + Sync + 'static, const N: usize>(system: S) -> Self {
-        Self::of(Box::new(Erased::in_lanes(system)))
+        Self::of(Box::new(EntrySystem::in_lanes(system)))
     }
 
     /// The entry of a system with parameters that its declaration does not list, such as those inside a field of generic type.
     pub fn with_parameters<S: System<N> + Clone + Send + 'static, const N: usize>(
         system: S,
-        extra: impl Into<Vec<Extra<S>>>,
+        extra: impl Into<Vec<ExtraParameter<S>>>,
     ) -> Self {
-        Self::of(Box::new(Erased::new(system, extra.into())))
+        Self::of(Box::new(EntrySystem::new(system, extra.into())))
     }
 
     /// The entry of a system that was read from a text, with the start, step and end of one of the text's
@@ -356,7 +356,7 @@ impl Entry {
         mut self,
         draw: impl Fn(&[f64; N], &Parameters) -> Drawing + Send + Sync + 'static,
     ) -> Self {
-        self.drawn = Some(Drawn::new(draw));
+        self.drawn = Some(DrawingFunction::new(draw));
         self
     }
 
@@ -526,12 +526,12 @@ impl Entry {
         let known = known.map(|parameter| parameter.name.clone());
         let unknown = UnknownName::new("parameter", name, known);
         match self.tables().find(|table| table.name == name) {
-            Some(table) => unknown.instead(format!(
+            Some(table) => unknown.of_other_kind(format!(
                 ": `{name}` is a table of samples, which stands in the file `{}`; edit that file, or name another one in the text",
                 table.file
             )),
             None => match self.system.kernel().shape().type_of_other(name) {
-                Some(ty) => unknown.instead(format!(
+                Some(ty) => unknown.of_other_kind(format!(
                     ": the field of this name is of type `{ty}`, and parameters are fields of type `f64` and the elements of arrays of them"
                 )),
                 None => unknown,
@@ -561,20 +561,20 @@ impl Entry {
     ///
     /// [`RunFailure`] if the run cannot be set up or does not reach its end.
     #[cfg(feature = "sweep")]
-    pub fn point(
+    pub fn run_point(
         &self,
         plan: &Plan,
         beginning: &Beginning,
-        watched: &[Watched],
+        watched: &[WatchedEvent],
         nodes: bool,
-        sink: &mut dyn FnMut(Shown<'_>),
+        sink: &mut dyn FnMut(RunItem<'_>),
     ) -> Result<Option<usize>, RunFailure> {
         let plan = &*plan.with_own_values(&*self.system);
-        let request = point::Request { plan, watched, nodes };
+        let request = point::ObservedRun { plan, watched, nodes };
         let mut ended = None;
-        run::begin(&*self.system, plan, beginning, &mut |run, system| {
+        run::with_run(&*self.system, plan, beginning, &mut |run, system| {
             let system = Declaration::of(system.kernel());
-            ended = point::go(run, &system, &request, sink)?;
+            ended = point::run_point(run, &system, &request, sink)?;
             Ok(())
         })?;
         Ok(ended)
@@ -589,18 +589,18 @@ impl Entry {
 
     /// Runs several points to their ends side by side, each from its beginning and with its values of the
     /// parameters that vary, and passes the last node of each to `sink`, with its index. Points that fail are
-    /// left out: [`Entry::point`] gives the reason. Returns whether this could be done.
+    /// left out: [`Entry::run_point`] gives the reason. Returns whether this could be done.
     #[cfg(feature = "sweep")]
-    pub fn ends(
+    pub fn run_in_lanes(
         &self,
         plan: &Plan,
         beginnings: &[Beginning],
-        parameters: &[Varied],
+        parameters: &[VariedParameter],
         sink: &mut dyn FnMut(usize, &Row<'_>),
     ) -> bool {
         let shape = self.kernel().shape();
         let all_fit = beginnings.iter().all(|beginning| beginning.fits(shape).is_ok());
-        all_fit && self.system.ends(plan, beginnings, parameters, sink)
+        all_fit && self.system.run_in_lanes(plan, beginnings, parameters, sink)
     }
 
     /// A copy with the same system, start, step and end, for another thread. It has neither a drawing nor the
@@ -629,20 +629,26 @@ impl Entry {
     ///
     /// [`CheckFailure`] if the motion cannot be computed.
     pub fn check(&self, settings: &Settings<'_>) -> Result<Vec<Finding>, CheckFailure> {
-        let own = self.checked_end().abs() * settings.h.signum();
+        let default_duration = self.checked_end().abs() * settings.h.signum();
         let shape = self.kernel().shape();
         beginning::fits("q0", settings.q0, shape)?;
         beginning::fits("v0", settings.v0, shape)?;
         if self.system.kernel().shape().is_of_third_order() {
             let a0 = settings.a0.ok_or(SetupError::FreeAcceleration)?;
             beginning::fits("a0", a0, shape)?;
-            return check::third::check_to(self.system.kernel(), self.expected(), settings, own);
+            return check::third::check_to(self.system.kernel(), self.expected(), settings, default_duration);
         }
         if let Some(a0) = settings.a0 {
             beginning::fits("a0", a0, shape)?;
         }
         let motions: &dyn Motions = &*self.system;
-        check::check_to(motions, &self.symmetries, self.expected(), settings, own)
+        check::check_to(
+            motions,
+            &self.symmetries,
+            self.expected(),
+            settings,
+            default_duration,
+        )
     }
 
     /// Measures the orders of the parts of the discrete system on a motion of it: chapter *The orders of the parts*. The motion ends after 200 steps, or at
@@ -698,7 +704,7 @@ impl Entry {
     }
 
     /// The position and the velocity of settings, projected onto the constraints by the smallest change.
-    pub(crate) fn moved(&self, settings: &Settings<'_>) -> Result<[Vec<f64>; 2], CheckFailure> {
+    pub(crate) fn projected_state(&self, settings: &Settings<'_>) -> Result<[Vec<f64>; 2], CheckFailure> {
         let shape = self.kernel().shape();
         beginning::fits("q0", settings.q0, shape)?;
         beginning::fits("v0", settings.v0, shape)?;
@@ -750,7 +756,7 @@ impl Entry {
             let values = Parameters::new(parameters.iter().map(|parameter| (parameter.clone(), 1.0)));
             let zeros = vec![0.0; coordinates];
             let _drawing = (drawn.draw)(self.start.as_ref().map_or(&zeros, |[q0, _]| q0), &values);
-            if let Some(name) = values.missed() {
+            if let Some(name) = values.unknown_name() {
                 let known = parameters.iter().map(|parameter| parameter.name.clone());
                 return fail(Mistake::Parameter(UnknownName::new("parameter", name, known)));
             }

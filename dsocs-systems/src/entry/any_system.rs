@@ -37,16 +37,16 @@ pub trait Motions {
 
 /// A reference to a system, with its type.
 #[derive(Clone, Copy, Debug)]
-pub struct Typed<'a, S, const N: usize>(&'a S);
+pub struct TypedSystem<'a, S, const N: usize>(&'a S);
 
-impl<'a, S: System<N>, const N: usize> Typed<'a, S, N> {
+impl<'a, S: System<N>, const N: usize> TypedSystem<'a, S, N> {
     /// The system with its motions.
     pub fn new(system: &'a S) -> Self {
         Self(system)
     }
 }
 
-impl<S: System<N>, const N: usize> Motions for Typed<'_, S, N> {
+impl<S: System<N>, const N: usize> Motions for TypedSystem<'_, S, N> {
     fn kernel(&self) -> &dyn Kernel {
         self.0.kernel()
     }
@@ -126,15 +126,15 @@ impl AnySystem for TapeKernel {
     }
 
     #[cfg(feature = "sweep")]
-    fn ends(
+    fn run_in_lanes(
         &self,
         plan: &Plan,
         beginnings: &[Beginning],
-        parameters: &[lanes::Varied],
+        parameters: &[lanes::VariedParameter],
         sink: &mut dyn FnMut(usize, &Row<'_>),
     ) -> bool {
         let ensemble = AnyEnsemble::of_tape(self, plan.h);
-        lanes::ends(self, ensemble, plan, beginnings, parameters, sink)
+        lanes::run_in_lanes(self, ensemble, plan, beginnings, parameters, sink)
     }
 
     #[cfg(feature = "sweep")]
@@ -166,13 +166,13 @@ pub(super) trait AnySystem: Motions + Send {
     fn errors<'s>(&'s self, beginning: &Beginning, until: f64) -> Result<Box<dyn Errors + 's>, RunError>;
 
     /// Runs several points side by side to their ends, if the system was made for lanes and can; see
-    /// [`lanes::ends`].
+    /// [`lanes::run_in_lanes`].
     #[cfg(feature = "sweep")]
-    fn ends(
+    fn run_in_lanes(
         &self,
         plan: &Plan,
         beginnings: &[Beginning],
-        parameters: &[lanes::Varied],
+        parameters: &[lanes::VariedParameter],
         sink: &mut dyn FnMut(usize, &Row<'_>),
     ) -> bool;
 
@@ -203,7 +203,7 @@ impl dyn AnySystem + '_ {
 
 /// A parameter that the declaration does not list.
 #[derive(Clone, Copy, Debug)]
-pub struct Extra<S> {
+pub struct ExtraParameter<S> {
     /// The name.
     pub name: &'static str,
     /// Its meaning, with the unit in brackets at the end.
@@ -213,19 +213,19 @@ pub struct Extra<S> {
 }
 
 /// A system behind [`AnySystem`].
-pub(super) struct Erased<S, const N: usize> {
+pub(super) struct EntrySystem<S, const N: usize> {
     /// The system.
     system: S,
     /// Parameters that the declaration does not list.
-    extra: Vec<Extra<S>>,
+    extra: Vec<ExtraParameter<S>>,
     /// Makes the ensemble that runs points side by side. Only a constructor that is named here is compiled.
     #[cfg(feature = "sweep")]
     lanes: Option<lanes::InLanes<S>>,
 }
 
-impl<S, const N: usize> Erased<S, N> {
+impl<S, const N: usize> EntrySystem<S, N> {
     /// Erases the type of a system.
-    pub(super) fn new(system: S, extra: Vec<Extra<S>>) -> Self {
+    pub(super) fn new(system: S, extra: Vec<ExtraParameter<S>>) -> Self {
         Self {
             system,
             extra,
@@ -269,7 +269,7 @@ fn start<const N: usize>(beginning: &Beginning) -> Start<N> {
     }
 }
 
-impl<S: System<N>, const N: usize> Motions for Erased<S, N> {
+impl<S: System<N>, const N: usize> Motions for EntrySystem<S, N> {
     fn kernel(&self) -> &dyn Kernel {
         self.system.kernel()
     }
@@ -284,11 +284,11 @@ impl<S: System<N>, const N: usize> Motions for Erased<S, N> {
     }
 }
 
-impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased<S, N> {
+impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for EntrySystem<S, N> {
     fn extra(&self) -> Vec<Quantity> {
         let extra = self.extra.iter();
         extra
-            .map(|&Extra { name, doc, .. }| Quantity {
+            .map(|&ExtraParameter { name, doc, .. }| Quantity {
                 name: name.into(),
                 doc: doc.into(),
             })
@@ -326,16 +326,16 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
     }
 
     #[cfg(feature = "sweep")]
-    fn ends(
+    fn run_in_lanes(
         &self,
         plan: &Plan,
         beginnings: &[Beginning],
-        parameters: &[lanes::Varied],
+        parameters: &[lanes::VariedParameter],
         sink: &mut dyn FnMut(usize, &Row<'_>),
     ) -> bool {
         let Some(in_lanes) = self.lanes else { return false };
         let ensemble = in_lanes(&self.system, plan.h);
-        lanes::ends(self.kernel(), ensemble, plan, beginnings, parameters, sink)
+        lanes::run_in_lanes(self.kernel(), ensemble, plan, beginnings, parameters, sink)
     }
 
     #[cfg(feature = "sweep")]

@@ -149,7 +149,7 @@ pub struct Parameters {
     /// Names and values.
     values: Vec<(Cow<'static, str>, f64)>,
     /// The first name that was asked for and does not exist.
-    missed: OnceCell<String>,
+    unknown_name: OnceCell<String>,
 }
 
 impl Parameters {
@@ -160,7 +160,7 @@ impl Parameters {
                 .into_iter()
                 .map(|(of, value)| (of.name, value))
                 .collect(),
-            missed: OnceCell::new(),
+            unknown_name: OnceCell::new(),
         }
     }
 
@@ -169,29 +169,29 @@ impl Parameters {
     pub fn get(&self, name: &str) -> f64 {
         let found = self.values.iter().find(|(known, _)| *known == name);
         if found.is_none() {
-            self.missed.get_or_init(|| name.to_owned());
+            self.unknown_name.get_or_init(|| name.to_owned());
         }
         found.map_or(f64::NAN, |&(_, value)| value)
     }
 
     /// The first name that was asked for and does not exist.
-    pub(super) fn missed(&self) -> Option<&str> {
-        self.missed.get().map(String::as_str)
+    pub(super) fn unknown_name(&self) -> Option<&str> {
+        self.unknown_name.get().map(String::as_str)
     }
 }
 
 /// Draws at a position, with the parameters.
-type Draw = dyn Fn(&[f64], &Parameters) -> Drawing + Send + Sync;
+type DrawAtPosition = dyn Fn(&[f64], &Parameters) -> Drawing + Send + Sync;
 
 /// The drawing of a system.
-pub(super) struct Drawn {
+pub(super) struct DrawingFunction {
     /// The number of coordinates that it expects.
     pub(super) components: usize,
     /// The drawing at a position.
-    pub(super) draw: Arc<Draw>,
+    pub(super) draw: Arc<DrawAtPosition>,
 }
 
-impl Drawn {
+impl DrawingFunction {
     /// The drawing of positions of `N` coordinates.
     pub(super) fn new<const N: usize>(
         draw: impl Fn(&[f64; N], &Parameters) -> Drawing + Send + Sync + 'static,

@@ -4,8 +4,8 @@
 use dsocs_core::taylor::{AnyGlobalError, rounding};
 use dsocs_core::{OwnedNode, Run, RunError, SetupError};
 
+use super::any_system::AnySystem;
 use super::beginning::Beginning;
-use super::erased::AnySystem;
 use super::plan::HeldInput;
 use super::reference::Errors;
 
@@ -21,7 +21,7 @@ pub(super) fn set(run: &mut dyn Run, inputs: &[HeldInput], (t, h): (f64, f64)) -
 
 /// The errors of a motion against the continuous one under the same inputs. The inputs change at the nodes,
 /// which lie `h` apart.
-pub(super) struct HeldErrors<'s> {
+pub(super) struct ErrorsUnderInputs<'s> {
     /// Two continuous motions, the reference first; their distance is the uncertainty.
     motions: [Box<dyn Run + 's>; 2],
     /// Their current nodes.
@@ -34,7 +34,7 @@ pub(super) struct HeldErrors<'s> {
     uncertainty: f64,
 }
 
-impl<'s> HeldErrors<'s> {
+impl<'s> ErrorsUnderInputs<'s> {
     /// The errors of motions from a start with the step `h`.
     pub(super) fn new(
         system: &'s dyn AnySystem,
@@ -58,7 +58,7 @@ impl<'s> HeldErrors<'s> {
     }
 }
 
-impl Errors for HeldErrors<'_> {
+impl Errors for ErrorsUnderInputs<'_> {
     fn at(&mut self, t: f64, q: &[f64]) -> Result<Vec<f64>, RunError> {
         for (node, run) in self.nodes.iter_mut().zip(&mut self.motions) {
             node.take(&**run);

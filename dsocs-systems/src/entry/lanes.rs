@@ -9,7 +9,7 @@ use super::columns::Row;
 use super::plan::{Method, Plan};
 
 /// A parameter that varies, by its name, and its value at each point.
-pub type Varied = (Cow<'static, str>, Vec<f64>);
+pub type VariedParameter = (Cow<'static, str>, Vec<f64>);
 
 /// The constructor of an ensemble of a system, with the step.
 pub(super) type InLanes<S> = for<'s> fn(&'s S, f64) -> Result<AnyEnsemble<'s>, SetupError>;
@@ -24,21 +24,21 @@ pub(super) fn ensemble<S: System<N>, const N: usize>(
 
 /// Whether a run can share lanes: with the paper's step, and if parameters do not change during the run.
 #[must_use]
-pub fn shares(plan: &Plan) -> bool {
+pub fn can_share_lanes(plan: &Plan) -> bool {
     plan.method == Method::Step && plan.inputs.is_empty()
 }
 
 /// Runs points to their ends, and passes the last node of each to `sink`. A point that fails is left out: a
 /// run of its own gives the reason. Returns whether the points could be run.
-pub(super) fn ends(
+pub(super) fn run_in_lanes(
     kernel: &dyn Kernel,
     ensemble: Result<AnyEnsemble<'_>, SetupError>,
     plan: &Plan,
     beginnings: &[Beginning],
-    parameters: &[Varied],
+    parameters: &[VariedParameter],
     sink: &mut dyn FnMut(usize, &Row<'_>),
 ) -> bool {
-    if !shares(plan) {
+    if !can_share_lanes(plan) {
         return false;
     }
     let ended = || -> Result<_, RunError> {

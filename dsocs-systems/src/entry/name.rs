@@ -39,7 +39,7 @@ impl UnknownName {
 
     /// The error for a name that belongs to something else; `reason` follows the name in the message.
     #[must_use]
-    pub fn instead(self, reason: String) -> Self {
+    pub fn of_other_kind(self, reason: String) -> Self {
         Self {
             reason: Some(reason.into()),
             ..self

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use dsocs_core::__private::held_value;
 use dsocs_core::Composition;
 
-use super::erased::AnySystem;
+use super::any_system::AnySystem;
 
 /// The method of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]

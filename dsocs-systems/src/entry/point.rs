@@ -8,13 +8,13 @@ use dsocs_core::{
 };
 
 use super::run::next;
-use super::{Plan, Row, RunFailure, held};
+use super::{Plan, Row, RunFailure, held_inputs};
 
 /// An event to be watched: a quantity passes a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Watched {
+pub struct WatchedEvent {
     /// The quantity.
-    pub of: Watchable,
+    pub quantity: EventQuantity,
     /// The value that it passes.
     pub value: f64,
     /// `Some(true)` if only upwards, `Some(false)` if only downwards.
@@ -25,7 +25,7 @@ pub struct Watched {
 
 /// A quantity that can be watched, by its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Watchable {
+pub enum EventQuantity {
     /// Time.
     Time,
     /// A coordinate.
@@ -38,7 +38,7 @@ pub enum Watchable {
 
 /// An item that a run passes to its observer.
 #[derive(Clone, Copy)]
-pub enum Shown<'a> {
+pub enum RunItem<'a> {
     /// A node.
     Node(&'a Row<'a>),
     /// An event that happened: its index among those watched, and the time.
@@ -49,11 +49,11 @@ pub enum Shown<'a> {
 }
 
 /// A run, and the parts of it that are observed.
-pub(super) struct Request<'a> {
+pub(super) struct ObservedRun<'a> {
     /// The run.
     pub plan: &'a Plan,
     /// The events that are watched.
-    pub watched: &'a [Watched],
+    pub watched: &'a [WatchedEvent],
     /// Whether each node is shown.
     pub nodes: bool,
 }
@@ -64,13 +64,13 @@ pub(super) struct Request<'a> {
 /// # Errors
 ///
 /// [`RunFailure`] if a step has no solution.
-pub(super) fn go(
+pub(super) fn run_point(
     run: &mut dyn Run,
     system: &Declaration<'_>,
-    request: &Request<'_>,
-    sink: &mut dyn FnMut(Shown<'_>),
+    request: &ObservedRun<'_>,
+    sink: &mut dyn FnMut(RunItem<'_>),
 ) -> Result<Option<usize>, RunFailure> {
-    let (ended, result) = match pass(run, system, request, sink) {
+    let (ended, result) = match advance(run, system, request, sink) {
         Ok(ended) => (ended, Ok(())),
         Err(error) => (None, Err(error)),
     };
@@ -89,40 +89,40 @@ pub(super) fn go(
             iterations: 0,
             stop: Stop::Start,
         };
-        sink(Shown::End(&Row::of(node, declaration)));
+        sink(RunItem::End(&Row::of(node, declaration)));
     } else {
         let mut node = OwnedNode::new(system.dimension());
         node.take(run);
-        sink(Shown::End(&Row::of(node.any(), declaration)));
+        sink(RunItem::End(&Row::of(node.any(), declaration)));
     }
     result.map(|()| ended.map(|event| event.event))
 }
 
 /// Makes the steps.
-fn pass(
+fn advance(
     run: &mut dyn Run,
     system: &Declaration<'_>,
-    request: &Request<'_>,
-    sink: &mut dyn FnMut(Shown<'_>),
+    request: &ObservedRun<'_>,
+    sink: &mut dyn FnMut(RunItem<'_>),
 ) -> Result<Option<AnyOccurrence>, RunFailure> {
-    let Request { plan, watched, nodes } = *request;
+    let ObservedRun { plan, watched, nodes } = *request;
     let driven = !plan.inputs.is_empty();
     if watched.is_empty() && !nodes && !driven {
         // only the end is wanted: nodes on the way are not computed
         run.to(plan.until)?;
         return Ok(None);
     }
-    let mut looker = Looker {
+    let mut observer = RunObserver {
         nodes: nodes && !driven,
         node: OwnedNode::new(system.dimension()),
         sink,
     };
     if !driven {
         if watched.is_empty() {
-            run.walk(plan.until, &mut |run| Ok(looker.node(run)))?;
+            run.walk(plan.until, &mut |run| Ok(observer.node(run)))?;
             return Ok(None);
         }
-        return Ok(run.watch(plan.until, &mut events(watched, system), &mut looker)?);
+        return Ok(run.watch(plan.until, &mut events(watched, system), &mut observer)?);
     }
     // inputs change at nodes, so the run goes leg by leg
     let end = run.clock().until(plan.until)?.time();
@@ -130,46 +130,46 @@ fn pass(
     let ahead = u64::from(plan.method == super::Method::Step);
     loop {
         let now = run.clock().time_of(run.clock().index() + ahead);
-        held::set(run, &plan.inputs, (now, plan.h))?;
+        held_inputs::set(run, &plan.inputs, (now, plan.h))?;
         let mut ended = None;
         if watched.is_empty() || !run.clock().is_handed_out() {
             next(run, plan.h)?;
         } else {
             let next = run.clock().time_of(run.clock().index() + 1);
-            ended = run.watch(next, &mut events, &mut looker)?;
+            ended = run.watch(next, &mut events, &mut observer)?;
         }
         if ended.is_some() {
             return Ok(ended);
         }
-        looker.node.take(run);
+        observer.node.take(run);
         if nodes {
             // the parameters have their current values
-            looker.show(run.declaration());
+            observer.show(run.declaration());
         }
-        if (end - looker.node.any().t) * plan.h.signum() < 0.5 * plan.h.abs() {
+        if (end - observer.node.any().t) * plan.h.signum() < 0.5 * plan.h.abs() {
             return Ok(None);
         }
     }
 }
 
 /// Passes the nodes and events of a run to the observer.
-struct Looker<'l> {
+struct RunObserver<'l> {
     /// Whether nodes are shown.
     nodes: bool,
     /// Room for a node.
     node: OwnedNode,
     /// The observer.
-    sink: &'l mut dyn FnMut(Shown<'_>),
+    sink: &'l mut dyn FnMut(RunItem<'_>),
 }
 
-impl Looker<'_> {
+impl RunObserver<'_> {
     /// Passes on the current node.
     fn show(&mut self, declaration: Declaration<'_>) {
-        (self.sink)(Shown::Node(&Row::of(self.node.any(), declaration)));
+        (self.sink)(RunItem::Node(&Row::of(self.node.any(), declaration)));
     }
 }
 
-impl AnyObserver for Looker<'_> {
+impl AnyObserver for RunObserver<'_> {
     fn node(&mut self, run: &dyn Run) -> ControlFlow<()> {
         if self.nodes {
             self.node.take(run);
@@ -179,27 +179,27 @@ impl AnyObserver for Looker<'_> {
     }
 
     fn event(&mut self, occurrence: &AnyOccurrence) -> ControlFlow<()> {
-        (self.sink)(Shown::Event(occurrence.event, occurrence.point().t));
+        (self.sink)(RunItem::Event(occurrence.event, occurrence.point().t));
         ControlFlow::Continue(())
     }
 }
 
 /// The events of a system.
-fn events<'e>(watched: &[Watched], system: &'e Declaration<'e>) -> AnyEvents<'e> {
-    let event = |watched: &Watched| {
-        let Watched { of, value, .. } = *watched;
+fn events<'e>(watched: &[WatchedEvent], system: &'e Declaration<'e>) -> AnyEvents<'e> {
+    let event = |watched: &WatchedEvent| {
+        let WatchedEvent { quantity, value, .. } = *watched;
         let event = AnyEvent::function(move |point| {
-            let quantity = match of {
-                Watchable::Time => point.t,
-                Watchable::Position(place) => point.q[place],
-                Watchable::Velocity(place) => point.v[place],
-                Watchable::Observed(place) => {
+            let found = match quantity {
+                EventQuantity::Time => point.t,
+                EventQuantity::Position(place) => point.q[place],
+                EventQuantity::Velocity(place) => point.v[place],
+                EventQuantity::Observed(place) => {
                     let mut observed = vec![Jet::from(f64::NAN); system.shape().observables.len()];
                     system.observe(point, &mut observed);
                     observed[place]
                 }
             };
-            quantity - Jet::from(value)
+            found - Jet::from(value)
         });
         let event = match watched.rising {
             Some(true) => event.rising(),
@@ -213,7 +213,7 @@ fn events<'e>(watched: &[Watched], system: &'e Declaration<'e>) -> AnyEvents<'e>
 
 /// A stable word for why a run ended early, for tables.
 #[must_use]
-pub fn code(failure: &RunFailure) -> &'static str {
+pub fn failure_code(failure: &RunFailure) -> &'static str {
     use dsocs_core::{SetupError, StepFailure};
     let step = |failure: Option<StepFailure>, other| match failure {
         Some(StepFailure::NotFinite) => "not-finite",

@@ -4,11 +4,11 @@ use std::ops::ControlFlow;
 
 use dsocs_core::{AnyFlow, OwnedNode, Regularity, Run, RunError, Tolerance};
 
+use super::any_system::AnySystem;
 use super::beginning::Beginning;
 use super::columns::{Row, balance, is_closed};
-use super::erased::AnySystem;
 use super::failure::RunFailure;
-use super::held::{self, HeldErrors};
+use super::held_inputs::{self, ErrorsUnderInputs};
 use super::plan::{Method, Plan};
 use super::reference::Errors;
 
@@ -26,7 +26,7 @@ pub(super) fn run(
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
     let plan = &plan.with_own_values(system);
-    begin(system, plan, beginning, &mut |run, system| {
+    with_run(system, plan, beginning, &mut |run, system| {
         let (mut free, mut held);
         let error: Option<&mut dyn Errors> = if !plan.estimate {
             None
@@ -35,30 +35,30 @@ pub(super) fn run(
             free = system.errors(beginning, last).map_err(RunFailure::Estimate)?;
             Some(&mut *free)
         } else {
-            let errors = HeldErrors::new(system, plan.h, beginning, &plan.inputs);
+            let errors = ErrorsUnderInputs::new(system, plan.h, beginning, &plan.inputs);
             held = errors.map_err(|error| RunFailure::Estimate(error.into()))?;
             Some(&mut held)
         };
         let shape = system.kernel().shape();
         let is_closed =
             is_closed(shape) && plan.inputs.is_empty() && !matches!(plan.method, Method::Tolerance(_));
-        hand_on(run, is_closed, error, plan, sink)
+        pass_on_nodes(run, is_closed, error, plan, sink)
     })
 }
 
 /// A use of a run that stands at its start, and of the system with the initial values of the inputs.
-type Use<'u> = dyn FnMut(&mut (dyn Run + '_), &dyn AnySystem) -> Result<(), RunFailure> + 'u;
+type RunUse<'u> = dyn FnMut(&mut (dyn Run + '_), &dyn AnySystem) -> Result<(), RunFailure> + 'u;
 
 /// Sets up a run, and passes it to `then`.
 ///
 /// # Errors
 ///
 /// [`RunFailure`] if the run cannot be set up, and the errors of `then`.
-pub(super) fn begin(
+pub(super) fn with_run(
     system: &dyn AnySystem,
     plan: &Plan,
     beginning: &Beginning,
-    then: &mut Use<'_>,
+    then: &mut RunUse<'_>,
 ) -> Result<(), RunFailure> {
     let Plan { h, until, method, .. } = *plan;
     let shape = system.kernel().shape();
@@ -110,16 +110,16 @@ pub(super) fn next(run: &mut dyn Run, h: f64) -> Result<(), RunError> {
 }
 
 /// Observes a run at a node.
-type Take<'t> = dyn FnMut(&dyn Run) -> ControlFlow<()> + 't;
+type NodeObserver<'t> = dyn FnMut(&dyn Run) -> ControlFlow<()> + 't;
 
 /// Runs with inputs that change, and passes on the run at every node.
-fn driven(run: &mut dyn Run, plan: &Plan, take: &mut Take<'_>) -> Result<(), RunError> {
+fn run_with_inputs(run: &mut dyn Run, plan: &Plan, take: &mut NodeObserver<'_>) -> Result<(), RunError> {
     // the step has computed one position beyond its node
     let ahead = u64::from(plan.method == Method::Step);
     let end = run.clock().until(plan.until)?.time();
     loop {
         let now = run.clock().time_of(run.clock().index() + ahead);
-        held::set(run, &plan.inputs, (now, plan.h))?;
+        held_inputs::set(run, &plan.inputs, (now, plan.h))?;
         next(run, plan.h)?;
         if take(run).is_break() || (end - run.clock().time()) * plan.h.signum() < 0.5 * plan.h.abs() {
             break;
@@ -129,7 +129,7 @@ fn driven(run: &mut dyn Run, plan: &Plan, take: &mut Take<'_>) -> Result<(), Run
 }
 
 /// Passes on the nodes of a run.
-fn hand_on(
+fn pass_on_nodes(
     run: &mut dyn Run,
     is_closed: bool,
     mut error: Option<&mut dyn Errors>,
@@ -173,7 +173,7 @@ fn hand_on(
         sink(&row)
     };
     if is_driven {
-        driven(run, plan, &mut take)?;
+        run_with_inputs(run, plan, &mut take)?;
     } else {
         run.walk(plan.until, &mut |run| Ok(take(run)))?;
     }
