@@ -23,17 +23,17 @@ pub struct AccuracyArguments {
 }
 
 /// The unit round-off of double precision, `2⁻⁵³`.
-const UNIT: f64 = f64::EPSILON / 2.0;
+const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
 
 /// A larger tolerance lets the errors of the steps add up to some per cent in a run of a hundred turns: with
 /// 1e-3 a particle on a circle loses 5 per cent of its speed.
-const LOOSE: f64 = 1e-4;
+const LOOSE_TOLERANCE: f64 = 1e-4;
 
 /// The tolerance, raised to the unit round-off; zero, negative numbers and NaN stay, and the method refuses
 /// them.
-fn reachable(tolerance: f64) -> f64 {
+fn at_least_roundoff(tolerance: f64) -> f64 {
     if tolerance > 0.0 {
-        tolerance.max(UNIT)
+        tolerance.max(UNIT_ROUNDOFF)
     } else {
         tolerance
     }
@@ -51,7 +51,7 @@ impl AccuracyArguments {
     /// The method that is asked for.
     pub fn method(&self) -> Method {
         match (self.tolerance, self.order) {
-            (Some(tolerance), _) => Method::Tolerance(reachable(tolerance)),
+            (Some(tolerance), _) => Method::Tolerance(at_least_roundoff(tolerance)),
             (None, Some(method)) if method.order() > 2 => Method::Composed(method),
             (None, _) => Method::Step,
         }
@@ -61,12 +61,12 @@ impl AccuracyArguments {
     /// drift far.
     pub fn note(&self) -> Option<String> {
         let tolerance = self.tolerance?;
-        if reachable(tolerance) > tolerance {
+        if at_least_roundoff(tolerance) > tolerance {
             return Some(format!(
-                "note: the tolerance {tolerance:e} cannot be reached: numbers of double precision are rounded by {UNIT:.1e} of their size, and that is the tolerance taken"
+                "note: the tolerance {tolerance:e} cannot be reached: numbers of double precision are rounded by {UNIT_ROUNDOFF:.1e} of their size, and that is the tolerance taken"
             ));
         }
-        (tolerance > LOOSE && !self.estimate_error).then(|| {
+        (tolerance > LOOSE_TOLERANCE && !self.estimate_error).then(|| {
             format!(
                 "warning: the tolerance {tolerance:e} is that of each step, and the errors of the steps add up: energies and constraints on \
                  accelerations drift, and in the end nothing may be left of the motion. 1e-9 costs little more; --estimate-error measures the error"

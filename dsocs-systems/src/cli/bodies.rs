@@ -3,13 +3,13 @@
 use crate::entry::{Description, Drawing, Solid};
 
 /// The edges of a box, relative to its size: all different, so that its attitude can be seen.
-const EDGES: [f64; 3] = [1.0, 0.7, 0.4];
+const BOX_EDGES: [f64; 3] = [1.0, 0.7, 0.4];
 /// The length of its axes, relative to its size.
-const AXES: f64 = 0.9;
+const AXIS_LENGTH: f64 = 0.9;
 /// The distance between bodies without a position, relative to their size.
-const APART: f64 = 2.2;
+const BODY_DISTANCE: f64 = 2.2;
 /// The size of a box, relative to the range of the positions.
-const SIZE: f64 = 0.12;
+const BOX_SIZE: f64 = 0.12;
 
 /// The indices of each body's attitude and position among the coordinates.
 pub struct Bodies {
@@ -64,7 +64,7 @@ impl Bodies {
             most - least
         });
         let room = room.fold(0.0, f64::max);
-        let size = if room > 0.0 { SIZE * room } else { 1.0 };
+        let size = if room > 0.0 { BOX_SIZE * room } else { 1.0 };
         positions.map(|q| self.drawing(q, size)).collect()
     }
 
@@ -76,13 +76,13 @@ impl Bodies {
             .fold(Drawing::new(), |drawing, &(first, place)| {
                 let at = place.map_or([aside, 0.0, 0.0], |place| [0, 1, 2].map(|i| q[place + i]));
                 if place.is_none() {
-                    aside += APART * size;
+                    aside += BODY_DISTANCE * size;
                 }
                 let attitude = [0, 1, 2, 3].map(|i| q[first + i]);
-                let axes = Solid::axes(AXES * size).placed(at, attitude);
+                let axes = Solid::axes(AXIS_LENGTH * size).placed(at, attitude);
                 let drawing = drawing
                     .solid(axes)
-                    .solid(Solid::cuboid(EDGES.map(|edge| edge * size)).placed(at, attitude));
+                    .solid(Solid::cuboid(BOX_EDGES.map(|edge| edge * size)).placed(at, attitude));
                 if place.is_some() {
                     drawing.path(at)
                 } else {

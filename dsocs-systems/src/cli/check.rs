@@ -27,17 +27,17 @@ pub struct CheckArguments {
     /// The end of the motion that is checked, in s [default: the system's own]
     #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = expression::number)]
     until: Option<f64>,
-    /// Where the motion begins, and the parameters
+    /// Initial position, velocity and time, and the parameters
     #[command(flatten)]
     from: StartArguments,
-    /// How it begins with position and velocity
+    /// The rule for the second node, and the projection onto constraints
     #[command(flatten)]
     begin: BeginArguments,
-    /// Measure the orders of the parts in place of the checks: how closely `L_d`, `D_K` and `D_V` touch the exact ones, which order follows for the
-    /// flow, and which is seen
+    /// Measure the orders of the parts in place of the checks: the orders of contact of `L_d`, `D_K` and `D_V` with the exact ones, the order of
+    /// the flow that follows from them, and the order that is measured
     #[arg(long)]
     orders: bool,
-    /// The same with other maps in the place of the declared ones, too, as far as a text can say the system
+    /// Measure the orders with other discretization maps as well, for systems that can be written as a text
     #[arg(long, requires = "orders")]
     every_map: bool,
     /// A .json file for the measured values; with `--orders` a .md file for the table
@@ -108,7 +108,7 @@ impl CheckArguments {
 ///
 /// [`CliError`] if a system does not exist, its motion cannot be computed, the file cannot be written, or a check fails.
 pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), CliError> {
-    let entries = program.some(&arguments.systems)?;
+    let entries = program.entries_named(&arguments.systems)?;
     arguments.from.for_systems(entries.len())?;
     let is_one = entries.len() == 1;
     if let Some(path) = &arguments.out {
@@ -184,7 +184,7 @@ pub(super) fn text(findings: &[Finding]) -> String {
 /// The remarks on the figures, each once, with the checks that it belongs to.
 fn remarks(findings: &[Finding]) -> Vec<(&str, Vec<String>)> {
     let mut remarks: Vec<(&str, Vec<String>)> = Vec::new();
-    let mut say = |remark, of: String| match remarks.iter_mut().find(|(said, _)| *said == remark) {
+    let mut say = |remark, of: String| match remarks.iter_mut().find(|(text, _)| *text == remark) {
         Some((_, others)) if others.contains(&of) => {}
         Some((_, others)) => others.push(of),
         None => remarks.push((remark, vec![of])),
@@ -277,12 +277,12 @@ mod tests {
             finding("order", "distance", Some("it is chaotic"), None),
         ];
         let text = text(&findings);
-        let said: Vec<&str> = text
+        let lines: Vec<&str> = text
             .lines()
             .skip_while(|line| !line.starts_with("order: "))
             .collect();
         assert_eq!(
-            said,
+            lines,
             [
                 "order: slope; contact: of L_d: the motion sticks",
                 "contact: look here",

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use super::{Program, finish, new, paper, report};
+use super::{Program, exit_status, new, paper, report};
 use crate::entry::Entry;
 use crate::systems::texts::TEXTS;
 
@@ -16,13 +16,13 @@ use crate::systems::texts::TEXTS;
 #[command(name = "dsocs", version, args_conflicts_with_subcommands = true)]
 #[cfg_attr(not(feature = "sweep"), command(after_help = super::NO_SWEEP))]
 struct Arguments {
-    /// What to do.
+    /// The command; `paper` if there is none.
     #[command(subcommand)]
     command: Option<Command>,
-    /// What text files are read with.
+    /// The options for text files.
     #[command(flatten)]
     file: super::file::FileArguments,
-    /// What `dsocs paper` takes.
+    /// The options of `dsocs paper`, for a call without a command.
     #[command(flatten)]
     paper: paper::PaperArguments,
 }
@@ -36,7 +36,7 @@ enum Command {
     Report(report::ReportArguments),
     /// Create a crate with an example system, as the beginning of your own
     New(new::NewArguments),
-    /// What every program does.
+    /// The commands that every program over a list of systems has.
     #[command(flatten)]
     Common(super::Command),
 }
@@ -46,13 +46,13 @@ enum Command {
 #[must_use]
 pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
     let called: Vec<OsString> = std::env::args_os().collect();
-    ExitCode::from(called_by(&called, entries))
+    ExitCode::from(main_with_arguments(&called, entries))
 }
 
 /// The command line for given words, the name of the program first; returns the exit status. Called by the
 /// package of another language. Words that cannot be read end the process.
 #[must_use]
-pub fn called_by(called: &[OsString], entries: impl IntoIterator<Item = Entry>) -> u8 {
+pub fn main_with_arguments(called: &[OsString], entries: impl IntoIterator<Item = Entry>) -> u8 {
     let arguments: Arguments = super::arguments(called);
     let program = Program {
         is_dsocs: true,
@@ -61,7 +61,7 @@ pub fn called_by(called: &[OsString], entries: impl IntoIterator<Item = Entry>) 
         constants: arguments.file.constants.clone(),
         ..Program::new(entries, called)
     };
-    finish(
+    exit_status(
         program
             .verified()
             .and_then(|mut program| match arguments.command {

@@ -8,7 +8,7 @@ use dsocs_core::linear::{Equilibria, Equilibrium, EquilibriumSearch};
 use serde_json::{Value, json};
 
 use super::linearize::{ModelFormat, block, complex};
-use super::number::six;
+use super::number::six_digits;
 use super::start::{Component, assignment, component, vector};
 use super::{CliError, Program, expression, terminal};
 use crate::entry::Entry;
@@ -58,7 +58,7 @@ fn guess(text: &str) -> Result<Guess, String> {
 ///
 /// [`CliError`] if there is no such system or name, or no equilibrium is found.
 pub fn equilibrium(arguments: &EquilibriumArguments, program: &mut Program) -> Result<(), CliError> {
-    let entry = program.one(arguments.system.as_deref())?;
+    let entry = program.single_entry(arguments.system.as_deref())?;
     for (name, value) in &arguments.set {
         entry.set(name, *value)?;
     }
@@ -88,12 +88,12 @@ pub fn equilibrium(arguments: &EquilibriumArguments, program: &mut Program) -> R
     for error in failed {
         terminal::tell(format_args!("warning: {error}"));
     }
-    let told = match arguments.format {
+    let output = match arguments.format {
         ModelFormat::Text => text(entry, &arguments.free, &found),
         ModelFormat::Json => format!("{:#}\n", encoded(entry, &found)),
     };
     std::io::stdout()
-        .write_all(told.as_bytes())
+        .write_all(output.as_bytes())
         .map_err(CliError::stdout)
 }
 
@@ -101,13 +101,13 @@ pub fn equilibrium(arguments: &EquilibriumArguments, program: &mut Program) -> R
 fn text(entry: &Entry, free: &[String], found: &Equilibria) -> String {
     let mut text = format!("{} ({}), at rest\n", entry.name(), entry.kind());
     for equilibrium in &found.equilibria {
-        text.push_str(&one(entry, free, equilibrium));
+        text.push_str(&equilibrium_text(entry, free, equilibrium));
     }
     text
 }
 
 /// An equilibrium, for people.
-fn one(entry: &Entry, free: &[String], found: &Equilibrium) -> String {
+fn equilibrium_text(entry: &Entry, free: &[String], found: &Equilibrium) -> String {
     let description = entry.description();
     let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
     let mut table = terminal::table(presets::NOTHING);
@@ -117,7 +117,7 @@ fn one(entry: &Entry, free: &[String], found: &Equilibrium) -> String {
     for (quantity, value) in coordinates.chain(parameters) {
         table.add_row([
             Cell::new(&quantity.name),
-            right(six(*value)),
+            right(six_digits(*value)),
             Cell::new(quantity.unit().unwrap_or("")),
         ]);
     }
@@ -145,7 +145,11 @@ fn one(entry: &Entry, free: &[String], found: &Equilibrium) -> String {
 
 /// Numbers as options take them, in six digits.
 fn rounded(numbers: &[f64]) -> String {
-    numbers.iter().map(|&x| six(x)).collect::<Vec<_>>().join(",")
+    numbers
+        .iter()
+        .map(|&x| six_digits(x))
+        .collect::<Vec<_>>()
+        .join(",")
 }
 
 /// Equilibria as JSON.

@@ -485,7 +485,7 @@ impl CliError {
                     | RunFailure::Run(RunError::Behind { .. } | RunError::Until { .. }),
             } => 2,
             #[cfg(feature = "sweep")]
-            Self::Sweep(error) if error.is_a_question() => 2,
+            Self::Sweep(error) if error.is_wrong_request() => 2,
             #[cfg(feature = "sweep")]
             Self::Stopped { .. } => 130,
             Self::Interrupted { .. } => 130, // as shells say it of SIGINT
@@ -532,7 +532,7 @@ fn plain(message: &str) -> String {
     }
     IN_RUST
         .iter()
-        .fold(plain, |plain, (rust, said)| plain.replace(rust, said))
+        .fold(plain, |plain, (rust, words)| plain.replace(rust, words))
 }
 
 impl From<RunFailure> for CliError {

@@ -1,7 +1,7 @@
 //! Numbers on the command line: `1e-3`, and small expressions such as `-pi/2` or `(1 + sqrt(5))/2`.
 
 /// The deepest nesting of parentheses and signs.
-const DEPTH: usize = 64;
+const DEEPEST_NESTING: usize = 64;
 
 /// The grammar, as an error message gives it.
 const GRAMMAR: &str = "numbers, pi, sqrt(…), 30deg, + - * / and parentheses";
@@ -69,8 +69,10 @@ impl Reader<'_> {
     /// A factor, with its sign.
     fn factor(&mut self) -> Result<f64, String> {
         self.depth += 1;
-        if self.depth > DEPTH {
-            return Err(format!("parentheses and signs are nested more than {DEPTH} deep"));
+        if self.depth > DEEPEST_NESTING {
+            return Err(format!(
+                "parentheses and signs are nested more than {DEEPEST_NESTING} deep"
+            ));
         }
         let value = if self.take("-") {
             -self.factor()?

@@ -30,11 +30,11 @@ fn constant(text: &str) -> Result<(String, f64), String> {
 
 /// The text file that a name denotes; `None` if it is no name of a file.
 pub fn path(name: &str) -> Option<PathBuf> {
-    parts(name).map(|(file, _)| PathBuf::from(file))
+    file_and_run(name).map(|(file, _)| PathBuf::from(file))
 }
 
 /// The text file and the run that a name denotes, as in `swing.dsocs:fast`.
-pub fn parts(name: &str) -> Option<(String, Option<&str>)> {
+pub fn file_and_run(name: &str) -> Option<(String, Option<&str>)> {
     match name.rsplit_once(&format!("{ENDING}:")) {
         Some((stem, run)) => Some((format!("{stem}{ENDING}"), Some(run))),
         None => name.ends_with(ENDING).then(|| (name.to_owned(), None)),
@@ -43,7 +43,7 @@ pub fn parts(name: &str) -> Option<(String, Option<&str>)> {
 
 /// A hint for a name that is neither of a system nor of a text file: a file or folder of that name, or the
 /// text file that may be meant.
-pub fn instead(name: &str) -> Option<String> {
+pub fn file_hint(name: &str) -> Option<String> {
     let stem = name.split(':').next().unwrap_or(name);
     let path = Path::new(stem);
     let text = format!("{stem}{ENDING}");
@@ -70,7 +70,7 @@ pub fn instead(name: &str) -> Option<String> {
 /// The system in a text file: with its default run (`swing.dsocs`), or with the run named
 /// (`swing.dsocs:fast`). `None` if the name is not that of a file.
 pub fn entry(name: &str, constants: &[(String, f64)]) -> Result<Option<Entry>, CliError> {
-    let Some((file, run)) = parts(name) else {
+    let Some((file, run)) = file_and_run(name) else {
         return Ok(None);
     };
     let text = Text::read_with(&file, constants)?;
@@ -88,11 +88,11 @@ pub fn entry(name: &str, constants: &[(String, f64)]) -> Result<Option<Entry>, C
             Some(found.ok_or_else(|| UnknownName::new("run", name, names()))?)
         }
     };
-    Ok(Some(Entry::of_text(own_name(&file), &text, chosen)))
+    Ok(Some(Entry::of_text(system_name(&file), &text, chosen)))
 }
 
 /// The name of the system in a file, from the file's name.
-fn own_name(file: &str) -> String {
+fn system_name(file: &str) -> String {
     let stem = Path::new(file).file_stem();
     let own = stem.map_or_else(|| file.to_owned(), |stem| stem.to_string_lossy().into_owned());
     let own: String = own
@@ -106,13 +106,13 @@ fn own_name(file: &str) -> String {
 /// The system of a plan that names a text file beside it. Where the file is not, the text in the folder of the sweep is taken, which somebody began
 /// where the file is: nothing but its declaration is run, and no file that it names is read. `None` if the plan names no file.
 #[cfg(feature = "sweep")]
-pub fn planned(
+pub fn system_of_plan(
     name: Option<&str>,
     plan: &Path,
     out: &Path,
     constants: &[(String, f64)],
 ) -> Result<Option<Entry>, CliError> {
-    let Some((file, run)) = name.and_then(parts) else {
+    let Some((file, run)) = name.and_then(file_and_run) else {
         return Ok(None);
     };
     let path = plan.parent().unwrap_or(Path::new("")).join(&file);
@@ -124,7 +124,7 @@ pub fn planned(
             path.display(),
             out.display()
         ));
-        let own = own_name(&file);
+        let own = system_name(&file);
         let text = Text::parse(&own, &text)?;
         return Ok(Some(Entry::of_text(own, &text, text.runs.first())));
     }

@@ -384,14 +384,14 @@ const WORDS: &[(&str, &[&str])] = &[
 fn errors_say_what_is_wrong() {
     let folder = tempfile::tempdir().unwrap();
     for (refused, words) in WORDS {
-        let told = match execute(folder.path(), refused) {
+        let message = match execute(folder.path(), refused) {
             Err(error) => error.to_string(),
             Ok(()) => panic!("{refused}: not refused"),
         };
         for word in *words {
-            assert!(told.contains(word), "{refused}: {word}: {told}");
+            assert!(message.contains(word), "{refused}: {word}: {message}");
         }
-        assert!(!told.contains("virtual displacement"), "{refused}: {told}");
+        assert!(!message.contains("virtual displacement"), "{refused}: {message}");
     }
 }
 
@@ -429,8 +429,8 @@ fn a_mistake_in_an_entry_is_that_of_its_system_alone() {
         ("run rubbed --out a.txt", "`--format csv`"),
         ("run twice --out OUT", "two of this name"),
     ] {
-        let told = execute(refused).unwrap_err().to_string();
-        assert!(told.contains(words), "{refused}: {told}");
+        let message = execute(refused).unwrap_err().to_string();
+        assert!(message.contains(words), "{refused}: {message}");
     }
 }
 
@@ -487,7 +487,7 @@ fn refused(words: &str) -> String {
     let given = || core::iter::once("dsocs").chain(words.split(' '));
     let error = Arguments::try_parse_from(given()).unwrap_err();
     let given = given().map(ToOwned::to_owned);
-    super::led(error, &Arguments::command(), given).to_string()
+    super::with_option_hint(error, &Arguments::command(), given).to_string()
 }
 
 #[test]

@@ -7,14 +7,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// The handler is set once a process.
-static WATCHED: Once = Once::new();
+static HANDLER_SET: Once = Once::new();
 
 /// Watches for SIGINT, SIGTERM and SIGHUP (Ctrl-C elsewhere) from now on. The first one sets the flag that is
 /// returned; a second one ends the process.
 ///
 /// Where no handler can be set, signals end the process as ever, and the flag is never set.
-pub fn watch() -> &'static AtomicBool {
-    WATCHED.call_once(|| {
+pub fn stop_flag() -> &'static AtomicBool {
+    HANDLER_SET.call_once(|| {
         let handler = || {
             if INTERRUPTED.swap(true, Ordering::Relaxed) {
                 std::process::exit(130);

@@ -8,7 +8,7 @@ use dsocs_core::Quantity;
 use dsocs_core::linear::{LinearModel, LinearTime, OperatingPoint};
 use serde_json::{Value, json};
 
-use super::number::{joined, six};
+use super::number::{comma_separated, six_digits};
 use super::start::StartArguments;
 use super::{CliError, Program, expression, terminal};
 use crate::entry::{Beginning, Entry};
@@ -31,7 +31,7 @@ pub struct LinearizeArguments {
     /// The parameters that are inputs [default: all]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     inputs: Option<Vec<String>>,
-    /// What is measured: coordinates (`theta`), velocities (`v_theta`), accelerations (`a_theta`), constraint forces (`force_theta`),
+    /// The outputs: coordinates (`theta`), velocities (`v_theta`), accelerations (`a_theta`), constraint forces (`force_theta`),
     /// `energy`, observed expressions [default: coordinates and velocities]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     outputs: Option<Vec<String>>,
@@ -55,7 +55,7 @@ pub enum ModelFormat {
 ///
 /// [`CliError`] if there is no such system or name, the state cannot be used, or the system has no linear model there.
 pub fn linearize(arguments: &LinearizeArguments, program: &mut Program) -> Result<(), CliError> {
-    let entry = program.one(arguments.system.as_deref())?;
+    let entry = program.single_entry(arguments.system.as_deref())?;
     arguments.from.set(entry)?;
     let beginning = beginning(arguments, entry)?;
     beginning.fits(entry.kernel().shape()).map_err(CliError::from)?;
@@ -70,12 +70,12 @@ pub fn linearize(arguments: &LinearizeArguments, program: &mut Program) -> Resul
         None => point.continuous(),
         Some(h) => point.step(h),
     }?;
-    let told = match arguments.format {
+    let output = match arguments.format {
         ModelFormat::Text => text(entry, &model),
         ModelFormat::Json => format!("{:#}\n", encoded(entry, &model)),
     };
     std::io::stdout()
-        .write_all(told.as_bytes())
+        .write_all(output.as_bytes())
         .map_err(CliError::stdout)
 }
 
@@ -114,7 +114,7 @@ fn matrix(name: &str, entries: &[Vec<f64>], [rows, columns]: [&[Quantity]; 2]) -
     let head = columns.iter().map(|column| right(column.name.to_string()));
     table.add_row([Cell::new(name)].into_iter().chain(head).collect::<Vec<_>>());
     for (quantity, row) in rows.iter().zip(entries) {
-        let entries = row.iter().map(|&entry| right(six(entry)));
+        let entries = row.iter().map(|&entry| right(six_digits(entry)));
         let name = Cell::new(format!("  {}", quantity.name));
         table.add_row([name].into_iter().chain(entries).collect::<Vec<_>>());
     }
@@ -130,10 +130,10 @@ pub fn block(table: &comfy_table::Table) -> String {
 /// A complex number.
 pub fn complex([re, im]: [f64; 2]) -> String {
     if im == 0.0 {
-        return six(re);
+        return six_digits(re);
     }
     let sign = if im < 0.0 { '-' } else { '+' };
-    format!("{} {sign} {}i", six(re), six(im.abs()))
+    format!("{} {sign} {}i", six_digits(re), six_digits(im.abs()))
 }
 
 /// A model, for people.
@@ -147,13 +147,13 @@ fn text(entry: &Entry, model: &LinearModel) -> String {
         "{} ({}): {of}, y = C z + D u\nabout t = {}, q = {}, v = {}\n",
         entry.name(),
         entry.kind(),
-        six(point.t),
-        joined(point.q),
-        joined(point.v)
+        six_digits(point.t),
+        comma_separated(point.q),
+        comma_separated(point.v)
     );
     let moves = model.drift.iter().any(|x| *x != 0.0);
     if moves {
-        let drift: Vec<String> = model.drift.iter().map(|&x| six(x)).collect();
+        let drift: Vec<String> = model.drift.iter().map(|&x| six_digits(x)).collect();
         let adds = match model.time {
             LinearTime::Continuous => "no equilibrium: at the state itself z' =",
             LinearTime::Step { .. } => "no equilibrium: in the step the state itself changes by",

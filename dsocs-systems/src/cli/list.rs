@@ -7,7 +7,7 @@ use comfy_table::presets;
 use dsocs_core::{Quantity, geometry};
 use serde::Serialize;
 
-use super::number::{joined, shortest};
+use super::number::{comma_separated, shortest};
 use super::{CliError, Program, terminal};
 use crate::entry::{Entry, Kind};
 
@@ -33,14 +33,14 @@ enum Format {
 
 /// A system in the list.
 #[derive(Serialize)]
-struct Listed<'a> {
+struct ListedSystem<'a> {
     /// The name that `run` takes.
     name: &'a str,
     /// The kind of its constraints.
     kind: Kind,
     /// Its summary.
     summary: &'a str,
-    /// Where it comes from.
+    /// Its literature source.
     source: Option<&'a str>,
     /// The coordinates.
     coordinates: Vec<&'a str>,
@@ -122,7 +122,7 @@ fn meanings(quantities: &[Quantity]) -> Vec<&str> {
     quantities.iter().map(Quantity::meaning).collect()
 }
 
-impl<'a> Listed<'a> {
+impl<'a> ListedSystem<'a> {
     /// The record of a system in the list.
     fn new(entry: &'a mut Entry) -> Self {
         let parameters = entry.parameters().into_iter();
@@ -189,14 +189,14 @@ pub fn list(arguments: &ListArguments, program: &mut Program) -> Result<(), CliE
     let text = match (&arguments.system, arguments.format) {
         (Some(name), Format::Text) => text(program.find(name)?, Some(name)),
         (Some(name), Format::Json) => {
-            let system = Listed::new(program.find(name)?);
+            let system = ListedSystem::new(program.find(name)?);
             format!("{:#}\n", serde_json::json!(system))
         }
-        (None, Format::Text) if program.entries.len() == 1 => text(program.one(None)?, None),
+        (None, Format::Text) if program.entries.len() == 1 => text(program.single_entry(None)?, None),
         (None, Format::Text) => by_kind(program),
         (None, Format::Json) => {
             program.read_shipped()?;
-            let systems: Vec<Listed> = program.entries.iter_mut().map(Listed::new).collect();
+            let systems: Vec<ListedSystem> = program.entries.iter_mut().map(ListedSystem::new).collect();
             format!("{:#}\n", serde_json::json!(systems))
         }
     };
@@ -225,9 +225,9 @@ fn by_kind(program: &Program) -> String {
     }
     let mut mistakes: Vec<String> = Vec::new();
     for mistake in program.mistakes.iter().flatten() {
-        let told = format!("error: {mistake}\n\n");
-        if !mistakes.contains(&told) {
-            mistakes.push(told);
+        let message = format!("error: {mistake}\n\n");
+        if !mistakes.contains(&message) {
+            mistakes.push(message);
         }
     }
     list.extend(mistakes);
@@ -243,10 +243,18 @@ fn text(entry: &mut Entry, asked: Option<&str>) -> String {
     let parameters = entry.parameters();
     let description = entry.description();
     let parts = [
-        ("coordinate", "", plain(&description.coordinates)),
+        (
+            "coordinate",
+            "",
+            quantities_without_values(&description.coordinates),
+        ),
         ("parameter", "default", parameters_with_values(&parameters)),
         ("samples", "from", tables(entry)),
-        ("observed", "", plain(&description.observables)),
+        (
+            "observed",
+            "",
+            quantities_without_values(&description.observables),
+        ),
     ];
     for (what, value, rows) in parts {
         if !rows.is_empty() {
@@ -268,17 +276,17 @@ fn text(entry: &mut Entry, asked: Option<&str>) -> String {
         .map_or_else(String::new, |source| format!("  source: {source}\n"));
     // three numbers for a rotation, as the options expect
     let shape = entry.kernel().shape();
-    let moving = |vector: &[f64]| joined(&shape.moving(vector).copied().collect::<Vec<f64>>());
+    let moving = |vector: &[f64]| comma_separated(&shape.moving(vector).copied().collect::<Vec<f64>>());
     let start = entry.default_start().map_or_else(
         || " (and a start, `--q0` and `--v0`)".to_owned(),
-        |[q0, v0]| format!(" --q0 {} --v0 {}", joined(q0), moving(v0)),
+        |[q0, v0]| format!(" --q0 {} --v0 {}", comma_separated(q0), moving(v0)),
     );
     let acceleration = entry
         .default_acceleration()
         .map(|a0| format!(" --a0 {}", moving(a0)))
         .or_else(|| Some(format!(" --near-a0 {}", moving(entry.default_near()?))))
         .unwrap_or_default();
-    let runs = asked.map_or_else(String::new, |asked| others(entry, asked));
+    let runs = asked.map_or_else(String::new, |asked| other_runs(entry, asked));
     let reduced = match &reduced(entry)[..] {
         [] => String::new(),
         names => format!(
@@ -320,8 +328,8 @@ fn tables(entry: &Entry) -> Vec<(Quantity, String)> {
 }
 
 /// The other runs of a text file, by the names that commands take.
-fn others(entry: &Entry, asked: &str) -> String {
-    let Some((file, own)) = super::file::parts(asked) else {
+fn other_runs(entry: &Entry, asked: &str) -> String {
+    let Some((file, own)) = super::file::file_and_run(asked) else {
         return String::new();
     };
     let first = entry
@@ -379,7 +387,7 @@ fn is_unit(text: &str) -> bool {
 }
 
 /// Quantities without values.
-fn plain(quantities: &[Quantity]) -> Vec<(Quantity, String)> {
+fn quantities_without_values(quantities: &[Quantity]) -> Vec<(Quantity, String)> {
     quantities
         .iter()
         .map(|quantity| (quantity.clone(), String::new()))
@@ -405,13 +413,13 @@ mod tests {
             run { start = ([1, 0, 0, 0, 0.5], [0.6, -0.3, 3, 2]); }";
         let parsed = dsocs_core::text::Text::parse("body", system).unwrap();
         let mut entry = Entry::of_text("body", &parsed, parsed.runs.first());
-        let told = text(&mut entry, None);
-        assert!(told.contains("--q0 1,0,0,0,0.5 --v0 0.6,-0.3,3,2"), "{told}");
+        let listed = text(&mut entry, None);
+        assert!(listed.contains("--q0 1,0,0,0,0.5 --v0 0.6,-0.3,3,2"), "{listed}");
     }
 
     #[test]
     fn units_that_cannot_be_read_are_told() {
-        let told = |doc| broken_unit(&Quantity::new("x", doc));
+        let warning = |doc| broken_unit(&Quantity::new("x", doc));
         for (doc, words) in [
             ("The stiffness [N/m.", "`[N/m` has no `]`"),
             ("The gravity m/s²].", "`m/s²]` has no `[`"),
@@ -421,8 +429,8 @@ mod tests {
             ),
             (r"The mass \[kg\] of the rod", "does not stand at the end"),
         ] {
-            let told = told(doc).unwrap();
-            assert!(told.contains(words), "{doc}: {told}");
+            let warning = warning(doc).unwrap();
+            assert!(warning.contains(words), "{doc}: {warning}");
         }
         for doc in [
             "",
@@ -434,7 +442,7 @@ mod tests {
             "In [0, 2] without a unit",
             "The damping ratio [1]",
         ] {
-            assert_eq!(told(doc), None, "{doc}");
+            assert_eq!(warning(doc), None, "{doc}");
         }
     }
 }

@@ -53,7 +53,7 @@ pub fn man(arguments: &ManArguments, program: &Program) -> Result<(), CliError> 
             .get_subcommands()
             .filter(|command| command.get_name() != "help");
         for command in [&whole].into_iter().chain(commands) {
-            let page = Man::new(named(command));
+            let page = Man::new(page_command(command));
             output::write(&folder.join(page.get_filename()), &rendered(&page, folder)?)?;
         }
         return Ok(());
@@ -67,12 +67,12 @@ pub fn man(arguments: &ManArguments, program: &Program) -> Result<(), CliError> 
             CliError::Unknown(crate::entry::UnknownName::new("command", name, known))
         })?,
     };
-    let page = rendered(&Man::new(named(command)), "-".as_ref())?;
+    let page = rendered(&Man::new(page_command(command)), "-".as_ref())?;
     std::io::stdout().write_all(&page).map_err(CliError::stdout)
 }
 
 /// A command under the name of its page, `dsocs-run`.
-fn named(command: &clap::Command) -> clap::Command {
+fn page_command(command: &clap::Command) -> clap::Command {
     let name = command
         .get_display_name()
         .unwrap_or(command.get_name())

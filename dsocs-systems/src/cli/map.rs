@@ -14,16 +14,16 @@ use crate::figure::{Axis, BLUE, Curve, Figure, Format, HeatMap, Panel, Scale, St
 use crate::sweep::{Axis as Varied, Content};
 
 /// Width and height of a map's panel, in pixels.
-const MAP: [f64; 2] = [760.0, 600.0];
+const MAP_SIZE: [f64; 2] = [760.0, 600.0];
 /// Width and height of a panel of curves, in pixels.
-const CURVES: [f64; 2] = [900.0, 280.0];
+const CURVES_SIZE: [f64; 2] = [900.0, 280.0];
 /// The largest number of cells of a map across or up: more could not be seen. A cell then shows the mean of
 /// its points.
-const CELLS: usize = 500;
+const MOST_CELLS: usize = 500;
 /// The number of cells for a quantity whose values are not evenly spaced.
-const UNEVEN: usize = 400;
+const UNEVEN_CELLS: usize = 400;
 /// The largest number of panels, unless columns are asked for.
-const PANELS: usize = 4;
+const MOST_PANELS: usize = 4;
 
 /// The arguments of `plot`.
 #[derive(Args, Debug)]
@@ -73,7 +73,7 @@ pub fn plot(arguments: &MapArguments) -> Result<(), CliError> {
         ));
     }
     let (across, up) = axes(arguments, &content)?;
-    let of = shown(arguments, &content);
+    let of = shown_columns(arguments, &content);
     let data = Data::read(arguments, &content, &of, (across, up))?;
     let panels: Vec<Panel> = (0..of.len())
         .map(|place| match up {
@@ -86,12 +86,12 @@ pub fn plot(arguments: &MapArguments) -> Result<(), CliError> {
         })
         .collect();
     let columns = if up.is_some() && panels.len() > 1 { 2 } else { 1 };
-    let [width, height] = if up.is_some() { MAP } else { CURVES };
+    let [width, height] = if up.is_some() { MAP_SIZE } else { CURVES_SIZE };
     let rows = panels.len().div_ceil(columns);
     let picture = Figure {
         size: [
             width * columns as f64,
-            (height * rows as f64).max(MAP[1] - CURVES[1]),
+            (height * rows as f64).max(MAP_SIZE[1] - CURVES_SIZE[1]),
         ],
         columns,
         panels,
@@ -131,13 +131,13 @@ fn axes(arguments: &MapArguments, content: &Content) -> Result<(usize, Option<us
 }
 
 /// The columns that are shown.
-fn shown(arguments: &MapArguments, content: &Content) -> Vec<String> {
+fn shown_columns(arguments: &MapArguments, content: &Content) -> Vec<String> {
     if let Some(names) = &arguments.of {
         return names.clone();
     }
     let columns = || content.columns().iter();
     let ends = columns().filter(|name| name.starts_with("end_") && *name != "end_t");
-    let ends: Vec<String> = ends.take(PANELS).cloned().collect();
+    let ends: Vec<String> = ends.take(MOST_PANELS).cloned().collect();
     if !ends.is_empty() {
         return ends;
     }
@@ -146,7 +146,7 @@ fn shown(arguments: &MapArguments, content: &Content) -> Vec<String> {
             .iter()
             .any(|begin| name.starts_with(begin))
     };
-    columns().filter(begins).take(PANELS).cloned().collect()
+    columns().filter(begins).take(MOST_PANELS).cloned().collect()
 }
 
 /// The points that a figure shows.
@@ -212,7 +212,7 @@ impl Data {
                 .map(|(value, _)| *value)
                 .collect()
         };
-        let labels = of.iter().map(|name| named(name, content.unit(name)));
+        let labels = of.iter().map(|name| column_label(name, content.unit(name)));
         Ok(Self {
             places: [chosen(&all[x]), y.map_or_else(Vec::new, |y| chosen(&all[y]))],
             values: values.iter().map(chosen).collect(),
@@ -245,7 +245,7 @@ impl Data {
         }
         Panel {
             x: axis(across),
-            y: scaled(self.labels[column].clone(), log),
+            y: axis_with_scale(self.labels[column].clone(), log),
             curves,
             ..Panel::default()
         }
@@ -255,13 +255,13 @@ impl Data {
     fn map(&self, column: usize, [across, up]: [&Varied; 2], log: bool) -> Panel {
         let cuts = [(across, 0), (up, 1)].map(|(axis, place)| {
             if self.grid {
-                Cut::of_grid(&self.places[place], axis.logarithmic)
+                AxisCells::of_grid(&self.places[place], axis.logarithmic)
             } else {
-                Cut::of_chance(&self.places[place], axis.logarithmic)
+                AxisCells::of_random_points(&self.places[place], axis.logarithmic)
             }
         });
         let cells = [cuts[0].cells.len(), cuts[1].cells.len()];
-        let colours = scaled(self.labels[column].clone(), log);
+        let colours = axis_with_scale(self.labels[column].clone(), log);
         // the sum and the number of values, by cell
         let size = [cuts[0].count, cuts[1].count];
         let mut sums = vec![(0.0, 0_u32); size[0] * size[1]];
@@ -310,7 +310,7 @@ impl Data {
 }
 
 /// The division of a map's axis into cells.
-struct Cut {
+struct AxisCells {
     /// The distinct values, in order; empty where points are random.
     distinct: Vec<f64>,
     /// The number of distinct values, or of cells where points are random.
@@ -323,7 +323,7 @@ struct Cut {
     logarithmic: bool,
 }
 
-impl Cut {
+impl AxisCells {
     /// Cells for a grid: one for each value, or for several values where there are too many. Where values are
     /// not evenly spaced, each cell shows the nearest value.
     fn of_grid(values: &[f64], logarithmic: bool) -> Self {
@@ -347,7 +347,7 @@ impl Cut {
         let outer = |gap: Option<&f64>| gap.copied().unwrap_or(mean) / 2.0;
         let (from, to) = (first - outer(gaps.first()), last + outer(gaps.last()));
         let (cells, to): (Vec<Range<usize>>, f64) = if even {
-            let each = count.div_ceil(CELLS).max(1);
+            let each = count.div_ceil(MOST_CELLS).max(1);
             let cells: Vec<_> = (0..count.div_ceil(each))
                 .map(|cell| cell * each..((cell + 1) * each).min(count))
                 .collect();
@@ -356,7 +356,7 @@ impl Cut {
             (cells, to)
         } else {
             let nearest = |cell: usize| {
-                let x = from + (to - from) * (cell as f64 + 0.5) / UNEVEN as f64;
+                let x = from + (to - from) * (cell as f64 + 0.5) / UNEVEN_CELLS as f64;
                 let after = places.partition_point(|&place| place < x).min(count - 1);
                 let before = after.saturating_sub(1);
                 if x - places[before] < places[after] - x {
@@ -366,7 +366,10 @@ impl Cut {
                 }
             };
             (
-                (0..UNEVEN).map(nearest).map(|place| place..place + 1).collect(),
+                (0..UNEVEN_CELLS)
+                    .map(nearest)
+                    .map(|place| place..place + 1)
+                    .collect(),
                 to,
             )
         };
@@ -380,7 +383,7 @@ impl Cut {
     }
 
     /// Cells for random points: of equal width, about four points to a cell.
-    fn of_chance(values: &[f64], logarithmic: bool) -> Self {
+    fn of_random_points(values: &[f64], logarithmic: bool) -> Self {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most a thousand
         let count = ((values.len() as f64 / 4.0).sqrt() as usize).clamp(4, 200);
         let ends = values
@@ -422,12 +425,12 @@ fn distinct(values: &[f64]) -> Vec<f64> {
 
 /// The axis of a quantity that varies.
 fn axis(varied: &Varied) -> Axis {
-    let name = named(&varied.name, varied.unit.as_deref());
-    scaled(name, varied.logarithmic)
+    let name = column_label(&varied.name, varied.unit.as_deref());
+    axis_with_scale(name, varied.logarithmic)
 }
 
 /// An axis with a scale.
-fn scaled(label: String, logarithmic: bool) -> Axis {
+fn axis_with_scale(label: String, logarithmic: bool) -> Axis {
     Axis {
         label,
         scale: if logarithmic {
@@ -440,7 +443,7 @@ fn scaled(label: String, logarithmic: bool) -> Axis {
 }
 
 /// The label of a column: the quantity, and when it is taken.
-fn named(column: &str, unit: Option<&str>) -> String {
+fn column_label(column: &str, unit: Option<&str>) -> String {
     let (name, when) = match column.split_once('_') {
         Some(("end", name)) => (name, " at the end"),
         Some(("least", name)) => (name, ", least"),

@@ -96,10 +96,10 @@ pub use run::run_page;
 #[command(subcommand_required = true, arg_required_else_help = true)]
 #[cfg_attr(not(feature = "sweep"), command(after_help = NO_SWEEP))]
 struct Arguments {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     command: Command,
-    /// What text files are read with.
+    /// The options for text files.
     #[command(flatten)]
     file: file::FileArguments,
 }
@@ -197,11 +197,11 @@ pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
     let result = program
         .verified()
         .and_then(|mut program| command.execute(&mut program));
-    ExitCode::from(finish(result))
+    ExitCode::from(exit_status(result))
 }
 
 /// Names of options in other programs, and the option that each is here.
-const ELSEWHERE: [(&str, &str); 22] = [
+const OPTION_ALIASES: [(&str, &str); 22] = [
     ("--dt", "--step"),
     ("--h", "--step"),
     ("--timestep", "--step"),
@@ -229,11 +229,15 @@ const ELSEWHERE: [(&str, &str); 22] = [
 /// The arguments in the words of the call; ends the program where they cannot be read.
 fn arguments<P: Parser>(called: &[OsString]) -> P {
     let words = called.iter().map(|word| word.to_string_lossy().into_owned());
-    P::try_parse_from(called).unwrap_or_else(|error| led(error, &P::command(), words).exit())
+    P::try_parse_from(called).unwrap_or_else(|error| with_option_hint(error, &P::command(), words).exit())
 }
 
 /// An error of the arguments, with a hint where an option was given by its name in another program.
-fn led(mut error: clap::Error, syntax: &clap::Command, given: impl Iterator<Item = String>) -> clap::Error {
+fn with_option_hint(
+    mut error: clap::Error,
+    syntax: &clap::Command,
+    given: impl Iterator<Item = String>,
+) -> clap::Error {
     let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg) else {
         return error;
     };
@@ -252,7 +256,7 @@ fn led(mut error: clap::Error, syntax: &clap::Command, given: impl Iterator<Item
         );
         return error;
     }
-    let meant = ELSEWHERE
+    let meant = OPTION_ALIASES
         .iter()
         .find(|(name, _)| *name == option)
         .map(|(_, meant)| *meant);
@@ -272,7 +276,7 @@ fn led(mut error: clap::Error, syntax: &clap::Command, given: impl Iterator<Item
 }
 
 /// Reports what went wrong, and gives the exit status.
-fn finish(result: Result<(), CliError>) -> u8 {
+fn exit_status(result: Result<(), CliError>) -> u8 {
     match result {
         Ok(()) => 0,
         Err(CliError::Closed) => CliError::Closed.status(),
@@ -329,7 +333,7 @@ impl Program {
     }
 
     /// The system at an index, or its mistake.
-    fn at(&mut self, place: usize) -> Result<&mut Entry, CliError> {
+    fn entry_at(&mut self, place: usize) -> Result<&mut Entry, CliError> {
         match self.mistakes.get(place) {
             Some(Some(mistake)) => Err(mistake.clone().into()),
             _ => Ok(&mut self.entries[place]),
@@ -338,12 +342,12 @@ impl Program {
 
     /// The system of this name, or in the text file of this name.
     fn find(&mut self, name: &str) -> Result<&mut Entry, CliError> {
-        let place = self.place(name)?;
-        self.at(place)
+        let place = self.index_of(name)?;
+        self.entry_at(place)
     }
 
     /// The index of the system of this name. One in a text file is read, and comes last.
-    fn place(&mut self, name: &str) -> Result<usize, CliError> {
+    fn index_of(&mut self, name: &str) -> Result<usize, CliError> {
         if let Some(place) = self.entries.iter().position(|entry| entry.name() == name) {
             return Ok(place);
         }
@@ -357,8 +361,8 @@ impl Program {
         };
         let Some(entry) = entry else {
             let unknown = UnknownName::new("system", name, self.names());
-            return Err(match file::instead(name) {
-                Some(said) => unknown.instead(said),
+            return Err(match file::file_hint(name) {
+                Some(hint) => unknown.of_other_kind(hint),
                 None => unknown,
             }
             .into());
@@ -381,18 +385,18 @@ impl Program {
         let shipped = self.shipped;
         shipped
             .iter()
-            .try_for_each(|shipped| self.place(shipped.name).map(drop))
+            .try_for_each(|shipped| self.index_of(shipped.name).map(drop))
     }
 
     /// Drops the systems of text files, which are read again.
-    fn forget_beyond(&mut self, entries: usize) {
+    fn drop_entries_from(&mut self, entries: usize) {
         self.read.clear();
         self.entries.truncate(entries);
         self.mistakes.truncate(entries);
     }
 
     /// The systems without mistakes, for commands that take all. Each system that is left out is reported.
-    fn sound(&mut self) -> Vec<&mut Entry> {
+    fn entries_without_mistakes(&mut self) -> Vec<&mut Entry> {
         for mistake in self.mistakes.iter().flatten() {
             terminal::tell(format_args!("warning: a system is left out: {mistake}"));
         }
@@ -402,10 +406,10 @@ impl Program {
     }
 
     /// The system of a name; without a name, the only system.
-    fn one(&mut self, name: Option<&str>) -> Result<&mut Entry, CliError> {
+    fn single_entry(&mut self, name: Option<&str>) -> Result<&mut Entry, CliError> {
         match name {
             Some(name) => self.find(name),
-            None if self.entries.len() == 1 => self.at(0),
+            None if self.entries.len() == 1 => self.entry_at(0),
             None => Err(CliError::Which {
                 known: self.names().collect(),
             }),
@@ -413,15 +417,15 @@ impl Program {
     }
 
     /// The systems of these names; without names, all systems.
-    fn some(&mut self, names: &[String]) -> Result<Vec<&mut Entry>, CliError> {
+    fn entries_named(&mut self, names: &[String]) -> Result<Vec<&mut Entry>, CliError> {
         if names.is_empty() {
             self.read_shipped()?;
-            return Ok(self.sound());
+            return Ok(self.entries_without_mistakes());
         }
         let mut places = Vec::new();
         for name in names {
-            let place = self.place(name)?;
-            self.at(place)?;
+            let place = self.index_of(name)?;
+            self.entry_at(place)?;
             places.push(place);
         }
         let mut chosen: Vec<(usize, &mut Entry)> = self

@@ -10,35 +10,35 @@ use crate::entry::{Column, Description, Drawing, Entry};
 use crate::figure::{Axis, BLUE, Curve, Envelope, Figure, Panel, Style};
 
 /// Width and height of a figure, in pixels: readable on a telephone.
-const SIZE: [f64; 2] = [400.0, 230.0];
+const FIGURE_SIZE: [f64; 2] = [400.0, 230.0];
 /// Width and height of the figure of a path, in pixels.
-const PATH: [f64; 2] = [560.0, 460.0];
+const PATH_SIZE: [f64; 2] = [560.0, 460.0];
 /// The largest number of numbers for the script: a page stays below a megabyte.
-const NUMBERS: usize = 36_000;
+const MOST_NUMBERS: usize = 36_000;
 /// The largest number of points in all figures together.
-const POINTS: usize = 28_000;
+const MOST_POINTS: usize = 28_000;
 /// The number of significant digits for the script.
-const DIGITS: usize = 8;
+const SCRIPT_DIGITS: usize = 8;
 
 /// A page in the making. Its memory does not grow with the run.
 pub struct MotionPage {
     /// The moments that the slider goes through.
     moments: Moments,
     /// The system and its figures.
-    shown: Shown,
+    content: PageContent,
 }
 
 /// Draws the mechanism at a position.
-type Draw = dyn Fn(&[f64]) -> Drawing;
+type DrawAtPosition = dyn Fn(&[f64]) -> Drawing;
 
 /// The columns, drawings and figures on the page of a run.
-struct Shown {
+struct PageContent {
     /// The columns, time first.
     columns: Vec<Column>,
     /// The description of the system.
     description: Description,
     /// The mechanism's drawing at a position.
-    draw: Option<Box<Draw>>,
+    draw: Option<Box<DrawAtPosition>>,
     /// The bodies that rotate, for a system without a drawing of its own.
     bodies: Option<Bodies>,
     /// The figures of all columns but time, as envelopes.
@@ -61,13 +61,13 @@ impl MotionPage {
         };
         let numbers = shapes.shapes().iter().map(|shape| shape.numbers().len());
         let numbers = columns.len() + numbers.sum::<usize>();
-        let cells = (POINTS / 4 / columns.len()).clamp(24, 320);
+        let cells = (MOST_POINTS / 4 / columns.len()).clamp(24, 320);
         Self {
-            moments: Moments::new((NUMBERS / numbers).clamp(100, 2000)),
-            shown: Shown {
+            moments: Moments::new((MOST_NUMBERS / numbers).clamp(100, 2000)),
+            content: PageContent {
                 columns: columns.to_vec(),
                 description: description.clone(),
-                draw: draw.map(|draw| Box::new(draw) as Box<Draw>),
+                draw: draw.map(|draw| Box::new(draw) as Box<DrawAtPosition>),
                 bodies,
                 envelopes: vec![Envelope::with_cells(cells); columns.len() - 1],
             },
@@ -76,7 +76,7 @@ impl MotionPage {
 
     /// Takes the number of a node and the values of all columns there.
     pub fn push(&mut self, index: u64, values: &[f64]) {
-        for (envelope, &value) in self.shown.envelopes.iter_mut().zip(&values[1..]) {
+        for (envelope, &value) in self.content.envelopes.iter_mut().zip(&values[1..]) {
             envelope.push([values[0], value]);
         }
         self.moments.push(index, values.to_vec());
@@ -84,13 +84,13 @@ impl MotionPage {
 
     /// Whether the mechanism can be drawn.
     pub fn is_drawn(&self) -> bool {
-        self.shown.draw.is_some() || self.shown.bodies.is_some()
+        self.content.draw.is_some() || self.content.bodies.is_some()
     }
 
     /// A picture of the mechanism at some moments, as SVG; `None` if nothing can be drawn.
     pub fn picture(self, title: &str) -> Option<String> {
         let rows = &self.moments.into_rows();
-        Some(self.shown.scene(rows)?.picture(title))
+        Some(self.content.scene(rows)?.picture(title))
     }
 
     /// The page. `about` describes the run, `notes` are its messages.
@@ -100,7 +100,7 @@ impl MotionPage {
         about: &Map<String, Value>,
         notes: &[String],
     ) -> String {
-        let Self { moments, shown } = self;
+        let Self { moments, content } = self;
         let rows = &moments.into_rows();
         let mut page = Page::new(
             &format!("{name}: {summary}"),
@@ -116,19 +116,22 @@ impl MotionPage {
             rows.len().saturating_sub(1)
         ));
         page.add("<div class=\"bench\"><div class=\"stage\">");
-        let (frames, space) = shown.mechanism(&mut page, rows);
+        let (frames, space) = content.mechanism(&mut page, rows);
         page.add("</div><div>");
-        shown.figures(&mut page);
+        content.figures(&mut page);
         page.add("</div></div>");
-        shown.summary(&mut page, rows);
+        content.summary(&mut page, rows);
         page.heading("The run");
-        page.add(page::provenance::provenance(told(about)));
+        page.add(page::provenance::provenance(description_rows(about)));
         let column = |(place, column): (usize, &Column)| {
-            let values: Value = rows.iter().map(|row| rounded(row[place], DIGITS)).collect();
-            let told = json!({"label": plain(&short(&column.name)), "unit": column.unit, "values": values});
-            (column.name.clone(), told)
+            let values: Value = rows
+                .iter()
+                .map(|row| rounded(row[place], SCRIPT_DIGITS))
+                .collect();
+            let data = json!({"label": plain(&short(&column.name)), "unit": column.unit, "values": values});
+            (column.name.clone(), data)
         };
-        let columns: Map<String, Value> = shown.columns.iter().enumerate().skip(1).map(column).collect();
+        let columns: Map<String, Value> = content.columns.iter().enumerate().skip(1).map(column).collect();
         let times: Value = rows.iter().map(|row| rounded(row[0], 12)).collect();
         page.data(
             "motion",
@@ -138,7 +141,7 @@ impl MotionPage {
     }
 }
 
-impl Shown {
+impl PageContent {
     /// The mechanism over a motion, if it can be drawn.
     fn scene(&self, rows: &[Vec<f64>]) -> Option<Scene> {
         let count = self.description.coordinates.len();
@@ -175,8 +178,8 @@ impl Shown {
                 "<figure data-path=\"{} {}\">{figure}<figcaption>({}, {}) = <output></output></figcaption></figure>",
                 page::escaped(&across.name),
                 page::escaped(&up.name),
-                page::marked(&label(across)),
-                page::marked(&label(up)),
+                page::with_subscripts(&label(across)),
+                page::with_subscripts(&label(up)),
             ));
             (json!([]), None)
         }
@@ -198,7 +201,7 @@ impl Shown {
             ..Panel::default()
         };
         Figure {
-            size: PATH,
+            size: PATH_SIZE,
             columns: 1,
             panels: vec![panel],
         }
@@ -214,12 +217,12 @@ impl Shown {
                 let points = self.envelopes[place - 1].points();
                 let ends = (points.first(), points.last());
                 let time = match ends {
-                    (Some(first), Some(last)) => Axis::linear("t [s]").over(first[0], last[0]),
+                    (Some(first), Some(last)) => Axis::linear("t [s]").with_range(first[0], last[0]),
                     _ => Axis::linear("t [s]"),
                 };
                 let width = if points.len() > 300 { 0.6 } else { 1.2 };
                 let figure = Figure {
-                    size: SIZE,
+                    size: FIGURE_SIZE,
                     columns: 1,
                     panels: vec![Panel {
                         x: time,
@@ -240,7 +243,7 @@ impl Shown {
                         &format!("column-{place}"),
                         &format!("{} against time", plain(&label(column)))
                     ),
-                    page::marked(&short(&column.name)),
+                    page::with_subscripts(&short(&column.name)),
                 ));
             }
             page.add("</div>");
@@ -338,7 +341,7 @@ fn path_columns(description: &Description) -> [usize; 2] {
 }
 
 /// The description of a run as rows of a table.
-fn told(about: &Map<String, Value>) -> Vec<(String, String)> {
+fn description_rows(about: &Map<String, Value>) -> Vec<(String, String)> {
     let plain = |value: &Value| match value {
         Value::String(text) => text.clone(),
         Value::Object(map) => {

@@ -12,7 +12,7 @@ pub fn shortest(x: f64) -> String {
 }
 
 /// A number in six digits at most, for people.
-pub fn six(x: f64) -> String {
+pub fn six_digits(x: f64) -> String {
     // adding zero removes the sign of a negative zero
     format!("{x:.5e}")
         .parse()
@@ -20,7 +20,7 @@ pub fn six(x: f64) -> String {
 }
 
 /// Numbers as options take them, `0.5,-1`.
-pub fn joined(numbers: &[f64]) -> String {
+pub fn comma_separated(numbers: &[f64]) -> String {
     numbers.iter().map(|&x| shortest(x)).collect::<Vec<_>>().join(",")
 }
 
@@ -49,8 +49,8 @@ mod tests {
             (-2e-9, "-2e-9"),
             (f64::NAN, "NaN"),
         ] {
-            assert_eq!(six(x), text);
+            assert_eq!(six_digits(x), text);
         }
-        assert_eq!(joined(&[0.5, -1.0]), "0.5,-1");
+        assert_eq!(comma_separated(&[0.5, -1.0]), "0.5,-1");
     }
 }

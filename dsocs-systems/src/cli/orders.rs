@@ -25,7 +25,7 @@ const COLUMNS: [&str; 8] = [
 ];
 
 /// A system with its orders by one map or several.
-struct Measured {
+struct SystemOrders {
     /// Its name.
     name: String,
     /// The title of its table, in a line.
@@ -58,7 +58,7 @@ pub fn orders(arguments: &CheckArguments, entries: Vec<&mut Entry>) -> Result<()
                 .map(|orders| vec![Variant::declared(orders)])
         };
         match measured {
-            Ok(variants) => all.push(Measured {
+            Ok(variants) => all.push(SystemOrders {
                 name: entry.name().to_owned(),
                 title: format!("{} ({}), h = {}", entry.name(), entry.kind(), settings.h),
                 h: settings.h,
@@ -69,7 +69,7 @@ pub fn orders(arguments: &CheckArguments, entries: Vec<&mut Entry>) -> Result<()
             Err(failure) => failed.push((entry.name().to_owned(), CliError::from(failure).to_string())),
         }
     }
-    let missed = |of: &Measured| of.variants.iter().filter(|variant| !variant.ok()).count();
+    let missed = |of: &SystemOrders| of.variants.iter().filter(|variant| !variant.ok()).count();
     let missed: usize = all.iter().map(missed).sum();
     if let Some(path) = arguments.out() {
         write(path, &all, &failed)?;
@@ -77,7 +77,7 @@ pub fn orders(arguments: &CheckArguments, entries: Vec<&mut Entry>) -> Result<()
     let mut text = if arguments.with_every_map() {
         overview(&all)
     } else {
-        all.iter().map(single).collect()
+        all.iter().map(table_of_system).collect()
     };
     for (name, failure) in &failed {
         text.extend([name, ": not measured: ", failure, "\n"]);
@@ -92,7 +92,7 @@ pub fn orders(arguments: &CheckArguments, entries: Vec<&mut Entry>) -> Result<()
 }
 
 /// Writes the values as JSON, or the table as Markdown.
-fn write(path: &Path, all: &[Measured], failed: &[(String, String)]) -> Result<(), CliError> {
+fn write(path: &Path, all: &[SystemOrders], failed: &[(String, String)]) -> Result<(), CliError> {
     if path.extension().is_some_and(|ending| ending == "md") {
         return output::write(path, markdown(all).as_bytes());
     }
@@ -120,7 +120,7 @@ fn rounded(order: &Order, decimals: usize) -> String {
 }
 
 /// An order in a table, to two decimals.
-fn shown(order: &Order) -> String {
+fn two_decimals(order: &Order) -> String {
     rounded(order, 2)
 }
 
@@ -159,14 +159,14 @@ fn cells(variant: &Variant, decimals: usize) -> [String; 7] {
         lowest(orders, &[Part::Displacements], decimals),
         match orders.follows.number() {
             Some(number) if number.is_finite() => format!("{number}"),
-            _ => shown(&orders.follows),
+            _ => two_decimals(&orders.follows),
         },
         rounded(&orders.seen, decimals),
     ]
 }
 
 /// The table over systems and maps as Markdown, with one row for the maps of a system that have the same orders, to one decimal.
-fn markdown(all: &[Measured]) -> String {
+fn markdown(all: &[SystemOrders]) -> String {
     let mut text = format!("| {} |\n|{}\n", COLUMNS.join(" | "), "---|".repeat(COLUMNS.len()));
     for of in all {
         let mut rows: Vec<(Vec<String>, [String; 6])> = Vec::new();
@@ -186,11 +186,11 @@ fn markdown(all: &[Measured]) -> String {
 }
 
 /// The table over systems and maps, with notes below it.
-fn overview(all: &[Measured]) -> String {
+fn overview(all: &[SystemOrders]) -> String {
     let mut table = terminal::table(presets::UTF8_FULL_CONDENSED);
     table.set_header(COLUMNS.map(|column| column.replace('`', "")));
     let mut remarks: Vec<(&str, Vec<String>)> = Vec::new();
-    let mut say = |remark, of: String| match remarks.iter_mut().find(|(said, _)| *said == remark) {
+    let mut say = |remark, of: String| match remarks.iter_mut().find(|(text, _)| *text == remark) {
         Some((_, others)) => others.push(of),
         None => remarks.push((remark, vec![of])),
     };
@@ -230,7 +230,7 @@ fn colour(variant: &Variant) -> Color {
 }
 
 /// The orders of one system, part by part.
-fn single(of: &Measured) -> String {
+fn table_of_system(of: &SystemOrders) -> String {
     let Some(Variant {
         orders: Ok(orders), ..
     }) = of.variants.first()
@@ -253,7 +253,7 @@ fn single(of: &Measured) -> String {
             Cell::new(part.part.symbol()),
             Cell::new(part.part.meaning()),
             Cell::new(if map.starts_with('|') { "formula" } else { &map }),
-            right(shown(&part.order)).fg(if is_low { Color::Yellow } else { Color::Reset }),
+            right(two_decimals(&part.order)).fg(if is_low { Color::Yellow } else { Color::Reset }),
             right(match part.order {
                 Order::Exact => String::new(),
                 _ => number(part.distance),
@@ -270,7 +270,7 @@ fn single(of: &Measured) -> String {
         Cell::new("the flow"),
         Cell::new("the order that follows"),
         Cell::new(""),
-        right(follows.map_or_else(|| shown(&orders.follows), |x| format!("{x}"))),
+        right(follows.map_or_else(|| two_decimals(&orders.follows), |x| format!("{x}"))),
         Cell::new(""),
     ]);
     let steps = match &orders.seen {
@@ -285,7 +285,7 @@ fn single(of: &Measured) -> String {
         Cell::new(""),
         Cell::new(format!("the order seen{steps}")),
         Cell::new(""),
-        right(shown(&orders.seen)),
+        right(two_decimals(&orders.seen)),
         Cell::new(word.0).fg(word.1),
     ]);
     let states = match orders.states {
@@ -306,7 +306,9 @@ fn single(of: &Measured) -> String {
 /// The notes below the table of a system.
 fn notes(orders: &Orders, declaration: &str) -> Vec<String> {
     let lowering = orders.lowering.iter();
-    let mut notes: Vec<String> = lowering.map(|part| lowered(*part, orders, declaration)).collect();
+    let mut notes: Vec<String> = lowering
+        .map(|part| lowering_note(*part, orders, declaration))
+        .collect();
     notes.extend(orders.parts.iter().filter_map(|part| match &part.order {
         Order::Unknown(reason) => Some(format!(
             "{}, {}: {reason}",
@@ -348,8 +350,8 @@ fn map_of(part: Part, declaration: &str) -> String {
 }
 
 /// A note on a part that lowers the order.
-fn lowered(part: Part, orders: &Orders, declaration: &str) -> String {
-    let order = orders.of(part).map_or_else(String::new, shown);
+fn lowering_note(part: Part, orders: &Orders, declaration: &str) -> String {
+    let order = orders.of(part).map_or_else(String::new, two_decimals);
     let map = map_of(part, declaration);
     let advice = match part {
         Part::Start => {

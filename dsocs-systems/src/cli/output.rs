@@ -54,8 +54,8 @@ impl OutputFile {
                 fs::create_dir_all(folder).map_err(failed)?;
                 // only before the first file of this process, whose own temporary files are not to be
                 // reported
-                TOLD.call_once(|| tell_of_parts(folder));
-                Place::Beside(BufWriter::new(temporary(folder, PART).map_err(failed)?))
+                LEFTOVERS_REPORTED.call_once(|| report_leftovers(folder));
+                Place::Beside(BufWriter::new(temporary(folder, TEMPORARY_NAME).map_err(failed)?))
             }
         };
         Ok(Self { path: target, place })
@@ -109,20 +109,20 @@ impl Write for OutputFile {
 }
 
 /// The prefix and the suffix of a temporary file's name.
-const PART: [&str; 2] = [".dsocs-", ".part"];
+const TEMPORARY_NAME: [&str; 2] = [".dsocs-", ".part"];
 
 /// Whether temporary files of other runs have been looked for.
-static TOLD: Once = Once::new();
+static LEFTOVERS_REPORTED: Once = Once::new();
 
 /// Reports temporary files that are there already: a run that was killed could not remove its own.
-fn tell_of_parts(folder: &Path) {
+fn report_leftovers(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else {
         return;
     };
     for entry in entries.flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        if name.starts_with(PART[0]) && name.ends_with(PART[1]) {
+        if name.starts_with(TEMPORARY_NAME[0]) && name.ends_with(TEMPORARY_NAME[1]) {
             tell(format_args!(
                 "note: {} is half a file, of a run that was killed or is still going; unless a run is going there, it can be deleted",
                 entry.path().display()
@@ -151,7 +151,7 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), CliError> {
 /// [`CliError::Write`] if they cannot.
 pub fn check_folder(folder: &Path) -> Result<(), CliError> {
     fs::create_dir_all(folder)
-        .and_then(|()| temporary(folder, PART)?.write_all(b"test"))
+        .and_then(|()| temporary(folder, TEMPORARY_NAME)?.write_all(b"test"))
         .map_err(|cause| CliError::Write {
             path: folder.to_owned(),
             cause,

@@ -16,11 +16,11 @@ const WIDTH: f64 = 900.0;
 const HEIGHTS: [f64; 2] = [240.0, 420.0];
 
 /// The largest number of panels in one column; more stand in two.
-const TALL: usize = 6;
+const ONE_COLUMN_PANELS: usize = 6;
 /// The largest number of points of a path.
-const PATH: usize = 8000;
+const PATH_POINTS: usize = 8000;
 /// Width and height of the figure of a path, in pixels.
-const SQUARE: [f64; 2] = [760.0, 722.0];
+const PATH_SIZE: [f64; 2] = [760.0, 722.0];
 
 /// A figure in the making. Its memory does not grow with the run.
 pub struct Plot {
@@ -85,7 +85,7 @@ impl Plot {
                 columns,
                 labels: columns.map(|column| label(&all[column])),
                 lengths: columns.map(|column| all[column].unit.as_deref() == Some("m")) == [true; 2],
-                points: Moments::new(PATH),
+                points: Moments::new(PATH_POINTS),
             }),
             file: OutputFile::create(path)?,
         })
@@ -114,13 +114,13 @@ impl Plot {
             curves,
             path,
         } = self;
-        let columns = if curves.len() > TALL { 2 } else { 1 };
+        let columns = if curves.len() > ONE_COLUMN_PANELS { 2 } else { 1 };
         let count = curves.len();
         let mut panels = Vec::new();
         for (index, curve) in curves.into_iter().enumerate() {
             let points = curve.points.points();
             let time = match (points.first(), points.last()) {
-                (Some(first), Some(end)) => Axis::linear("").over(first[0], end[0]),
+                (Some(first), Some(end)) => Axis::linear("").with_range(first[0], end[0]),
                 _ => Axis::linear(""),
             };
             let width = if points.len() > 600 { 0.7 } else { 1.3 };
@@ -131,7 +131,7 @@ impl Plot {
                     ..time
                 }
             } else {
-                time.bare()
+                time.without_labels()
             };
             panels.push(Panel {
                 x: time,
@@ -152,7 +152,7 @@ impl Plot {
                 .iter()
                 .map(|row| [row[0], row[1]])
                 .collect();
-            size = SQUARE;
+            size = PATH_SIZE;
             panels = vec![Panel {
                 x,
                 y,

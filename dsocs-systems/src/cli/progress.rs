@@ -6,13 +6,13 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// A bar for `length` units of work.
 pub fn bar(length: u64, message: &str) -> ProgressBar {
-    with("{msg:24} {wide_bar} {percent:>3} % {eta:>4}", length, message)
+    with_template("{msg:24} {wide_bar} {percent:>3} % {eta:>4}", length, message)
 }
 
 /// A bar for `length` units of work that shows the rate per second.
 #[cfg(feature = "sweep")]
 pub fn counted(length: u64, message: &str) -> ProgressBar {
-    with(
+    with_template(
         "{msg:24} {wide_bar} {pos}/{len} {per_sec} {eta:>4}",
         length,
         message,
@@ -20,7 +20,7 @@ pub fn counted(length: u64, message: &str) -> ProgressBar {
 }
 
 /// A bar with this template.
-fn with(template: &str, length: u64, message: &str) -> ProgressBar {
+fn with_template(template: &str, length: u64, message: &str) -> ProgressBar {
     let target = if std::io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()
     } else {

@@ -102,19 +102,19 @@ fn checks_measure_the_order_the_power_and_the_way_back() {
         (&*bound, "--q0 0.6,0.8,0,0,0 --v0 0.6,-0.3,0,1"),
         (&*damped, "--q0 0.6,0,0.8,0,0 --v0 0.6,-0.3,2,1"),
     ] {
-        let told = written(
+        let findings = written(
             text,
             &format!("check top --step 0.05 --until 4 {start}"),
             "a.json",
         );
-        let told = told.unwrap_or_else(|error| panic!("{error}"));
+        let findings = findings.unwrap_or_else(|error| panic!("{error}"));
         for figure in [
             "errors of position",
             "the step with −h",
             "norms from 1",
             "between nodes",
         ] {
-            assert!(told.contains(figure), "{told}");
+            assert!(findings.contains(figure), "{findings}");
         }
     }
     // where dry friction holds the body, the motion cannot be reversed, and the check says why that is not
@@ -122,13 +122,13 @@ fn checks_measure_the_order_the_power_and_the_way_back() {
     let held = format!(
         "{TOP} let turn = r.inverse() * [0, 0, 1]; external_forces = (-0.8 * w.inner(turn).signum() * turn, 0);"
     );
-    let told = written(
+    let findings = written(
         &held,
         "check top --step 0.05 --until 4 --q0 1,0,0,0,0 --v0 0.6,-0.3,2,1",
         "a.json",
     );
-    let told = told.unwrap_or_else(|error| panic!("{error}"));
-    assert!(told.contains("not required here"), "{told}");
+    let findings = findings.unwrap_or_else(|error| panic!("{error}"));
+    assert!(findings.contains("not required here"), "{findings}");
 }
 
 #[test]
@@ -138,13 +138,13 @@ fn momenta_are_measured_along_what_is_reduced() {
         lagrangian = w[0].powi(2) + 0.75 * w[1].powi(2) + w[2].powi(2) / 2 + dot(x).powi(2) / 2;";
     let bound = format!("{body} nonholonomic = w[2] - dot(x);");
     for (text, conserved) in [(body, true), (&*bound, false)] {
-        let told = written(
+        let findings = written(
             text,
             "check top --step 0.05 --until 4 --q0 0.6,0.8,0,0,0 --v0 0.6,-0.3,0.2,0.2",
             "a.json",
         );
-        let told = told.unwrap_or_else(|error| panic!("{error}"));
-        let figures: serde_json::Value = serde_json::from_str(&told).unwrap();
+        let findings = findings.unwrap_or_else(|error| panic!("{error}"));
+        let figures: serde_json::Value = serde_json::from_str(&findings).unwrap();
         let checks = figures["systems"][0]["checks"].as_array().unwrap();
         for name in [
             "`r` turned about the first axis of space",
@@ -156,7 +156,7 @@ fn momenta_are_measured_along_what_is_reduced() {
                 let own = format!("{name}: {what}");
                 let mut named = checks.iter();
                 let found = named.find(|check| check["what"].as_str().unwrap().starts_with(&own));
-                found.unwrap_or_else(|| panic!("{own}\n{told}"))
+                found.unwrap_or_else(|| panic!("{own}\n{findings}"))
             };
             let (equation, variation) = (of("ΔJ − h⟨Q + f, ξ⟩"), of("variation of J"));
             assert_eq!(equation["relation"], "<=");

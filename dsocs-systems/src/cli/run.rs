@@ -40,10 +40,10 @@ pub struct RunArguments {
     /// The end of the run, in s: a time, also with `--t0`; `until` in a file is how long it takes from `--t0` on
     #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = expression::number)]
     until: Option<f64>,
-    /// Where it begins, and the parameters
+    /// Initial position, velocity and time, and the parameters
     #[command(flatten)]
     from: StartArguments,
-    /// Parameters that change
+    /// Parameters that change during the run
     #[command(flatten)]
     inputs: InputArguments,
     /// The second node, a number for each coordinate, instead of a velocity
@@ -52,7 +52,7 @@ pub struct RunArguments {
         conflicts_with_all = ["v0", "start"]
     )]
     q1: Option<Vec<Component>>,
-    /// How it begins with position and velocity
+    /// The rule for the second node, and the projection onto constraints
     #[command(flatten)]
     begin: BeginArguments,
     /// Write every N-th node
@@ -71,7 +71,7 @@ pub struct RunArguments {
     /// discrete flow requires that neither is zero; report where one is
     #[arg(long)]
     certify: bool,
-    /// How exact it is to be
+    /// The order of the step, or a tolerance
     #[command(flatten)]
     accuracy: AccuracyArguments,
     /// A figure of the coordinates (or of --columns) against time: an .svg file, or with the feature `png` a .png file
@@ -117,16 +117,17 @@ impl RunArguments {
 /// [`CliError`] if a name does not exist, a file cannot be written or the run fails. The rows before a
 /// failure are written all the same.
 pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliError> {
-    let entry = program.one(arguments.system.as_deref())?;
+    let entry = program.single_entry(arguments.system.as_deref())?;
     arguments.from.set(entry)?;
     let plan = plan(arguments, entry)?;
     let beginning = beginning(arguments, entry)?;
     // a reader of standard output may leave when it has enough
     if arguments.files().next().is_some() {
-        long(&plan, arguments.from.t0()).into_iter().for_each(tell);
+        let note = many_steps_note(&plan, arguments.from.t0());
+        note.into_iter().for_each(tell);
     }
     let all = columns(entry.description(), &plan);
-    let chosen = chosen(arguments.columns.as_deref(), &all)?;
+    let chosen = chosen_columns(arguments.columns.as_deref(), &all)?;
 
     let mut pictures = Pictures::create(arguments, entry, &all, &chosen)?;
     let (format, destination) = Destination::new(
@@ -135,7 +136,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         !pictures.any() || arguments.format.is_some(),
     )?;
     let titles = titles(entry);
-    let about = about(entry, &plan, &beginning);
+    let about = run_description(entry, &plan, &beginning);
     let names = chosen.iter().map(|&column| all[column].name.clone()).collect();
     let mut table = TableWriter::new(format, destination, about.clone(), names);
 
@@ -146,13 +147,13 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     );
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
-    let mut watched = Watched::of(plan.method, entry.kernel().shape());
+    let mut observers = RunObservers::of(plan.method, entry.kernel().shape());
     let (mut unresolved, mut nearly_singular) = (None, None);
     let [mut may_divide, mut third] = [false; 2];
-    let interrupted = interrupt::watch();
+    let interrupted = interrupt::stop_flag();
     let mut moved = None;
     let result = entry.run(&plan, &beginning, &mut |row| {
-        watched.look(row);
+        observers.look(row);
         (unresolved, nearly_singular) = (row.unresolved, row.nearly_singular);
         let shape = row.declaration.shape();
         (may_divide, third) = (shape.may_divide(), shape.is_of_third_order());
@@ -190,15 +191,15 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let of_run = [
         moved,
         passed_inputs(&plan, arguments.from.t0()),
-        watched.lost.note(),
-        watched.errors.note(names.iter().copied(), result.is_err()),
+        observers.irregular_nodes.note(),
+        observers.errors.note(names.iter().copied(), result.is_err()),
     ];
     let of_steps = [
-        unresolved.map(|found| switched(found, third, plan.method)),
-        nearly_singular.map(|found| near(found, may_divide, third)),
+        unresolved.map(|found| jump_warning(found, third, plan.method)),
+        nearly_singular.map(|found| singularity_warning(found, may_divide, third)),
         arguments.accuracy.note(),
     ];
-    let looked_at = watched.warnings.notes(&names, plan.method, plan.h);
+    let looked_at = observers.warnings.notes(&names, plan.method, plan.h);
     let notes = of_run.into_iter().chain(looked_at).chain(of_steps);
     let notes: Vec<String> = notes.flatten().collect();
     // the cause of the end is told before the notes on the part that was computed
@@ -215,12 +216,8 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         finish(table)?;
         pictures.finish(titles.each_ref().map(String::as_str), &about, &notes)?;
     }
-    ended(
-        result,
-        (rows, place(arguments)),
-        notes,
-        interrupted.load(Ordering::Relaxed),
-    )
+    let is_interrupted = interrupted.load(Ordering::Relaxed);
+    ended(result, (rows, destinations(arguments)), notes, is_interrupted)
 }
 
 /// The result of a run that has written so many rows to a place.
@@ -244,17 +241,17 @@ fn ended(
 }
 
 /// The observers of every node, which give notes at the end.
-struct Watched {
-    lost: Lost,
+struct RunObservers {
+    irregular_nodes: IrregularNodes,
     errors: Errors,
     warnings: Warnings,
 }
 
-impl Watched {
+impl RunObservers {
     /// The observers for a run of a system by a method.
     fn of(method: Method, shape: &Shape) -> Self {
         Self {
-            lost: Lost::default(),
+            irregular_nodes: IrregularNodes::default(),
             errors: Errors::default(),
             warnings: Warnings::of(method, shape),
         }
@@ -262,7 +259,7 @@ impl Watched {
 
     /// Looks at a node.
     fn look(&mut self, row: &Row<'_>) {
-        self.lost.look(row);
+        self.irregular_nodes.look(row);
         self.errors.look(row);
         self.warnings.look(row);
     }
@@ -409,7 +406,7 @@ pub fn run_page(
     for (index, values) in (0..).zip(rows) {
         page.push(index, &values);
     }
-    let mut about = about(entry, plan, beginning);
+    let mut about = run_description(entry, plan, beginning);
     if let Some(Value::Object(values)) = about.get_mut("parameters") {
         for name in changed {
             if let Some(value) = values.get_mut(name) {
@@ -443,12 +440,12 @@ fn plan(arguments: &RunArguments, entry: &Entry) -> Result<Plan, CliError> {
 }
 
 /// A run of more steps is announced before it begins.
-const MANY: f64 = 1e8;
+const MANY_STEPS: f64 = 1e8;
 
 /// A note on a run of many steps.
-fn long(plan: &Plan, t0: f64) -> Option<String> {
+fn many_steps_note(plan: &Plan, t0: f64) -> Option<String> {
     let steps = ((plan.until - t0) / plan.h).abs();
-    (steps > MANY && !matches!(plan.method, Method::Tolerance(_))).then(|| {
+    (steps > MANY_STEPS && !matches!(plan.method, Method::Tolerance(_))).then(|| {
         format!(
             "note: this run has {steps:.1e} steps; Ctrl-C ends it, and what is computed by then is written (`--until` and `--step` give fewer, `--every` \
              writes fewer rows)"
@@ -458,14 +455,14 @@ fn long(plan: &Plan, t0: f64) -> Option<String> {
 
 /// The nodes at which a certified run is not regular.
 #[derive(Default)]
-struct Lost {
+struct IrregularNodes {
     /// The first of them: its number, its time, and which of the flows (forward, backward) is not granted.
     first: Option<(u64, f64, &'static str)>,
     /// The number of such nodes.
     count: u64,
 }
 
-impl Lost {
+impl IrregularNodes {
     /// Looks at a node. The start has no step that could be regular; of third order, neither has the node
     /// after it, which the given acceleration determines.
     fn look(&mut self, row: &Row<'_>) {
@@ -497,7 +494,7 @@ impl Lost {
 }
 
 /// A warning about steps within which a function jumps.
-fn switched(
+fn jump_warning(
     Unresolved {
         steps,
         first,
@@ -535,7 +532,7 @@ fn switched(
 }
 
 /// A warning about steps in which the equations were nearly singular.
-fn near(
+fn singularity_warning(
     NearlySingular {
         steps,
         first,
@@ -570,7 +567,7 @@ fn near(
 }
 
 /// The destinations of a run's rows, for people.
-fn place(arguments: &RunArguments) -> String {
+fn destinations(arguments: &RunArguments) -> String {
     let places: Vec<String> = arguments.files().map(|path| path.display().to_string()).collect();
     if places.is_empty() {
         "standard output".to_owned()
@@ -622,7 +619,7 @@ fn beginning(arguments: &RunArguments, entry: &Entry) -> Result<Beginning, CliEr
 }
 
 /// The numbers of the columns that were asked for.
-fn chosen(names: Option<&[String]>, all: &[Column]) -> Result<Vec<usize>, UnknownName> {
+fn chosen_columns(names: Option<&[String]>, all: &[Column]) -> Result<Vec<usize>, UnknownName> {
     let Some(names) = names else {
         return Ok((0..all.len()).collect());
     };
@@ -639,7 +636,7 @@ fn chosen(names: Option<&[String]>, all: &[Column]) -> Result<Vec<usize>, Unknow
 /// The numbers of the two columns of a path.
 fn path_of(names: Option<&[String]>, all: &[Column]) -> Result<Option<[usize; 2]>, CliError> {
     let Some(names) = names else { return Ok(None) };
-    let columns = chosen(Some(names), all)?;
+    let columns = chosen_columns(Some(names), all)?;
     let pair = columns
         .try_into()
         .map_err(|columns: Vec<usize>| CliError::Path { found: columns.len() })?;
@@ -647,7 +644,7 @@ fn path_of(names: Option<&[String]>, all: &[Column]) -> Result<Option<[usize; 2]
 }
 
 /// The start as JSON.
-fn start(beginning: &Beginning) -> Value {
+fn start_as_json(beginning: &Beginning) -> Value {
     match beginning {
         Beginning::Paper { q0, v0 } => json!({"rule": "paper", "q0": q0, "v0": v0}),
         Beginning::SecondOrder { q0, v0 } => json!({"rule": "second_order", "q0": q0, "v0": v0}),
@@ -662,17 +659,17 @@ fn start(beginning: &Beginning) -> Value {
             json!({"rule": "three_nodes", "q0": q0, "q1": q1, "q2": q2})
         }
         Beginning::Near(a0, beginning) => {
-            let mut start = start(beginning);
+            let mut start = start_as_json(beginning);
             start["near_a0"] = a0.clone().into();
             start
         }
         Beginning::At(t0, beginning) => {
-            let mut start = start(beginning);
+            let mut start = start_as_json(beginning);
             start["t0"] = (*t0).into();
             start
         }
         Beginning::Projected(beginning) => {
-            let mut start = start(beginning);
+            let mut start = start_as_json(beginning);
             start["projected"] = true.into();
             start
         }
@@ -680,8 +677,8 @@ fn start(beginning: &Beginning) -> Value {
 }
 
 /// The description of a run that precedes its rows in JSON.
-fn about(entry: &mut Entry, plan: &Plan, beginning: &Beginning) -> Map<String, Value> {
-    let start = start(beginning);
+fn run_description(entry: &mut Entry, plan: &Plan, beginning: &Beginning) -> Map<String, Value> {
+    let start = start_as_json(beginning);
     let accuracy = match plan.method {
         Method::Step => json!({"order": 2}),
         Method::Composed(method) => json!({"order": method.order()}),

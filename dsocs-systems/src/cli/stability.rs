@@ -16,7 +16,7 @@ use crate::stability::{Bar, Row, any, number};
 
 /// The case that compares with another code, which is built only with the feature `peers`.
 #[cfg(all(feature = "dsocs", not(test)))]
-const BESIDE: u8 = 11;
+const PEER_CASE: u8 = 11;
 
 /// The arguments of `stability`.
 #[derive(Args, Debug)]
@@ -30,7 +30,7 @@ pub struct StabilityArguments {
     /// The end of the long run, in s [default: the system's own]
     #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = expression::number)]
     until: Option<f64>,
-    /// Where the motion begins, and the parameters
+    /// Initial position, velocity and time, and the parameters
     #[command(flatten)]
     from: StartArguments,
     /// The folder for stability.json
@@ -56,9 +56,9 @@ pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Resul
     if program.is_dsocs && arguments.systems.is_empty() {
         return library(arguments);
     }
-    let entries = program.some(&arguments.systems)?;
+    let entries = program.entries_named(&arguments.systems)?;
     arguments.from.for_systems(entries.len())?;
-    let chosen = arguments.chosen(any::CASES, |case| case.number)?;
+    let chosen = arguments.chosen_cases(any::CASES, |case| case.number)?;
     output::check_folder(&arguments.out)?;
     let bar = progress::bar((chosen.len() * entries.len()) as u64, "hard cases");
     let (mut text, mut systems, mut all) = (String::new(), Vec::new(), Vec::new());
@@ -75,7 +75,10 @@ pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Resul
             a0: a0.as_deref(),
             begin: Begin::default(),
         };
-        let moved = entry.projects().then(|| entry.moved(&settings)).transpose()?;
+        let moved = entry
+            .projects()
+            .then(|| entry.projected_state(&settings))
+            .transpose()?;
         if let Some([q0, v0]) = &moved {
             (settings.q0, settings.v0) = (q0, v0);
         }
@@ -101,8 +104,8 @@ pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Resul
 /// Measures the hard cases of the library's systems.
 #[cfg(all(feature = "dsocs", not(test)))]
 fn library(arguments: &StabilityArguments) -> Result<(), CliError> {
-    arguments.for_systems_alone()?;
-    let chosen = arguments.chosen(CASES, |case| case.number)?;
+    arguments.refuse_motion_options()?;
+    let chosen = arguments.chosen_cases(CASES, |case| case.number)?;
     output::check_folder(&arguments.out)?;
     let bar = progress::bar(chosen.len() as u64, "hard cases");
     let mut rows = Vec::new();
@@ -111,9 +114,9 @@ fn library(arguments: &StabilityArguments) -> Result<(), CliError> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    if cfg!(not(feature = "peers")) && rows.iter().any(|row| row.number == BESIDE) {
+    if cfg!(not(feature = "peers")) && rows.iter().any(|row| row.number == PEER_CASE) {
         terminal::tell(format_args!(
-            "note: case {BESIDE} is without the general method's own figures: they need `--features peers`"
+            "note: case {PEER_CASE} is without the general method's own figures: they need `--features peers`"
         ));
     }
     let text = format!("{}\n", table(&rows));
@@ -122,7 +125,7 @@ fn library(arguments: &StabilityArguments) -> Result<(), CliError> {
 
 impl StabilityArguments {
     /// The cases that were asked for.
-    fn chosen<'a, C>(&self, cases: &'a [C], number: fn(&C) -> u8) -> Result<Vec<&'a C>, CliError> {
+    fn chosen_cases<'a, C>(&self, cases: &'a [C], number: fn(&C) -> u8) -> Result<Vec<&'a C>, CliError> {
         // an unknown number would measure nothing, and nothing would miss its limit
         let asked = self.cases.iter().flatten();
         for asked in asked {
@@ -142,7 +145,7 @@ impl StabilityArguments {
 
     /// Refuses options for the motion of a system where none is named.
     #[cfg(all(feature = "dsocs", not(test)))]
-    fn for_systems_alone(&self) -> Result<(), CliError> {
+    fn refuse_motion_options(&self) -> Result<(), CliError> {
         self.from.for_systems(usize::MAX)?;
         for (option, given) in [("--step", self.step), ("--until", self.until)] {
             if given.is_some() {
@@ -173,14 +176,14 @@ impl StabilityArguments {
 }
 
 /// The prefix of a row whose measurement is that of the row above; in JSON it is written out.
-const SAME: &str = "the same";
+const SAME_AS_ABOVE: &str = "the same";
 
 /// The rows as JSON.
 fn encoded(rows: &[Row]) -> Vec<Value> {
     let mut before = "";
     rows.iter()
         .map(|row| {
-            let what = if let Some(rest) = row.what.strip_prefix(SAME) {
+            let what = if let Some(rest) = row.what.strip_prefix(SAME_AS_ABOVE) {
                 format!("{before}{rest}")
             } else {
                 let parts = row.what.rsplit_once(": ");

@@ -30,7 +30,7 @@ pub struct StartArguments {
         conflicts_with = "a0"
     )]
     f0: Option<Vec<Component>>,
-    /// Which initial acceleration is meant where the equations allow several: the solution nearest to this one, a number for each coordinate
+    /// The initial acceleration where the equations have several solutions: the one nearest to this, a number for each coordinate
     #[arg(
         long,
         value_name = "E,F",
@@ -155,10 +155,10 @@ fn named_of(names: &[&str], given: &[Option<f64>]) -> String {
     named.join(" and ")
 }
 
-/// How a motion begins with its position and velocity.
+/// The rule for the second node, and the projection of the start onto constraints.
 #[derive(Args, Clone, Debug)]
 pub struct BeginArguments {
-    /// How the second node follows from position and velocity [default: second-order]
+    /// The rule that gives the second node from position and velocity [default: second-order]
     #[arg(long, value_enum)]
     pub start: Option<StartOption>,
     /// Move the start onto the constraints on positions and velocities, by the smallest change to first order. Without this option a start that violates

@@ -52,7 +52,7 @@ pub fn sweep(arguments: &SweepArguments, program: &Program) -> Result<(), CliErr
         cause: cause.to_string(),
     })?;
     let plan = Plan::read(&text)?;
-    let sweep = match file::planned(plan.system.as_deref(), &path, out, &program.constants)? {
+    let sweep = match file::system_of_plan(plan.system.as_deref(), &path, out, &program.constants)? {
         Some(entry) => Sweep::new(&Plan { system: None, ..plan }, [&entry])?,
         None => Sweep::new(&plan, &program.entries)?,
     };
@@ -63,7 +63,7 @@ pub fn sweep(arguments: &SweepArguments, program: &Program) -> Result<(), CliErr
     let bar = progress::counted(sweep.open_points(out, &shard), sweep.system());
     let begun = Instant::now();
     let over = AtomicBool::new(false);
-    let stop = interrupt::watch();
+    let stop = interrupt::stop_flag();
     let report = thread::scope(|scope| {
         if !bar.is_hidden() {
             scope.spawn(|| {

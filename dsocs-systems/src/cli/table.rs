@@ -93,7 +93,7 @@ impl<W: Write> TableWriter<W> {
         match &mut self.sink {
             Sink::Csv(writer) => {
                 if let Some(head) = head {
-                    writer.write_record(&head.columns).map_err(plain)?;
+                    writer.write_record(&head.columns).map_err(io_error)?;
                 }
                 for value in values {
                     let field = if value.is_finite() {
@@ -101,9 +101,9 @@ impl<W: Write> TableWriter<W> {
                     } else {
                         String::new()
                     };
-                    writer.write_field(field).map_err(plain)?;
+                    writer.write_field(field).map_err(io_error)?;
                 }
-                writer.write_record(None::<&[u8]>).map_err(plain)
+                writer.write_record(None::<&[u8]>).map_err(io_error)
             }
             Sink::Json(to) => {
                 match head {
@@ -152,7 +152,7 @@ impl Head {
 }
 
 /// The I/O error inside, whose kind tells whether a pipe is broken.
-fn plain(error: csv::Error) -> io::Error {
+fn io_error(error: csv::Error) -> io::Error {
     match error.into_kind() {
         csv::ErrorKind::Io(error) => error,
         other => io::Error::other(format!("{other:?}")),

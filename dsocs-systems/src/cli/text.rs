@@ -20,7 +20,7 @@ pub fn text(arguments: &TextArguments, program: &mut Program) -> Result<(), CliE
         text
     } else {
         let is_as_written = program.constants.is_empty();
-        let entry = program.one(arguments.system.as_deref())?;
+        let entry = program.single_entry(arguments.system.as_deref())?;
         match entry.source_text() {
             Some(text) if is_as_written => text.to_owned(),
             _ => entry.text()?,

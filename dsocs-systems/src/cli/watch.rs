@@ -20,7 +20,7 @@ use super::{CliError, Program, file, interrupt};
 /// The arguments of `watch`.
 #[derive(Args, Debug)]
 pub struct WatchArguments {
-    /// What is run
+    /// The run, with the options of `run`
     #[command(flatten)]
     run: RunArguments,
     /// The port of this machine at which the page is shown [default: one that is free]
@@ -29,7 +29,7 @@ pub struct WatchArguments {
 }
 
 /// The interval at which the files are checked.
-const EVERY: Duration = Duration::from_millis(50);
+const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// The time of the last change of a file, and its length; `None` if there is no file.
 type Stamp = Option<(SystemTime, u64)>;
@@ -57,7 +57,7 @@ pub fn watch(arguments: &WatchArguments, program: &mut Program) -> Result<(), Cl
         .map_err(CliError::stdout)?;
 
     let entries = program.entries.len();
-    let interrupted = interrupt::watch();
+    let interrupted = interrupt::stop_flag();
     let mut files = vec![text.clone()];
     let (mut shown, mut last) = (None, None);
     let mut good = None;
@@ -66,13 +66,13 @@ pub fn watch(arguments: &WatchArguments, program: &mut Program) -> Result<(), Cl
         // a file is read when two checks in a row see the same stamp: it may still be being written
         if now == shown || now != last {
             last = now;
-            thread::sleep(EVERY);
+            thread::sleep(CHECK_INTERVAL);
             continue;
         }
         let begun = Instant::now();
-        program.forget_beyond(entries);
+        program.drop_entries_from(entries);
         let found = program.find(name).map(|entry| {
-            let named = entry.files().map(|named| beside(&text, named));
+            let named = entry.files().map(|named| path_of_file(&text, named));
             core::iter::once(text.clone()).chain(named).collect()
         });
         let needed = match &found {
@@ -99,12 +99,12 @@ pub fn watch(arguments: &WatchArguments, program: &mut Program) -> Result<(), Cl
             Err(error @ CliError::Interrupted { .. }) => return Err(error),
             Err(error) => {
                 super::terminal::tell(format_args!("error: {}", error.plain()));
-                let (below, told) = match (&html, &good) {
+                let (below, remark) = match (&html, &good) {
                     (Some(partial), _) => (Some(partial), "Below is what was computed before."),
                     (None, Some(good)) => (Some(good), "Below is the last page before this error."),
                     (None, None) => (None, ""),
                 };
-                server.show(&wrong(name, &error.plain(), below, told));
+                server.show(&page_with_error(name, &error.plain(), below, remark));
             }
         }
         good = html.or(good);
@@ -113,7 +113,7 @@ pub fn watch(arguments: &WatchArguments, program: &mut Program) -> Result<(), Cl
 }
 
 /// The path of a file that the text names.
-fn beside(text: &Path, named: impl AsRef<Path>) -> PathBuf {
+fn path_of_file(text: &Path, named: impl AsRef<Path>) -> PathBuf {
     text.parent().unwrap_or(Path::new("")).join(named)
 }
 
@@ -123,7 +123,7 @@ fn with_missing(files: &[PathBuf], text: &Path, error: &CliError) -> Vec<PathBuf
         CliError::Text(TextError::Mistakes { files, .. }) => files.as_slice(),
         _ => &[],
     };
-    let missing = missing.iter().map(|file| beside(text, file));
+    let missing = missing.iter().map(|file| path_of_file(text, file));
     let missing = missing.filter(|missing| !files.contains(missing));
     files.iter().cloned().chain(missing).collect()
 }
@@ -138,10 +138,10 @@ fn stamps(files: &[PathBuf]) -> Vec<Stamp> {
 }
 
 /// A page that begins with an error, above the page `below` if there is one.
-fn wrong(name: &str, error: &str, below: Option<&String>, told: &str) -> String {
+fn page_with_error(name: &str, error: &str, below: Option<&String>, remark: &str) -> String {
     let error = format!("error: {error}");
     if let Some(below) = below {
-        return page::headed(below, &error, told);
+        return page::with_error(below, &error, remark);
     }
     let mut page = Page::new(name, "No run yet: the next save is run again.");
     page.preformatted(&error);

@@ -61,7 +61,7 @@ impl Page {
 
     /// Adds a paragraph; text between backticks is code.
     pub fn paragraph(&mut self, text: &str) {
-        self.add(format!("<p>{}</p>", coded(text)));
+        self.add(format!("<p>{}</p>", with_code(text)));
     }
 
     /// Adds preformatted text.
@@ -86,15 +86,15 @@ impl Page {
 }
 
 /// A finished page with another script, which may send requests to the server of the page.
-pub fn asking(html: &str, script: &str) -> String {
+pub fn with_script(html: &str, script: &str) -> String {
     html.replacen(POLICY, &format!("{POLICY}; connect-src 'self'"), 1)
         .replacen("</body>", &format!("<script>{script}</script>\n</body>"), 1)
 }
 
 /// A finished page with an error at its top, and a paragraph on the rest of the page.
-pub fn headed(html: &str, error: &str, told: &str) -> String {
-    let (error, told) = (escaped(error), escaped(told));
-    let first = format!("<main>\n<pre class=\"error\">{error}</pre>\n<p>{told}</p>\n");
+pub fn with_error(html: &str, error: &str, remark: &str) -> String {
+    let (error, remark) = (escaped(error), escaped(remark));
+    let first = format!("<main>\n<pre class=\"error\">{error}</pre>\n<p>{remark}</p>\n");
     html.replacen("<main>\n", &first, 1)
 }
 
@@ -169,7 +169,7 @@ pub fn escaped(text: &str) -> String {
 }
 
 /// Escaped text; parts between backticks become code.
-fn coded(text: &str) -> String {
+fn with_code(text: &str) -> String {
     let parts = escaped(text);
     let parts = parts.split('`').enumerate();
     let parts = parts.map(|(place, part)| match place % 2 {
@@ -180,7 +180,7 @@ fn coded(text: &str) -> String {
 }
 
 /// A label with `_{}` as subscripts, in HTML.
-pub fn marked(label: &str) -> String {
+pub fn with_subscripts(label: &str) -> String {
     escaped(label).replace("_{", "<sub>").replace('}', "</sub>")
 }
 

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::Value;
 
 use super::rounded;
-use super::space::{Camera, Seen};
+use super::space::{Camera, VisibleFace};
 use crate::entry::{Drawing, Shape};
 
 /// Width and largest height of the picture, in pixels.
@@ -13,12 +13,12 @@ const SIZE: [f64; 2] = [560.0, 460.0];
 /// Space around the mechanism, in pixels.
 const MARGIN: f64 = 24.0;
 /// Radius of a mass, in pixels.
-const BOB: f64 = 7.0;
+const MASS_RADIUS: f64 = 7.0;
 
 /// The number of moments in a picture.
-const MOMENTS: usize = 4;
+const PICTURE_MOMENTS: usize = 4;
 /// The opacity of the first of them.
-const WEAKEST: f64 = 0.25;
+const FIRST_OPACITY: f64 = 0.25;
 
 /// The style sheet of a picture in a file of its own: as on a page.
 const STYLE: &str = ".rod { stroke: #1b1b1b; stroke-width: 3; stroke-linecap: round; } .bob { fill: #0072B2; } \
@@ -133,12 +133,12 @@ impl Scene {
         );
         self.trails(&mut svg);
         let last = self.drawings.len().saturating_sub(1);
-        for moment in 0..MOMENTS {
-            let Some(drawing) = self.drawings.get(last * moment / (MOMENTS - 1)) else {
+        for moment in 0..PICTURE_MOMENTS {
+            let Some(drawing) = self.drawings.get(last * moment / (PICTURE_MOMENTS - 1)) else {
                 continue;
             };
-            let part = moment as f64 / (MOMENTS - 1) as f64;
-            let strength = WEAKEST + (1.0 - WEAKEST) * part.powi(3);
+            let part = moment as f64 / (PICTURE_MOMENTS - 1) as f64;
+            let strength = FIRST_OPACITY + (1.0 - FIRST_OPACITY) * part.powi(3);
             self.moment(&mut svg, drawing, &format!("<g opacity=\"{strength:.2}\">"), "");
         }
         svg.push_str("</svg>\n");
@@ -176,7 +176,7 @@ impl Scene {
 
     /// The data that the script needs to show bodies in space.
     pub fn space(&self) -> Option<Value> {
-        Some(self.camera.as_ref()?.told(self.drawings.first()?))
+        Some(self.camera.as_ref()?.script_data(self.drawings.first()?))
     }
 
     /// Whether a shape is shown: in a scene with bodies in space only those, else only plane shapes.
@@ -188,13 +188,13 @@ impl Scene {
     fn spot(&self, shape: &Shape) -> Option<[f64; 2]> {
         match shape {
             Shape::Point(at) | Shape::Trail(at) => Some(self.place(*at)),
-            Shape::Path(at) => Some(self.place(self.camera.as_ref()?.seen(*at).0)),
+            Shape::Path(at) => Some(self.place(self.camera.as_ref()?.projection(*at).0)),
             _ => None,
         }
     }
 
     /// A face of a body, as SVG.
-    fn face(&self, face: &Seen) -> String {
+    fn face(&self, face: &VisibleFace) -> String {
         let corners = face.corners.iter().map(|&corner| {
             let [x, y] = self.place(corner);
             format!("{x:.2},{y:.2}")
@@ -221,8 +221,8 @@ impl Scene {
             Shape::Point(_) | Shape::Trail(_) | Shape::Path(_) => {
                 let [x, y] = self.spot(shape).unwrap_or_default();
                 let (look, radius) = match shape {
-                    Shape::Point(_) => ("bob", BOB),
-                    _ => ("tracer", BOB / 3.0),
+                    Shape::Point(_) => ("bob", MASS_RADIUS),
+                    _ => ("tracer", MASS_RADIUS / 3.0),
                 };
                 format!(
                     "<circle class=\"{class}{look}\" data-kind=\"{kind}\" cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius:.1}\"/>\n"

@@ -13,12 +13,12 @@ const EYE: [f64; 2] = [-58.0, 20.0];
 /// The distance of the eye from the centre of the scene, in radii of the scene.
 const DISTANCE: f64 = 4.0;
 /// The brightness of a face turned away from the light; one that faces it has 1.
-const SHADE: f64 = 0.62;
+const DARKEST: f64 = 0.62;
 /// The direction of the light: its components to the right, upward and towards the eye.
 const LIGHT: [f64; 3] = [-0.42, 0.76, 0.5];
 /// The tolerance of a corner that touches a plane, relative to the distance of the eye: the script's numbers
 /// are rounded.
-const TOUCHES: f64 = 1e-4;
+const TOUCHING_DISTANCE: f64 = 1e-4;
 
 /// The camera.
 pub struct Camera {
@@ -31,7 +31,7 @@ pub struct Camera {
 }
 
 /// A face as the camera sees it.
-pub struct Seen {
+pub struct VisibleFace {
     /// Its corners in the plane, in m.
     pub corners: Vec<[f64; 2]>,
     /// Its colour: red, green, blue, each of 255.
@@ -43,7 +43,7 @@ pub struct Seen {
 }
 
 /// A convex body, or a line, in space.
-struct Part {
+struct BodyPart {
     /// Its corners.
     corners: Vec<[f64; 3]>,
     /// The planes of its faces.
@@ -52,11 +52,11 @@ struct Part {
     depth: f64,
     /// Whether it lies on the ground, which is behind everything.
     is_ground: bool,
-    /// Its faces that are seen.
-    seen: Vec<Seen>,
+    /// Its visible faces.
+    visible_faces: Vec<VisibleFace>,
 }
 
-impl Part {
+impl BodyPart {
     /// Whether it is in front of another, for an eye at this point.
     fn is_before(&self, other: &Self, eye: [f64; 3], touches: f64) -> bool {
         if self.is_ground || other.is_ground {
@@ -137,7 +137,7 @@ impl Camera {
 
     /// The projection of a point: its position in the plane through the centre, in m, and its distance in
     /// front of that plane.
-    pub fn seen(&self, point: [f64; 3]) -> ([f64; 2], f64) {
+    pub fn projection(&self, point: [f64; 3]) -> ([f64; 2], f64) {
         let from = less(point, self.centre);
         let [right, up, near] = self.axes.map(|axis| inner(axis, from));
         let scale = self.distance / (self.distance - near);
@@ -147,18 +147,18 @@ impl Camera {
     /// The projections of all corners that are drawn in space.
     pub fn corners(&self, drawing: &Drawing) -> Vec<[f64; 2]> {
         let corners = drawing.shapes().iter().flat_map(corners);
-        corners.map(|corner| self.seen(corner).0).collect()
+        corners.map(|corner| self.projection(corner).0).collect()
     }
 
     /// The visible faces of a drawing, those of the farthest body first.
-    pub fn faces(&self, drawing: &Drawing) -> Vec<Seen> {
+    pub fn faces(&self, drawing: &Drawing) -> Vec<VisibleFace> {
         let parts = drawing.shapes().iter().flat_map(|shape| match shape {
-            Shape::Solid(solid) => self.parts(solid),
+            Shape::Solid(solid) => self.body_parts(solid),
             _ => Vec::new(),
         });
-        let parts: Vec<Part> = parts.collect();
+        let parts: Vec<BodyPart> = parts.collect();
         let eye = [0, 1, 2].map(|i| self.centre[i] + self.distance * self.axes[2][i]);
-        let touches = TOUCHES * self.distance;
+        let touches = TOUCHING_DISTANCE * self.distance;
         let hides: Vec<Vec<bool>> = parts
             .iter()
             .map(|one| {
@@ -183,13 +183,13 @@ impl Camera {
             };
             order.push(left.remove(last.unwrap_or_else(farthest)));
         }
-        let mut parts: Vec<Option<Part>> = parts.into_iter().map(Some).collect();
+        let mut parts: Vec<Option<BodyPart>> = parts.into_iter().map(Some).collect();
         let ordered = order.into_iter().filter_map(|place| parts[place].take());
-        ordered.flat_map(|part| part.seen).collect()
+        ordered.flat_map(|part| part.visible_faces).collect()
     }
 
     /// The parts of a body: all of its faces, and each of its lines.
-    fn parts(&self, solid: &Solid) -> Vec<Part> {
+    fn body_parts(&self, solid: &Solid) -> Vec<BodyPart> {
         let placed = solid.faces().iter().map(|face| {
             let corners: Vec<_> = face.corners.iter().map(|&corner| solid.place(corner)).collect();
             (face, corners)
@@ -197,13 +197,16 @@ impl Camera {
         let (lines, faces): (Vec<_>, Vec<_>) = placed.partition(|(_, corners)| corners.len() == 2);
         let lines = lines.into_iter().map(|line| vec![line]);
         let parts = lines.chain((!faces.is_empty()).then_some(faces));
-        parts.map(|faces| self.part(&faces)).collect()
+        parts.map(|faces| self.body_part(&faces)).collect()
     }
 
     /// A part of a body, with these faces.
-    fn part(&self, faces: &[(&Face, Vec<[f64; 3]>)]) -> Part {
+    fn body_part(&self, faces: &[(&Face, Vec<[f64; 3]>)]) -> BodyPart {
         let corners: Vec<[f64; 3]> = faces.iter().flat_map(|(_, corners)| corners).copied().collect();
-        let nearness = corners.iter().map(|&corner| self.seen(corner).1).sum::<f64>();
+        let nearness = corners
+            .iter()
+            .map(|&corner| self.projection(corner).1)
+            .sum::<f64>();
         let planes = faces.iter().filter(|(_, corners)| corners.len() > 2);
         let planes = planes.map(|(_, corners)| {
             let normal = normal(corners);
@@ -213,25 +216,25 @@ impl Camera {
                 at: corners[0],
             }
         });
-        let mut seen: Vec<Seen> = faces
+        let mut visible_faces: Vec<VisibleFace> = faces
             .iter()
             .filter_map(|(face, corners)| self.face(face, corners))
             .collect();
-        seen.sort_by(|one, other| other.depth.total_cmp(&one.depth));
-        Part {
+        visible_faces.sort_by(|one, other| other.depth.total_cmp(&one.depth));
+        BodyPart {
             planes: planes.collect(),
             depth: -nearness / corners.len() as f64,
             is_ground: faces.iter().all(|(face, _)| face.colour.is_ground()),
             corners,
-            seen,
+            visible_faces,
         }
     }
 
     /// The projection of a face with these corners in space, if it is visible.
-    fn face(&self, face: &Face, corners: &[[f64; 3]]) -> Option<Seen> {
+    fn face(&self, face: &Face, corners: &[[f64; 3]]) -> Option<VisibleFace> {
         let count = corners.len() as f64;
         let (places, near): (Vec<[f64; 2]>, Vec<f64>) =
-            corners.iter().map(|&corner| self.seen(corner)).unzip();
+            corners.iter().map(|&corner| self.projection(corner)).unzip();
         let next = places.iter().cycle().skip(1);
         let area: f64 = places
             .iter()
@@ -244,7 +247,7 @@ impl Camera {
             return None;
         }
         let light = if is_line { 1.0 } else { self.light(corners) };
-        Some(Seen {
+        Some(VisibleFace {
             corners: places,
             fill: face.colour.rgb().map(|part| part * light),
             is_ground: face.colour.is_ground(),
@@ -261,24 +264,24 @@ impl Camera {
             .zip(self.axes)
             .map(|(part, axis)| part * inner(axis, normal))
             .sum();
-        SHADE + (1.0 - SHADE) * (falls / size).max(0.0)
+        DARKEST + (1.0 - DARKEST) * (falls / size).max(0.0)
     }
 
     /// The data for the script: the camera, and for each shape its kind and its faces.
-    pub fn told(&self, drawing: &Drawing) -> Value {
+    pub fn script_data(&self, drawing: &Drawing) -> Value {
         let shapes = drawing.shapes().iter().filter_map(|shape| match shape {
-            Shape::Solid(solid) => Some(solid.faces().iter().map(told_face).collect()),
+            Shape::Solid(solid) => Some(solid.faces().iter().map(script_face).collect()),
             Shape::Path(_) => Some(Value::Null),
             _ => None,
         });
         json!({
-            "centre": self.centre, "axes": self.axes, "distance": self.distance, "light": LIGHT, "shade": SHADE,
+            "centre": self.centre, "axes": self.axes, "distance": self.distance, "light": LIGHT, "shade": DARKEST,
             "shapes": shapes.collect::<Value>(),
         })
     }
 }
 
-impl Seen {
+impl VisibleFace {
     /// Its colour as SVG writes it.
     pub fn colour(&self) -> String {
         let [red, green, blue] = self.fill.map(f64::round);
@@ -287,7 +290,7 @@ impl Seen {
 }
 
 /// A face for the script: its colour, whether it is a line of the ground, and the coordinates of its corners.
-fn told_face(face: &Face) -> Value {
+fn script_face(face: &Face) -> Value {
     let corners: Value = face.corners.iter().flatten().map(|&x| rounded(x, 5)).collect();
     json!([face.colour.rgb(), face.colour.is_ground(), corners])
 }
@@ -340,7 +343,7 @@ mod tests {
         let camera = Camera::new(std::slice::from_ref(&drawing)).unwrap();
         let faces = camera.faces(&drawing);
         assert_eq!(faces.len(), 6);
-        let height = |face: &Seen| face.corners.iter().map(|corner| corner[1]).sum::<f64>();
+        let height = |face: &VisibleFace| face.corners.iter().map(|corner| corner[1]).sum::<f64>();
         // the eye is above the ground, so nearer points are seen lower
         let [last, first] = [&faces[3..], &faces[..3]].map(|faces| faces.iter().map(height).sum::<f64>());
         assert!(last < first, "{last} {first}");
@@ -350,7 +353,7 @@ mod tests {
             let drawing = Drawing::new().solid(plate).solid(Solid::cuboid([2.0; 3]));
             let camera = Camera::new(std::slice::from_ref(&drawing)).unwrap();
             let faces = camera.faces(&drawing);
-            let width = |face: &Seen| {
+            let width = |face: &VisibleFace| {
                 (face.corners[0][0] - face.corners[2][0]).hypot(face.corners[0][1] - face.corners[2][1])
             };
             assert_eq!(width(&faces[5]) < 1.0, is_seen, "{side}");

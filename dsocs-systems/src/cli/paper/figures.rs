@@ -8,7 +8,7 @@ use crate::particle::CurvedParticle;
 /// The windows in which the particle is compared with the exact solution, in s.
 const WINDOWS: [[f64; 2]; 2] = [[0.0, 20.0], [480.0, 500.0]];
 /// The number of points of an exact curve in a window.
-const FINE: u32 = 400;
+const CURVE_POINTS: u32 = 400;
 
 /// The figures with the names of their files.
 pub fn all(results: &Results) -> Vec<(&'static str, Figure)> {
@@ -31,8 +31,8 @@ pub fn all(results: &Results) -> Vec<(&'static str, Figure)> {
 fn particle_path(results: &Results) -> Figure {
     let period = std::f64::consts::TAU / 2f64.sqrt();
     let unit = CurvedParticle::default();
-    let exact = (0..=FINE)
-        .map(|k| particle::exact(&unit, period * f64::from(k) / f64::from(FINE)))
+    let exact = (0..=CURVE_POINTS)
+        .map(|k| particle::exact(&unit, period * f64::from(k) / f64::from(CURVE_POINTS)))
         .collect();
     let nodes = || results.particle.iter().map(|node| node.q);
     let turn = results
@@ -87,8 +87,8 @@ fn particle_xy(results: &Results) -> Figure {
         .enumerate()
     {
         for [from, to] in WINDOWS {
-            let exact = (0..=FINE).map(|k| {
-                let t = from + (to - from) * f64::from(k) / f64::from(FINE);
+            let exact = (0..=CURVE_POINTS).map(|k| {
+                let t = from + (to - from) * f64::from(k) / f64::from(CURVE_POINTS);
                 [t, particle::exact(&unit, t)[component]]
             });
             let nodes = results
@@ -98,8 +98,8 @@ fn particle_xy(results: &Results) -> Figure {
             let corner = component == 0 && from == 0.0;
             let label = |text: &str| corner.then(|| text.to_owned());
             panels.push(Panel {
-                x: Axis::linear(if component == 1 { "t [s]" } else { "" }).over(from, to),
-                y: Axis::linear(if from == 0.0 { name } else { "" }).over(range[0], range[1]),
+                x: Axis::linear(if component == 1 { "t [s]" } else { "" }).with_range(from, to),
+                y: Axis::linear(if from == 0.0 { name } else { "" }).with_range(range[0], range[1]),
                 curves: vec![
                     Curve {
                         points: exact.collect(),
@@ -131,8 +131,8 @@ fn pendulum_motion(results: &Results) -> Figure {
     let end = moments.last().map_or(1.0, |moment| moment.t);
     let panel = |axis: Axis, colour, last: bool, value: fn(&super::Moment) -> f64| Panel {
         x: Axis {
-            bare: !last,
-            ..Axis::linear(if last { "t [s]" } else { "" }).over(0.0, end)
+            without_labels: !last,
+            ..Axis::linear(if last { "t [s]" } else { "" }).with_range(0.0, end)
         },
         y: axis,
         curves: vec![Curve {

@@ -61,12 +61,12 @@ fn tables(results: &Results, reference: f64) -> String {
             &results.pendulum_further,
             "max |θ error| [rad]"
         ),
-        explained(&[&results.pendulum_errors[..], &results.pendulum_further].concat()),
+        slope_explanation(&[&results.pendulum_errors[..], &results.pendulum_further].concat()),
     )
 }
 
 /// An explanation of the slope that the paper found for the pendulum.
-fn explained(rows: &[ErrorRow]) -> String {
+fn slope_explanation(rows: &[ErrorRow]) -> String {
     let over = |most: f64, least: f64| slope_between(rows, StartRule::Paper, [least, most]);
     let last = rows.iter().fold(f64::INFINITY, |last, row| last.min(row.h));
     format!(
@@ -91,14 +91,14 @@ fn errors(figured: &[ErrorRow], further: &[ErrorRow], quantity: &str) -> Table {
     let mut steps: Vec<f64> = of(StartRule::Paper).map(|row| row.h).collect();
     steps.dedup();
     for (index, h) in steps.iter().enumerate() {
-        let mut cells = vec![right(h.to_string())];
+        let mut cells = vec![right_aligned(h.to_string())];
         for start in StartRule::ALL {
             let Some(row) = of(start).nth(index) else { continue };
             let before = index.checked_sub(1).and_then(|before| of(start).nth(before));
             let local =
                 before.map(|before| (before.max_error / row.max_error).ln() / (before.h / row.h).ln());
-            cells.push(right(format!("{:.7e}", row.max_error)));
-            cells.push(right(
+            cells.push(right_aligned(format!("{:.7e}", row.max_error)));
+            cells.push(right_aligned(
                 local.map_or_else(String::new, |slope| format!("{slope:.3}")),
             ));
         }
@@ -108,11 +108,11 @@ fn errors(figured: &[ErrorRow], further: &[ErrorRow], quantity: &str) -> Table {
         (false, Some(last)) => format!("fit to {}", last.h),
         _ => "fit".to_owned(),
     };
-    let mut cells = vec![right(fit)];
+    let mut cells = vec![right_aligned(fit)];
     for start in StartRule::ALL {
         cells.extend([
-            right(String::new()),
-            right(format!("{:.3}", slope(figured, start))),
+            right_aligned(String::new()),
+            right_aligned(format!("{:.3}", slope(figured, start))),
         ]);
     }
     table.add_row(cells);
@@ -120,6 +120,6 @@ fn errors(figured: &[ErrorRow], further: &[ErrorRow], quantity: &str) -> Table {
 }
 
 /// A cell whose content stands at its right.
-fn right(content: String) -> Cell {
+fn right_aligned(content: String) -> Cell {
     Cell::new(content).set_alignment(CellAlignment::Right)
 }

@@ -1,7 +1,7 @@
 //! `dsocs report`: one page with the paper's figures and tables, speed against error, the theorems, the hard
 //! cases, and the origin of the numbers.
 
-mod drawn;
+mod moving_picture;
 mod speed;
 
 use std::io::Write;
@@ -52,7 +52,7 @@ pub fn report(arguments: &ReportArguments, program: &mut Program) -> Result<(), 
     } else {
         arguments.systems.clone()
     };
-    program.some(&names)?;
+    program.entries_named(&names)?;
     for asked in arguments.cases.iter().flatten() {
         if CASES.iter().all(|case| case.number != *asked) {
             let known = CASES.iter().map(|case| case.number.to_string()).collect();
@@ -181,7 +181,7 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
         "Each theorem of the paper as a figure, on a motion of the system, and the bar that it has to meet.",
     );
     let mut missed = 0;
-    for entry in program.some(names)? {
+    for entry in program.entries_named(names)? {
         let Some([q0, v0]) = entry.default_start() else {
             return Err(CliError::NoStart {
                 system: entry.name().to_owned(),
@@ -198,7 +198,7 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
             q0,
             v0,
             a0: entry.default_acceleration().or(entry.default_near()),
-            begin: drawn::begin(entry),
+            begin: moving_picture::checked_start(entry),
         };
         let findings = entry.check(&settings)?;
         missed += findings.iter().filter(|finding| !finding.ok()).count();
@@ -214,7 +214,7 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
             &["check", "what", "#figure", "#bar", ""],
             rows,
         ));
-        drawn::picture(page, entry)?;
+        moving_picture::picture(page, entry)?;
     }
     Ok(missed)
 }

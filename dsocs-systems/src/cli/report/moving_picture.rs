@@ -9,7 +9,7 @@ use crate::cli::page::Page;
 use crate::entry::{Beginning, Entry, Method, Plan, columns};
 
 /// The start of a system in the checks: projected onto the constraints where the system asks for it.
-pub fn begin(entry: &Entry) -> Begin {
+pub fn checked_start(entry: &Entry) -> Begin {
     Begin {
         projected: entry.projects(),
         ..Begin::default()

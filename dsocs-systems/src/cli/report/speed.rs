@@ -21,7 +21,7 @@ const PROBLEMS: [(&str, f64); 2] = [("particle", 100.0), ("pendulum", 100.0)];
 const REPEATS: usize = 3;
 
 /// Width and height of a figure, in pixels.
-const SIZE: [f64; 2] = [560.0, 440.0];
+const FIGURE_SIZE: [f64; 2] = [560.0, 440.0];
 
 /// A solution: its computing time and its error.
 #[derive(Clone, Debug, Deserialize)]
@@ -150,7 +150,7 @@ pub fn show(page: &mut Page, points: &[Point], read: bool) {
     page.add(format!(
         "<fieldset class=\"switch\" id=\"problem\" hidden><legend>Problem</legend>{choices}</fieldset>\n<div class=\"figures wide\">"
     ));
-    let mut told = serde_json::Map::new();
+    let mut points_by_name = serde_json::Map::new();
     for problem in problems {
         let of_problem: Vec<&Point> = points.iter().filter(|point| point.problem == problem).collect();
         let (figure, values) = figure(&of_problem);
@@ -163,10 +163,10 @@ pub fn show(page: &mut Page, points: &[Point], read: bool) {
             figure.on_page(&name, &title),
             page::escaped(&title),
         ));
-        told.insert(name, values);
+        points_by_name.insert(name, values);
     }
     page.add("</div>");
-    page.data("points", told.into());
+    page.data("points", points_by_name.into());
     let rows = points.iter().map(|point| {
         let words = [&point.problem, &point.solver, &point.setting].map(|text| Cell::Text(text.clone()));
         let numbers = [
@@ -234,7 +234,7 @@ fn figure(points: &[&Point]) -> (Figure, Value) {
         ..Panel::default()
     };
     let figure = Figure {
-        size: SIZE,
+        size: FIGURE_SIZE,
         columns: 1,
         panels: vec![panel],
     };

@@ -10,16 +10,16 @@ use std::time::{Duration, Instant, SystemTime};
 use crate::cli::page;
 
 /// The interval at which a page asks whether there is a new one.
-const EVERY: Duration = Duration::from_millis(100);
+const RELOAD_INTERVAL: Duration = Duration::from_millis(100);
 
 /// The largest length of a request, in bytes.
 const LONGEST_REQUEST: usize = 8192;
 
 /// The time that a request may take to arrive.
-const PATIENCE: Duration = Duration::from_secs(5);
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The largest number of requests answered at once; more are turned away. A browser opens six.
-const MOST_AT_ONCE: usize = 32;
+const MOST_REQUESTS: usize = 32;
 
 /// Shows one page at a port of the loopback interface. Other machines cannot reach it; other users of this
 /// machine can.
@@ -51,7 +51,7 @@ impl Server {
         let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let first = since.unwrap_or_default().as_nanos();
         let shared = Arc::new(Shared {
-            page: Mutex::new((first, numbered(html, first))),
+            page: Mutex::new((first, with_reload_script(html, first))),
             busy: AtomicUsize::new(0),
             hosts: [address.to_string(), format!("localhost:{}", address.port())],
         });
@@ -60,8 +60,8 @@ impl Server {
             for stream in listener.incoming().flatten() {
                 answering.busy.fetch_add(1, Ordering::Relaxed);
                 // counts down when it is dropped, whether the thread begins or not
-                let busy = Busy(Arc::clone(&answering));
-                if answering.busy.load(Ordering::Relaxed) <= MOST_AT_ONCE {
+                let busy = OpenRequest(Arc::clone(&answering));
+                if answering.busy.load(Ordering::Relaxed) <= MOST_REQUESTS {
                     // if the thread cannot be started, the request is dropped
                     let _ = thread::Builder::new().spawn(move || answer(&stream, &busy.0));
                 }
@@ -70,7 +70,7 @@ impl Server {
         Ok(Self { address, shared })
     }
 
-    /// Where the page is.
+    /// The address of the page.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
@@ -79,32 +79,32 @@ impl Server {
     pub fn show(&self, html: &str) {
         let mut page = self.shared.page.lock().unwrap_or_else(PoisonError::into_inner);
         let number = page.0 + 1;
-        *page = (number, numbered(html, number));
+        *page = (number, with_reload_script(html, number));
     }
 }
 
 /// A request that is being answered.
-struct Busy(Arc<Shared>);
+struct OpenRequest(Arc<Shared>);
 
-impl Drop for Busy {
+impl Drop for OpenRequest {
     fn drop(&mut self) {
         self.0.busy.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
 /// A page with a script that reloads it as soon as the server's number differs.
-fn numbered(html: &str, number: u128) -> Arc<str> {
+fn with_reload_script(html: &str, number: u128) -> Arc<str> {
     let script = format!(
         "setInterval(async () => {{ try {{ const answer = await fetch('/number'); \
          if (answer.ok && await answer.text() !== '{number}') location.reload(); }} catch {{}} }}, {});",
-        EVERY.as_millis()
+        RELOAD_INTERVAL.as_millis()
     );
-    page::asking(html, &script).into()
+    page::with_script(html, &script).into()
 }
 
 /// Answers one request.
 fn answer(mut stream: &TcpStream, shared: &Shared) -> io::Result<()> {
-    stream.set_write_timeout(Some(PATIENCE))?;
+    stream.set_write_timeout(Some(REQUEST_TIMEOUT))?;
     let head = head(stream)?;
     let mut lines = head.lines();
     let request = lines.next().unwrap_or_default();
@@ -113,8 +113,8 @@ fn answer(mut stream: &TcpStream, shared: &Shared) -> io::Result<()> {
     let mut words = request.split(' ');
     let (status, kind, body): (_, _, Arc<str>) = match (host, words.next(), words.next()) {
         // a request under another host's name, such as by DNS rebinding, gets nothing
-        (Some((_, host)), ..) if !shared.hosts.iter().any(|own| own == host.trim()) => refused(),
-        (None, ..) => refused(),
+        (Some((_, host)), ..) if !shared.hosts.iter().any(|own| own == host.trim()) => refusal(),
+        (None, ..) => refusal(),
         (_, Some("GET"), Some("/")) => {
             let page = shared.page.lock().unwrap_or_else(PoisonError::into_inner);
             ("200 OK", "text/html", Arc::clone(&page.1))
@@ -140,14 +140,14 @@ fn answer(mut stream: &TcpStream, shared: &Shared) -> io::Result<()> {
 }
 
 /// The answer to a request that names another host.
-fn refused() -> (&'static str, &'static str, Arc<str>) {
-    let told = "expected the address that `dsocs watch` prints\n";
-    ("403 Forbidden", "text/plain", told.into())
+fn refusal() -> (&'static str, &'static str, Arc<str>) {
+    let explanation = "expected the address that `dsocs watch` prints\n";
+    ("403 Forbidden", "text/plain", explanation.into())
 }
 
 /// The head of a request, up to its empty line.
 fn head(mut stream: &TcpStream) -> io::Result<String> {
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + REQUEST_TIMEOUT;
     let (mut head, mut part) = (Vec::new(), [0; 1024]);
     while !head.ends_with(b"\r\n\r\n") {
         let left = end.saturating_duration_since(Instant::now());
