@@ -11,7 +11,7 @@ pub struct Axis {
     /// The range; by default that of the data, with a margin.
     pub range: Option<[f64; 2]>,
     /// Whether its ticks have no labels, because another panel of the stack has them.
-    pub bare: bool,
+    pub without_labels: bool,
 }
 
 /// The map from values to positions on an axis.
@@ -44,15 +44,15 @@ impl Axis {
 
     /// Sets the range.
     #[must_use]
-    pub fn over(mut self, from: f64, to: f64) -> Self {
+    pub fn with_range(mut self, from: f64, to: f64) -> Self {
         self.range = Some([from.min(to), from.max(to)]);
         self
     }
 
     /// Leaves the labels of the ticks to another panel of the stack.
     #[must_use]
-    pub fn bare(mut self) -> Self {
-        self.bare = true;
+    pub fn without_labels(mut self) -> Self {
+        self.without_labels = true;
         self
     }
 
@@ -111,7 +111,7 @@ impl Scale {
     }
 
     /// The scale and a range of it, in the form that a page reads.
-    pub(super) fn told(self, (from, to): (f64, f64)) -> String {
+    pub(super) fn script_data(self, (from, to): (f64, f64)) -> String {
         let scale = match self {
             Self::Linear => "linear",
             Self::Logarithmic => "logarithmic",

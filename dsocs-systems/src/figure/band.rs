@@ -3,7 +3,7 @@
 
 /// A part of a line, in pixels.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Part {
+pub(super) enum LinePart {
     /// Points that are joined by lines.
     Line(Vec<[f64; 2]>),
     /// The outline of the band between the upper and the lower extremes.
@@ -11,19 +11,19 @@ pub(super) enum Part {
 }
 
 /// The width of a column in which turning points are counted, in pixels.
-const COLUMN: f64 = 3.0;
+const COLUMN_WIDTH: f64 = 3.0;
 
 /// A line is a band where it has more turning points per column.
-const TURNS: f64 = 1.6;
+const BAND_TURNS: f64 = 1.6;
 
 /// A turning point counts if the line goes back by more than this, in pixels.
-const SWING: f64 = 3.0;
+const LEAST_SWING: f64 = 3.0;
 
 /// The number of columns on both sides over which turning points are averaged.
-const NEIGHBOURS: usize = 3;
+const AVERAGED_COLUMNS: usize = 3;
 
 /// The smallest number of columns of a band; shorter ones are lines.
-const SHORTEST: usize = 6;
+const SHORTEST_BAND: usize = 6;
 
 /// A column of pixels.
 struct Column {
@@ -36,16 +36,17 @@ struct Column {
 }
 
 /// The parts of a line through these points.
-pub(super) fn parts(points: Vec<[f64; 2]>) -> Vec<Part> {
+pub(super) fn parts(points: Vec<[f64; 2]>) -> Vec<LinePart> {
     if !points.is_sorted_by(|a, b| a[0] <= b[0]) {
-        return vec![Part::Line(points)];
+        return vec![LinePart::Line(points)];
     }
     let columns = columns(&points);
     let dense: Vec<bool> = (0..columns.len())
         .map(|place| {
-            let near = &columns[place.saturating_sub(NEIGHBOURS)..columns.len().min(place + NEIGHBOURS + 1)];
+            let near = &columns
+                [place.saturating_sub(AVERAGED_COLUMNS)..columns.len().min(place + AVERAGED_COLUMNS + 1)];
             let turns: u32 = near.iter().map(|column| column.turns).sum();
-            f64::from(turns) > TURNS * near.len() as f64
+            f64::from(turns) > BAND_TURNS * near.len() as f64
         })
         .collect();
     let mut parts = Vec::new();
@@ -53,7 +54,7 @@ pub(super) fn parts(points: Vec<[f64; 2]>) -> Vec<Part> {
     let mut place = 0;
     while place < columns.len() {
         let length = dense[place..].iter().take_while(|dense| **dense).count();
-        if length < SHORTEST {
+        if length < SHORTEST_BAND {
             place += length.max(1);
             continue;
         }
@@ -61,7 +62,7 @@ pub(super) fn parts(points: Vec<[f64; 2]>) -> Vec<Part> {
         let (first, end) = (run[0].points[0], run[length - 1].points[1]);
         if first > line_from {
             // the line up to the first point of the band
-            parts.push(Part::Line(points[line_from..=first].to_vec()));
+            parts.push(LinePart::Line(points[line_from..=first].to_vec()));
         }
         let middle =
             |column: &Column| f64::midpoint(points[column.points[0]][0], points[column.points[1] - 1][0]);
@@ -70,12 +71,12 @@ pub(super) fn parts(points: Vec<[f64; 2]>) -> Vec<Part> {
             .iter()
             .rev()
             .map(|column| [middle(column), column.extremes[1]]);
-        parts.push(Part::Band(upper.chain(lower).collect()));
+        parts.push(LinePart::Band(upper.chain(lower).collect()));
         line_from = end - 1;
         place += length;
     }
     if line_from + 1 < points.len() || parts.is_empty() {
-        parts.push(Part::Line(points[line_from..].to_vec()));
+        parts.push(LinePart::Line(points[line_from..].to_vec()));
     }
     parts
 }
@@ -88,7 +89,7 @@ fn columns(points: &[[f64; 2]]) -> Vec<Column> {
     let (mut extreme, mut direction) = (points.first().map_or(0.0, |point| point[1]), 1.0);
     for (place, &[x, y]) in points.iter().enumerate() {
         #[allow(clippy::cast_possible_truncation)] // saturates, far outside of any picture
-        let own = (x / COLUMN).floor() as i64;
+        let own = (x / COLUMN_WIDTH).floor() as i64;
         if number.replace(own) != Some(own) {
             columns.push(Column {
                 points: [place, place],
@@ -102,7 +103,7 @@ fn columns(points: &[[f64; 2]]) -> Vec<Column> {
         column.points[1] = place + 1;
         column.extremes = [column.extremes[0].min(y), column.extremes[1].max(y)];
         let back = (extreme - y) * direction;
-        if back > SWING {
+        if back > LEAST_SWING {
             column.turns += 1;
             (extreme, direction) = (y, -direction);
         } else if back < 0.0 {
@@ -125,18 +126,18 @@ mod tests {
 
     #[test]
     fn slow_waves_are_lines() {
-        assert_eq!(parts(wave(20.0)), [Part::Line(wave(20.0))]);
+        assert_eq!(parts(wave(20.0)), [LinePart::Line(wave(20.0))]);
         let circle: Vec<_> = (0..100)
             .map(|i| f64::from(i).sin_cos())
             .map(|(x, y)| [x, y])
             .collect();
-        assert_eq!(parts(circle.clone()), [Part::Line(circle)]);
-        assert_eq!(parts(Vec::new()), [Part::Line(Vec::new())]);
+        assert_eq!(parts(circle.clone()), [LinePart::Line(circle)]);
+        assert_eq!(parts(Vec::new()), [LinePart::Line(Vec::new())]);
     }
 
     #[test]
     fn fast_waves_are_bands_between_their_extremes() {
-        let [Part::Band(outline)] = &parts(wave(1.7))[..] else {
+        let [LinePart::Band(outline)] = &parts(wave(1.7))[..] else {
             panic!("one band")
         };
         let (upper, lower) = outline.split_at(outline.len() / 2);
@@ -151,7 +152,7 @@ mod tests {
             .into_iter()
             .map(|[x, y]| [x, 100.0 + 0.02 * (y - 100.0) + x / 5.0]);
         let parts = parts(points.collect());
-        assert!(matches!(parts[..], [Part::Line(_)]), "{} parts", parts.len());
+        assert!(matches!(parts[..], [LinePart::Line(_)]), "{} parts", parts.len());
     }
 
     #[test]
@@ -159,7 +160,7 @@ mod tests {
         let mut points = wave(1.7);
         points.extend((6000..9000).map(|i| [f64::from(i) / 10.0, 100.0]));
         let parts = parts(points);
-        let [Part::Band(_), Part::Line(line)] = &parts[..] else {
+        let [LinePart::Band(_), LinePart::Line(line)] = &parts[..] else {
             panic!("{} parts", parts.len())
         };
         assert!(line.len() > 2900 && line[line.len() - 1][0] > 899.0);

@@ -1,6 +1,6 @@
 //! The layout of a figure: the positions of panels, axes, labels and curves.
 
-use super::band::{Part, parts};
+use super::band::{LinePart, parts};
 use super::svg::{Anchor, Area, Lettering, Svg, width};
 use super::{Axis, Curve, Figure, Legend, Panel, Scale, Style};
 
@@ -9,45 +9,45 @@ const PADDING: f64 = 4.0;
 /// Space between panels, in pixels.
 const SPACING: f64 = 6.0;
 /// Least width of the margin left of the axes, in pixels. It is the same in every panel so that their axes align.
-const LEFT: f64 = 88.0;
+const LEFT_MARGIN: f64 = 88.0;
 /// Width that the label of the vertical axis takes of that margin, with space on both sides, in pixels.
-const UPRIGHT: f64 = 32.0;
+const UPRIGHT_LABEL: f64 = 32.0;
 /// Width of the margin right of the axes, in pixels.
-const RIGHT: f64 = 22.0;
+const RIGHT_MARGIN: f64 = 22.0;
 /// Width of a legend that stands beside the axes, in pixels.
-const LEGEND: f64 = 236.0;
+const LEGEND_WIDTH: f64 = 236.0;
 /// Height of the margin above the axes, in pixels.
-const TOP: f64 = 14.0;
+const TOP_MARGIN: f64 = 14.0;
 /// Height of the margin below axes with tick labels, in pixels.
-const BOTTOM: f64 = 32.0;
+const BOTTOM_MARGIN: f64 = 32.0;
 /// Height of the margin below axes whose ticks have no labels, in pixels.
-const BARE: f64 = 8.0;
+const BOTTOM_MARGIN_WITHOUT_LABELS: f64 = 8.0;
 /// Height that the label of the horizontal axis takes, in pixels.
-const LABEL: f64 = 26.0;
+const LABEL_HEIGHT: f64 = 26.0;
 
 /// Length of a tick, and the space from the axis to its label, in pixels.
 const TICK: [f64; 2] = [5.0, 9.0];
 /// Length of a minor tick, in pixels.
-const MINOR: f64 = 3.0;
+const MINOR_TICK: f64 = 3.0;
 /// Space that a minor tick needs, in pixels.
-const CROWDED: f64 = 6.0;
+const MINOR_TICK_SPACE: f64 = 6.0;
 /// Size of the axes' labels, and of all other text, in pixels.
-const SIZES: [f64; 2] = [15.0, 13.0];
+const TEXT_SIZES: [f64; 2] = [15.0, 13.0];
 /// Height of a line of the legend, width of its sign, and space around both, in pixels.
-const ENTRY: [f64; 3] = [19.0, 22.0, 10.0];
+const LEGEND_ENTRY: [f64; 3] = [19.0, 22.0, 10.0];
 /// Space from the axes to a legend in the corner, in pixels.
-const CORNER: f64 = 14.0;
+const LEGEND_SPACE: f64 = 14.0;
 
 /// Width of the space between a map and its bar of colours, of the bar, and of its ticks' labels with its own, in pixels.
 #[cfg(feature = "sweep")]
-const BAR: [f64; 3] = [14.0, 16.0, 72.0];
+const COLOUR_BAR: [f64; 3] = [14.0, 16.0, 72.0];
 
 /// The colour of axes and their ticks.
-const AXES: &str = "#000000";
+const AXES_COLOUR: &str = "#000000";
 /// The colour of the grid.
-const GRID: &str = "#e4e4e4";
+const GRID_COLOUR: &str = "#e4e4e4";
 /// The colour of the frame of a legend.
-const FRAME: &str = "#cccccc";
+const FRAME_COLOUR: &str = "#cccccc";
 
 /// The figure as SVG.
 pub(super) fn svg(figure: &Figure) -> String {
@@ -67,20 +67,21 @@ fn draw(figure: &Figure, mut svg: Svg) -> String {
     let bottoms: Vec<f64> = (0..rows)
         .map(|row| columns_of(row).map(bottom_margin).fold(0.0, f64::max))
         .collect();
-    let margins = bottoms.iter().map(|bottom| TOP + bottom).sum::<f64>();
+    let margins = bottoms.iter().map(|bottom| TOP_MARGIN + bottom).sum::<f64>();
     let height = (figure.size[1] - 2.0 * PADDING - SPACING * (rows - 1) as f64 - margins) / rows as f64;
     let width = (figure.size[0] - 2.0 * PADDING - SPACING * (columns - 1) as f64) / columns as f64;
-    let left = figure.panels.iter().map(left_margin).fold(LEFT, f64::max);
+    let left = figure.panels.iter().map(left_margin).fold(LEFT_MARGIN, f64::max);
     for (place, panel) in figure.panels.iter().enumerate() {
         let (row, column) = (place / columns, place % columns);
         let cell = Area {
             left: PADDING + (width + SPACING) * column as f64,
-            top: PADDING + (height + SPACING + TOP) * row as f64 + bottoms[..row].iter().sum::<f64>(),
+            top: PADDING + (height + SPACING + TOP_MARGIN) * row as f64 + bottoms[..row].iter().sum::<f64>(),
             width,
-            height: TOP + height + bottoms[row],
+            height: TOP_MARGIN + height + bottoms[row],
         };
         let axes = Axes::new(panel, &cell, left);
-        let shown = [(&panel.x, 0), (&panel.y, 1)].map(|(axis, place)| axis.scale.told(axes.ranges[place]));
+        let shown =
+            [(&panel.x, 0), (&panel.y, 1)].map(|(axis, place)| axis.scale.script_data(axes.ranges[place]));
         svg.axes(&axes.area, [&shown[0], &shown[1]], |svg| axes.draw(svg));
     }
     svg.finish()
@@ -88,19 +89,23 @@ fn draw(figure: &Figure, mut svg: Svg) -> String {
 
 /// The margin that a panel's horizontal axis needs for its labels.
 fn bottom_margin(panel: &Panel) -> f64 {
-    let ticks = if panel.x.bare { BARE } else { BOTTOM };
+    let ticks = if panel.x.without_labels {
+        BOTTOM_MARGIN_WITHOUT_LABELS
+    } else {
+        BOTTOM_MARGIN
+    };
     if panel.x.label.is_empty() {
         ticks
     } else {
-        ticks + LABEL
+        ticks + LABEL_HEIGHT
     }
 }
 
 /// The margin that a panel's vertical axis needs for its labels.
 fn left_margin(panel: &Panel) -> f64 {
     let ticks = panel.y.scale.ticks(ranges(panel)[1]);
-    let widest = ticks.iter().map(|(_, label)| width(label, SIZES[1]));
-    widest.fold(0.0, f64::max) + TICK[1] + UPRIGHT
+    let widest = ticks.iter().map(|(_, label)| width(label, TEXT_SIZES[1]));
+    widest.fold(0.0, f64::max) + TICK[1] + UPRIGHT_LABEL
 }
 
 /// The ranges of both axes.
@@ -132,17 +137,17 @@ impl<'p> Axes<'p> {
     /// The axes of a panel in a cell of the picture, with this margin on the left.
     fn new(panel: &'p Panel, cell: &Area, left: f64) -> Self {
         let right = match panel.legend {
-            Legend::Right => RIGHT + LEGEND,
-            Legend::TopLeft | Legend::At(_) | Legend::Ends => RIGHT,
+            Legend::Right => RIGHT_MARGIN + LEGEND_WIDTH,
+            Legend::TopLeft | Legend::At(_) | Legend::Ends => RIGHT_MARGIN,
         };
         #[cfg(feature = "sweep")]
-        let right = right + panel.map.as_ref().map_or(0.0, |_| BAR.iter().sum());
+        let right = right + panel.map.as_ref().map_or(0.0, |_| COLOUR_BAR.iter().sum());
         let bottom = bottom_margin(panel);
         let area = Area {
             left: cell.left + left,
-            top: cell.top + TOP,
+            top: cell.top + TOP_MARGIN,
             width: (cell.width - left - right).max(1.0),
-            height: (cell.height - TOP - bottom).max(1.0),
+            height: (cell.height - TOP_MARGIN - bottom).max(1.0),
         };
         let mut ranges = ranges(panel);
         if panel.equal_aspect && [panel.x.scale, panel.y.scale] == [Scale::Linear; 2] {
@@ -174,10 +179,10 @@ impl<'p> Axes<'p> {
         // a grid line on the axes would not be visible
         let inside = |place: f64, from: f64, to: f64| place - from > 1.0 && to - place > 1.0;
         for &(x, _) in across.iter().filter(|(x, _)| inside(*x, area.left, area.right())) {
-            svg.polyline([[x, area.top], [x, area.bottom()]], GRID, 0.6, None);
+            svg.polyline([[x, area.top], [x, area.bottom()]], GRID_COLOUR, 0.6, None);
         }
         for &(y, _) in down.iter().filter(|(y, _)| inside(*y, area.top, area.bottom())) {
-            svg.polyline([[area.left, y], [area.right(), y]], GRID, 0.6, None);
+            svg.polyline([[area.left, y], [area.right(), y]], GRID_COLOUR, 0.6, None);
         }
         #[cfg(feature = "sweep")]
         self.map(svg);
@@ -186,34 +191,49 @@ impl<'p> Axes<'p> {
                 self.curve(svg, curve);
             }
         });
-        svg.rectangle(area, "none", AXES);
+        svg.rectangle(area, "none", AXES_COLOUR);
         let minor = |axis: &Axis, range, length: f64| {
             let ticks = axis.scale.minor_ticks(range);
-            let crowded = ticks.len() as f64 * CROWDED > length;
+            let crowded = ticks.len() as f64 * MINOR_TICK_SPACE > length;
             if crowded { Vec::new() } else { ticks }
         };
         for x in minor(&self.panel.x, self.ranges[0], area.width) {
             let x = self.across(x);
-            svg.polyline([[x, area.bottom()], [x, area.bottom() + MINOR]], AXES, 0.8, None);
+            svg.polyline(
+                [[x, area.bottom()], [x, area.bottom() + MINOR_TICK]],
+                AXES_COLOUR,
+                0.8,
+                None,
+            );
         }
         for y in minor(&self.panel.y, self.ranges[1], area.height) {
             let y = self.down(y);
-            svg.polyline([[area.left - MINOR, y], [area.left, y]], AXES, 0.8, None);
+            svg.polyline(
+                [[area.left - MINOR_TICK, y], [area.left, y]],
+                AXES_COLOUR,
+                0.8,
+                None,
+            );
         }
         for (x, label) in &across {
             svg.polyline(
                 [[*x, area.bottom()], [*x, area.bottom() + TICK[0]]],
-                AXES,
+                AXES_COLOUR,
                 1.0,
                 None,
             );
-            if !self.panel.x.bare {
-                let below = area.bottom() + TICK[1] + 0.4 * SIZES[1];
+            if !self.panel.x.without_labels {
+                let below = area.bottom() + TICK[1] + 0.4 * TEXT_SIZES[1];
                 svg.text(label, &plain([*x, below], Anchor::Middle));
             }
         }
         for (y, label) in &down {
-            svg.polyline([[area.left - TICK[0], *y], [area.left, *y]], AXES, 1.0, None);
+            svg.polyline(
+                [[area.left - TICK[0], *y], [area.left, *y]],
+                AXES_COLOUR,
+                1.0,
+                None,
+            );
             svg.text(label, &plain([area.left - TICK[1], *y], Anchor::End));
         }
         self.labels(svg);
@@ -242,26 +262,31 @@ impl<'p> Axes<'p> {
                 across < place.width && up < place.height,
             );
         });
-        let [space, width, beside] = BAR;
+        let [space, width, beside] = COLOUR_BAR;
         let bar = Area {
             left: self.area.right() + space,
             width,
             ..self.area
         };
         svg.picture(&bar, &map::bar(), true);
-        svg.rectangle(&bar, "none", AXES);
+        svg.rectangle(&bar, "none", AXES_COLOUR);
         let (scale, range) = map::scale(shown);
         for (tick, label) in scale.ticks(range) {
             let y = bar.bottom() - bar.height * scale.place(tick, range);
-            svg.polyline([[bar.right(), y], [bar.right() + TICK[0], y]], AXES, 1.0, None);
+            svg.polyline(
+                [[bar.right(), y], [bar.right() + TICK[0], y]],
+                AXES_COLOUR,
+                1.0,
+                None,
+            );
             svg.text(&label, &plain([bar.right() + TICK[1], y], Anchor::Start));
         }
         let lettering = Lettering {
             at: [bar.right() + beside, bar.top + bar.height / 2.0],
             anchor: Anchor::Middle,
-            size: SIZES[0],
+            size: TEXT_SIZES[0],
             upright: true,
-            colour: AXES,
+            colour: AXES_COLOUR,
         };
         svg.text(&shown.colours.label, &lettering);
     }
@@ -279,17 +304,17 @@ impl<'p> Axes<'p> {
         let lettering = |at, upright| Lettering {
             at,
             anchor: Anchor::Middle,
-            size: SIZES[0],
+            size: TEXT_SIZES[0],
             upright,
-            colour: AXES,
+            colour: AXES_COLOUR,
         };
         let middle = [area.left + area.width / 2.0, area.top + area.height / 2.0];
         if !self.panel.x.label.is_empty() {
-            let below = area.bottom() + BOTTOM + LABEL / 2.0;
+            let below = area.bottom() + BOTTOM_MARGIN + LABEL_HEIGHT / 2.0;
             svg.text(&self.panel.x.label, &lettering([middle[0], below], false));
         }
         if !self.panel.y.label.is_empty() {
-            let beside = area.left - self.left + UPRIGHT / 2.0;
+            let beside = area.left - self.left + UPRIGHT_LABEL / 2.0;
             svg.text(&self.panel.y.label, &lettering([beside, middle[1]], true));
         }
     }
@@ -301,14 +326,14 @@ impl<'p> Axes<'p> {
         let points: Vec<_> = points.map(|&[x, y]| [self.across(x), self.down(y)]).collect();
         if let (&[only], Style::Line(width) | Style::Dashed(width)) = (points.as_slice(), curve.style) {
             // a line through one point would not be visible
-            return svg.disc(only, width.max(MARK), curve.colour);
+            return svg.disc(only, width.max(LEAST_RADIUS), curve.colour);
         }
         match curve.style {
             Style::Line(width) => {
                 for part in parts(points) {
                     match part {
-                        Part::Line(points) => svg.polyline(points, curve.colour, width, None),
-                        Part::Band(outline) => svg.band(outline, curve.colour, width),
+                        LinePart::Line(points) => svg.polyline(points, curve.colour, width, None),
+                        LinePart::Band(outline) => svg.band(outline, curve.colour, width),
                     }
                 }
             }
@@ -327,13 +352,13 @@ impl<'p> Axes<'p> {
         if entries.is_empty() {
             return;
         }
-        let [line, sign, space] = ENTRY;
-        let widest = entries.iter().map(|(_, label)| width(label, SIZES[1]));
+        let [line, sign, space] = LEGEND_ENTRY;
+        let widest = entries.iter().map(|(_, label)| width(label, TEXT_SIZES[1]));
         let [left, top] = match self.panel.legend {
-            Legend::TopLeft => [self.area.left + CORNER, self.area.top + CORNER / 2.0],
+            Legend::TopLeft => [self.area.left + LEGEND_SPACE, self.area.top + LEGEND_SPACE / 2.0],
             Legend::At([x, y]) => [self.across(x), self.down(y)],
-            Legend::Right => [self.area.right() + CORNER, self.area.top],
-            Legend::Ends => return self.ends(svg, &entries),
+            Legend::Right => [self.area.right() + LEGEND_SPACE, self.area.top],
+            Legend::Ends => return self.labels_at_ends(svg, &entries),
         };
         let frame = Area {
             left,
@@ -341,7 +366,7 @@ impl<'p> Axes<'p> {
             width: widest.fold(0.0, f64::max) + sign + 3.0 * space,
             height: line * entries.len() as f64 + space,
         };
-        svg.rectangle(&frame, "#ffffff", FRAME);
+        svg.rectangle(&frame, "#ffffff", FRAME_COLOUR);
         for (place, (curve, label)) in entries.into_iter().enumerate() {
             let y = top + space / 2.0 + line * (place as f64 + 0.5);
             let x = left + space;
@@ -358,7 +383,7 @@ impl<'p> Axes<'p> {
 
     /// The labels of curves at their ends: right of the last point or, where there is no room, left of it and
     /// beside the curve; within the frame, off the lines of other curves, and off each other.
-    fn ends(&self, svg: &mut Svg, entries: &[(&Curve, &str)]) {
+    fn labels_at_ends(&self, svg: &mut Svg, entries: &[(&Curve, &str)]) {
         let shown = |point: &&[f64; 2]| self.panel.x.shows(point[0]) && self.panel.y.shows(point[1]);
         let lines: Vec<Vec<[f64; 2]>> = (self.panel.curves.iter())
             .map(|curve| {
@@ -381,22 +406,22 @@ impl<'p> Axes<'p> {
         places.sort_by(|(a, ..), (b, ..)| a[1].total_cmp(&b[1]));
         let mut taken: Vec<Area> = Vec::new();
         for ([x, y], rises, label, colour) in places {
-            let length = width(label, SIZES[1]);
+            let length = width(label, TEXT_SIZES[1]);
             let box_of = |anchor, [x, y]: [f64; 2]| Area {
                 left: if anchor == Anchor::Start { x } else { x - length },
-                top: y - SIZES[1] / 2.0,
+                top: y - TEXT_SIZES[1] / 2.0,
                 width: length,
-                height: SIZES[1],
+                height: TEXT_SIZES[1],
             };
             // the number of obstacles of a label: other labels (weighted by 1000) and lines
             let crowd = |candidate: &Area| -> usize {
-                let labels = taken.iter().filter(|other| candidate.meets(other)).count();
+                let labels = taken.iter().filter(|other| candidate.overlaps(other)).count();
                 let crossed = (lines.iter())
                     .filter(|line| line.windows(2).any(|leg| candidate.is_crossed([leg[0], leg[1]])));
                 1000 * labels + crossed.count()
             };
             let mut best: Option<(usize, Anchor, [f64; 2], Area)> = None;
-            for (anchor, at) in self.beside([x, y], rises, length) {
+            for (anchor, at) in self.label_positions([x, y], rises, length) {
                 let area = box_of(anchor, at);
                 let crowd = crowd(&area);
                 if best.as_ref().is_none_or(|(least, ..)| crowd < *least) {
@@ -416,12 +441,20 @@ impl<'p> Axes<'p> {
     }
 
     /// Candidate positions for the label of a curve that ends at this point, the best first.
-    fn beside(&self, [x, y]: [f64; 2], rises: bool, length: f64) -> Vec<(Anchor, [f64; 2])> {
-        let within = |y: f64| y.clamp(self.area.top + SIZES[1], self.area.bottom() - SIZES[1] / 2.0);
-        let (right, left) = (x + CORNER / 2.0, x.min(self.area.right() - CORNER / 2.0));
-        let aside = if rises { -SIZES[1] } else { SIZES[1] };
+    fn label_positions(&self, [x, y]: [f64; 2], rises: bool, length: f64) -> Vec<(Anchor, [f64; 2])> {
+        let within = |y: f64| {
+            y.clamp(
+                self.area.top + TEXT_SIZES[1],
+                self.area.bottom() - TEXT_SIZES[1] / 2.0,
+            )
+        };
+        let (right, left) = (
+            x + LEGEND_SPACE / 2.0,
+            x.min(self.area.right() - LEGEND_SPACE / 2.0),
+        );
+        let aside = if rises { -TEXT_SIZES[1] } else { TEXT_SIZES[1] };
         let mut places = Vec::new();
-        if x + CORNER + length < self.area.right() {
+        if x + LEGEND_SPACE + length < self.area.right() {
             places.push((Anchor::Start, [right, within(y)]));
             for k in [0.5, -0.5, 1.0, -1.0] {
                 places.push((Anchor::Start, [right, within(y + k * aside)]));
@@ -436,7 +469,7 @@ impl<'p> Axes<'p> {
 
 impl Area {
     /// Whether two areas have points in common.
-    fn meets(&self, other: &Self) -> bool {
+    fn overlaps(&self, other: &Self) -> bool {
         self.left < other.right()
             && other.left < self.right()
             && self.top < other.bottom()
@@ -464,7 +497,7 @@ impl Area {
 }
 
 /// The least radius of a curve of one point, in pixels.
-const MARK: f64 = 3.0;
+const LEAST_RADIUS: f64 = 3.0;
 
 /// The dashes of a dashed line, and the spaces between them, in pixels.
 const DASHES: &str = "8 4";
@@ -474,9 +507,9 @@ fn plain(at: [f64; 2], anchor: Anchor) -> Lettering {
     Lettering {
         at,
         anchor,
-        size: SIZES[1],
+        size: TEXT_SIZES[1],
         upright: false,
-        colour: AXES,
+        colour: AXES_COLOUR,
     }
 }
 
@@ -515,8 +548,8 @@ mod tests {
             label: Some("|ψ| < θ".to_owned()),
         };
         let panel = Panel {
-            x: Axis::linear("t [s]").over(0.0, 2.0),
-            y: Axis::logarithmic("θ [rad]").over(1.0, 100.0),
+            x: Axis::linear("t [s]").with_range(0.0, 2.0),
+            y: Axis::logarithmic("θ [rad]").with_range(1.0, 100.0),
             curves: vec![curve],
             ..Panel::default()
         };
@@ -593,7 +626,7 @@ mod tests {
                 }
             });
             let mut figure = figure(Vec::new(), Style::Line(1.0));
-            figure.panels[0].y = Axis::linear("θ [rad]").over(0.0, 100.0);
+            figure.panels[0].y = Axis::linear("θ [rad]").with_range(0.0, 100.0);
             figure.panels[0].curves = curves.collect();
             figure.panels[0].legend = Legend::Ends;
             let svg = figure.svg();
@@ -620,7 +653,7 @@ mod tests {
                         let (_, rest) = text.split_once(&format!(" {name}=\"")).unwrap();
                         rest.split('"').next().unwrap().parse().unwrap()
                     };
-                    let length = width(&label, SIZES[1]);
+                    let length = width(&label, TEXT_SIZES[1]);
                     let end = if text.contains("text-anchor=\"end\"") {
                         length
                     } else {
@@ -628,15 +661,15 @@ mod tests {
                     };
                     Area {
                         left: number("x") - end,
-                        top: number("y") - 0.8 * SIZES[1],
+                        top: number("y") - 0.8 * TEXT_SIZES[1],
                         width: length,
-                        height: 0.8 * SIZES[1],
+                        height: 0.8 * TEXT_SIZES[1],
                     }
                 })
                 .collect();
             for (k, area) in boxes.iter().enumerate() {
                 let crossed = lines.iter().any(|line| area.is_crossed([line[0], line[1]]));
-                let met = boxes[..k].iter().any(|other| area.meets(other));
+                let met = boxes[..k].iter().any(|other| area.overlaps(other));
                 assert!(!crossed && !met, "{seed}: label {k}\n{svg}");
             }
         }

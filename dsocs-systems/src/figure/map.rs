@@ -38,13 +38,13 @@ const VIRIDIS: [[u8; 3]; 11] = [
 ];
 
 /// The colour where there is no value.
-const NONE: [u8; 3] = [200, 200, 200];
+const COLOUR_WITHOUT_VALUE: [u8; 3] = [200, 200, 200];
 
 /// The number of colours: more cannot be distinguished, and fewer make smaller pictures.
 const COLOURS: u8 = 64;
 
 /// The index of the colour where there is no value.
-const NOTHING: u8 = COLOURS;
+const INDEX_WITHOUT_VALUE: u8 = COLOURS;
 
 impl HeatMap {
     /// The range of the colours.
@@ -76,7 +76,7 @@ impl HeatMap {
             if self.colours.shows(value) {
                 number(self.colours.scale.place(value, range))
             } else {
-                NOTHING
+                INDEX_WITHOUT_VALUE
             }
         };
         // a picture begins with its top row
@@ -144,7 +144,11 @@ fn palette() -> Vec<u8> {
         };
         [0, 1, 2].map(mix)
     };
-    (0..COLOURS).map(colour).chain([NONE]).flatten().collect()
+    (0..COLOURS)
+        .map(colour)
+        .chain([COLOUR_WITHOUT_VALUE])
+        .flatten()
+        .collect()
 }
 
 #[cfg(test)]
@@ -170,7 +174,7 @@ mod tests {
         let mut pixels = vec![0; 4 * 3];
         reader.next_frame(&mut pixels).unwrap();
         // the upper row first: no value, the last colour; then the first colour, and that at a third
-        assert_eq!(pixels[..4], [NOTHING, COLOURS - 1, 0, COLOURS / 3]);
+        assert_eq!(pixels[..4], [INDEX_WITHOUT_VALUE, COLOURS - 1, 0, COLOURS / 3]);
     }
 
     #[test]

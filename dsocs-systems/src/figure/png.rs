@@ -12,7 +12,7 @@ use super::FigureError;
 const FONT: &str = "DejaVu Sans";
 
 /// The number of pixels of the PNG per pixel of the SVG, in each direction.
-const PIXELS: f32 = 2.0;
+const PIXEL_RATIO: f32 = 2.0;
 
 /// The SVG as PNG.
 ///
@@ -32,10 +32,14 @@ pub(super) fn png(svg: &str) -> Result<Vec<u8>, FigureError> {
     let tree = Tree::from_str(svg, &options).map_err(|error| failed(&error))?;
     let size = tree.size().to_int_size();
     let none = || FigureError::Png(format!("{} × {} pixels", size.width(), size.height()));
-    let size = size.scale_by(PIXELS).ok_or_else(none)?;
+    let size = size.scale_by(PIXEL_RATIO).ok_or_else(none)?;
     let mut pixels = Pixmap::new(size.width(), size.height()).ok_or_else(none)?;
     pixels.fill(Color::WHITE);
-    resvg::render(&tree, Transform::from_scale(PIXELS, PIXELS), &mut pixels.as_mut());
+    resvg::render(
+        &tree,
+        Transform::from_scale(PIXEL_RATIO, PIXEL_RATIO),
+        &mut pixels.as_mut(),
+    );
     pixels.encode_png().map_err(|error| failed(&error))
 }
 

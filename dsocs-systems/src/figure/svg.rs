@@ -6,7 +6,7 @@ use std::fmt::Write;
 const FONTS: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
 
 /// The largest coordinate, in pixels: positions far outside of a picture are clipped and need not be exact.
-const FARTHEST: f64 = 1e5;
+const LARGEST_COORDINATE: f64 = 1e5;
 
 /// The part of a text that is aligned with its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -250,7 +250,7 @@ impl Svg {
 
 /// A length or position, to a hundredth of a pixel.
 fn number(value: f64) -> String {
-    let text = format!("{:.2}", value.clamp(-FARTHEST, FARTHEST));
+    let text = format!("{:.2}", value.clamp(-LARGEST_COORDINATE, LARGEST_COORDINATE));
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" {
         "0".to_owned()

@@ -11,23 +11,23 @@ use crate::entry::{self, Beginning, Entry, Method, Plan, RunFailure};
 const STEPS: [f64; 2] = [1e6, 1e4];
 
 /// The number of steps in comparisons of two motions.
-const COMPARED: u32 = 40;
+const COMPARED_STEPS: u32 = 40;
 
 /// The duration of runs with small steps, in steps of the given size.
 const WINDOW: u32 = 8;
 
 /// The divisors of the given step at which errors are compared with the order; quick cases leave out the
 /// last.
-const SMALL: [u32; 3] = [10, 100, 1000];
+const STEP_DIVISORS: [u32; 3] = [10, 100, 1000];
 
-/// The largest error, relative to that at the first of [`SMALL`] scaled by the order.
-const EXCESS: f64 = 3.0;
+/// The largest error, relative to that at the first of [`STEP_DIVISORS`] scaled by the order.
+const LARGEST_EXCESS: f64 = 3.0;
 
 /// The rounding of the errors of small steps, relative to the motion's extent.
 const ROUNDING: f64 = 1e-12;
 
 /// The largest distance of a run begun anew at a node, or led back, relative to the motion's extent.
-const APART: f64 = 1e-6;
+const LARGEST_DISTANCE: f64 = 1e-6;
 
 /// A hard case.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,7 @@ pub struct Case {
     /// Its name.
     pub name: &'static str,
     /// Measures the figures.
-    run: fn(&Subject<'_>, &mut Report<'_>),
+    run: fn(&MeasuredMotion<'_>, &mut Report<'_>),
 }
 
 impl Case {
@@ -56,7 +56,7 @@ impl Case {
             rows: Vec::new(),
             done,
         };
-        (self.run)(&Subject { entry, settings }, &mut report);
+        (self.run)(&MeasuredMotion { entry, settings }, &mut report);
         report.rows
     }
 }
@@ -66,22 +66,22 @@ pub const CASES: &[Case] = &[
     Case {
         number: 1,
         name: "long runs",
-        run: long,
+        run: long_run,
     },
     Case {
         number: 2,
         name: "large steps",
-        run: large,
+        run: large_steps,
     },
     Case {
         number: 3,
         name: "small steps",
-        run: small,
+        run: small_steps,
     },
     Case {
         number: 4,
         name: "cold starts",
-        run: cold,
+        run: cold_start,
     },
     Case {
         number: 5,
@@ -96,22 +96,22 @@ pub const CASES: &[Case] = &[
 ];
 
 /// A system with the motion that is measured.
-struct Subject<'a> {
+struct MeasuredMotion<'a> {
     /// The system.
     entry: &'a Entry,
     /// The motion.
     settings: &'a Settings<'a>,
 }
 
-impl Subject<'_> {
+impl MeasuredMotion<'_> {
     /// The start.
     fn start(&self) -> Beginning {
         let Settings { q0, v0, a0, .. } = *self.settings;
-        self.begun([q0, v0].map(<[f64]>::to_vec), a0.map(<[f64]>::to_vec))
+        self.start_from([q0, v0].map(<[f64]>::to_vec), a0.map(<[f64]>::to_vec))
     }
 
     /// A start with another position, velocity and acceleration.
-    fn begun(&self, [q0, v0]: [Vec<f64>; 2], a0: Option<Vec<f64>>) -> Beginning {
+    fn start_from(&self, [q0, v0]: [Vec<f64>; 2], a0: Option<Vec<f64>>) -> Beginning {
         let start = match a0 {
             Some(a0) => Beginning::ThirdOrder { q0, v0, a0 },
             None => Beginning::SecondOrder { q0, v0 },
@@ -120,7 +120,7 @@ impl Subject<'_> {
     }
 
     /// A start at two nodes, or at three where a constraint is of third order.
-    fn anew(&self, nodes: [&Vec<f64>; 3]) -> Beginning {
+    fn start_at_nodes(&self, nodes: [&Vec<f64>; 3]) -> Beginning {
         let [q0, q1, q2] = nodes.map(Clone::clone);
         if self.settings.a0.is_some() {
             Beginning::ThreeNodes { q0, q1, q2 }
@@ -183,7 +183,7 @@ impl Subject<'_> {
     }
 }
 
-impl Subject<'_> {
+impl MeasuredMotion<'_> {
     /// The error where there is no continuous motion to compare with: the largest change when the step is
     /// halved, which is three quarters of the error.
     fn change(&self, part: u32) -> Measured {
@@ -224,12 +224,12 @@ fn distance(x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// A run to the end that the entry gives.
-fn long(subject: &Subject<'_>, report: &mut Report<'_>) {
-    let h = subject.settings.h;
-    let until = subject
+fn long_run(motion: &MeasuredMotion<'_>, report: &mut Report<'_>) {
+    let h = motion.settings.h;
+    let until = motion
         .settings
         .until
-        .unwrap_or_else(|| subject.entry.default_until());
+        .unwrap_or_else(|| motion.entry.default_until());
     let asked = (until / h).abs().floor().max(1.0);
     let steps = asked.min(STEPS[usize::from(report.quick)]);
     let (mut made, mut first, mut change) = (-1.0, f64::NAN, 0.0);
@@ -238,7 +238,7 @@ fn long(subject: &Subject<'_>, report: &mut Report<'_>) {
         format!("{steps} steps of h = {h}: steps that are not made"),
         Bar::AtMost(0.0),
         || {
-            let result = subject.steps(h, steps, &subject.start(), |row| {
+            let result = motion.steps(h, steps, &motion.start(), |row| {
                 if made < 0.0 {
                     first = row.node.energy;
                 }
@@ -265,8 +265,8 @@ fn long(subject: &Subject<'_>, report: &mut Report<'_>) {
 }
 
 /// Steps that are too large are refused, and accepted nodes are finite.
-fn large(subject: &Subject<'_>, report: &mut Report<'_>) {
-    let h = subject.settings.h;
+fn large_steps(motion: &MeasuredMotion<'_>, report: &mut Report<'_>) {
+    let h = motion.settings.h;
     let mut made = 1.0;
     report.measure(
         "h × 2, 4, … 2^20: nodes that are not numbers, without an error",
@@ -275,7 +275,7 @@ fn large(subject: &Subject<'_>, report: &mut Report<'_>) {
             let (mut silent, mut all) = (0.0, true);
             for power in 1..=20 {
                 let factor = f64::powi(2.0, power);
-                let ended = subject.steps(factor * h, f64::from(COMPARED), &subject.start(), |row| {
+                let ended = motion.steps(factor * h, f64::from(COMPARED_STEPS), &motion.start(), |row| {
                     silent += f64::from(u8::from(!is_finite(row)));
                 });
                 all = all && ended.is_ok();
@@ -287,91 +287,97 @@ fn large(subject: &Subject<'_>, report: &mut Report<'_>) {
         },
     );
     report.measure(
-        format!("largest of these factors up to which {COMPARED} steps are made"),
+        format!("largest of these factors up to which {COMPARED_STEPS} steps are made"),
         Bar::Reported,
         || Ok(made),
     );
 }
 
 /// With small steps the error is no larger than the order and rounding allow.
-fn small(subject: &Subject<'_>, report: &mut Report<'_>) {
-    let parts = if report.quick { &SMALL[..2] } else { &SMALL[..] };
+fn small_steps(motion: &MeasuredMotion<'_>, report: &mut Report<'_>) {
+    let parts = if report.quick {
+        &STEP_DIVISORS[..2]
+    } else {
+        &STEP_DIVISORS[..]
+    };
     let [coarse, finer @ ..] = parts else { return };
     let mut errors = Err("no run".into());
     report.measure(
         format!("h/{coarse} over {WINDOW} h: largest error against the continuous motion"),
         Bar::Reported,
         || {
-            let positions = subject.positions(subject.settings.h, WINDOW, &subject.start())?;
-            let error = subject.error(*coarse)?;
+            let positions = motion.positions(motion.settings.h, WINDOW, &motion.start())?;
+            let error = motion.error(*coarse)?;
             errors = Ok::<_, Box<dyn Error>>([error, extent(&positions)]);
             Ok(error)
         },
     );
     for part in finer {
-        let bar = Bar::AtMost(EXCESS);
+        let bar = Bar::AtMost(LARGEST_EXCESS);
         let what = format!("h/{part}: the same, over what the order and rounding leave of it");
         report.measure(what, bar, || {
             let [error, extent] = *errors.as_ref().map_err(ToString::to_string)?;
-            let left = error * (f64::from(*coarse) / f64::from(*part)).powf(subject.entry.expected().order);
-            Ok(subject.error(*part)? / (left + ROUNDING * extent))
+            let left = error * (f64::from(*coarse) / f64::from(*part)).powf(motion.entry.expected().order);
+            Ok(motion.error(*part)? / (left + ROUNDING * extent))
         });
     }
 }
 
 /// A run that is begun anew at two nodes of the motion continues the motion: the root does not depend on what
 /// a run remembers.
-fn cold(subject: &Subject<'_>, report: &mut Report<'_>) {
+fn cold_start(motion: &MeasuredMotion<'_>, report: &mut Report<'_>) {
     report.measure(
-        format!("begun anew at each of {COMPARED} nodes: distance of the next node, in parts of the extent"),
-        Bar::AtMost(APART),
+        format!(
+            "begun anew at each of {COMPARED_STEPS} nodes: distance of the next node, in parts of the extent"
+        ),
+        Bar::AtMost(LARGEST_DISTANCE),
         || {
-            let motion = subject.positions(subject.settings.h, COMPARED + 2, &subject.start())?;
+            let positions = motion.positions(motion.settings.h, COMPARED_STEPS + 2, &motion.start())?;
             let mut apart = 0.0;
             // a step is from three nodes to the fourth where a constraint is of third order
-            let (known, steps) = if subject.settings.a0.is_some() {
+            let (known, steps) = if motion.settings.a0.is_some() {
                 (3, 3)
             } else {
                 (2, 2)
             };
-            for (place, nodes) in motion.windows(known + 1).enumerate() {
-                let t = subject.settings.t0 + place as f64 * subject.settings.h;
-                let beginning = subject.anew([&nodes[0], &nodes[1], &nodes[2]]);
-                let next = subject.positions(subject.settings.h, steps, &at(t, beginning))?;
+            for (place, nodes) in positions.windows(known + 1).enumerate() {
+                let t = motion.settings.t0 + place as f64 * motion.settings.h;
+                let beginning = motion.start_at_nodes([&nodes[0], &nodes[1], &nodes[2]]);
+                let next = motion.positions(motion.settings.h, steps, &at(t, beginning))?;
                 let next = next.last().ok_or("no nodes")?;
                 apart = larger(apart, distance(next, &nodes[known]));
             }
-            Ok(apart / extent(&motion))
+            Ok(apart / extent(&positions))
         },
     );
 }
 
 /// Runs forward and back.
-fn backward(subject: &Subject<'_>, report: &mut Report<'_>) {
-    let h = subject.settings.h;
+fn backward(motion: &MeasuredMotion<'_>, report: &mut Report<'_>) {
+    let h = motion.settings.h;
     let back = |steps: u32| {
-        let motion = subject.positions(h, steps + 1, &subject.start())?;
-        let [.., first, before, last] = motion.as_slice() else {
+        let positions = motion.positions(h, steps + 1, &motion.start())?;
+        let [.., first, before, last] = positions.as_slice() else {
             return Err("no nodes".into());
         };
-        let nodes = subject.anew([last, before, first]);
-        let beginning = at(subject.settings.t0 + f64::from(steps + 1) * h, nodes);
-        let returned = subject.positions(-h, steps + 1, &beginning)?;
+        let nodes = motion.start_at_nodes([last, before, first]);
+        let beginning = at(motion.settings.t0 + f64::from(steps + 1) * h, nodes);
+        let returned = motion.positions(-h, steps + 1, &beginning)?;
         let (first, end) = (
-            motion.first().ok_or("no nodes")?,
+            positions.first().ok_or("no nodes")?,
             returned.last().ok_or("no nodes")?,
         );
-        Ok::<f64, Box<dyn Error>>(distance(first, end) / extent(&motion))
+        Ok::<f64, Box<dyn Error>>(distance(first, end) / extent(&positions))
     };
-    let bar = if subject.entry.expected().reversible {
-        Bar::AtMost(APART)
+    let bar = if motion.entry.expected().reversible {
+        Bar::AtMost(LARGEST_DISTANCE)
     } else {
         Bar::Reported
     };
     report.measure(
-        format!("{COMPARED} steps and back: distance from the start, in parts of the extent"),
+        format!("{COMPARED_STEPS} steps and back: distance from the start, in parts of the extent"),
         bar,
-        || back(COMPARED),
+        || back(COMPARED_STEPS),
     );
     let most = if report.quick { 10 } else { 14 };
     report.measure(
@@ -398,7 +404,7 @@ fn is_finite(row: &entry::Row<'_>) -> bool {
 }
 
 /// Starts and steps with extreme values: they are refused with an error, or give finite nodes.
-fn garbage(subject: &Subject<'_>, report: &mut Report<'_>) {
+fn garbage(motion: &MeasuredMotion<'_>, report: &mut Report<'_>) {
     const VALUES: [f64; 12] = [
         f64::NAN,
         f64::INFINITY,
@@ -413,18 +419,18 @@ fn garbage(subject: &Subject<'_>, report: &mut Report<'_>) {
         5e-324,
         -0.0,
     ];
-    let h = subject.settings.h;
+    let h = motion.settings.h;
     let mut refused = 0.0;
     let mut silent = |h: f64, beginning: &Beginning| {
         let mut silent = 0.0;
-        let ended = subject.steps(h, 3.0, beginning, |row| {
+        let ended = motion.steps(h, 3.0, beginning, |row| {
             silent += f64::from(u8::from(!is_finite(row)));
         });
         refused += f64::from(u8::from(ended.is_err()));
         silent
     };
-    let count = subject.settings.q0.len();
-    let vectors = if subject.settings.a0.is_some() { 3 } else { 2 };
+    let count = motion.settings.q0.len();
+    let vectors = if motion.settings.a0.is_some() { 3 } else { 2 };
     report.measure(
         "each component of the start, and the step, set to NaN, ±∞, 1e±300, …: nodes that are not numbers, without an error",
         Bar::AtMost(0.0),
@@ -432,16 +438,16 @@ fn garbage(subject: &Subject<'_>, report: &mut Report<'_>) {
             let mut sum = 0.0;
             for value in VALUES {
                 for place in 0..vectors * count {
-                    let Settings { q0, v0, a0, .. } = *subject.settings;
+                    let Settings { q0, v0, a0, .. } = *motion.settings;
                     let mut start = [q0, v0].map(<[f64]>::to_vec);
                     let mut a0 = a0.map(<[f64]>::to_vec);
                     match (start.get_mut(place / count), &mut a0) {
                         (Some(vector), _) | (None, Some(vector)) => vector[place % count] = value,
                         (None, None) => {}
                     }
-                    sum += silent(h, &subject.begun(start, a0));
+                    sum += silent(h, &motion.start_from(start, a0));
                 }
-                sum += silent(value, &subject.start());
+                sum += silent(value, &motion.start());
             }
             Ok(sum)
         },

@@ -87,7 +87,7 @@ pub(crate) fn number(x: f64) -> String {
 }
 
 /// A figure, or NaN and the reason why there is none.
-pub(crate) fn told(measured: Measured) -> (f64, Option<String>) {
+pub(crate) fn measured_or_reason(measured: Measured) -> (f64, Option<String>) {
     match measured {
         Ok(figure) if figure.is_nan() => (figure, Some(UNDEFINED.to_owned())),
         Ok(figure) => (figure, None),
@@ -144,7 +144,7 @@ impl Report<'_> {
     /// Adds a figure.
     fn push(&mut self, what: String, bar: Bar, measured: Measured, begun: Instant) {
         let seconds = begun.elapsed().as_secs_f64();
-        let (figure, failure) = told(measured);
+        let (figure, failure) = measured_or_reason(measured);
         let row = Row {
             number: self.number,
             case: self.case,

@@ -35,7 +35,7 @@ pub enum SweepError {
     },
     /// The plan does not name one of several systems.
     #[error("system: which one? known: {}", .known.join(", "))]
-    Which {
+    TableKind {
         /// The systems.
         known: Vec<String>,
     },
@@ -129,7 +129,7 @@ impl SweepError {
 
     /// Whether the request is wrong, and not something that happened during the sweep.
     #[must_use]
-    pub fn is_a_question(&self) -> bool {
+    pub fn is_wrong_request(&self) -> bool {
         !matches!(self, Self::Read { .. } | Self::Write { .. } | Self::Panicked(_))
     }
 }

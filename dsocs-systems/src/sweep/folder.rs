@@ -23,14 +23,14 @@ pub struct Folder {
 
 /// The tables of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Which {
+pub enum TableKind {
     /// A row for each point.
     Points,
     /// A row for each kept node.
     Nodes,
 }
 
-impl Which {
+impl TableKind {
     /// The name of its folder.
     pub fn name(self) -> &'static str {
         match self {
@@ -81,7 +81,7 @@ impl Folder {
     /// # Errors
     ///
     /// [`SweepError::Write`] if it cannot be written.
-    pub fn create(&self, manifest: &Value, tables: &[Which]) -> Result<(), SweepError> {
+    pub fn create(&self, manifest: &Value, tables: &[TableKind]) -> Result<(), SweepError> {
         for which in tables {
             let folder = self.path.join(which.name());
             fs::create_dir_all(&folder).map_err(|cause| SweepError::write(&folder, cause))?;
@@ -102,14 +102,14 @@ impl Folder {
     }
 
     /// The file of a part.
-    pub fn part(&self, which: Which, part: u64) -> PathBuf {
+    pub fn part(&self, which: TableKind, part: u64) -> PathBuf {
         self.path
             .join(which.name())
             .join(format!("part-{part:06}.parquet"))
     }
 
     /// Whether a part is complete, in all tables.
-    pub fn has(&self, tables: &[Which], part: u64) -> bool {
+    pub fn has(&self, tables: &[TableKind], part: u64) -> bool {
         tables.iter().all(|&which| self.part(which, part).is_file())
     }
 
@@ -118,7 +118,7 @@ impl Folder {
     /// # Errors
     ///
     /// [`SweepError::Write`] if it cannot be created.
-    pub fn begin(&self, which: Which, part: u64) -> Result<PartFile, SweepError> {
+    pub fn begin_part(&self, which: TableKind, part: u64) -> Result<PartFile, SweepError> {
         let path = self.part(which, part);
         let folder = self.path.join(which.name());
         match temporary(&folder, TEMPORARY) {
@@ -129,7 +129,7 @@ impl Folder {
 
     /// Deletes temporary files that killed processes have left. It is called when all parts are complete: a
     /// process that still writes a temporary file then computes a part that exists already.
-    pub fn tidy(&self, tables: &[Which]) {
+    pub fn tidy(&self, tables: &[TableKind]) {
         for folder in tables
             .iter()
             .map(|which| self.path.join(which.name()))

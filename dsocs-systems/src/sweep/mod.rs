@@ -109,7 +109,9 @@ mod table;
 mod worker;
 
 pub use error::SweepError;
-pub use plan::{Keep, KeptNodes, Plan, PlannedEvent, PlannedStart, SOBOL, Sample, SampleKind, Values};
+pub use plan::{
+    Keep, KeptNodes, MOST_SOBOL_POINTS, Plan, PlannedEvent, PlannedStart, Sample, SampleKind, Values,
+};
 pub use read::{Axis, Content, Status, status, text};
 pub use run::{Options, Report, Sweep};
 pub use shard::Shard;

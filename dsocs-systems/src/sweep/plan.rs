@@ -92,14 +92,14 @@ pub enum SampleKind {
     /// A Latin hypercube: the range of each quantity is divided into `count` equal parts, and each part contains one value. Each quantity has
     /// its own random order (`McKay`, Beckman and Conover 1979).
     LatinHypercube,
-    /// Sobol's sequence with Owen's scrambling; at most [`SOBOL`] points.
+    /// Sobol's sequence with Owen's scrambling; at most [`MOST_SOBOL_POINTS`] points.
     Sobol,
     /// Independent points.
     Random,
 }
 
 /// The largest number of points of [`SampleKind::Sobol`].
-pub const SOBOL: u64 = 1 << 16;
+pub const MOST_SOBOL_POINTS: u64 = 1 << 16;
 
 /// The results that are kept of each run.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -247,12 +247,12 @@ impl Plan {
         }
         if let Some(Sample { kind, count, .. }) = self.sample
             && kind == SampleKind::Sobol
-            && (count > SOBOL || self.vary.len() > 256)
+            && (count > MOST_SOBOL_POINTS || self.vary.len() > 256)
         {
             return fail(
                 "sample",
                 &format!(
-                    "Sobol's sequence has at most {SOBOL} points of 256 quantities here; a latin-hypercube may have more"
+                    "Sobol's sequence has at most {MOST_SOBOL_POINTS} points of 256 quantities here; a latin-hypercube may have more"
                 ),
             );
         }
@@ -572,13 +572,16 @@ fn fail<T>(at: &str, reason: &str) -> Result<T, SweepError> {
 
 /// The error of a value of another type.
 fn wrong<T>(at: &str, expected: &str, found: &Value) -> Result<T, SweepError> {
-    fail(at, &format!("expected {expected}, found {}", Found(found)))
+    fail(
+        at,
+        &format!("expected {expected}, found {}", DisplayedValue(found)),
+    )
 }
 
 /// A value in the notation of messages.
-struct Found<'v>(&'v Value);
+struct DisplayedValue<'v>(&'v Value);
 
-impl fmt::Display for Found<'_> {
+impl fmt::Display for DisplayedValue<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             Value::String(text) => write!(f, "{text:?}"),

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::error::SweepError;
-use super::folder::{Folder, Which};
+use super::folder::{Folder, TableKind};
 use super::table::{self, Cells};
 use crate::entry::UnknownName;
 
@@ -32,7 +32,7 @@ pub fn status(folder: &Path) -> Result<Status, SweepError> {
     let content = Content::open(folder)?;
     let mut failed = BTreeMap::new();
     for &part in &content.there {
-        let path = content.folder.part(Which::Points, part);
+        let path = content.folder.part(TableKind::Points, part);
         let cells = table::read(&path, &["error"]).map_err(|cause| SweepError::read(&path, cause))?;
         for cells in cells {
             if let Cells::Text(errors) = cells {
@@ -117,12 +117,12 @@ impl Content {
             return Err(SweepError::NoSweep(path.to_owned()));
         };
         let read = || -> Option<Self> {
-            let tables: Vec<Which> = manifest["tables"]
+            let tables: Vec<TableKind> = manifest["tables"]
                 .as_array()?
                 .iter()
                 .map(|name| match name.as_str() {
-                    Some("nodes") => Which::Nodes,
-                    _ => Which::Points,
+                    Some("nodes") => TableKind::Nodes,
+                    _ => TableKind::Points,
                 })
                 .collect();
             let parts = manifest["parts"].as_u64()?;
@@ -219,7 +219,7 @@ impl Content {
         let mut all = vec![Vec::new(); names.len()];
         let with_error: Vec<&str> = names.iter().copied().chain(["error"]).collect();
         for &part in &self.there {
-            let path = self.folder.part(Which::Points, part);
+            let path = self.folder.part(TableKind::Points, part);
             let cells = table::read(&path, &with_error).map_err(|cause| SweepError::read(&path, cause))?;
             let failed: Vec<bool> = match cells.last() {
                 Some(Cells::Text(errors)) => errors.iter().map(Option::is_some).collect(),

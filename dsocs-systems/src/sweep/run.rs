@@ -96,7 +96,7 @@ impl Sweep {
             },
             (None, [entry]) => entry.copy(),
             (None, _) => {
-                return Err(SweepError::Which {
+                return Err(SweepError::TableKind {
                     known: known().collect(),
                 });
             }
@@ -107,7 +107,7 @@ impl Sweep {
             .samples()
             .map(|(name, samples)| (name.to_owned(), Value::from(digest(samples))))
             .collect();
-        let (setting, told) = Setting::new(plan, &mut entry)?;
+        let (setting, manifest_of_plan) = Setting::new(plan, &mut entry)?;
         let columns = |place: usize| -> Vec<&str> {
             let columns = setting.columns[place].iter();
             columns.map(|(name, _)| name.as_str()).collect()
@@ -121,7 +121,7 @@ impl Sweep {
             "tables": setting.tables().iter().map(|which| which.name()).collect::<Vec<_>>(),
             "columns": columns(0),
             "node_columns": if setting.nodes.is_some() { columns(1) } else { Vec::new() },
-            "plan": told,
+            "plan": manifest_of_plan,
             "text": text,
             "samples": samples,
         });
@@ -228,9 +228,9 @@ impl Sweep {
                         report.failed += own.failed;
                     }
                     Err(panic) => {
-                        let told = panic.downcast_ref::<&str>().map(ToString::to_string);
-                        let told = told.or_else(|| panic.downcast_ref::<String>().cloned());
-                        let error = SweepError::Panicked(told.unwrap_or_default());
+                        let message = panic.downcast_ref::<&str>().map(ToString::to_string);
+                        let message = message.or_else(|| panic.downcast_ref::<String>().cloned());
+                        let error = SweepError::Panicked(message.unwrap_or_default());
                         if let Ok(mut failed) = failed.lock() {
                             failed.get_or_insert(error);
                         }

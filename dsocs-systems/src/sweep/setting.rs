@@ -6,14 +6,16 @@ use std::ops::Range;
 use serde_json::{Value, json};
 
 use super::error::SweepError;
-use super::folder::Which;
+use super::folder::TableKind;
 use super::plan::{Plan, PlannedStart, Values};
 use super::points::Points;
 use super::table::Kind;
-use crate::entry::{self, Beginning, Column, Entry, HeldInput, Method, UnknownName, Watchable, Watched};
+use crate::entry::{
+    self, Beginning, Column, Entry, EventQuantity, HeldInput, Method, UnknownName, WatchedEvent,
+};
 
 /// The largest number of points in a part, unless the plan gives one.
-const LARGEST: u64 = 1 << 16;
+const LARGEST_PART: u64 = 1 << 16;
 /// The number of parts, unless the plan gives the points of a part.
 const PARTS: u64 = 256;
 
@@ -31,7 +33,7 @@ pub struct Setting {
     /// The start of a run, according to the plan.
     start: PlannedStart,
     /// The events that are watched.
-    pub watched: Vec<Watched>,
+    pub watched: Vec<WatchedEvent>,
     /// The names of the events.
     pub events: Vec<String>,
     /// The columns of the end that are kept.
@@ -89,7 +91,7 @@ impl Setting {
         for (name, _) in &plan.vary {
             targets.push(target(name, entry, &mut inputs)?);
         }
-        let base = base(plan, entry, &targets)?;
+        let base = start_state(plan, entry, &targets)?;
         let run = entry::Plan {
             h,
             until,
@@ -115,12 +117,12 @@ impl Setting {
             )),
             None => None,
         };
-        let watched = watched(plan, entry)?;
+        let watched = watched_events(plan, entry)?;
         let points = Points::new(plan)?;
         let part = plan
             .part
-            .unwrap_or(points.count().div_ceil(PARTS).clamp(1, LARGEST));
-        if plan.lanes && !(entry.has_lanes() && entry::shares(&run)) {
+            .unwrap_or(points.count().div_ceil(PARTS).clamp(1, LARGEST_PART));
+        if plan.lanes && !(entry.has_lanes() && entry::can_share_lanes(&run)) {
             return Err(SweepError::plan(
                 "lanes",
                 if entry.has_lanes() {
@@ -149,16 +151,16 @@ impl Setting {
             in_lanes: plan.lanes,
         };
         setting.columns = setting.columns(plan, &all)?;
-        let told = setting.told(plan, entry, &all);
-        Ok((setting, told))
+        let manifest = setting.manifest(plan, entry, &all);
+        Ok((setting, manifest))
     }
 
     /// The tables that the sweep writes, in the order in which the files of a part are finished.
-    pub fn tables(&self) -> &'static [Which] {
+    pub fn tables(&self) -> &'static [TableKind] {
         if self.nodes.is_some() {
-            &[Which::Nodes, Which::Points]
+            &[TableKind::Nodes, TableKind::Points]
         } else {
-            &[Which::Points]
+            &[TableKind::Points]
         }
     }
 
@@ -236,7 +238,7 @@ impl Setting {
     }
 
     /// The manifest.
-    fn told(&self, plan: &Plan, entry: &mut Entry, all: &[Column]) -> Value {
+    fn manifest(&self, plan: &Plan, entry: &mut Entry, all: &[Column]) -> Value {
         let method = match plan.method {
             Method::Step => json!({"order": 2}),
             Method::Composed(composition) => json!({"order": composition.order()}),
@@ -438,7 +440,7 @@ fn target(name: &str, entry: &Entry, inputs: &mut [HeldInput]) -> Result<Target,
 }
 
 /// Position and velocity at the start, as far as they do not vary.
-fn base(plan: &Plan, entry: &Entry, targets: &[Target]) -> Result<[Vec<f64>; 2], SweepError> {
+fn start_state(plan: &Plan, entry: &Entry, targets: &[Target]) -> Result<[Vec<f64>; 2], SweepError> {
     let names: Vec<_> = entry.description().names().collect();
     let own = entry.default_start();
     let given = [
@@ -489,17 +491,17 @@ fn base(plan: &Plan, entry: &Entry, targets: &[Target]) -> Result<[Vec<f64>; 2],
 }
 
 /// The events that are watched.
-fn watched(plan: &Plan, entry: &Entry) -> Result<Vec<Watched>, SweepError> {
+fn watched_events(plan: &Plan, entry: &Entry) -> Result<Vec<WatchedEvent>, SweepError> {
     let description = entry.description();
     let find = |name: &str| {
         if name == "t" {
-            return Some(Watchable::Time);
+            return Some(EventQuantity::Time);
         }
         let position = |name: &str| description.names().position(|known| known == name);
         let rate = || {
             name.strip_prefix("v_")
                 .and_then(position)
-                .map(Watchable::Velocity)
+                .map(EventQuantity::Velocity)
         };
         let observed = || {
             description
@@ -508,9 +510,9 @@ fn watched(plan: &Plan, entry: &Entry) -> Result<Vec<Watched>, SweepError> {
                 .position(|known| known.name == name)
         };
         position(name)
-            .map(Watchable::Position)
+            .map(EventQuantity::Position)
             .or_else(rate)
-            .or_else(|| observed().map(Watchable::Observed))
+            .or_else(|| observed().map(EventQuantity::Observed))
     };
     let mut watched = Vec::new();
     for event in &plan.events {
@@ -531,8 +533,8 @@ fn watched(plan: &Plan, entry: &Entry) -> Result<Vec<Watched>, SweepError> {
                 UnknownName::new("quantity", &event.quantity, known),
             ));
         };
-        watched.push(Watched {
-            of,
+        watched.push(WatchedEvent {
+            quantity: of,
             value: event.value,
             rising: event.rising,
             ends: event.ends,

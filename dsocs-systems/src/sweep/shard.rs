@@ -76,7 +76,7 @@ impl Shard {
         count: Option<u64>,
     ) -> Result<Option<Self>, SweepError> {
         let mut shard = Self::WHOLE;
-        for group in [ARRAYS, RANKS] {
+        for group in [ARRAY_SCHEDULERS, RANK_SCHEDULERS] {
             for scheduler in group {
                 if let Some((index, own)) = scheduler.read(variable, count)? {
                     shard = Self {
@@ -133,7 +133,7 @@ enum Size {
 }
 
 /// Arrays of tasks.
-const ARRAYS: &[Scheduler] = &[
+const ARRAY_SCHEDULERS: &[Scheduler] = &[
     Scheduler {
         index: "SLURM_ARRAY_TASK_ID",
         size: Size::Range([
@@ -170,7 +170,7 @@ const ARRAYS: &[Scheduler] = &[
 ];
 
 /// Ranks within a task. A batch script of SLURM has a rank, but is not one of several. Only a step of SLURM has the number of ranks.
-const RANKS: &[Scheduler] = &[
+const RANK_SCHEDULERS: &[Scheduler] = &[
     Scheduler {
         index: "OMPI_COMM_WORLD_RANK",
         size: Size::Count("OMPI_COMM_WORLD_SIZE"),

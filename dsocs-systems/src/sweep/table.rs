@@ -143,9 +143,9 @@ const TEXT: &str = "dsocs.text";
 /// [`ParquetError`] if it cannot be read.
 pub fn text(path: &Path) -> Result<Option<String>, ParquetError> {
     let reader = SerializedFileReader::new(File::open(path)?)?;
-    let said = reader.metadata().file_metadata().key_value_metadata();
-    let text = said.into_iter().flatten().find(|said| said.key == TEXT);
-    Ok(text.and_then(|said| said.value.clone()))
+    let entries = reader.metadata().file_metadata().key_value_metadata();
+    let text = entries.into_iter().flatten().find(|entry| entry.key == TEXT);
+    Ok(text.and_then(|entry| entry.value.clone()))
 }
 
 /// The name of the writer in the Parquet files.

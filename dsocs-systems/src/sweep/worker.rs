@@ -4,17 +4,17 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::error::SweepError;
-use super::folder::{Folder, PartFile, Which};
+use super::folder::{Folder, PartFile, TableKind};
 use super::setting::{Setting, Target};
 use super::table::{Cells, Kind, Writer};
-use crate::entry::{self, Entry, Row, Shown, Varied, code};
+use crate::entry::{self, Entry, Row, RunItem, VariedParameter, failure_code};
 
 /// The rows of nodes are written when there are this many. The last run may exceed it.
-const ROWS: usize = 1 << 17;
+const MOST_ROWS: usize = 1 << 17;
 
 /// The number of points that are run side by side: eight fill the lanes, and more of them share the cost of
 /// each call.
-const TOGETHER: u64 = 32;
+const POINTS_AT_ONCE: u64 = 32;
 
 /// A thread with a system of its own.
 pub struct Worker<'s> {
@@ -62,10 +62,10 @@ impl<'s> Worker<'s> {
         let mut table = Rows::new(&setting.columns[0]);
         let mut nodes = Rows::new(&setting.columns[1]);
         let mut file = match setting.nodes {
-            Some(_) => Some(folder.begin(Which::Nodes, part)?),
+            Some(_) => Some(folder.begin_part(TableKind::Nodes, part)?),
             None => None,
         };
-        let place = folder.part(Which::Nodes, part);
+        let place = folder.part(TableKind::Nodes, part);
         let mut writer = match &mut file {
             Some(file) => Some(
                 Writer::new(file.file(), &setting.columns[1], self.text)
@@ -74,17 +74,17 @@ impl<'s> Worker<'s> {
             None => None,
         };
         let mut failed = 0;
-        let mut beside = Beside::default();
+        let mut lane_ends = LaneEnds::default();
         for point in points.clone() {
             if end() {
                 return Ok(None);
             }
-            if setting.in_lanes && !beside.holds(point) {
-                beside = self.beside(point..points.end.min(point + TOGETHER));
+            if setting.in_lanes && !lane_ends.holds(point) {
+                lane_ends = self.lane_ends(point..points.end.min(point + POINTS_AT_ONCE));
             }
-            failed += u64::from(!self.point(point, beside.take(point), &mut table, &mut nodes));
+            failed += u64::from(!self.point(point, lane_ends.take(point), &mut table, &mut nodes));
             if let Some(writer) = &mut writer
-                && nodes.count >= ROWS
+                && nodes.count >= MOST_ROWS
             {
                 nodes
                     .write(writer)
@@ -104,7 +104,7 @@ impl<'s> Worker<'s> {
         }
         drop(writer);
         file.map_or(Ok(()), PartFile::finish)?;
-        let mut file = folder.begin(Which::Points, part)?;
+        let mut file = folder.begin_part(TableKind::Points, part)?;
         let place = file.path().to_owned();
         let mut writer = Writer::new(file.file(), &setting.columns[0], self.text)
             .map_err(|cause| SweepError::table(&place, cause))?;
@@ -117,10 +117,10 @@ impl<'s> Worker<'s> {
     }
 
     /// Runs points side by side.
-    fn beside(&mut self, points: Range<u64>) -> Beside {
+    fn lane_ends(&mut self, points: Range<u64>) -> LaneEnds {
         let setting = self.setting;
         let mut beginnings = Vec::new();
-        let mut parameters: Vec<Varied> = setting
+        let mut parameters: Vec<VariedParameter> = setting
             .targets
             .iter()
             .filter_map(|target| match target {
@@ -142,12 +142,12 @@ impl<'s> Worker<'s> {
         }
         let mut ends = vec![None; beginnings.len()];
         self.entry
-            .ends(&self.run, &beginnings, &parameters, &mut |place, row| {
+            .run_in_lanes(&self.run, &beginnings, &parameters, &mut |place, row| {
                 let mut values = Vec::new();
                 row.write(&mut values);
                 ends[place] = Some(values);
             });
-        Beside { points, ends }
+        LaneEnds { points, ends }
     }
 
     /// Sets the quantities that vary to their values at a point.
@@ -171,7 +171,7 @@ impl<'s> Worker<'s> {
         self.set(point);
         let beginning = setting.beginning(&self.start[0], &self.start[1]);
         let extremes = setting.extremes.len();
-        let mut kept = Kept {
+        let mut kept = KeptResults {
             values: Vec::new(),
             end: vec![f64::NAN; setting.end.len()],
             extremes: [vec![f64::INFINITY; extremes], vec![f64::NEG_INFINITY; extremes]],
@@ -182,12 +182,12 @@ impl<'s> Worker<'s> {
         let number = point as i64;
         let result = if let Some(values) = known {
             kept.values = values;
-            kept.ends(setting);
+            kept.keep_end(setting);
             Ok(None)
         } else {
             self.entry
-                .point(&self.run, &beginning, &setting.watched, looked_at, &mut |shown| {
-                    kept.take(setting, number, nodes, &shown);
+                .run_point(&self.run, &beginning, &setting.watched, looked_at, &mut |item| {
+                    kept.take(setting, number, nodes, &item);
                 })
         };
         table.whole(number);
@@ -213,7 +213,12 @@ impl<'s> Worker<'s> {
                 Err(_) => None,
             });
         }
-        table.text(result.as_ref().err().map(|failure| code(failure).to_owned()));
+        table.text(
+            result
+                .as_ref()
+                .err()
+                .map(|failure| failure_code(failure).to_owned()),
+        );
         table.text(result.as_ref().err().map(ToString::to_string));
         table.end();
         result.is_ok()
@@ -222,12 +227,12 @@ impl<'s> Worker<'s> {
 
 /// The ends of points that were run side by side; `None` for points that have to be run alone.
 #[derive(Default)]
-struct Beside {
+struct LaneEnds {
     points: Range<u64>,
     ends: Vec<Option<Vec<f64>>>,
 }
 
-impl Beside {
+impl LaneEnds {
     /// Whether a point is among them.
     fn holds(&self, point: u64) -> bool {
         self.points.contains(&point)
@@ -241,7 +246,7 @@ impl Beside {
 }
 
 /// The results that are kept of a run.
-struct Kept {
+struct KeptResults {
     /// Room for the columns of a node.
     values: Vec<f64>,
     /// The columns of the end.
@@ -252,16 +257,16 @@ struct Kept {
     events: Vec<(i64, f64, f64)>,
 }
 
-impl Kept {
+impl KeptResults {
     /// Takes in an item of a run: a node, an event or its end.
-    fn take(&mut self, setting: &Setting, point: i64, nodes: &mut Rows, shown: &Shown<'_>) {
-        match *shown {
-            Shown::Event(event, t) => {
+    fn take(&mut self, setting: &Setting, point: i64, nodes: &mut Rows, item: &RunItem<'_>) {
+        match *item {
+            RunItem::Event(event, t) => {
                 let (count, first, last) = &mut self.events[event];
                 *count += 1;
                 (*first, *last) = (if first.is_nan() { t } else { *first }, t);
             }
-            Shown::Node(row) => {
+            RunItem::Node(row) => {
                 self.read(row);
                 self.extremes(setting);
                 if let Some((every, columns)) = &setting.nodes
@@ -276,17 +281,17 @@ impl Kept {
                     nodes.end();
                 }
             }
-            Shown::End(row) => {
+            RunItem::End(row) => {
                 self.read(row);
                 // at an event between nodes a value may exceed those of all nodes
                 self.extremes(setting);
-                self.ends(setting);
+                self.keep_end(setting);
             }
         }
     }
 
     /// Keeps the columns of the current node as those of the end.
-    fn ends(&mut self, setting: &Setting) {
+    fn keep_end(&mut self, setting: &Setting) {
         for (kept, &column) in self.end.iter_mut().zip(&setting.end) {
             *kept = self.values[column];
         }

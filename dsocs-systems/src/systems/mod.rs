@@ -146,12 +146,12 @@ mod tests {
             entry.verify().unwrap();
             assert!(entry.default_start().is_some() && entry.origin().is_some());
             let description = entry.description().clone();
-            let said = [
+            let texts = [
                 &description.coordinates,
                 &description.parameters,
                 &description.observables,
             ];
-            for quantity in said.into_iter().flatten() {
+            for quantity in texts.into_iter().flatten() {
                 assert!(
                     !quantity.meaning().is_empty() && quantity.unit().is_some(),
                     "{}: {quantity:?}",

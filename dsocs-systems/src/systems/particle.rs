@@ -6,7 +6,7 @@ use dsocs_core::{Real, dsocs};
 #[cfg(feature = "dsocs")]
 #[must_use]
 pub fn entry() -> crate::Entry {
-    let curvature = crate::entry::Extra {
+    let curvature = crate::entry::ExtraParameter {
         name: "curvature",
         doc: "The prescribed curvature, positive to the left [1/m].",
         place: |particle: &mut CurvedParticle<Constant>| &mut particle.curvature.0,

@@ -8,19 +8,19 @@ use crate::stability::number;
 
 /// The number of increments in a row with opposite signs, none much smaller than the one before, that counts
 /// as alternation.
-const STREAK: u32 = 20;
+const LEAST_STREAK: u32 = 20;
 
-/// All of the first `FIRST` nodes are tested, and then `WINDOW` out of as many: a long run pays nothing for
+/// All of the first `FIRST_NODES` nodes are tested, and then `WINDOW_NODES` out of as many: a long run pays nothing for
 /// it.
-const FIRST: u64 = 2048;
-const WINDOW: u64 = 32;
+const FIRST_NODES: u64 = 2048;
+const WINDOW_NODES: u64 = 32;
 
 /// The smallest ratio of an increment to the one before: after a streak an eighth is left.
-const HARDLY: f64 = 0.9;
+const LEAST_RATIO: f64 = 0.9;
 
 /// An alternation counts if the energy of the velocity is above this part of the largest energy so far; less
 /// may be rounding.
-const MATTERS: f64 = 1e-6;
+const LEAST_ENERGY: f64 = 1e-6;
 
 /// The increments of the last step, and the number of times they have alternated.
 #[derive(Default)]
@@ -43,7 +43,7 @@ impl Alternation {
     #[inline]
     pub fn look(&mut self, row: &Row<'_>) {
         let index = row.node.index;
-        if index < FIRST || index % FIRST < WINDOW {
+        if index < FIRST_NODES || index % FIRST_NODES < WINDOW_NODES {
             self.look_at(row);
         }
     }
@@ -66,11 +66,11 @@ impl Alternation {
             for (i, x) in q.iter().enumerate() {
                 let increment = x - self.position[i];
                 let last = core::mem::replace(&mut self.increments[i], increment);
-                let alternates = increment * last < 0.0 && increment.abs() > HARDLY * last.abs();
+                let alternates = increment * last < 0.0 && increment.abs() > LEAST_RATIO * last.abs();
                 self.streaks[i] = if alternates { self.streaks[i] + 1 } else { 0 };
-                if self.streaks[i] == STREAK {
-                    if energy_of(row, i, increment / h) > MATTERS * self.energy {
-                        self.found = Some((i, node.t - f64::from(STREAK) * h));
+                if self.streaks[i] == LEAST_STREAK {
+                    if energy_of(row, i, increment / h) > LEAST_ENERGY * self.energy {
+                        self.found = Some((i, node.t - f64::from(LEAST_STREAK) * h));
                     }
                     self.streaks[i] = 0;
                 }

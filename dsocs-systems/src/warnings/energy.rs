@@ -6,20 +6,20 @@ use dsocs_core::geometry::power_with;
 use crate::entry::{Method, Row};
 
 /// The energy has exploded if it is this many times its first value.
-const EXPLODED: f64 = 1e4;
+const EXPLOSION: f64 = 1e4;
 
 /// The smallest number of nodes at which a growth from zero is reported.
-const FEW: u64 = 64;
+const LEAST_NODES: u64 = 64;
 
 /// The work is summed from an energy of this many times the first on: earlier work is no part of an
 /// explosion.
-const STIRRED: f64 = 1e3;
+const WORK_FROM: f64 = 1e3;
 
 /// A growth is explained if the work of the declared forces makes at least this part of it.
-const EXPLAINED: f64 = 0.5;
+const EXPLAINED_PART: f64 = 0.5;
 
 /// The smallest defect of the energy balance that is reported, relative to the mean of its terms.
-const MISSING: f64 = 0.1;
+const LEAST_DEFECT: f64 = 0.1;
 
 /// The energy of a run.
 #[derive(Default)]
@@ -169,7 +169,7 @@ impl Energy {
     /// Looks at a node.
     pub fn look(&mut self, row: &Row<'_>) {
         let first = *self.first.get_or_insert(row.node.energy);
-        if row.is_open && (self.work.is_some() || row.node.energy.abs() >= STIRRED * first.abs()) {
+        if row.is_open && (self.work.is_some() || row.node.energy.abs() >= WORK_FROM * first.abs()) {
             Work::look(&mut self.work, row);
         }
         if row.node.energy.abs() > self.largest.0.abs() {
@@ -191,14 +191,15 @@ impl Energy {
         if matches!(method, Method::Tolerance(_)) {
             return None;
         }
-        let exploded = |before: f64| largest.abs() >= EXPLODED * before.abs();
+        let exploded = |before: f64| largest.abs() >= EXPLOSION * before.abs();
         // an energy that is nearly zero at the start, as that of a pendulum that begins level with its pivot,
         // is no scale
         let (before, then) = self.growth.before[1];
         // the work has errors of the step, too: with a step that is too long it differs from the energy
         // several times over
         let growth = largest - self.work.as_ref().map_or(first, |work| work.from);
-        let is_given = growth.is_finite() && (growth - self.given).abs() <= (1.0 - EXPLAINED) * growth.abs();
+        let is_given =
+            growth.is_finite() && (growth - self.given).abs() <= (1.0 - EXPLAINED_PART) * growth.abs();
         let grows = if is_given || !exploded(first) || !exploded(before) {
             None
         } else if first != 0.0 {
@@ -208,7 +209,7 @@ impl Energy {
                 format!("{first:.1e}")
             };
             Some(format!("{first} at the start"))
-        } else if self.growth.nodes >= FEW {
+        } else if self.growth.nodes >= LEAST_NODES {
             Some(format!("0 at the start, and {before:.1e} at t = {then},"))
         } else {
             None
@@ -223,7 +224,7 @@ impl Energy {
         }
         let (missing, energy, t) = self.balance.missing;
         let (sum, count) = self.balance.terms;
-        (missing * count > MISSING * sum).then(|| {
+        (missing * count > LEAST_DEFECT * sum).then(|| {
             format!(
                 "warning: the energy is {energy:.3e} at t = {t}, and was {first:.3e} at the start, although nothing that is declared changes it so: \
                  the step h = {h} is too long somewhere before, or the motion has passed a corner of a constraint, a jump or a singularity, \
@@ -304,12 +305,15 @@ mod tests {
             (1.0, "from 50.000 at the start"),
             (0.0, "from 0 at the start, and"),
         ] {
-            let told = note(&driven(100.0, 0.0), &[x0], 0.21, 20.0).unwrap();
-            assert!(told.contains(words), "{told}");
+            let warning = note(&driven(100.0, 0.0), &[x0], 0.21, 20.0).unwrap();
+            assert!(warning.contains(words), "{warning}");
             assert_eq!(note(&driven(100.0, 0.0), &[x0], 0.01, 20.0), None);
             // also where the energy overflows
-            let told = note(&driven(100.0, 0.0), &[x0], 0.21, 150.0).unwrap();
-            assert!(told.contains(words) && told.contains("to inf at t ="), "{told}");
+            let warning = note(&driven(100.0, 0.0), &[x0], 0.21, 150.0).unwrap();
+            assert!(
+                warning.contains(words) && warning.contains("to inf at t ="),
+                "{warning}"
+            );
         }
         // a force that drives the system all the time: without a spring, in resonance, and with a constant
         // pull
@@ -331,8 +335,8 @@ mod tests {
             ([0.0, 1e-3], "the energy falls from -5.0e-5 at the start to -"),
             ([1e-3, 0.0], "the energy grows from 5.0e-5 at the start to "),
         ] {
-            let told = note(&pushed, &q0, 0.21, 20.0).unwrap();
-            assert!(told.contains(words), "{told}");
+            let warning = note(&pushed, &q0, 0.21, 20.0).unwrap();
+            assert!(warning.contains(words), "{warning}");
         }
     }
 
@@ -389,7 +393,7 @@ mod tests {
     }
 
     /// The warning for a run to t = 4, or t = −4 with a negative step.
-    fn said<const N: usize>(entry: &Entry, h: f64, [q0, v0]: [[f64; N]; 2]) -> Option<String> {
+    fn warning_of<const N: usize>(entry: &Entry, h: f64, [q0, v0]: [[f64; N]; 2]) -> Option<String> {
         let plan = Plan {
             h,
             until: 4.0 * h.signum(),
@@ -421,12 +425,12 @@ mod tests {
         for h in [0.02, 0.003, 1e-4] {
             let along = [[-1.01], [1.0]];
             let notes = [
-                said(&bent, h, [[1.0, 0.5], [-1.0, -0.5]]),
-                said(&blade, h, [[-1.01, 0.0], [1.0, -0.5]]),
-                said(&mass, h, along),
-                said(&potential, h, along),
+                warning_of(&bent, h, [[1.0, 0.5], [-1.0, -0.5]]),
+                warning_of(&blade, h, [[-1.01, 0.0], [1.0, -0.5]]),
+                warning_of(&mass, h, along),
+                warning_of(&potential, h, along),
                 // back in time
-                said(&potential, -h, [[1.01], [1.0]]),
+                warning_of(&potential, -h, [[1.01], [1.0]]),
             ];
             for (place, note) in notes.into_iter().enumerate() {
                 let note = note.unwrap_or_else(|| panic!("h = {h}: nothing is said of run {place}"));
@@ -454,18 +458,18 @@ mod tests {
             let round = entry(ROUNDED, &[("slope", 1.0), ("radius", 0.2), ("gravity", 1.0)]);
             let high = 1.0_f64.hypot(0.2);
             let start = [[1.0, high], [v, v / high]];
-            assert_eq!(said(&round, h, start), None, "h = {h}");
+            assert_eq!(warning_of(&round, h, start), None, "h = {h}");
             let bent = entry(BENT, &[("slope", 1.0), ("gravity", 1.0)]);
             let start = [[1.0, 1.0], [-3.0 * v, -3.0 * v]];
-            assert_eq!(said(&bent, h, start), None, "h = {h}");
+            assert_eq!(warning_of(&bent, h, start), None, "h = {h}");
             assert_eq!(
-                said(&entry(TURNTABLE, &[("rate", 1.3)]), h, [[1.0, 0.0], [0.0, 1.3]]),
+                warning_of(&entry(TURNTABLE, &[("rate", 1.3)]), h, [[1.0, 0.0], [0.0, 1.3]]),
                 None
             );
             let blade = [[-1.01, 0.0], [0.2 * h.signum(), -0.2 * h.signum()]];
-            assert_eq!(said(&entry(BLADE, &[("slope", 1.0)]), h, blade), None);
+            assert_eq!(warning_of(&entry(BLADE, &[("slope", 1.0)]), h, blade), None);
             let pieces = entry(PIECES, &[("mass", 0.5), ("potential", 0.2)]);
-            assert_eq!(said(&pieces, h, [[-1.01], [0.2 * h.signum()]]), None);
+            assert_eq!(warning_of(&pieces, h, [[-1.01], [0.2 * h.signum()]]), None);
         }
     }
 }

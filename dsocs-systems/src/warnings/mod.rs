@@ -22,11 +22,11 @@ use turns::Turns;
 
 /// The observers of the nodes of a run.
 #[derive(Default)]
-pub struct Warnings(Looks);
+pub struct Warnings(Observers);
 
 #[derive(Default)]
 #[expect(clippy::large_enum_variant, reason = "there is one for a run")]
-enum Looks {
+enum Observers {
     /// With steps of a fixed length.
     Steps {
         energy: Energy,
@@ -45,10 +45,10 @@ impl Warnings {
     pub fn of(method: Method, shape: &Shape) -> Self {
         Self(match method {
             Method::Tolerance(tolerance) if shape.holonomic + shape.nonholonomic > 1 => {
-                Looks::Constraints(tolerance, Dependence::default())
+                Observers::Constraints(tolerance, Dependence::default())
             }
-            Method::Tolerance(_) => Looks::Nothing,
-            Method::Step | Method::Composed(_) => Looks::Steps {
+            Method::Tolerance(_) => Observers::Nothing,
+            Method::Step | Method::Composed(_) => Observers::Steps {
                 energy: Energy::default(),
                 turns: Turns::default(),
                 alternation: Alternation::default(),
@@ -60,8 +60,8 @@ impl Warnings {
     #[must_use]
     pub fn looks(&self) -> [bool; 2] {
         [
-            !matches!(self.0, Looks::Nothing),
-            matches!(self.0, Looks::Steps { .. }),
+            !matches!(self.0, Observers::Nothing),
+            matches!(self.0, Observers::Steps { .. }),
         ]
     }
 
@@ -69,7 +69,7 @@ impl Warnings {
     #[inline]
     pub fn look(&mut self, row: &Row<'_>) {
         match &mut self.0 {
-            Looks::Steps {
+            Observers::Steps {
                 energy,
                 turns,
                 alternation,
@@ -78,8 +78,8 @@ impl Warnings {
                 turns.look(row);
                 alternation.look(row);
             }
-            Looks::Constraints(_, dependence) => dependence.look(row),
-            Looks::Nothing => {}
+            Observers::Constraints(_, dependence) => dependence.look(row),
+            Observers::Nothing => {}
         }
     }
 
@@ -90,7 +90,7 @@ impl Warnings {
     pub fn notes(&self, names: &[&str], method: Method, h: f64) -> [Option<String>; 4] {
         let names = || names.iter().copied();
         match &self.0 {
-            Looks::Steps {
+            Observers::Steps {
                 energy,
                 turns,
                 alternation,
@@ -100,8 +100,8 @@ impl Warnings {
                 alternation.note(names(), method),
                 None,
             ],
-            Looks::Constraints(tolerance, dependence) => [None, None, None, dependence.note(*tolerance)],
-            Looks::Nothing => [None, None, None, None],
+            Observers::Constraints(tolerance, dependence) => [None, None, None, dependence.note(*tolerance)],
+            Observers::Nothing => [None, None, None, None],
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::entry::Beginning;
 /// A body or an angle that the projection rotates by more than this, in rad, may be in another assembly than
 /// intended: the change is the smallest to first order only, and constraints that also hold far away, as
 /// those of a hinge with reversed axis, may be reached there.
-const FAR: f64 = 0.5;
+const LARGEST_TURN: f64 = 0.5;
 
 /// The warning for a start that was projected onto constraints, where the run begins at the position `q`: the
 /// rotations of bodies and angles, if one of them is large.
@@ -32,10 +32,10 @@ pub fn moved_start(beginning: &Beginning, shape: &Shape, q: &[f64]) -> Option<St
             _ => {}
         }
     }
-    if turned.iter().all(|(_, turn)| *turn < FAR) {
+    if turned.iter().all(|(_, turn)| *turn < LARGEST_TURN) {
         return None;
     }
-    let each: Vec<String> = (turned.iter().filter(|(_, turn)| *turn >= FAR / 10.0))
+    let each: Vec<String> = (turned.iter().filter(|(_, turn)| *turn >= LARGEST_TURN / 10.0))
         .map(|(name, turn)| format!("`{name}` by {turn:.2} rad"))
         .collect();
     Some(format!(
@@ -60,7 +60,7 @@ mod tests {
         holonomic = [(r * [1, 0, 0])[1], (r * [1, 0, 0])[2]];";
 
     /// The warning for a start whose axis is this far from that of the hinge, in rad.
-    fn told(angle: f64) -> Option<String> {
+    fn warning(angle: f64) -> Option<String> {
         let text = dsocs_core::text::Text::parse("link", LINK).unwrap();
         let entry = Entry::of_text("link", &text, None);
         let q0 = vec![(angle / 2.0).cos(), 0.0, 0.0, (angle / 2.0).sin(), 0.0];
@@ -86,8 +86,8 @@ mod tests {
 
     #[test]
     fn a_start_that_is_turned_far_is_told() {
-        assert_eq!(told(0.3), None);
-        let far = told(1.2).unwrap();
+        assert_eq!(warning(0.3), None);
+        let far = warning(1.2).unwrap();
         assert!(far.contains("`r` by 1.20 rad") && !far.contains("phi"), "{far}");
     }
 }

@@ -3,13 +3,13 @@
 use crate::entry::{Method, Row};
 
 /// A step that rotates a body by more than this, in rad, is too coarse for the asymptotic order of the error.
-const ROUGH: f64 = 1.5;
+const LARGE_TURN: f64 = 1.5;
 
 /// The largest rotation in a step, in rad.
-const LONGEST: f64 = 3.0;
+const LARGEST_TURN: f64 = 3.0;
 
 /// A rotation in a step that is well resolved, in rad.
-const GOOD: f64 = 0.5;
+const RESOLVED_TURN: f64 = 0.5;
 
 /// The fastest rotation of a run.
 #[derive(Default)]
@@ -58,13 +58,13 @@ impl Turns {
         h: f64,
     ) -> Option<String> {
         let turn = self.rate * h.abs();
-        if matches!(method, Method::Tolerance(_)) || turn < ROUGH {
+        if matches!(method, Method::Tolerance(_)) || turn < LARGE_TURN {
             return None;
         }
         let name = names.nth(self.rotation).unwrap_or_default();
         let name = name.strip_suffix("_w").unwrap_or(name);
-        let (time, shorter) = (self.time, rounded(GOOD / self.rate));
-        let told = if turn < LONGEST {
+        let (time, shorter) = (self.time, rounded(RESOLVED_TURN / self.rate));
+        let reason = if turn < LARGEST_TURN {
             format!(
                 "`{name}` turns by {turn:.1} rad in a step at t = {time}: such a step is rough, and one of 3 rad is refused"
             )
@@ -76,7 +76,7 @@ impl Turns {
             )
         };
         Some(format!(
-            "warning: {told}; take `--step {shorter}` or less, {GOOD} rad a step"
+            "warning: {reason}; take `--step {shorter}` or less, {RESOLVED_TURN} rad a step"
         ))
     }
 }
@@ -101,10 +101,11 @@ mod tests {
             rotation: 1,
         };
         let note = |method, h| turns.note(["x", "r_w", "r_x", "r_y", "r_z"].into_iter(), method, h);
-        let told = note(Method::Step, -0.1).unwrap();
+        let warning = note(Method::Step, -0.1).unwrap();
         assert!(
-            told.contains("`r` turns by 2.0 rad in a step at t = 0.5") && told.contains("`--step 0.02`"),
-            "{told}"
+            warning.contains("`r` turns by 2.0 rad in a step at t = 0.5")
+                && warning.contains("`--step 0.02`"),
+            "{warning}"
         );
         let beyond = note(Method::Step, 0.2).unwrap();
         assert!(

@@ -42,7 +42,7 @@ impl Units {
 }
 
 /// A sleigh that a motor turns: a constraint on velocities and one on accelerations.
-const LED: &str = "
+const DRIVEN_SLEIGH: &str = "
     parameters { sx: [3] = [1; 3], sl: [2] = [1; 2], sm = 1, st = 1 }
     coordinates(x, y, theta);
     let angle = theta / sx[2];
@@ -57,7 +57,7 @@ const LED: &str = "
 ";
 
 /// The nonholonomic particle with a discrete row that does not contain the first node: no flow leads back.
-const ONWARD: &str = "
+const WITHOUT_FIRST_NODE: &str = "
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2;
     nonholonomic = dot(z) - y * dot(x);
@@ -87,7 +87,7 @@ fn certified(system: &dyn Kernel, h: f64, start: Start<3>) -> Result<Vec<Certifi
 
 /// The largest relative change of the certificates with the units.
 fn changes() -> Measured {
-    let led = read(LED)?;
+    let led = read(DRIVEN_SLEIGH)?;
     let start = Start::second_order([0.0, 0.0, 0.4], [1.0, 0.4_f64.tan(), 0.3]);
     let h = 0.05;
     let natural = certified(&led, h, start)?;
@@ -124,7 +124,7 @@ fn changes() -> Measured {
 }
 
 /// The number of nodes of a sleigh's run at which a flow is not granted.
-fn lost(v0: [f64; 3], until: f64) -> Measured {
+fn ungranted_nodes(v0: [f64; 3], until: f64) -> Measured {
     let sleigh = Sleigh::default();
     let mut flow = Flow::new(&sleigh, 0.05, Start::second_order([0.0; 3], v0))?;
     let mut lost = 0.0;
@@ -147,7 +147,7 @@ pub fn run(report: &mut Report<'_>) {
         Bar::AtMost(0.0),
         || {
             let all = certified(
-                &read(ONWARD)?,
+                &read(WITHOUT_FIRST_NODE)?,
                 0.02,
                 Start::second_order([0.0; 3], [0.5, 1.0, 0.0]),
             )?;
@@ -160,11 +160,11 @@ pub fn run(report: &mut Report<'_>) {
     report.measure(
         "sleigh, its own run: nodes at which a flow is not granted",
         Bar::AtMost(0.0),
-        || lost([-1.0, 0.0, 0.3], 40.0),
+        || ungranted_nodes([-1.0, 0.0, 0.3], 40.0),
     );
     report.measure(
         "sleigh that comes to turn no more: nodes at which a flow is not granted",
         Bar::AtMost(0.0),
-        || lost([1.0, 0.0, 0.3], 200.0),
+        || ungranted_nodes([1.0, 0.0, 0.3], 200.0),
     );
 }

@@ -23,7 +23,7 @@ struct Belt {
 
 impl Belt {
     /// A belt that slows down, from which the block is torn off at `eᵗ = 2.1`.
-    const SLOWING: Self = Self {
+    const SLOWING_BELT: Self = Self {
         pull: 1.0,
         dry: 1.0,
         speed: 0.5,
@@ -31,7 +31,7 @@ impl Belt {
     };
 
     /// A belt that speeds up, and catches a block that is faster at first, at `t = 10/7`.
-    const CATCHING: Self = Self {
+    const ACCELERATING_BELT: Self = Self {
         pull: 0.0,
         dry: 0.5,
         speed: 0.0,
@@ -47,7 +47,7 @@ impl Belt {
     }
 
     /// Position and velocity of a block that sticks to the belt from the origin on.
-    fn taken(&self, t: f64) -> [f64; 2] {
+    fn stuck_state(&self, t: f64) -> [f64; 2] {
         [
             self.speed * t + self.change * t * t / 2.0,
             self.speed + self.change * t,
@@ -57,12 +57,12 @@ impl Belt {
 
 /// Position and velocity of the block on the belt that slows down.
 fn torn_off(t: f64) -> [f64; 2] {
-    let belt = Belt::SLOWING;
+    let belt = Belt::SLOWING_BELT;
     let begins = 2.1_f64.ln();
     if t <= begins {
-        return belt.taken(t);
+        return belt.stuck_state(t);
     }
-    let ([x, v], s) = (belt.taken(begins), t - begins);
+    let ([x, v], s) = (belt.stuck_state(begins), t - begins);
     [
         x + v * s + s * s - (t.exp() - 2.1 - 2.1 * s),
         v + 2.0 * s - (t.exp() - 2.1),
@@ -71,17 +71,17 @@ fn torn_off(t: f64) -> [f64; 2] {
 
 /// Position and velocity of the block that is caught.
 fn caught(t: f64) -> [f64; 2] {
-    let (belt, stops) = (Belt::CATCHING, 10.0 / 7.0);
+    let (belt, stops) = (Belt::ACCELERATING_BELT, 10.0 / 7.0);
     if t <= stops {
         return [t - t * t / 4.0, 1.0 - t / 2.0];
     }
-    let [[now, v], [then, _]] = [t, stops].map(|t| belt.taken(t));
+    let [[now, v], [then, _]] = [t, stops].map(|t| belt.stuck_state(t));
     [stops - stops * stops / 4.0 + now - then, v]
 }
 
 /// The largest error of position and velocity after t = 1.6, in units of `h²`, over ten steps of which none
 /// is half of another.
-fn in_squares(run: impl Fn(f64) -> Measured) -> Measured {
+fn error_in_squares(run: impl Fn(f64) -> Measured) -> Measured {
     let mut largest = 0.0;
     for k in 0..10 {
         let h = 0.05 * 0.73_f64.powi(k);
@@ -113,21 +113,21 @@ pub fn run(report: &mut Report<'_>) {
     for (what, belt, v0, exact, method) in [
         (
             "a block is torn off a belt that slows down: largest error of position and velocity over ten steps, in h²",
-            Belt::SLOWING,
+            Belt::SLOWING_BELT,
             0.5,
             torn_off as fn(f64) -> [f64; 2],
             None,
         ),
         (
             "a belt that speeds up catches a block: the same",
-            Belt::CATCHING,
+            Belt::ACCELERATING_BELT,
             1.0,
             caught,
             None,
         ),
         (
             "the first one by Suzuki's composition",
-            Belt::SLOWING,
+            Belt::SLOWING_BELT,
             0.5,
             torn_off,
             Some(Composition::SUZUKI_4),
@@ -136,7 +136,7 @@ pub fn run(report: &mut Report<'_>) {
         let bar = if method.is_some() { 0.1 } else { 4.0 };
         report.measure(what, Bar::AtMost(bar), || {
             let (block, start) = (belt.block()?, AnyStart::second_order(&[0.0], &[v0]));
-            in_squares(|h| match method {
+            error_in_squares(|h| match method {
                 None => error(AnyFlow::new(&block, h, &start)?.run_mut(), exact),
                 Some(method) => error(
                     &mut *AnyComposedFlow::new(&block, h, method, &start)?.into_run(),

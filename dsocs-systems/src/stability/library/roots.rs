@@ -9,7 +9,7 @@ use crate::experiment::pendulum::{Q0, V0};
 use crate::pendulum::InertiaWheelPendulum;
 
 /// The 80 steps of the reference motion with the nearest roots, in 200-bit arithmetic.
-const HARD: &str = include_str!("../../../data/pendulum_hard_steps_h0.1.csv");
+const REFERENCE: &str = include_str!("../../../data/pendulum_hard_steps_h0.1.csv");
 
 /// The step of the reference, in s.
 const H: f64 = 0.1;
@@ -59,7 +59,7 @@ impl Undivided {
 }
 
 /// A step of the reference: its first two nodes, and both solutions.
-struct Hard {
+struct ReferenceStep {
     q0: [f64; 2],
     q1: [f64; 2],
     proper: [f64; 2],
@@ -67,9 +67,9 @@ struct Hard {
 }
 
 /// The steps of the reference.
-fn hard() -> Result<Vec<Hard>, Box<dyn Error>> {
+fn reference_steps() -> Result<Vec<ReferenceStep>, Box<dyn Error>> {
     let mut steps = Vec::new();
-    for line in HARD.lines().skip(1) {
+    for line in REFERENCE.lines().skip(1) {
         let numbers: Vec<f64> = line
             .split(',')
             .take(12)
@@ -78,7 +78,7 @@ fn hard() -> Result<Vec<Hard>, Box<dyn Error>> {
         let [_, _, t0, p0, t1, p1, _, t2, p2, ts, ps, _] = numbers[..] else {
             return Err(format!("twelve numbers expected in {line}").into());
         };
-        steps.push(Hard {
+        steps.push(ReferenceStep {
             q0: [t0, p0],
             q1: [t1, p1],
             proper: [t2, p2],
@@ -90,7 +90,7 @@ fn hard() -> Result<Vec<Hard>, Box<dyn Error>> {
 
 /// The first two nodes of the hardest step.
 pub fn hardest() -> Result<[[f64; 2]; 2], Box<dyn Error>> {
-    let step = hard()?.into_iter().next().ok_or("no steps")?;
+    let step = reference_steps()?.into_iter().next().ok_or("no steps")?;
     Ok([step.q0, step.q1])
 }
 
@@ -115,7 +115,7 @@ pub fn run(report: &mut Report<'_>) {
         ],
         || {
             let mut worst = [0.0; 2];
-            for step in hard()? {
+            for step in reference_steps()? {
                 let mut flow = Flow::new(&pendulum, H, Start::nodes(step.q0, step.q1))?;
                 flow.advance()?;
                 deviate(&mut worst, flow.position(), step.proper);
@@ -203,7 +203,7 @@ fn through_zero(pendulum: &InertiaWheelPendulum) -> Measured {
 fn single_steps(undivided: &Undivided) -> Result<[f64; 5], Box<dyn Error>> {
     let (mut refused, mut wrong, mut worst, mut missing) = (0.0, 0.0, [0.0; 2], 0.0);
     let far = |x: &[f64], y: [f64; 2]| (x[0] - y[0]).abs();
-    for step in hard()? {
+    for step in reference_steps()? {
         let mut flow = Flow::new(undivided, H, Start::nodes(step.q0, step.q1))?;
         let roots = flow.roots()?;
         match flow.advance() {

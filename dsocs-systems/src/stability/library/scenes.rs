@@ -21,20 +21,20 @@ use declared::{RUN0, RUN1, RUN2, RUN3, RUN4, RUN5, RUN6};
 const STEPS: usize = 100;
 
 /// A node this many roundings away belongs to another motion.
-const FAR: f64 = 1e8;
+const ANOTHER_MOTION: f64 = 1e8;
 
 /// The unit roundoff.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
 /// The size of the perturbations that measure the condition of a motion, in roundings.
-const MAGNIFIED: f64 = 1e5;
+const PERTURBATION: f64 = 1e5;
 
 /// The number of perturbed motions.
-const TWINS: u64 = 3;
+const PERTURBED_MOTIONS: u64 = 3;
 
 /// The largest distance that is explained, relative to the random perturbations: these are random, and only
 /// three.
-const EXPLAINED: f64 = 4.0;
+const EXPLAINED_DISTANCE: f64 = 4.0;
 
 /// The number of Newton updates of a perturbed step.
 const UPDATES: u32 = 4;
@@ -57,15 +57,15 @@ pub struct Run<const N: usize, const M: usize> {
     units: [f64; N],
 }
 
-/// A perturbed motion: each step has a random error of the size of its rounding, times [`MAGNIFIED`].
-struct Twin<const N: usize> {
+/// A perturbed motion: each step has a random error of the size of its rounding, times [`PERTURBATION`].
+struct PerturbedMotion<const N: usize> {
     /// Its last leg.
     leg: Leg<f64, N>,
     /// The generator of its errors.
     random: Random,
 }
 
-impl<const N: usize> Twin<N> {
+impl<const N: usize> PerturbedMotion<N> {
     /// Makes a step with the second difference near `e`; `None` if it has no solution.
     fn advance<const M: usize>(&mut self, system: &dyn Kernel, h: f64, e: &[f64; N]) -> Option<()> {
         let shape = system.shape();
@@ -88,7 +88,7 @@ impl<const N: usize> Twin<N> {
         // the rows are perturbed by the bounds of their rounding, the unknowns by their last place
         let mut bounds = z;
         Declaration::of(system).bounds(h, self.leg.any(), &z, &mut bounds);
-        let mut noise = || MAGNIFIED * (2.0 * self.random.unit() - 1.0);
+        let mut noise = || PERTURBATION * (2.0 * self.random.unit() - 1.0);
         let mut moved = z;
         for z in &mut moved {
             *z += noise() * UNIT * z.abs();
@@ -121,8 +121,8 @@ impl<const N: usize> Twin<N> {
 fn distance<const N: usize, const M: usize>(run: &Run<N, M>) -> Result<[f64; 2], Box<dyn Error>> {
     let system = &read(run.text)?;
     let mut flow = Flow::of(system, run.h, Start::nodes(run.q0, run.q1))?;
-    let mut twins: Vec<Twin<N>> = (1..=TWINS)
-        .map(|seed| Twin {
+    let mut twins: Vec<PerturbedMotion<N>> = (1..=PERTURBED_MOTIONS)
+        .map(|seed| PerturbedMotion {
             leg: flow.leg(),
             random: Random::new(seed),
         })
@@ -142,7 +142,7 @@ fn distance<const N: usize, const M: usize>(run: &Run<N, M>) -> Result<[f64; 2],
     let mut figures = [0.0; 2];
     for (i, (q, last)) in flow.position().iter().zip(&run.last).enumerate() {
         let apart = (q - last).abs();
-        let moved = twins.iter().map(|twin| (twin.leg.q[i] - q).abs() / MAGNIFIED);
+        let moved = twins.iter().map(|twin| (twin.leg.q[i] - q).abs() / PERTURBATION);
         let condition = moved.fold(run.units[i], larger);
         figures[0] = larger(figures[0], apart / run.units[i]);
         figures[1] = larger(figures[1], apart / condition);
@@ -168,7 +168,7 @@ pub fn run(report: &mut Report<'_>) {
         format!("{} scenes drawn at random, {STEPS} steps: refused, or on another motion than a second formulation", runs.len()),
         Bar::AtMost(0.0),
         || {
-            let wrong = runs.iter().filter(|(_, run)| !run().is_ok_and(|[distance, _]| distance <= FAR));
+            let wrong = runs.iter().filter(|(_, run)| !run().is_ok_and(|[distance, _]| distance <= ANOTHER_MOTION));
             Ok(wrong.count() as f64)
         },
     );
@@ -184,7 +184,7 @@ pub fn run(report: &mut Report<'_>) {
                 ),
                 (
                     "the same, or what the rows' own rounding bounds come to along the motion if that is more".to_owned(),
-                    Bar::AtMost(EXPLAINED),
+                    Bar::AtMost(EXPLAINED_DISTANCE),
                 ),
             ],
             run,

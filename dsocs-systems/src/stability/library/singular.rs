@@ -32,7 +32,7 @@ const DIAGONAL: &str = "
 ";
 
 /// A constraint on the last two nodes: `q0` does not enter, so no step leads back.
-const ONWARD: &str = "
+const WITHOUT_FIRST_NODE: &str = "
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + x.sin() * dot(x);
@@ -42,7 +42,7 @@ const ONWARD: &str = "
 
 /// A cart-pole with a constraint that becomes singular on the way: the coefficient of the motor's force
 /// passes through zero.
-const POLED: &str = "
+const CART_POLE: &str = "
     parameters { mc = 1, mp = 0.3, l = 0.5, drag = 0.2, ke = 1.5, kv = 2, kx = 1, kd = 1.2 }
     coordinates(s, theta);
     let kinetic = (mc + mp) * dot(s).powi(2) / 2 + mp * l * dot(s) * dot(theta) * theta.cos() + mp * l.powi(2) * dot(theta).powi(2) / 2;
@@ -77,7 +77,7 @@ const LINKAGE: &str = "
 ";
 
 /// The number of steps, of 60 sizes, with which a run does not stop with one of these reasons before `until`.
-fn passed(text: &str, start: &AnyStart, until: f64, reasons: &[StepFailure]) -> Measured {
+fn steps_without_stop(text: &str, start: &AnyStart, until: f64, reasons: &[StepFailure]) -> Measured {
     let system = read(text)?;
     let mut passed = 0.0;
     for k in 1..=60 {
@@ -112,7 +112,12 @@ fn unchanged() -> Measured {
 }
 
 /// The smallest singular values along a run.
-fn along(system: &dyn Kernel, h: f64, start: &AnyStart, steps: u32) -> Result<[f64; 2], Box<dyn Error>> {
+fn smallest_singular_values(
+    system: &dyn Kernel,
+    h: f64,
+    start: &AnyStart,
+    steps: u32,
+) -> Result<[f64; 2], Box<dyn Error>> {
     let mut flow = AnyFlow::new(system, h, start)?;
     let run = flow.run_mut();
     let mut smallest = [f64::INFINITY; 2];
@@ -148,7 +153,7 @@ pub fn run(report: &mut Report<'_>) {
             ),
             ("the same: of D₁".to_owned(), Bar::AtLeast(1e-2)),
         ],
-        || along(&CurvedParticle::default(), 0.1, &circle, 1000),
+        || smallest_singular_values(&CurvedParticle::default(), 0.1, &circle, 1000),
     );
     report.measure_all(
         [
@@ -158,7 +163,7 @@ pub fn run(report: &mut Report<'_>) {
             ),
             ("the same: of D₁".to_owned(), Bar::AtLeast(1e-9)),
         ],
-        || along(&pendulum, 0.1, &AnyStart::second_order(&Q0, &V0), 20_000),
+        || smallest_singular_values(&pendulum, 0.1, &AnyStart::second_order(&Q0, &V0), 20_000),
     );
     report.measure(
         "pendulum without `branch` at the hardest step: D₃'s smallest singular value, in that with `branch`",
@@ -220,7 +225,7 @@ pub fn run(report: &mut Report<'_>) {
         "a constraint on q1 and q2 alone: a backward flow granted, or a forward flow not",
         Bar::AtMost(0.0),
         || {
-            let onward = read(ONWARD)?;
+            let onward = read(WITHOUT_FIRST_NODE)?;
             let mut flow = Flow::of(&onward, 0.1, Start::nodes([0.0], [0.1]))?;
             flow.advance()?;
             let at = flow.regularity().unwrap_or(Regularity::UNKNOWN);
@@ -242,7 +247,7 @@ fn not_passed(report: &mut Report<'_>) {
                 StepFailure::NotConverged,
             ];
             let start = AnyStart::second_order(&[0.2, 2.5], &[0.0, 0.3]);
-            passed(POLED, &start, 4.0, &reasons)
+            steps_without_stop(CART_POLE, &start, 4.0, &reasons)
         },
     );
     report.measure(
@@ -252,7 +257,7 @@ fn not_passed(report: &mut Report<'_>) {
             let start = AnyStart::third_order(&[0.0; 2], &[0.6, 0.8], &[-1.36, 0.02]);
             // a leg that ends at rest to rounding has no next one
             let reasons = [StepFailure::PassesRest, StepFailure::NotConverged];
-            passed(CLIMBER, &start, 2.0, &reasons)
+            steps_without_stop(CLIMBER, &start, 2.0, &reasons)
         },
     );
     report.measure(

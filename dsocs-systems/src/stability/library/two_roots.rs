@@ -21,7 +21,7 @@ const UNTIL: f64 = 20.0;
 
 /// Two roots this near to each other, relative to both legs, cannot be told apart: where they meet, the
 /// rounding of the rows moves either by the square root of itself.
-const APART: f64 = 1e-6;
+const INDISTINCT_ROOTS: f64 = 1e-6;
 
 /// The product of the equations of two oscillators with different springs. Their accelerations cross where
 /// the forces agree.
@@ -110,7 +110,9 @@ fn run<const N: usize>(
             *found = (*found - q) - d;
         }
         let length = distance(&leg.d, &[0.0; N]) + distance(&right, &[0.0; N]);
-        if distance(&right, &wrong) > APART * length && distance(&found, &wrong) < distance(&found, &right) {
+        if distance(&right, &wrong) > INDISTINCT_ROOTS * length
+            && distance(&found, &wrong) < distance(&found, &right)
+        {
             if begun {
                 return Ok([refused, 1.0]);
             }
