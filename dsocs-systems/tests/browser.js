@@ -2,7 +2,7 @@
 // Looks at the page in each frame and writes what it finds into #found, as JSON.
 const answers = [];
 const look = frame => {
-  const found = { errors: [], requests: [], figures: [], moved: [], switched: null, said: null, tip: null, unnamed: 0, wide: 0 };
+  const found = { errors: [], requests: [], figures: [], moved: [], switched: null, time: null, tip: null, unnamed: 0, wide: 0 };
   const page = frame.contentDocument, view = frame.contentWindow;
   view.addEventListener('error', event => found.errors.push(String(event.message)));
   page.addEventListener('securitypolicyviolation', event => found.errors.push('blocked: ' + event.blockedURI));
@@ -37,7 +37,7 @@ const look = frame => {
         // what moves is the mechanism or the path, and every cursor
         found.moved.push(before.length > 1 && before[0] !== after[0] || before.filter((place, index) => place !== after[index]).length > before.length / 2);
       }
-      found.said = slider.getAttribute('aria-valuetext');
+      found.time = slider.getAttribute('aria-valuetext');
     }
     for (const choice of page.querySelectorAll('fieldset.switch')) if (choice.hidden) found.errors.push('the switch is hidden');
     const choices = [...page.querySelectorAll('fieldset.switch input')];

@@ -48,7 +48,7 @@ fn look(browser: &Path, pages: &[(&Path, u32)]) -> Vec<Value> {
         "<!DOCTYPE html><html><body style=\"margin:0\"><pre id=\"found\"></pre><script>{PROBE}</script>{frames}</body></html>"
     );
     fs::write(&harness, html).unwrap();
-    let said = fs::File::create(folder.path().join("said")).unwrap();
+    let dom_file = fs::File::create(folder.path().join("dom")).unwrap();
     let mut child = Command::new(browser)
         .args([
             "--headless",
@@ -69,7 +69,7 @@ fn look(browser: &Path, pages: &[(&Path, u32)]) -> Vec<Value> {
         ))
         .arg("--window-size=1300,3000")
         .arg(format!("file://{}", harness.display()))
-        .stdout(said)
+        .stdout(dom_file)
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
@@ -82,7 +82,7 @@ fn look(browser: &Path, pages: &[(&Path, u32)]) -> Vec<Value> {
         }
         std::thread::sleep(Duration::from_millis(50));
     }
-    let dom = fs::read_to_string(folder.path().join("said")).unwrap();
+    let dom = fs::read_to_string(folder.path().join("dom")).unwrap();
     let found = dom
         .split_once("<pre id=\"found\">")
         .and_then(|(_, rest)| rest.split_once("</pre>"));
@@ -104,26 +104,30 @@ fn dsocs(folder: &Path, arguments: &[&str]) {
         .current_dir(folder)
         .output()
         .unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {said}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {stderr}");
     assert!(output.stdout.len() < 500, "rows were not asked for");
 }
 
 /// Asserts the properties that every page has at every width.
 fn sound(found: &Value, page: &str, width: u32) {
-    let told = |key: &str| {
+    let entries = |key: &str| {
         found[key]
             .as_array()
             .unwrap_or_else(|| panic!("{page}, {width}: {found}"))
     };
-    assert!(told("errors").is_empty(), "{page}, {width}: {:?}", told("errors"));
     assert!(
-        told("requests").is_empty(),
+        entries("errors").is_empty(),
         "{page}, {width}: {:?}",
-        told("requests")
+        entries("errors")
     );
-    assert!(!told("figures").is_empty(), "{page}, {width}");
-    for figure in told("figures") {
+    assert!(
+        entries("requests").is_empty(),
+        "{page}, {width}: {:?}",
+        entries("requests")
+    );
+    assert!(!entries("figures").is_empty(), "{page}, {width}");
+    for figure in entries("figures") {
         let name = &figure["name"];
         let [left, right, height] = ["left", "right", "height"].map(|key| figure[key].as_f64().unwrap());
         assert!(
@@ -216,8 +220,8 @@ fn pages_in_a_browser() {
         } else {
             // whether the picture changes at the middle and at the end of the slider
             assert_eq!(found["moved"], serde_json::json!([true, true]), "{page}, {width}");
-            let said = found["said"].as_str().unwrap();
-            assert!(said.starts_with("t = ") && said != "t = 0 s", "{page}: {said}");
+            let time = found["time"].as_str().unwrap();
+            assert!(time.starts_with("t = ") && time != "t = 0 s", "{page}: {time}");
         }
         let tip = found["tip"].as_str();
         assert!(

@@ -629,16 +629,16 @@ fn a_picture_shows_bodies_in_space() {
         let done = dsocs(folder.path(), &[&["run"], arguments].concat())
             .output()
             .unwrap();
-        let told = String::from_utf8(done.stderr).unwrap();
+        let stderr = String::from_utf8(done.stderr).unwrap();
         (
             fs::read_to_string(folder.path().join("a.svg")).unwrap_or_default(),
-            told,
+            stderr,
         )
     };
     // four moments, each of a disc of 24 sides and 4 quarters, some of which are visible, and the lines of
     // the ground
-    let (svg, told) = drawn(&["coin", "--until", "1", "--picture", "a.svg"]);
-    assert!(told.is_empty() && svg.starts_with("<svg xmlns="), "{told}");
+    let (svg, stderr) = drawn(&["coin", "--until", "1", "--picture", "a.svg"]);
+    assert!(stderr.is_empty() && svg.starts_with("<svg xmlns="), "{stderr}");
     let moments: Vec<&str> = svg.split("<g opacity=").skip(1).collect();
     assert_eq!(moments.len(), 4);
     for moment in &moments {
@@ -652,8 +652,8 @@ fn a_picture_shows_bodies_in_space() {
     let text = "coordinates(r: rotation, x: [3]); lagrangian = r.angular_velocity().norm_squared() + dot(x).norm_squared();
         run { start = ([1, 0, 0, 0, 0, 0, 0], [0, 0, 1, 1, 0, 0]); until = 1.0; }";
     fs::write(folder.path().join("free.dsocs"), text).unwrap();
-    let (svg, told) = drawn(&["free.dsocs", "--picture", "a.svg", "--report", "a.html"]);
-    assert!(told.is_empty(), "{told}");
+    let (svg, stderr) = drawn(&["free.dsocs", "--picture", "a.svg", "--report", "a.html"]);
+    assert!(stderr.is_empty(), "{stderr}");
     assert_eq!(svg.matches("class=\"face\"").count(), 4 * 3);
     let page = fs::read_to_string(folder.path().join("a.html")).unwrap();
     assert!(page.contains("\"space\":{\"centre\":") && page.contains("The mechanism"));
@@ -662,10 +662,10 @@ fn a_picture_shows_bodies_in_space() {
     let velocities = page.split("<h2>Velocities</h2>").nth(1).unwrap();
     let velocities = velocities.split("<h2>").next().unwrap();
     assert_eq!(velocities.matches("data-column=\"v_").count(), 6, "{velocities}");
-    let (_, told) = drawn(&["train", "--picture", "b.svg"]);
+    let (_, stderr) = drawn(&["train", "--picture", "b.svg"]);
     assert!(
-        told.contains("nothing says how `train` is drawn") && told.contains("--plot"),
-        "{told}"
+        stderr.contains("nothing says how `train` is drawn") && stderr.contains("--plot"),
+        "{stderr}"
     );
 }
 
@@ -733,7 +733,7 @@ fn an_input_is_held_from_time_to_time() {
         last(&["--step", "0.01", "--input", &change])
     );
 
-    for (options, said) in [
+    for (options, words) in [
         (
             vec!["--input".to_owned(), "gravty=constant.csv".to_owned()],
             "did you mean `gravity`",
@@ -763,7 +763,7 @@ fn an_input_is_held_from_time_to_time() {
         let options: Vec<_> = options.iter().map(String::as_str).collect();
         let (status, rows, message) = run(&options);
         assert!(
-            status != 0 && rows.is_empty() && message.contains(said),
+            status != 0 && rows.is_empty() && message.contains(words),
             "{options:?}: {message}"
         );
     }

@@ -66,7 +66,7 @@ fn a_model_is_written_as_tables_and_as_json() {
     }
     assert!(!lines.iter().any(|line| line.ends_with(' ')), "{text}");
     let json = stdout(&[&about[..], &["--format", "json"]].concat());
-    let told: Value = serde_json::from_str(&json).unwrap();
+    let printed: Value = serde_json::from_str(&json).unwrap();
     // x″ = k E θ′ cos θ with E = −2 m g l below, and J θ″ = m l (g sin θ − cos θ x″)
     let [energy, arm, inertia, gain] = [-2.0 * 0.1 * 9.81, 0.1, 0.05, 2.0];
     let law = -gain * energy;
@@ -76,16 +76,20 @@ fn a_model_is_written_as_tables_and_as_json() {
         [0.0, 0.0, 0.0, law],
         [0.0, -arm * 9.81 / inertia, 0.0, arm * law / inertia],
     ];
-    for (found, expected) in matrix(&told["A"]).iter().flatten().zip(expected.iter().flatten()) {
-        assert!((found - expected).abs() < 1e-13, "{told:#}");
+    for (found, expected) in matrix(&printed["A"])
+        .iter()
+        .flatten()
+        .zip(expected.iter().flatten())
+    {
+        assert!((found - expected).abs() < 1e-13, "{printed:#}");
     }
-    assert_eq!(told["states"][3]["unit"], "rad/s");
-    assert_eq!(told["inputs"][1]["name"], "gravity");
+    assert_eq!(printed["states"][3]["unit"], "rad/s");
+    assert_eq!(printed["inputs"][1]["name"], "gravity");
     assert_eq!(
-        (&told["step"], &told["kind"]),
+        (&printed["step"], &printed["kind"]),
         (&Value::Null, &Value::from("second-order"))
     );
-    assert_eq!(told["eigenvalues"].as_array().unwrap().len(), 4);
+    assert_eq!(printed["eigenvalues"].as_array().unwrap().len(), 4);
     let step: Value = serde_json::from_str(&stdout(
         &[&about[..], &["--step", "1e-3", "--format", "json"]].concat(),
     ))
@@ -113,7 +117,7 @@ fn equilibria_are_written_once() {
         "{text}"
     );
     // without another guess the search begins at the system's own start
-    let told: Value = serde_json::from_str(&stdout(&[
+    let printed: Value = serde_json::from_str(&stdout(&[
         "equilibrium",
         "planar-pendulum",
         "--set",
@@ -123,14 +127,14 @@ fn equilibria_are_written_once() {
     ]))
     .unwrap();
     assert_eq!(
-        (&told["of_guess"], &told["coordinates"]),
+        (&printed["of_guess"], &printed["coordinates"]),
         (&serde_json::json!([0]), &serde_json::json!(["x", "y"]))
     );
     assert!(
-        (told["equilibria"][0]["q"][1].as_f64().unwrap() + 2.0).abs() < 1e-12,
-        "{told:#}"
+        (printed["equilibria"][0]["q"][1].as_f64().unwrap() + 2.0).abs() < 1e-12,
+        "{printed:#}"
     );
-    assert_eq!(told["equilibria"][0]["isolated"], true);
+    assert_eq!(printed["equilibria"][0]["isolated"], true);
 }
 
 #[test]
@@ -151,14 +155,14 @@ fn a_text_file_has_them_too_and_a_failing_guess_is_told() {
             "push",
         ],
     );
-    let told = String::from_utf8(held.stdout).unwrap();
-    assert!(held.status.success() && told.contains(" push  -1"), "{told}");
+    let table = String::from_utf8(held.stdout).unwrap();
+    assert!(held.status.success() && table.contains(" push  -1"), "{table}");
     let none = dsocs(folder.path(), &["equilibrium", "hill.dsocs"]);
-    let told = String::from_utf8(none.stderr).unwrap();
+    let stderr = String::from_utf8(none.stderr).unwrap();
     assert_eq!(none.status.code(), Some(1));
     assert!(
-        told.contains("no equilibrium is found from the guess [0]"),
-        "{told}"
+        stderr.contains("no equilibrium is found from the guess [0]"),
+        "{stderr}"
     );
     let model = dsocs(folder.path(), &["linearize", "hill.dsocs", "--q0", "0.5"]);
     assert!(

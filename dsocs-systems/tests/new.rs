@@ -39,9 +39,9 @@ fn build(crate_folder: &Path, name: &str) -> PathBuf {
         .current_dir(crate_folder)
         .output()
         .unwrap();
-    let said = String::from_utf8_lossy(&built.stderr);
-    assert!(built.status.success(), "{said}");
-    assert!(!said.contains("warning"), "{said}");
+    let stderr = String::from_utf8_lossy(&built.stderr);
+    assert!(built.status.success(), "{stderr}");
+    assert!(!stderr.contains("warning"), "{stderr}");
     let file = format!("{name}{}", std::env::consts::EXE_SUFFIX);
     target.join("debug").join(file)
 }
@@ -49,9 +49,13 @@ fn build(crate_folder: &Path, name: &str) -> PathBuf {
 #[test]
 fn a_new_crate_builds_runs_and_is_checked() {
     let folder = tempfile::tempdir().unwrap();
-    let told = dsocs(folder.path(), &["new", "my-swing"]);
-    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
-    assert!(String::from_utf8(told.stdout).unwrap().contains("cd my-swing"));
+    let output = dsocs(folder.path(), &["new", "my-swing"]);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(String::from_utf8(output.stdout).unwrap().contains("cd my-swing"));
     let crate_folder = folder.path().join("my-swing");
     let program = build(&crate_folder, "my-swing");
     let answer = |arguments: &[&str]| {
@@ -112,8 +116,12 @@ fn a_crate_of_a_text_file_says_the_same_word_for_word_and_gives_the_same_bits() 
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("beads.dsocs"), BEADS).unwrap();
     fs::write(folder.path().join("push.csv"), "0,0\n1,1\n2,0.5\n").unwrap();
-    let told = dsocs(folder.path(), &["new", "--from", "beads.dsocs:fast", "my-beads"]);
-    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+    let output = dsocs(folder.path(), &["new", "--from", "beads.dsocs:fast", "my-beads"]);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let crate_folder = folder.path().join("my-beads");
     let main = fs::read_to_string(crate_folder.join("src/main.rs")).unwrap();
     let words = |text: &str| text.split_whitespace().collect::<String>();
@@ -149,8 +157,12 @@ fn what_a_text_says_is_no_code_of_the_crate() {
     let hostile = "#![doc = \"One.\\nfn main() { one }\"]\nparameters {\n#[doc = \"two\\n} fn two() {}\"]\nlength = 1.0 }\n\
                    coordinates(#[doc = \"three\\n} fn three() {}\"] x);\nlagrangian = length * dot(x).powi(2);\nrun { start = ([1], [0]); }";
     fs::write(folder.path().join("hostile.dsocs"), hostile).unwrap();
-    let told = dsocs(folder.path(), &["new", "--from", "hostile.dsocs", "mine"]);
-    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+    let output = dsocs(folder.path(), &["new", "--from", "hostile.dsocs", "mine"]);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let main = fs::read_to_string(folder.path().join("mine/src/main.rs")).unwrap();
     for line in main.lines().filter(|line| line.contains("fn ")) {
         let line = line.trim();

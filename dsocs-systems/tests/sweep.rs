@@ -289,7 +289,7 @@ fn lanes_do_not_change_with_what_runs_beside() {
             );
         }
     }
-    for (plan, told) in [
+    for (plan, expected) in [
         (
             "system = \"pendulum\"\nlanes = true\norder = 4\n[vary]\nrho = [1, 2]",
             "order 2",
@@ -305,7 +305,10 @@ fn lanes_do_not_change_with_what_runs_beside() {
     ] {
         let refused = Plan::read(plan).and_then(|plan| Sweep::new(&plan, &systems::all()).map(drop));
         let refused = refused.unwrap_err().to_string();
-        assert!(refused.contains("lanes") && refused.contains(told), "{refused}");
+        assert!(
+            refused.contains("lanes") && refused.contains(expected),
+            "{refused}"
+        );
     }
 }
 
@@ -314,11 +317,11 @@ fn a_run_that_fails_is_a_row() {
     let (folder, out) = with(
         "system = \"particle\"\nuntil = 1\n[start]\nv0 = [0, 0]\n[vary]\nv_x = [0, 0.5]\n[keep]\nend = [\"x\"]",
     );
-    let [_, told] = succeeds(&mut dsocs(
+    let [_, stderr] = succeeds(&mut dsocs(
         folder.path(),
         &["sweep", "plan.toml", "--out", "sweep"],
     ));
-    assert!(told.contains("2 points of 2, 1 failed"), "{told}");
+    assert!(stderr.contains("2 points of 2, 1 failed"), "{stderr}");
     let status = status(&out).unwrap();
     assert_eq!(
         status.failed.into_iter().collect::<Vec<_>>(),
@@ -326,12 +329,12 @@ fn a_run_that_fails_is_a_row() {
     );
     let theta = Content::open(&out).unwrap().numbers(&["end_x"]).unwrap();
     assert!(theta[0][0].is_nan() && theta[0][1].is_finite());
-    let [told, _] = succeeds(&mut dsocs(
+    let [stdout, _] = succeeds(&mut dsocs(
         folder.path(),
         &["sweep", "--status", "--out", "sweep"],
     ));
     assert_eq!(
-        told,
+        stdout,
         "2 points in 2 parts\nmissing: 0\nfailed: 1 point (no-acceleration)\n"
     );
 }
@@ -414,8 +417,8 @@ fn another_plan_is_refused_in_the_same_folder() {
         "until = \"2/2\" # s\nsystem = \"particle\"\n[vary]\nx = [1.0, 2]",
     )
     .unwrap();
-    let [_, told] = succeeds(&mut dsocs(folder.path(), &sweep));
-    assert!(told.contains("0 points of 2"), "{told}");
+    let [_, stderr] = succeeds(&mut dsocs(folder.path(), &sweep));
+    assert!(stderr.contains("0 points of 2"), "{stderr}");
     assert!(before == tables(&out));
 }
 
@@ -429,12 +432,12 @@ fn a_scheduler_tells_its_tasks() {
         command
             .env("SLURM_ARRAY_TASK_MIN", "4")
             .env("SLURM_ARRAY_TASK_MAX", "7");
-        let [_, told] = succeeds(&mut command);
-        assert!(told.contains("/4, by SLURM_ARRAY_TASK_ID"), "{told}");
+        let [_, stderr] = succeeds(&mut command);
+        assert!(stderr.contains("/4, by SLURM_ARRAY_TASK_ID"), "{stderr}");
         assert_eq!(status(&out).unwrap().missing.is_empty(), last);
     }
-    let (status, told) = fails(dsocs(folder.path(), &sweep).env("JOB_COMPLETION_INDEX", "0"));
-    assert!(status == 2 && told.contains("--shards"), "{told}");
+    let (status, stderr) = fails(dsocs(folder.path(), &sweep).env("JOB_COMPLETION_INDEX", "0"));
+    assert!(status == 2 && stderr.contains("--shards"), "{stderr}");
 }
 
 /// The existing parts, with the times at which they were written.
@@ -534,9 +537,9 @@ fn an_interrupt_keeps_what_is_finished() {
             .success()
     );
     let output = child.wait_with_output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(130), "{told}");
-    assert!(told.contains("the same command goes on from there"), "{told}");
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    assert!(stderr.contains("the same command goes on from there"), "{stderr}");
     assert!(
         tables(&out).len().is_multiple_of(2),
         "a part is there in both tables"
@@ -580,11 +583,11 @@ fn a_full_disk_is_told_and_leaves_no_half_part() {
         return;
     };
     let sweep = ["sweep", "plan.toml", "--out", "sweep", "--threads", "2"];
-    let (status_of, told) = fails(&mut dsocs(folder.path(), &sweep));
+    let (status_of, stderr) = fails(&mut dsocs(folder.path(), &sweep));
     assert_eq!(status_of, 1);
     assert!(
-        told.contains("No space left on device") && told.contains("the same command goes on"),
-        "{told}"
+        stderr.contains("No space left on device") && stderr.contains("the same command goes on"),
+        "{stderr}"
     );
     let (alone, reference) = with(LONG);
     succeeds(&mut dsocs(alone.path(), &sweep));
@@ -635,22 +638,22 @@ fn python_reads_the_folder_in_one_line() {
             continue;
         }
         let output = python(line).unwrap();
-        let told = String::from_utf8(output.stdout).unwrap();
+        let stdout = String::from_utf8(output.stdout).unwrap();
         let theta = Content::open(&folder.path().join("sweep"))
             .unwrap()
             .numbers(&["theta"])
             .unwrap();
         let sum: f64 = theta[0].iter().sum();
-        let fields: Vec<&str> = told.split_whitespace().collect();
+        let fields: Vec<&str> = stdout.split_whitespace().collect();
         assert_eq!(
             fields[..2],
             ["64", "0"],
-            "{module}: {told}{}",
+            "{module}: {stdout}{}",
             String::from_utf8_lossy(&output.stderr)
         );
         assert!(
             (fields[2].parse::<f64>().unwrap() - sum).abs() < 1e-8,
-            "{module}: {told}, {sum}"
+            "{module}: {stdout}, {sum}"
         );
     }
 }
@@ -665,14 +668,14 @@ fn a_sweep_is_drawn() {
         &["sweep", "plan.toml", "--out", "sweep"],
     ));
     let drawn = |arguments: &[&str]| {
-        let [_, told] = succeeds(&mut dsocs(
+        let [_, stderr] = succeeds(&mut dsocs(
             folder.path(),
             &[&["plot", "sweep", "--out", "x.svg"], arguments].concat(),
         ));
-        (fs::read_to_string(folder.path().join("x.svg")).unwrap(), told)
+        (fs::read_to_string(folder.path().join("x.svg")).unwrap(), stderr)
     };
-    let (map, told) = drawn(&["--log"]);
-    assert!(told.contains("rho = 10"), "{told}");
+    let (map, stderr) = drawn(&["--log"]);
+    assert!(stderr.contains("rho = 10"), "{stderr}");
     assert!(
         map.contains("data:image/png;base64,") && map.contains("lyapunov at the end [J]"),
         "{map}"
@@ -683,16 +686,19 @@ fn a_sweep_is_drawn() {
         !curves.contains("<image") && curves.matches("<circle").count() == 3,
         "{curves}"
     );
-    let (status, told) = fails(&mut dsocs(
+    let (status, stderr) = fails(&mut dsocs(
         folder.path(),
         &["plot", "sweep", "--of", "end_lyapunow"],
     ));
     assert!(
-        status == 2 && told.contains("did you mean `end_lyapunov`?"),
-        "{told}"
+        status == 2 && stderr.contains("did you mean `end_lyapunov`?"),
+        "{stderr}"
     );
-    let (status, told) = fails(&mut dsocs(folder.path(), &["plot", "sweep", "--x", "thet"]));
-    assert!(status == 2 && told.contains("did you mean `theta`?"), "{told}");
+    let (status, stderr) = fails(&mut dsocs(folder.path(), &["plot", "sweep", "--x", "thet"]));
+    assert!(
+        status == 2 && stderr.contains("did you mean `theta`?"),
+        "{stderr}"
+    );
 }
 
 #[test]
@@ -742,13 +748,13 @@ fn a_text_file_is_swept_and_carried_in_every_table() {
         &[&sweep[..], &["--shard", "1/3"]].concat(),
     ));
     fs::remove_file(folder.path().join("swing.dsocs")).unwrap();
-    let [_, told] = succeeds(&mut dsocs(
+    let [_, stderr] = succeeds(&mut dsocs(
         folder.path(),
         &[&sweep[..], &["--shard", "2/3"]].concat(),
     ));
     assert!(
-        told.contains("there is no swing.dsocs; its text in sweep is taken"),
-        "{told}"
+        stderr.contains("there is no swing.dsocs; its text in sweep is taken"),
+        "{stderr}"
     );
     succeeds(&mut dsocs(folder.path(), &sweep));
     let all = tables(&out);
@@ -756,8 +762,8 @@ fn a_text_file_is_swept_and_carried_in_every_table() {
     // all parts in one process, with the text file
     let (whole, elsewhere) = with(plan);
     fs::write(whole.path().join("swing.dsocs"), SWING).unwrap();
-    let [_, told] = succeeds(&mut dsocs(whole.path(), &sweep));
-    assert!(!told.contains("is taken"), "{told}");
+    let [_, stderr] = succeeds(&mut dsocs(whole.path(), &sweep));
+    assert!(!stderr.contains("is taken"), "{stderr}");
     assert!(all == tables(&elsewhere));
     // the text of the system is in every table and in the folder
     let text = dsocs_systems::sweep::text(&out).unwrap();
@@ -789,8 +795,8 @@ fn a_text_file_is_swept_and_carried_in_every_table() {
     );
     // a changed text is another sweep
     fs::write(folder.path().join("swing.dsocs"), SWING.replace("9.81", "9.8")).unwrap();
-    let (_, told) = fails(&mut dsocs(folder.path(), &sweep));
-    assert!(told.contains("holds another sweep: text"), "{told}");
+    let (_, stderr) = fails(&mut dsocs(folder.path(), &sweep));
+    assert!(stderr.contains("holds another sweep: text"), "{stderr}");
     // a named run, and a mistake in the text
     fs::write(folder.path().join("swing.dsocs"), SWING).unwrap();
     fs::write(
@@ -806,13 +812,13 @@ fn a_text_file_is_swept_and_carried_in_every_table() {
         SWING.replace("theta.cos", "phi.cos"),
     )
     .unwrap();
-    let (code, told) = fails(&mut dsocs(
+    let (code, stderr) = fails(&mut dsocs(
         folder.path(),
         &["sweep", "plan.toml", "--out", "other"],
     ));
     assert!(
-        code == 2 && told.contains("no name `phi`") && !folder.path().join("other").exists(),
-        "{told}"
+        code == 2 && stderr.contains("no name `phi`") && !folder.path().join("other").exists(),
+        "{stderr}"
     );
 }
 
@@ -827,14 +833,14 @@ fn samples_of_a_swept_text_are_part_of_the_sweep() {
     succeeds(&mut dsocs(folder.path(), &sweep));
     succeeds(&mut dsocs(folder.path(), &sweep));
     fs::write(folder.path().join("pull.csv"), "0,0\n1,2\n").unwrap();
-    let (_, told) = fails(&mut dsocs(folder.path(), &sweep));
-    assert!(told.contains("holds another sweep: samples"), "{told}");
+    let (_, stderr) = fails(&mut dsocs(folder.path(), &sweep));
+    assert!(stderr.contains("holds another sweep: samples"), "{stderr}");
     // a text from a sweep may not read files
     fs::remove_file(folder.path().join("pull.dsocs")).unwrap();
-    let (code, told) = fails(&mut dsocs(folder.path(), &sweep));
+    let (code, stderr) = fails(&mut dsocs(folder.path(), &sweep));
     assert!(
-        code == 2 && told.contains("the text names the file `pull.csv`"),
-        "{told}"
+        code == 2 && stderr.contains("the text names the file `pull.csv`"),
+        "{stderr}"
     );
 }
 
@@ -849,7 +855,7 @@ fn a_foreign_text_is_text() {
     fs::remove_file(folder.path().join("swing.dsocs")).unwrap();
     let path = out.join("manifest.json");
     let manifest: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
-    for (foreign, told) in [
+    for (foreign, expected) in [
         // control characters, and expressions that are no numbers in a declaration
         ("//! \u{1b}[31mred\ncoordinates(x); lagrangian = x;", "U+001B"),
         ("coordinates(x); lagrangian = std::process::exit(3);", "error: "),
@@ -865,22 +871,22 @@ fn a_foreign_text_is_text() {
         let mut whole = manifest.clone();
         whole["text"] = foreign.into();
         fs::write(&path, whole.to_string()).unwrap();
-        let (code, said) = fails(&mut dsocs(
+        let (code, stderr) = fails(&mut dsocs(
             folder.path(),
             &["sweep", "plan.toml", "--out", "sweep"],
         ));
         assert!(
-            code == 2 && said.contains(told) && !said.contains('\u{1b}'),
-            "{said}"
+            code == 2 && stderr.contains(expected) && !stderr.contains('\u{1b}'),
+            "{stderr}"
         );
         let [printed, _] = succeeds(&mut dsocs(folder.path(), &["text", "sweep"]));
         assert!(!printed.contains('\u{1b}'));
     }
-    let (code, told) = fails(&mut dsocs(folder.path(), &["text", "plan.toml"]));
-    assert!(code == 2 && told.contains("no system"), "{told}");
+    let (code, stderr) = fails(&mut dsocs(folder.path(), &["text", "plan.toml"]));
+    assert!(code == 2 && stderr.contains("no system"), "{stderr}");
     fs::write(folder.path().join("no.parquet"), "PAR1").unwrap();
-    let (_, told) = fails(&mut dsocs(folder.path(), &["text", "no.parquet"]));
-    assert!(told.contains("cannot read no.parquet"), "{told}");
+    let (_, stderr) = fails(&mut dsocs(folder.path(), &["text", "no.parquet"]));
+    assert!(stderr.contains("cannot read no.parquet"), "{stderr}");
 }
 
 /// The lanes of a text give the bits of the compiled system's lanes.

@@ -208,12 +208,12 @@ mod texts {
                 "{name}"
             );
             let description = entry.description().clone();
-            let said = [
+            let texts = [
                 &description.coordinates,
                 &description.parameters,
                 &description.observables,
             ];
-            for quantity in said.into_iter().flatten() {
+            for quantity in texts.into_iter().flatten() {
                 let Quantity { name: of, .. } = quantity;
                 assert!(
                     !quantity.meaning().is_empty() && quantity.unit().is_some(),

@@ -71,9 +71,9 @@ fn systems_that_are_texts_run_from_their_files_too() {
         assert_eq!(dsocs(&folder, &["text", name]).0, shipped.text, "{name}");
         fs::write(folder.path().join(&file), shipped.text).unwrap();
         let run = |of: &str| dsocs(&folder, &["run", of, "--until", "0.1", "--estimate-error"]);
-        let (table, told, good) = run(name);
-        assert!(good, "{name}: {told}");
-        assert_eq!((table, told, good), run(&file), "{name}");
+        let (table, stderr, good) = run(name);
+        assert!(good, "{name}: {stderr}");
+        assert_eq!((table, stderr, good), run(&file), "{name}");
     }
 }
 
@@ -97,8 +97,8 @@ fn a_table_beside_the_file_is_read_and_its_derivatives_are_those_of_rust() {
     fs::write(folder.path().join("polynomial.dsocs"), polynomial).unwrap();
     for more in [&[][..], &["--tolerance", "1e-11", "--step", "0.01"]] {
         let of = |file: &str| {
-            let (out, told, good) = dsocs(&folder, &[&["run", file], more].concat());
-            assert!(good, "{told}");
+            let (out, stderr, good) = dsocs(&folder, &[&["run", file], more].concat());
+            assert!(good, "{stderr}");
             numbers(&out)
         };
         let (table, polynomial) = (of("pull.dsocs"), of("polynomial.dsocs"));
@@ -169,8 +169,8 @@ fn every_verb_takes_a_file() {
         &["run", "swing.dsocs:far"],
         &["stability", "swing.dsocs"],
     ] {
-        let (out, told, good) = dsocs(&folder, arguments);
-        assert!(good, "{arguments:?}\n{out}\n{told}");
+        let (out, stderr, good) = dsocs(&folder, arguments);
+        assert!(good, "{arguments:?}\n{out}\n{stderr}");
     }
     let last = |of: &str| numbers(&dsocs(&folder, &["run", of]).0).pop().unwrap()[0];
     assert_eq!(
@@ -201,26 +201,29 @@ fn mistakes_are_underlined_in_the_text() {
     ];
     for (bytes, message) in cases {
         fs::write(folder.path().join("wrong.dsocs"), bytes).unwrap();
-        let (out, told, good) = dsocs(&folder, &["run", "wrong.dsocs"]);
-        assert!(!good && out.is_empty() && told.starts_with("error: "), "{told}");
-        assert!(told.contains(message), "{told}");
-        assert!(!told.contains('\u{1b}'), "{told:?}");
+        let (out, stderr, good) = dsocs(&folder, &["run", "wrong.dsocs"]);
+        assert!(
+            !good && out.is_empty() && stderr.starts_with("error: "),
+            "{stderr}"
+        );
+        assert!(stderr.contains(message), "{stderr}");
+        assert!(!stderr.contains('\u{1b}'), "{stderr:?}");
     }
     fs::write(folder.path().join("wrong.dsocs"), cases[0].0).unwrap();
-    let told = dsocs(&folder, &["run", "wrong.dsocs"]).1;
+    let stderr = dsocs(&folder, &["run", "wrong.dsocs"]).1;
     for line in [
         "--> wrong.dsocs:2:18",
         "lagrangian = dot(y).powi(2);",
         "  |                  ^",
         "--> wrong.dsocs:3:",
     ] {
-        assert!(told.contains(line), "{told}");
+        assert!(stderr.contains(line), "{stderr}");
     }
     // a missing file
-    let told = dsocs(&folder, &["run", "missing.dsocs"]).1;
-    assert!(told.contains("cannot read missing.dsocs"), "{told}");
-    let told = dsocs(&folder, &["run", "swing.dsocs:fast", "--const", "n"]).1;
-    assert!(told.contains("expected a name and a number"), "{told}");
+    let stderr = dsocs(&folder, &["run", "missing.dsocs"]).1;
+    assert!(stderr.contains("cannot read missing.dsocs"), "{stderr}");
+    let stderr = dsocs(&folder, &["run", "swing.dsocs:fast", "--const", "n"]).1;
+    assert!(stderr.contains("expected a name and a number"), "{stderr}");
 }
 
 #[test]
@@ -228,10 +231,14 @@ fn what_is_said_of_several_places_is_said_once() {
     let folder = tempfile::tempdir().unwrap();
     let text = "coordinates(x);\nlagrangian = dot(x).powi(2) * mass\n    - mass * x;";
     fs::write(folder.path().join("wrong.dsocs"), text).unwrap();
-    let told = dsocs(&folder, &["run", "wrong.dsocs"]).1;
-    assert_eq!(told.matches("no name `mass` is known here").count(), 1, "{told}");
-    assert_eq!(told.matches("^^^^").count(), 2, "{told}");
-    assert!(told.contains("wrong.dsocs:2:31"), "{told}");
+    let stderr = dsocs(&folder, &["run", "wrong.dsocs"]).1;
+    assert_eq!(
+        stderr.matches("no name `mass` is known here").count(),
+        1,
+        "{stderr}"
+    );
+    assert_eq!(stderr.matches("^^^^").count(), 2, "{stderr}");
+    assert!(stderr.contains("wrong.dsocs:2:31"), "{stderr}");
 }
 
 #[test]
@@ -246,8 +253,8 @@ fn files_that_are_no_text_are_told_how_to_be_saved() {
         (b"\xfe\xff\0/\0/", "is saved as UTF-16; save the file as UTF-8"),
     ] {
         fs::write(folder.path().join("wrong.dsocs"), bytes).unwrap();
-        let (_, told, good) = dsocs(&folder, &["list", "wrong.dsocs"]);
-        assert!(!good && told.contains(message), "{told}");
+        let (_, stderr, good) = dsocs(&folder, &["list", "wrong.dsocs"]);
+        assert!(!good && stderr.contains(message), "{stderr}");
     }
     let marked = b"\xef\xbb\xbfcoordinates(x);\nlagrangian = dot(x).powi(2);";
     fs::write(folder.path().join("marked.dsocs"), marked).unwrap();
@@ -285,14 +292,14 @@ fn names_that_are_none_of_a_text_file_are_told() {
         ("swing.dsocs:fur", "there is no run `fur` (did you mean `far`?)"),
         ("pendulm", "did you mean `pendulum`?"),
     ] {
-        let (_, told, good) = dsocs(&folder, &["run", name]);
-        assert!(!good && told.contains(message), "{name}: {told}");
-        assert!(!told.contains("os error"), "{told}");
+        let (_, stderr, good) = dsocs(&folder, &["run", name]);
+        assert!(!good && stderr.contains(message), "{name}: {stderr}");
+        assert!(!stderr.contains("os error"), "{stderr}");
     }
-    let told = dsocs(&folder, &["run", "swing.dsocs", "--out", "swing.txt/a.csv"]).1;
+    let stderr = dsocs(&folder, &["run", "swing.dsocs", "--out", "swing.txt/a.csv"]).1;
     assert!(
-        told.contains("cannot write") && !told.contains("os error"),
-        "{told}"
+        stderr.contains("cannot write") && !stderr.contains("os error"),
+        "{stderr}"
     );
 }
 
@@ -327,8 +334,8 @@ fn runs_of_a_file_are_told() {
         assert!(help.contains("swing.dsocs:fast"), "{help}");
     }
     // a long run is announced before it begins
-    let told = dsocs(&folder, &["run", "swing.dsocs", "--until", "1e12", "--out", "."]).1;
-    assert!(told.starts_with("note: this run has 1.0e14 steps"), "{told}");
+    let stderr = dsocs(&folder, &["run", "swing.dsocs", "--until", "1e12", "--out", "."]).1;
+    assert!(stderr.starts_with("note: this run has 1.0e14 steps"), "{stderr}");
 }
 
 #[test]
@@ -380,9 +387,9 @@ fn tables_of_samples_are_listed_and_belong_to_their_files() {
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["samples"][0]["interpolation"], "cubic");
     for option in [["--set", "wind=0"], ["--input", "wind=wind.csv"]] {
-        let told = dsocs(&folder, &[&["run", "swing.dsocs"], &option[..]].concat()).1;
+        let stderr = dsocs(&folder, &[&["run", "swing.dsocs"], &option[..]].concat()).1;
         let words = "`wind` is a table of samples, which stands in the file `wind.csv`; edit that file";
-        assert!(told.contains(words) && !told.contains("f64"), "{told}");
+        assert!(stderr.contains(words) && !stderr.contains("f64"), "{stderr}");
     }
     // the content of a file that is no table is not shown in messages
     for (table, message) in [
@@ -397,12 +404,12 @@ fn tables_of_samples_are_listed_and_belong_to_their_files() {
         ("", "expected at least one sample"),
     ] {
         fs::write(folder.path().join("wind.csv"), table).unwrap();
-        let told = dsocs(&folder, &["run", "swing.dsocs"]).1;
+        let stderr = dsocs(&folder, &["run", "swing.dsocs"]).1;
         assert!(
-            told.contains(message) && told.contains("--> swing.dsocs:6:20"),
-            "{told}"
+            stderr.contains(message) && stderr.contains("--> swing.dsocs:6:20"),
+            "{stderr}"
         );
-        assert!(!told.contains("secret"), "{told}");
+        assert!(!stderr.contains("secret"), "{stderr}");
     }
 }
 
@@ -411,14 +418,14 @@ fn what_has_no_effect_is_underlined() {
     let folder = tempfile::tempdir().unwrap();
     let text = SWING.replace("length = 1.0,", "length = 1.0, mass = 2.0,");
     fs::write(folder.path().join("swing.dsocs"), text).unwrap();
-    let (out, told, good) = dsocs(&folder, &["run", "swing.dsocs"]);
+    let (out, stderr, good) = dsocs(&folder, &["run", "swing.dsocs"]);
     assert!(good && !out.is_empty());
     for line in [
         "warning: nothing uses this parameter",
         "--> swing.dsocs:4:19",
         "^^^^",
     ] {
-        assert!(told.contains(line), "{told}");
+        assert!(stderr.contains(line), "{stderr}");
     }
 }
 
@@ -432,17 +439,17 @@ fn a_run_may_move_its_start_onto_the_constraints() {
     let projected = rod.replace("until = 1;", "until = 1; project = true;");
     fs::write(folder.path().join("rod.dsocs"), rod).unwrap();
     fs::write(folder.path().join("projected.dsocs"), projected).unwrap();
-    let told = dsocs(&folder, &["run", "rod.dsocs"]).1;
+    let stderr = dsocs(&folder, &["run", "rod.dsocs"]).1;
     assert!(
-        told.contains("`--project`") && !told.contains("Start::"),
-        "{told}"
+        stderr.contains("`--project`") && !stderr.contains("Start::"),
+        "{stderr}"
     );
-    let (table, told, good) = dsocs(&folder, &["run", "projected.dsocs"]);
-    assert!(good && told.is_empty(), "{told}");
+    let (table, stderr, good) = dsocs(&folder, &["run", "projected.dsocs"]);
+    assert!(good && stderr.is_empty(), "{stderr}");
     assert_eq!(table, dsocs(&folder, &["run", "rod.dsocs", "--project"]).0);
     for command in ["check", "stability"] {
-        let (_, told, good) = dsocs(&folder, &[command, "projected.dsocs"]);
-        assert!(good, "{told}");
+        let (_, stderr, good) = dsocs(&folder, &[command, "projected.dsocs"]);
+        assert!(good, "{stderr}");
     }
     let printed = dsocs(&folder, &["text", "projected.dsocs", "--const", "n=1"]).1;
     assert!(
@@ -509,10 +516,10 @@ fn the_listings_of_the_book_run() {
         }
         count += 1;
         fs::write(folder.path().join("swing.dsocs"), listing).unwrap();
-        let (out, told, good) = dsocs(&folder, &["run", "swing.dsocs"]);
+        let (out, stderr, good) = dsocs(&folder, &["run", "swing.dsocs"]);
         assert!(
-            good && told.is_empty() && out.lines().count() > 100,
-            "{listing}{told}"
+            good && stderr.is_empty() && out.lines().count() > 100,
+            "{listing}{stderr}"
         );
         // the library reads it, too
         assert!(Text::parse("swing", listing).is_ok());
@@ -524,9 +531,9 @@ fn the_listings_of_the_book_run() {
     assert!(dsocs(&folder, &["run", "swing.dsocs:far"]).2);
     let wrong = all[0].replace("-friction * length.powi(2) * dot(theta)", "-friction * dot(thet)");
     fs::write(folder.path().join("swing.dsocs"), wrong).unwrap();
-    let told = dsocs(&folder, &["run", "swing.dsocs"]).1;
+    let stderr = dsocs(&folder, &["run", "swing.dsocs"]).1;
     let shown = all.iter().find(|listing| listing.starts_with("error")).unwrap();
-    assert!(told.starts_with(shown.trim_end()), "{told}");
+    assert!(stderr.starts_with(shown.trim_end()), "{stderr}");
 }
 
 #[test]
@@ -557,8 +564,8 @@ fn what_a_text_says_is_escaped() {
         "--out",
         "odd.csv",
     ];
-    let (_, told, good) = dsocs(&folder, &arguments);
-    assert!(good, "{told}");
+    let (_, stderr, good) = dsocs(&folder, &arguments);
+    assert!(good, "{stderr}");
     let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     for name in ["odd.html", "odd.svg"] {
         let page = read(name);
@@ -595,8 +602,8 @@ fn a_factor_divides_rows_with_decimals_too() {
     )
     .unwrap();
     for h in [0.01, 0.0071, 0.003] {
-        let (table, told, done) = dsocs(&folder, &["run", "law.dsocs", "--step", &h.to_string()]);
-        assert!(done && told.is_empty(), "{told}");
+        let (table, stderr, done) = dsocs(&folder, &["run", "law.dsocs", "--step", &h.to_string()]);
+        assert!(done && stderr.is_empty(), "{stderr}");
         let nodes = numbers(&table);
         let errors = nodes[1..].iter().map(|row| {
             let [x, v, force] = [row[1], row[3], row[5]];

@@ -28,9 +28,9 @@ fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
 }
 
 /// A pendulum with this documentation, by which texts differ.
-fn swing(said: &str) -> String {
+fn swing(documentation: &str) -> String {
     format!(
-        "//! {said}
+        "//! {documentation}
         parameters {{ pull = samples(\"pull.csv\") }}
         coordinates(theta);
         lagrangian = dot(theta).powi(2) / 2 + 9.81 * theta.cos() + pull.at(t) * theta;
@@ -54,7 +54,7 @@ impl Watching {
             .args(["watch", "swing.dsocs"])
             .current_dir(folder.path())
             .stdout(Stdio::piped())
-            .stderr(File::create(folder.path().join("told")).unwrap())
+            .stderr(File::create(folder.path().join("stderr")).unwrap())
             .spawn()
             .unwrap();
         let mut first = String::new();
@@ -74,8 +74,8 @@ impl Watching {
     }
 
     /// The output on the terminal.
-    fn told(&self) -> String {
-        fs::read_to_string(self.folder.path().join("told")).unwrap()
+    fn terminal_output(&self) -> String {
+        fs::read_to_string(self.folder.path().join("stderr")).unwrap()
     }
 
     /// The answer to a request, head and all.
@@ -94,7 +94,7 @@ impl Watching {
 
     /// Waits for a page with these words.
     fn shows(&self, words: &[&str]) -> String {
-        until(&format!("{words:?} in {}", self.told()), || {
+        until(&format!("{words:?} in {}", self.terminal_output()), || {
             let page = self.get("/");
             words.iter().all(|word| page.contains(word)).then_some(page)
         })
@@ -111,7 +111,7 @@ impl Watching {
                 .success()
         );
         let status = until("it ends", || self.child.try_wait().unwrap());
-        assert!(status.success(), "{status}: {}", self.told());
+        assert!(status.success(), "{status}: {}", self.terminal_output());
     }
 }
 
@@ -137,9 +137,11 @@ fn every_save_is_run_and_shown() {
         "{page:.3000}"
     );
     assert!(
-        watching.told().contains("error: no name `phi` is known here"),
+        watching
+            .terminal_output()
+            .contains("error: no name `phi` is known here"),
         "{}",
-        watching.told()
+        watching.terminal_output()
     );
     watching.write("swing.dsocs", &swing("It is better."));
     let page = watching.shows(&["It is better"]);
@@ -254,18 +256,18 @@ fn what_is_no_text_file_is_refused() {
         assert_eq!(output.status.code(), Some(2));
         String::from_utf8(output.stderr).unwrap()
     };
-    let told = refused(&["watch", "pendulum"]);
+    let stderr = refused(&["watch", "pendulum"]);
     assert!(
-        told.contains("expected a text file, such as `swing.dsocs`, found `pendulum`"),
-        "{told}"
+        stderr.contains("expected a text file, such as `swing.dsocs`, found `pendulum`"),
+        "{stderr}"
     );
     assert!(refused(&["watch"]).contains("expected a text file"));
     let watching = Watching::begin();
     let port = watching.address.port().to_string();
-    let told = refused(&["watch", "swing.dsocs", "--port", &port]);
+    let stderr = refused(&["watch", "swing.dsocs", "--port", &port]);
     assert!(
-        told.contains("cannot show a page at a port of this machine"),
-        "{told}"
+        stderr.contains("cannot show a page at a port of this machine"),
+        "{stderr}"
     );
 }
 
@@ -410,10 +412,10 @@ fn a_browser_reloads_the_page() {
     // the slider still works, and the page requests nothing but its number
     let moved = "(() => { const slider = document.getElementById('time'); slider.value = slider.max; \
                  slider.dispatchEvent(new Event('input', { bubbles: true })); return slider.getAttribute('aria-valuetext'); })()";
-    let said = evaluate(&mut driven, moved);
+    let time = evaluate(&mut driven, moved);
     assert!(
-        said.as_str().is_some_and(|said| said.starts_with("t = 1")),
-        "{said}"
+        time.as_str().is_some_and(|time| time.starts_with("t = 1")),
+        "{time}"
     );
     let asked = "[...new Set(performance.getEntriesByType('resource').map(entry => entry.name))].join()";
     until("it asks", || {

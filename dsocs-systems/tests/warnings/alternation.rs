@@ -4,7 +4,7 @@
 use super::attempt;
 
 /// The warnings of a run that succeeds.
-fn said(text: &str, arguments: &[&str]) -> String {
+fn warnings_of(text: &str, arguments: &[&str]) -> String {
     let (succeeds, [_, warnings]) = attempt(text, "run", arguments);
     assert!(succeeds, "{text} {arguments:?}: {warnings}");
     warnings
@@ -17,7 +17,7 @@ const STIFF: &str = "coordinates(x, y); lagrangian = dot(x).powi(2) / 2 + 1e-9 *
 #[test]
 fn a_parasitic_mode_is_told() {
     for step in ["0.1", "0.03", "0.01", "0.001"] {
-        let warnings = said(STIFF, &["--step", step]);
+        let warnings = warnings_of(STIFF, &["--step", step]);
         assert!(
             warnings.contains("goes to and fro from step to step"),
             "{step}: {warnings}"
@@ -38,6 +38,6 @@ fn what_rests_and_what_is_followed_is_not() {
          run { start = ([1.0], [1.0]); step = 0.01; until = 5; }",
     ];
     for text in texts {
-        assert_eq!(said(text, &[]), "", "{text}");
+        assert_eq!(warnings_of(text, &[]), "", "{text}");
     }
 }

@@ -8,8 +8,8 @@ use super::attempt;
 
 /// Whether all checks of a text pass or are excused, and the output.
 fn check(text: &str, arguments: &[&str]) -> (bool, String) {
-    let (succeeds, told) = attempt(text, "check", arguments);
-    (succeeds, told.concat())
+    let (succeeds, outputs) = attempt(text, "check", arguments);
+    (succeeds, outputs.concat())
 }
 
 /// Asserts that a text passes, and returns the table.

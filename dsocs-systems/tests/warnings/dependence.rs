@@ -4,7 +4,7 @@ use super::attempt;
 
 /// The warnings of a run of a ball on a sphere whose second constraint differs from the first one by the part
 /// `beside`.
-fn said(beside: f64, tolerance: &str) -> String {
+fn warnings_of(beside: f64, tolerance: &str) -> String {
     let text = format!(
         "coordinates(x, y, z); lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - 9.81 * z + 0.3 * x * y; let ball = x.powi(2) + y.powi(2) + z.powi(2) - 1; \
          holonomic = [ball, ball + {beside:?} * (z - 0.3 * x)]; \
@@ -18,7 +18,7 @@ fn said(beside: f64, tolerance: &str) -> String {
 #[test]
 fn a_tolerance_that_rounding_does_not_allow_is_told() {
     for (beside, tolerance) in [(1e-12, "1e-9"), (1e-9, "1e-12")] {
-        let warnings = said(beside, tolerance);
+        let warnings = warnings_of(beside, tolerance);
         assert!(
             warnings.contains("holonomic constraint 2 says nothing beside those before it but for a part of"),
             "{beside} {tolerance}: {warnings}"
@@ -29,6 +29,6 @@ fn a_tolerance_that_rounding_does_not_allow_is_told() {
 #[test]
 fn what_is_independent_enough_is_not() {
     for (beside, tolerance) in [(1.0, "1e-14"), (1e-3, "1e-12"), (1e-6, "1e-9")] {
-        assert_eq!(said(beside, tolerance), "", "{beside} {tolerance}");
+        assert_eq!(warnings_of(beside, tolerance), "", "{beside} {tolerance}");
     }
 }

@@ -3,16 +3,16 @@
 use super::run;
 
 /// The number that follows these words.
-fn number_after(told: &str, words: &str) -> f64 {
-    let rest = told
+fn number_after(stderr: &str, words: &str) -> f64 {
+    let rest = stderr
         .split(words)
         .nth(1)
-        .unwrap_or_else(|| panic!("{words}: {told}"));
+        .unwrap_or_else(|| panic!("{words}: {stderr}"));
     let number: String = rest
         .chars()
         .take_while(|c| c.is_ascii_digit() || "e.-".contains(*c))
         .collect();
-    number.parse().unwrap_or_else(|_| panic!("{words}: {told}"))
+    number.parse().unwrap_or_else(|_| panic!("{words}: {stderr}"))
 }
 
 #[test]
@@ -24,11 +24,11 @@ fn beside_a_corner_that_hides_in_an_angle_or_a_root_errors_are_estimated() {
         let text = format!(
             "coordinates(u); lagrangian = {lagrangian}; run {{ start = ([1], [1.5]); step = 0.01; until = 10; }}"
         );
-        let (told, last) = run(&text, &["--tolerance", "1e-9", "--estimate-error"]);
+        let (stderr, last) = run(&text, &["--tolerance", "1e-9", "--estimate-error"]);
         let error: f64 = last.rsplit(',').next().unwrap().parse().unwrap();
         assert!(error > 1e-13 && error < 1e-7, "{text}: {last}");
-        assert!(number_after(&told, "is known to ") < 1e-9, "{text}: {told}");
-        assert!(!told.contains("cannot be estimated"), "{text}: {told}");
+        assert!(number_after(&stderr, "is known to ") < 1e-9, "{text}: {stderr}");
+        assert!(!stderr.contains("cannot be estimated"), "{text}: {stderr}");
     }
 }
 
@@ -37,15 +37,15 @@ fn where_the_continuous_motion_ends_the_run_goes_on_without() {
     // a bead on a wire with a corner
     let text = "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2; holonomic = y - 0.5 * x.abs(); \
         run { start = ([-1, 0.5], [1, -0.5]); step = 0.01; until = 2; }";
-    let (told, last) = run(text, &["--estimate-error"]);
+    let (stderr, last) = run(text, &["--estimate-error"]);
     assert!(last.starts_with("2,") && last.ends_with(",,"), "{last}");
     assert!(
-        told.contains("the largest errors up to t = ")
-            && told.contains("beyond, the errors cannot be estimated: "),
-        "{told}"
+        stderr.contains("the largest errors up to t = ")
+            && stderr.contains("beyond, the errors cannot be estimated: "),
+        "{stderr}"
     );
-    let reached = number_after(&told, "up to t = ");
-    assert!(reached > 0.9 && reached <= 1.0, "{told}");
+    let reached = number_after(&stderr, "up to t = ");
+    assert!(reached > 0.9 && reached <= 1.0, "{stderr}");
 }
 
 #[test]
@@ -54,14 +54,14 @@ fn errors_are_known_to_no_less_than_rounding_tells() {
         let text = format!(
             "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; run {{ start = ([1], [0]); step = 0.01; until = {until}; }}"
         );
-        let (told, last) = run(&text, &["--tolerance", "1e-15", "--estimate-error"]);
+        let (stderr, last) = run(&text, &["--tolerance", "1e-15", "--estimate-error"]);
         let values: Vec<f64> = last.split(',').map(|value| value.parse().unwrap()).collect();
         let real = (values[1] - values[0].cos()).abs();
-        let known = number_after(&told, "is known to ");
+        let known = number_after(&stderr, "is known to ");
         assert!(
             known >= 0.5 * real && known > 1e-16 * until,
-            "{until}: {real:e}: {told}"
+            "{until}: {real:e}: {stderr}"
         );
-        assert!(known < 1e-15 * (1.0 + until), "{until}: {told}");
+        assert!(known < 1e-15 * (1.0 + until), "{until}: {stderr}");
     }
 }

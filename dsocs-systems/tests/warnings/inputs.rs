@@ -97,7 +97,7 @@ fn values_that_never_hold_are_told_and_no_others() {
         draw = draw.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         (draw >> 40) as f64 / (1_u64 << 24) as f64
     };
-    let (mut told, mut silent) = (0, 0);
+    let (mut warned, mut silent) = (0, 0);
     for case in 0..24 {
         let coarse = case % 3 == 0;
         let (mut plan, mut t, mut values) = (String::new(), 0.1, Vec::new());
@@ -141,7 +141,7 @@ fn values_that_never_hold_are_told_and_no_others() {
                 "{all:?} {plan}: {expected}; {warnings}"
             ),
         }
-        if passed > 0 { told += 1 } else { silent += 1 }
+        if passed > 0 { warned += 1 } else { silent += 1 }
     }
-    assert!(told >= 8 && silent >= 4, "{told} {silent}");
+    assert!(warned >= 8 && silent >= 4, "{warned} {silent}");
 }

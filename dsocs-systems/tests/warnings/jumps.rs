@@ -117,8 +117,8 @@ fn a_change_point_of_one_row_ends_a_motion_to_every_tolerance() {
         run { start = ([0.5, 1.7551651237807455], [1.0, -0.958851077208406]); step = 0.01; until = 4.0; }";
     for digits in 4..=14 {
         let (succeeds, [_, words]) = attempt(text, "run", &["--tolerance", &format!("1e-{digits}")]);
-        let told = "the rank of the constraints is lost at t = 1.3633";
-        assert!(!succeeds && words.contains(told), "{digits}: {words}");
+        let expected = "the rank of the constraints is lost at t = 1.3633";
+        assert!(!succeeds && words.contains(expected), "{digits}: {words}");
     }
 }
 
@@ -134,10 +134,10 @@ fn a_change_point_is_told_and_no_factor_is_named_where_there_is_none() {
     );
     let (succeeds, [table, words]) = attempt(text, "check", &[]);
     assert!(succeeds && !table.contains("FAILED"), "{table}{words}");
-    let said = table + &words;
+    let output = table + &words;
     assert!(
-        said.contains("since the continuous motion ends: the rank of the constraints is lost"),
-        "{said}"
+        output.contains("since the continuous motion ends: the rank of the constraints is lost"),
+        "{output}"
     );
 }
 
@@ -149,8 +149,11 @@ fn composed_steps_do_not_pass_the_singularity_of_a_law() {
         branch = divide(dot(th)); run { start = ([0.0, 1.2], [0.0, 3.0]); step = 0.01; until = 1.0; }";
     for order in ["2", "4", "6", "8"] {
         for step in ["0.01", "0.003", "0.001"] {
-            let (succeeds, [_, told]) = attempt(text, "run", &["--order", order, "--step", step]);
-            assert!(!succeeds && told.contains("singular"), "{order} {step}: {told}");
+            let (succeeds, [_, stderr]) = attempt(text, "run", &["--order", order, "--step", step]);
+            assert!(
+                !succeeds && stderr.contains("singular"),
+                "{order} {step}: {stderr}"
+            );
         }
     }
 }
@@ -179,10 +182,10 @@ fn a_start_at_a_singularity_is_refused_by_every_method() {
         "[0, 3 * pi / 2], [0, 0.2]",
     ] {
         for method in &methods {
-            let (succeeds, [_, told]) = attempt(&text(start), "run", method);
+            let (succeeds, [_, stderr]) = attempt(&text(start), "run", method);
             assert!(
-                !succeeds && told.contains("the equations are singular at the start"),
-                "{start} {method:?}: {told}"
+                !succeeds && stderr.contains("the equations are singular at the start"),
+                "{start} {method:?}: {stderr}"
             );
         }
     }
@@ -192,8 +195,8 @@ fn a_start_at_a_singularity_is_refused_by_every_method() {
         "[1e9, 0], [1e-9, 0]",
         "[1e-150, 1], [1e150, 0]",
     ] {
-        let (_, [_, told]) = attempt(&text(start), "run", &methods[3]);
-        assert!(!told.contains("singular at the start"), "{start}: {told}");
+        let (_, [_, stderr]) = attempt(&text(start), "run", &methods[3]);
+        assert!(!stderr.contains("singular at the start"), "{start}: {stderr}");
     }
 }
 
@@ -289,7 +292,7 @@ fn steps(until: f64, counts: &[u32]) -> Vec<String> {
 type Scene = (&'static str, f64, &'static [u32]);
 
 /// Runs the scenes by every order and every step, and asserts that the warnings are right.
-fn said(scenes: &[Scene], is_right: impl Fn(&str) -> bool) {
+fn assert_warnings(scenes: &[Scene], is_right: impl Fn(&str) -> bool) {
     for &(statements, until, counts) in scenes {
         for order in ["2", "4", "6", "8"] {
             for step in steps(until, counts) {
@@ -362,7 +365,7 @@ fn a_jump_is_told_however_small_and_wherever_it_lies_in_a_step() {
             &[10, 100, 64],
         ),
     ];
-    said(&jumps, |warnings| warnings.contains("of the first order"));
+    assert_warnings(&jumps, |warnings| warnings.contains("of the first order"));
 }
 
 #[test]
@@ -419,7 +422,7 @@ fn a_corner_is_no_jump() {
             &[101, 400],
         ),
     ];
-    said(&corners, str::is_empty);
+    assert_warnings(&corners, str::is_empty);
 }
 
 #[test]
@@ -552,8 +555,8 @@ fn a_mass_that_falls_is_no_singularity() {
         let text = format!(
             "coordinates(x); lagrangian = {mass} * dot(x).powi(2) / 2; run {{ start = ([1], [-1]); step = 0.01; until = 1.2; }}"
         );
-        let (succeeds, [_, told]) = attempt(&text, "run", &[]);
-        assert!(!succeeds || told.contains("singular"), "{text}: {told}");
+        let (succeeds, [_, stderr]) = attempt(&text, "run", &[]);
+        assert!(!succeeds || stderr.contains("singular"), "{text}: {stderr}");
     }
 }
 
@@ -562,16 +565,16 @@ fn a_velocity_without_a_bound_is_told_as_such() {
     // v = 1 / sqrt(1 - 2 t)
     let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = dot(x).powi(3); \
         run { start = ([0], [1]); step = 0.01; until = 1; }";
-    let mut told = 0;
+    let mut warned = 0;
     for parts in 40..100 {
         let step = (1.0 / f64::from(parts)).to_string();
         let (succeeds, [_, warnings]) = attempt(text, "run", &["--step", &step]);
         if succeeds {
             assert!(warnings.contains("grows beyond all bounds"), "{step}: {warnings}");
-            told += 1;
+            warned += 1;
         }
     }
-    assert!(told > 0);
+    assert!(warned > 0);
     let (succeeds, [_, error]) = attempt(text, "run", &["--tolerance", "1e-9"]);
     assert!(!succeeds, "{error}");
 }
@@ -586,9 +589,12 @@ fn what_is_declared_and_sticks_is_not_asked_to_be_declared() {
          run { start = ([1], [0]); step = 0.01; until = 12; }",
     ];
     for text in declared {
-        let (succeeds, [_, told]) = attempt(text, "run", &["--tolerance", "1e-9"]);
-        assert!(!succeeds && told.contains("the motion sticks"), "{text}: {told}");
-        assert!(!told.contains("Declare it so"), "{text}: {told}");
+        let (succeeds, [_, stderr]) = attempt(text, "run", &["--tolerance", "1e-9"]);
+        assert!(
+            !succeeds && stderr.contains("the motion sticks"),
+            "{text}: {stderr}"
+        );
+        assert!(!stderr.contains("Declare it so"), "{text}: {stderr}");
     }
 }
 
@@ -628,20 +634,20 @@ fn what_is_led_away_from_rest_on_both_sides_asks_which() {
     for (scene, start, _) in scenes {
         for method in methods {
             let text = format!("{scene} run {{ start = {start}; step = 0.01; until = 3; }}");
-            let (succeeds, told) = attempt(&text, "run", method);
+            let (succeeds, output) = attempt(&text, "run", method);
             assert!(
-                !succeeds && told[1].contains("what is at rest may go either way, or stay"),
-                "{text} {method:?}: {told:?}"
+                !succeeds && output[1].contains("what is at rest may go either way, or stay"),
+                "{text} {method:?}: {output:?}"
             );
         }
     }
     // Taylor's method ends at the exact time
     for (scene, start, time) in &scenes[2..4] {
         let text = format!("{scene} run {{ start = {start}; step = 0.01; until = 3; }}");
-        let (_, [_, told]) = attempt(&text, "run", &["--tolerance", "1e-9"]);
-        let (_, after) = told.split_once("not unique beyond t = ").unwrap();
+        let (_, [_, stderr]) = attempt(&text, "run", &["--tolerance", "1e-9"]);
+        let (_, after) = stderr.split_once("not unique beyond t = ").unwrap();
         let found: f64 = after.split_once(',').unwrap().0.parse().unwrap();
-        assert!((found - time).abs() < 1e-6, "{text}: {told}");
+        assert!((found - time).abs() < 1e-6, "{text}: {stderr}");
     }
     // a force that pushes one way only, a mass that is held, and friction from rest have unique motions
     for scene in [
@@ -655,8 +661,8 @@ fn what_is_led_away_from_rest_on_both_sides_asks_which() {
             let text = format!(
                 "coordinates(x); lagrangian = dot(x).powi(2) / 2; {scene} run {{ start = ([0], [0]); step = 0.01; until = 3; }}"
             );
-            let (succeeds, told) = attempt(&text, "run", method);
-            assert!(succeeds, "{text} {method:?}: {told:?}");
+            let (succeeds, output) = attempt(&text, "run", method);
+            assert!(succeeds, "{text} {method:?}: {output:?}");
         }
     }
 }
@@ -671,20 +677,20 @@ fn a_step_that_is_solved_with_sides_does_not_lead_over_a_singularity() {
         run { start = ([0.0, 0.74570521217672026, 2.3], [3.0, 0.0, 0.0]); step = 0.001; until = 0.2; }";
     for k in 0..40 {
         let h = 2e-4 * 10_f64.powf(0.025 * f64::from(k) + 0.0017);
-        let (succeeds, told) = attempt(text, "run", &["--step", &format!("{h:.9}")]);
+        let (succeeds, output) = attempt(text, "run", &["--step", &format!("{h:.9}")]);
         // a step so near to the singularity that the acceleration stays finite has a warning
         assert!(
-            !succeeds || told[1].contains("nearly singular"),
+            !succeeds || output[1].contains("nearly singular"),
             "{h}: {}",
-            told[1]
+            output[1]
         );
     }
     for step in ["0.0005", "0.000279236"] {
-        let (succeeds, told) = attempt(text, "run", &["--step", step]);
+        let (succeeds, output) = attempt(text, "run", &["--step", step]);
         assert!(
-            !succeeds && told[1].contains("the acceleration grows without bound"),
+            !succeeds && output[1].contains("the acceleration grows without bound"),
             "{step}: {}",
-            told[1]
+            output[1]
         );
     }
 }
@@ -694,9 +700,9 @@ fn nothing_is_said_of_functions_that_a_text_cannot_have() {
     let text = "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (x.powi(2) + y.powi(2)) / 2; \
         let phi = y.atan2(x); external_forces = (0.1 * phi.cos(), 0.1 * phi.sin()); \
         run { start = ([0.5, 0.0], [0.0, 0.0]); step = 0.01; until = 6.0; }";
-    let (succeeds, told) = attempt(text, "run", &["--tolerance", "1e-9"]);
+    let (succeeds, output) = attempt(text, "run", &["--tolerance", "1e-9"]);
     assert!(
-        !succeeds && told[1].contains("not smooth") && !told[1].contains("a function of your own"),
-        "{told:?}"
+        !succeeds && output[1].contains("not smooth") && !output[1].contains("a function of your own"),
+        "{output:?}"
     );
 }

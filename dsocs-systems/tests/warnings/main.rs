@@ -33,8 +33,8 @@ fn attempt_with(
         .current_dir(folder.path())
         .output()
         .unwrap();
-    let told = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    (output.status.success(), told)
+    let outputs = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    (output.status.success(), outputs)
 }
 
 /// Whether a command succeeds on a text alone; and its standard output and standard error.

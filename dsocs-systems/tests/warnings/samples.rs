@@ -3,7 +3,7 @@
 use super::attempt_with;
 
 /// The warnings of a run with a table of samples, which has to succeed.
-fn said(table: &[[f64; 2]], text: &str, arguments: &[&str]) -> String {
+fn warnings_of(table: &[[f64; 2]], text: &str, arguments: &[&str]) -> String {
     let lines = table.iter().map(|[place, value]| format!("{place},{value}\n"));
     let (succeeds, [_, warnings]) = attempt_with(&[("table.csv", lines.collect())], text, "run", arguments);
     assert!(succeeds, "{text} {arguments:?}: {warnings}");
@@ -37,7 +37,7 @@ fn a_pulse_between_two_nodes_is_told() {
             ];
             for order in ["2", "4", "6"] {
                 let text = scene("linear", statements);
-                let warnings = said(&pulse, &text, &["--order", order]);
+                let warnings = warnings_of(&pulse, &text, &["--order", order]);
                 // a pulse with a node in it reverses the mass
                 assert!(
                     warnings.contains("of the first order") || warnings.contains("the energy is"),
@@ -69,7 +69,7 @@ fn close_samples_on_a_smooth_curve_are_no_reason_for_a_warning() {
             }
             for order in ["2", "4"] {
                 for step in ["0.1", "0.03", "0.01", "0.001"] {
-                    let warnings = said(
+                    let warnings = warnings_of(
                         &table,
                         &scene(curve, statements),
                         &["--order", order, "--step", step],

@@ -56,11 +56,11 @@ fn a_run_does_not_pass_the_singularity_of_its_law() {
         for step in steps(20) {
             let mut arguments = vec!["run", "--step", &step];
             arguments.extend(force.iter().flat_map(|force| [*force, "0,0"]));
-            let (succeeds, [_, told]) = attempt(text, &arguments);
-            let ends = told.contains("the equations become singular")
-                && told.contains("where the jerk grows without bound");
-            let asks = force.is_some() && told.contains("there are two solutions");
-            assert!(!succeeds && (ends || asks), "{text} {step}: {told}");
+            let (succeeds, [_, stderr]) = attempt(text, &arguments);
+            let ends = stderr.contains("the equations become singular")
+                && stderr.contains("where the jerk grows without bound");
+            let asks = force.is_some() && stderr.contains("there are two solutions");
+            assert!(!succeeds && (ends || asks), "{text} {step}: {stderr}");
         }
     }
 }
@@ -73,12 +73,12 @@ fn a_pole_of_the_row_is_told() {
     ];
     for text in &poles {
         for step in steps(20) {
-            let (succeeds, [_, told]) = attempt(text, &["run", "--step", &step]);
+            let (succeeds, [_, stderr]) = attempt(text, &["run", "--step", &step]);
             assert!(
-                !succeeds || told.contains("a force is infinite"),
-                "{text} {step}: {told}"
+                !succeeds || stderr.contains("a force is infinite"),
+                "{text} {step}: {stderr}"
             );
-            assert!(!told.contains("--tolerance"), "{told}");
+            assert!(!stderr.contains("--tolerance"), "{stderr}");
         }
     }
 }
@@ -112,21 +112,21 @@ fn a_jump_of_the_jerk_is_told() {
     ];
     for text in &jumps {
         for step in steps(12) {
-            let (succeeds, [_, told]) = attempt(text, &["run", "--step", &step]);
+            let (succeeds, [_, stderr]) = attempt(text, &["run", "--step", &step]);
             assert!(
-                succeeds && told.contains("of the first order"),
-                "{text} {step}: {told}"
+                succeeds && stderr.contains("of the first order"),
+                "{text} {step}: {stderr}"
             );
             assert!(
-                !told.contains("--tolerance") && !told.contains("--estimate-error"),
-                "{told}"
+                !stderr.contains("--tolerance") && !stderr.contains("--estimate-error"),
+                "{stderr}"
             );
         }
     }
     // then the checks of the whole motion are excused
-    let (succeeds, [table, told]) = attempt(&jumps[0], &["check"]);
-    assert!(succeeds && !table.contains("FAILED"), "{table}{told}");
-    assert!((table + &told).contains("not required here"));
+    let (succeeds, [table, stderr]) = attempt(&jumps[0], &["check"]);
+    assert!(succeeds && !table.contains("FAILED"), "{table}{stderr}");
+    assert!((table + &stderr).contains("not required here"));
 }
 
 #[test]
@@ -156,14 +156,14 @@ fn right_motions_are_not_warned_of() {
     ];
     for text in &right {
         for step in steps(12) {
-            let (succeeds, [_, told]) = attempt(text, &["run", "--step", &step]);
-            assert!(succeeds && told.is_empty(), "{text} {step}: {told}");
+            let (succeeds, [_, stderr]) = attempt(text, &["run", "--step", &step]);
+            assert!(succeeds && stderr.is_empty(), "{text} {step}: {stderr}");
         }
     }
     // a jerk that jumps at nodes: a leg takes the jerk at its middle
     let pulse = alone("dddot(x) - (if t < 0.5 { 1 } else { -2 })", rest);
     for step in ["0.01", "0.0025"] {
-        let (succeeds, [table, told]) = attempt(&pulse, &["run", "--step", step, "--until", "1"]);
+        let (succeeds, [table, stderr]) = attempt(&pulse, &["run", "--step", step, "--until", "1"]);
         let end: f64 = table
             .lines()
             .last()
@@ -176,16 +176,16 @@ fn right_motions_are_not_warned_of() {
         // the exact position: 1/48 + 1/16 + 1/16 - 1/24
         let h: f64 = step.parse().unwrap();
         assert!(
-            succeeds && told.is_empty() && (end - 5.0 / 48.0).abs() < h * h,
-            "{end} {told}"
+            succeeds && stderr.is_empty() && (end - 5.0 / 48.0).abs() < h * h,
+            "{end} {stderr}"
         );
     }
 }
 
 #[test]
 fn a_certified_run_says_nothing_of_the_step_that_the_start_makes() {
-    let (succeeds, [_, told]) = attempt(&beside(&servo("x.sin()"), -1.0), &["run", "--certify"]);
-    assert!(succeeds && told.is_empty(), "{told}");
+    let (succeeds, [_, stderr]) = attempt(&beside(&servo("x.sin()"), -1.0), &["run", "--certify"]);
+    assert!(succeeds && stderr.is_empty(), "{stderr}");
 }
 
 #[test]
@@ -200,14 +200,14 @@ fn friction_at_a_start_has_the_side_to_which_the_motion_leaves() {
     };
     let there = 0.2 + 0.8 * (0.5 * 2.0_f64.sqrt()).cos();
     for arguments in [&["run"][..], &["run", "--f0", "0,0"]] {
-        let (succeeds, [table, told]) = attempt(&text(-1.6), arguments);
+        let (succeeds, [table, stderr]) = attempt(&text(-1.6), arguments);
         let [first, last] = [1, 51].map(|row| table.lines().nth(row).unwrap().to_owned());
         let number = |line: &str, place: usize| line.split(',').nth(place).unwrap().parse::<f64>().unwrap();
-        assert!(succeeds && told.is_empty(), "{told}");
+        assert!(succeeds && stderr.is_empty(), "{stderr}");
         assert!((number(&last, 1) - there).abs() < 1e-4, "{last}");
         assert!(number(&first, 5).abs() < 1e-6, "{first}");
     }
     // the acceleration of the other side is refused
-    let (succeeds, [_, told]) = attempt(&text(-2.4), &["run"]);
-    assert!(!succeeds && told.contains("the start violates"), "{told}");
+    let (succeeds, [_, stderr]) = attempt(&text(-2.4), &["run"]);
+    assert!(!succeeds && stderr.contains("the start violates"), "{stderr}");
 }
