@@ -42,7 +42,7 @@ from ._path import Gradient, Path
 from ._run import Run
 from ._system import Quantity, RunText, System, read
 from ._table import read_sweep
-from ._told import Certificate, ErrorEstimate, NearlySingular, Roots, Unresolved
+from ._results import Certificate, ErrorEstimate, NearlySingular, Roots, Unresolved
 
 __all__ = [
     "Certificate",

@@ -68,7 +68,7 @@ def check_setup(system: System, setup: Setup, until: float) -> Findings:
     if setup.order > 2 or setup.tolerance is not None:
         raise SetupError("the checks are about the paper's step: order=2, without a tolerance")
     try:
-        found = _dsocs.check(system._raw, list(setup.values), setup.h, until, setup.begins)
+        found = _dsocs.check(system._raw, list(setup.values), setup.h, until, setup.beginning)
     except KeyboardInterrupt:
         raise Interrupted("interrupted: nothing is known of this motion; a shorter one (until=) takes less time") from None
     return Findings(Finding(**finding) for finding in found)

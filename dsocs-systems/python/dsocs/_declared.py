@@ -128,32 +128,32 @@ class Declared:
         self._path = path
         self._raw = _read(name, shown_as, text, constants, list(files.items()))
         self._shown_as = shown_as
-        told = self._raw.description()
+        description = self._raw.description()
         self._name = name
         #: The documentation in the text.
-        self.doc: str = told["doc"]
+        self.doc: str = description["doc"]
         #: The kind of its constraints: `unconstrained`, `holonomic`, `nonholonomic`, `second-order`,
         #: `third-order`, `mixed`.
-        self.kind: str = told["kind"]
+        self.kind: str = description["kind"]
         #: The coordinates, in the order of all arrays.
-        self.coordinates = tuple(Quantity(*of) for of in told["coordinates"])
+        self.coordinates = tuple(Quantity(*of) for of in description["coordinates"])
         #: The observed expressions.
-        self.observables = tuple(Quantity(*of) for of in told["observables"])
+        self.observables = tuple(Quantity(*of) for of in description["observables"])
         #: The highest order of a derivative in a constraint, and at least 2.
-        self.order: int = told["order"]
+        self.order: int = description["order"]
         #: The number of multipliers of constraint forces.
-        self.forms: int = told["forms"]
+        self.forms: int = description["forms"]
         #: The numbers of constraints on positions, on velocities, and on accelerations (or third
         #: derivatives).
-        self.constraints: tuple[int, int, int] = tuple(told["constraints"])
-        self._declaration: str = told["declaration"]
-        self._may_divide: bool = told["may_divide"]
-        self._parameters = tuple(Quantity(*of) for of in told["parameters"])
-        self._tables = {parameter: file for parameter, file, _ in told["samples"]}
+        self.constraints: tuple[int, int, int] = tuple(description["constraints"])
+        self._declaration: str = description["declaration"]
+        self._may_divide: bool = description["may_divide"]
+        self._parameters = tuple(Quantity(*of) for of in description["parameters"])
+        self._tables = {parameter: file for parameter, file, _ in description["samples"]}
         self._values: list[float] = self._raw.values()
         self._names = [of.name for of in self.coordinates]
         # the index of the first number of each rotation's quaternion
-        self._rotations: list[int] = told["rotations"]
+        self._rotations: list[int] = description["rotations"]
         # the coordinates with a velocity and a force: the first of the four numbers of a rotation has none
         self._moving = [name for place, name in enumerate(self._names) if place not in self._rotations]
         runs = [RunText(**run) for run in self._raw.runs()]

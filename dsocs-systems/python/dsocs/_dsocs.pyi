@@ -10,7 +10,7 @@ __version__: str
 _Array = npt.NDArray[np.float64]
 # the beginning of a run: a rule, its vectors, the acceleration near which one is looked for, the time,
 # whether the start is projected
-_Begins = tuple[str, list[list[float]], list[float] | None, float, bool]
+_Beginning = tuple[str, list[list[float]], list[float] | None, float, bool]
 
 class Node:
     """A node of a run: its number, time, position, velocity, acceleration, constraint force and energy.
@@ -77,7 +77,7 @@ class RawRun:
         h: float,
         order: int,
         tolerance: float | None,
-        begins: _Begins,
+        beginning: _Beginning,
         every: int,
     ) -> None: ...
     def until(
@@ -102,7 +102,7 @@ class RawRun:
     def __len__(self) -> int: ...
 
 class RawPath:
-    def __init__(self, text: Text, values: list[float], h: float, begins: _Begins, until: float) -> None: ...
+    def __init__(self, text: Text, values: list[float], h: float, beginning: _Beginning, until: float) -> None: ...
     @property
     def steps(self) -> int: ...
     @property
@@ -122,7 +122,7 @@ def ensemble(
     text: Text,
     values: list[float],
     h: float,
-    begins: _Begins,
+    beginning: _Beginning,
     q: _Array,
     v: _Array,
     varied: list[tuple[str, _Array]],
@@ -136,7 +136,7 @@ def linearize(
     text: Text,
     values: list[float],
     h: float | None,
-    begins: _Begins,
+    beginning: _Beginning,
     inputs: list[str] | None,
     outputs: list[str] | None,
 ) -> dict[str, Any]: ...
@@ -153,7 +153,7 @@ def page(
     until: float,
     order: int,
     tolerance: float | None,
-    begins: _Begins,
+    beginning: _Beginning,
     changed: list[str],
     rows: _Array,
     notes: list[str],
@@ -165,13 +165,13 @@ def estimate(
     until: float,
     order: int,
     tolerance: float | None,
-    begins: _Begins,
+    beginning: _Beginning,
     held: list[tuple[str, list[tuple[float, float]]]],
     every: int,
 ) -> tuple[list[float], float]: ...
 def certify(
-    text: Text, values: list[float], h: float, until: float, begins: _Begins, every: int
+    text: Text, values: list[float], h: float, until: float, beginning: _Beginning, every: int
 ) -> list[tuple[float, float, bool, bool]]: ...
 def check(
-    text: Text, values: list[float], h: float, until: float, begins: _Begins
+    text: Text, values: list[float], h: float, until: float, beginning: _Beginning
 ) -> list[dict[str, Any]]: ...

@@ -22,28 +22,28 @@ Array = npt.NDArray[np.float64]
 class Ends:
     """The ends of many runs: arrays with a row for each run. A run that failed has NaN, and its error is in `failures`."""
 
-    def __init__(self, system: System, told: Mapping[str, Any], varied: Mapping[str, Array]) -> None:
+    def __init__(self, system: System, results: Mapping[str, Any], varied: Mapping[str, Array]) -> None:
         self._system = system
         #: The quantities that vary, each an array of the shape (runs,): parameters by name, positions and
         #: velocities at the start as `start_q_theta`, `start_v_theta`.
         self.varied: dict[str, Array] = dict(varied)
         #: The times [s]: an array of the shape (runs,).
-        self.t: Array = told["t"]
+        self.t: Array = results["t"]
         #: The positions: an array of the shape (runs, coordinates).
-        self.q: Array = told["q"]
+        self.q: Array = results["q"]
         #: The velocities: an array of the shape (runs, coordinates).
-        self.v: Array = told["v"]
+        self.v: Array = results["v"]
         #: The accelerations: an array of the shape (runs, coordinates).
-        self.a: Array = told["a"]
+        self.a: Array = results["a"]
         #: The generalized constraint forces: an array of the shape (runs, coordinates).
-        self.force: Array = told["force"]
+        self.force: Array = results["force"]
         #: The energies: an array of the shape (runs,).
-        self.energy: Array = told["energy"]
+        self.energy: Array = results["energy"]
         #: The observed expressions: an array of the shape (runs, expressions).
-        self.observed: Array = told["observed"]
+        self.observed: Array = results["observed"]
         #: The errors of the runs that failed, by their indices; runs of an interrupted ensemble that had not
         #: reached the end are among them.
-        self.failures: dict[int, Error] = dict(told["failures"])
+        self.failures: dict[int, Error] = dict(results["failures"])
         self._interrupted = False
 
     def _interrupt(self, is_unfinished: npt.NDArray[np.bool_]) -> None:
@@ -163,11 +163,11 @@ class Ensemble:
         varied = list(self._varied.items())
         q, v = np.ascontiguousarray(self._q), np.ascontiguousarray(self._v)
         with shown(progress, self.system.name, 0.0, 1.0) as tell:
-            told = _dsocs.ensemble(
-                self.system._raw, list(setup.values), setup.h, setup.begins, q, v, varied, end, setup.order, setup.tolerance, count, tell
+            results = _dsocs.ensemble(
+                self.system._raw, list(setup.values), setup.h, setup.beginning, q, v, varied, end, setup.order, setup.tolerance, count, tell
             )
-        ends = Ends(self.system, told, self._columns())
-        interrupted = told["interrupted"]
+        ends = Ends(self.system, results, self._columns())
+        interrupted = results["interrupted"]
         if isinstance(interrupted, KeyboardInterrupt):
             left = math.copysign(1, setup.h) * (end - ends.t)
             # the last node lies less than a step before the end

@@ -41,7 +41,7 @@ def system(system: System) -> str:
     """A system: its Lagrangian, constraints and equations as formulas, its quantities in a table, and its text."""
     parts = [f"<h4>{escape(system.name)} <small>({escape(system.kind)})</small></h4>"]
     if system.doc:
-        parts.append(f"<p>{_told(system.doc)}</p>")
+        parts.append(f"<p>{_documentation(system.doc)}</p>")
     parts += _mathematics(system)
     values = system.parameters
     groups = (("coordinates", _places(system)), ("parameters", system._parameters), ("observed", system.observables))
@@ -56,7 +56,7 @@ def system(system: System) -> str:
             value = f"<td>{values[of.name]:g}</td>" if has_values else ""
             rows.append(
                 f"<tr><td style='text-align:left'>{_mathml.word(of.name)} <code>{escape(of.name)}</code></td>{value}"
-                f"<td>{escape(of.unit or '')}</td><td style='text-align:left'>{_told(of.meaning)}</td></tr>"
+                f"<td>{escape(of.unit or '')}</td><td style='text-align:left'>{_documentation(of.meaning)}</td></tr>"
             )
         tables.append(f"<table>{head}{''.join(rows)}</table>")
     parts.append(f"<div style='overflow-x:auto'>{''.join(tables)}</div>")
@@ -65,7 +65,7 @@ def system(system: System) -> str:
     return "".join(parts)
 
 
-def _told(text: str) -> str:
+def _documentation(text: str) -> str:
     """Documentation of a declaration as HTML, with parts in backticks as code."""
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))
 

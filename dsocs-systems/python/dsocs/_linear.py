@@ -74,14 +74,14 @@ class LinearModel:
     of the free directions, `z = projection @ change` and `change = basis.T @ z` with the change of `(q, v)`.
     """
 
-    def __init__(self, system: System, told: Mapping[str, Any]) -> None:
-        names = {kind: tuple(name for name, _, _ in told[kind]) for kind in ("states", "inputs", "outputs")}
+    def __init__(self, system: System, results: Mapping[str, Any]) -> None:
+        names = {kind: tuple(name for name, _, _ in results[kind]) for kind in ("states", "inputs", "outputs")}
         n, m, p = (len(names[kind]) for kind in ("states", "inputs", "outputs"))
         both = 2 * len(system.coordinates)
         #: The system.
         self.system = system
         #: The step [s]; None of the continuous motion.
-        self.step: float | None = told["step"]
+        self.step: float | None = results["step"]
         #: The names of the states, the minimal coordinates `z`: `theta`, `v_theta`; `along_x` where it moves more coordinates than `x`.
         self.states: tuple[str, ...] = names["states"]
         #: The names of the inputs: parameters.
@@ -89,38 +89,38 @@ class LinearModel:
         #: The names of the outputs.
         self.outputs: tuple[str, ...] = names["outputs"]
         #: The units of states, inputs and outputs, by name; None where the declaration does not say one.
-        self.units: dict[str, str | None] = {name: unit for kind in names for name, _, unit in told[kind]}
+        self.units: dict[str, str | None] = {name: unit for kind in names for name, _, unit in results[kind]}
         #: The matrix A, of the shape (states, states).
-        self.A: Array = _fixed(told["A"], (n, n))
+        self.A: Array = _fixed(results["A"], (n, n))
         #: The matrix B, of the shape (states, inputs).
-        self.B: Array = _fixed(told["B"], (n, m))
+        self.B: Array = _fixed(results["B"], (n, m))
         #: The matrix C, of the shape (outputs, states).
-        self.C: Array = _fixed(told["C"], (p, n))
+        self.C: Array = _fixed(results["C"], (p, n))
         #: The matrix D, of the shape (outputs, inputs).
-        self.D: Array = _fixed(told["D"], (p, m))
+        self.D: Array = _fixed(results["D"], (p, m))
         #: The time of the state [s].
-        self.t: float = told["t"]
+        self.t: float = results["t"]
         #: The position about which it is linearized.
-        self.q: Array = _fixed(told["q"], (-1,))
+        self.q: Array = _fixed(results["q"], (-1,))
         #: The velocity.
-        self.v: Array = _fixed(told["v"], (-1,))
+        self.v: Array = _fixed(results["v"], (-1,))
         #: The acceleration.
-        self.a: Array = _fixed(told["a"], (-1,))
+        self.a: Array = _fixed(results["a"], (-1,))
         #: The rate of `state` along the motion through the point or, for a step, its change in the step. Zero
         #: at an equilibrium.
-        self.drift: Array = _fixed(told["drift"], (n,))
+        self.drift: Array = _fixed(results["drift"], (n,))
         #: The outputs at the point.
-        self.measured: Array = _fixed(told["measured"], (p,))
+        self.measured: Array = _fixed(results["measured"], (p,))
         #: The matrix that gives the states from changes of position and velocity, of the shape (states, 2
         #: coordinates).
-        self.projection: Array = _fixed(told["projection"], (n, both))
+        self.projection: Array = _fixed(results["projection"], (n, both))
         #: The changes of position and velocity of a unit change of each state, of the shape (states, 2
         #: coordinates).
-        self.basis: Array = _fixed(told["basis"], (n, both))
+        self.basis: Array = _fixed(results["basis"], (n, both))
         #: `directions` at the next node; for the model of a step.
-        self.basis_after: Array = _fixed(told["basis_after"], (n, both))
-        self._eigenvalues = told["eigenvalues"]
-        self._told = dict(told)
+        self.basis_after: Array = _fixed(results["basis_after"], (n, both))
+        self._eigenvalues = results["eigenvalues"]
+        self._results = dict(results)
 
     @property
     def discrete(self) -> bool:
@@ -179,33 +179,33 @@ class LinearModel:
         return f"<LinearModel of {self.system.name} ({kind}); {'; '.join(parts)}>"
 
     def __reduce__(self) -> Any:
-        return LinearModel, (self.system, self._told)
+        return LinearModel, (self.system, self._results)
 
 
 class Equilibrium:
     """A state of rest. `equilibrium["theta"]` is a coordinate or a parameter by name. `System.equilibrium` finds it."""
 
-    def __init__(self, system: System, told: Mapping[str, Any], t: float) -> None:
+    def __init__(self, system: System, results: Mapping[str, Any], t: float) -> None:
         #: The system.
         self.system = system
         #: The time [s].
         self.t = t
         #: The position. Angles are as they were found, not reduced to a turn.
-        self.q: Array = _fixed(told["q"], (-1,))
+        self.q: Array = _fixed(results["q"], (-1,))
         #: The values of all parameters, by name, with those that were free as they were found.
-        self.parameters: dict[str, float] = dict(zip((of.name for of in system._parameters), np.asarray(told["parameters"]).tolist()))
+        self.parameters: dict[str, float] = dict(zip((of.name for of in system._parameters), np.asarray(results["parameters"]).tolist()))
         #: The generalized constraint force, a number for each coordinate.
-        self.force: Array = _fixed(told["force"], (-1,))
+        self.force: Array = _fixed(results["force"], (-1,))
         #: The directions in which neighbouring equilibria lie, if this is one of a continuum: a row for each,
         #: with the change of the position, then of the free parameters.
-        self.directions: Array = _fixed(told["directions"], (len(told["directions"]), -1 if told["directions"] else len(self.q)))
+        self.directions: Array = _fixed(results["directions"], (len(results["directions"]), -1 if results["directions"] else len(self.q)))
         #: `stable`, `unstable` or `undecided by the linear model`; None where there is no linear model.
-        self.stability: str | None = told["stability"]
+        self.stability: str | None = results["stability"]
         #: The reason why there is no linear model, as where dry friction holds the system; None where there
         #: is one.
-        self.failure: str | None = told["failure"]
-        self._eigenvalues = told["eigenvalues"]
-        self._told = dict(told)
+        self.failure: str | None = results["failure"]
+        self._eigenvalues = results["eigenvalues"]
+        self._results = dict(results)
 
     @property
     def isolated(self) -> bool:
@@ -238,7 +238,7 @@ class Equilibrium:
         return f"<Equilibrium of {self.system.name}: {'; '.join(parts)}>"
 
     def __reduce__(self) -> Any:
-        return Equilibrium, (self.system, self._told, self.t)
+        return Equilibrium, (self.system, self._results, self.t)
 
 
 class Equilibria(Sequence[Equilibrium]):
@@ -275,8 +275,8 @@ def linearize(
     if step == 0:
         raise SetupError("h is 0; expected a step that is not zero, or None for the continuous motion")
     setup = Setup.of(system, h=STEP, q=q, v=v, t=t, near=near, project=project, run=run, values=values)
-    told = _dsocs.linearize(system._raw, list(setup.values), step, setup.begins, _elements(_names("inputs", inputs), system), _names("outputs", outputs))
-    return LinearModel(system, told)
+    results = _dsocs.linearize(system._raw, list(setup.values), step, setup.beginning, _elements(_names("inputs", inputs), system), _names("outputs", outputs))
+    return LinearModel(system, results)
 
 
 def _guesses(system: System, q: Any, run: Any) -> list[list[float]]:
@@ -313,4 +313,4 @@ def _search(system: System, guesses: list[list[float]], t: Any, free: Any, hold:
     time = 0.0 if t is None else _inputs.number("t", t)
     numbers = system._with(values)
     found, of_guess = _dsocs.equilibria(system._raw, numbers, time, guesses, _names("free", free) or [], _names("hold", hold) or [])
-    return Equilibria([Equilibrium(system, told, time) for told in found], of_guess)
+    return Equilibria([Equilibrium(system, results, time) for results in found], of_guess)

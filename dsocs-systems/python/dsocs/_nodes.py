@@ -12,7 +12,7 @@ from ._dsocs import Node
 from ._errors import InputTypeError
 from ._setup import Setup
 from ._table import frame
-from ._told import NearlySingular, Unresolved
+from ._results import NearlySingular, Unresolved
 
 if TYPE_CHECKING:
     from ._system import System

@@ -48,7 +48,7 @@ class Path:
         #: The time [s] that was asked for.
         self.until: float = self._setup.end(system, "until", until)
         setup = self._setup
-        self._raw = _dsocs.RawPath(system._raw, list(setup.values), setup.h, setup.begins, self.until)
+        self._raw = _dsocs.RawPath(system._raw, list(setup.values), setup.h, setup.beginning, self.until)
 
     @property
     def end(self) -> Node:
@@ -96,9 +96,9 @@ class Path:
             found = cost(DualNode(index, t, q, v, a, names, self.system._rotations))
             return Dual.parts(found, 3 * len(names))
 
-        told = self._raw.gradient(of == "end", asked)
-        parameters = dict(zip((of.name for of in self.system._parameters), told["parameters"].tolist()))
-        return Gradient(told["cost"], told["q"], told["v"], told["q1"], parameters)
+        found = self._raw.gradient(of == "end", asked)
+        parameters = dict(zip((of.name for of in self.system._parameters), found["parameters"].tolist()))
+        return Gradient(found["cost"], found["q"], found["v"], found["q1"], parameters)
 
     def tangents(self, *variables: str) -> dict[str, tuple[Array, Array]]:
         """The derivatives of the last node by variables, forward through the run: for each position and velocity.

@@ -23,8 +23,8 @@ def shown(progress: object, name: str, begin: float, end: float) -> Iterator[Cal
     if progress is not True:
         if not callable(progress):
             raise InputTypeError(f"progress is {progress!r}; expected True, False or a function of the part that is done")
-        told: Callable[[float], Any] = progress
-        yield lambda t: told(min(max((t - begin) / length, 0.0), 1.0))
+        report: Callable[[float], Any] = progress
+        yield lambda t: report(min(max((t - begin) / length, 0.0), 1.0))
         return
     bar = _Bar(name)
     try:

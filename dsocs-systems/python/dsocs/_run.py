@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _dsocs, _given, _inputs, _told
+from . import _dsocs, _given, _inputs, _results
 from ._dsocs import Node
 from ._errors import InputTypeError, Interrupted, SetupError, StepError, StepWarning
 from ._events import Event, Occurrences, Points
@@ -19,7 +19,7 @@ from ._nodes import Nodes
 from ._progress import shown
 from ._setup import Setup
 from ._system import System, _system_of
-from ._told import Certificate, ErrorEstimate, NearlySingular, Roots, Unresolved
+from ._results import Certificate, ErrorEstimate, NearlySingular, Roots, Unresolved
 
 if TYPE_CHECKING:
     from ._check import Findings
@@ -40,7 +40,7 @@ class Run(Nodes):
     def __init__(self, system: System, setup: Setup) -> None:
         super().__init__(system, setup)
         self._history: list[tuple[Any, ...]] = []
-        self._told = [0] * 7
+        self._warned = [0] * 7
         self._failure: str | None = None
 
     @property
@@ -105,23 +105,23 @@ class Run(Nodes):
         elif steps:
             self._history.append(("advance", steps, end))
 
-    def _told_history(self) -> list[tuple[Any, ...]]:
+    def _full_history(self) -> list[tuple[Any, ...]]:
         """The history with the values of the inputs, so that a copy can repeat it."""
         if all(what[0] != "changes" for what in self._history):
             return list(self._history)
         names = [of.name for of in self.system._parameters]
         changes = self._raw.changes()
-        told: list[tuple[Any, ...]] = []
+        history: list[tuple[Any, ...]] = []
         for what, *how in self._history:
             if what == "changes":
                 steps, end, first, last = how
                 inputs: dict[int, dict[str, float]] = {}
                 for index, _, place, value in changes[first:last]:
                     inputs.setdefault(index, {})[names[place]] = value
-                told.append(("control", steps, end, inputs))
+                history.append(("control", steps, end, inputs))
             else:
-                told.append((what, *how))
-        return told
+                history.append((what, *how))
+        return history
 
     def advance(self, steps: int = 1) -> Run:
         """Makes some steps, and returns itself. Raises as `until`."""
@@ -312,22 +312,22 @@ class Run(Nodes):
     def _warn(self, of_nodes: bool = True) -> None:
         """Warns of steps whose error may be larger, once in each call; and of the signs in the nodes, once in a run."""
         unresolved, nearly_singular = self.unresolved, self.nearly_singular
-        if unresolved is not None and unresolved.steps > self._told[0]:
-            warnings.warn(self._jumps(unresolved, unresolved.steps - self._told[0]), StepWarning, stacklevel=3)
-            self._told[0] = unresolved.steps
-        if nearly_singular is not None and nearly_singular.steps > self._told[1]:
-            warnings.warn(self._singular(nearly_singular, nearly_singular.steps - self._told[1]), StepWarning, stacklevel=3)
-            self._told[1] = nearly_singular.steps
+        if unresolved is not None and unresolved.steps > self._warned[0]:
+            warnings.warn(self._jumps(unresolved, unresolved.steps - self._warned[0]), StepWarning, stacklevel=3)
+            self._warned[0] = unresolved.steps
+        if nearly_singular is not None and nearly_singular.steps > self._warned[1]:
+            warnings.warn(self._singular(nearly_singular, nearly_singular.steps - self._warned[1]), StepWarning, stacklevel=3)
+            self._warned[1] = nearly_singular.steps
         for kind, said in enumerate(self._raw.warnings() if of_nodes else (), 2):
-            if said is not None and not self._told[kind]:
+            if said is not None and not self._warned[kind]:
                 warnings.warn(said, StepWarning, stacklevel=3)
-                self._told[kind] = 1
+                self._warned[kind] = 1
 
     def _jumps(self, found: Unresolved, steps: int) -> str:
-        return _told.jumps(found, steps, self.system.order)
+        return _results.jumps(found, steps, self.system.order)
 
     def _singular(self, found: NearlySingular, steps: int) -> str:
-        return _told.singular(found, steps, self.system.order, self.system._may_divide)
+        return _results.singular(found, steps, self.system.order, self.system._may_divide)
 
     # estimates, certificates, checks and pages
 
@@ -349,7 +349,7 @@ class Run(Nodes):
             )
         errors, uncertainty = _dsocs.estimate(
             self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.order,
-            self._setup.tolerance, self._setup.begins, self._held(), self.every,
+            self._setup.tolerance, self._setup.beginning, self._held(), self.every,
         )  # fmt: skip
         array: Array = np.asarray(errors).reshape(-1, len(self.system._names))
         largest = array.max(axis=0).tolist() if len(array) else [0.0] * len(self.system._names)
@@ -374,10 +374,10 @@ class Run(Nodes):
             raise SetupError("regularity is about the paper's step: order=2, without a tolerance")
         if self._raw.change_count() or any(what[0] == "toward" for what in self._history):
             raise SetupError("a run whose inputs changed, or that was led from one solution to another, is not certified: only a run from its start by itself is")
-        told = _dsocs.certify(
-            self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.begins, self.every
+        found = _dsocs.certify(
+            self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.beginning, self.every
         )
-        forward, backward, *granted = (np.array(column) for column in zip(*told))
+        forward, backward, *granted = (np.array(column) for column in zip(*found))
         both = np.stack(granted, axis=-1).astype(bool)
         both[np.isnan(forward) & np.isnan(backward)] = True
         return Certificate(forward, backward, both)
@@ -401,7 +401,7 @@ class Run(Nodes):
         rows = np.column_stack(list(self.table().values()))
         page: str = _dsocs.page(
             self.system._raw, list(self._setup.values), self._setup.h, self._time(), self._setup.order,
-            self._setup.tolerance, self._setup.begins, self._changed, np.ascontiguousarray(rows), self._notes(),
+            self._setup.tolerance, self._setup.beginning, self._changed, np.ascontiguousarray(rows), self._notes(),
         )  # fmt: skip
         return page
 
@@ -440,30 +440,30 @@ class Run(Nodes):
         kept: dict[str, Any] = {name: self._array(name) for name in arrays}
         kept.update(index=self.index, changed=self._changed, failure=self._failure, warnings=self._signs(), unresolved=self._tuple(self.unresolved), nearly_singular=self._tuple(self.nearly_singular))
         system = (_dsocs.__version__, *self.system._state())
-        return _run_of, (system, self._setup, self._told_history(), kept, self._told)
+        return _run_of, (system, self._setup, self._full_history(), kept, self._warned)
 
     @staticmethod
     def _tuple(found: Any) -> Any:
         return None if found is None else tuple(found)
 
     def __copy__(self) -> Run:
-        function, (_, setup, history, kept, told) = self.__reduce__()
-        return _made_again(self.system, setup, history, kept, told)
+        function, (_, setup, history, kept, warned) = self.__reduce__()
+        return _made_again(self.system, setup, history, kept, warned)
 
     def __deepcopy__(self, memo: Any) -> Run:
         return self.__copy__()
 
 
-def _run_of(system: tuple[Any, ...], setup: Setup, history: Any, kept: Any, told: Any) -> Run:
+def _run_of(system: tuple[Any, ...], setup: Setup, history: Any, kept: Any, warned: Any) -> Run:
     """A run from its pickled parts."""
-    return _made_again(_system_of(*system), setup, history, kept, told)
+    return _made_again(_system_of(*system), setup, history, kept, warned)
 
 
-def _made_again(system: System, setup: Setup, history: Any, kept: Any, told: Any) -> Run:
+def _made_again(system: System, setup: Setup, history: Any, kept: Any, warned: Any) -> Run:
     run = Run.__new__(Run)
     run.system, run._setup = system, replace(setup)
     run._raw_run, run._kept = None, dict(kept)
-    run._history, run._told = list(history), list(told)
+    run._history, run._warned = list(history), list(warned)
     run._failure = kept["failure"]
     for value in run._kept.values():
         if isinstance(value, np.ndarray):

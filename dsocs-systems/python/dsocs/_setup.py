@@ -153,7 +153,7 @@ class Setup:
         return self.until
 
     @property
-    def begins(self) -> tuple[Any, ...]:
+    def beginning(self) -> tuple[Any, ...]:
         """The start in the form of the engine."""
         near = None if self.near is None else list(self.near)
         return (self.rule, [list(vector) for vector in self.vectors], near, self.t, self.project)
@@ -161,7 +161,7 @@ class Setup:
     def begin(self, system: Declared) -> Any:
         """A new run of the engine."""
         return _dsocs.RawRun(
-            system._raw, list(self.values), self.h, self.order, self.tolerance, self.begins, self.every
+            system._raw, list(self.values), self.h, self.order, self.tolerance, self.beginning, self.every
         )
 
 

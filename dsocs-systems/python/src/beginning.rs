@@ -8,9 +8,9 @@ use pyo3::prelude::*;
 /// The beginning of a run: the rule, two or three vectors, the acceleration near which one is looked for, the
 /// time, and whether the start is projected.
 #[derive(FromPyObject)]
-pub struct Begins(String, Vec<Vec<f64>>, Option<Vec<f64>>, f64, bool);
+pub struct BeginningParts(String, Vec<Vec<f64>>, Option<Vec<f64>>, f64, bool);
 
-impl Begins {
+impl BeginningParts {
     /// The start by this rule from another position and velocity.
     pub fn from(&self, q0: &[f64], v0: &[f64]) -> PyResult<AnyStart> {
         let Self(rule, _, near, t0, projected) = self;

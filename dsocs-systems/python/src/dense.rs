@@ -10,24 +10,24 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use crate::error::{guarded, of_run, plain, with_room};
-use crate::motion::PATIENCE;
+use crate::motion::CHECK_INTERVAL;
 use crate::run::{PyRun, State};
 
 /// The number of times that are computed between two checks for signals.
-const TIMES: usize = 1024;
+const TIMES_PER_CHECK: usize = 1024;
 
 /// The largest number of nodes between two checks for signals.
-const NODES: f64 = 8192.0;
+const NODES_PER_CHECK: f64 = 8192.0;
 
 /// An array with a row for each point.
 type Rows<'py> = Bound<'py, PyArray2<f64>>;
 
 /// An event: the kind of quantity, its index, the value that it passes, the direction (1, −1 or 0), and
 /// whether it ends the run.
-type Watched = (String, usize, f64, i32, bool);
+type WatchedEvent = (String, usize, f64, i32, bool);
 
 /// An event that happened: its index, whether the quantity rises, time, position, velocity, acceleration.
-type Happened = (usize, bool, f64, Vec<f64>, Vec<f64>, Vec<f64>);
+type OccurredEvent = (usize, bool, f64, Vec<f64>, Vec<f64>, Vec<f64>);
 
 /// The motion at some times: positions, velocities, accelerations and observed expressions. The run goes on
 /// to the last of them, and keeps no node.
@@ -45,15 +45,15 @@ pub fn sample<'py>(
         let mut vectors = [room(n)?, room(n)?, room(n)?];
         let mut observed = room(observables)?;
         let (mut now, step) = state.motion.look(|run| (run.clock().time(), run.clock().step()));
-        for part in times.chunks(TIMES) {
+        for part in times.chunks(TIMES_PER_CHECK) {
             let asked = with_stops(now, step, part);
             now = part.last().copied().unwrap_or(now);
             let mut rest = &asked[..];
             while let Some(&(begin, _)) = rest.first() {
-                let longest = NODES * step.unwrap_or(f64::INFINITY).abs();
+                let longest = NODES_PER_CHECK * step.unwrap_or(f64::INFINITY).abs();
                 let near = rest
                     .iter()
-                    .take(TIMES)
+                    .take(TIMES_PER_CHECK)
                     .take_while(|(t, _)| (t - begin).abs() <= longest);
                 let (some, others) = rest.split_at(near.count().max(1));
                 rest = others;
@@ -106,10 +106,10 @@ pub fn watch(
     py: Python<'_>,
     run: PyRef<'_, PyRun>,
     t: f64,
-    watched: Vec<Watched>,
-) -> PyResult<(Vec<Happened>, bool)> {
+    watched: Vec<WatchedEvent>,
+) -> PyResult<(Vec<OccurredEvent>, bool)> {
     run.with(|state| {
-        let (ended, found) = py.detach(|| guarded(|| watched_to(state, t, &watched)))?;
+        let (ended, found) = py.detach(|| guarded(|| watch_to(state, t, &watched)))?;
         let ended = ended?.map_err(|error| of_run(py, &error))?;
         let found = found.iter().map(|at| {
             let AnyPoint { t, q, v, a } = at.point();
@@ -121,10 +121,10 @@ pub fn watch(
 
 /// Whether an event has ended a run, or the error that has, or the exception of a signal; and the events up
 /// to there.
-type Ended = (PyResult<Result<bool, RunError>>, Vec<AnyOccurrence>);
+type WatchResult = (PyResult<Result<bool, RunError>>, Vec<AnyOccurrence>);
 
 /// Runs to a time, watching for events. The nodes are kept.
-fn watched_to(state: &mut State, t: f64, watched: &[Watched]) -> Ended {
+fn watch_to(state: &mut State, t: f64, watched: &[WatchedEvent]) -> WatchResult {
     let kernel = state.motion.kernel().clone();
     let values = state.motion.look(|run| run.values().to_vec());
     let functions = watched.iter().map(|one| event(&kernel, &values, one)).collect();
@@ -146,10 +146,10 @@ fn go_on_watching(
     loop {
         let begun = Instant::now();
         let mut paused = false;
-        let mut watching = Watching {
+        let mut watching = EventWatcher {
             take: &mut |run| {
                 record.take(run);
-                paused = begun.elapsed() > PATIENCE;
+                paused = begun.elapsed() > CHECK_INTERVAL;
                 paused
             },
             found,
@@ -168,7 +168,7 @@ fn go_on_watching(
 fn event<'e>(
     kernel: &'e TapeKernel,
     values: &'e [f64],
-    (of, place, level, direction, ends): &Watched,
+    (of, place, level, direction, ends): &WatchedEvent,
 ) -> AnyEvent<'e> {
     let (place, level) = (*place, *level);
     let part = move |vector: &[Jet]| vector.get(place).copied().unwrap_or(Jet::from(f64::NAN)) - level;
@@ -196,7 +196,7 @@ fn event<'e>(
 pub fn roots(py: Python<'_>, run: PyRef<'_, PyRun>) -> PyResult<(Vec<f64>, Option<Vec<f64>>)> {
     run.with(|state| {
         let roots = guarded(|| state.motion.with_step(|flow| flow.roots()))?;
-        let roots = roots.ok_or_else(|| only_the_step(py, "roots"))?;
+        let roots = roots.ok_or_else(|| other_method_error(py, "roots"))?;
         roots.map_err(|error| of_run(py, &error.into()))
     })
 }
@@ -206,7 +206,7 @@ pub fn roots(py: Python<'_>, run: PyRef<'_, PyRun>) -> PyResult<(Vec<f64>, Optio
 pub fn advance_to(py: Python<'_>, run: PyRef<'_, PyRun>, q2: Vec<f64>) -> PyResult<()> {
     run.with(|state| {
         let made = guarded(|| state.motion.with_step(|flow| flow.advance_to(&q2)))?;
-        let made = made.ok_or_else(|| only_the_step(py, "advance_to"))?;
+        let made = made.ok_or_else(|| other_method_error(py, "advance_to"))?;
         made.map_err(|error| of_run(py, &error.into()))?;
         let State { motion, record, .. } = state;
         motion.with(|run| record.take(run));
@@ -215,7 +215,7 @@ pub fn advance_to(py: Python<'_>, run: PyRef<'_, PyRun>, q2: Vec<f64>) -> PyResu
 }
 
 /// The error for a method other than the step of order 2.
-fn only_the_step(py: Python<'_>, what: &str) -> PyErr {
+fn other_method_error(py: Python<'_>, what: &str) -> PyErr {
     let message = format!("{what} is of the step of order 2 alone: order=2, without a tolerance");
     plain(py, "SetupError", &message)
 }
@@ -223,7 +223,7 @@ fn only_the_step(py: Python<'_>, what: &str) -> PyErr {
 /// Times, and whether each was asked for. Between two that are far apart further ones are inserted, at which
 /// signals are checked.
 fn with_stops(now: f64, step: Option<f64>, times: &[f64]) -> Vec<(f64, bool)> {
-    let longest = NODES * step.unwrap_or(f64::INFINITY).abs();
+    let longest = NODES_PER_CHECK * step.unwrap_or(f64::INFINITY).abs();
     let mut all = Vec::with_capacity(times.len());
     let mut before = now;
     for &t in times {
@@ -243,14 +243,14 @@ fn with_stops(now: f64, step: Option<f64>, times: &[f64]) -> Vec<(f64, bool)> {
 }
 
 /// Takes nodes and events of a run.
-struct Watching<'w> {
+struct EventWatcher<'w> {
     /// Takes a node, and returns whether to pause for a check for signals.
     take: &'w mut dyn FnMut(&dyn Run) -> bool,
     /// The events so far.
     found: &'w mut Vec<AnyOccurrence>,
 }
 
-impl AnyObserver for Watching<'_> {
+impl AnyObserver for EventWatcher<'_> {
     fn node(&mut self, run: &dyn Run) -> ControlFlow<()> {
         if (self.take)(run) {
             ControlFlow::Break(())

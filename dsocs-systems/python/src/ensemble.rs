@@ -13,37 +13,37 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArra
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::begin::{Begins, method};
+use crate::beginning::{BeginningParts, method};
 use crate::error::{guarded, of_run, of_setup, plain, with_room};
-use crate::many::{End, Many};
+use crate::many::{End, ManyRuns};
 use crate::text::PyText;
 
 /// The number of nodes after which a trajectory checks whether it is to stop.
-const LOOK: NonZeroU64 = NonZeroU64::new(256).unwrap();
+const NODES_PER_CHECK: NonZeroU64 = NonZeroU64::new(256).unwrap();
 
 /// The time between two checks for signals.
-const PAUSE: Duration = Duration::from_millis(20);
+const CHECK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// The number of runs that are made at a time, which bounds the memory for starts and nodes; a multiple of
 /// all lanes.
-const AT_A_TIME: usize = 1 << 17;
+const RUNS_AT_A_TIME: usize = 1 << 17;
 
 /// A parameter that varies, by its name: a value for each run.
-type Varied<'py> = (String, PyReadonlyArray1<'py, f64>);
+type VariedParameter<'py> = (String, PyReadonlyArray1<'py, f64>);
 
 /// The ends of many runs as a dict of arrays, and the failures: the index of the run and its error. Positions
 /// and velocities at the start, and the parameters that vary, have a row for each run.
 #[pyfunction]
-#[pyo3(signature = (text, values, h, begins, q, v, varied, t, order, tolerance, threads, progress))]
+#[pyo3(signature = (text, values, h, beginning, q, v, varied, t, order, tolerance, threads, progress))]
 pub fn ensemble<'py>(
     py: Python<'py>,
     text: &PyText,
     values: Vec<f64>,
     h: f64,
-    begins: Begins,
+    beginning: BeginningParts,
     q: PyReadonlyArray2<'py, f64>,
     v: PyReadonlyArray2<'py, f64>,
-    varied: Vec<Varied<'py>>,
+    varied: Vec<VariedParameter<'py>>,
     t: f64,
     order: u32,
     tolerance: Option<f64>,
@@ -62,11 +62,11 @@ pub fn ensemble<'py>(
     let mut arrays = Arrays::of([n, observables], count)?;
     let (stop, finished) = (AtomicBool::new(false), AtomicUsize::new(0));
     let mut interrupted = None;
-    for first in (0..count).step_by(AT_A_TIME) {
-        let some = first..count.min(first + AT_A_TIME);
+    for first in (0..count).step_by(RUNS_AT_A_TIME) {
+        let some = first..count.min(first + RUNS_AT_A_TIME);
         let rows = some.start * n..some.end * n;
         let rows = q[rows.clone()].chunks(n.max(1)).zip(v[rows].chunks(n.max(1)));
-        let starts: Vec<AnyStart> = rows.map(|(q, v)| begins.from(q, v)).collect::<PyResult<_>>()?;
+        let starts: Vec<AnyStart> = rows.map(|(q, v)| beginning.from(q, v)).collect::<PyResult<_>>()?;
         let varied: Vec<(&str, &[f64])> = varied
             .iter()
             .map(|(name, values)| (*name, values.get(some.clone()).unwrap_or_default()))
@@ -76,7 +76,7 @@ pub fn ensemble<'py>(
             Method::Step => Some(in_lanes(py, &kernel, h, (&starts, &varied), threads)?.progress(&tell)),
             _ => None,
         };
-        let other = Many {
+        let other = ManyRuns {
             kernel: &kernel,
             h,
             method,
@@ -86,7 +86,7 @@ pub fn ensemble<'py>(
             stop: &stop,
             finished: &finished,
         };
-        let ends = watched(
+        let ends = with_signal_checks(
             py,
             || match &lanes {
                 Some(lanes) => to_the_end(lanes, t, &stop),
@@ -97,12 +97,12 @@ pub fn ensemble<'py>(
                     return;
                 }
                 let done = finished.load(Ordering::Relaxed);
-                let told = progress.as_ref().map_or(Ok(()), |progress| {
+                let reported = progress.as_ref().map_or(Ok(()), |progress| {
                     #[allow(clippy::cast_precision_loss)]
                     let part = done as f64 / count.max(1) as f64;
                     progress.call1((part,)).map(drop)
                 });
-                if let Err(error) = py.check_signals().and(told) {
+                if let Err(error) = py.check_signals().and(reported) {
                     stop.store(true, Ordering::Relaxed);
                     interrupted = Some(error);
                 }
@@ -110,13 +110,13 @@ pub fn ensemble<'py>(
         )?;
         arrays.take(py, &ends, &kernel, &varied);
     }
-    let told = arrays.told(py)?;
-    told.set_item("interrupted", interrupted)?;
-    Ok(told)
+    let dict = arrays.into_dict(py)?;
+    dict.set_item("interrupted", interrupted)?;
+    Ok(dict)
 }
 
 /// Runs in another thread, while this one checks for signals.
-fn watched(
+fn with_signal_checks(
     py: Python<'_>,
     runs: impl FnOnce() -> Vec<End> + Send,
     mut look: impl FnMut(),
@@ -130,7 +130,7 @@ fn watched(
         });
         loop {
             let wait = &mut wait;
-            let waited = py.detach(move || wait.recv_timeout(PAUSE));
+            let waited = py.detach(move || wait.recv_timeout(CHECK_INTERVAL));
             if waited == Err(RecvTimeoutError::Disconnected) {
                 break;
             }
@@ -175,7 +175,7 @@ fn to_the_end(lanes: &AnyEnsemble<'_>, t: f64, stop: &AtomicBool) -> Vec<End> {
             ControlFlow::Continue(())
         }
     };
-    let ends = lanes.stream(t, LOOK, |_| (), visit);
+    let ends = lanes.stream(t, NODES_PER_CHECK, |_| (), visit);
     ends.into_iter().map(|end| end.last).collect()
 }
 
@@ -255,18 +255,18 @@ impl Arrays {
     }
 
     /// All arrays as a dict.
-    fn told(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let (count, [n, observables]) = (self.t.len(), self.widths);
-        let told = PyDict::new(py);
-        told.set_item("t", PyArray1::from_vec(py, self.t))?;
-        told.set_item("energy", PyArray1::from_vec(py, self.energy))?;
+        let dict = PyDict::new(py);
+        dict.set_item("t", PyArray1::from_vec(py, self.t))?;
+        dict.set_item("energy", PyArray1::from_vec(py, self.energy))?;
         for (name, vector) in ["q", "v", "a", "force"].into_iter().zip(self.vectors) {
             let array: Bound<'_, PyArray2<f64>> = PyArray1::from_vec(py, vector).reshape([count, n])?;
-            told.set_item(name, array)?;
+            dict.set_item(name, array)?;
         }
         let observed = PyArray1::from_vec(py, self.observed).reshape([count, observables])?;
-        told.set_item("observed", observed)?;
-        told.set_item("failures", self.failures)?;
-        Ok(told)
+        dict.set_item("observed", observed)?;
+        dict.set_item("failures", self.failures)?;
+        Ok(dict)
     }
 }

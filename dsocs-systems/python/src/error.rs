@@ -195,9 +195,9 @@ pub fn with_room(count: Option<usize>, what: &str) -> PyResult<Vec<f64>> {
 /// Calls a function, and turns a panic, which is a mistake of the library, into an error.
 pub fn guarded<R>(work: impl FnOnce() -> R) -> Result<R, Panicked> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload| {
-        let told = payload.downcast_ref::<String>().map(String::as_str);
-        let told = told.or_else(|| payload.downcast_ref::<&str>().copied());
-        Panicked(told.unwrap_or("no more is known").to_owned())
+        let message = payload.downcast_ref::<String>().map(String::as_str);
+        let message = message.or_else(|| payload.downcast_ref::<&str>().copied());
+        Panicked(message.unwrap_or("no more is known").to_owned())
     })
 }
 
@@ -205,9 +205,10 @@ pub fn guarded<R>(work: impl FnOnce() -> R) -> Result<R, Panicked> {
 pub struct Panicked(String);
 
 impl From<Panicked> for PyErr {
-    fn from(Panicked(told): Panicked) -> Self {
+    fn from(Panicked(message): Panicked) -> Self {
         Python::attach(|py| {
-            let message = format!("a mistake of this library, not of yours; please tell its authors: {told}");
+            let message =
+                format!("a mistake of this library, not of yours; please tell its authors: {message}");
             plain(py, "Error", &message)
         })
     }

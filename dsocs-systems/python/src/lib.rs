@@ -3,7 +3,7 @@
 //!
 //! Long computations run without Python's lock, and check for signals every 30 ms.
 
-mod begin;
+mod beginning;
 mod control;
 mod dense;
 mod ensemble;
@@ -14,9 +14,9 @@ mod motion;
 mod node;
 mod path;
 mod record;
+mod results;
 mod run;
 mod text;
-mod told;
 
 /// The engine.
 #[pyo3::pymodule]
@@ -34,11 +34,11 @@ mod _dsocs {
     #[pymodule_export]
     use crate::path::PyPath;
     #[pymodule_export]
+    use crate::results::{certify, check, estimate, page, program, samples};
+    #[pymodule_export]
     use crate::run::PyRun;
     #[pymodule_export]
     use crate::text::PyText;
-    #[pymodule_export]
-    use crate::told::{certify, check, estimate, page, program, samples};
 
     /// Sets the version of the module.
     #[pymodule_init]

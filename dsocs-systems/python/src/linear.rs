@@ -8,7 +8,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::begin::Begins;
+use crate::beginning::BeginningParts;
 use crate::error::{exception, guarded, of_setup, plain};
 use crate::text::{PyText, quantities};
 
@@ -45,17 +45,17 @@ fn flat<'py>(py: Python<'py>, rows: &[Vec<f64>]) -> Bound<'py, PyArray1<f64>> {
 }
 
 /// A model as a dict; each matrix as its numbers row by row.
-fn told<'py>(py: Python<'py>, model: &LinearModel) -> PyResult<Bound<'py, PyDict>> {
-    let told = PyDict::new(py);
+fn model_dict<'py>(py: Python<'py>, model: &LinearModel) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
     let point = model.point.any();
-    told.set_item(
+    dict.set_item(
         "step",
         match model.time {
             LinearTime::Continuous => None,
             LinearTime::Step { h } => Some(h),
         },
     )?;
-    told.set_item("t", point.t)?;
+    dict.set_item("t", point.t)?;
     for (name, vector) in [
         ("q", point.q),
         ("v", point.v),
@@ -63,14 +63,14 @@ fn told<'py>(py: Python<'py>, model: &LinearModel) -> PyResult<Bound<'py, PyDict
         ("drift", &model.drift),
         ("measured", &model.measured),
     ] {
-        told.set_item(name, PyArray1::from_slice(py, vector))?;
+        dict.set_item(name, PyArray1::from_slice(py, vector))?;
     }
     for (name, of) in [
         ("states", &model.states),
         ("inputs", &model.inputs),
         ("outputs", &model.outputs),
     ] {
-        told.set_item(name, quantities(of))?;
+        dict.set_item(name, quantities(of))?;
     }
     for (name, rows) in [
         ("A", &model.a),
@@ -81,10 +81,10 @@ fn told<'py>(py: Python<'py>, model: &LinearModel) -> PyResult<Bound<'py, PyDict
         ("basis", &model.basis),
         ("basis_after", &model.basis_after),
     ] {
-        told.set_item(name, flat(py, rows))?;
+        dict.set_item(name, flat(py, rows))?;
     }
-    told.set_item("eigenvalues", model.eigenvalues())?;
-    Ok(told)
+    dict.set_item("eigenvalues", model.eigenvalues())?;
+    Ok(dict)
 }
 
 /// The linear model at a state, of the continuous motion or of the step `h`.
@@ -94,11 +94,11 @@ pub fn linearize<'py>(
     text: &PyText,
     values: Vec<f64>,
     h: Option<f64>,
-    begins: Begins,
+    beginning: BeginningParts,
     inputs: Option<Vec<String>>,
     outputs: Option<Vec<String>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (system, beginning) = (text.kernel(&values), begins.beginning()?);
+    let (system, beginning) = (text.kernel(&values), beginning.beginning()?);
     let model = py.detach(|| {
         guarded(|| {
             let mut point = OperatingPoint::new(&system, beginning.start());
@@ -111,7 +111,7 @@ pub fn linearize<'py>(
             h.map_or_else(|| point.continuous(), |h| point.step(h))
         })
     })?;
-    told(py, &model.map_err(|error| of_linearization(py, &error))?)
+    model_dict(py, &model.map_err(|error| of_linearization(py, &error))?)
 }
 
 /// The change from one state to another, each a position and a velocity; for a rotation, the rotation vector.
@@ -127,28 +127,28 @@ pub fn change(
 }
 
 /// An equilibrium as a dict.
-fn rest<'py>(py: Python<'py>, found: &Equilibrium) -> PyResult<Bound<'py, PyDict>> {
-    let told = PyDict::new(py);
+fn equilibrium_dict<'py>(py: Python<'py>, found: &Equilibrium) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
     for (name, vector) in [
         ("q", &found.q),
         ("parameters", &found.parameters),
         ("force", &found.force),
     ] {
-        told.set_item(name, PyArray1::from_slice(py, vector))?;
+        dict.set_item(name, PyArray1::from_slice(py, vector))?;
     }
-    told.set_item("directions", &found.directions)?;
+    dict.set_item("directions", &found.directions)?;
     let eigenvalues = found.eigenvalues();
-    told.set_item("failure", eigenvalues.as_ref().err().map(ToString::to_string))?;
-    told.set_item("eigenvalues", eigenvalues.ok())?;
-    told.set_item(
+    dict.set_item("failure", eigenvalues.as_ref().err().map(ToString::to_string))?;
+    dict.set_item("eigenvalues", eigenvalues.ok())?;
+    dict.set_item(
         "stability",
         found.stability().ok().map(|stability| stability.to_string()),
     )?;
-    Ok(told)
+    Ok(dict)
 }
 
 /// Equilibria; and for each guess the index of its equilibrium or an exception.
-type Found<'py> = (Vec<Bound<'py, PyDict>>, Vec<Bound<'py, PyAny>>);
+type FoundEquilibria<'py> = (Vec<Bound<'py, PyDict>>, Vec<Bound<'py, PyAny>>);
 
 /// The equilibria near some positions; and for each position the index of its equilibrium, or the exception
 /// with the reason why there is none.
@@ -161,7 +161,7 @@ pub fn equilibria<'py>(
     guesses: Vec<Vec<f64>>,
     free: Vec<String>,
     held: Vec<String>,
-) -> PyResult<Found<'py>> {
+) -> PyResult<FoundEquilibria<'py>> {
     let system = text.kernel(&values);
     let found = py.detach(|| {
         guarded(|| {
@@ -182,7 +182,7 @@ pub fn equilibria<'py>(
     let equilibria = found
         .equilibria
         .iter()
-        .map(|found| rest(py, found))
+        .map(|found| equilibrium_dict(py, found))
         .collect::<PyResult<_>>()?;
     Ok((equilibria, places.collect::<PyResult<_>>()?))
 }

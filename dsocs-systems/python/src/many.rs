@@ -11,13 +11,13 @@ use dsocs_systems::entry::Method;
 use crate::motion::AnyRun;
 
 /// The number of nodes between two checks whether to stop.
-const LOOK: u32 = 256;
+const NODES_PER_CHECK: u32 = 256;
 
 /// The last node of a run, or its error.
 pub type End = Result<OwnedNode, RunError>;
 
 /// Many runs.
-pub struct Many<'m> {
+pub struct ManyRuns<'m> {
     /// The system.
     pub kernel: &'m TapeKernel,
     /// The step, or the distance of the nodes.
@@ -36,7 +36,7 @@ pub struct Many<'m> {
     pub finished: &'m AtomicUsize,
 }
 
-impl Many<'_> {
+impl ManyRuns<'_> {
     /// Runs all of them on this many threads, by default one for each core.
     pub fn ends(&self, threads: Option<usize>) -> Vec<End> {
         let cores = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
@@ -81,7 +81,7 @@ impl Many<'_> {
         let end = run.clock().until(self.t)?;
         let mut goes = true;
         while goes && !self.stop.load(Ordering::Relaxed) {
-            for _ in 0..LOOK {
+            for _ in 0..NODES_PER_CHECK {
                 goes = goes && run.go_on(&end)?;
             }
         }

@@ -13,13 +13,13 @@ use self_cell::self_cell;
 use crate::record::Record;
 
 /// The time after which a run pauses for a check for signals.
-pub const PATIENCE: Duration = Duration::from_millis(30);
+pub const CHECK_INTERVAL: Duration = Duration::from_millis(30);
 
 /// The largest number of nodes between two looks at the clock.
-const MOST: u64 = 4096;
+const MOST_NODES_PER_READING: u64 = 4096;
 
 /// The approximate time between two looks at the clock.
-const LOOK: Duration = Duration::from_millis(1);
+const READING_INTERVAL: Duration = Duration::from_millis(1);
 
 /// A run by one of the methods.
 pub enum AnyRun<'s> {
@@ -194,11 +194,11 @@ impl Motion {
                     left -= 1;
                 }
                 let now = Instant::now();
-                if now - begun > PATIENCE {
+                if now - begun > CHECK_INTERVAL {
                     return Ok(Reached::OnTheWay);
                 }
-                if now - looked < LOOK {
-                    some = (2 * some).min(MOST);
+                if now - looked < READING_INTERVAL {
+                    some = (2 * some).min(MOST_NODES_PER_READING);
                 } else {
                     some = (some / 2).max(1);
                 }

@@ -243,7 +243,7 @@ impl PyNode {
     }
 
     /// A node is pickled with all that it has.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Told, Numbers))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (NodeNames, NodeNumbers))> {
         let Names {
             coordinates,
             rotations,
@@ -261,7 +261,7 @@ impl PyNode {
             energy,
             ..
         } = self.node.any();
-        let told = (
+        let names = (
             coordinates.clone(),
             rotations.clone(),
             observables.clone(),
@@ -269,7 +269,7 @@ impl PyNode {
         );
         let vectors = [q, v, a, force, self.observed(), &self.values];
         let numbers = (index, t, energy, vectors.map(<[f64]>::to_vec));
-        Ok((py.import("dsocs._dsocs")?.getattr("node_of")?, (told, numbers)))
+        Ok((py.import("dsocs._dsocs")?.getattr("node_of")?, (names, numbers)))
     }
 
     fn __repr__(&self) -> String {
@@ -284,16 +284,16 @@ impl PyNode {
 }
 
 /// The names of a pickled node: coordinates, indices of rotations, observed expressions, parameters.
-type Told = (Vec<String>, Vec<usize>, Vec<String>, Vec<String>);
+type NodeNames = (Vec<String>, Vec<usize>, Vec<String>, Vec<String>);
 
 /// The numbers of a pickled node: its index, time, energy; position, velocity, acceleration, force, observed
 /// expressions, values of parameters.
-type Numbers = (u64, f64, f64, [Vec<f64>; 6]);
+type NodeNumbers = (u64, f64, f64, [Vec<f64>; 6]);
 
 /// A node from its pickled parts.
 #[pyfunction]
-pub fn node_of(told: Told, numbers: Numbers) -> PyNode {
-    let (coordinates, rotations, observables, parameters) = told;
+pub fn node_of(names: NodeNames, numbers: NodeNumbers) -> PyNode {
+    let (coordinates, rotations, observables, parameters) = names;
     let (index, t, energy, vectors) = numbers;
     let [q, v, a, force, observed, values] = vectors;
     let node = AnyNode {

@@ -12,9 +12,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use self_cell::self_cell;
 
-use crate::begin::Begins;
+use crate::beginning::BeginningParts;
 use crate::error::{guarded, of_derivative};
-use crate::motion::PATIENCE;
+use crate::motion::CHECK_INTERVAL;
 use crate::node::{Names, PyNode};
 use crate::text::PyText;
 
@@ -56,14 +56,14 @@ impl PyPath {
         text: &PyText,
         values: Vec<f64>,
         h: f64,
-        begins: Begins,
+        beginning: BeginningParts,
         until: f64,
     ) -> PyResult<Self> {
-        let (system, beginning) = (Box::new(text.kernel(&values)), begins.beginning()?);
+        let (system, beginning) = (Box::new(text.kernel(&values)), beginning.beginning()?);
         let (mut looked, mut stopped) = (Instant::now(), None);
         let path = py.detach(|| {
             let mut look = || {
-                if looked.elapsed() > PATIENCE {
+                if looked.elapsed() > CHECK_INTERVAL {
                     looked = Instant::now();
                     stopped = Python::attach(|py| py.check_signals()).err();
                 }
@@ -150,17 +150,17 @@ impl PyPath {
             return Err(error);
         }
         let found = found?.map_err(|error| of_derivative(py, &error))?;
-        let told = PyDict::new(py);
-        told.set_item("cost", found.cost)?;
+        let dict = PyDict::new(py);
+        dict.set_item("cost", found.cost)?;
         for (name, vector) in [
             ("q", found.q0),
             ("v", found.v0),
             ("q1", found.q1),
             ("parameters", found.parameters),
         ] {
-            told.set_item(name, PyArray1::from_vec(py, vector))?;
+            dict.set_item(name, PyArray1::from_vec(py, vector))?;
         }
-        Ok(told)
+        Ok(dict)
     }
 
     /// The derivatives of the last node with respect to some variables: `q`, `v` or `q1` with the index of a
@@ -210,12 +210,12 @@ fn ask(
         let numbers: Vec<f64> = vector.iter().map(|x| x.re).collect();
         PyArray1::from_vec(py, numbers)
     };
-    let told = (
+    let arguments = (
         index,
         point.t.re,
         numbers(point.q),
         numbers(point.v),
         numbers(point.a),
     );
-    cost.call1(py, told)?.extract(py)
+    cost.call1(py, arguments)?.extract(py)
 }

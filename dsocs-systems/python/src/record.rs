@@ -20,11 +20,11 @@ pub struct Column {
     /// The numbers of new rows.
     fresh: Vec<f64>,
     /// The rows in an array, if one was asked for.
-    seen: Option<Seen>,
+    in_array: Option<ArrayRows>,
 }
 
 /// Rows in an array.
-struct Seen {
+struct ArrayRows {
     /// The array, with room behind the rows.
     buffer: Py<PyArray2<f64>>,
     /// The number of rows.
@@ -41,7 +41,7 @@ impl Column {
         Self {
             width,
             fresh: Vec::new(),
-            seen: None,
+            in_array: None,
         }
     }
 
@@ -64,34 +64,34 @@ impl Column {
 
     /// The rows as a read-only array: of two dimensions, or of one (`flat`) where a row is a number.
     pub fn array<'py>(&mut self, py: Python<'py>, flat: bool) -> PyResult<Bound<'py, PyAny>> {
-        if let Some(seen) = &self.seen
+        if let Some(in_array) = &self.in_array
             && self.fresh.is_empty()
         {
-            return Ok(seen.view.bind(py).clone());
+            return Ok(in_array.view.bind(py).clone());
         }
         let added = self.fresh.len().checked_div(self.width).unwrap_or(0);
-        let before = self.seen.take();
+        let before = self.in_array.take();
         let (buffer, rows, room) = match before {
             None => {
                 let numbers = std::mem::take(&mut self.fresh);
                 let array = PyArray1::from_vec(py, numbers).reshape([added, self.width])?;
                 (array, added, added)
             }
-            Some(seen) => {
-                let rows = seen.rows + added;
-                let (buffer, room) = if rows <= seen.room {
-                    (seen.buffer.into_bound(py), seen.room)
+            Some(in_array) => {
+                let rows = in_array.rows + added;
+                let (buffer, room) = if rows <= in_array.room {
+                    (in_array.buffer.into_bound(py), in_array.room)
                 } else {
                     let room = 2 * rows;
                     let larger = PyArray2::<f64>::zeros(py, [room, self.width], false);
                     copy(
                         &larger,
                         0,
-                        &seen.buffer.bind(py).readonly().as_slice()?[..seen.rows * self.width],
+                        &in_array.buffer.bind(py).readonly().as_slice()?[..in_array.rows * self.width],
                     )?;
                     (larger, room)
                 };
-                copy(&buffer, seen.rows * self.width, &self.fresh)?;
+                copy(&buffer, in_array.rows * self.width, &self.fresh)?;
                 self.fresh.clear();
                 (buffer, rows, room)
             }
@@ -104,7 +104,7 @@ impl Column {
         let fixed = PyDict::new(py);
         fixed.set_item("write", false)?;
         view.call_method("setflags", (), Some(&fixed))?;
-        self.seen = Some(Seen {
+        self.in_array = Some(ArrayRows {
             buffer: buffer.unbind(),
             rows,
             room,

@@ -15,15 +15,15 @@ use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::begin::{Begins, method};
+use crate::beginning::{BeginningParts, method};
 use crate::error::{guarded, of_check, of_failure, plain};
-use crate::motion::PATIENCE;
+use crate::motion::CHECK_INTERVAL;
 use crate::text::PyText;
 
 /// The command `dsocs` with these words, its own name first; returns the exit status.
 #[pyfunction]
 pub fn program(py: Python<'_>, called: Vec<OsString>) -> u8 {
-    py.detach(|| cli::dsocs::called_by(&called, systems::all()))
+    py.detach(|| cli::dsocs::main_with_arguments(&called, systems::all()))
 }
 
 /// The samples in a file, as pairs of a place and a value.
@@ -33,10 +33,10 @@ pub fn samples(py: Python<'_>, path: &str) -> PyResult<Vec<(f64, f64)>> {
 }
 
 /// The inputs that change, by their names: times, and the values that hold from them on.
-type Held = Vec<(String, Vec<(f64, f64)>)>;
+type HeldInputs = Vec<(String, Vec<(f64, f64)>)>;
 
 /// The plan of a run.
-fn plan(h: f64, until: f64, (order, tolerance): (u32, Option<f64>), held: Held) -> PyResult<Plan> {
+fn plan(h: f64, until: f64, (order, tolerance): (u32, Option<f64>), held: HeldInputs) -> PyResult<Plan> {
     let inputs = held.into_iter().map(|(parameter, values)| HeldInput {
         parameter: parameter.into(),
         values: values.into_iter().map(|(t, value)| [t, value]).collect(),
@@ -62,14 +62,14 @@ pub fn page(
     until: f64,
     order: u32,
     tolerance: Option<f64>,
-    begins: Begins,
+    beginning: BeginningParts,
     changed: Vec<String>,
     rows: PyReadonlyArray2<'_, f64>,
     notes: Vec<String>,
 ) -> PyResult<String> {
     let (plan, beginning) = (
         plan(h, until, (order, tolerance), Vec::new())?,
-        begins.beginning()?,
+        beginning.beginning()?,
     );
     let width = rows.shape()[1].max(1);
     let rows: Vec<Vec<f64>> = rows
@@ -94,7 +94,7 @@ pub fn certify(
     values: Vec<f64>,
     h: f64,
     until: f64,
-    begins: Begins,
+    beginning: BeginningParts,
     every: u64,
 ) -> PyResult<Vec<(f64, f64, bool, bool)>> {
     let plan = Plan {
@@ -102,7 +102,7 @@ pub fn certify(
         ..plan(h, until, (2, None), Vec::new())?
     };
     let mut found = Vec::new();
-    run_again(py, text, &values, &plan, &begins, &mut |row| {
+    run_again(py, text, &values, &plan, &beginning, &mut |row| {
         if row.node.index.is_multiple_of(every) {
             let at = row.regularity.unwrap_or(Regularity::UNKNOWN);
             found.push((at.forward, at.backward, at.grants_forward(), at.grants_backward()));
@@ -117,17 +117,17 @@ fn run_again(
     text: &PyText,
     values: &[f64],
     plan: &Plan,
-    begins: &Begins,
+    beginning: &BeginningParts,
     look: &mut (dyn FnMut(&Row<'_>) + Send),
 ) -> PyResult<()> {
-    let beginning = begins.beginning()?;
+    let beginning = beginning.beginning()?;
     let (mut looked, mut stopped) = (Instant::now(), None);
     py.detach(|| {
         let entry = text.entry(None, values)?;
         let run = guarded(|| {
             entry.run(plan, &beginning, &mut |row| {
                 look(row);
-                if looked.elapsed() > PATIENCE {
+                if looked.elapsed() > CHECK_INTERVAL {
                     looked = Instant::now();
                     if let Err(error) = Python::attach(|py| py.check_signals()) {
                         stopped = Some(error);
@@ -153,8 +153,8 @@ pub fn estimate(
     until: f64,
     order: u32,
     tolerance: Option<f64>,
-    begins: Begins,
-    held: Held,
+    beginning: BeginningParts,
+    held: HeldInputs,
     every: u64,
 ) -> PyResult<(Vec<f64>, f64)> {
     let plan = Plan {
@@ -162,7 +162,7 @@ pub fn estimate(
         ..plan(h, until, (order, tolerance), held)?
     };
     let (mut errors, mut uncertainty, mut unknown) = (Vec::new(), 0.0, None);
-    run_again(py, text, &values, &plan, &begins, &mut |row| {
+    run_again(py, text, &values, &plan, &beginning, &mut |row| {
         if row.node.index.is_multiple_of(every) {
             errors.extend_from_slice(row.errors);
         }
@@ -185,9 +185,9 @@ pub fn check<'py>(
     values: Vec<f64>,
     h: f64,
     until: f64,
-    begins: Begins,
+    beginning: BeginningParts,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
-    let beginning = begins.beginning()?;
+    let beginning = beginning.beginning()?;
     let (mut begin, mut t0, mut a0) = (Begin::default(), 0.0, None);
     let mut inner = &beginning;
     let (q0, v0) = loop {
@@ -222,7 +222,7 @@ pub fn check<'py>(
     let (q0, v0, a0) = (q0.clone(), v0.clone(), a0.map(<[f64]>::to_vec));
     let entry = text.entry(None, &values)?;
     // in a thread of its own, which is abandoned if the user interrupts: its findings are then dropped
-    let (tell, mut told) = mpsc::channel();
+    let (sender, mut receiver) = mpsc::channel();
     std::thread::spawn(move || {
         let settings = Settings {
             h,
@@ -235,11 +235,11 @@ pub fn check<'py>(
         };
         let found = guarded(|| entry.check(&settings));
         // the receiver may have been dropped by an interrupt
-        let _ = tell.send(found);
+        let _ = sender.send(found);
     });
     let findings = loop {
-        let wait = &mut told;
-        match py.detach(move || wait.recv_timeout(PATIENCE)) {
+        let wait = &mut receiver;
+        match py.detach(move || wait.recv_timeout(CHECK_INTERVAL)) {
             Ok(found) => break found?,
             Err(RecvTimeoutError::Timeout) => py.check_signals()?,
             Err(RecvTimeoutError::Disconnected) => {
@@ -252,23 +252,23 @@ pub fn check<'py>(
         }
     };
     let findings = findings.map_err(|failure| of_check(py, &failure))?;
-    let told = findings.iter().map(|finding| {
+    let dicts = findings.iter().map(|finding| {
         let (bar, relation) = match finding.bar {
             Bar::AtMost(bar) => (Some(bar), Some("<=")),
             Bar::AtLeast(bar) => (Some(bar), Some(">=")),
             Bar::Reported => (None, None),
         };
-        let told = PyDict::new(py);
-        told.set_item("check", finding.check)?;
-        told.set_item("what", &finding.what)?;
-        told.set_item("figure", finding.figure)?;
-        told.set_item("bar", bar)?;
-        told.set_item("relation", relation)?;
-        told.set_item("ok", finding.ok())?;
-        told.set_item("failure", &finding.failure)?;
-        told.set_item("note", &finding.note)?;
-        told.set_item("excuse", &finding.excuse)?;
-        Ok(told)
+        let dict = PyDict::new(py);
+        dict.set_item("check", finding.check)?;
+        dict.set_item("what", &finding.what)?;
+        dict.set_item("figure", finding.figure)?;
+        dict.set_item("bar", bar)?;
+        dict.set_item("relation", relation)?;
+        dict.set_item("ok", finding.ok())?;
+        dict.set_item("failure", &finding.failure)?;
+        dict.set_item("note", &finding.note)?;
+        dict.set_item("excuse", &finding.excuse)?;
+        Ok(dict)
     });
-    told.collect()
+    dicts.collect()
 }

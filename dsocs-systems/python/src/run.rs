@@ -9,7 +9,7 @@ use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
 
-use crate::begin::{Begins, method};
+use crate::beginning::{BeginningParts, method};
 use crate::control::Controller;
 use crate::error::{guarded, in_python, of_run, of_setup};
 use crate::motion::{Motion, Reached};
@@ -257,7 +257,7 @@ impl State {
 impl PyRun {
     /// Sets up a run.
     #[new]
-    #[pyo3(signature = (text, values, h, order, tolerance, begins, every))]
+    #[pyo3(signature = (text, values, h, order, tolerance, beginning, every))]
     fn new(
         py: Python<'_>,
         text: &PyText,
@@ -265,10 +265,10 @@ impl PyRun {
         h: f64,
         order: u32,
         tolerance: Option<f64>,
-        begins: Begins,
+        beginning: BeginningParts,
         every: u64,
     ) -> PyResult<Self> {
-        let (method, beginning) = (method(order, tolerance)?, begins.beginning()?);
+        let (method, beginning) = (method(order, tolerance)?, beginning.beginning()?);
         let system = text.kernel(&values);
         let begun = py.detach(|| guarded(|| Motion::begin(system, h, method, &beginning)))?;
         let motion = begun.map_err(|error| of_setup(py, &error))?;

@@ -105,40 +105,40 @@ impl PyText {
     fn description<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let shape = self.kernel_as_read().shape();
         let entry = Entry::of_text(self.name.as_str(), &self.text, None);
-        let told = PyDict::new(py);
-        told.set_item("doc", &*shape.doc)?;
-        told.set_item("declaration", &*shape.declaration)?;
-        told.set_item("kind", entry.kind().to_string())?;
-        told.set_item("order", shape.order)?;
-        told.set_item("forms", shape.forms)?;
-        told.set_item("may_divide", shape.may_divide())?;
-        told.set_item(
+        let dict = PyDict::new(py);
+        dict.set_item("doc", &*shape.doc)?;
+        dict.set_item("declaration", &*shape.declaration)?;
+        dict.set_item("kind", entry.kind().to_string())?;
+        dict.set_item("order", shape.order)?;
+        dict.set_item("forms", shape.forms)?;
+        dict.set_item("may_divide", shape.may_divide())?;
+        dict.set_item(
             "constraints",
             (shape.holonomic, shape.nonholonomic, shape.kinematic),
         )?;
-        told.set_item("coordinates", quantities(&shape.coordinates))?;
-        told.set_item("rotations", shape.rotations.to_vec())?;
-        told.set_item("parameters", quantities(&shape.parameters))?;
-        told.set_item("observables", quantities(&shape.observables))?;
+        dict.set_item("coordinates", quantities(&shape.coordinates))?;
+        dict.set_item("rotations", shape.rotations.to_vec())?;
+        dict.set_item("parameters", quantities(&shape.parameters))?;
+        dict.set_item("observables", quantities(&shape.observables))?;
         let tables = self.text.tables.iter();
         let tables = tables.map(|table| (&*table.name, &*table.file, table.curve.name()));
-        told.set_item("samples", tables.collect::<Vec<_>>())?;
-        Ok(told)
+        dict.set_item("samples", tables.collect::<Vec<_>>())?;
+        Ok(dict)
     }
 
     /// The runs of the text, each as a dict.
     fn runs<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let runs = self.text.runs.iter().map(|run| {
-            let told = PyDict::new(py);
-            told.set_item("name", run.name.as_deref())?;
+            let dict = PyDict::new(py);
+            dict.set_item("name", run.name.as_deref())?;
             let start = run.start.clone().map(|[q0, v0]| (q0, v0));
-            told.set_item("start", start)?;
-            told.set_item("acceleration", run.acceleration.clone())?;
-            told.set_item("near", run.near_acceleration.clone())?;
-            told.set_item("project", run.project)?;
-            told.set_item("step", run.step)?;
-            told.set_item("until", run.until)?;
-            Ok(told)
+            dict.set_item("start", start)?;
+            dict.set_item("acceleration", run.acceleration.clone())?;
+            dict.set_item("near", run.near_acceleration.clone())?;
+            dict.set_item("project", run.project)?;
+            dict.set_item("step", run.step)?;
+            dict.set_item("until", run.until)?;
+            Ok(dict)
         });
         runs.collect()
     }

@@ -105,22 +105,22 @@ def test_the_nodes_of_a_watched_run_are_those_of_another(swing: dsocs.System) ->
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
 def test_ctrl_c_ends_a_watched_run_and_a_sample(swing: dsocs.System) -> None:
     run = swing.flow(h=1e-5)
-    told = interrupt_after(0.2)
+    interrupted = interrupt_after(0.2)
     with pytest.raises(dsocs.Interrupted) as info:
         run.watch(1e4, "theta")
-    assert time.monotonic() - told[0] < 0.1 and info.value.run is run and run.index > 0
-    told = interrupt_after(0.2)
+    assert time.monotonic() - interrupted[0] < 0.1 and info.value.run is run and run.index > 0
+    interrupted = interrupt_after(0.2)
     with pytest.raises(KeyboardInterrupt):
         run.sample([1e4])
-    assert time.monotonic() - told[0] < 0.1
+    assert time.monotonic() - interrupted[0] < 0.1
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
 def test_ctrl_c_ends_a_check(swing: dsocs.System) -> None:
-    told = interrupt_after(0.3)
+    interrupted = interrupt_after(0.3)
     with pytest.raises(dsocs.Interrupted, match="a shorter one"):
         swing.check(h=1e-3, until=3e3)
-    assert time.monotonic() - told[0] < 0.1
+    assert time.monotonic() - interrupted[0] < 0.1
 
 
 @pytest.mark.filterwarnings("ignore::dsocs.StepWarning")
@@ -171,10 +171,10 @@ def test_ensembles_run_by_every_method(swing: dsocs.System) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
 def test_ctrl_c_ends_an_ensemble_of_another_order(swing: dsocs.System) -> None:
-    told = interrupt_after(0.2)
+    interrupted = interrupt_after(0.2)
     with pytest.raises(dsocs.Interrupted):
         swing.ensemble(q=[[1.0], [2.0]], h=1e-6, order=8).until(1e4)
-    assert time.monotonic() - told[0] < 0.1
+    assert time.monotonic() - interrupted[0] < 0.1
 
 
 def test_the_table_of_ends_says_what_varies(swing: dsocs.System, rod: dsocs.System) -> None:
@@ -205,7 +205,7 @@ def test_the_table_of_a_sweep_is_read(tmp_path: Path) -> None:
         dsocs.read_sweep(tmp_path, nodes=True)
 
 
-def told(run: dsocs.Run, until: float) -> list[str]:
+def warnings_of(run: dsocs.Run, until: float) -> list[str]:
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
         try:
@@ -217,13 +217,13 @@ def told(run: dsocs.Run, until: float) -> list[str]:
 
 def test_warnings_advise_what_there_is() -> None:
     dry = dsocs.System(FRICTION, name="dry")
-    assert "`tolerance`" in told(dry.flow(q=[5.0], v=[0.0], h=0.1), 10.0)[0]
+    assert "`tolerance`" in warnings_of(dry.flow(q=[5.0], v=[0.0], h=0.1), 10.0)[0]
     third = dsocs.System(
         "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;"
         "kinematic = dddot(x) - (t - 0.55).signum(); constraint_forces = [(1, 0)];",
         name="third",
     )
-    messages = told(third.flow(q=[0, 0], v=[0, 0], a=[0, 0], h=0.1), 1.0)
+    messages = warnings_of(third.flow(q=[0, 0], v=[0, 0], a=[0, 0], h=0.1), 1.0)
     assert all("tolerance" not in message for message in messages)
 
 
@@ -231,7 +231,7 @@ def test_the_step_of_a_singularity_is_told() -> None:
     # the velocity is infinite after a finite time
     runaway = dsocs.System("coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = dot(x).powi(3);", name="runaway")
     run = runaway.flow(q=[0.0], v=[1.0], h=0.01)
-    messages = told(run, 0.6)
+    messages = warnings_of(run, 0.6)
     found = run.nearly_singular
     if found is not None and found.of_step == found.steps:
         assert any("the equations of the step pass through a singularity" in message for message in messages)
@@ -271,10 +271,10 @@ def test_the_times_of_a_column_that_was_not_watched_are_refused() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
 def test_ctrl_c_ends_a_path(swing: dsocs.System) -> None:
-    told = interrupt_after(0.2)
+    interrupted = interrupt_after(0.2)
     with pytest.raises(KeyboardInterrupt):
         swing.path(1e4, h=1e-6)
-    assert time.monotonic() - told[0] < 0.5
+    assert time.monotonic() - interrupted[0] < 0.5
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")

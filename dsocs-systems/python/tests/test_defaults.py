@@ -45,9 +45,9 @@ FAST = "coordinates(theta); lagrangian = dot(theta).powi(2) / 2 - (2 * PI * 50.0
 @pytest.mark.parametrize("every", [1, 10])
 def test_an_energy_that_explodes_is_told_once(every: int) -> None:
     fast = dsocs.System(FAST)
-    with pytest.warns(dsocs.StepWarning, match="the energy grows from .* the step h = 0.01 is too long .*smaller `h`; estimate_error") as told:
+    with pytest.warns(dsocs.StepWarning, match="the energy grows from .* the step h = 0.01 is too long .*smaller `h`; estimate_error") as warned:
         run = fast.flow(h=0.01, q=[0.1], v=[0.0], every=every).until(1.0).until(2.0)
-    assert len([one for one in told if "the energy grows" in str(one.message)]) == 1
+    assert len([one for one in warned if "the energy grows" in str(one.message)]) == 1
     assert "the energy grows" in run.page() and "--step" not in run.page()
     with warnings.catch_warnings():
         warnings.simplefilter("error")

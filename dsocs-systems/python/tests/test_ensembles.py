@@ -43,10 +43,10 @@ def test_more_runs_than_are_made_at_a_time() -> None:
     plane = dsocs.System(PLANE, name="plane")
     count = 131_072 + 1000
     x = np.linspace(-1.0, 1.0, count)
-    told: list[float] = []
-    ends = plane.ensemble(h=0.5, q={"x": x, "y": 0.0}, v={"x": 1.0, "y": x}).until(1.0, progress=told.append)
+    parts: list[float] = []
+    ends = plane.ensemble(h=0.5, q={"x": x, "y": 0.0}, v={"x": 1.0, "y": x}).until(1.0, progress=parts.append)
     np.testing.assert_allclose(ends.q, np.column_stack([x + 1.0, x]), rtol=1e-12, atol=1e-15)
-    assert len(ends) == count and told == sorted(told) and all(0 <= part <= 1 for part in told)
+    assert len(ends) == count and parts == sorted(parts) and all(0 <= part <= 1 for part in parts)
 
 
 TURNING = """

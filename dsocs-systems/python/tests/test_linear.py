@@ -188,16 +188,16 @@ def test_the_command_line_has_the_same_bits(program: Path, tmp_path: Path, text:
     system = dsocs.read(tmp_path / "cart.dsocs")
     start = [f"--q0={','.join(map(repr, q))}", f"--v0={','.join(map(repr, v))}"]
     for extra, h in (([], None), (["--step", "0.02"], 0.02)):
-        told = json.loads(run_program(program, "linearize", "cart.dsocs", *start, *extra, "--format", "json", cwd=tmp_path))
+        printed = json.loads(run_program(program, "linearize", "cart.dsocs", *start, *extra, "--format", "json", cwd=tmp_path))
         model = system.linearize(q=q, v=v, h=h)
         for name in "ABCD":
-            np.testing.assert_array_equal(getattr(model, name), told[name])
-        np.testing.assert_array_equal(model.drift, told["drift"])
-        assert list(model.states) == [state["name"] for state in told["states"]]
-    told = json.loads(run_program(program, "equilibrium", "cart.dsocs", "--guess", "0,0.2", "--guess", "0,3", "--format", "json", cwd=tmp_path))
+            np.testing.assert_array_equal(getattr(model, name), printed[name])
+        np.testing.assert_array_equal(model.drift, printed["drift"])
+        assert list(model.states) == [state["name"] for state in printed["states"]]
+    printed = json.loads(run_program(program, "equilibrium", "cart.dsocs", "--guess", "0,0.2", "--guess", "0,3", "--format", "json", cwd=tmp_path))
     found = system.equilibria([[0, 0.2], [0, 3]])
-    assert told["of_guess"] == found.of_guess
-    for one, other in zip(told["equilibria"], found):
+    assert printed["of_guess"] == found.of_guess
+    for one, other in zip(printed["equilibria"], found):
         np.testing.assert_array_equal(one["q"], other.q)
         np.testing.assert_array_equal([complex(*pair) for pair in one["eigenvalues"]], other.eigenvalues)
 

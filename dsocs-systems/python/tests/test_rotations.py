@@ -138,9 +138,9 @@ def test_an_ensemble_varies_vectors_and_matrices() -> None:
 def test_a_step_that_turns_far_is_told() -> None:
     body = dsocs.System(BODY)
     fast = {"q": [1.0, 0.0, 0.0, 0.0], "v": [0.0, 0.0, 20.0]}
-    with pytest.warns(dsocs.StepWarning, match=r"`r` turns by 2.0 rad in a step at t = [\d.]+: .* take `h=0.02`") as told:
+    with pytest.warns(dsocs.StepWarning, match=r"`r` turns by 2.0 rad in a step at t = [\d.]+: .* take `h=0.02`") as warned:
         run = body.flow(h=0.1, **fast).until(1.0)
-    assert len(told) == 1
+    assert len(warned) == 1
     # a copy warns no more, and a shorter step does not warn
     pickle.loads(pickle.dumps(run))
     body.flow(h=0.05, **fast).until(1.0)
@@ -230,7 +230,7 @@ def test_a_start_that_is_turned_far_is_told() -> None:
         "coordinates(r: rotation); lagrangian = r.angular_velocity().norm_squared() - (r * [0, 0, 1])[2]; holonomic = [(r * [1, 0, 0])[1], (r * [1, 0, 0])[2]];"
     )
     near, far = ([np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)] for angle in (0.3, 1.2))
-    with pytest.warns(dsocs.StepWarning, match=r"the start was turned far: `r` by 1.20 rad") as told:
+    with pytest.warns(dsocs.StepWarning, match=r"the start was turned far: `r` by 1.20 rad") as warned:
         link.flow(h=0.01, q=far, v=[0.0, 0.0, 0.0], project=True).until(0.1).until(0.2)
-    assert len(told) == 1
+    assert len(warned) == 1
     link.flow(h=0.01, q=near, v=[0.0, 0.0, 0.0], project=True).until(0.1)

@@ -204,23 +204,23 @@ def test_tolerances_are_warned_of(swing: dsocs.System, tolerance: float, said: s
 
 
 def interrupt_after(seconds: float) -> list[float]:
-    told: list[float] = []
+    sent: list[float] = []
 
     def send() -> None:
-        told.append(time.monotonic())
+        sent.append(time.monotonic())
         os.kill(os.getpid(), signal.SIGINT)
 
     threading.Timer(seconds, send).start()
-    return told
+    return sent
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
 @pytest.mark.parametrize("method", [dict(), dict(order=8), dict(tolerance=1e-12)])
 def test_ctrl_c_ends_a_run_and_keeps_it(swing: dsocs.System, method: dict) -> None:
-    told = interrupt_after(0.2)
+    interrupted = interrupt_after(0.2)
     with pytest.raises(dsocs.Interrupted) as raised:
         swing.flow(h=1e-5, every=1000, **method).until(1e6)
-    assert time.monotonic() - told[0] < 0.1
+    assert time.monotonic() - interrupted[0] < 0.1
     run = raised.value.run
     assert isinstance(raised.value, KeyboardInterrupt) and run is not None and len(run) > 1
     # and the run goes on
@@ -231,10 +231,10 @@ def test_ctrl_c_ends_a_run_and_keeps_it(swing: dsocs.System, method: dict) -> No
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
 def test_ctrl_c_ends_an_ensemble_and_keeps_it(swing: dsocs.System) -> None:
     ensemble = swing.ensemble(h=1e-5, q=np.linspace(0, 1, 64)[:, None], v=[0.0])
-    told = interrupt_after(0.2)
+    interrupted = interrupt_after(0.2)
     with pytest.raises(dsocs.Interrupted) as raised:
         ensemble.until(1e4)
-    assert time.monotonic() - told[0] < 0.3
+    assert time.monotonic() - interrupted[0] < 0.3
     assert len(raised.value.run) == 64
 
 
