@@ -273,11 +273,11 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
 ) -> Result<(), Mismatch> {
     let constants = system.constants(&system.parameters(), h);
     let known = system.known(&constants, leg);
-    let told = system.report(&constants, &known, leg, &e);
+    let step_report = system.report(&constants, &known, leg, &e);
     let (q, dual) = (leg.q, |x: [f64; N]| independent::fixed(x));
     let nodes = nodes(q, leg.d, e);
     let size = total(&sizes([&q, &leg.d, &e]));
-    let at = told.point;
+    let at = step_report.point;
     let map = declaration.phi_kinematic(h, nodes);
     for (name, generated, independent, power) in [
         ("q", at.q, map[0], 0),
@@ -294,7 +294,7 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
             )?;
         }
     }
-    let force = told.force;
+    let force = step_report.force;
     let (expected, by_e) = differentiate(&e, &|e| {
         let nodes = self::nodes(dual(q), dual(leg.d), sized(e));
         independent::force(declaration, Dual64::from(h), nodes).to_vec()

@@ -44,11 +44,11 @@ pub fn same_bits<S: System<N>, const N: usize>(
         &tape.second_difference(h, leg.any(), z),
     )?;
     let Report { point, force, energy } = system.report(&constants, &known, leg, e);
-    let told = tape.point(h, leg.any(), e);
-    same("time", &[point.t], &[told.any().t])?;
-    same("coordinate", &point.q, told.any().q)?;
-    same("velocity", &point.v, told.any().v)?;
-    same("acceleration", &point.a, told.any().a)?;
+    let of_tape = tape.point(h, leg.any(), e);
+    same("time", &[point.t], &[of_tape.any().t])?;
+    same("coordinate", &point.q, of_tape.any().q)?;
+    same("velocity", &point.v, of_tape.any().v)?;
+    same("acceleration", &point.a, of_tape.any().a)?;
     same("force", &force, &tape.force(h, leg.any(), e))?;
     same("energy", &[energy], &[tape.energy(point.t, &point.q, &point.v)])
 }

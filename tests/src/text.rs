@@ -127,9 +127,9 @@ pub trait Declared {
 }
 
 /// The parsed systems, by the text with its first values, and the values. They stay until the program ends.
-type Found = HashMap<(String, Vec<u64>), &'static TapeKernel>;
+type ParsedSystems = HashMap<(String, Vec<u64>), &'static TapeKernel>;
 
-static FOUND: LazyLock<Mutex<Found>> = LazyLock::new(Mutex::default);
+static PARSED_SYSTEMS: LazyLock<Mutex<ParsedSystems>> = LazyLock::new(Mutex::default);
 
 /// The system of a declaration.
 ///
@@ -172,7 +172,7 @@ impl Written {
             text.push_str(" }\n");
         }
         text.push_str(self.statements);
-        let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut found = PARSED_SYSTEMS.lock().unwrap_or_else(PoisonError::into_inner);
         let plain: &TapeKernel =
             found
                 .entry((text.clone(), Vec::new()))

@@ -93,7 +93,7 @@ fn a_tape_that_calls_functions_is_refused() {
 
 /// Position and velocity at the start of a system's own run, its acceleration if it has one, the step, and
 /// the time up to which series are compared.
-struct Own {
+struct DefaultStart {
     q: Vec<f64>,
     v: Vec<f64>,
     a: Option<Vec<f64>>,
@@ -101,7 +101,7 @@ struct Own {
     last: f64,
 }
 
-impl Own {
+impl DefaultStart {
     /// The start in the entry of a system.
     fn of(kernel: &dyn Kernel) -> Self {
         let name = &kernel.shape().name;
@@ -153,10 +153,10 @@ fn bits(run: &dyn Run) -> (Vec<u64>, u32, Stop) {
 /// Compares the discrete motion of a compiled system with that of its tape. Returns the number of equal
 /// nodes.
 fn same_steps(system: &dyn Kernel) -> u32 {
-    let own = Own::of(system);
-    let start = own.start(system);
+    let defaults = DefaultStart::of(system);
+    let start = defaults.start(system);
     let tape = of_tape(system).unwrap();
-    let mut flows = [system, &tape].map(|kernel| AnyFlow::new(kernel, own.h, &start).unwrap());
+    let mut flows = [system, &tape].map(|kernel| AnyFlow::new(kernel, defaults.h, &start).unwrap());
     for step in 0..1000 {
         let [one, other] = flows.each_mut().map(|flow| {
             let report = flow.run_mut().advance();
@@ -215,26 +215,26 @@ fn on_the_way(run: &mut dyn Run, last: f64) -> (Vec<Vec<u64>>, Option<String>) {
 /// message that ends it, if there is one.
 fn same_series<S: System<N> + Clone + Send + 'static, const N: usize>(
     system: &S,
-    own: &Own,
+    defaults: &DefaultStart,
 ) -> Result<Option<String>, SetupError> {
-    same_series_of(system, &of_text(system), own)
+    same_series_of(system, &of_text(system), defaults)
 }
 
 /// Compares the Taylor series of a compiled system with that of a parsed one.
 fn same_series_of<S: System<N>, const N: usize>(
     system: &S,
     kernel: &TapeKernel,
-    own: &Own,
+    defaults: &DefaultStart,
 ) -> Result<Option<String>, SetupError> {
     let array = |vector: &[f64]| <[f64; N]>::try_from(vector).unwrap();
-    let start = Start::second_order(array(&own.q), array(&own.v));
-    let start = match &own.a {
+    let start = Start::second_order(array(&defaults.q), array(&defaults.v));
+    let start = match &defaults.a {
         Some(a) => start.near_acceleration(array(a)),
         None => start,
     };
     let tolerance = Tolerance::relative(TOLERANCE);
     let compiled = TaylorFlow::new(system, start, tolerance);
-    let of_text = AnyTaylorFlow::of_tape(kernel, &own.start(kernel), tolerance);
+    let of_text = AnyTaylorFlow::of_tape(kernel, &defaults.start(kernel), tolerance);
     let (mut compiled, mut of_text) = match (compiled, of_text) {
         (Ok(compiled), Ok(of_text)) => (compiled, of_text),
         (Err(one), Err(other)) => {
@@ -244,8 +244,8 @@ fn same_series_of<S: System<N>, const N: usize>(
         (one, other) => panic!("{}: {:?} {:?}", S::NAME, one.err(), other.err()),
     };
     let (one, other) = (
-        on_the_way(compiled.run_mut(), own.last),
-        on_the_way(&mut of_text, own.last),
+        on_the_way(compiled.run_mut(), defaults.last),
+        on_the_way(&mut of_text, defaults.last),
     );
     assert_eq!(one, other, "{}", S::NAME);
     assert_eq!(compiled.steps(), of_text.steps(), "{}", S::NAME);
@@ -259,7 +259,7 @@ fn a_text_has_the_series_of_the_compiled_system_bit_for_bit() {
         ($($system:ty),*) => {
             $({
                 let system = <$system>::default();
-                let end = same_series(&system, &Own::of(system.kernel()));
+                let end = same_series(&system, &DefaultStart::of(system.kernel()));
                 println!("{:>30}: {end:?}", stringify!($system));
                 compared += usize::from(end.is_ok());
             })*
@@ -291,14 +291,14 @@ fn tables_of_a_text_have_the_series_of_those_of_rust() {
     let file = folder.path().join("pulled.dsocs");
     std::fs::write(&file, text).unwrap();
     let kernel = Text::read(file).unwrap().system;
-    let own = Own {
+    let defaults = DefaultStart {
         q: vec![0.5],
         v: vec![0.4],
         a: None,
         h: 0.01,
         last: 50.0,
     };
-    assert_eq!(same_series_of(&system, &kernel, &own).unwrap(), None);
+    assert_eq!(same_series_of(&system, &kernel, &defaults).unwrap(), None);
 }
 
 #[test]
@@ -340,7 +340,7 @@ struct Cubic {
 
 #[test]
 fn every_operation_of_a_series_has_its_bits() {
-    let own = |q: &[f64], v: &[f64]| Own {
+    let defaults = |q: &[f64], v: &[f64]| DefaultStart {
         q: q.to_vec(),
         v: v.to_vec(),
         a: None,
@@ -355,11 +355,11 @@ fn every_operation_of_a_series_has_its_bits() {
         ([0.5, 0.25, 0.6875], [1.0, -0.5, -0.75]),
         ([0.1, 0.7, 0.5], [0.2, 0.3, -0.46]),
     ] {
-        let end = same_series(&system, &own(&q, &v));
+        let end = same_series(&system, &defaults(&q, &v));
         println!("{end:?}");
         assert!(end.is_ok());
     }
-    let end = same_series(&Cubic { stiff: 2.0 }, &own(&[1.0, 0.5], &[0.0, 0.1])).unwrap();
+    let end = same_series(&Cubic { stiff: 2.0 }, &defaults(&[1.0, 0.5], &[0.0, 0.1])).unwrap();
     assert_eq!(end, None);
 }
 
@@ -382,7 +382,7 @@ fn a_text_passes_switches_as_the_compiled_system_does() {
         dry: 0.15,
         steep: 3.0,
     };
-    let own = Own {
+    let defaults = DefaultStart {
         q: vec![1.0, 0.5],
         v: vec![0.0, 0.3],
         a: None,
@@ -390,7 +390,7 @@ fn a_text_passes_switches_as_the_compiled_system_does() {
         last: 12.0,
     };
     // also if the spring cannot pull the mass on, and it rests
-    assert_eq!(same_series(&system, &own).unwrap(), None);
+    assert_eq!(same_series(&system, &defaults).unwrap(), None);
 }
 
 #[test]
@@ -416,19 +416,19 @@ fn a_text_passes_the_checks_as_the_compiled_system_does() {
 
 /// Compares the findings of the checks for a compiled system and for its text. Returns the number of figures.
 fn same_findings<S: System<N> + Clone + Send + 'static, const N: usize>(system: &S) -> usize {
-    let own = Own::of(system.kernel());
+    let defaults = DefaultStart::of(system.kernel());
     let kernel = of_text(system);
     let settings = Settings {
-        h: own.h,
+        h: defaults.h,
         until: None,
         t0: 0.0,
-        q0: &own.q,
-        v0: &own.v,
-        a0: own.a.as_deref(),
+        q0: &defaults.q,
+        v0: &defaults.v,
+        a0: defaults.a.as_deref(),
         begin: Begin::default(),
     };
     let array = |vector: &[f64]| <[f64; N]>::try_from(vector).unwrap();
-    let start = (array(&own.q), array(&own.v));
+    let start = (array(&defaults.q), array(&defaults.v));
     let entries = all();
     let mut entries = entries.iter();
     let entry = entries.find(|entry| entry.description().itself.name == S::NAME);
@@ -522,7 +522,7 @@ struct Tied {
 struct Between;
 
 /// The bits of a node.
-fn told(node: &OwnedNode) -> Vec<u64> {
+fn node_bits(node: &OwnedNode) -> Vec<u64> {
     let node = node.any();
     let vectors = [node.q, node.v, node.a, node.force, &[node.t, node.energy]];
     let numbers = vectors.into_iter().flatten();
@@ -533,17 +533,17 @@ fn told(node: &OwnedNode) -> Vec<u64> {
 /// Compares a compiled system in lanes with its tape in lanes, in 11 runs with a varying parameter and, if
 /// allowed, a held one. Returns the numbers of compared nodes and of runs that ended with an error.
 /// nodes were compared, and how many runs ended with an error.
-fn same_lanes<S: System<N> + Sync, const N: usize>(system: &S, own: &Own) -> [usize; 2] {
+fn same_lanes<S: System<N> + Sync, const N: usize>(system: &S, defaults: &DefaultStart) -> [usize; 2] {
     let tape = of_tape(system.kernel()).unwrap();
     let position =
-        |k: usize| -> [f64; N] { core::array::from_fn(|i| own.q[i] + 1e-3 * (k * (i + 1)) as f64) };
-    let velocity: [f64; N] = core::array::from_fn(|i| own.v[i]);
+        |k: usize| -> [f64; N] { core::array::from_fn(|i| defaults.q[i] + 1e-3 * (k * (i + 1)) as f64) };
+    let velocity: [f64; N] = core::array::from_fn(|i| defaults.v[i]);
     let time = |k: usize| 0.1 * k as f64;
     let shape = system.kernel().shape();
     let varied = shape.parameters.first().map(|parameter| parameter.name.clone());
     let value = |k: usize| system.kernel().value(0) * (1.0 + 0.01 * k as f64);
     let every = core::num::NonZeroU64::new(5).unwrap();
-    let until = 1.1 + 300.0 * own.h;
+    let until = 1.1 + 300.0 * defaults.h;
     let mut counts = [0, 0];
     // a debug build has the narrowest registers only
     for instructions in Instructions::ALL
@@ -552,12 +552,12 @@ fn same_lanes<S: System<N> + Sync, const N: usize>(system: &S, own: &Own) -> [us
     {
         let starts = (0..11).map(|k| {
             let start = Start::second_order(position(k), velocity).at(time(k)).projected();
-            match &own.a {
+            match &defaults.a {
                 Some(a) => start.near_acceleration(core::array::from_fn(|i| a[i])),
                 None => start,
             }
         });
-        let mut compiled = Ensemble::new(system, own.h)
+        let mut compiled = Ensemble::new(system, defaults.h)
             .unwrap()
             .starts(starts)
             .instructions(instructions);
@@ -565,12 +565,12 @@ fn same_lanes<S: System<N> + Sync, const N: usize>(system: &S, own: &Own) -> [us
             let start = AnyStart::second_order(&position(k), &velocity)
                 .at(time(k))
                 .projected();
-            match &own.a {
+            match &defaults.a {
                 Some(a) => start.near_acceleration(a),
                 None => start,
             }
         });
-        let mut walked = AnyEnsemble::of_tape(&tape, own.h)
+        let mut walked = AnyEnsemble::of_tape(&tape, defaults.h)
             .unwrap()
             .starts(starts)
             .instructions(instructions);
@@ -584,17 +584,17 @@ fn same_lanes<S: System<N> + Sync, const N: usize>(system: &S, own: &Own) -> [us
             every,
             |_| Vec::new(),
             |nodes, node| {
-                nodes.push(told(&OwnedNode::of(node)));
+                nodes.push(node_bits(&OwnedNode::of(node)));
                 core::ops::ControlFlow::Continue(())
             },
         );
-        let of = |node: &Node<N>| told(&OwnedNode::of(&node.any()));
+        let of = |node: &Node<N>| node_bits(&OwnedNode::of(&node.any()));
         for (one, other) in compiled.iter().zip(&walked) {
             let nodes: Vec<_> = one.observer.iter().map(of).collect();
             assert_eq!(nodes, other.observer, "{} {instructions}", S::NAME);
             counts[0] += nodes.len();
             match (&one.last, &other.last) {
-                (Ok(one), Ok(other)) => assert_eq!(of(one), told(other), "{} {instructions}", S::NAME),
+                (Ok(one), Ok(other)) => assert_eq!(of(one), node_bits(other), "{} {instructions}", S::NAME),
                 (Err(one), Err(other)) => {
                     assert_eq!(one.to_string(), other.to_string());
                     counts[1] += 1;
@@ -613,7 +613,7 @@ fn a_tape_makes_the_steps_of_the_compiled_system_in_lanes() {
         ($($system:expr),* $(,)?) => {
             $({
                 let system = $system;
-                let [same, failed] = same_lanes(&system, &Own::of(system.kernel()));
+                let [same, failed] = same_lanes(&system, &DefaultStart::of(system.kernel()));
                 println!("{:>30}: {same} nodes, {failed} errors", stringify!($system));
                 nodes += same;
             })*
@@ -638,7 +638,7 @@ fn a_tape_makes_the_steps_of_the_compiled_system_in_lanes() {
         Between,
     );
     // hanging, and displaced a little to the side
-    let mut hanging = Own {
+    let mut hanging = DefaultStart {
         q: vec![0.0; 28],
         v: vec![0.0; 28],
         a: None,
@@ -677,8 +677,8 @@ fn inputs_of_a_tape_are_held_in_lanes() {
         .to(1.0);
     for (one, other) in compiled.iter().zip(&walked) {
         assert_eq!(
-            told(&OwnedNode::of(&one.as_ref().unwrap().any())),
-            told(other.as_ref().unwrap())
+            node_bits(&OwnedNode::of(&one.as_ref().unwrap().any())),
+            node_bits(other.as_ref().unwrap())
         );
     }
     assert_eq!(walked.len(), 9);
@@ -699,7 +699,7 @@ fn an_ensemble_of_any_kernel_makes_the_steps_of_flows() {
         flow.run_mut().to(20.0).unwrap();
         let mut node = OwnedNode::new(2);
         node.take(flow.run());
-        assert_eq!(told(&end.unwrap()), told(&node));
+        assert_eq!(node_bits(&end.unwrap()), node_bits(&node));
     }
     // vectors of the wrong length, and starts that cannot be used
     let ends = AnyEnsemble::new(&system, 0.1)
@@ -718,28 +718,30 @@ fn an_ensemble_of_any_kernel_makes_the_steps_of_flows() {
 /// Compares the derivatives of a run of a compiled system with those of its tape, by all parameters and the
 /// start. Returns the number of compared numbers.
 fn same_derivatives<S: System<N>, const N: usize>(system: &S) -> Result<usize, DerivativeError> {
-    let own = Own::of(system.kernel());
+    let defaults = DefaultStart::of(system.kernel());
     let tape = of_tape(system.kernel()).unwrap();
     let array = |vector: &[f64]| <[f64; N]>::try_from(vector).unwrap();
-    let second = |i: usize| own.q[i] + own.h * own.v[i];
+    let second = |i: usize| defaults.q[i] + defaults.h * defaults.v[i];
     // constraints on positions and velocities are imposed on two nodes
     let bound = system.kernel().shape().holonomic + system.kernel().shape().nonholonomic > 0;
     let nodes: [f64; N] = core::array::from_fn(second);
-    let start = match (bound, &own.a) {
-        (true, _) => Start::nodes(array(&own.q), nodes),
-        (_, Some(a)) => Start::second_order(array(&own.q), array(&own.v)).near_acceleration(array(a)),
-        _ => Start::second_order(array(&own.q), array(&own.v)),
+    let start = match (bound, &defaults.a) {
+        (true, _) => Start::nodes(array(&defaults.q), nodes),
+        (_, Some(a)) => {
+            Start::second_order(array(&defaults.q), array(&defaults.v)).near_acceleration(array(a))
+        }
+        _ => Start::second_order(array(&defaults.q), array(&defaults.v)),
     };
-    let any = match (bound, &own.a) {
-        (true, _) => AnyStart::nodes(&own.q, &nodes),
-        (_, Some(a)) => AnyStart::second_order(&own.q, &own.v).near_acceleration(a),
-        _ => AnyStart::second_order(&own.q, &own.v),
+    let any = match (bound, &defaults.a) {
+        (true, _) => AnyStart::nodes(&defaults.q, &nodes),
+        (_, Some(a)) => AnyStart::second_order(&defaults.q, &defaults.v).near_acceleration(a),
+        _ => AnyStart::second_order(&defaults.q, &defaults.v),
     };
-    let until = 53.0 * own.h;
+    let until = 53.0 * defaults.h;
     // with checkpoints, too
     let memory = 3000;
-    let compiled = Path::within(system, own.h, start, until, memory);
-    let walked = AnyPath::within(&tape, own.h, &any, until, memory);
+    let compiled = Path::within(system, defaults.h, start, until, memory);
+    let walked = AnyPath::within(&tape, defaults.h, &any, until, memory);
     let (compiled, walked) = match (compiled, walked) {
         (Ok(compiled), Ok(walked)) => (compiled, walked),
         (Err(one), Err(other)) => {
@@ -749,8 +751,8 @@ fn same_derivatives<S: System<N>, const N: usize>(system: &S) -> Result<usize, D
         (one, other) => panic!("{}: {:?} {:?}", S::NAME, one.err(), other.err()),
     };
     assert_eq!(
-        told(&OwnedNode::of(&compiled.end().any())),
-        told(&OwnedNode::of(&walked.end()))
+        node_bits(&OwnedNode::of(&compiled.end().any())),
+        node_bits(&OwnedNode::of(&walked.end()))
     );
     let names: Vec<String> = system
         .kernel()

@@ -19,7 +19,7 @@ macro_rules! files {
         $(
             #[test]
             fn $name() {
-                is_told(stringify!($name));
+                errors_are_expected(stringify!($name));
             }
         )*
     };
@@ -35,7 +35,7 @@ fn here() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The file with what is told of a file.
+/// The file with the expected errors of a program.
 fn expected(name: &str) -> PathBuf {
     here().join(format!("compile-fail/{name}.stderr"))
 }
@@ -55,7 +55,7 @@ fn library() -> PathBuf {
 
 /// The errors of the compiler for a program, without the closing lines and with `$WORKSPACE` for the
 /// workspace.
-fn told(name: &str) -> String {
+fn compiler_errors(name: &str) -> String {
     let (library, workspace) = (library(), here().ancestors().nth(2).unwrap());
     let compiler = Path::new(env!("CARGO")).with_file_name("rustc");
     let output = Command::new(compiler)
@@ -76,7 +76,7 @@ fn told(name: &str) -> String {
 }
 
 /// Lines that depend on the features that the library was built with: the types that have a trait.
-const OF_FEATURES: [&str; 4] = [
+const FEATURE_LINES: [&str; 4] = [
     "help: the trait `",
     "help: the following other types implement trait",
     "note: required for `",
@@ -85,7 +85,7 @@ const OF_FEATURES: [&str; 4] = [
 
 /// The lines that are compared: without their margins, which are as wide as the longest number of a line, without what stands in the library, and
 /// without what depends on its features.
-fn compared(text: &str) -> Vec<&str> {
+fn compared_lines(text: &str) -> Vec<&str> {
     let mut lines = Vec::new();
     let (mut of_features, mut elsewhere) = (false, false);
     for line in text.lines() {
@@ -95,7 +95,7 @@ fn compared(text: &str) -> Vec<&str> {
             .iter()
             .any(|begin| word.starts_with(begin))
         {
-            of_features = OF_FEATURES.iter().any(|begin| word.starts_with(begin));
+            of_features = FEATURE_LINES.iter().any(|begin| word.starts_with(begin));
             elsewhere = false;
         }
         if line.starts_with("--> ") {
@@ -108,12 +108,12 @@ fn compared(text: &str) -> Vec<&str> {
     lines
 }
 
-/// Compares what is told of a file with what is expected.
-fn is_told(name: &str) {
-    let (told, expected) = (told(name), fs::read_to_string(expected(name)).unwrap());
+/// Compares the errors of a program with the expected ones.
+fn errors_are_expected(name: &str) {
+    let (found, expected) = (compiler_errors(name), fs::read_to_string(expected(name)).unwrap());
     assert!(
-        compared(&told) == compared(&expected),
-        "told of {name}:\n\n{told}\n\nexpected:\n\n{expected}\n\nto accept it: `cargo test -p dsocs-compile-tests accept -- --ignored`"
+        compared_lines(&found) == compared_lines(&expected),
+        "errors of {name}:\n\n{found}\n\nexpected:\n\n{expected}\n\nto accept it: `cargo test -p dsocs-compile-tests accept -- --ignored`"
     );
 }
 
@@ -129,6 +129,6 @@ fn every_file_is_tested() {
 #[ignore = "writes the files"]
 fn accept() {
     for name in FILES {
-        fs::write(expected(name), told(name)).unwrap();
+        fs::write(expected(name), compiler_errors(name)).unwrap();
     }
 }

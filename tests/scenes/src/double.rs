@@ -272,7 +272,7 @@ mod tests {
     use super::*;
 
     /// The distance of two numbers.
-    fn apart(x: Double, y: Double) -> f64 {
+    fn distance(x: Double, y: Double) -> f64 {
         (x - y).high.abs()
     }
 
@@ -280,19 +280,19 @@ mod tests {
     fn numbers_have_thirty_digits() {
         let third = Double::exact(1.0) / Double::exact(3.0);
         assert_eq!(third.high, 1.0 / 3.0);
-        assert!(apart(third * Double::exact(3.0), Double::exact(1.0)) < 1e-31);
+        assert!(distance(third * Double::exact(3.0), Double::exact(1.0)) < 1e-31);
         let root = Double::exact(2.0).root();
-        assert!(apart(root * root, Double::exact(2.0)) < 1e-31);
+        assert!(distance(root * root, Double::exact(2.0)) < 1e-31);
         let (s, c) = Double::exact(1.0).sine_cosine();
         assert_eq!(s.high, 1.0_f64.sin());
-        assert!(apart(s * s + c * c, Double::exact(1.0)) < 1e-31);
+        assert!(distance(s * s + c * c, Double::exact(1.0)) < 1e-31);
         // the triple angle: another series and another quarter turn
         let (three, _) = Double::exact(3.0).sine_cosine();
         let expected = Double::exact(3.0) * s - Double::exact(4.0) * s * s * s;
-        assert!(apart(three, expected) < 1e-30);
+        assert!(distance(three, expected) < 1e-30);
         let (sixteen, _) = Double::exact(-32.0).sine_cosine();
         let (_, half) = Double::exact(-16.0).sine_cosine();
         let (other, _) = Double::exact(-16.0).sine_cosine();
-        assert!(apart(sixteen, Double::exact(2.0) * other * half) < 1e-30);
+        assert!(distance(sixteen, Double::exact(2.0) * other * half) < 1e-30);
     }
 }

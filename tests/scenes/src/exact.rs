@@ -12,10 +12,10 @@ pub const UNIT: f64 = f64::EPSILON / 2.0;
 pub const PERTURBATION: f64 = 1e-11;
 
 /// The number of perturbed motions.
-pub const TWINS: u64 = 2;
+pub const PERTURBED_MOTIONS: u64 = 2;
 
 /// Replaces a figure by a larger value or by NaN.
-pub fn take(figure: &mut f64, value: f64) {
+pub fn keep_larger(figure: &mut f64, value: f64) {
     // a figure that is NaN stays NaN
     if value > *figure || value.is_nan() {
         *figure = value;
@@ -23,7 +23,7 @@ pub fn take(figure: &mut f64, value: f64) {
 }
 
 /// A perturbed motion: its scene and its last leg.
-struct Twin {
+struct PerturbedMotion {
     scene: Scene,
     leg: Leg,
 }
@@ -34,7 +34,7 @@ pub struct Exact<'a> {
     /// The last leg.
     pub leg: Leg,
     past: Vec<Vec<Double>>,
-    twins: Vec<Twin>,
+    twins: Vec<PerturbedMotion>,
     /// The largest change of each coordinate by the perturbations, relative to their size.
     pub condition: Vec<f64>,
 }
@@ -42,13 +42,13 @@ pub struct Exact<'a> {
 impl<'a> Exact<'a> {
     /// The motion that begins with a leg.
     pub fn new(case: &'a Case, leg: Leg, random: &mut Random) -> Self {
-        let twin = |_| Twin {
+        let twin = |_| PerturbedMotion {
             scene: case.scene.perturbed(PERTURBATION, random),
             leg: leg.clone(),
         };
         Self {
             case,
-            twins: (0..TWINS).map(twin).collect(),
+            twins: (0..PERTURBED_MOTIONS).map(twin).collect(),
             condition: vec![0.0; leg.q.len()],
             leg,
             past: Vec::new(),
@@ -117,7 +117,7 @@ impl<'a> Exact<'a> {
         for (i, condition) in self.condition.iter_mut().enumerate() {
             for twin in &self.twins {
                 let distance = (twin.leg.q[i] - self.leg.q[i]).high.abs();
-                take(condition, distance / PERTURBATION);
+                keep_larger(condition, distance / PERTURBATION);
             }
         }
         let grown = |condition: &f64| *condition * PERTURBATION > 0.01 * longest || condition.is_nan();

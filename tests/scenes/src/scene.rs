@@ -270,7 +270,10 @@ impl Scene {
                     ends,
                     stiffness,
                     rest,
-                } => (square(apart(ends, &places)).root() - T::of(rest), stiffness),
+                } => (
+                    square(vector_between(ends, &places)).root() - T::of(rest),
+                    stiffness,
+                ),
             };
             potential = potential + T::of(stiffness / 2.0) * stretch * stretch;
         }
@@ -292,7 +295,7 @@ impl Scene {
         let rods = self.rods.iter();
         rods.map(|rod| {
             let length = T::of(rod.length);
-            (square(apart(rod.ends, &places)) - length * length) * T::of(0.5)
+            (square(vector_between(rod.ends, &places)) - length * length) * T::of(0.5)
         })
         .collect()
     }
@@ -368,7 +371,7 @@ fn joint<T: Number>((one, other): (usize, Option<usize>), q: &[T]) -> T {
 }
 
 /// The vector to one body from another, or from the origin.
-fn apart<T: Number>((one, other): (usize, Option<usize>), places: &[Moving<T>]) -> [T; 2] {
+fn vector_between<T: Number>((one, other): (usize, Option<usize>), places: &[Moving<T>]) -> [T; 2] {
     let [x, y] = places[one].at;
     match other {
         Some(other) => [x - places[other].at[0], y - places[other].at[1]],

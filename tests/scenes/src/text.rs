@@ -234,10 +234,10 @@ fn scattered(scene: &Scene, random: &mut Random) -> Vec<f64> {
 #[must_use]
 pub fn program(numbers: core::ops::Range<u64>, variations: u64, steps: usize) -> String {
     let mut text = String::from(
-        "//! Random scenes.\n\nuse dsocs_core::dsocs;\nuse dsocs_tests::scenes::{hold::hold, text};\n\n",
+        "//! Random scenes.\n\nuse dsocs_core::dsocs;\nuse dsocs_tests::scenes::{compare::compare, text};\n\n",
     );
     let mut main = String::from(
-        "fn main() -> std::process::ExitCode {\n    let mut wrong = 0;\n    let mut all = dsocs_tests::scenes::hold::Found::default();\n",
+        "fn main() -> std::process::ExitCode {\n    let mut wrong = 0;\n    let mut all = dsocs_tests::scenes::compare::Comparison::default();\n",
     );
     for number in numbers {
         let scene = scene(number);
@@ -253,7 +253,7 @@ pub fn program(numbers: core::ops::Range<u64>, variations: u64, steps: usize) ->
             "    for variation in 0..{variations} {{\n        let Some(case) = text::case({number}, variation) else {{ continue }};\n        \
              let p = text::Written::new(&case.scene, text::is_literal({number})).parameters;\n        \
              let system = Scene{number} {{ p: core::array::from_fn(|i| p[i]) }};\n        \
-             let found = hold(&system, &case, {steps}, variation);\n        \
+             let found = compare(&system, &case, {steps}, variation);\n        \
              println!(\"scene {number}.{{variation}}: {{found:?}}\");\n        all.join(&found);\n        \
              for words in found.wrong() {{\n            wrong += 1;\n            println!(\"wrong: scene {number}.{{variation}}: {{words}}\");\n        }}\n    }}"
         );

@@ -5,7 +5,7 @@ use dsocs_core::{Flow, Leg as DeclaredLeg, Start, Stepper as _, System};
 
 use super::discrete::{Decomposed, Leg, Step};
 use super::double::{Double, PRECISION};
-use super::exact::{Exact, PERTURBATION, TWINS, UNIT, take};
+use super::exact::{Exact, PERTURBATION, PERTURBED_MOTIONS, UNIT, keep_larger};
 use super::random::{Case, Random};
 use crate::tape;
 
@@ -13,14 +13,14 @@ use crate::tape;
 const AMBIGUOUS: &str = "ambiguous";
 
 /// A node this many roundings away belongs to another motion.
-const FAR: f64 = 1e8;
+const ANOTHER_MOTION: f64 = 1e8;
 
 /// The number of legs at which the equations are compared.
-const LEGS: usize = 3;
+const COMPARED_LEGS: usize = 3;
 
-/// The result of a comparison. Distances are in units of rounding (see [`hold`]).
+/// The result of a comparison. Distances are in units of rounding (see [`compare`]).
 #[derive(Clone, Debug, Default)]
-pub struct Found {
+pub struct Comparison {
     /// The largest distance of the constraint force and of the constraints, at random triples.
     pub rows: f64,
     /// The largest distance of the root of the declared rows, in twice the precision, from that of the second
@@ -48,22 +48,22 @@ const ROUNDINGS: f64 = 32.0;
 
 /// The largest distance of the declared root, relative to the natural sizes: combinations of parameters are
 /// computed in single precision, all else in twice the precision.
-const OF_PARAMETERS: f64 = 1e-14;
+const ROOT_DISTANCE: f64 = 1e-14;
 
 /// The largest distance of the Jacobian, in units of its row's rounding. It decides how fast the iteration
 /// converges, not to which root. An entry that is a difference of distant positions (a short rod far from the
 /// origin) has fewer digits than its row.
-const SLOPES: f64 = 1e6;
+const JACOBIAN_DISTANCE: f64 = 1e6;
 
-impl Found {
+impl Comparison {
     /// Refusals, and figures beyond their limits.
     #[must_use]
     pub fn wrong(&self) -> Vec<String> {
         let mut wrong = self.defects.clone();
         for (name, figure, bar) in [
             ("rows", self.rows, ROUNDINGS),
-            ("root", self.root, OF_PARAMETERS),
-            ("Jacobian", self.jacobian, SLOPES),
+            ("root", self.root, ROOT_DISTANCE),
+            ("Jacobian", self.jacobian, JACOBIAN_DISTANCE),
             ("node", self.node, ROUNDINGS),
             ("path", self.path, ROUNDINGS),
         ] {
@@ -84,11 +84,11 @@ impl Found {
 
     /// Takes the larger of each figure of two scenes, and the sum of their steps.
     pub fn join(&mut self, other: &Self) {
-        take(&mut self.rows, other.rows);
-        take(&mut self.root, other.root);
-        take(&mut self.jacobian, other.jacobian);
-        take(&mut self.node, other.node);
-        take(&mut self.path, other.path);
+        keep_larger(&mut self.rows, other.rows);
+        keep_larger(&mut self.root, other.root);
+        keep_larger(&mut self.jacobian, other.jacobian);
+        keep_larger(&mut self.node, other.node);
+        keep_larger(&mut self.path, other.path);
         self.steps += other.steps;
         self.evaluations = self.evaluations.max(other.evaluations);
     }
@@ -100,8 +100,8 @@ impl Found {
 /// unknown is known to `u S`, `S = |J⁻¹| T`. After several steps the effect is measured: perturbed motions
 /// are computed whose rows are wrong by `σ T` and whose parameters by `σ`, at random, with `σ` = 1e-11. The
 /// unit for a node is the largest distance of these motions times `u/σ`, plus its own last place.
-pub fn hold<S: System<N>, const N: usize>(system: &S, case: &Case, steps: usize, seed: u64) -> Found {
-    let mut found = Found::default();
+pub fn compare<S: System<N>, const N: usize>(system: &S, case: &Case, steps: usize, seed: u64) -> Comparison {
+    let mut found = Comparison::default();
     let mut random = Random::new(seed);
     let array = |x: &[f64]| -> [f64; N] { core::array::from_fn(|i| x.get(i).copied().unwrap_or(f64::NAN)) };
     let (q0, v0, q1) = (array(&case.q0), array(&case.v0), array(&case.q1));
@@ -132,10 +132,10 @@ fn equations<S: System<N>, const N: usize>(
     case: &Case,
     start: &Leg,
     random: &mut Random,
-    found: &mut Found,
+    found: &mut Comparison,
 ) {
     let mut leg = start.clone();
-    for place in 0..LEGS {
+    for place in 0..COMPARED_LEGS {
         let step = Step {
             scene: &case.scene,
             h: case.h,
@@ -156,7 +156,7 @@ fn equations<S: System<N>, const N: usize>(
         triple(system, &step, &aside, random, found);
         root(system, &step, &solution.z, &spread, found);
         derivatives(system, &step, &solution.z, &spread, random, found);
-        if place + 1 < LEGS {
+        if place + 1 < COMPARED_LEGS {
             leg = leg.next(&solution.z[..N]);
             leg = Leg::between(&rounded::<N>(&back(&leg)), &rounded::<N>(&leg.q));
         }
@@ -174,7 +174,7 @@ fn triple<S: System<N>, const N: usize>(
     step: &Step<'_>,
     e: &[Double],
     random: &mut Random,
-    found: &mut Found,
+    found: &mut Comparison,
 ) {
     let (e, leg) = (rounded::<N>(e), declared_leg(step));
     if let Err(differs) = tape::same_bits(system, step.h, &leg, &e, &[]) {
@@ -192,7 +192,7 @@ fn triple<S: System<N>, const N: usize>(
         *term += nodes.map(|(x, q)| (x.high * q.high).abs()).sum::<f64>() * (PRECISION / UNIT);
     }
     // and the rounding of combinations of parameters
-    for _ in 0..TWINS {
+    for _ in 0..PERTURBED_MOTIONS {
         let scene = step.scene.perturbed(PERTURBATION, random);
         let changed = Step {
             scene: &scene,
@@ -225,7 +225,7 @@ fn triple<S: System<N>, const N: usize>(
                 expected.high
             );
         }
-        take(&mut found.rows, roundings);
+        keep_larger(&mut found.rows, roundings);
     }
 }
 
@@ -271,7 +271,7 @@ fn root<S: System<N>, const N: usize>(
     step: &Step<'_>,
     z: &[Double],
     spread: &[f64],
-    found: &mut Found,
+    found: &mut Comparison,
 ) {
     let own = unknowns(system, z);
     let sizes = unknowns(
@@ -287,7 +287,7 @@ fn root<S: System<N>, const N: usize>(
     };
     for (update, size) in decomposed.solve(&rows).iter().zip(&sizes) {
         let distance = update.high.abs();
-        take(
+        keep_larger(
             &mut found.root,
             if distance == 0.0 {
                 0.0
@@ -305,7 +305,7 @@ fn derivatives<S: System<N>, const N: usize>(
     z: &[Double],
     spread: &[f64],
     random: &mut Random,
-    found: &mut Found,
+    found: &mut Comparison,
 ) {
     let sizes = unknowns(
         system,
@@ -342,7 +342,7 @@ fn derivatives<S: System<N>, const N: usize>(
         let size: f64 = (0..sizes.len()).map(|j| columns[j][i].abs() * sizes[j]).sum();
         for (j, entry) in row.iter().enumerate() {
             let distance = (entry - columns[j][i]).abs() * sizes[j];
-            take(
+            keep_larger(
                 &mut found.jacobian,
                 if distance == 0.0 {
                     0.0
@@ -361,7 +361,7 @@ fn run<const N: usize>(
     start: Leg,
     steps: usize,
     random: &mut Random,
-    found: &mut Found,
+    found: &mut Comparison,
 ) {
     let mut exact = Exact::new(case, start, random);
     for k in 0..steps {
@@ -401,14 +401,14 @@ fn run<const N: usize>(
         let mut worst = 0.0;
         for (i, (q, unit)) in flow.position().iter().zip(exact.units()).enumerate() {
             let distance = (Double::exact(*q) - leg.q[i]).high.abs();
-            take(&mut worst, if distance == 0.0 { 0.0 } else { distance / unit });
+            keep_larger(&mut worst, if distance == 0.0 { 0.0 } else { distance / unit });
         }
-        take(&mut found.path, worst);
+        keep_larger(&mut found.path, worst);
         found.steps = k + 1;
         if k == 0 {
-            take(&mut found.node, worst);
+            keep_larger(&mut found.node, worst);
         }
-        if worst > FAR {
+        if worst > ANOTHER_MOTION {
             let (ours, last) = (flow.leg(), rounded::<N>(&leg.q));
             let words = format!(
                 "step {k}: another root, {:?} after {:?}; expected {last:?}",
@@ -424,7 +424,7 @@ fn run<const N: usize>(
 fn largest(x: &[f64]) -> f64 {
     let mut largest = 0.0;
     for &x in x {
-        take(&mut largest, x);
+        keep_larger(&mut largest, x);
     }
     largest
 }

@@ -3,4 +3,4 @@
 
 pub use dsocs_scenes::{discrete, double, exact, number, random, scene, table, text};
 
-pub mod hold;
+pub mod compare;

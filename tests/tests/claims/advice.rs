@@ -34,8 +34,8 @@ fn a_tolerance_that_is_too_large_is_told() {
     };
     for tolerance in [0.3, 0.03] {
         let error = run(tolerance).unwrap_err().to_string();
-        let told = format!("the tolerance {tolerance:e} is large");
-        assert!(error.contains(&told) && error.contains("1e-9"), "{error}");
+        let expected = format!("the tolerance {tolerance:e} is large");
+        assert!(error.contains(&expected) && error.contains("1e-9"), "{error}");
         assert!(
             !error.contains("singularity") && !error.contains("too small"),
             "{error}"

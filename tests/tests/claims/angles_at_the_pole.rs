@@ -11,7 +11,7 @@ use crate::dop853;
 
 /// The relative error of the conserved momentum, in tolerances, after several passages of some hundred steps:
 /// a step may lose a thousand.
-const LOST: f64 = 3e6;
+const MOMENTUM_ERROR: f64 = 3e6;
 
 const GRAVITY: f64 = 9.81;
 
@@ -31,7 +31,7 @@ declared! {
 
 declared! {
     /// Two uncoupled masses, one of them far slower than the other.
-    struct Beside;
+    struct WithSlowMass;
     coordinates(r, phi, y);
     lagrangian = (dot(r).powi(2) + r.powi(2) * dot(phi).powi(2)) / 2 - r.powi(2) / 2 + dot(y).powi(2) / 2 - 1e-7 * y;
 }
@@ -61,7 +61,7 @@ fn a_pendulum_in_space_keeps_the_momentum_about_the_vertical() {
             // relative to its own size, or to a millionth of the other velocity where it is smaller
             let size = own.max(1e-6);
             assert!(
-                (momentum - own).abs() < LOST * tolerance * size,
+                (momentum - own).abs() < MOMENTUM_ERROR * tolerance * size,
                 "{rate:e}, {theta}, {tolerance:e}: {momentum:e} for {own:e}"
             );
             let state = [theta.sin(), 0.0, -theta.cos(), 0.0, theta.sin() * rate, 0.0];
@@ -93,7 +93,7 @@ fn a_mass_on_a_spring_passes_the_origin() {
             let truth = [20.0_f64.cos(), rate * 20.0_f64.sin()];
             let momentum = r * r * end.v[1];
             assert!(
-                (momentum / rate - 1.0).abs() < LOST * tolerance,
+                (momentum / rate - 1.0).abs() < MOMENTUM_ERROR * tolerance,
                 "{rate:e}, {tolerance:e}: {momentum:e}"
             );
             assert!(
@@ -102,7 +102,7 @@ fn a_mass_on_a_spring_passes_the_origin() {
             );
             // the error across the line, relative to the small extent there
             assert!(
-                (r * phi.sin() - truth[1]).abs() < LOST * tolerance * rate + 1e2 * tolerance,
+                (r * phi.sin() - truth[1]).abs() < MOMENTUM_ERROR * tolerance * rate + 1e2 * tolerance,
                 "{rate:e}, {tolerance:e}: {} for {}",
                 r * phi.sin(),
                 truth[1]
@@ -115,7 +115,7 @@ fn a_mass_on_a_spring_passes_the_origin() {
 fn what_is_slow_all_along_keeps_its_digits_beside_it() {
     for tolerance in [1e-7, 1e-10] {
         let start = Start::second_order([1.0, 0.0, 0.0], [0.0, 1e-4, 1e-6]);
-        let mut flow = TaylorFlow::new(&Beside, start, Tolerance::relative(tolerance)).unwrap();
+        let mut flow = TaylorFlow::new(&WithSlowMass, start, Tolerance::relative(tolerance)).unwrap();
         let end = flow.to(20.0).unwrap();
         let truth = 1e-6 * 20.0 - 1e-7 * 200.0;
         assert!(

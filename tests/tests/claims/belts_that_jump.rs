@@ -48,7 +48,13 @@ fn expected(until: f64, (at, place): (f64, f64), [first, then]: [f64; 2]) -> [f6
 }
 
 /// The largest error of position and velocity of the Taylor flow over three tolerances.
-fn apart<S: System<1>>(system: &S, first: f64, until: f64, expected: [f64; 2], every: Option<f64>) -> f64 {
+fn largest_error<S: System<1>>(
+    system: &S,
+    first: f64,
+    until: f64,
+    expected: [f64; 2],
+    every: Option<f64>,
+) -> f64 {
     let mut largest = 0.0_f64;
     for tolerance in [1e-4, 1e-7, 1e-10] {
         let start = Start::second_order([0.0], [first]);
@@ -78,7 +84,7 @@ fn what_rests_slips_where_its_surface_jumps() {
                 first,
                 then,
             };
-            let found = apart(&belt, first, until, of_time, every);
+            let found = largest_error(&belt, first, until, of_time, every);
             assert!(found < 1e-9, "{then} {every:?}: {found}");
             let belt = After {
                 dry: DRY,
@@ -86,7 +92,7 @@ fn what_rests_slips_where_its_surface_jumps() {
                 first,
                 then,
             };
-            let found = apart(&belt, first, until, of_time, every);
+            let found = largest_error(&belt, first, until, of_time, every);
             assert!(found < 1e-9, "{then} {every:?}: {found}");
             let belt = ByPlace {
                 dry: DRY,
@@ -94,7 +100,7 @@ fn what_rests_slips_where_its_surface_jumps() {
                 first,
                 then,
             };
-            let found = apart(&belt, first, until, of_time, every);
+            let found = largest_error(&belt, first, until, of_time, every);
             assert!(found < 1e-9, "{then} {every:?}: {found}");
         }
     }

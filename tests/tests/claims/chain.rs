@@ -53,7 +53,7 @@ impl<const N: usize> Declaration<N> for Cartesian<N> {
     }
 }
 
-fn against<S: System<N>, const N: usize>(system: &S, cartesian: &Cartesian<N>, cases: u32) {
+fn compare_with_cartesian<S: System<N>, const N: usize>(system: &S, cartesian: &Cartesian<N>, cases: u32) {
     let steps = (0.02..0.5).boxed();
     let states = (
         steps,
@@ -76,7 +76,7 @@ fn two_links_are_those_of_cartesian_coordinates() {
         lengths,
         gravity,
     };
-    against(
+    compare_with_cartesian(
         &chain,
         &Cartesian {
             masses,
@@ -96,7 +96,7 @@ fn eight_links_are_those_of_cartesian_coordinates() {
         lengths,
         gravity: 9.81,
     };
-    against(
+    compare_with_cartesian(
         &chain,
         &Cartesian {
             masses,

@@ -119,7 +119,7 @@ const FORCES: [&str; 6] = [
 ];
 
 /// The exact velocity at the time 2.
-fn pushed(at: f64, width: f64, kind: usize) -> f64 {
+fn exact_velocity(at: f64, width: f64, kind: usize) -> f64 {
     let over = 2.0 - at;
     match kind {
         // ∫ (1 + tanh u) / 2 = width ln(1 + exp 2u) / 2
@@ -151,7 +151,7 @@ fn what_waits_at_rest_is_pushed_at_every_tolerance() {
                  external_forces = {force};"
             );
             let system = Text::parse("waits", &text).unwrap().system;
-            let expected = pushed(at, width, kind);
+            let expected = exact_velocity(at, width, kind);
             for tolerance in [1e-4, 1e-6, 1e-9, 1e-12] {
                 let start = Start::second_order([0.0], [0.0]);
                 let mut flow = TaylorFlow::read(&system, start, Tolerance::relative(tolerance)).unwrap();

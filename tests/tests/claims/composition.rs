@@ -207,16 +207,16 @@ fn with_equal_legs_it_is_the_papers_step() {
 /// varies the energy at the nodes stays within an error of the method's order, without a drift.
 #[test]
 fn what_unequal_legs_keep() {
-    kept(8000);
+    assert_kept(8000);
 }
 
 #[test]
 #[ignore = "long: forty thousand steps"]
 fn what_unequal_legs_keep_in_long_runs() {
-    kept(40_000);
+    assert_kept(40_000);
 }
 
-fn kept(steps: u32) {
+fn assert_kept(steps: u32) {
     let start = ([0.0, 0.0], [1.0, 1.0]);
     let circle = CurvedParticle::default();
     let particle = field();

@@ -37,7 +37,7 @@ impl<T: Fn(f64, [f64; 2], [f64; 2]) -> f64> Motor<T> {
 const STATE: [f64; 4] = [Q0[0], Q0[1], V0[0], V0[1]];
 
 /// The angles after a time, under a smooth torque.
-fn driven(torque: impl Fn(f64, [f64; 2], [f64; 2]) -> f64, end: f64) -> [f64; 2] {
+fn angles_under_torque(torque: impl Fn(f64, [f64; 2], [f64; 2]) -> f64, end: f64) -> [f64; 2] {
     let motor = Motor { torque };
     let last = dop853::integrate(|t, state| motor.rate(t, state), STATE, end, 1e-13);
     [last[0], last[1]]
@@ -50,7 +50,7 @@ fn as_a_feedback_law() {
         constraint_force(&pendulum, motion(&pendulum, 0.0, &q, &v).unwrap().any())[1]
     };
     for end in [10.0, 40.0] {
-        let found = driven(law, end);
+        let found = angles_under_torque(law, end);
         let exact = TaylorFlow::new(&pendulum, Start::second_order(Q0, V0), Tolerance::relative(1e-15))
             .unwrap()
             .to(end)

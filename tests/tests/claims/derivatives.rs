@@ -68,7 +68,7 @@ fn difference<const K: usize>(scale: f64, function: &dyn Fn(f64) -> [f64; K]) ->
 
 /// The largest difference of two vectors' components, relative to the largest component, which counts as 1e-9
 /// at least.
-fn apart(x: &[f64], y: &[f64]) -> f64 {
+fn relative_distance(x: &[f64], y: &[f64]) -> f64 {
     let size = x.iter().chain(y).fold(1e-9_f64, |size, x| size.max(x.abs()));
     let apart = x
         .iter()
@@ -127,7 +127,7 @@ fn check<S: System<N> + Clone, const N: usize, const K: usize>(
         .collect();
     for ((variable, difference), tangent) in found.iter().zip(&tangents) {
         let own = [tangent.q, tangent.v].concat();
-        let missed = apart(&own, difference);
+        let missed = relative_distance(&own, difference);
         assert!(
             missed < tolerance,
             "{} {variable:?}: {own:?} {difference:?} {missed:e}",
@@ -144,7 +144,7 @@ fn check<S: System<N> + Clone, const N: usize, const K: usize>(
         }
         backward.extend(&gradient.parameters);
         let forward: Vec<f64> = forward.chunks(K).map(|tangent| tangent[k]).collect();
-        let missed = apart(&forward, &backward);
+        let missed = relative_distance(&forward, &backward);
         assert!(missed < 1e-12, "{} backward {k}: {missed:e}", S::NAME);
     }
 }
@@ -245,7 +245,7 @@ fn of_constrained_systems_by_parameters() {
         let expected = by_parameter::<_, 3, 6>(&sleigh, place, h, start, 1.0);
         let tangent = path.tangents(&[Variable::Parameter(&quantity.name)]).unwrap()[0];
         assert!(
-            apart(&[tangent.q, tangent.v].concat(), &expected) < 1e-8,
+            relative_distance(&[tangent.q, tangent.v].concat(), &expected) < 1e-8,
             "{}",
             quantity.name
         );
@@ -278,7 +278,7 @@ fn parameters<S: System<N> + Clone, const N: usize, const K: usize>(
     for (place, quantity) in S::PARAMETERS.iter().enumerate() {
         let expected = by_parameter::<S, N, K>(system, place, h, start, t);
         let tangent = path.tangents(&[Variable::Parameter(&quantity.name)]).unwrap()[0];
-        let missed = apart(&[tangent.q, tangent.v].concat(), &expected);
+        let missed = relative_distance(&[tangent.q, tangent.v].concat(), &expected);
         assert!(missed < 1e-8, "{} {}: {missed:e}", S::NAME, quantity.name);
         assert!((gradient.parameters[place] - tangent.q[0]).abs() < 1e-12 * tangent.q[0].abs());
     }
@@ -335,9 +335,13 @@ fn by_nodes_as_dual_numbers_through_every_step() {
         let own = next - increment[i].derivative();
         own - (own - before[i])
     });
-    assert!(apart(&before, &expected) < 1e-12);
+    assert!(relative_distance(&before, &expected) < 1e-12);
     let node: [f64; 2] = std::array::from_fn(|i| position[i].derivative() - increment[i].derivative());
-    assert!(apart(&tangent.q, &node) < 1e-11, "{:?} {node:?}", tangent.q);
+    assert!(
+        relative_distance(&tangent.q, &node) < 1e-11,
+        "{:?} {node:?}",
+        tangent.q
+    );
     assert!(node[1].abs() > 1e-3);
 }
 
@@ -384,7 +388,7 @@ fn the_nodes_are_those_of_the_flow() {
     path.tangents_along(&[], &mut |k, node, _| {
         assert_eq!(node.q.map(f64::to_bits), nodes[k].q.map(f64::to_bits));
         for (x, y) in [(node.v, nodes[k].v), (node.a, nodes[k].a)] {
-            assert!(apart(&x, &y) < 1e-14, "{k}: {x:?} {y:?}");
+            assert!(relative_distance(&x, &y) < 1e-14, "{k}: {x:?} {y:?}");
         }
         assert!((node.t - nodes[k].t).abs() < 1e-12);
     })

@@ -469,7 +469,13 @@ fn all_instructions_give_the_same_bits() {
 }
 
 /// The last node of a flow under held inputs.
-fn driven(own: &Sliding, h: f64, start: Start<2>, t: f64, plan: &[[f64; 2]]) -> Result<Node<2>, RunError> {
+fn node_under_inputs(
+    own: &Sliding,
+    h: f64,
+    start: Start<2>,
+    t: f64,
+    plan: &[[f64; 2]],
+) -> Result<Node<2>, RunError> {
     let at = |time: f64| {
         // backward in time a value is left at the time from which on it holds
         let holds = |from: f64| {
@@ -531,7 +537,7 @@ fn inputs_are_held_from_lane_to_lane() {
                 mass: 1.0 + 0.1 * f64::from(k),
                 ..base.clone()
             };
-            let alone = driven(&own, h, shifted(k), end, &plan(k));
+            let alone = node_under_inputs(&own, h, shifted(k), end, &plan(k));
             match (&last, &alone) {
                 (Ok(lane), Ok(alone)) => {
                     let bits = |node: &Node<2>| [node.q, node.v, node.force].map(|x| x.map(f64::to_bits));

@@ -10,7 +10,7 @@ fn read(text: &str) -> TapeKernel {
 }
 
 #[track_caller]
-fn close(found: &[f64], expected: &[f64]) {
+fn assert_close(found: &[f64], expected: &[f64]) {
     assert_eq!(found.len(), expected.len());
     for (x, y) in found.iter().zip(expected) {
         assert!((x - y).abs() < 1e-12 * (1.0 + y.abs()), "{found:?} {expected:?}");
@@ -50,7 +50,7 @@ fn several_guesses_lead_to_several_equilibria() {
             .iter()
             .zip([[0.0, 0.0], [PI, 0.0], [0.0, PI], [PI, PI], [2.0 * PI, 0.0]])
     {
-        close(&found.q, &expected);
+        assert_close(&found.q, &expected);
         assert!(found.is_isolated() && found.force.iter().all(|force| force.abs() < 1e-13));
     }
     // below: ω² = (2 ± √2) g; above the same with the other sign
@@ -60,12 +60,12 @@ fn several_guesses_lead_to_several_equilibria() {
         .collect();
     let below = found.equilibria[0].eigenvalues().unwrap();
     assert!(below.iter().all(|[re, _]| re.abs() < 1e-13));
-    close(
+    assert_close(
         &below.iter().map(|[_, im]| *im).collect::<Vec<_>>(),
         &[expected[1], -expected[1], expected[0], -expected[0]],
     );
     let above = found.equilibria[3].eigenvalues().unwrap();
-    close(
+    assert_close(
         &above.iter().map(|[re, _]| *re).collect::<Vec<_>>(),
         &[expected[1], expected[0], -expected[0], -expected[1]],
     );
@@ -87,8 +87,8 @@ fn free_inputs_hold_a_position() {
         .unwrap();
     // the torques against gravity: 2 g sin a and g sin b, the elbow's on both
     let elbow = 9.81 * (-0.7_f64).sin();
-    close(&found.q, &[0.5, -0.7]);
-    close(
+    assert_close(&found.q, &[0.5, -0.7]);
+    assert_close(
         &found.parameters,
         &[9.81, 2.0 * 9.81 * 0.5_f64.sin() + elbow, elbow],
     );
@@ -99,7 +99,7 @@ fn free_inputs_hold_a_position() {
         .free(["shoulder"])
         .near([0.5, 0.2])
         .unwrap();
-    close(&found.q, &[0.5, 0.0]);
+    assert_close(&found.q, &[0.5, 0.0]);
     // with nothing held, equilibria form a continuum: the one nearest to the guess is found
     let found = EquilibriumSearch::new(&system)
         .free(["shoulder", "elbow"])
@@ -119,7 +119,7 @@ fn a_continuum_is_told_and_its_members_are_one() {
         .near_all([[0.0, 0.1], [5.0, -0.1], [1.0, 3.0]])
         .unwrap();
     assert_eq!(found.equilibria.len(), 2);
-    close(&found.equilibria[0].q, &[0.0, 0.0]);
+    assert_close(&found.equilibria[0].q, &[0.0, 0.0]);
     assert_eq!(found.equilibria[0].directions, [[1.0, 0.0]]);
     assert_eq!(found.of_guess, [Ok(0), Ok(0), Ok(1)]);
     // a ring of equilibria, on which the nearest to the guess is found
@@ -127,12 +127,12 @@ fn a_continuum_is_told_and_its_members_are_one() {
         "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (x.powi(2) + y.powi(2) - 1).powi(2);",
     );
     let found = EquilibriumSearch::new(&ring).near([1.5, 2.0]).unwrap();
-    close(
+    assert_close(
         &[found.q[0].hypot(found.q[1]), found.q[1] / found.q[0]],
         &[1.0, 4.0 / 3.0],
     );
     assert_eq!(found.directions.len(), 1);
-    close(
+    assert_close(
         &[(found.directions[0][0] * found.q[0] + found.directions[0][1] * found.q[1]).abs()],
         &[0.0],
     );
@@ -143,7 +143,7 @@ fn a_continuum_is_told_and_its_members_are_one() {
          nonholonomic = dot(y) * theta.cos() - dot(x) * theta.sin();",
     );
     let found = EquilibriumSearch::new(&sleigh).near([1.0, 2.0, 0.3]).unwrap();
-    close(&found.q, &[1.0, 2.0, 0.3]);
+    assert_close(&found.q, &[1.0, 2.0, 0.3]);
     assert_eq!(found.directions.len(), 3);
     // at a multiple root the equilibrium is isolated, though the equations are singular
     let flat = read("coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(4);");
@@ -162,13 +162,13 @@ fn constraints_on_positions_hold() {
     let found = EquilibriumSearch::new(&rod)
         .near_all([[0.3, -0.2], [0.1, 0.5]])
         .unwrap();
-    close(&found.equilibria[0].q, &[0.0, -0.8]);
-    close(&found.equilibria[1].q, &[0.0, 0.8]);
+    assert_close(&found.equilibria[0].q, &[0.0, -0.8]);
+    assert_close(&found.equilibria[1].q, &[0.0, 0.8]);
     // the rod bears the weight
-    close(&found.equilibria[0].force, &[0.0, 9.81]);
+    assert_close(&found.equilibria[0].force, &[0.0, 9.81]);
     let omega = (9.81_f64 / 0.8).sqrt();
     let [below, above] = [0, 1].map(|k| found.equilibria[k].eigenvalues().unwrap());
-    close(
+    assert_close(
         &[below[0][0], below[0][1], above[0][0], above[1][0]],
         &[0.0, omega, omega, -omega],
     );
@@ -182,7 +182,7 @@ fn constraints_on_positions_hold() {
          constraint_forces = [(1, 0)];",
     );
     let found = EquilibriumSearch::new(&law).near([0.3, 0.2]).unwrap();
-    close(&found.q[1..], &[0.0]);
+    assert_close(&found.q[1..], &[0.0]);
     assert_eq!(found.directions.len(), 1);
 }
 
@@ -194,7 +194,7 @@ fn dry_friction_is_zero_at_rest_and_has_no_eigenvalues() {
          external_forces = (-3 * dot(x).signum());",
     );
     let found = EquilibriumSearch::new(&block).near([1.7]).unwrap();
-    close(&found.q, &[1.0]);
+    assert_close(&found.q, &[1.0]);
     assert!(
         matches!(found.model, Err(LinearizationError::Corner { .. })),
         "{:?}",
@@ -242,7 +242,7 @@ fn where_there_is_none_it_says_why() {
     );
     // an explicit time without effect at the place does not prevent an equilibrium
     let swing = read("coordinates(x); lagrangian = dot(x).powi(2) / 2 - (1 + t.sin() / 2) * x.powi(2);");
-    close(
+    assert_close(
         &EquilibriumSearch::new(&swing).at(0.5).near([0.3]).unwrap().q,
         &[0.0],
     );
@@ -262,13 +262,13 @@ fn where_there_is_none_it_says_why() {
     );
 
     let system = read(DOUBLE_PENDULUM);
-    let told = |search: EquilibriumSearch<'_>| search.near([0.0, 0.0]).unwrap_err().to_string();
+    let message = |search: EquilibriumSearch<'_>| search.near([0.0, 0.0]).unwrap_err().to_string();
     assert_eq!(
-        told(EquilibriumSearch::new(&system).free(["knee"])),
+        message(EquilibriumSearch::new(&system).free(["knee"])),
         "no parameter is called `knee`; expected `gravity`, `shoulder` or `elbow`"
     );
     assert_eq!(
-        told(EquilibriumSearch::new(&system).held(["c"])),
+        message(EquilibriumSearch::new(&system).held(["c"])),
         "no coordinate is called `c`; expected `a` or `b`"
     );
     let short = EquilibriumSearch::new(&system).near([0.0]).unwrap_err();

@@ -117,8 +117,9 @@ fn is_that_of_every_error_type() {
         for written in source.split("Error for ").skip(1) {
             let name = written.split([' ', '{']).next().unwrap();
             let by_hand = format!("fmt::Debug for {name}");
-            let told = source.contains(&format!("debug_is_message!({name})")) || source.contains(&by_hand);
-            assert!(told, "{}: {name}", path.display());
+            let is_implemented =
+                source.contains(&format!("debug_is_message!({name})")) || source.contains(&by_hand);
+            assert!(is_implemented, "{}: {name}", path.display());
         }
     }
     assert!(found > 15, "{found}");

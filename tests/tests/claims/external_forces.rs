@@ -77,7 +77,7 @@ fn order(name: &str, error: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Holds a system against a position that is known: the Taylor flow to rounding, the step to order 2.
-fn is_known<S: System<N>, const N: usize>(
+fn assert_position<S: System<N>, const N: usize>(
     name: &str,
     system: &S,
     start: Start<N>,
@@ -110,8 +110,8 @@ fn a_damped_oscillator_is_its_closed_form_with_every_map() {
         (-zeta * t).exp() * (x0 * cos + (v0 + zeta * x0) / ring * sin)
     };
     let start = Start::second_order([x0], [v0]);
-    is_known("default", &Damped { zeta }, start, 10.0, &[known(10.0)], 3e-15);
-    is_known(
+    assert_position("default", &Damped { zeta }, start, 10.0, &[known(10.0)], 3e-15);
+    assert_position(
         "midpoint",
         &DampedMidpoint { zeta },
         start,
@@ -119,7 +119,7 @@ fn a_damped_oscillator_is_its_closed_form_with_every_map() {
         &[known(10.0)],
         3e-15,
     );
-    is_known(
+    assert_position(
         "trapezoid",
         &DampedTrapezoid { zeta },
         start,
@@ -198,10 +198,10 @@ fn a_force_may_be_a_function_of_the_users() {
     };
     let [x, y, ..] = by_hand(rate, [0.0, 2.0, 1.0, 3.0], 4.0);
     let start = Start::second_order([0.0, 2.0], [1.0, 3.0]);
-    is_known("kite", &kite, start, 4.0, &[x, y], 1e-11);
+    assert_position("kite", &kite, start, 4.0, &[x, y], 1e-11);
     let rate = |_: f64, [theta, v]: [f64; 2]| [v, -theta.sin() - friction(v)];
     let [theta, _] = by_hand(rate, [1.0, 0.0], 4.0);
-    is_known(
+    assert_position(
         "joint",
         &Joint,
         Start::second_order([1.0], [0.0]),
@@ -245,7 +245,7 @@ fn forces_beside_a_mass_matrix_that_varies() {
     };
     let [alpha, beta, ..] = by_hand(rate, [1.5, 0.5, 0.0, -0.4], 5.0);
     let start = Start::second_order([1.5, 0.5], [0.0, -0.4]);
-    is_known("links", &links, start, 5.0, &[alpha, beta], 1e-11);
+    assert_position("links", &links, start, 5.0, &[alpha, beta], 1e-11);
 }
 
 declared! {
@@ -278,7 +278,7 @@ fn constraint_forces_are_those_of_the_constraints_alone() {
     let start = Start::second_order([0.6, -0.8], [0.8, 0.6]);
     let [theta, v] = by_hand(rate, [0.6_f64.asin(), 1.0], 2.0);
     let (sin, cos) = theta.sin_cos();
-    is_known("bob", &bob, start, 2.0, &[sin, -cos], 1e-12);
+    assert_position("bob", &bob, start, 2.0, &[sin, -cos], 1e-12);
     // outwards: the rod pulls with the centrifugal force, the weight and the wind
     let rod = -(v * v + 9.81 * cos + 2.0 * sin);
     let mut flow = TaylorFlow::new(&bob, start, Tolerance::relative(1e-15)).unwrap();
@@ -307,7 +307,7 @@ fn forces_beside_a_nonholonomic_constraint() {
     let [x, y, theta, ..] = by_hand(rate, [0.0, 0.0, 0.3, 0.7, 0.5], 3.0);
     let (sin, cos) = 0.3_f64.sin_cos();
     let start = Start::second_order([0.0, 0.0, 0.3], [0.7 * cos, 0.7 * sin, 0.5]);
-    is_known("skate", &skate, start, 3.0, &[x, y, theta], 1e-11);
+    assert_position("skate", &skate, start, 3.0, &[x, y, theta], 1e-11);
 }
 
 declared! {
@@ -334,7 +334,7 @@ fn forces_beside_a_kinematic_constraint() {
     };
     let [x, y, ..] = by_hand(rate, [0.0, 0.0, 0.0, 1.5], 2.0);
     let start = Start::second_order([0.0; 2], [1.5, 0.0]);
-    is_known("braked", &braked, start, 2.0, &[x, y], 1e-12);
+    assert_position("braked", &braked, start, 2.0, &[x, y], 1e-12);
     // the force is across the path: it does no work, and the external ones do
     let node = continuous(&braked, start, 1.0);
     let [u, v] = node.v;

@@ -71,7 +71,7 @@ fn frictions_at_one_contact_are_one() {
 
 declared! {
     /// A blade that is drawn along by a belt that swings; its turning comes to rest by friction in the ground.
-    struct Drawn { grip: f64, pivot: f64 };
+    struct DrawnBlade { grip: f64, pivot: f64 };
     coordinates(x, y, heading);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + 0.2 * dot(heading).powi(2) / 2;
     let along = dot(x) * heading.cos() + dot(y) * heading.sin();
@@ -83,7 +83,7 @@ declared! {
 /// Where the turning stops nothing acts across the blade: the multiplier is rounding, and rounding decides nothing.
 #[test]
 fn a_blade_stops_turning_while_it_is_drawn_along() {
-    let drawn = Drawn {
+    let drawn = DrawnBlade {
         grip: 0.35,
         pivot: 0.05,
     };

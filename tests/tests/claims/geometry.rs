@@ -378,9 +378,11 @@ fn vectors_of_another_number_of_coordinates_are_told() {
     for count in [0, 1, 3] {
         let (q, d) = (&vec![0.3; count], &vec![0.08; count]);
         let leg = AnyLeg { t: 0.0, q, d };
-        let told = |error: GeometryError| matches!(error, GeometryError::Length { found, coordinates: 2 } if found == count);
-        assert!(told(map.forward(leg).unwrap_err()) && told(map.backward(leg).unwrap_err()));
-        assert!(told(map.tangent(&Triple::new(leg, d)).unwrap_err()));
+        let is_length_error = |error: GeometryError| matches!(error, GeometryError::Length { found, coordinates: 2 } if found == count);
+        assert!(
+            is_length_error(map.forward(leg).unwrap_err()) && is_length_error(map.backward(leg).unwrap_err())
+        );
+        assert!(is_length_error(map.tangent(&Triple::new(leg, d)).unwrap_err()));
         assert!(!FlowTheorem::at(&particle, 0.1, leg, d).grants_flow());
         assert!(!Regularity::of(&particle, 0.1, leg, d).grants_flow());
         assert!(rows_of_written(&particle, 0.0, 0.1, [q, q, q]).is_empty());

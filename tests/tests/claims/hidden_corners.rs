@@ -225,7 +225,7 @@ fn a_series_goes_on_beyond_a_hidden_corner() {
 }
 
 /// The number of unresolved steps of a run.
-fn counted(run: &mut dyn Run, steps: u64) -> u64 {
+fn unresolved_steps(run: &mut dyn Run, steps: u64) -> u64 {
     for _ in 0..steps {
         run.advance().unwrap();
     }
@@ -241,10 +241,10 @@ fn steps_tell_of_hidden_jumps_and_not_of_corners() {
         let start = Start::second_order([0.0], [scene[2]]);
         let (_, met) = by_pieces(corners, scene);
         let mut order_2 = Flow::of(&text.system, h, start).unwrap();
-        let order_2 = counted(order_2.run_mut(), steps);
+        let order_2 = unresolved_steps(order_2.run_mut(), steps);
         let mut order_4 =
             AnyComposedFlow::new(&text.system, h, Composition::SUZUKI_4, &start.into()).unwrap();
-        let order_4 = counted(order_4.run_mut(), steps);
+        let order_4 = unresolved_steps(order_4.run_mut(), steps);
         // the last jump may come just before or after the end, and one at a node belongs to two steps
         let jumps = met.len() as u64;
         let expected = if corners.jumps {

@@ -27,7 +27,7 @@ const ORDINARY: Range = Range {
 };
 
 /// Compares at random states, the same in every run.
-fn against<S, P, const N: usize>(system: &S, declaration: &P, kind: Kind, Range { q, v, a }: Range)
+fn compare_jacobians<S, P, const N: usize>(system: &S, declaration: &P, kind: Kind, Range { q, v, a }: Range)
 where
     S: System<N>,
     P: Declaration<N>,
@@ -48,7 +48,7 @@ fn at_random_states<S, const N: usize>(system: &S, kind: Kind, range: Range)
 where
     S: System<N> + Declaration<N>,
 {
-    against(system, system, kind, range);
+    compare_jacobians(system, system, kind, range);
 }
 
 #[test]
@@ -57,12 +57,12 @@ fn of_the_particle() {
         mass: 1.7,
         curvature: Constant(-0.6),
     };
-    against(&particle, &paper::Particle(&particle), Kind::default(), ORDINARY);
+    compare_jacobians(&particle, &paper::Particle(&particle), Kind::default(), ORDINARY);
     let particle = CurvedParticle {
         mass: 0.4,
         curvature: Wavy::default(),
     };
-    against(&particle, &paper::Particle(&particle), Kind::default(), ORDINARY);
+    compare_jacobians(&particle, &paper::Particle(&particle), Kind::default(), ORDINARY);
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn of_the_pendulum() {
         ..Kind::default()
     };
     let pendulum = InertiaWheelPendulum::default();
-    against(
+    compare_jacobians(
         &pendulum,
         &paper::Pendulum(&pendulum),
         kind,
@@ -83,7 +83,7 @@ fn of_the_pendulum() {
             a: 2.0,
         },
     );
-    against(
+    compare_jacobians(
         &pendulum,
         &paper::Pendulum(&pendulum),
         kind,

@@ -276,7 +276,7 @@ fn where_only_the_acceleration_jumps_the_motion_goes_on() {
 /// A discrete flow steps across a jump of the velocity, and counts the step.
 #[test]
 fn steps_across_a_jump_are_counted() {
-    fn counted<S: text::System<2>>(system: &S, [q, v]: [[f64; 2]; 2], h: f64) -> Option<Unresolved> {
+    fn unresolved<S: text::System<2>>(system: &S, [q, v]: [[f64; 2]; 2], h: f64) -> Option<Unresolved> {
         let mut flow = Flow::new(system, h, Start::second_order(q, v)).unwrap();
         flow.to(0.9).unwrap();
         flow.unresolved()
@@ -288,16 +288,16 @@ fn steps_across_a_jump_are_counted() {
     for h in [0.1, 0.03, 0.01, 0.001] {
         let moving = [[-0.512, 0.0], [1.0, -0.3]];
         let found = [
-            counted(&bent, [[0.5, 0.25], [-1.0, -0.5]], h),
-            counted(&Ledge { height: 0.7 }, [[-0.512, -0.7], [1.0, 0.0]], h),
-            counted(&Belt { speed: 0.3 }, moving, h),
-            counted(&Heavier {}, moving, h),
+            unresolved(&bent, [[0.5, 0.25], [-1.0, -0.5]], h),
+            unresolved(&Ledge { height: 0.7 }, [[-0.512, -0.7], [1.0, 0.0]], h),
+            unresolved(&Belt { speed: 0.3 }, moving, h),
+            unresolved(&Heavier {}, moving, h),
         ];
         for (i, found) in found.into_iter().enumerate() {
             let found = found.unwrap_or_else(|| panic!("{i}, {h}"));
             let place = if i == 0 { 0.31 } else { 0.512 };
             assert!((found.first - place).abs() <= 1.01 * h, "{i}, {h}: {found:?}");
         }
-        assert_eq!(counted(&Buffer {}, moving, h), None, "{h}");
+        assert_eq!(unresolved(&Buffer {}, moving, h), None, "{h}");
     }
 }

@@ -14,7 +14,7 @@ use dsocs_tests::text::{Flow, System, TaylorFlow};
 use crate::dop853;
 
 /// The end of a motion by a published Runge–Kutta method of order 8.
-fn solved(equations: impl Fn([f64; 4]) -> [f64; 4], q: [f64; 2], v: [f64; 2], until: f64) -> [f64; 4] {
+fn reference_end(equations: impl Fn([f64; 4]) -> [f64; 4], q: [f64; 2], v: [f64; 2], until: f64) -> [f64; 4] {
     dop853::integrate(
         |_, state| equations(state),
         [q[0], q[1], v[0], v[1]],
@@ -35,7 +35,7 @@ fn end<S: System<2>>(system: &S, q: [f64; 2], v: [f64; 2], h: f64, until: f64) -
 }
 
 /// The largest difference of two positions.
-fn apart(x: [f64; 2], y: [f64; 2]) -> f64 {
+fn distance(x: [f64; 2], y: [f64; 2]) -> f64 {
     (x[0] - y[0]).abs().max((x[1] - y[1]).abs())
 }
 
@@ -51,7 +51,7 @@ fn order<S: System<2>>(
 ) {
     let errors: Vec<f64> = steps
         .iter()
-        .map(|&h| apart(end(system, q, v, h, until), known))
+        .map(|&h| distance(end(system, q, v, h, until), known))
         .collect();
     let order = slope(steps, &errors);
     println!(
@@ -114,8 +114,8 @@ fn the_double_pendulum_is_the_textbooks() {
         [va, vb, first, second]
     };
     let (q, v, until) = ([2.0, 1.0], [0.0, 0.5], 2.0);
-    let known = solved(equations, q, v, until);
-    assert!(apart(taylor(&chain, q, v, until).q, [known[0], known[1]]) < 1e-11);
+    let known = reference_end(equations, q, v, until);
+    assert!(distance(taylor(&chain, q, v, until).q, [known[0], known[1]]) < 1e-11);
     let steps = [0.008, 0.004, 0.002, 0.001, 0.0005];
     order(
         "double pendulum",
@@ -145,8 +145,8 @@ fn the_spherical_pendulum_is_the_textbooks() {
         ]
     };
     let (q, v, until) = ([1.0, 0.0], [0.5, 2.0], 4.0);
-    let known = solved(textbook, q, v, until);
-    assert!(apart(taylor(&pendulum, q, v, until).q, [known[0], known[1]]) < 1e-11);
+    let known = reference_end(textbook, q, v, until);
+    assert!(distance(taylor(&pendulum, q, v, until).q, [known[0], known[1]]) < 1e-11);
     let steps = [0.04, 0.02, 0.01, 0.005, 0.0025];
     order(
         "spherical pendulum",
@@ -187,7 +187,7 @@ fn in_a_uniform_field_the_charge_goes_round_in_a_circle() {
     };
     let (q, v, until) = ([1.0, -0.5], [0.4, 0.9], 6.0);
     let known = particle.exact(q, v, until);
-    assert!(apart(taylor(&particle, q, v, until).q, known) < 1e-13);
+    assert!(distance(taylor(&particle, q, v, until).q, known) < 1e-13);
     let steps = [0.1, 0.05, 0.025, 0.0125];
     order("charge in a uniform field", &particle, q, v, &steps, until, known);
 }
@@ -200,8 +200,8 @@ fn in_a_field_that_grows_outwards_the_force_is_lorentzs() {
         [u, v, field * v, -field * u]
     };
     let (q, v, until) = ([1.0, 0.0], [0.3, 0.8], 8.0);
-    let known = solved(lorentz, q, v, until);
-    assert!(apart(taylor(&particle, q, v, until).q, [known[0], known[1]]) < 1e-11);
+    let known = reference_end(lorentz, q, v, until);
+    assert!(distance(taylor(&particle, q, v, until).q, [known[0], known[1]]) < 1e-11);
     let steps = [0.1, 0.05, 0.025, 0.0125];
     order(
         "charge in a growing field",
@@ -239,7 +239,7 @@ fn the_charge_and_the_particle_of_its_curvature_are_twins() {
         },
     };
     let (free, constrained) = (taylor(&charge, q, v, until), taylor(&twin, q, v, until));
-    assert!(apart(free.q, constrained.q) < 1e-12 && apart(free.v, constrained.v) < 1e-12);
+    assert!(distance(free.q, constrained.q) < 1e-12 && distance(free.v, constrained.v) < 1e-12);
     let at = twin.curvature.at(1.5, 2.0);
     assert!((at - charge.curvature(f64::hypot(0.3, 0.8), 2.5)).abs() < 1e-14);
 }
@@ -281,9 +281,9 @@ fn the_gravity_turn_is_its_exact_solution() {
         };
         let (q, until) = ([0.0, 1.0], 4.0);
         let continuous = taylor(&turn, q, v, until);
-        assert!(apart(continuous.v, turn.exact_velocity(v, until)) < 1e-13);
+        assert!(distance(continuous.v, turn.exact_velocity(v, until)) < 1e-13);
         let known = integrated(&turn, q, v, until);
-        assert!(apart(continuous.q, known) < 1e-13);
+        assert!(distance(continuous.q, known) < 1e-13);
         let steps = [0.2, 0.1, 0.05, 0.025];
         order(
             &format!("gravity turn, τ = {acceleration}"),
@@ -322,15 +322,15 @@ fn chetaevs_rule_by_name_gives_the_same_motion() {
         end(&GravityTurn::default(), q, v, 0.05, 20.0),
         end(&named, q, v, 0.05, 20.0),
     );
-    assert!(apart(written, named) < 1e-12, "{written:?} {named:?}");
+    assert!(distance(written, named) < 1e-12, "{written:?} {named:?}");
 }
 
 #[test]
 fn the_cart_pole_follows_the_law() {
     let cart = CartPole::default();
     let (q, v, until) = ([0.0, 2.8], [0.0, 0.3], 3.0);
-    let known = solved(|state| cart.law(state).0, q, v, until);
-    assert!(apart(taylor(&cart, q, v, until).q, [known[0], known[1]]) < 1e-11);
+    let known = reference_end(|state| cart.law(state).0, q, v, until);
+    assert!(distance(taylor(&cart, q, v, until).q, [known[0], known[1]]) < 1e-11);
     let steps = [0.008, 0.004, 0.002, 0.001];
     order("cart-pole", &cart, q, v, &steps, until, [known[0], known[1]]);
 }

@@ -25,7 +25,7 @@ pub fn model(system: &dyn Kernel, q: &[f64], v: &[f64]) -> LinearModel {
 
 /// Checks that two matrices agree.
 #[track_caller]
-pub fn close(found: &[Vec<f64>], expected: &[Vec<f64>], bar: f64) {
+pub fn assert_close(found: &[Vec<f64>], expected: &[Vec<f64>], bar: f64) {
     assert_eq!(found.len(), expected.len());
     for (i, (found, expected)) in found.iter().zip(expected).enumerate() {
         assert_eq!(found.len(), expected.len());
@@ -79,8 +79,8 @@ fn a_cart_pole_by_hand() {
         [0.0, by_angle, 0.0, 0.0],
         [0.0, turn, 0.0, 0.0],
     ];
-    close(&upright.a, &a.map(Vec::from), 1e-15);
-    close(
+    assert_close(&upright.a, &a.map(Vec::from), 1e-15);
+    assert_close(
         &upright.b,
         &[[0.0], [0.0], [by_force], [turned]].map(Vec::from),
         1e-15,
@@ -92,8 +92,8 @@ fn a_cart_pole_by_hand() {
         [0.0; 4],
         [0.0; 4],
     ];
-    close(&upright.c, &c.map(Vec::from), 1e-15);
-    close(
+    assert_close(&upright.c, &c.map(Vec::from), 1e-15);
+    assert_close(
         &upright.d,
         &[[0.0], [0.0], [by_force], [0.0], [0.0]].map(Vec::from),
         1e-15,
@@ -101,7 +101,7 @@ fn a_cart_pole_by_hand() {
     assert_eq!(states(&upright), ["x", "theta", "v_x", "v_theta"]);
     assert_eq!(upright.states[3].unit(), Some("rad/s"));
     assert_eq!(upright.outputs[2].unit(), Some("m/s²"));
-    close(
+    assert_close(
         &[upright.measured],
         &[vec![0.2, 0.0, 0.0, 0.7, mass * gravity * length]],
         1e-15,
@@ -178,13 +178,13 @@ fn a_pendulum_in_cartesian_coordinates_is_the_one_in_its_angle() {
     let expected = model(&angle, &[theta], &[rate]);
     // v = Mᵀ δv: with the direction e of the circle, e · d/dt(l ω e(θ)) = l ω′, whose derivative along e(θ₀) has −l ω² · δθ besides
     let curved = [[0.0, 1.0], [expected.a[1][0] - rate * rate, 0.0]];
-    close(&moving.a, &curved.map(Vec::from), 1e-14);
+    assert_close(&moving.a, &curved.map(Vec::from), 1e-14);
     // by the length: with the same way along the tangent, the angle is another one
     let reference = OperatingPoint::new(&plane, at(&[0.0, -length], &[0.0, 0.0]))
         .outputs(["y"])
         .continuous()
         .unwrap();
-    close(&reference.d, &[vec![-1.0, 0.0]], 1e-15);
+    assert_close(&reference.d, &[vec![-1.0, 0.0]], 1e-15);
 }
 
 #[test]
@@ -209,7 +209,7 @@ fn a_sleigh_by_hand() {
         [0.0; 5],
         [0.0, 0.0, 0.0, 0.0, rate],
     ];
-    close(&straight.a, &expected.map(Vec::from), 1e-14);
+    assert_close(&straight.a, &expected.map(Vec::from), 1e-14);
     // turned by an angle, the eigenvalues stay
     let turned: f64 = 0.9;
     let turned = model(
@@ -223,7 +223,7 @@ fn a_sleigh_by_hand() {
         .continuous()
         .unwrap()
         .drift;
-    close(
+    assert_close(
         &[drift],
         &[vec![speed, 0.0, 0.5, offset * 0.25, rate * 0.5]],
         1e-14,
@@ -253,10 +253,10 @@ fn a_law_of_second_order_about_its_target() {
         [0.0, gravity + length * spring, 0.0, length * brake],
         [0.0, -spring, 0.0, -brake],
     ];
-    close(&found.a, &expected.map(Vec::from), 1e-14);
+    assert_close(&found.a, &expected.map(Vec::from), 1e-14);
     // the motor's force, (M + m) x″ + m l θ″, is the law
     let force = |column: usize| 1.8 * expected[2][column] + 0.21 * expected[3][column];
-    close(&found.c, &[(0..4).map(force).collect(), vec![0.0; 4]], 1e-14);
+    assert_close(&found.c, &[(0..4).map(force).collect(), vec![0.0; 4]], 1e-14);
     let eigenvalues = found.eigenvalues().unwrap();
     assert!((eigenvalues[2][0] + damping * omega).abs() < 1e-14);
     assert!((eigenvalues[2][1] - omega * (1.0 - damping * damping).sqrt()).abs() < 1e-13);
@@ -275,7 +275,7 @@ fn a_law_of_second_order_about_its_target() {
         ))
     };
     let divided = model(&lyapunov("branch = divide(dot(theta));"), &[0.0; 2], &[0.0; 2]);
-    close(&divided.a, &expected.map(Vec::from), 1e-14);
+    assert_close(&divided.a, &expected.map(Vec::from), 1e-14);
     let plain = lyapunov("");
     let refused = OperatingPoint::new(&plain, at(&[0.0; 2], &[0.0; 2])).continuous();
     assert!(
@@ -337,18 +337,22 @@ fn corners_are_refused_and_smooth_pieces_are_not() {
 fn what_cannot_be_had_says_why() {
     let system = read(CART_POLE);
     let point = || OperatingPoint::new(&system, at(&[0.0; 2], &[0.0; 2]));
-    let told = |result: Result<LinearModel, LinearizationError>| result.unwrap_err().to_string();
+    let message = |result: Result<LinearModel, LinearizationError>| result.unwrap_err().to_string();
     assert_eq!(
-        told(point().inputs(["torque"]).continuous()),
+        message(point().inputs(["torque"]).continuous()),
         "no parameter is called `torque`, so it is no input; expected `cart`, `mass`, `length`, `gravity`, `force` or `damping`"
     );
     assert!(
-        told(point().outputs(["phi"]).continuous()).contains("expected `x`, `theta`, `height` or `energy`")
+        message(point().outputs(["phi"]).continuous())
+            .contains("expected `x`, `theta`, `height` or `energy`")
     );
-    assert_eq!(told(point().outputs(["x", "x"]).step(0.1)), "`x` is named twice");
-    assert!(told(point().step(0.0)).contains("the step h = 0"));
+    assert_eq!(
+        message(point().outputs(["x", "x"]).step(0.1)),
+        "`x` is named twice"
+    );
+    assert!(message(point().step(0.0)).contains("the step h = 0"));
     let short = OperatingPoint::new(&system, at(&[0.0], &[0.0])).continuous();
-    assert!(told(short).contains("q0 has 1 components"));
+    assert!(message(short).contains("q0 has 1 components"));
     let rod = read(
         "coordinates(x, y);
          lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;

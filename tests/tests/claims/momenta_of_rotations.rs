@@ -37,7 +37,7 @@ fn of_leg(q: &[f64], d: &[f64], h: f64) -> [f64; 4] {
 
 /// The largest changes of the legs' momenta, and of the nodes' momenta from the exact ones in the first and
 /// the second half of the run.
-fn kept(h: f64) -> [f64; 3] {
+fn momentum_changes(h: f64) -> [f64; 3] {
     const UNTIL: f64 = 200.0;
     let text = Text::parse("body", TEXT).unwrap();
     let start = AnyStart::second_order(&[1.0, 0.0, 0.0, 0.0, 0.0], &[0.6, -0.3, 1.2, 4.0]);
@@ -67,7 +67,7 @@ fn kept(h: f64) -> [f64; 3] {
 
 #[test]
 fn those_of_legs_are_kept_to_rounding_and_those_of_nodes_do_not_drift() {
-    let [coarse, fine] = [0.04, 0.02].map(kept);
+    let [coarse, fine] = [0.04, 0.02].map(momentum_changes);
     println!("{coarse:?} {fine:?}");
     for [leg, early, late] in [coarse, fine] {
         assert!(leg < 1e-12, "{leg:e}");

@@ -36,7 +36,7 @@ const FIRST_OF_MANY: usize = 7;
 
 /// The end of the motion of an oscillator of stiffness `k`, with such a force, narrow in space or in time: by
 /// DOP853.
-fn by_others(shape: Shape, [height, at, width, k]: [f64; 4], is_in_time: bool) -> [f64; 2] {
+fn reference_end(shape: Shape, [height, at, width, k]: [f64; 4], is_in_time: bool) -> [f64; 2] {
     let rate = |t: f64, [x, v]: [f64; 2]| {
         let u = (if is_in_time { t } else { x } - at) / width;
         [v, -k * x + height * (shape.1)(u)]
@@ -75,7 +75,7 @@ fn what_is_narrow_is_met_whatever_the_tolerance() {
         let (at, k) = if is_in_time { (4.0 * at, k) } else { (at, 0.2 * k) };
         // a push of about the momentum 1/5, or a place that changes the energy by about a tenth for a while
         let scene = [if is_in_time { 0.1 / width } else { -0.03 / width }, at, width, k];
-        let reference = by_others(SHAPES[shape], scene, is_in_time);
+        let reference = reference_end(SHAPES[shape], scene, is_in_time);
         for tolerance in [1e-6, 1e-9, 1e-12] {
             let found = by_series(SHAPES[shape], scene, is_in_time, tolerance);
             let error = (found[0] - reference[0])

@@ -42,7 +42,7 @@ impl Expression {
 }
 
 /// A function that jumps in time or space, or is smooth.
-fn inner(kind: usize, [a, b]: [f64; 2]) -> Expression {
+fn piece(kind: usize, [a, b]: [f64; 2]) -> Expression {
     match kind {
         0 => Expression::new(
             format!("(if ({a:?} * t + {b:?}).sin() > 0 {{ 1.0 }} else {{ -0.6 }})"),
@@ -69,7 +69,7 @@ fn inner(kind: usize, [a, b]: [f64; 2]) -> Expression {
 }
 
 /// A limit, an absolute value, a comparison or a maximum of two expressions.
-fn outer(kind: usize, one: Expression, other: Expression, [c, d]: [f64; 2]) -> Expression {
+fn piece_of_pieces(kind: usize, one: Expression, other: Expression, [c, d]: [f64; 2]) -> Expression {
     let (text, also) = (one.text, other.text);
     let (one, other) = (one.value, other.value);
     match kind {
@@ -121,7 +121,7 @@ fn step(force: &Expression, t: f64, [x, v]: [f64; 2], h: f64) -> ([f64; 2], bool
 
 /// The end of the motion, with steps halved until only steps shorter than rounding cross a change of sides;
 /// `None` where it slides along one.
-fn by_others(force: &Expression) -> Option<[f64; 2]> {
+fn reference_end(force: &Expression) -> Option<[f64; 2]> {
     let (mut t, mut state, mut h, mut steps) = (0.0, [0.5, 0.2], 1e-3_f64, 0);
     while t < 4.0 {
         steps += 1;
@@ -147,13 +147,13 @@ fn pieces_within_pieces_are_those_of_their_arguments() {
     let inners = || (0..4_usize, numbers());
     let draws = (outers(), outers(), inners(), inners(), inners());
     draws::test(60, 32, draws, &|(first, second, one, other, third)| {
-        let within = outer(first.0, inner(one.0, one.1), inner(other.0, other.1), first.1);
-        let force = outer(second.0, within, inner(third.0, third.1), second.1);
+        let within = piece_of_pieces(first.0, piece(one.0, one.1), piece(other.0, other.1), first.1);
+        let force = piece_of_pieces(second.0, within, piece(third.0, third.1), second.1);
         let text = format!(
             "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; external_forces = {} - 0.3 * dot(x);",
             force.text
         );
-        let Some(reference) = by_others(&force) else {
+        let Some(reference) = reference_end(&force) else {
             return Ok(());
         };
         let text_of = Text::parse("nested", &text).unwrap();

@@ -16,8 +16,8 @@ fn no_ensemble_passes_a_mass_that_vanishes_wherever_the_nodes_lie() {
             let starts = (0..count).map(|k| AnyStart::second_order(&[0.1 * f64::from(k)], &[0.0]));
             let ensemble = AnyEnsemble::of_tape(&text.system, h).unwrap().starts(starts);
             for (place, end) in ensemble.to(2.0).into_iter().enumerate() {
-                let told = end.unwrap_err().to_string();
-                assert!(told.contains("singular"), "{h} {count} {place}: {told}");
+                let message = end.unwrap_err().to_string();
+                assert!(message.contains("singular"), "{h} {count} {place}: {message}");
             }
         }
     }

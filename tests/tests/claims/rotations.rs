@@ -126,7 +126,7 @@ impl Motion {
 
     /// Checks the errors of position and velocity of a declaration's step, for a step and its halves.
     #[track_caller]
-    fn holds(&self, text: &str, h: f64, positions: [f64; 4], velocities: [f64; 4]) {
+    fn assert_errors(&self, text: &str, h: f64, positions: [f64; 4], velocities: [f64; 4]) {
         let text = Text::parse("body", text).unwrap_or_else(|error| panic!("{error}"));
         let v0 = [&[0.0], self.v0.as_slice()].concat();
         let start = AnyStart::second_order(&self.q0, &v0);
@@ -203,14 +203,14 @@ fn a_heavy_top() {
     let motion = heavy_top(5.0);
     // the differences of the paper's map from the trapezoid telescope
     for maps in ["", "phi_lagrangian = paper;", "phi_lagrangian = trapezoid;"] {
-        motion.holds(
+        motion.assert_errors(
             &of_heavy_top(maps),
             0.1,
             [2.38e-3, 5.90e-4, 1.47e-4, 3.66e-5],
             [7.02e-3, 1.76e-3, 4.39e-4, 1.10e-4],
         );
     }
-    motion.holds(
+    motion.assert_errors(
         &of_heavy_top("phi_lagrangian = midpoint;"),
         0.1,
         [2.21e-3, 5.40e-4, 1.34e-4, 3.33e-5],
@@ -259,7 +259,7 @@ fn suslovs_problem() {
              phi_lagrangian = trapezoid;",
             written(&SUSLOV)
         );
-        motion.holds(&text, 0.1, positions, velocities);
+        motion.assert_errors(&text, 0.1, positions, velocities);
     }
 }
 
@@ -322,7 +322,7 @@ pub(crate) fn lyapunov(until: f64) -> (Motion, String) {
 #[test]
 fn a_satellite_under_a_lyapunov_row() {
     let (motion, text) = lyapunov(0.75);
-    motion.holds(
+    motion.assert_errors(
         &text,
         0.025,
         [8.33e-4, 2.08e-4, 5.21e-5, 1.30e-5],
@@ -343,7 +343,7 @@ fn a_satellite_under_three_rows() {
         "kinematic = inertia * dot(w) + e + damping * w;
          constraint_forces = each(0..3, |i| (0, |j| if i == j { 1 } else { 0 }));",
     );
-    motion.holds(
+    motion.assert_errors(
         &text,
         0.1,
         [3.20e-2, 8.05e-3, 2.02e-3, 5.06e-4],
@@ -383,19 +383,19 @@ fn a_body_in_a_fluid() {
     let (motion, body) = fluid();
     let text = |maps: &str| format!("{body} {maps}");
     // the mass varies with the rotation: the default is the midpoint, and the paper's map is of order 1
-    motion.holds(
+    motion.assert_errors(
         &text(""),
         0.1,
         [1.43e-2, 3.65e-3, 9.20e-4, 2.31e-4],
         [3.61e-2, 9.14e-3, 2.30e-3, 5.77e-4],
     );
-    motion.holds(
+    motion.assert_errors(
         &text("phi_lagrangian = trapezoid;"),
         0.1,
         [1.22e-2, 3.17e-3, 8.09e-4, 2.04e-4],
         [3.56e-2, 9.08e-3, 2.30e-3, 5.77e-4],
     );
-    motion.holds(
+    motion.assert_errors(
         &text("phi_lagrangian = paper;"),
         0.1,
         [1.03e-1, 4.76e-2, 2.29e-2, 1.12e-2],
@@ -451,7 +451,7 @@ fn a_ball_on_a_turntable() {
          lagrangian = inertia * o.norm_squared() / 2 + mass * dot(x).norm_squared() / 2;
          nonholonomic = dot(x) + radius * [-o[1], o[0]] + turn * [x[1], -x[0]];"
     );
-    motion.holds(
+    motion.assert_errors(
         &text,
         0.1,
         [3.57e-3, 8.58e-4, 2.12e-4, 5.29e-5],
@@ -531,13 +531,13 @@ fn a_disk_that_rolls() {
              {rows}"
         )
     };
-    motion.holds(
+    motion.assert_errors(
         &text("nonholonomic = slip;"),
         0.04,
         [2.16e-3, 5.57e-4, 1.42e-4, 3.59e-5],
         [1.75e-2, 4.32e-3, 1.08e-3, 2.69e-4],
     );
-    motion.holds(
+    motion.assert_errors(
         &text("nonholonomic = [slip[0], slip[1]]; holonomic = x[2] - radius * n;"),
         0.04,
         [2.84e-3, 7.28e-4, 1.85e-4, 4.65e-5],

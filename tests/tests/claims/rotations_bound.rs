@@ -22,7 +22,7 @@ const ARM: Vector = [0.2, 0.1, 1.0];
 const MASS: f64 = 0.7;
 
 /// Its motion by Euler's equations about the point.
-fn held(until: f64) -> Motion {
+fn motion_about_point(until: f64) -> Motion {
     let square = dot(ARM, ARM);
     let about: [Vector; 3] = [0, 1, 2].map(|i| {
         [0, 1, 2].map(|j| {
@@ -54,7 +54,7 @@ fn with_zero(v: &[f64]) -> Vec<f64> {
 #[test]
 fn a_body_on_a_point_is_followed_by_its_series() {
     let text = Text::parse("held", HELD).unwrap_or_else(|error| panic!("{error}"));
-    let motion = held(20.0);
+    let motion = motion_about_point(20.0);
     let start = AnyStart::second_order(&motion.q0, &with_zero(&motion.v0));
     for tolerance in [1e-8, 1e-12, 1e-15] {
         let mut flow = AnyTaylorFlow::of_tape(&text.system, &start, Tolerance::relative(tolerance)).unwrap();
@@ -105,7 +105,7 @@ fn a_compiled_system_has_the_bits_of_its_text_under_constraints_too() {
         arm: ARM,
         mass: MASS,
     };
-    let motion = held(2.0);
+    let motion = motion_about_point(2.0);
     let (q0, v0): ([f64; 7], [f64; 7]) = (joined(&[&motion.q0]), joined(&[&[0.0], &motion.v0]));
     // off the constraint, in attitude and in position
     let mut off = q0;
@@ -237,14 +237,14 @@ fn a_row_that_has_no_gradient_where_it_holds_is_named() {
     .unwrap()
     .system;
     let start = AnyStart::second_order(&unit([1.0, 0.0, 0.05, 0.2]), &[1.0, 0.0, 0.0]).projected();
-    let told = match AnyFlow::new(&link, 0.01, &start) {
+    let message = match AnyFlow::new(&link, 0.01, &start) {
         Ok(mut flow) => flow.run_mut().to(1.0).unwrap_err().to_string(),
         Err(error) => error.to_string(),
     };
     assert!(
-        told.contains("holonomic constraint 1 has no gradient at q1, where it holds")
-            && told.contains("two rows for an axis"),
-        "{told}"
+        message.contains("holonomic constraint 1 has no gradient at q1, where it holds")
+            && message.contains("two rows for an axis"),
+        "{message}"
     );
 }
 

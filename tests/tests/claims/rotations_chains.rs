@@ -118,7 +118,7 @@ impl Chain {
                 }
             }
         }
-        let solution = solved(equations);
+        let solution = solution(equations);
         let mut rates = [0.0; S];
         for (i, (q, w)) in states.into_iter().enumerate() {
             rates[NUMBERS * i..NUMBERS * i + 4].copy_from_slice(&rate(q, w));
@@ -174,7 +174,7 @@ impl Chain {
 }
 
 /// The solution of linear equations, by elimination with pivots; the right-hand sides are the last columns.
-fn solved(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
+fn solution(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
     let count = rows.len();
     for pivot in 0..count {
         let largest = (pivot..count).max_by(|&i, &j| rows[i][pivot].abs().total_cmp(&rows[j][pivot].abs()));
@@ -269,7 +269,7 @@ fn declared(count: usize, has_places: bool) -> Text {
 
 /// Mass, moments of inertia, a matrix whose squares are added to these, joints, attitude and angular
 /// velocity.
-type Drawn = (f64, Vector, Matrix, [Vector; 2], ([f64; 4], Vector));
+type RandomBody = (f64, Vector, Matrix, [Vector; 2], ([f64; 4], Vector));
 
 /// Chains of so many bodies.
 fn chains(count: usize) -> BoxedStrategy<Chain> {
@@ -282,7 +282,7 @@ fn chains(count: usize) -> BoxedStrategy<Chain> {
         prop::array::uniform2(vector()),
         (prop::array::uniform4(number()), vector()),
     );
-    let body = body.prop_map(|(mass, moments, lever, joints, (q, w)): Drawn| {
+    let body = body.prop_map(|(mass, moments, lever, joints, (q, w)): RandomBody| {
         // the inertia of masses at a distance: the squares of a matrix, and a least value
         let inertia = [0, 1, 2].map(|i| {
             [0, 1, 2].map(|j| {
@@ -331,7 +331,7 @@ fn distance(node: &OwnedNode, known: &[([f64; 4], Vector)], apart: usize) -> f64
 }
 
 /// Checks random chains of this length against their equations.
-fn hold<const S: usize>(cases: u32, has_places: bool) {
+fn assert_agreement<const S: usize>(cases: u32, has_places: bool) {
     const UNTIL: f64 = 0.5;
     let count = S / NUMBERS;
     let text = declared(count, has_places);
@@ -368,15 +368,15 @@ fn hold<const S: usize>(cases: u32, has_places: bool) {
 
 #[test]
 fn chains_of_attitudes_move_as_newton_and_euler_say() {
-    hold::<7>(10, false);
-    hold::<14>(10, false);
-    hold::<21>(5, false);
+    assert_agreement::<7>(10, false);
+    assert_agreement::<14>(10, false);
+    assert_agreement::<21>(5, false);
 }
 
 #[test]
 fn chains_with_joints_as_constraints_move_as_newton_and_euler_say() {
-    hold::<7>(5, true);
-    hold::<14>(8, true);
-    hold::<21>(8, true);
-    hold::<28>(4, true);
+    assert_agreement::<7>(5, true);
+    assert_agreement::<14>(8, true);
+    assert_agreement::<21>(8, true);
+    assert_agreement::<28>(4, true);
 }

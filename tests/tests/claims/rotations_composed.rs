@@ -30,7 +30,7 @@ fn last(text: &Text, motion: &Motion, h: f64, method: Composition) -> Vec<f64> {
 
 /// Checks the errors of compositions, where these are above rounding.
 #[track_caller]
-fn holds(text: &str, motion: &Motion, h: f64, all: Errors<'_>) {
+fn assert_errors(text: &str, motion: &Motion, h: f64, all: Errors<'_>) {
     let text = Text::parse("body", text).unwrap_or_else(|error| panic!("{error}"));
     let kernel: &dyn dsocs_core::Kernel = &text.system;
     assert_eq!(kernel.shape().symmetry, Symmetry::Momenta);
@@ -63,7 +63,7 @@ fn a_heavy_top() {
     let motion = heavy_top(2.0);
     // with the paper's map the legs of the trapezoid are taken
     for maps in ["", "phi_lagrangian = trapezoid;"] {
-        holds(
+        assert_errors(
             &of_heavy_top(maps),
             &motion,
             0.2,
@@ -90,7 +90,7 @@ fn a_satellite() {
          constraint_forces = each(0..3, |i| (0, |j| if i == j { 1 } else { 0 }));
          phi_lagrangian = trapezoid;",
     );
-    holds(
+    assert_errors(
         &text,
         &motion,
         0.4,
@@ -105,7 +105,7 @@ fn a_satellite() {
 #[test]
 fn a_satellite_under_a_lyapunov_row() {
     let (motion, text) = lyapunov(0.5);
-    holds(
+    assert_errors(
         &text,
         &motion,
         0.1,

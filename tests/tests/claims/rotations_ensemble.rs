@@ -40,7 +40,7 @@ fn starts() -> Vec<([f64; 5], [f64; 5])> {
 }
 
 /// The largest distance of two positions and velocities.
-fn apart(one: [&[f64]; 2], other: [&[f64]; 2]) -> f64 {
+fn distance(one: [&[f64]; 2], other: [&[f64]; 2]) -> f64 {
     let pairs = one.into_iter().flatten().zip(other.into_iter().flatten());
     pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max)
 }
@@ -73,7 +73,7 @@ fn lanes_go_as_flows_do() {
         let mut flow = Flow::new(&own, h, Start::second_order(q0, v0)).unwrap();
         let known = flow.to(until).unwrap();
         let found = &compiled[place];
-        let distance = apart([&found.q, &found.v], [&known.q, &known.v]);
+        let distance = distance([&found.q, &found.v], [&known.q, &known.v]);
         assert!(distance < 1e-10, "{place}: {distance:e}");
         let norm = found.q[1..].iter().map(|q| q * q).sum::<f64>().sqrt();
         assert!((norm - 1.0).abs() <= 2.0 * f64::EPSILON, "{norm}");
@@ -107,7 +107,7 @@ fn inputs_that_are_held_change_in_lanes() {
         let mut node = OwnedNode::new(5);
         node.take(flow.run());
         let (known, found) = (node.any(), ends[place].as_ref().unwrap().any());
-        let distance = apart([found.q, found.v], [known.q, known.v]);
+        let distance = distance([found.q, found.v], [known.q, known.v]);
         assert!(distance < 1e-11, "{place}: {distance:e}");
     }
 }
@@ -138,7 +138,7 @@ fn a_lane_that_turns_too_far_ends_alone() {
                 flow.run_mut().to(15.0).unwrap();
                 let mut known = OwnedNode::new(4);
                 known.take(flow.run());
-                let distance = apart([node.any().q, node.any().v], [known.any().q, known.any().v]);
+                let distance = distance([node.any().q, node.any().v], [known.any().q, known.any().v]);
                 assert!(distance < 1e-9, "{spin}: {distance:e}");
             }
         }
@@ -169,7 +169,7 @@ fn series_in_lanes_go_as_those_of_flows_do() {
         for (start, found) in all().zip(&found) {
             let mut flow = TaylorFlow::new(&top, start, tolerance).unwrap();
             let known = flow.to(10.0).unwrap();
-            let apart = apart([&known.q, &known.v], [&found.q, &found.v]);
+            let apart = distance([&known.q, &known.v], [&found.q, &found.v]);
             assert!(apart < 2e3 * bar, "{apart:e}");
             let norm = found.q[1..].iter().map(|q| q * q).sum::<f64>().sqrt();
             assert!((norm - 1.0).abs() <= 2.0 * f64::EPSILON, "{norm}");

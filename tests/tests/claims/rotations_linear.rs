@@ -42,7 +42,7 @@ fn quaternion(q: &[f64]) -> [f64; 4] {
 }
 
 /// A vector of space in the frame of the body.
-fn seen(q: [f64; 4], v: Vector) -> Vector {
+fn in_body_frame(q: [f64; 4], v: Vector) -> Vector {
     let [w, x, y, z] = q;
     let [_, seen @ ..] = product(product([w, -x, -y, -z], [0.0, v[0], v[1], v[2]]), q);
     seen
@@ -71,7 +71,7 @@ fn turn(from: [f64; 4], to: [f64; 4]) -> Vector {
 }
 
 #[track_caller]
-fn close(found: &[Vec<f64>], expected: &[Vec<f64>], bar: f64) {
+fn assert_close(found: &[Vec<f64>], expected: &[Vec<f64>], bar: f64) {
     assert_eq!(found.len(), expected.len());
     for (i, (found, expected)) in found.iter().zip(expected).enumerate() {
         assert_eq!(found.len(), expected.len());
@@ -103,7 +103,7 @@ fn times(matrix: &[Vector; 3], v: Vector) -> Vector {
 }
 
 /// The solution of `I x = right`, by Cramer's rule.
-fn solved(right: Vector) -> Vector {
+fn solution(right: Vector) -> Vector {
     let column = |j: usize| -> Vector { [0, 1, 2].map(|i| INERTIA[i][j]) };
     let volume =
         |a: Vector, b: Vector, c: Vector| -> f64 { a.iter().zip(cross(b, c)).map(|(x, y)| x * y).sum() };
@@ -143,7 +143,7 @@ fn a_heavy_top_in_motion_has_the_model_by_hand() {
         assert_eq!(unit_of(name), (&*meaning, Some(unit)));
     }
     // I dω' = I dω × ω + I ω × dω - m c × (Γ × ξ) - drag dω, and ξ' = dω + ξ × ω
-    let vertical = seen(q, [0.0, 0.0, 1.0]);
+    let vertical = in_body_frame(q, [0.0, 0.0, 1.0]);
     let acceleration = |turn: Vector, spin: Vector| -> Vector {
         let weight = cross(ARM, cross(vertical, turn)).map(|x| -MASS * x);
         let gyro = [
@@ -151,7 +151,7 @@ fn a_heavy_top_in_motion_has_the_model_by_hand() {
             cross(times(&INERTIA, w), spin),
             spin.map(|x| -DRAG * x),
         ];
-        solved([0, 1, 2].map(|i| weight[i] + gyro[0][i] + gyro[1][i] + gyro[2][i]))
+        solution([0, 1, 2].map(|i| weight[i] + gyro[0][i] + gyro[1][i] + gyro[2][i]))
     };
     let axis = |k: usize| -> Vector { core::array::from_fn(|i| f64::from(u8::from(i == k))) };
     let columns: Vec<[Vector; 2]> = (0..6)
@@ -168,9 +168,9 @@ fn a_heavy_top_in_motion_has_the_model_by_hand() {
     let a: Vec<Vec<f64>> = (0..6)
         .map(|i| columns.iter().map(|column| column.concat()[i]).collect())
         .collect();
-    close(&model.a, &a, 1e-14);
-    let by_mass = solved(cross(ARM, vertical).map(|x| -x));
-    let by_drag = solved(w.map(|x| -x));
+    assert_close(&model.a, &a, 1e-14);
+    let by_mass = solution(cross(ARM, vertical).map(|x| -x));
+    let by_drag = solution(w.map(|x| -x));
     let b: Vec<Vec<f64>> = (0..6)
         .map(|i| {
             if i < 3 {
@@ -180,7 +180,7 @@ fn a_heavy_top_in_motion_has_the_model_by_hand() {
             }
         })
         .collect();
-    close(&model.b, &b, 1e-14);
+    assert_close(&model.b, &b, 1e-14);
     // the height is c·Γ, the quaternion ½ q∘(0, ξ)
     let height: Vec<f64> = (0..3)
         .map(|k| (0..3).map(|i| ARM[i] * cross(vertical, axis(k))[i]).sum())
@@ -194,13 +194,13 @@ fn a_heavy_top_in_motion_has_the_model_by_hand() {
         vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
         a[5].clone(),
     ];
-    close(&model.c, &c, 1e-14);
+    assert_close(&model.c, &c, 1e-14);
     let drift: Vec<f64> = w
         .iter()
         .copied()
         .chain(model.point.any().a[1..].iter().copied())
         .collect();
-    close(core::slice::from_ref(&model.drift), &[drift], 1e-15);
+    assert_close(core::slice::from_ref(&model.drift), &[drift], 1e-15);
     // a controller multiplies the turn from the operating point, whatever the sign of the quaternion
     let there = turned(q, [1e-3, -2e-3, 5e-4]).map(|x| -x);
     let state = model.state(&there, &[0.0, 0.7, -0.3, 2.0]);
@@ -372,7 +372,7 @@ fn moved(rotation: usize, q: &[f64], place: usize, by: f64) -> Vec<f64> {
 }
 
 /// The difference of two states in minimal coordinates.
-fn apart(rotation: usize, [q, v]: &[Vec<f64>; 2], [p, w]: &[Vec<f64>; 2]) -> Vec<f64> {
+fn state_difference(rotation: usize, [q, v]: &[Vec<f64>; 2], [p, w]: &[Vec<f64>; 2]) -> Vec<f64> {
     let n = q.len();
     let mut way: Vec<f64> = p.iter().zip(q).map(|(p, q)| p - q).collect();
     let own = turn(quaternion(&q[rotation..]), quaternion(&p[rotation..]));
@@ -404,7 +404,7 @@ fn a_step_has_the_model_of_its_differences() {
             }
             let rests = |first: &Vec<f64>| {
                 let [here, _] = states(&system, h, &[first.clone(), q.clone()]);
-                apart(rotation, &[q.clone(), v.clone()], &here)[n - 1..].to_vec()
+                state_difference(rotation, &[q.clone(), v.clone()], &here)[n - 1..].to_vec()
             };
             for _ in 0..12 {
                 let rest = rests(&first);
@@ -434,8 +434,8 @@ fn a_step_has_the_model_of_its_differences() {
                     let shift = 1e-3;
                     let [far, near, back, behind] = [2.0, 1.0, -1.0, -2.0].map(|k| at(k * shift));
                     [0, 1].map(|node| {
-                        let wide = apart(rotation, &behind[node], &far[node]);
-                        let narrow = apart(rotation, &back[node], &near[node]);
+                        let wide = state_difference(rotation, &behind[node], &far[node]);
+                        let narrow = state_difference(rotation, &back[node], &near[node]);
                         let both = narrow.iter().zip(&wide);
                         both.map(|(narrow, wide)| (8.0 * narrow - wide) / (12.0 * shift))
                             .collect()
@@ -452,7 +452,7 @@ fn a_step_has_the_model_of_its_differences() {
                 }
             }
             let [here, there] = states(&system, h, &nodes);
-            for (found, expected) in model.drift.iter().zip(apart(rotation, &here, &there)) {
+            for (found, expected) in model.drift.iter().zip(state_difference(rotation, &here, &there)) {
                 // by the map of increments, which is exact up to its fifth power
                 assert!((found - expected).abs() < 1e-6, "{found} {expected}");
             }
@@ -613,7 +613,7 @@ fn a_body_in_springs_rests_where_they_are_short() {
     let mut torque = [0.0; 3];
     for (k, size) in pulls.into_iter().enumerate() {
         let axis: Vector = core::array::from_fn(|i| f64::from(u8::from(i == k)));
-        let pull = cross(axis, seen(own, axis)).map(|x| size * x);
+        let pull = cross(axis, in_body_frame(own, axis)).map(|x| size * x);
         torque = [0, 1, 2].map(|i| torque[i] - pull[i]);
     }
     for (found, torque) in held.parameters[3..].iter().zip(torque) {
@@ -651,7 +651,7 @@ fn a_top_hangs_in_all_directions() {
         (&found.equilibria[0], -1.0, Stability::Undecided),
         (&found.equilibria[1], 1.0, Stability::Unstable),
     ] {
-        let vertical = seen(quaternion(&found.q), [0.0, 0.0, 1.0]);
+        let vertical = in_body_frame(quaternion(&found.q), [0.0, 0.0, 1.0]);
         for k in 0..3 {
             assert!((vertical[k] - sign * ARM[k] / length).abs() < 1e-12);
         }
@@ -690,11 +690,11 @@ fn what_has_no_derivative_at_rest_is_named() {
         Ok(flow) => (flow as &mut dyn Run).to(0.1).unwrap_err().to_string(),
         Err(error) => error.to_string(),
     };
-    for told in [linear.to_string(), series] {
+    for message in [linear.to_string(), series] {
         assert!(
-            told.contains("dot(x_0).powi(2)")
-                && told.contains(".sqrt()` has no derivative there (dot(x_0) = 0"),
-            "{told}"
+            message.contains("dot(x_0).powi(2)")
+                && message.contains(".sqrt()` has no derivative there (dot(x_0) = 0"),
+            "{message}"
         );
     }
     assert!(OperatingPoint::new(&body, start(0.1)).continuous().is_ok());

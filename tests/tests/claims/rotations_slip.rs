@@ -98,7 +98,12 @@ impl Top {
     /// Checks that the errors of the step at the end of a motion are of order 2, wherever events lie within
     /// steps.
     #[track_caller]
-    fn holds(&self, force: &str, until: f64, (least, bound): (usize, f64)) -> Vec<Option<Unresolved>> {
+    fn assert_second_order(
+        &self,
+        force: &str,
+        until: f64,
+        (least, bound): (usize, f64),
+    ) -> Vec<Option<Unresolved>> {
         let y0: [f64; 7] = joined(&[&unit([1.0, 0.3, -0.4, 0.2]), &[0.6, -0.3, 2.0]]);
         let (end, events) = self.motion(y0, until);
         println!("{events:?}");
@@ -114,7 +119,7 @@ impl Top {
         let text = Text::parse("top", &text).unwrap_or_else(|error| panic!("{error}"));
         let start = AnyStart::second_order(&y0[..4], &[0.0, y0[4], y0[5], y0[6]]);
         let steps = (0..6).map(|halvings| 0.02 * 0.5_f64.powi(halvings));
-        let told = steps.map(|h| {
+        let jumps = steps.map(|h| {
             let mut flow = AnyFlow::new(&text.system, h, &start).unwrap();
             flow.run_mut().to(until).unwrap();
             let mut node = OwnedNode::new(4);
@@ -134,7 +139,7 @@ impl Top {
             assert!(apart < bound * h * h, "{h}: {apart:e}");
             flow.run().unresolved()
         });
-        let told = told.collect();
+        let jumps = jumps.collect();
         // and the series follows the motion, to the accuracy of the holding friction here
         for tolerance in [1e-7, 1e-10, 1e-14] {
             let mut flow =
@@ -153,7 +158,7 @@ impl Top {
             let norm = node.q.iter().map(|q| q * q).sum::<f64>().sqrt();
             assert!((norm - 1.0).abs() <= 2.0 * f64::EPSILON, "{norm}");
         }
-        told
+        jumps
     }
 }
 
@@ -165,7 +170,7 @@ fn a_slip_that_turns_round() {
             lever: |q| cross(ARM, matrix(q)[0]),
             friction,
         };
-        let told = top.holds(
+        let jumps = top.assert_second_order(
             "let slip = (r * w.cross(arm))[0];
              external_forces = arm.cross(r.inverse() * [-friction * slip.signum(), 0, 0]);",
             3.0,
@@ -173,8 +178,10 @@ fn a_slip_that_turns_round() {
         );
         // and each run reports the jump of the force
         assert!(
-            told.iter().all(|told| told.is_some_and(|told| told.steps >= 2)),
-            "{told:?}"
+            jumps
+                .iter()
+                .all(|jumps| jumps.is_some_and(|jumps| jumps.steps >= 2)),
+            "{jumps:?}"
         );
     }
 }
@@ -195,10 +202,10 @@ fn a_slip_that_only_changes_its_sign_is_told() {
         let mut flow = AnyFlow::new(&text.system, h, &start).unwrap();
         flow.run_mut().to(2.6).unwrap();
         // the slip passes zero at 2.2009
-        let told = flow.run().unresolved().expect("a jump");
+        let jumps = flow.run().unresolved().expect("a jump");
         assert!(
-            told.steps == 1 && (told.first - 2.2009).abs() < h,
-            "{h}: {told:?}"
+            jumps.steps == 1 && (jumps.first - 2.2009).abs() < h,
+            "{h}: {jumps:?}"
         );
     }
 }
@@ -210,7 +217,7 @@ fn a_slip_about_a_vertical_axis_is_held_and_let_go() {
         lever: |q| matrix(q)[2],
         friction: 0.8,
     };
-    top.holds(
+    top.assert_second_order(
         "let turn = r.inverse() * [0, 0, 1];
          external_forces = -friction * w.inner(turn).signum() * turn;",
         6.0,

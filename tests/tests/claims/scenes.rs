@@ -4,7 +4,7 @@
 
 use dsocs_core::{Start, Stepper as _, System, dsocs};
 use dsocs_tests::declared;
-use dsocs_tests::scenes::hold::{Found, hold};
+use dsocs_tests::scenes::compare::{Comparison, compare};
 use dsocs_tests::scenes::random::{Case, Random, linkage, robot, train, tree};
 use dsocs_tests::scenes::scene::{Law, Map, Scene, Spring};
 use dsocs_tests::text;
@@ -276,13 +276,13 @@ fn angles(scene: &Scene, random: &mut Random) -> Option<Case> {
 /// Draws scenes of one kind and compares a declaration with the reference in each.
 fn all<S: System<N>, const N: usize>(name: &str, count: u64, draw: Draw, declared: fn(&Scene) -> S) {
     let mut defects = Vec::new();
-    let mut worst = Found::default();
+    let mut worst = Comparison::default();
     let (mut held, mut ambiguous) = (0, 0);
     for seed in 0..count {
         let mut random = Random::new(seed + 1);
         let Some(case) = draw(&mut random) else { continue };
         held += 1;
-        let found = hold(&declared(&case.scene), &case, STEPS, seed);
+        let found = compare(&declared(&case.scene), &case, STEPS, seed);
         println!("{name} {seed}: {found:?}");
         worst.join(&found);
         ambiguous += u64::from(found.is_ambiguous());
@@ -330,7 +330,7 @@ fn servos() {
 fn servos_between_a_heavy_and_a_light_arm() {
     for seed in [21, 43] {
         let case = moved(false, &mut Random::new(seed + 1)).unwrap();
-        let found = hold(&Servo::new(&case.scene), &case, STEPS, seed);
+        let found = compare(&Servo::new(&case.scene), &case, STEPS, seed);
         println!("{found:?}");
         assert!(found.wrong().is_empty(), "{found:?}");
     }
@@ -356,7 +356,7 @@ fn joints_that_are_parameters() {
 #[test]
 fn a_far_root_is_not_taken_where_the_determinant_departs() {
     let case = dsocs_tests::scenes::text::case(14, 9).unwrap();
-    let found = hold(&Whip::new(&case.scene), &case, STEPS, 9);
+    let found = compare(&Whip::new(&case.scene), &case, STEPS, 9);
     println!("{found:?}");
     assert!(found.wrong().is_empty() && found.steps > 68, "{found:?}");
 }

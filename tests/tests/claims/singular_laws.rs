@@ -163,7 +163,7 @@ impl Law {
 
     /// Times and determinants along the motion up to its end: at a singularity, whose time is returned, or
     /// where it leaves the neighbourhood.
-    fn followed(&self, mut state: State) -> (Vec<[f64; 2]>, Option<f64>) {
+    fn determinants(&self, mut state: State) -> (Vec<[f64; 2]>, Option<f64>) {
         let first = self.acceleration(state).1;
         let (mut t, mut h, mut now, mut track) = (0.0, 1e-4_f64, first, vec![[0.0, first]]);
         while t < END {
@@ -215,16 +215,16 @@ fn clearance(track: &[[f64; 2]], h: f64) -> f64 {
 #[derive(Debug, Default)]
 struct Counts {
     ended: u32,
-    told: u32,
+    warned: u32,
     silent: u32,
     regular: u32,
 }
 
-fn counted(laws: u64) -> Counts {
+fn count_runs(laws: u64) -> Counts {
     let mut counts = Counts::default();
     for seed in 0..laws {
         let (law, state) = Law::drawn(&mut Random::new(seed));
-        let (track, singular) = law.followed(state);
+        let (track, singular) = law.determinants(state);
         let last = track.last().unwrap()[0];
         for h in [0.043, 0.021, 0.0131, 0.0047, 0.0011] {
             let Ok(mut flow) = Flow::new(&law, h, Start::second_order(state[0], state[1])) else {
@@ -234,16 +234,16 @@ fn counted(laws: u64) -> Counts {
             // the determinant of the discrete equations differs by order h
             let until = singular.map_or(last, |t| t + 40.0 * h);
             let ran = flow.to(until.min(END)).map(drop);
-            let told: Option<NearlySingular> = flow.nearly_singular();
+            let warning: Option<NearlySingular> = flow.nearly_singular();
             match (singular, ran) {
                 (Some(_), Err(_)) => counts.ended += 1,
-                (Some(_), Ok(())) if told.is_some() => counts.told += 1,
+                (Some(_), Ok(())) if warning.is_some() => counts.warned += 1,
                 (Some(_), Ok(())) if until < END => counts.silent += 1,
                 (None, ran) if clearance(&track, h) >= 2.0 => {
                     assert!(ran.is_ok(), "seed {seed}, h {h}: {}", ran.unwrap_err());
                     // a warning means that the determinant may pass zero within four steps
                     let is_clear = clearance(&track, h) >= 5.0;
-                    assert!(told.is_none() || !is_clear, "seed {seed}, h {h}: {told:?}");
+                    assert!(warning.is_none() || !is_clear, "seed {seed}, h {h}: {warning:?}");
                     counts.regular += 1;
                 }
                 // between the two limits a warning may come or not
@@ -256,12 +256,12 @@ fn counted(laws: u64) -> Counts {
 
 #[test]
 fn random_laws_are_not_passed_in_silence_where_they_are_singular_nor_refused_where_they_are_not() {
-    let counts = counted(200);
+    let counts = count_runs(200);
     println!("{counts:?}");
     assert_eq!(counts.silent, 0, "{counts:?}");
     assert!(counts.ended > 50 && counts.regular > 500, "{counts:?}");
     // smooth passages, where the quotient has a limit
-    assert!(counts.told < counts.ended / 10, "{counts:?}");
+    assert!(counts.warned < counts.ended / 10, "{counts:?}");
 }
 
 /// A motion whose determinant and right-hand side vanish together may pass where only the discrete
@@ -269,7 +269,7 @@ fn random_laws_are_not_passed_in_silence_where_they_are_singular_nor_refused_whe
 #[test]
 #[ignore = "long: 5000 laws in a minute"]
 fn many_random_laws() {
-    let counts = counted(5000);
+    let counts = count_runs(5000);
     println!("{counts:?}");
     assert!(counts.silent <= 10, "{counts:?}");
 }
@@ -297,16 +297,16 @@ fn a_factor_that_vanishes_is_told_and_the_motion_goes_on() {
         gain: 0.8,
         loss: 0.1,
     };
-    let mut told = 0;
+    let mut warned = 0;
     for h in [0.011, 0.0031, 0.0017] {
         let mut flow = Flow::new(&carts, h, Start::second_order([0.3, -0.2], [0.0, 0.5])).unwrap();
         match flow.to(2.0) {
-            Ok(_) => told += u32::from(flow.nearly_singular().is_some()),
+            Ok(_) => warned += u32::from(flow.nearly_singular().is_some()),
             // two roots meet there, and a run may require a choice
             Err(error) => assert_eq!(error.step_failure(), Some(StepFailure::AmbiguousRoot), "{error}"),
         }
     }
-    assert!(told > 0);
+    assert!(warned > 0);
 }
 
 declared! {
@@ -476,8 +476,8 @@ fn a_change_point_is_told_at_every_tolerance_and_every_step() {
         for h in [0.01, 0.0031, 0.001, 0.00047] {
             let mut flow = Flow::new(&linkage, h, start).unwrap();
             let ran = flow.to(found[0] + 0.3).map(drop);
-            let told = flow.nearly_singular().is_some();
-            assert!(told, "{h}: {ran:?}");
+            let is_warned = flow.nearly_singular().is_some();
+            assert!(is_warned, "{h}: {ran:?}");
             if let Err(error) = ran {
                 assert!(
                     error.to_string().contains("the rank of the constraints is lost"),

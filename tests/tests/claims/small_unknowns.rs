@@ -8,7 +8,7 @@ use dsocs_tests::text::System;
 declared! {
     /// A stiffening spring with deflections of order `size`, and an uncoupled rotor.
     #[derive(Clone, Debug)]
-    struct Beside { size: f64 }
+    struct WithRotor { size: f64 }
     coordinates(x, angle);
     lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 - (x / size).powi(2) * x.powi(2) / 4 + dot(angle).powi(2) / 2;
 }
@@ -32,7 +32,7 @@ fn a_small_unknown_is_as_right_as_it_is_alone() {
     };
     for size in [1.0, 1e-3, 1e-6, 1e-9, 1e-12, 1e-30] {
         for tolerance in [1e-7, 1e-9, 1e-11] {
-            let system = Beside { size };
+            let system = WithRotor { size };
             let start = Start::second_order([size, 0.0], [0.0, 1.0]);
             let mut flow = system.series(start, Tolerance::relative(tolerance)).unwrap();
             flow.to(20.0).unwrap();
@@ -69,7 +69,7 @@ fn what_is_only_rounding_makes_no_short_steps() {
 
 declared! {
     /// A mass at rest until a pulse.
-    struct Waits;
+    struct RestingMass;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     external_forces = if (4 * t).sin() > 0.9 { 20 } else { 0 };
@@ -84,7 +84,7 @@ fn a_mass_at_rest_without_a_force_waits_for_a_pulse() {
     let right = 10.0 * ((1.0 - begin).powi(2) - (1.0 - end).powi(2));
     for tolerance in [1e-6, 1e-9, 1e-12] {
         let start = Start::second_order([0.0], [0.0]);
-        let mut flow = Waits.series(start, Tolerance::relative(tolerance)).unwrap();
+        let mut flow = RestingMass.series(start, Tolerance::relative(tolerance)).unwrap();
         flow.to(1.0).unwrap();
         let found = flow.node().q[0];
         assert!(

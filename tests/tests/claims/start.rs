@@ -10,7 +10,7 @@ use dsocs_tests::closed_form::pendulum::{self, START};
 use dsocs_tests::declared;
 use dsocs_tests::text::Flow;
 
-fn close(found: [f64; 2], expected: [f64; 2], tolerance: f64) {
+fn assert_close(found: [f64; 2], expected: [f64; 2], tolerance: f64) {
     for i in 0..2 {
         assert!(
             (found[i] - expected[i]).abs() <= tolerance * expected[i].abs(),
@@ -24,18 +24,18 @@ fn of_the_particle() {
     let particle = CurvedParticle::default();
     let (q0, v0, h) = ([0.0, 0.0], [1.0, 1.0], 0.1);
     let paper = Flow::new(&particle, h, Start::paper(q0, v0)).unwrap();
-    close(*paper.position(), [0.1, 0.1], 0.0);
+    assert_close(*paper.position(), [0.1, 0.1], 0.0);
 
     // a0 is κ |v| times the velocity, turned to the left
     let mut second = Flow::new(&particle, h, Start::second_order(q0, v0)).unwrap();
-    close(
+    assert_close(
         *second.position(),
         [h - h * h / SQRT_2, h + h * h / SQRT_2],
         4e-16,
     );
     let node = second.next().unwrap().unwrap();
-    close(node.a, [-SQRT_2, SQRT_2], 1e-15);
-    close(node.force, [-SQRT_2, SQRT_2], 1e-15);
+    assert_close(node.a, [-SQRT_2, SQRT_2], 1e-15);
+    assert_close(node.force, [-SQRT_2, SQRT_2], 1e-15);
 }
 
 #[test]
@@ -54,7 +54,7 @@ fn of_the_particle_with_mass_and_curvature() {
     let speed = 5.0_f64.sqrt();
     let a0 = [curvature * speed, 2.0 * curvature * speed];
     let mut flow = Flow::new(&particle, h, Start::second_order(q0, v0)).unwrap();
-    close(
+    assert_close(
         *flow.position(),
         [
             q0[0] + h * v0[0] + h * h / 2.0 * a0[0],
@@ -63,8 +63,8 @@ fn of_the_particle_with_mass_and_curvature() {
         4e-16,
     );
     let node = flow.next().unwrap().unwrap();
-    close(node.a, a0, 1e-14);
-    close(node.force, [3.0 * a0[0], 3.0 * a0[1]], 1e-14);
+    assert_close(node.a, a0, 1e-14);
+    assert_close(node.force, [3.0 * a0[0], 3.0 * a0[1]], 1e-14);
 }
 
 #[test]
@@ -72,11 +72,11 @@ fn of_the_pendulum() {
     let system = InertiaWheelPendulum::default();
     let ((q0, v0), h) = (START, 0.1);
     let paper = Flow::new(&system, h, Start::paper(q0, v0)).unwrap();
-    close(*paper.position(), [0.5, 0.05], 4e-16);
+    assert_close(*paper.position(), [0.5, 0.05], 4e-16);
 
     let a0 = pendulum::acceleration(q0, v0);
     let second = Flow::new(&system, h, Start::second_order(q0, v0)).unwrap();
-    close(
+    assert_close(
         *second.position(),
         [0.5 + h * h / 2.0 * a0[0], 0.05 + h * h / 2.0 * a0[1]],
         1e-13,
@@ -87,8 +87,8 @@ fn of_the_pendulum() {
 fn nodes_are_taken_as_they_are() {
     let particle = CurvedParticle::default();
     let flow = Flow::new(&particle, 0.1, Start::nodes([1e9, 0.0], [1e9 + 0.1, 0.1])).unwrap();
-    close(*flow.position(), [1e9 + 0.1, 0.1], 0.0);
-    close(flow.leg().d, [(1e9 + 0.1) - 1e9, 0.1], 0.0);
+    assert_close(*flow.position(), [1e9 + 0.1, 0.1], 0.0);
+    assert_close(flow.leg().d, [(1e9 + 0.1) - 1e9, 0.1], 0.0);
 }
 
 #[test]
@@ -184,13 +184,13 @@ fn a_step_of_first_order_does_not_rest_where_a_law_says_nothing() {
         ] {
             let refused = Flow::new(&driven, h, start).unwrap_err();
             assert!(matches!(refused, SetupError::Rest { .. }), "{refused}");
-            let told = refused.to_string();
+            let message = refused.to_string();
             for words in [
                 "rest for ever",
                 "kinematic constraint 1 says nothing",
                 "branch = divide",
             ] {
-                assert!(told.contains(words), "{told}");
+                assert!(message.contains(words), "{message}");
             }
         }
         // in equilibrium it rests, whatever the law says

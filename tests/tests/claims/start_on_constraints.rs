@@ -99,12 +99,12 @@ fn all_that_is_violated_is_told() {
     let SetupError::Inconsistent { violations } = &error else {
         panic!("{error:?}");
     };
-    let told: Vec<_> = violations
+    let reported: Vec<_> = violations
         .iter()
         .map(|violation| (violation.constraint, violation.index, violation.at))
         .collect();
     assert_eq!(
-        told,
+        reported,
         [
             ("holonomic constraint", 0, "q0"),
             ("holonomic constraint", 1, "q0"),

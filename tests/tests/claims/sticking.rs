@@ -379,7 +379,7 @@ impl Row {
 }
 
 /// The largest difference of components.
-fn apart<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
+fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
     x.iter().zip(y).fold(0.0, |most, (x, y)| (x - y).abs().max(most))
 }
 
@@ -415,7 +415,7 @@ proptest! {
             let (found, _) = end(&row, start, h, 6.0);
             // each of the few turns without a stop changes the velocity by at most half a step of the
             // friction
-            let error = apart(&found, &exact);
+            let error = distance(&found, &exact);
             prop_assert!(error < 6.0 * h * largest + 1e-3, "{} {:e}: {:?} {:?}", h, error, found, exact);
         }
     }
@@ -457,8 +457,8 @@ fn blocks_in_a_row_stick_alone_and_together() {
     );
     for h in [0.02, 0.01, 0.005] {
         let (found, _) = end(&row, start, h, 12.0);
-        println!("{h}: {:e}", apart(&found, &exact));
-        assert!(apart(&found, &exact) < h, "{found:?} {exact:?}");
+        println!("{h}: {:e}", distance(&found, &exact));
+        assert!(distance(&found, &exact) < h, "{found:?} {exact:?}");
     }
 }
 
@@ -508,7 +508,7 @@ fn joints_of_an_arm_stick_alone_and_together() {
                     [flow.leg().d[0], flow.leg().d[1] - flow.leg().d[0]].map(|d| d.abs() < 1e-13);
                 found[usize::from(shoulder) + 2 * usize::from(elbow)] += 1;
             }
-            let error = apart(flow.position(), &exact);
+            let error = distance(flow.position(), &exact);
             println!("{h}: {error:e}");
             assert!(error < 2.0 * h, "{h}: {error:e} {:?} {exact:?}", flow.position());
         }
@@ -822,7 +822,7 @@ fn lanes_rest_where_flows_do() {
         let node = Flow::new(&row, 0.01, *start).unwrap().to(9.0).unwrap();
         let end = end.unwrap();
         // lanes choose their pivots together: the last bits may differ
-        assert!(apart(&end.q, &node.q) < 1e-14, "{end:?} {node:?}");
+        assert!(distance(&end.q, &node.q) < 1e-14, "{end:?} {node:?}");
         assert_eq!(end.stop, node.stop);
     }
 }

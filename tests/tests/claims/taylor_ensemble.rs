@@ -50,7 +50,7 @@ fn bits<const N: usize>(node: &Node<N>) -> (u64, u64, [[u64; N]; 4]) {
 
 /// Compares each motion with itself alone, in another lane and on other threads (in bits), and with a single
 /// flow (to `far`).
-fn agrees<S: System<N> + Sync, const N: usize>(system: &S, starts: &[Start<N>], until: f64, far: f64) {
+fn compare_lanes<S: System<N> + Sync, const N: usize>(system: &S, starts: &[Start<N>], until: f64, far: f64) {
     let tolerance = Tolerance::relative(1e-11);
     let ensemble = |starts: &[Start<N>]| {
         TaylorEnsemble::new(system, tolerance)
@@ -104,20 +104,20 @@ fn motions_in_lanes_are_those_of_single_flows() {
     let parts: Vec<f64> = (0..11).map(|k| f64::from(k) / 11.0).collect();
     let starts: Vec<_> = parts.iter().map(|&part| pendulum(part)).collect();
     // up to here the pendulum's steep switch is crossed
-    agrees(&InertiaWheelPendulum::default(), &starts, 32.0, 1e-6);
+    compare_lanes(&InertiaWheelPendulum::default(), &starts, 32.0, 1e-6);
     let particle = |&part: &f64| Start::second_order([0.1, part], [0.5 + part, 1.0]).at(part);
     let starts: Vec<_> = parts.iter().map(particle).collect();
-    agrees(&CurvedParticle::default(), &starts, 8.0, 1e-8);
+    compare_lanes(&CurvedParticle::default(), &starts, 8.0, 1e-8);
     let field = CurvedParticle {
         mass: 1.0,
         curvature: Wavy::default(),
     };
-    agrees(&field, &starts, 4.0, 1e-8);
+    compare_lanes(&field, &starts, 4.0, 1e-8);
     let corner = CurvedParticle {
         mass: 1.0,
         curvature: Corner,
     };
-    agrees(&corner, &starts, 3.0, 1e-7);
+    compare_lanes(&corner, &starts, 3.0, 1e-7);
 }
 
 #[test]
@@ -132,14 +132,14 @@ fn constraints_time_and_jumps() {
             Start::second_order([angle.sin(), 0.0, -angle.cos()], [0.0, 1.0, 0.0]).at(0.1 * f64::from(k))
         })
         .collect();
-    agrees(&bead, &starts, 5.0, 1e-7);
+    compare_lanes(&bead, &starts, 5.0, 1e-7);
     let starts: Vec<_> = (0..11)
         .map(|k| Start::second_order([0.1 * f64::from(k)], [1.0]))
         .collect();
-    agrees(&Dry { friction: 0.2 }, &starts, 8.0, 1e-7);
+    compare_lanes(&Dry { friction: 0.2 }, &starts, 8.0, 1e-7);
     // backward in time
     let starts: Vec<_> = (0..9).map(|k| pendulum(0.1 * f64::from(k)).at(3.0)).collect();
-    agrees(&InertiaWheelPendulum::default(), &starts, 1.0, 1e-7);
+    compare_lanes(&InertiaWheelPendulum::default(), &starts, 1.0, 1e-7);
 }
 
 #[test]

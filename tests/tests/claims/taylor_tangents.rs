@@ -63,7 +63,7 @@ fn end<S: System<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f6
 }
 
 /// Compares with central differences.
-fn agrees<S: System<N> + Clone, const N: usize>(
+fn compare_with_differences<S: System<N> + Clone, const N: usize>(
     system: &S,
     q: [f64; N],
     v: [f64; N],
@@ -121,22 +121,22 @@ fn agrees<S: System<N> + Clone, const N: usize>(
 
 #[test]
 fn tangents_are_those_of_central_differences() {
-    agrees(
+    compare_with_differences(
         &RODS,
         [0.4, -0.3],
         [0.5, 1.0],
         2.0,
         &["ratio", "gravity", "push", "drag"],
     );
-    agrees(&CurvedParticle::default(), [0.1, 0.2], [1.0, 0.7], 3.0, &["mass"]);
-    agrees(
+    compare_with_differences(&CurvedParticle::default(), [0.1, 0.2], [1.0, 0.7], 3.0, &["mass"]);
+    compare_with_differences(
         &InertiaWheelPendulum::default(),
         [0.5, 0.0],
         [0.0, 0.5],
         1.5,
         &["i", "m", "rho", "chi"],
     );
-    agrees(
+    compare_with_differences(
         &Stiffening { k: 1.3 },
         [0.5, 0.8, -0.2],
         [0.1, -0.4, 0.3],
@@ -199,8 +199,8 @@ fn along_the_motion_and_on_from_there() {
 fn what_has_no_derivative_says_why() {
     let start = Start::second_order([1.0], [0.0]);
     let dry = Dry { friction: 0.1 };
-    let refused = |error: DerivativeError, told: &str| {
-        assert!(error.to_string().contains(told), "{error}");
+    let refused = |error: DerivativeError, expected: &str| {
+        assert!(error.to_string().contains(expected), "{error}");
     };
     let variables = [Variable::Parameter("friction")];
     let mut motion =

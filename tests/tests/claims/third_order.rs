@@ -473,25 +473,25 @@ declared! {
 
 #[test]
 fn starts_say_what_is_missing() {
-    let told = |error: SetupError| error.to_string();
+    let message = |error: SetupError| error.to_string();
     let [q, v] = [[0.0, 0.0], [1.0, 0.0]];
     let error = Flow::new(&CLOTHOID, 0.1, Start::second_order(q, v)).unwrap_err();
     assert_eq!(error, SetupError::FreeAcceleration);
-    assert!(told(error).contains("`Start::third_order(q0, v0, a0)`"));
+    assert!(message(error).contains("`Start::third_order(q0, v0, a0)`"));
     let error = Flow::new(&Second {}, 0.1, by_acceleration()).unwrap_err();
     assert_eq!(error, SetupError::DeterminedAcceleration);
-    assert!(told(error).contains("`Start::second_order(q0, v0)`"));
+    assert!(message(error).contains("`Start::second_order(q0, v0)`"));
     let error = Flow::new(&Blind {}, 0.1, by_force()).unwrap_err();
     assert!(matches!(error, SetupError::Inconsistent { .. }), "{error}");
     let error = Flow::new(&Blind {}, 0.1, Start::third_order(q, v, [1.0, 0.0])).unwrap_err();
     assert!(matches!(error, SetupError::Jerk { .. }));
     assert!(
-        told(error).contains("the rate of the constraint force must change the constraint of third order")
+        message(error).contains("the rate of the constraint force must change the constraint of third order")
     );
     // a force along the path is none of the constraint's
     let along = Start::third_order_by_force(q, v, [0.1, 0.2]);
     let error = Flow::new(&CLOTHOID, 0.1, along).unwrap_err();
-    assert!(told(error).contains("at (q0, v0, a0)"));
+    assert!(message(error).contains("at (q0, v0, a0)"));
     let error = Flow::new(&CLOTHOID, 0.1, Start::third_order(q, v, [0.0, f64::NAN])).unwrap_err();
     assert!(matches!(error, SetupError::Start { vector: "a0", .. }));
     assert!(matches!(

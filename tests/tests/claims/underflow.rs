@@ -54,7 +54,7 @@ fn ends<S: System<2>>(system: &S, [q0, v0]: [[f64; 2]; 2]) -> [Ended; 3] {
 }
 
 /// Compares runs with factors to the run without.
-fn hold<S: System<2>>(name: &str, of: impl Fn(f64, f64) -> S, start: [[f64; 2]; 2]) {
+fn compare_with_factors<S: System<2>>(name: &str, of: impl Fn(f64, f64) -> S, start: [[f64; 2]; 2]) {
     // with a constraint on positions, compositions are refused
     let natural = ends(&of(1.0, 1.0), start).map(Result::ok);
     assert!(natural[0].is_some() && natural[1].is_some(), "{name}");
@@ -104,11 +104,11 @@ fn hold<S: System<2>>(name: &str, of: impl Fn(f64, f64) -> S, start: [[f64; 2]; 
 #[test]
 fn a_factor_that_leaves_no_digits_is_refused() {
     let springs = |first, second| Springs { first, second };
-    hold("springs", springs, [[1.0, 0.3], [0.0, 0.5]]);
+    compare_with_factors("springs", springs, [[1.0, 0.3], [0.0, 0.5]]);
     // where no force acts at first
-    hold("springs", springs, [[0.0; 2], [1.0, 0.0]]);
+    compare_with_factors("springs", springs, [[0.0; 2], [1.0, 0.0]]);
     let circle = |first, second| Circle { first, second };
-    hold("circle", circle, [[1.0, 0.0], [0.0, 0.3]]);
+    compare_with_factors("circle", circle, [[1.0, 0.0], [0.0, 0.3]]);
 }
 
 #[test]

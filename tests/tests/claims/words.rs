@@ -73,8 +73,8 @@ fn fails<S: System<N>, const N: usize>(system: &S, q0: [f64; N], v0: [f64; N]) -
 #[test]
 fn a_coordinate_without_a_mass_is_named() {
     let (error, message) = refused(&Massless, [1.0, 0.3, 1.0], [0.0, 1.0, 0.0]);
-    let told = "coordinate `y` has no mass and no row determines it";
-    assert!(message.contains(told), "{message}");
+    let expected = "coordinate `y` has no mass and no row determines it";
+    assert!(message.contains(expected), "{message}");
     assert!(message.contains("give it a mass"), "{message}");
     let SetupError::Acceleration {
         deficiency: Some(deficiency),
@@ -86,17 +86,17 @@ fn a_coordinate_without_a_mass_is_named() {
     assert_eq!(deficiency.coordinates, ["y"]);
     assert!(deficiency.massless && !deficiency.combined);
     let message = fails(&Massless, [1.0, 0.3, 1.0], [0.0, 1.0, 0.0]);
-    assert!(message.contains(told), "{message}");
+    assert!(message.contains(expected), "{message}");
 }
 
 #[test]
 fn a_combination_without_a_mass_is_named() {
     let (_, message) = refused(&OneMass, [1.0, 0.3, 0.0], [0.0, 1.0, 0.0]);
-    let told = "a combination of the coordinates `x` and `y` has no mass and no row determines it";
-    assert!(message.contains(told), "{message}");
+    let expected = "a combination of the coordinates `x` and `y` has no mass and no row determines it";
+    assert!(message.contains(expected), "{message}");
     assert!(!message.contains("`z`"), "{message}");
     let message = fails(&OneMass, [1.0, 0.3, 0.0], [0.0, 1.0, 0.0]);
-    assert!(message.contains(told), "{message}");
+    assert!(message.contains(expected), "{message}");
 }
 
 #[test]
@@ -113,11 +113,11 @@ fn constraints_that_repeat_each_other_are_named() {
         [DependentRow::Holonomic(1), DependentRow::Holonomic(2)]
     );
     let message = error.to_string();
-    let told = "holonomic constraints 2 and 3 depend on each other here";
-    assert!(message.contains(told), "{message}");
+    let expected = "holonomic constraints 2 and 3 depend on each other here";
+    assert!(message.contains(expected), "{message}");
     assert!(message.contains("leave out the one that repeats"), "{message}");
     let (_, message) = refused(&TWO_RODS, q0, v0);
-    assert!(message.contains(told), "{message}");
+    assert!(message.contains(expected), "{message}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use dsocs_core::geometry::DiscreteFlow;
 use dsocs_core::linear::{LinearModel, LinearTime, OperatingPoint};
 use dsocs_core::{AnyLeg, Declaration, OwnedLeg};
 
-use super::{at, close, model, read};
+use super::{assert_close, at, model, read};
 
 /// The product of two matrices.
 pub fn product(x: &[Vec<f64>], y: &[Vec<f64>]) -> Vec<Vec<f64>> {
@@ -42,7 +42,7 @@ pub fn exponential(matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// The transition over a time, and the effect of inputs that are held: from `exp([A B; 0 0] t)`.
-fn held(continuous: &LinearModel, t: f64) -> [Vec<Vec<f64>>; 2] {
+fn transition(continuous: &LinearModel, t: f64) -> [Vec<Vec<f64>>; 2] {
     let (n, inputs) = (continuous.a.len(), continuous.inputs.len());
     let mut both: Vec<Vec<f64>> = continuous
         .a
@@ -56,7 +56,7 @@ fn held(continuous: &LinearModel, t: f64) -> [Vec<Vec<f64>>; 2] {
 }
 
 /// The largest difference of two matrices' entries.
-fn apart(x: &[Vec<f64>], y: &[Vec<f64>]) -> f64 {
+fn distance(x: &[Vec<f64>], y: &[Vec<f64>]) -> f64 {
     let pairs = x.iter().flatten().zip(y.iter().flatten());
     pairs.fold(0.0, |most, (x, y)| most.max((x - y).abs()))
 }
@@ -113,8 +113,8 @@ fn the_step_is_the_exponential_to_third_order() {
                 let step = point().step(h).unwrap();
                 assert_eq!(step.time, LinearTime::Step { h });
                 assert_eq!(step.states, continuous.states);
-                let [a, b] = held(&continuous, h);
-                [apart(&step.a, &a), apart(&step.b, &b)]
+                let [a, b] = transition(&continuous, h);
+                [distance(&step.a, &a), distance(&step.b, &b)]
             })
             .collect();
         for k in 0..2 {
@@ -147,14 +147,14 @@ fn an_oscillator_by_hand() {
     // q⁺ = q + h v + h²/2 (u − k q), v⁺ = v + h/2 (u − k q) + h/2 (u − k q⁺)
     let half = 1.0 - h * h / 2.0 * stiffness;
     let a = [[half, h], [-h / 2.0 * stiffness * (1.0 + half), half]];
-    close(&found.a, &a.map(Vec::from), 1e-14);
-    close(
+    assert_close(&found.a, &a.map(Vec::from), 1e-14);
+    assert_close(
         &found.b,
         &[vec![h * h / 2.0], vec![h - h * h * h / 4.0 * stiffness]],
         1e-14,
     );
     let next = [half * 0.4 + h * 0.7, a[1][0] * 0.4 + half * 0.7];
-    close(&[found.drift], &[vec![next[0] - 0.4, next[1] - 0.7]], 1e-14);
+    assert_close(&[found.drift], &[vec![next[0] - 0.4, next[1] - 0.7]], 1e-14);
 }
 
 /// The state of a node, as a run reports it, `steps` steps after a leg.
@@ -183,7 +183,7 @@ fn in_motion_the_step_is_the_derivative_of_the_nodes() {
     let found = point().step(h).unwrap();
     let state = found.point.any();
     assert_eq!((state.q, state.t), (&[0.3, -0.5][..], 0.7));
-    close(&[state.v.to_vec()], &[vec![0.8, 0.4]], 1e-13);
+    assert_close(&[state.v.to_vec()], &[vec![0.8, 0.4]], 1e-13);
     // the model finds the leg again from the state by the same search, in its own basis; here the differences
     // are in the leg
     let near: Vec<f64> = state.a.iter().map(|a| h * h * a).collect();
@@ -232,9 +232,9 @@ fn in_motion_the_step_is_the_derivative_of_the_nodes() {
             .map(|i| columns.iter().map(|column| column[i]).collect())
             .collect()
     };
-    close(&product(&found.a, &rows(0)), &rows(1), 1e-10);
+    assert_close(&product(&found.a, &rows(0)), &rows(1), 1e-10);
     // and it differs from the model at zero velocity
-    assert!(apart(&found.a, &model_at_rest(&system, h)) > 1e-2);
+    assert!(distance(&found.a, &model_at_rest(&system, h)) > 1e-2);
 }
 
 /// The model at the same position with zero velocity.
@@ -273,7 +273,7 @@ fn bound_states_have_bases_that_obey_the_constraints() {
     // of the step: two nodes on the sphere, and the basis of the next node
     let step = OperatingPoint::new(&plane, at(&q, &v)).step(0.05).unwrap();
     let (found, after) = (&step.basis, &step.basis_after);
-    assert!(apart(found, after) > 1e-3 && apart(found, after) < 0.2);
+    assert!(distance(found, after) > 1e-3 && distance(found, after) < 0.2);
     for (direction, other) in found.iter().zip(&model(&plane, &q, &v).basis) {
         let apart = direction
             .iter()

@@ -52,9 +52,9 @@ struct Stacks {
 }
 
 /// The scene of the contacts (by number) that have friction.
-struct Own<'s>(&'s Stacks, Vec<usize>);
+struct FrictionContacts<'s>(&'s Stacks, Vec<usize>);
 
-impl Scene<4> for Own<'_> {
+impl Scene<4> for FrictionContacts<'_> {
     fn mass(&self, _: &[f64; 4]) -> [[f64; 4]; 4] {
         let mut mass = [[0.0; 4]; 4];
         for (i, row) in mass.iter_mut().enumerate() {
@@ -188,8 +188,8 @@ impl Scene<2> for Arms {
     }
 }
 
-/// A scene with a unique motion whose events are apart, see [`BESIDE`] and [`MARGIN`].
-struct Drawn<S, const N: usize> {
+/// A scene with a unique motion whose events are apart, see [`EVENT_CLEARANCE`] and [`MARGIN`].
+struct RandomScene<S, const N: usize> {
     system: S,
     q: [f64; N],
     v: [f64; N],
@@ -198,13 +198,13 @@ struct Drawn<S, const N: usize> {
 }
 
 /// The least time between a compared node and an event; events are more than twice this apart.
-const BESIDE: f64 = 0.07;
+const EVENT_CLEARANCE: f64 = 0.07;
 
 /// The least margin of a motion, see [`Motion::margin`]; closer ones are not tested.
 const MARGIN: f64 = 0.05;
 
 /// The step of the reference.
-const TINY: f64 = 1e-3;
+const REFERENCE_STEP: f64 = 1e-3;
 
 fn numbers<const K: usize>(random: &mut Random, least: f64, most: f64) -> [f64; K] {
     std::array::from_fn(|_| random.between(least, most))
@@ -212,7 +212,7 @@ fn numbers<const K: usize>(random: &mut Random, least: f64, most: f64) -> [f64; 
 
 /// Stacks with this number of contacts, some of which may stick at the start; `held` are the values of the
 /// held force, in time.
-fn stacks(random: &mut Random, contacts: usize, held: &[f64]) -> Option<Drawn<Stacks, 4>> {
+fn stacks(random: &mut Random, contacts: usize, held: &[f64]) -> Option<RandomScene<Stacks, 4>> {
     let mut own: Vec<usize> = (0..4).collect();
     while own.len() > contacts {
         own.remove(random.below(own.len()));
@@ -236,7 +236,7 @@ fn stacks(random: &mut Random, contacts: usize, held: &[f64]) -> Option<Drawn<St
         (system.dry[k], system.fall[k]) = (0.0, 0.0);
     }
     let (q, mut v): ([f64; 4], [f64; 4]) = (numbers(random, -1.0, 1.0), numbers(random, -1.0, 1.0));
-    let all = Own(&system, (0..4).collect());
+    let all = FrictionContacts(&system, (0..4).collect());
     for k in 0..4 {
         if own.contains(&k) && random.chance(0.4) {
             let below = if k % 2 == 1 { v[k - 1] } else { 0.0 };
@@ -259,7 +259,8 @@ fn stacks(random: &mut Random, contacts: usize, held: &[f64]) -> Option<Drawn<St
             ..system.clone()
         };
         let span = [i as f64 * part, (i + 1) as f64 * part];
-        let next = Reference(&Own(&now, own.clone())).run(state, &sticking, span, TINY)?;
+        let next =
+            Reference(&FrictionContacts(&now, own.clone())).run(state, &sticking, span, REFERENCE_STEP)?;
         sticking.clone_from(&next.sticks);
         state = next.at(span[1]);
         motion = Some(match motion {
@@ -269,9 +270,10 @@ fn stacks(random: &mut Random, contacts: usize, held: &[f64]) -> Option<Drawn<St
     }
     let changes: Vec<f64> = (1..held.len()).map(|i| i as f64 * part).collect();
     let motion = motion?;
-    let is_told =
-        motion.margin > MARGIN && motion.gap(&changes, until) > 2.2 * BESIDE && !motion.events.is_empty();
-    is_told.then_some(Drawn {
+    let is_clear = motion.margin > MARGIN
+        && motion.gap(&changes, until) > 2.2 * EVENT_CLEARANCE
+        && !motion.events.is_empty();
+    is_clear.then_some(RandomScene {
         system,
         q,
         v,
@@ -280,7 +282,7 @@ fn stacks(random: &mut Random, contacts: usize, held: &[f64]) -> Option<Drawn<St
     })
 }
 
-fn arms(random: &mut Random) -> Option<Drawn<Arms, 2>> {
+fn arms(random: &mut Random) -> Option<RandomScene<Arms, 2>> {
     let system = Arms {
         weight: random.between(2.0, 9.0),
         dry: [random.between(0.5, 6.0), random.between(0.5, 4.0)],
@@ -288,10 +290,10 @@ fn arms(random: &mut Random) -> Option<Drawn<Arms, 2>> {
     };
     let (q, v) = (numbers(random, -1.5, 1.5), numbers(random, -1.0, 1.0));
     let until = 3.0;
-    let motion = Reference(&system).run((q, v), &[false; 2], [0.0, until], TINY)?;
-    let is_told =
-        motion.margin > MARGIN && motion.gap(&[], until) > 2.2 * BESIDE && !motion.events.is_empty();
-    is_told.then_some(Drawn {
+    let motion = Reference(&system).run((q, v), &[false; 2], [0.0, until], REFERENCE_STEP)?;
+    let is_clear =
+        motion.margin > MARGIN && motion.gap(&[], until) > 2.2 * EVENT_CLEARANCE && !motion.events.is_empty();
+    is_clear.then_some(RandomScene {
         system,
         q,
         v,
@@ -300,7 +302,7 @@ fn arms(random: &mut Random) -> Option<Drawn<Arms, 2>> {
     })
 }
 
-impl<S, const N: usize> Drawn<S, N> {
+impl<S, const N: usize> RandomScene<S, N> {
     fn start(&self) -> Start<N> {
         Start::second_order(self.q, self.v)
     }
@@ -324,7 +326,7 @@ impl<S, const N: usize> Drawn<S, N> {
                 .iter()
                 .map(|event| event.0)
                 .chain(beside.iter().copied());
-            if times.any(|t| (t - node.t).abs() < BESIDE) {
+            if times.any(|t| (t - node.t).abs() < EVENT_CLEARANCE) {
                 continue;
             }
             let (q, v) = self.motion.at(node.t);
@@ -342,7 +344,7 @@ impl<S, const N: usize> Drawn<S, N> {
         (0..10).map(|k| self.until / parts / count(k)).collect()
     }
 
-    fn has(&self, kind: Kind) -> bool {
+    fn has_event(&self, kind: Kind) -> bool {
         self.motion.events.iter().any(|event| event.2 == kind)
     }
 }
@@ -391,7 +393,7 @@ fn scenes(count: usize, longest: f64, ratio: f64, places: u32) {
             least_counted.set(least_counted.get().min(counted));
             // a stop and a release cost no order, and are not counted
             assert!(
-                counted == 0 || scene.has(Kind::Crossing),
+                counted == 0 || scene.has_event(Kind::Crossing),
                 "{done} {h}: {:?} {:?}",
                 flow.unresolved(),
                 scene.motion.events
@@ -413,7 +415,7 @@ fn scenes(count: usize, longest: f64, ratio: f64, places: u32) {
         );
         low += usize::from(!fits);
         // a change of direction is of first order where the surface does not move
-        let may_cost = scene.has(Kind::Crossing) && orders.iter().all(|order| *order >= 0.9);
+        let may_cost = scene.has_event(Kind::Crossing) && orders.iter().all(|order| *order >= 0.9);
         if !fits {
             println!("{done}: {orders:.3?} {:?}", scene.motion.events);
         }
@@ -443,7 +445,7 @@ fn stops_and_releases_on_moving_surfaces_cost_no_order_in_200_scenes() {
 }
 
 /// The largest errors of a Taylor flow against the reference, on a grid of 301 nodes.
-fn followed<S: System<N>, const N: usize>(scene: &Drawn<S, N>, tolerance: f64) -> [f64; 2] {
+fn taylor_errors<S: System<N>, const N: usize>(scene: &RandomScene<S, N>, tolerance: f64) -> [f64; 2] {
     let flow = TaylorFlow::new(&scene.system, scene.start(), Tolerance::relative(tolerance)).unwrap();
     let mut flow = flow.every(scene.until / 300.0).unwrap();
     let mut errors = [0.0_f64; 2];
@@ -461,8 +463,8 @@ fn followed<S: System<N>, const N: usize>(scene: &Drawn<S, N>, tolerance: f64) -
     errors
 }
 
-/// [`followed`] for many scenes.
-fn follow(count: usize) {
+/// [`taylor_errors`] for many scenes.
+fn assert_taylor_errors(count: usize) {
     let mut random = Random::new(281);
     let (mut done, mut events, mut worst) = (0, [0; 3], [[0.0_f64; 2]; 2]);
     while done < count {
@@ -474,7 +476,7 @@ fn follow(count: usize) {
                 .events
                 .iter()
                 .for_each(|event| events[event.2 as usize] += 1);
-            [1e-6, 1e-11].map(|tolerance| followed(&scene, tolerance))
+            [1e-6, 1e-11].map(|tolerance| taylor_errors(&scene, tolerance))
         } else {
             let Some(scene) = stacks(&mut random, 1 + done % 4, &[0.0]) else {
                 continue;
@@ -484,7 +486,7 @@ fn follow(count: usize) {
                 .events
                 .iter()
                 .for_each(|event| events[event.2 as usize] += 1);
-            [1e-6, 1e-11].map(|tolerance| followed(&scene, tolerance))
+            [1e-6, 1e-11].map(|tolerance| taylor_errors(&scene, tolerance))
         };
         println!("{done}: {errors:?}");
         for (worst, errors) in worst.iter_mut().zip(errors) {
@@ -499,13 +501,13 @@ fn follow(count: usize) {
 
 #[test]
 fn a_taylor_flow_goes_on_through_stops_and_releases() {
-    follow(16);
+    assert_taylor_errors(16);
 }
 
 #[test]
 #[ignore = "long: 1000 draws"]
 fn a_taylor_flow_goes_on_through_stops_and_releases_in_1000_draws() {
-    follow(1000);
+    assert_taylor_errors(1000);
 }
 
 /// A release where the friction falls steeply with the velocity, and stops where one contact releases
@@ -521,7 +523,7 @@ fn a_release_finds_its_piece() {
     for (seed, contacts) in draws {
         let scene = stacks(&mut Random::new(seed), contacts, &[0.0]).expect("events are apart");
         for (tolerance, bound) in [(1e-6, 1e-4), (1e-11, 1e-8)] {
-            let errors = followed(&scene, tolerance);
+            let errors = taylor_errors(&scene, tolerance);
             assert!(
                 errors.iter().all(|error| *error < bound),
                 "{seed:x} {tolerance} {errors:?}"
@@ -547,7 +549,7 @@ fn joints_of_arms_and_compositions_keep_the_order() {
     let mut random = Random::new(3);
     let (mut done, mut events) = (0, 0);
     while done < 2 {
-        let Some(scene) = arms(&mut random).filter(|scene| !scene.has(Kind::Crossing)) else {
+        let Some(scene) = arms(&mut random).filter(|scene| !scene.has_event(Kind::Crossing)) else {
             continue;
         };
         done += 1;
@@ -603,7 +605,7 @@ fn held_inputs_on_moving_surfaces_keep_the_order() {
         });
         assert!(
             orders.iter().all(|order| *order >= 1.9)
-                || scene.has(Kind::Crossing) && orders.iter().all(|order| *order >= 0.9),
+                || scene.has_event(Kind::Crossing) && orders.iter().all(|order| *order >= 0.9),
             "{done}: {orders:?} {:?}",
             scene.motion.events
         );
@@ -752,7 +754,7 @@ fn in_squares<R: Stepper<N>, const N: usize>(
             if motion
                 .events
                 .iter()
-                .all(|event| (event.0 - node.t).abs() > BESIDE)
+                .all(|event| (event.0 - node.t).abs() > EVENT_CLEARANCE)
             {
                 let (q, v) = motion.at(node.t);
                 largest[0] = largest[0].max((node.q[0] - q[0]).abs() / (h * h));
@@ -798,7 +800,7 @@ fn the_order_is_two_wherever_the_friction_stands() {
         };
         let until = 5.9;
         let motion = Reference(&ends)
-            .run(([x], [v]), &[false], [0.0, until], TINY)
+            .run(([x], [v]), &[false], [0.0, until], REFERENCE_STEP)
             .unwrap();
         let (one, two) = (Start::second_order([x], [v]), Start::second_order([x; 2], [v; 2]));
         let found = [

@@ -98,7 +98,7 @@ fn is_of_order_2(name: &str, error: impl Fn(f64) -> f64) {
 }
 
 /// Holds a system against a position that is known: the Taylor flow to rounding, the step to order 2.
-fn is_known<S: System<N>, const N: usize>(
+fn assert_position<S: System<N>, const N: usize>(
     name: &str,
     system: &S,
     start: Start<N>,
@@ -125,11 +125,11 @@ fn by_hand<const N: usize>(
 #[test]
 fn a_driven_oscillator_is_its_closed_form_with_every_map() {
     let start = Start::second_order([1.0], [0.3]);
-    is_known("default", &Driven, start, 10.0, &[DRIVEN], 3e-15);
-    is_known("midpoint", &DrivenMidpoint, start, 10.0, &[DRIVEN], 3e-15);
-    is_known("trapezoid", &DrivenTrapezoid, start, 10.0, &[DRIVEN], 3e-15);
-    is_known("nodes", &DrivenNodes, start, 10.0, &[DRIVEN], 3e-15);
-    is_known("late", &DrivenLate, start, 10.0, &[DRIVEN], 3e-15);
+    assert_position("default", &Driven, start, 10.0, &[DRIVEN], 3e-15);
+    assert_position("midpoint", &DrivenMidpoint, start, 10.0, &[DRIVEN], 3e-15);
+    assert_position("trapezoid", &DrivenTrapezoid, start, 10.0, &[DRIVEN], 3e-15);
+    assert_position("nodes", &DrivenNodes, start, 10.0, &[DRIVEN], 3e-15);
+    assert_position("late", &DrivenLate, start, 10.0, &[DRIVEN], 3e-15);
     // no constraint force is left, and the energy is that at the time
     let node = discrete(&Driven, 0.01, start, 3.0);
     assert!(node.force[0].abs() < 1e-15, "{node:?}");
@@ -182,10 +182,10 @@ fn the_default_map_is_of_order_2_where_the_momentum_depends_on_time() {
     };
     let start = Start::second_order([1.0], [0.3]).at(0.5);
     let [x, _] = by_hand(rate, 0.5, [1.0, 0.3], 6.5);
-    is_known("mass", &Leaking, start, 6.5, &[x], 2e-13);
+    assert_position("mass", &Leaking, start, 6.5, &[x], 2e-13);
     let rate = |t: f64, [x, v]: [f64; 2]| [v, -x - 2.0 * (2.0 * t).cos()];
     let [x, _] = by_hand(rate, 0.5, [1.0, 0.3], 6.5);
-    is_known("gauge", &Gauge, start, 6.5, &[x], 2e-13);
+    assert_position("gauge", &Gauge, start, 6.5, &[x], 2e-13);
 }
 
 /// A bead on a wire that turns in a vertical plane.
@@ -233,7 +233,7 @@ fn along_the_wire(t: f64) -> [f64; 2] {
 fn a_bead_on_a_turning_wire_is_its_closed_form() {
     let start = Start::second_order(ON_THE_WIRE.0, ON_THE_WIRE.1);
     let known = [14.336_340_164_937_3, -24.512_941_668_921_09];
-    is_known("bead", &BEAD, start, 3.0, &known, 2e-13);
+    assert_position("bead", &BEAD, start, 3.0, &known, 2e-13);
     // the normal force, of the continuous motion to rounding and of the discrete one to order 2
     let normal = 3.416_149_104_760_147;
     let mut flow = TaylorFlow::new(&BEAD, start, Tolerance::relative(1e-15)).unwrap();
@@ -301,7 +301,7 @@ fn a_nonholonomic_row_may_depend_on_time() {
     let v0 = (1.1 * t0).sin() * 0.5 + 0.3 * (0.9 * t0).cos();
     let [x, y, ..] = by_hand(rate, t0, [1.0, 0.2, 0.5, v0], 5.6);
     let start = Start::second_order([1.0, 0.2], [0.5, v0]).at(t0);
-    is_known("belt", &Belt, start, 5.6, &[x, y], 1e-12);
+    assert_position("belt", &Belt, start, 5.6, &[x, y], 1e-12);
     // at the time 0 the start's velocity does not obey the row
     let Err(error) = Flow::new(&Belt, 0.01, start.at(0.0)) else {
         panic!("accepted");
@@ -342,7 +342,7 @@ fn a_kinematic_row_may_depend_on_time() {
     let [x, y] = by_hand(|t, _| [heading(t).cos(), heading(t).sin()], 0.0, [0.0; 2], 7.0);
     let steered = Steered { curvature: SLALOM };
     let start = Start::second_order([0.0; 2], [1.0, 0.0]);
-    is_known("slalom", &steered, start, 7.0, &[x, y], 1e-12);
+    assert_position("slalom", &steered, start, 7.0, &[x, y], 1e-12);
 }
 
 declared! {
@@ -373,8 +373,8 @@ fn forms_and_fields_may_depend_on_time() {
     let t0 = -1.0;
     let [x, y, ..] = by_hand(rate, t0, [0.4, 1.0, 0.0, -0.5], 5.0);
     let start = Start::second_order([0.4, 1.0], [0.0, -0.5]).at(t0);
-    is_known("forms", &Rod, start, 5.0, &[x, y], 1e-12);
-    is_known("fields", &RodByFields, start, 5.0, &[x, y], 1e-12);
+    assert_position("forms", &Rod, start, 5.0, &[x, y], 1e-12);
+    assert_position("fields", &RodByFields, start, 5.0, &[x, y], 1e-12);
 }
 
 declared! {
@@ -394,7 +394,7 @@ fn dot_of_an_expression_has_its_partial_derivative_in_time() {
     let deviation = |t: f64| (1.0 + 1.5 * t) * (-t).exp();
     let known = deviation(4.0) + f64::sin(4.8) * 4.0;
     let start = Start::second_order([1.0], [0.5]);
-    is_known("follower", &Follower, start, 4.0, &[known], 2e-14);
+    assert_position("follower", &Follower, start, 4.0, &[known], 2e-14);
     let mut observed = [0.0];
     Follower.observe(&continuous(&Follower, start, 4.0).point(), &mut observed);
     assert!((observed[0] - deviation(4.0)).abs() < 1e-13);
