@@ -521,6 +521,34 @@ impl Series {
         [q, v, a]
     }
 
+    /// Position, velocity and acceleration at some times after the point of expansion, of as many components as a
+    /// register holds: the same sums.
+    #[inline(always)]
+    pub(crate) fn side_by_side<S: Simd, const R: usize>(
+        &self,
+        simd: S,
+        s: &[S::f64s; R],
+    ) -> [[S::f64s; 3]; R] {
+        let zero = simd.splat_f64s(0.0);
+        let (positions, _) = S::as_simd_f64s(self.positions());
+        let (velocities, _) = S::as_simd_f64s(self.velocities());
+        let Some((highest, below)) = positions.split_last() else {
+            return [[zero; 3]; R];
+        };
+        let mut values = [[*highest, zero, zero]; R];
+        for (position, velocity) in below.iter().zip(velocities).rev() {
+            for r in 0..R {
+                let [q, v, a] = values[r];
+                values[r] = [
+                    simd.mul_add_e_f64s(q, s[r], *position),
+                    simd.mul_add_e_f64s(v, s[r], *velocity),
+                    simd.mul_add_e_f64s(a, s[r], v),
+                ];
+            }
+        }
+        values
+    }
+
     /// The increments of position and velocity in a time `s`, and the acceleration at its end.
     pub(crate) fn increments(&self, s: f64, moves: [&mut [f64]; 3]) {
         self.increments_as::<false>(s, moves);

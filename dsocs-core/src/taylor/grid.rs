@@ -361,6 +361,23 @@ impl<const N: usize> WithSimd for Values<'_, '_, N> {
             N
         };
         let (mut times, mut points) = (self.times, self.points);
+        // components that fill a register: of a few times none of its lanes is lost
+        if N == S::F64_LANES {
+            while let [_, ..] = times {
+                let count = times.len().min(FEW);
+                let Some((group, beyond)) = points.split_at_mut_checked(count * 3 * n) else {
+                    return;
+                };
+                let (now, later) = times.split_at(count);
+                match count {
+                    1 => fill_components::<S, 1>(simd, &self.polynomial, now, group),
+                    2 => fill_components::<S, 2>(simd, &self.polynomial, now, group),
+                    _ => fill_components::<S, FEW>(simd, &self.polynomial, now, group),
+                }
+                (times, points) = (later, beyond);
+            }
+            return;
+        }
         while !times.is_empty() {
             let registers = if times.len() > S::F64_LANES { REGISTERS } else { 1 };
             // with a buffer of whole groups there is always room
@@ -403,5 +420,27 @@ fn fill<S: Simd, const R: usize>(
         for (point, ((q, v), a)) in points.chunks_exact_mut(3 * n).zip(q.iter().zip(v).zip(a)) {
             (point[i], point[n + i], point[2 * n + i]) = (*q, *v, *a);
         }
+    }
+}
+
+/// So many times at once where components stand side by side.
+const FEW: usize = 3;
+
+/// The motion at `R` times, of as many coordinates as a register holds.
+#[inline(always)]
+fn fill_components<S: Simd, const R: usize>(
+    simd: S,
+    polynomial: &AnyPolynomial<'_>,
+    times: &[f64],
+    points: &mut [f64],
+) {
+    let mut since = [simd.splat_f64s(0.0); R];
+    for (since, &t) in since.iter_mut().zip(times) {
+        *since = simd.splat_f64s(polynomial.since(t));
+    }
+    let values = polynomial.series.side_by_side(simd, &since);
+    let (rows, _) = S::as_mut_simd_f64s(points);
+    for (row, value) in rows.iter_mut().zip(values.as_flattened()) {
+        *row = *value;
     }
 }
