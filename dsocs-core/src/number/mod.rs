@@ -8,6 +8,7 @@ pub(crate) mod composition;
 pub(crate) mod dispatch;
 pub(crate) mod double;
 pub(crate) mod dual;
+pub(crate) mod fours;
 pub(crate) mod instructions;
 pub(crate) mod lanes;
 pub(crate) mod message;

@@ -1,5 +1,6 @@
 //! The types of a Taylor series' coefficients.
 
+use crate::number::fours::{OnFours, OneByOne, on_doubles};
 use crate::number::lanes::{LANES, Lanes, Register};
 use crate::number::scalar::Scalar;
 use crate::solve::elimination;
@@ -32,6 +33,13 @@ pub trait Coefficient: Scalar {
         self + a * b
     }
 
+    /// Does work on rows of four.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn on_fours<const FUSED: bool, W: OnFours<Self>>(work: W) -> W::Output {
+        work.run(OneByOne(Self::add_product::<FUSED>))
+    }
+
     /// Sine and cosine, of radians.
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
@@ -59,6 +67,11 @@ impl Coefficient for f64 {
     #[inline(always)]
     fn add_product<const FUSED: bool>(self, a: Self, b: Self) -> Self {
         if FUSED { a.mul_add(b, self) } else { self + a * b }
+    }
+
+    #[inline(always)]
+    fn on_fours<const FUSED: bool, W: OnFours<Self>>(work: W) -> W::Output {
+        on_doubles::<FUSED, W>(work)
     }
 
     #[inline(always)]

@@ -7,6 +7,7 @@
 // recurrences are indexed by order, as in textbooks
 #![allow(clippy::needless_range_loop)]
 
+pub(crate) mod blocks;
 pub(crate) mod coefficient;
 pub mod formulas;
 pub(crate) mod jet;
@@ -16,3 +17,4 @@ pub(crate) mod roots;
 pub(crate) mod rows;
 pub(crate) mod sums;
 pub(crate) mod switch;
+pub(crate) mod whole;

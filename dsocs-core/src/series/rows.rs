@@ -360,13 +360,25 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
     /// Computes the coefficients of order `k` of a rotation, from those of lower orders.
     #[inline(always)]
     fn turn<const FUSED: bool>(&mut self, k: usize, first: usize) {
-        let row = |table: &[[T; N]; ROWS], j: usize| {
-            let slots = table[j].get(first..).and_then(|row| row.first_chunk().copied());
+        let k = k.min(ROWS - 1);
+        let slots = |row: &[T; N]| {
+            let slots = row.get(first..).and_then(|row| row.first_chunk().copied());
             slots.unwrap_or([T::splat(f64::NAN); rotation::SLOTS])
         };
-        let scale = T::splat(RECIPROCALS[k]);
-        let add = |sum: T, x: T, y: T| add_product::<FUSED, T>(sum, x, y);
-        let turned = rotation::coefficient(k - 1, scale, |j| row(self.q, j), |j| row(self.v, j), add);
+        let ((ahead, last), (back_last, back)) =
+            (self.q[..k].as_chunks::<2>(), self.v[..k].as_rchunks::<2>());
+        let next = rotation::Coefficient {
+            scale: T::splat(RECIPROCALS[k]),
+            pairs: ahead
+                .iter()
+                .zip(back.iter().rev())
+                .map(|(q, v)| [[slots(&q[0]), slots(&v[1])], [slots(&q[1]), slots(&v[0])]]),
+            last: last
+                .first()
+                .zip(back_last.first())
+                .map(|(q, v)| [slots(q), slots(v)]),
+        };
+        let turned = T::on_fours::<FUSED, _>(next);
         for (to, x) in self.q[k].iter_mut().skip(first).zip(turned) {
             *to = x;
         }

@@ -5,51 +5,27 @@
 //! others. Coefficients of one order are contiguous, so that neither factor of a convolution has to be
 //! reversed.
 
+use super::blocks::{Products, Squares, first, in_pairs, ones, some, square_sum, together};
 use super::coefficient::Coefficient;
 use super::jet::{Call, Jet};
 use super::orders::{LANES, ROWS, Row};
 use super::switch::{Switch, Switches};
+use super::whole::{self, Together};
 
-/// The operands of some inner sums, order by order.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
-pub struct Products<T = f64> {
-    /// The factors on the left.
-    pub left: [Row<T>; ROWS],
-    /// The factors on the right.
-    pub right: [Row<T>; ROWS],
-}
-
-impl<T: Coefficient> Default for Products<T> {
-    fn default() -> Self {
-        let zero = [[T::splat(0.0); LANES]; ROWS];
-        Self {
-            left: zero,
-            right: zero,
-        }
-    }
-}
-
-/// The operands of some inner sums of squares, order by order.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
-pub struct Squares<T = f64> {
-    /// The operands.
-    pub rows: [Row<T>; ROWS],
-}
-
-impl<T: Coefficient> Default for Squares<T> {
-    fn default() -> Self {
-        Self {
-            rows: [[T::splat(0.0); LANES]; ROWS],
-        }
-    }
-}
-
-/// The coefficients of lower orders that the recurrences of a system need: `P` blocks of products, `S` of
-/// squares, `C` calls of the user's functions, `W` switches; the last two for each motion.
+/// What the recurrences of a system keep of the orders before: `H` times `B` blocks of products whose operands are known before anything of an order is
+/// computed, `P` other blocks of products, `S` of squares, `C` calls of the user's functions, `W` switches; the last two for each motion.
 #[derive(Debug)]
-pub struct Table<T, const P: usize, const S: usize, const C: usize, const W: usize = 0> {
+pub struct Table<
+    T,
+    const P: usize,
+    const S: usize,
+    const C: usize,
+    const W: usize = 0,
+    const H: usize = 0,
+    const B: usize = 1,
+> {
+    /// Operands of products that are known.
+    whole: Box<[Together<T, B>; H]>,
     /// Operands of products.
     pub products: Box<[Products<T>; P]>,
     /// Operands of squares.
@@ -60,11 +36,19 @@ pub struct Table<T, const P: usize, const S: usize, const C: usize, const W: usi
     pub switches: Vec<[Switch; W]>,
 }
 
-impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: usize> Default
-    for Table<T, P, S, C, W>
+impl<
+    T: Coefficient,
+    const P: usize,
+    const S: usize,
+    const C: usize,
+    const W: usize,
+    const H: usize,
+    const B: usize,
+> Default for Table<T, P, S, C, W, H, B>
 {
     fn default() -> Self {
         Self {
+            whole: boxed(&Together::default()),
             products: boxed(&Products::default()),
             squares: boxed(&Squares::default()),
             calls: (0..T::TRACKS)
@@ -86,7 +70,9 @@ fn boxed<T: Clone, const M: usize>(element: &T) -> Box<[T; M]> {
     }
 }
 
-impl<T, const P: usize, const S: usize, const C: usize, const W: usize> Switches for Table<T, P, S, C, W> {
+impl<T, const P: usize, const S: usize, const C: usize, const W: usize, const H: usize, const B: usize>
+    Switches for Table<T, P, S, C, W, H, B>
+{
     const GROUPS: usize = if W + C == 0 { 0 } else { 1 + C };
 
     fn group(&mut self, track: usize, group: usize) -> &mut [Switch] {
@@ -117,7 +103,16 @@ impl<T, const P: usize, const S: usize, const C: usize, const W: usize> Switches
     }
 }
 
-impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: usize> Table<T, P, S, C, W> {
+impl<
+    T: Coefficient,
+    const P: usize,
+    const S: usize,
+    const C: usize,
+    const W: usize,
+    const H: usize,
+    const B: usize,
+> Table<T, P, S, C, W, H, B>
+{
     /// Begins the series of a switch's argument; `own` is its sign. Returns the sign of the piece that is continued.
     #[inline(always)]
     pub fn start(&mut self, place: usize, value: T, own: T) -> T {
@@ -204,15 +199,14 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
             }
             return sums;
         }
-        // up to two blocks share one loop: there are registers for all of their sums, and the loop is most of
-        // the work
-        if P <= 2 {
+        // a few blocks share the loop: there are registers for all of their sums, and the loop is most of the work
+        if H * B + P <= 2 {
             return together::<T, FUSED, P, 2>(&self.products, k, first::<EAGER>(k));
         }
         // more than two in pairs: with the sums of four in one loop the compiler does not vectorise
         let mut sums = [[T::splat(0.0); LANES]; P];
         let first = first::<EAGER>(k);
-        let ones = if P <= 4 { P } else { P - P % 4 };
+        let ones = ones(H * B + P).saturating_sub(H * B);
         let (of_ones, of_twos) = self.products.split_at(ones);
         let (to_ones, to_twos) = sums.split_at_mut(ones);
         let k = k.clamp(1, ROWS - 1);
@@ -221,20 +215,75 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         sums
     }
 
+    /// Takes order 0 of the products, and of the first squares, whose operands are known before anything of an order is computed.
+    #[inline(always)]
+    pub fn begin_whole<const V: usize>(&mut self, products: [[[Row<T>; B]; H]; 2], squares: [Row<T>; V]) {
+        let [left, right] = products;
+        for place in 0..H {
+            let blocks = &mut self.whole[place];
+            (blocks.left[0], blocks.right[0]) = (left[place], right[place]);
+        }
+        for (block, row) in self.squares.iter_mut().zip(squares) {
+            block.rows[0] = row;
+        }
+    }
+
+    /// Takes order `k` of these products, and returns their coefficients, with the terms of all orders; `USED` of them are asked for.
+    #[inline(always)]
+    pub fn whole_products<const FUSED: bool, const EAGER: bool, const USED: usize>(
+        &mut self,
+        k: usize,
+        [left, right]: [[[Row<T>; B]; H]; 2],
+    ) -> [[Row<T>; B]; H] {
+        let k = k.clamp(1, ROWS - 1);
+        let mut rows = [[[T::splat(0.0); LANES]; B]; H];
+        for place in 0..H {
+            let (blocks, now) = (&mut self.whole[place], [&left[place], &right[place]]);
+            rows[place] = if !T::PACKED {
+                whole::one_by_one(blocks, k, now, USED.saturating_sub(LANES * B * place))
+            } else if B * place < ones(H * B + P) {
+                T::on_fours::<FUSED, _>(whole::Products::<T, EAGER, B, 1> { blocks, k, now })
+            } else {
+                T::on_fours::<FUSED, _>(whole::Products::<T, EAGER, B, 2> { blocks, k, now })
+            };
+        }
+        rows
+    }
+
+    /// The same of squares.
+    #[inline(always)]
+    pub fn whole_squares<const FUSED: bool, const EAGER: bool, const USED: usize, const V: usize>(
+        &mut self,
+        k: usize,
+        now: [Row<T>; V],
+    ) -> [Row<T>; V] {
+        let k = k.clamp(1, ROWS - 1);
+        let mut rows = [[T::splat(0.0); LANES]; V];
+        for place in 0..V.min(S) {
+            let (block, now) = (&mut self.squares[place], &now[place]);
+            rows[place] = if T::PACKED {
+                T::on_fours::<FUSED, _>(whole::OfSquares::<T, EAGER> { block, k, now })
+            } else {
+                whole::squares_one_by_one(block, k, now, USED.saturating_sub(LANES * place))
+            };
+        }
+        rows
+    }
+
     /// The inner sums of squares of order `k`, as [`Table::product_sums`].
     #[inline(always)]
     #[must_use]
-    pub fn square_sums<const FUSED: bool, const EAGER: bool, const USED: usize>(
+    pub fn square_sums<const FUSED: bool, const EAGER: bool, const USED: usize, const WHOLE: usize>(
         &self,
         k: usize,
     ) -> [Row<T>; S] {
         let mut sums = [[T::splat(0.0); LANES]; S];
-        for (place, (sum, block)) in sums.iter_mut().zip(self.squares.iter()).enumerate() {
+        for place in WHOLE..S {
             let used = USED.saturating_sub(LANES * place).min(LANES);
-            *sum = if T::PACKED {
-                square_sum::<T, FUSED>(block, k, first::<EAGER>(k), LANES)
+            sums[place] = if T::PACKED {
+                square_sum::<T, FUSED>(&self.squares[place], k, first::<EAGER>(k), LANES)
             } else {
-                square_sum::<T, FUSED>(block, k, 1, used)
+                square_sum::<T, FUSED>(&self.squares[place], k, 1, used)
             };
         }
         sums
@@ -279,191 +328,4 @@ pub fn weighted<const FUSED: bool, const M: usize, T: Coefficient>(c: [T; M], x:
         sums[i % 4] = add_product::<FUSED, T>(sums[i % 4], c[i], x[i]);
     }
     (sums[0] + sums[1]) + (sums[2] + sums[3])
-}
-
-#[inline(always)]
-fn add_rows<T: Coefficient, const FUSED: bool>(sum: &mut Row<T>, a: &Row<T>, b: &Row<T>, used: usize) {
-    for lane in 0..used.min(LANES) {
-        sum[lane] = add_product::<FUSED, T>(sum[lane], a[lane], b[lane]);
-    }
-}
-
-/// The lowest order in an inner sum.
-#[inline(always)]
-fn first<const EAGER: bool>(k: usize) -> usize {
-    if EAGER && k > 2 { 2 } else { 1 }
-}
-
-/// The inner sums of any number of blocks, without the terms of the orders 1 and `k-1`.
-#[inline(always)]
-pub(crate) fn inner_sums<const FUSED: bool>(blocks: &[Products], k: usize, sums: &mut [Row<f64>]) {
-    let ((pairs, rest), (to_pairs, to_rest)) = (blocks.as_chunks::<2>(), sums.as_chunks_mut::<2>());
-    for (sums, blocks) in to_pairs.iter_mut().zip(pairs) {
-        *sums = together::<f64, FUSED, 2, 2>(blocks, k, 2);
-    }
-    for (sum, block) in to_rest.iter_mut().zip(rest) {
-        [*sum] = together::<f64, FUSED, 1, 2>(core::array::from_ref(block), k, 2);
-    }
-}
-
-/// The inner sums of any number of blocks of products and of squares, as [`Table::product_sums`] and
-/// [`Table::square_sums`] form them; squares stand behind the products.
-#[inline(always)]
-pub(crate) fn all_sums<const FUSED: bool, const EAGER: bool>(
-    products: &[Products],
-    squares: &[Squares],
-    k: usize,
-    sums: &mut [Row<f64>],
-) {
-    let k = k.clamp(1, ROWS - 1);
-    let first = first::<EAGER>(k);
-    let (to_products, to_squares) = sums.split_at_mut(products.len().min(sums.len()));
-    // in a few blocks, and in those beyond the last four, each sum is split in two
-    let ones = match products.len() {
-        0..=2 => 0,
-        3..=4 => products.len(),
-        many => many - many % 4,
-    };
-    let (of_ones, of_twos) = products.split_at(ones);
-    let (to_ones, to_twos) = to_products.split_at_mut(ones);
-    in_pairs::<f64, FUSED, 1>(of_ones, k, first, to_ones);
-    in_pairs::<f64, FUSED, 2>(of_twos, k, first, to_twos);
-    for (to, block) in to_squares.iter_mut().zip(squares) {
-        *to = square_sum::<f64, FUSED>(block, k, first, LANES);
-    }
-}
-
-/// The inner sums of blocks, two blocks in one loop; each is split into `A` independent sums.
-#[inline(always)]
-fn in_pairs<T: Coefficient, const FUSED: bool, const A: usize>(
-    blocks: &[Products<T>],
-    k: usize,
-    first: usize,
-    sums: &mut [Row<T>],
-) {
-    let ((pairs, rest), (to_pairs, to_rest)) = (blocks.as_chunks::<2>(), sums.as_chunks_mut::<2>());
-    for (to, pair) in to_pairs.iter_mut().zip(pairs) {
-        *to = along_rows::<T, FUSED, 2, A>(pair, k, first);
-    }
-    for (to, block) in to_rest.iter_mut().zip(rest) {
-        [*to] = along_rows::<T, FUSED, 1, A>(core::array::from_ref(block), k, first);
-    }
-}
-
-/// [`together`] with iterators over rows, without bounds checks.
-#[inline(always)]
-fn along_rows<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>(
-    blocks: &[Products<T>; P],
-    k: usize,
-    first: usize,
-) -> [Row<T>; P] {
-    let end = (k + 1).saturating_sub(first);
-    // as many rows from the left as from the right, the latter in reverse
-    let rows: [[&[Row<T>]; 2]; P] = core::array::from_fn(|p| {
-        [&blocks[p].left, &blocks[p].right].map(|rows| rows.get(first..end).unwrap_or_default())
-    });
-    let mut sums = [[[T::splat(0.0); LANES]; A]; P];
-    let mut total = [[T::splat(0.0); LANES]; P];
-    let chunks = rows.map(|[left, right]| (left.as_chunks::<A>(), right.as_rchunks::<A>()));
-    let mut add = |p: usize, left: &[Row<T>; A], right: &[Row<T>; A]| {
-        for a in 0..A {
-            add_rows::<T, FUSED>(&mut sums[p][a], &left[a], &right[A - 1 - a], LANES);
-        }
-    };
-    if P == 2 {
-        // both blocks have the same number of rows
-        let [one, other] = [0, P - 1].map(|p| chunks[p].0.0.iter().zip(chunks[p].1.1.iter().rev()));
-        for ((left, right), (other_left, other_right)) in one.zip(other) {
-            add(0, left, right);
-            add(P - 1, other_left, other_right);
-        }
-    } else {
-        for (p, ((left, _), (_, right))) in chunks.iter().enumerate() {
-            for (left, right) in left.iter().zip(right.iter().rev()) {
-                add(p, left, right);
-            }
-        }
-    }
-    for (p, ((_, left), (right, _))) in chunks.iter().enumerate() {
-        for (left, right) in left.iter().zip(right.iter().rev()) {
-            add_rows::<T, FUSED>(&mut sums[p][0], left, right, LANES);
-        }
-        total[p] = sums[p][0];
-        for sum in &sums[p][1..] {
-            for lane in 0..LANES {
-                total[p][lane] = total[p][lane] + sum[lane];
-            }
-        }
-    }
-    total
-}
-
-/// `Σ left_j right_{k-j}` over `first ≤ j ≤ k - first` for each block, in `A` independent sums, which need
-/// not wait for each other.
-#[inline(always)]
-fn together<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>(
-    blocks: &[Products<T>; P],
-    k: usize,
-    first: usize,
-) -> [Row<T>; P] {
-    let k = k.clamp(1, ROWS - 1);
-    let mut sums = [[[T::splat(0.0); LANES]; P]; A];
-    let end = k + 1 - first;
-    let mut j = first;
-    while j + A <= end {
-        for (a, sums) in sums.iter_mut().enumerate() {
-            for (sum, block) in sums.iter_mut().zip(blocks) {
-                add_rows::<T, FUSED>(sum, &block.left[j + a], &block.right[k - j - a], LANES);
-            }
-        }
-        j += A;
-    }
-    while j < end {
-        for (sum, block) in sums[0].iter_mut().zip(blocks) {
-            add_rows::<T, FUSED>(sum, &block.left[j], &block.right[k - j], LANES);
-        }
-        j += 1;
-    }
-    let mut total = sums[0];
-    for sums in &sums[1..] {
-        for (total, sum) in total.iter_mut().zip(sums) {
-            for lane in 0..LANES {
-                total[lane] = total[lane] + sum[lane];
-            }
-        }
-    }
-    total
-}
-
-/// The first `used` sums of one block, each of which fills registers alone.
-#[inline(always)]
-fn some<T: Coefficient>(block: &Products<T>, k: usize, used: usize) -> Row<T> {
-    let k = k.clamp(1, ROWS - 1);
-    let mut sums = [T::splat(0.0); LANES];
-    for j in 1..k {
-        add_rows::<T, false>(&mut sums, &block.left[j], &block.right[k - j], used);
-    }
-    sums
-}
-
-/// `Σ x_j x_{k-j}` over `first ≤ j ≤ k - first`, each product once.
-#[inline(always)]
-fn square_sum<T: Coefficient, const FUSED: bool>(
-    block: &Squares<T>,
-    k: usize,
-    first: usize,
-    used: usize,
-) -> Row<T> {
-    let k = k.clamp(1, ROWS - 1);
-    let mut sum = [T::splat(0.0); LANES];
-    for j in first..k.div_ceil(2) {
-        add_rows::<T, FUSED>(&mut sum, &block.rows[j], &block.rows[k - j], used);
-    }
-    for x in &mut sum {
-        *x = *x * T::splat(2.0);
-    }
-    if k.is_multiple_of(2) {
-        add_rows::<T, FUSED>(&mut sum, &block.rows[k / 2], &block.rows[k / 2], used);
-    }
-    sum
 }

@@ -39,7 +39,8 @@
 //!    Cramer's rule. A declared factor (`branch = divide(w)`) is divided out of its row as a polynomial. The other rows remain equations:
 //!    in each expansion one matrix is inverted, and each order needs one product with the inverse.
 //! 2. Each product and function of the accelerations has a recurrence; products with parameters need none. The inner sums of
-//!    all recurrences are computed together, four in a register, with fused multiply-add instructions if the machine has them.
+//!    all recurrences are computed together, four in a register, with fused multiply-add instructions if the machine has them. Products of
+//!    positions and velocities, whose factors are known before anything of an order is computed, stay side by side to the end.
 //! 3. The tolerance determines the order, and the last two coefficients determine the step (Jorba and Zou 2005). At the end of a step
 //!    the acceleration of the series has to be that of the system; otherwise the step is halved.
 //! 4. Position, velocity and time are compensated sums.

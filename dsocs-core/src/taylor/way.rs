@@ -1,5 +1,6 @@
 //! A motion at rest on surfaces, as a polynomial through Chebyshev points.
 
+use crate::number::fours::on_doubles;
 use crate::number::larger;
 use crate::regularity::resting::Held;
 use crate::solve::Vector;
@@ -99,10 +100,13 @@ impl Way {
             quaternion[0] = core::array::from_fn(|k| q[first + k]);
             for k in 1..TURNS {
                 let known = quaternion;
-                let scale = self.h / k as f64;
-                let spin = |j: usize| spin.map(|component| component[j]);
-                quaternion[k] =
-                    rotation::coefficient(k - 1, scale, |j| known[j], spin, |sum, x, y| sum + x * y);
+                let term = |j: usize| [known[j], spin.map(|component| component[k - 1 - j])];
+                let next = rotation::Coefficient {
+                    scale: self.h / k as f64,
+                    pairs: (0..k / 2).map(|j| [term(2 * j), term(2 * j + 1)]),
+                    last: (k % 2 == 1).then(|| term(k - 1)),
+                };
+                quaternion[k] = on_doubles::<false, _>(next);
             }
             self.quaternions.push((first, quaternion));
         }

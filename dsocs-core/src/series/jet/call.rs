@@ -6,8 +6,8 @@
 use super::memory::{self, Field};
 use super::pieces::Pieces;
 use super::{Jet, memory::Saved};
+use crate::series::blocks::{Products, inner_sums};
 use crate::series::orders::{LANES, ROWS, Row};
-use crate::series::sums::{Products, inner_sums};
 use crate::series::switch::Switch;
 
 /// A user's function at a point, with its operations' coefficients of lower orders.

@@ -3,58 +3,65 @@
 #![allow(clippy::inline_always)] // parts of recurrences, which are compiled for each kind of register
 
 use super::{SLOTS, product, put, slots};
+use crate::number::fours::{Fours, OnFours};
 use crate::number::scalar::Scalar;
 
 /// The Taylor coefficient of order `k + 1` of a quaternion, from its coefficients and those of its angular velocity, up to order `k`:
 /// `(k + 1) q_{k+1} = ½ Σ q_j∘(0, ω_{k-j})`.
-///
-/// The sums are the products of each component of `ω` with all four components of `q`, which fill a register.
-/// Even and odd `j` are summed apart, so that additions need not wait for each other. `add_product` adds to
-/// its first argument the product of the others.
-#[inline(always)]
-pub(crate) fn coefficient<T: Scalar>(
-    k: usize,
-    scale: T,
-    q: impl Fn(usize) -> [T; SLOTS],
-    w: impl Fn(usize) -> [T; SLOTS],
-    add_product: impl Fn(T, T, T) -> T + Copy,
-) -> [T; SLOTS] {
-    let mut sums = [[[T::splat(0.0); SLOTS]; 3]; 2];
-    let mut j = 0;
-    while j < k {
-        let [even, odd] = &mut sums;
-        add_turn(even, q(j), w(k - j), add_product);
-        add_turn(odd, q(j + 1), w(k - j - 1), add_product);
-        j += 2;
+pub(crate) struct Coefficient<T, I> {
+    /// The unit of time, divided by `k + 1`.
+    pub scale: T,
+    /// The coefficients of the quaternion in ascending order, each with the coefficient of the angular velocity that
+    /// multiplies it; two at a time.
+    pub pairs: I,
+    /// The last one, if their number is odd.
+    pub last: Option<Term<T>>,
+}
+
+/// A coefficient of a quaternion, and one of the angular velocity behind an unused number.
+pub(crate) type Term<T> = [[T; SLOTS]; 2];
+
+/// Where the components of a quaternion go when it is multiplied by a unit vector, and their signs.
+const TURNS: [([usize; SLOTS], [f64; SLOTS]); 3] = [
+    ([1, 0, 3, 2], [-1.0, 1.0, 1.0, -1.0]),
+    ([2, 3, 0, 1], [-1.0, -1.0, 1.0, 1.0]),
+    ([3, 2, 1, 0], [-1.0, 1.0, -1.0, 1.0]),
+];
+
+impl<T: Scalar, I: Iterator<Item = [Term<T>; 2]>> OnFours<T> for Coefficient<T, I> {
+    type Output = [T; SLOTS];
+
+    /// The sums are the products of each component of `ω` with all four components of `q`, which fill a register.
+    /// Even and odd `j` are summed apart, so that additions need not wait for each other.
+    #[inline(always)]
+    fn run<F: Fours<T>>(self, fours: F) -> [T; SLOTS] {
+        let Self { scale, pairs, last } = self;
+        let zero = fours.row([T::splat(0.0); SLOTS]);
+        let [mut even, mut odd] = [[zero; 3]; 2];
+        for [one, other] in pairs {
+            add_turn(fours, &mut even, one);
+            add_turn(fours, &mut odd, other);
+        }
+        if let Some(last) = last {
+            add_turn(fours, &mut even, last);
+        }
+        let mut turned = zero;
+        for (axis, (from, signs)) in TURNS.into_iter().enumerate() {
+            let sum = fours.numbers(fours.add(even[axis], odd[axis]));
+            let moved = fours.row([sum[from[0]], sum[from[1]], sum[from[2]], sum[from[3]]]);
+            turned = fours.add_product(turned, moved, fours.row(signs.map(T::splat)));
+        }
+        let half = fours.row([T::splat(0.5) * scale; SLOTS]);
+        fours.numbers(fours.add_product(zero, turned, half))
     }
-    if j == k {
-        add_turn(&mut sums[0], q(j), w(0), add_product);
-    }
-    // the vectorised form of the loop ends here; without this the compiler would give it up
-    let [[x, y, z], [x_odd, y_odd, z_odd]] = core::hint::black_box(sums);
-    let of = |sum: [T; SLOTS], odd: [T; SLOTS]| move |i: usize| sum[i] + odd[i];
-    let (x, y, z) = (of(x, x_odd), of(y, y_odd), of(z, z_odd));
-    let half = T::splat(0.5) * scale;
-    [
-        half * (T::splat(0.0) - (x(1) + y(2) + z(3))),
-        half * (x(0) + z(2) - y(3)),
-        half * (y(0) + x(3) - z(1)),
-        half * (z(0) + y(1) - x(2)),
-    ]
 }
 
 /// Adds the products of each component of an angular velocity with a quaternion.
 #[inline(always)]
-fn add_turn<T: Scalar>(
-    sums: &mut [[T; SLOTS]; 3],
-    q: [T; SLOTS],
-    w: [T; SLOTS],
-    add_product: impl Fn(T, T, T) -> T,
-) {
-    for a in 0..3 {
-        for i in 0..SLOTS {
-            sums[a][i] = add_product(sums[a][i], q[i], w[a + 1]);
-        }
+fn add_turn<T: Scalar, F: Fours<T>>(fours: F, sums: &mut [F::Row; 3], [q, w]: Term<T>) {
+    let q = fours.row(q);
+    for axis in 0..3 {
+        sums[axis] = fours.add_product(sums[axis], q, fours.row([w[axis + 1]; SLOTS]));
     }
 }
 

@@ -7,11 +7,13 @@ use super::start::Start;
 use crate::kernel::series::{Argument, Series};
 use crate::number::compensated;
 use crate::number::dispatch::Work;
+use crate::number::fours::on_doubles;
+use crate::series::blocks::{Products, Squares, all_sums};
 use crate::series::formulas;
 use crate::series::jet::{Call, Jet};
 use crate::series::orders::{LANES, RECIPROCALS, Row};
 use crate::series::rows;
-use crate::series::sums::{Products, Squares, add_product, all_sums};
+use crate::series::sums::add_product;
 use crate::series::switch::Switch;
 use crate::solve::rotation::{self, SLOTS};
 use crate::taylor::control::{self, Judged, Sizes};
@@ -103,11 +105,14 @@ impl Turning {
     fn advance<const FUSED: bool>(&mut self, k: usize, q: &mut [f64], v: Option<&[f64]>) {
         let count = self.rotations.len();
         for (place, &first) in self.rotations.iter().enumerate() {
-            let of = |table: &[[f64; SLOTS]], j: usize| table[j * count + place];
             let (known_q, known_w) = (&self.q, &self.w);
-            let scale = RECIPROCALS[k];
-            let add = |sum: f64, x: f64, y: f64| add_product::<FUSED, f64>(sum, x, y);
-            let turned = rotation::coefficient(k - 1, scale, |j| of(known_q, j), |j| of(known_w, j), add);
+            let term = |j: usize| [known_q[j * count + place], known_w[(k - 1 - j) * count + place]];
+            let next = rotation::Coefficient {
+                scale: RECIPROCALS[k],
+                pairs: (0..k / 2).map(|j| [term(2 * j), term(2 * j + 1)]),
+                last: (k % 2 == 1).then(|| term(k - 1)),
+            };
+            let turned = on_doubles::<FUSED, _>(next);
             for (to, x) in q.iter_mut().skip(first).zip(turned) {
                 *to = x;
             }

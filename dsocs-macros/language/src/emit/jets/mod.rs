@@ -13,10 +13,11 @@ mod pairs;
 mod plan;
 mod running;
 mod sequence;
+mod whole;
 mod write;
 
 use proc_macro2::{Literal, TokenStream};
-use quote::quote;
+use quote::{ToTokens as _, quote};
 use syn::{Generics, Ident};
 
 use self::plan::Plan;
@@ -44,6 +45,7 @@ pub(super) fn jets(model: &Model) -> TokenStream {
 
     let [products, squares] = writer.blocks().map(Literal::usize_unsuffixed);
     let calls = Literal::usize_unsuffixed(plan.calls.len());
+    let [groups, size] = writer.whole_blocks().map(Literal::usize_unsuffixed);
     let (switches, names) = switches(model, &graph, &plan);
     let (constants_code, constants) = constants(&graph, &plan.constants);
     let count = Literal::usize_unsuffixed(constants.len());
@@ -60,7 +62,7 @@ pub(super) fn jets(model: &Model) -> TokenStream {
         impl #impl_generics ::dsocs_core::__private::Jets<#n> for #name #type_generics #where_clause {
             type Fixed<__T: ::dsocs_core::__private::Coefficient> = [__T; #count];
             type Table<__T: ::dsocs_core::__private::Coefficient> =
-                ::dsocs_core::__private::Table<__T, #products, #squares, #calls #switches>;
+                ::dsocs_core::__private::Table<__T, #products, #squares, #calls, #switches, #groups, #size>;
             #names
 
             #[inline]
@@ -90,13 +92,7 @@ pub(super) fn jets(model: &Model) -> TokenStream {
 /// The number of switches behind a comma, and their names; both empty if there are none.
 fn switches(model: &Model, graph: &Graph, plan: &Plan) -> (TokenStream, TokenStream) {
     let names = plan.names(model, graph);
-    let count = match names.len() - plan.calls.len() {
-        0 => TokenStream::new(),
-        count => {
-            let count = Literal::usize_unsuffixed(count);
-            quote!(, #count)
-        }
-    };
+    let count = Literal::usize_unsuffixed(names.len() - plan.calls.len()).into_token_stream();
     if names.is_empty() {
         return (count, TokenStream::new());
     }
@@ -197,8 +193,16 @@ impl Writer<'_> {
         let [o, p, f, below] = ["o", "p", "f", "below"].map(local);
         let length = Literal::usize_unsuffixed(sequences.ops().count());
         let n = Literal::usize_unsuffixed(self.plan.accelerations.len());
-        let [sums_of_products, sums_of_squares] =
-            [sequences.products.len(), sequences.squares.len()].map(Literal::usize_unsuffixed);
+        let whole_squares = Literal::usize_unsuffixed(self.plan.whole[1]);
+        let [sums_of_products, sums_of_squares] = [
+            sequences
+                .products
+                .len()
+                .saturating_sub(self.plan.whole[0] * plan::LANES),
+            sequences.squares.len(),
+        ]
+        .map(Literal::usize_unsuffixed);
+        let [begin_blocks, next_blocks] = self.blocks_at_once();
         let (start, next) = (
             self.all_start(self.plan.at_start(false)),
             self.all_next(self.plan.beyond(false)),
@@ -286,11 +290,13 @@ impl Writer<'_> {
             #start
             #solve_start
             #watch_narrow_features
+            #begin_blocks
             #series.#push(0, #turning &mut #q, &mut #v, [#(#first),*]);
             #declare
             for #k in 1..#series.order() {
                 let #products = #table.product_sums::<__FUSED, #eager, #sums_of_products>(#k);
-                let #squares = #table.square_sums::<__FUSED, #eager, #sums_of_squares>(#k);
+                let #squares = #table.square_sums::<__FUSED, #eager, #sums_of_squares, #whole_squares>(#k);
+                #next_blocks
                 let #r = __T::splat(::dsocs_core::__private::RECIPROCALS[#k]);
                 let #degree = __T::splat(#k as f64);
                 let #below = __T::splat(#k as f64 - 1.0);

@@ -38,6 +38,8 @@ pub(super) struct Plan {
     pub(super) calls: Vec<Sequence>,
     /// Whether inner sums take the newest coefficients from variables instead of arrays.
     pub(super) eager: bool,
+    /// The number of leading blocks of products, and of squares, all of whose operands are known before an order is computed.
+    pub(super) whole: [usize; 2],
     /// The motion whose series is computed.
     pub(super) motion: Motion,
 }
@@ -80,6 +82,7 @@ impl Plan {
             constants: Vec::new(),
             calls: Vec::new(),
             eager: false,
+            whole: [0; 2],
             sequences,
             motion,
         };
@@ -115,7 +118,7 @@ impl Plan {
             }
         }
         self.eager = self.sequences.products.len() <= MOST_EAGER;
-        self.sequences.fill(LANES);
+        self.whole = self.sequences.fill(LANES);
         let operands = self.sequences.products.iter().flatten();
         let operands = operands.chain(&self.sequences.squares);
         let mut outputs: Vec<Sequence> = operands.map(|operand| operand.sequence()).collect();

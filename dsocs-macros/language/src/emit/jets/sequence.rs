@@ -367,17 +367,54 @@ impl Sequences {
     }
 
     /// Moves the squares into free places of the last block of products, if there are enough: that spares a
-    /// loop.
-    pub(super) fn fill(&mut self, lanes: usize) {
+    /// loop. Squares of positions and velocities come first. Returns the number of blocks of products and of
+    /// squares that have such operands alone.
+    pub(super) fn fill(&mut self, lanes: usize) -> [usize; 2] {
         let free = self.products.len().next_multiple_of(lanes) - self.products.len();
-        if self.squares.len() > free {
-            return;
+        if self.squares.len() <= free {
+            self.products.extend(
+                core::mem::take(&mut self.squares)
+                    .into_iter()
+                    .map(|square| [square; 2]),
+            );
         }
-        for square in core::mem::take(&mut self.squares) {
-            let key = [square, square];
-            self.places.insert(key, Lane::Product(self.products.len()));
-            self.products.push(key);
+        let (products, squares) = (
+            core::mem::take(&mut self.products),
+            core::mem::take(&mut self.squares),
+        );
+        let is_known = |operand: &Operand| self.is_known(*operand);
+        // a square has a recurrence of its own
+        let (known, others): (Vec<_>, Vec<_>) = products
+            .into_iter()
+            .partition(|both| both[0] != both[1] && both.iter().all(is_known));
+        let (known_squares, other_squares): (Vec<_>, Vec<_>) = squares.into_iter().partition(is_known);
+        let whole = [
+            (known.len(), others.len()),
+            (known_squares.len(), other_squares.len()),
+        ];
+        self.products = [known, others].concat();
+        self.squares = [known_squares, other_squares].concat();
+        for (place, &key) in self.products.iter().enumerate() {
+            self.places.insert(key, Lane::Product(place));
         }
+        for (place, &square) in self.squares.iter().enumerate() {
+            self.places.insert([square; 2], Lane::Square(place));
+        }
+        // what is left free in the last block is no obstacle
+        let whole = whole.map(|(known, others)| {
+            if others == 0 {
+                known.div_ceil(lanes)
+            } else {
+                known / lanes
+            }
+        });
+        // of more than two, two share a loop
+        [if whole[0] > 2 { whole[0] / 2 * 2 } else { whole[0] }, whole[1]]
+    }
+
+    /// Whether the coefficients of an operand are known before anything of an order is computed.
+    fn is_known(&self, operand: Operand) -> bool {
+        matches!(operand, Operand::Plain(u) if matches!(self.op(u), Op::Leaf(Leaf::Q(_) | Leaf::V(_))))
     }
 
     /// Adds a switch, unless its argument is constant in time or it is known.

@@ -104,6 +104,26 @@ fn the_pendulum_takes_five_products_and_a_square() {
 }
 
 #[test]
+fn products_of_a_top_are_all_known_before_its_orders() {
+    let declaration = quote! {
+        coordinates(r: rotation);
+        let w = r.angular_velocity();
+        let kinetic = sum(0..3, |i| moments[i] * w[i].powi(2)) / 2;
+        lagrangian = kinetic - (r * arm)[2];
+    };
+    let item = quote!(
+        struct Body {
+            moments: [f64; 3],
+            arm: [f64; 3],
+        }
+    );
+    let model = expand::model(declaration.clone(), &syn::parse2(item.clone()).unwrap()).unwrap();
+    assert_eq!(counts(declaration, item), [7, 2, 0]);
+    // seven products in two blocks, and a block of squares
+    assert_eq!(Plan::of(&model, &mut model.graph.clone()).whole, [2, 1]);
+}
+
+#[test]
 fn the_factor_of_the_pendulum_is_divided_out_exactly() {
     let (declaration, item) = pendulum();
     let model = expand::model(declaration, &syn::parse2(item).unwrap()).unwrap();

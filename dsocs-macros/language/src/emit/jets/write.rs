@@ -23,7 +23,7 @@ pub(super) fn local(name: &str) -> Ident {
     Ident::new(name, Span::mixed_site())
 }
 
-fn at(index: usize) -> Literal {
+pub(super) fn at(index: usize) -> Literal {
     Literal::usize_unsuffixed(index)
 }
 
@@ -356,13 +356,13 @@ impl<'g> Writer<'g> {
     /// An inner sum. If the plan is eager, its newest terms, of the orders 1 and `k-1`, come from variables:
     /// numbers that were just stored one by one cannot be loaded at once as a row.
     fn inner(&self, [x, y]: [Operand; 2]) -> TokenStream {
-        let (array, place) = match self.plan.sequences.lane([x, y]) {
-            Some(Lane::Product(place)) => (local("products"), place),
-            Some(Lane::Square(place)) => (local("squares"), place),
+        let (array, place, beyond) = match self.plan.sequences.lane([x, y]) {
+            Some(Lane::Product(place)) => (local("products"), place, self.plan.whole[0]),
+            Some(Lane::Square(place)) => (local("squares"), place, 0),
             // does not occur: a sequence with a recurrence is needed beyond order 0
             None => return quote!(__T::splat(0.0)),
         };
-        let (block, lane) = (at(place / LANES), at(place % LANES));
+        let (block, lane) = (at(place / LANES - beyond), at(place % LANES));
         let sum = quote!(#array[#block][#lane]);
         if !self.plan.eager {
             return sum;
@@ -392,6 +392,9 @@ impl<'g> Writer<'g> {
             let (start, now) = (zeroth(*u), kth(*u));
             quote!([#start, #now])
         };
+        if let Some(whole) = self.whole(sequence, op) {
+            return quote!(#to = #whole;);
+        }
         let (own, r, k) = (zeroth(sequence), local("r"), local("k"));
         let sums: Vec<_> = op
             .inner(sequence)
@@ -494,7 +497,14 @@ impl<'g> Writer<'g> {
             }
         };
         let mut code = TokenStream::new();
-        for (block, lanes) in self.plan.sequences.products.chunks(LANES).enumerate() {
+        for (block, lanes) in self
+            .plan
+            .sequences
+            .products
+            .chunks(LANES)
+            .skip(self.plan.whole[0])
+            .enumerate()
+        {
             let block = at(block);
             let sides = [0, 1].map(|side| {
                 let lanes = (0..LANES).map(|lane| operand(lanes.get(lane).map(|operands| &operands[side])));
@@ -506,7 +516,14 @@ impl<'g> Writer<'g> {
                 #table.products[#block].right[#k] = #right;
             });
         }
-        for (block, lanes) in self.plan.sequences.squares.chunks(LANES).enumerate() {
+        for (block, lanes) in self
+            .plan
+            .sequences
+            .squares
+            .chunks(LANES)
+            .enumerate()
+            .skip(self.plan.whole[1])
+        {
             let block = at(block);
             let lanes = (0..LANES).map(|lane| operand(lanes.get(lane)));
             code.extend(quote!(#table.squares[#block].rows[#k] = [#(#lanes),*];));
@@ -517,7 +534,7 @@ impl<'g> Writer<'g> {
     /// The numbers of blocks of products and of squares.
     pub(super) fn blocks(&self) -> [usize; 2] {
         [
-            self.plan.sequences.products.len().div_ceil(LANES),
+            self.plan.sequences.products.len().div_ceil(LANES) - self.plan.whole[0],
             self.plan.sequences.squares.len().div_ceil(LANES),
         ]
     }

@@ -1,0 +1,117 @@
+//! Four numbers side by side.
+//!
+//! The compiler puts four sums into a register by itself, but gives that up where each of them is used by itself later. Where that costs more than all
+//! the rest the registers are named.
+
+#![allow(clippy::inline_always)] // parts of recurrences, which are compiled for the machine's own instructions
+
+#[cfg(target_arch = "x86_64")]
+use pulp::{f64x4, x86::V3};
+
+use super::scalar::Scalar;
+
+/// Arithmetic on four numbers at once.
+pub trait Fours<T>: Copy {
+    /// Four numbers.
+    type Row: Copy;
+
+    /// Puts them side by side.
+    fn row(self, numbers: [T; 4]) -> Self::Row;
+
+    /// Takes them apart.
+    fn numbers(self, row: Self::Row) -> [T; 4];
+
+    /// `a + b`
+    fn add(self, a: Self::Row, b: Self::Row) -> Self::Row;
+
+    /// `sum + a b`
+    fn add_product(self, sum: Self::Row, a: Self::Row, b: Self::Row) -> Self::Row;
+}
+
+/// Work on rows of four, compiled for each kind of arithmetic. All that it calls is to be inlined.
+pub trait OnFours<T> {
+    /// What it gives.
+    type Output;
+
+    /// Does the work.
+    fn run<F: Fours<T>>(self, fours: F) -> Self::Output;
+}
+
+/// Numbers one by one, which add a product as `add_product` says.
+#[derive(Clone, Copy)]
+pub(crate) struct OneByOne<A>(pub A);
+
+impl<T: Scalar, A: Fn(T, T, T) -> T + Copy> Fours<T> for OneByOne<A> {
+    type Row = [T; 4];
+
+    #[inline(always)]
+    fn row(self, numbers: [T; 4]) -> [T; 4] {
+        numbers
+    }
+
+    #[inline(always)]
+    fn numbers(self, row: [T; 4]) -> [T; 4] {
+        row
+    }
+
+    #[inline(always)]
+    fn add(self, a: [T; 4], b: [T; 4]) -> [T; 4] {
+        [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]]
+    }
+
+    #[inline(always)]
+    fn add_product(self, sum: [T; 4], a: [T; 4], b: [T; 4]) -> [T; 4] {
+        let Self(add) = self;
+        [
+            add(sum[0], a[0], b[0]),
+            add(sum[1], a[1], b[1]),
+            add(sum[2], a[2], b[2]),
+            add(sum[3], a[3], b[3]),
+        ]
+    }
+}
+
+/// A register of four doubles, with fused products.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+struct Registers(V3);
+
+#[cfg(target_arch = "x86_64")]
+impl Fours<f64> for Registers {
+    type Row = f64x4;
+
+    #[inline(always)]
+    fn row(self, [a, b, c, d]: [f64; 4]) -> f64x4 {
+        f64x4(a, b, c, d)
+    }
+
+    #[inline(always)]
+    fn numbers(self, f64x4(a, b, c, d): f64x4) -> [f64; 4] {
+        [a, b, c, d]
+    }
+
+    #[inline(always)]
+    fn add(self, a: f64x4, b: f64x4) -> f64x4 {
+        self.0.add_f64x4(a, b)
+    }
+
+    #[inline(always)]
+    fn add_product(self, sum: f64x4, a: f64x4, b: f64x4) -> f64x4 {
+        self.0.mul_add_f64x4(a, b, sum)
+    }
+}
+
+/// Does work on doubles: in registers if products are fused, which is then known of the machine.
+#[inline(always)]
+pub(crate) fn on_doubles<const FUSED: bool, W: OnFours<f64>>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if FUSED && let Some(simd) = V3::try_new() {
+        return work.run(Registers(simd));
+    }
+    work.run(OneByOne(add_product::<FUSED>))
+}
+
+#[inline(always)]
+fn add_product<const FUSED: bool>(sum: f64, a: f64, b: f64) -> f64 {
+    if FUSED { a.mul_add(b, sum) } else { sum + a * b }
+}
