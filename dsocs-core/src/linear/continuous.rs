@@ -6,11 +6,16 @@ use super::error::LinearizationError;
 use super::model::{Columns, Frame, LinearModel, LinearTime};
 use super::ports::{Measured, Ports};
 use super::slopes::{At, Direction, Slopes};
-use crate::number::point::AnyPoint;
+use crate::number::bounded::{Bounded, UNIT};
+use crate::number::point::{AnyPoint, map};
+use crate::number::scalar::Scalar as _;
 use crate::regularity::undefined;
 use crate::solve::{Square, rotation};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Part, Segment};
+
+/// An acceleration below this many times its rounding is zero.
+pub(super) const ROUNDINGS: f64 = 4.0;
 
 /// The variational equation at a point of a motion: the changes of acceleration and multipliers with the
 /// state and the parameters, by the implicit function theorem on the rows of the continuous system.
@@ -44,6 +49,47 @@ impl Variational {
         change.truncate(self.coordinates);
         Some(change)
     }
+
+    /// The rounding of each component of the acceleration: that of the rows, and of their leaves, which are
+    /// given in double precision, through the inverse of their Jacobian.
+    pub(super) fn rounding(&self, declaration: &Declaration<'_>, at: &At<'_>) -> Vec<f64> {
+        let bounded = |x: &[f64]| map(x, Bounded::splat);
+        let (q, v, a) = (bounded(at.q), bounded(at.v), bounded(at.a));
+        let point = AnyPoint {
+            t: Bounded::splat(at.t),
+            q: &q,
+            v: &v,
+            a: &a,
+        };
+        let rows = declaration.continuous(point, &bounded(at.multipliers));
+        let of_row = |i: usize| {
+            let leaves = self.rows.moving(i);
+            let leaves = leaves.map(|(leaf, slope)| (slope * at.value(declaration, leaf)).abs());
+            let evaluated = rows.get(i).map_or(f64::NAN, |row| row.error());
+            evaluated + UNIT * leaves.filter(|term| term.is_finite()).sum::<f64>()
+        };
+        let rows: Vec<f64> = (0..self.rows.values.len()).map(of_row).collect();
+        let mut rounding = vec![0.0; self.coordinates];
+        for (i, of_row) in rows.iter().enumerate() {
+            let unit: Vec<f64> = (0..rows.len())
+                .map(|k| if i == k { *of_row } else { 0.0 })
+                .collect();
+            let Some(part) = self.jacobian.solve(&unit) else {
+                return vec![0.0; self.coordinates];
+            };
+            for (rounding, part) in rounding.iter_mut().zip(part.iter()) {
+                *rounding += ROUNDINGS * part.abs();
+            }
+        }
+        rounding
+    }
+}
+
+/// Numbers, with a zero in place of those that are no larger than their rounding.
+pub(super) fn without_rounding(x: &[f64], rounding: &[f64]) -> Vec<f64> {
+    let both = x.iter().zip(rounding);
+    both.map(|(x, rounding)| if x.abs() <= *rounding { 0.0 } else { *x })
+        .collect()
 }
 
 /// The error of a point without a derivative.
@@ -94,7 +140,10 @@ pub(super) fn linearized(
         return Err(singular(declaration, at));
     }
     let told = (
-        chart.coordinates(at.v, at.a),
+        chart.coordinates(
+            at.v,
+            &without_rounding(at.a, &variational.rounding(declaration, at)),
+        ),
         measured.values(&|| force.values.clone()),
     );
     let frame = Frame {

@@ -38,8 +38,10 @@ const CENTRE: f64 = 1e-7;
 /// positions. The unknowns are the coordinates, except those that are [held](EquilibriumSearch::held), the
 /// parameters that are [free](EquilibriumSearch::free), and the multipliers. They are found from a guess by
 /// Newton's iteration with a line search; if the rows do not determine all unknowns, by the shortest updates,
-/// so that the equilibrium near the guess is found. Functions that jump with the velocity, such as dry
-/// friction, are zero at rest: the equilibrium is the one that needs no friction.
+/// so that the equilibrium near the guess is found. A function that jumps at rest, such as dry friction, may have any value
+/// between its two sides there, and has their mean: the equilibrium is the one that needs no friction, and
+/// [`Equilibrium::is_held_by_friction`] tells that positions around it rest as well. A function that jumps at another velocity, as with
+/// a belt, has the value of its side.
 ///
 /// ```
 /// use dsocs_core::dsocs;
@@ -94,6 +96,11 @@ pub struct Equilibrium {
     /// velocities as outputs; or the reason why there is none, for example because dry friction holds the
     /// system.
     pub model: Result<LinearModel, LinearizationError>,
+    /// The time for which the equations are solved, if the declaration depends on it: the position, and its
+    /// stability, are those of the equations as they are at this time.
+    pub frozen_at: Option<f64>,
+    /// Whether friction acts at rest.
+    held: bool,
     /// The places of the parameters that were free.
     free: Vec<usize>,
     /// The first places of rotations.
@@ -126,6 +133,13 @@ impl Equilibrium {
     #[must_use]
     pub fn is_isolated(&self) -> bool {
         self.directions.is_empty()
+    }
+
+    /// Whether a function that jumps at rest, such as dry friction, holds a range of positions around this one,
+    /// which needs none.
+    #[must_use]
+    pub fn is_held_by_friction(&self) -> bool {
+        self.held
     }
 
     /// The eigenvalues of the linear model, in 1/s, real and imaginary part of each, from the largest real part to the least.
@@ -309,16 +323,24 @@ impl<'s> EquilibriumSearch<'s> {
             a: &still,
             multipliers: unknowns.multipliers_of(&found.x),
         };
-        let force = declaration.continuous_force(AnyPoint {
+        let point = AnyPoint {
             t: self.t,
             q: &q,
             v: &still,
             a: &still,
-        });
+        };
+        let sides = rest.sides(&declaration, &q);
+        let force = if sides.is_empty() {
+            declaration.continuous_force(point)
+        } else {
+            declaration.sided_continuous_force(point, &sides)
+        };
         let model = self.model(&declaration, &at);
         Ok(Equilibrium {
             free: unknowns.parameters.clone(),
             rotations: unknowns.rotations.clone(),
+            frozen_at: self.system.shape().depends_on_time.then_some(self.t),
+            held: rest.is_held(&found),
             force,
             directions,
             model,
@@ -397,6 +419,12 @@ impl fmt::Display for Equilibrium {
         write!(f, "q = {}", Numbers(&self.q))?;
         if !self.is_isolated() {
             write!(f, ", one of a continuum")?;
+        }
+        if self.held {
+            write!(f, ", in a range that friction holds")?;
+        }
+        if let Some(t) = self.frozen_at {
+            write!(f, ", for the time frozen at t = {t}")?;
         }
         Ok(())
     }

@@ -5,7 +5,7 @@
 //! to `(q1, q2)`; its derivatives follow from its rows by the implicit function theorem.
 
 use super::chart::{Bonds, Chart, Rows};
-use super::continuous::singular;
+use super::continuous::{ROUNDINGS, Variational, singular, without_rounding};
 use super::corner;
 use super::error::LinearizationError;
 use super::model::{Columns, Frame, LinearModel, LinearTime};
@@ -13,6 +13,7 @@ use super::ports::{Measured, Ports};
 use super::slopes::{At, Direction, Slopes};
 use crate::geometry::{GeometryError, Triple, solvable};
 use crate::kernel::Kernel;
+use crate::number::bounded::UNIT;
 use crate::number::point::{AnyLeg, OwnedLeg, OwnedPoint};
 use crate::solve::{Square, rotation};
 use crate::tape::declaration::Declaration;
@@ -495,7 +496,17 @@ pub(super) fn linearized(
     let minus = |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x - y).collect() };
     let mut way = minus(&next.leg.q, &here.leg.q);
     rotation::difference(rotations, [&here.leg.q, &next.leg.q], &mut way);
-    let drift = chart.coordinates(&way, &minus(next.velocity(), here.velocity()));
+    // the difference of two positions rounds with the positions, that of two velocities with these over h
+    let of_a = Variational::of(declaration, at).rounding(declaration, at);
+    let places = here.leg.q.iter().zip(&of_a);
+    let of_way: Vec<f64> = places
+        .map(|(q, a)| ROUNDINGS * UNIT * q.abs() + h * h * a)
+        .collect();
+    let of_change: Vec<f64> = of_way.iter().map(|way| way / h).collect();
+    let drift = chart.coordinates(
+        &without_rounding(&way, &of_way),
+        &without_rounding(&minus(next.velocity(), here.velocity()), &of_change),
+    );
     let force = || here.node.values[3 * n + 1..].to_vec();
     let told = (drift, measured.values(&force));
     let frame = Frame {

@@ -201,6 +201,10 @@ class Equilibrium:
         self.directions: Array = _fixed(results["directions"], (len(results["directions"]), -1 if results["directions"] else len(self.q)))
         #: `stable`, `unstable` or `undecided by the linear model`; None where there is no linear model.
         self.stability: str | None = results["stability"]
+        #: Whether dry friction holds a range of positions around this one, which needs no friction.
+        self.held_by_friction: bool = results["held_by_friction"]
+        #: Whether the declaration depends on the time, so that this is the equilibrium of its equations frozen at `t`.
+        self.frozen: bool = results["frozen"]
         #: The reason why there is no linear model, as where dry friction holds the system; None where there
         #: is one.
         self.failure: str | None = results["failure"]
@@ -235,6 +239,10 @@ class Equilibrium:
         parts = [place, self.stability or "no linear model"]
         if not self.isolated:
             parts.append(f"one of a continuum of {len(self.directions)} dimension{'s' if len(self.directions) > 1 else ''}")
+        if self.held_by_friction:
+            parts.append("in a range that friction holds")
+        if self.frozen:
+            parts.append(f"frozen at t = {self.t:.6g}")
         return f"<Equilibrium of {self.system.name}: {'; '.join(parts)}>"
 
     def __reduce__(self) -> Any:

@@ -137,6 +137,8 @@ fn equilibrium_dict<'py>(py: Python<'py>, found: &Equilibrium) -> PyResult<Bound
         dict.set_item(name, PyArray1::from_slice(py, vector))?;
     }
     dict.set_item("directions", &found.directions)?;
+    dict.set_item("held_by_friction", found.is_held_by_friction())?;
+    dict.set_item("frozen", found.frozen_at.is_some())?;
     let eigenvalues = found.eigenvalues();
     dict.set_item("failure", eigenvalues.as_ref().err().map(ToString::to_string))?;
     dict.set_item("eigenvalues", eigenvalues.ok())?;

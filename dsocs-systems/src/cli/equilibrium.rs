@@ -137,6 +137,16 @@ fn equilibrium_text(entry: &Entry, free: &[String], found: &Equilibrium) -> Stri
             text.extend(["  no eigenvalues: ", &error.to_string(), "\n"]);
         }
     }
+    if found.is_held_by_friction() {
+        text.push_str("  friction holds a range of positions around it; this one needs no friction\n");
+    }
+    if let Some(t) = found.frozen_at {
+        let told = format!(
+            "  the declaration depends on t: this is the equilibrium of its equations frozen at t = {} (--t0)\n",
+            six(t)
+        );
+        text.push_str(&told);
+    }
     for direction in &found.directions {
         text.extend(["  one of a continuum, along ", &rounded(direction), "\n"]);
     }
@@ -167,6 +177,8 @@ fn encoded(entry: &Entry, found: &Equilibria) -> Value {
             "force": equilibrium.force,
             "isolated": equilibrium.is_isolated(),
             "directions": equilibrium.directions,
+            "held_by_friction": equilibrium.is_held_by_friction(),
+            "frozen_at": equilibrium.frozen_at,
             "stability": equilibrium.stability().ok().map(|stability| stability.to_string()),
             "eigenvalues": eigenvalues.as_ref().ok(),
             "failure": eigenvalues.as_ref().err().map(ToString::to_string),

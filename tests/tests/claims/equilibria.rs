@@ -204,6 +204,84 @@ fn dry_friction_is_zero_at_rest_and_has_no_eigenvalues() {
 }
 
 #[test]
+fn a_force_that_jumps_at_another_velocity_has_the_side_of_rest() {
+    // forces, and their values at rest; the potential x² has the force −2 x
+    for (force, at_rest) in [
+        ("-0.5 * (dot(x) - 0.4).signum()", 0.5),
+        ("if dot(x) < 0.4 { 0.5 } else { -0.5 }", 0.5),
+        ("(0.5 * (dot(x) - 0.4)).min(0.1).max(-0.1)", -0.1),
+        ("0.5 * (dot(x) + 3).signum()", 0.5),
+        ("0.5 * (dot(x) + 3).abs()", 1.5),
+        ("(3 - 2 * dot(x)).min(1.0)", 1.0),
+        (
+            "-(0.5 + 0.3 * (-(dot(x) - 0.4).abs() / 0.2).exp()) * (dot(x) - 0.4).signum()",
+            0.5 + 0.3 * (-2.0_f64).exp(),
+        ),
+    ] {
+        let system = read(&format!(
+            "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = {force};"
+        ));
+        let found = EquilibriumSearch::new(&system).near([0.5]).unwrap();
+        close(&found.q, &[at_rest / 2.0]);
+        assert!(
+            found.model.is_ok() && !found.is_held_by_friction() && found.frozen_at.is_none(),
+            "{force}"
+        );
+    }
+    // a drive whose limit is another speed: y = 2 is where the run goes
+    let cruise = read(
+        "coordinates(y); lagrangian = dot(y).powi(2) / 2 - y.powi(2) / 2;
+         external_forces = if dot(y) > 1 { 0 } else { 2 } - dot(y);",
+    );
+    let found = EquilibriumSearch::new(&cruise).near([0.0]).unwrap();
+    close(&found.q, &[2.0]);
+    assert_eq!(found.stability().unwrap(), Stability::Stable);
+    // the force of a constraint has the side, too: the belt carries the block against a stop
+    let stop = read(
+        "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y.powi(2);
+         holonomic = x - 1; external_forces = (-0.5 * (dot(x) - 0.4).signum(), 0);",
+    );
+    close(
+        &EquilibriumSearch::new(&stop).near([1.0, 0.2]).unwrap().force,
+        &[-0.5, 0.0],
+    );
+}
+
+#[test]
+fn friction_that_holds_a_range_and_a_time_that_stands_are_told() {
+    let block = read(
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = 0.5 - 0.1 * dot(x).signum();",
+    );
+    let found = EquilibriumSearch::new(&block).near([0.5]).unwrap();
+    close(&found.q, &[0.25]);
+    assert!(found.is_held_by_friction());
+    assert!(
+        found.to_string().contains("in a range that friction holds"),
+        "{found}"
+    );
+    // drag by |v| v has a sign and holds nothing
+    let drag = read(
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2); external_forces = -dot(x).abs() * dot(x);",
+    );
+    assert!(
+        !EquilibriumSearch::new(&drag)
+            .near([0.5])
+            .unwrap()
+            .is_held_by_friction()
+    );
+    let belt = read(
+        "coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2);
+         external_forces = -0.5 * (dot(x) - 0.4 * t.cos()).signum();",
+    );
+    for (t, place) in [(0.0, 0.25), (3.0, -0.25)] {
+        let found = EquilibriumSearch::new(&belt).at(t).near([0.5]).unwrap();
+        close(&found.q, &[place]);
+        assert_eq!(found.frozen_at, Some(t));
+        assert!(found.to_string().contains("frozen at t"), "{found}");
+    }
+}
+
+#[test]
 fn where_there_is_none_it_says_why() {
     let search = |text: &str, guess: &[f64]| EquilibriumSearch::new(&read(text)).near(guess).unwrap_err();
     let falls = search(

@@ -4,7 +4,7 @@ use super::error::EquilibriumError;
 use crate::linear::chart::{Basis, dot};
 use crate::linear::slopes::{At, Slopes};
 use crate::number::point::AnyPoint;
-use crate::regularity::{multipliers, undefined};
+use crate::regularity::{multipliers, sticking, undefined};
 use crate::solve::dense::{Matrix, length};
 use crate::solve::rotation::{self, SLOTS};
 use crate::tape::declaration::Declaration;
@@ -190,16 +190,52 @@ impl Rest<'_> {
             a: &still,
             multipliers: self.unknowns.multipliers_of(x),
         };
-        // at rest, functions that jump with the velocity are between their sides: zero
-        let continuous = if declaration.sides() > 0 {
-            Segment::SidedContinuous
-        } else {
+        let sides = self.sides(&declaration, &q);
+        let continuous = if sides.is_empty() {
             Segment::Continuous
+        } else {
+            Segment::SidedContinuous
         };
-        at.slopes(
+        let value = |leaf| match leaf {
+            Leaf::Side(g) => sides.get(g).copied().unwrap_or(0.0),
+            _ => at.value(&declaration, leaf),
+        };
+        Slopes::of(
             &declaration,
             &[(continuous, Part::Head), (Segment::Phase, Part::All)],
+            &value,
         )
+    }
+
+    /// The sides of the functions that jump with the velocity, at rest at a position: the sign of each argument,
+    /// and zero, between the two sides, only where the argument itself is zero. A function that jumps at another
+    /// velocity has the value of the side on which rest is.
+    pub(super) fn sides(&self, declaration: &Declaration<'_>, q: &[f64]) -> Vec<f64> {
+        if declaration.sides() == 0 {
+            return Vec::new();
+        }
+        let still = vec![0.0; q.len()];
+        let zero = sticking::zero(declaration, self.t, q, &still);
+        let arguments = declaration.side_arguments(self.t, q, &still);
+        let both = arguments.into_iter().zip(zero);
+        both.map(|(argument, zero)| if zero { 0.0 } else { argument.signum() })
+            .collect()
+    }
+
+    /// Whether functions that jump at rest, such as dry friction, act there: they hold positions around it, too.
+    pub(super) fn is_held(&self, found: &Found) -> bool {
+        let q = self.position(&found.x);
+        let values = self.parameters(&found.x);
+        let sides = self.sides(&self.declaration.with(&values), &q);
+        let acts = |g: usize| {
+            found
+                .rows
+                .slopes
+                .by(Leaf::Side(g))
+                .iter()
+                .any(|slope| *slope != 0.0)
+        };
+        sides.iter().enumerate().any(|(g, side)| *side == 0.0 && acts(g))
     }
 
     /// The rows; `None` if they have no value.
