@@ -140,6 +140,7 @@ impl<const N: usize> FusedIterator for Flow<'_, N> {}
 
 mod any;
 mod choose;
+mod corner;
 pub(crate) mod discrete;
 mod forces;
 mod inputs;

@@ -50,6 +50,8 @@ pub(crate) struct Discrete<'s> {
     pub(super) contacts: Option<Box<Contacts>>,
     /// The state of the arguments of piecewise functions, if there are any.
     pub(super) switches: Option<Switches>,
+    /// Whether the declaration has tables of samples.
+    has_tables: bool,
 }
 
 /// The result of a step.
@@ -105,6 +107,7 @@ impl<'s> Discrete<'s> {
             None
         };
         let switches = Switches::of(&declaration);
+        let has_tables = declaration.has_tables();
         let constants = constants_of(kernel, &values, h);
         let course = Course {
             given: beginning.e.clone(),
@@ -121,6 +124,7 @@ impl<'s> Discrete<'s> {
             unresolved: None,
             nearly_singular: None,
             contacts,
+            has_tables,
             switches,
         })
     }
@@ -389,6 +393,8 @@ impl<'s> Discrete<'s> {
         (scalars.iterations, scalars.stop) = (report.iterations, report.stop);
         if self.contacts.is_some() || self.changed.is_some() {
             self.tell_others(NodeMut { vectors, scalars });
+        } else if self.has_tables {
+            self.tell_arrival(NodeMut { vectors, scalars });
         }
     }
 
