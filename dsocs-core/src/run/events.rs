@@ -91,7 +91,7 @@ impl<'e> AnyEvent<'e> {
     }
 
     /// The function at a point of jets.
-    fn at(&self, declaration: &Declaration<'_>, point: AnyPoint<'_, Jet>) -> Jet {
+    pub(super) fn at(&self, declaration: &Declaration<'_>, point: AnyPoint<'_, Jet>) -> Jet {
         match &self.source {
             Source::Function(function) => function(point),
             Source::Observable(index) => {
@@ -284,19 +284,19 @@ impl<'e, const N: usize> Events<'e, N> {
 
 /// The workspace of event functions.
 #[derive(Debug)]
-struct Work {
-    call: Call,
+pub(super) struct Work {
+    pub(super) call: Call,
     point: OwnedPoint<f64>,
 }
 
 /// [`Events`] of any number of coordinates.
 #[derive(Debug)]
 pub struct AnyEvents<'e> {
-    watched: Vec<AnyEvent<'e>>,
-    sides: Vec<f64>,
-    work: Work,
+    pub(super) watched: Vec<AnyEvent<'e>>,
+    pub(super) sides: Vec<f64>,
+    pub(super) work: Work,
     crossings: Vec<Crossing>,
-    found: Vec<(f64, usize, bool)>,
+    pub(super) found: Vec<(f64, usize, bool)>,
     /// The motion to the current node of the run.
     pub(super) leg: LastLeg,
 }
@@ -440,6 +440,9 @@ impl<'e> AnyEvents<'e> {
                 }
                 self.crossings(declaration, polynomial, place, part, [from, length], &mut side);
             }
+            if first < self.found.len() || self.sides[place] == 0.0 {
+                self.settle(declaration, polynomial, (place, first), &mut side);
+            }
             self.sides[place] = if first == self.found.len() {
                 side
             } else {
@@ -532,7 +535,7 @@ fn tell(
 }
 
 /// The series of position and velocity about another point of a step.
-struct Shifted {
+pub(super) struct Shifted {
     t: f64,
     order: usize,
     dimension: usize,
@@ -541,7 +544,7 @@ struct Shifted {
     q: Vec<f64>,
 }
 
-fn shifted(polynomial: &AnyPolynomial<'_>, s: f64) -> Shifted {
+pub(super) fn shifted(polynomial: &AnyPolynomial<'_>, s: f64) -> Shifted {
     let series = polynomial.series;
     let mut shifted = Shifted {
         t: polynomial.time(s),
@@ -570,7 +573,7 @@ fn shift(coefficients: &mut [f64], dimension: usize, s: f64) {
 }
 
 /// The series of an event's function, to the highest known order.
-fn expand(
+pub(super) fn expand(
     event: &AnyEvent<'_>,
     declaration: &Declaration<'_>,
     series: &Shifted,

@@ -21,6 +21,7 @@ mod observer;
 mod polynomial;
 mod singular;
 mod stepper;
+mod still;
 mod trajectory;
 mod unresolved;
 mod until;

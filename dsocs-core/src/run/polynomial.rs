@@ -36,6 +36,8 @@ pub(crate) struct Search {
     pub tail: f64,
     /// The largest number of halvings.
     pub depth: u32,
+    /// Whether a step ends where a body comes to rest.
+    pub joins: bool,
 }
 
 impl Search {
@@ -43,10 +45,15 @@ impl Search {
     pub const SERIES: Self = Self {
         tail: 1e-9,
         depth: 12,
+        joins: true,
     };
 
     /// For a polynomial between two nodes, which is less exact itself.
-    pub const NODES: Self = Self { tail: 1e-9, depth: 4 };
+    pub const NODES: Self = Self {
+        tail: 1e-9,
+        depth: 4,
+        joins: false,
+    };
 }
 
 impl<'f> AnyPolynomial<'f> {
