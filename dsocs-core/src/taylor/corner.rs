@@ -211,6 +211,7 @@ impl Integrator {
         let is_before = left.abs() < h.abs();
         let h = if is_before { left } else { h };
         self.last = Some((self.t, h));
+        self.keep(h, true);
         if is_before {
             equations.along(&self.series, h, &self.now, &mut self.tried);
             self.wait_beside_corner(until);

@@ -110,8 +110,14 @@ impl Run for AnyTaylorFlow<'_> {
         let mut buffer = vec![0.0; BUFFER * 3 * n];
         let mut rest = times;
         while let Some(&t) = rest.first() {
-            if t == self.motion.time() {
-                let AnyPoint { q, v, a, .. } = self.motion.point();
+            let here = t == self.motion.time();
+            if here || self.motion.at_switch[1] && self.motion.is_near(t) {
+                let point = self.motion.point();
+                let told = self
+                    .motion
+                    .at_jump(&self.equations.declaration(), AnyPoint { t, ..point });
+                let AnyPoint { q, v, a, .. } = point;
+                let a = told.as_ref().map_or(a, |(a, _)| a);
                 for (room, x) in buffer.chunks_exact_mut(n.max(1)).zip([q, v, a]) {
                     room.copy_from_slice(x);
                 }
@@ -121,7 +127,9 @@ impl Run for AnyTaylorFlow<'_> {
             }
             self.step(end)?;
             let reached = self.motion.time();
-            let inside = |t: f64| if forward { t < reached } else { t > reached };
+            // at a switch a point has the side of the declaration
+            let apart = |t: f64| !(self.motion.at_switch[1] && self.motion.is_near(t));
+            let inside = |t: f64| (if forward { t < reached } else { t > reached }) && apart(t);
             let Some(polynomial) = self.motion.polynomial() else {
                 continue;
             };

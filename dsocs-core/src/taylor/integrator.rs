@@ -56,6 +56,11 @@ pub(crate) struct Integrator {
     pub(super) order: Order,
     /// The time where the last step began, and its length.
     pub(super) last: Option<(Compensated<1>, f64)>,
+    /// Whether the last step begins, and whether it ends, at a switch or a knot.
+    pub(super) at_switch: [bool; 2],
+    /// The size of the velocity lately: half of it is forgotten with each step. A body that comes to rest is
+    /// corrected by the rounding of the velocity that it had.
+    pub(super) lately: f64,
     /// The current time.
     pub(super) t: Compensated<1>,
     /// The current position and velocity.
@@ -147,6 +152,9 @@ impl Integrator {
             weights: Weights::new(n),
             order: Order::new(tolerance),
             last: None,
+            // a start may lie on a switch
+            at_switch: [true; 2],
+            lately: 0.0,
             t: Compensated::exact([t0]),
             now: State::exact(q0, v0),
             tried: State::exact(q0, v0),
@@ -269,13 +277,17 @@ impl Integrator {
             None => (self.now.q(), self.now.v(), self.acceleration()),
         };
         let [room_q, room_v, room_a, force] = node.split();
-        for (room, x) in [(room_q, q), (room_v, v), (room_a, a)] {
+        for (room, x) in [(room_q, q), (room_v, v), (&mut *room_a, a)] {
             copy(room, x);
         }
         let point = AnyPoint { t, q, v, a };
-        match self.force_at_rest(equations, point) {
-            Some(sided) => copy(force, &sided),
-            None => declaration.continuous_force_into(point, force),
+        if let Some(sided) = self.force_at_rest(equations, point) {
+            copy(force, &sided);
+        } else if let Some((a, sided)) = self.at_jump(&declaration, point) {
+            copy(room_a, &a);
+            copy(force, &sided);
+        } else {
+            declaration.continuous_force_into(point, force);
         }
         *node.scalars = NodeScalars {
             index: self.clock.index(),
@@ -310,6 +322,7 @@ impl Integrator {
         self.next.begin(self.t.hi[0], self.now.q(), self.now.v());
         self.next.expect(a);
         self.last = Some((t, s));
+        self.at_switch[1] = false;
         // the resting arguments are the same throughout a step
         let rested = self.rested().map(Sticking::rests_on_last);
         if !rested.is_some_and(|rests| self.rest(equations, Some(&rests))) {
@@ -500,6 +513,7 @@ impl Integrator {
     /// Commits the trial step.
     fn make(&mut self, equations: &mut dyn SeriesKernel, made: &Made) {
         let Made { h, ref end, .. } = *made;
+        let may_jump = end.at_switch || made.is_knot || made.is_short;
         if let Some(projection) = &mut self.projection {
             projection.keep_directions();
         }
@@ -507,13 +521,13 @@ impl Integrator {
             self.arrive_at_corner(equations, h);
         }
         self.last = Some((self.t, h));
+        self.keep(h, may_jump);
         match made.until {
             Some(until) => self.t = Compensated::exact([until]),
             None => self.t.add(&[h]),
         }
         core::mem::swap(&mut self.now, &mut self.tried);
         self.known = (!end.at_corner).then_some(made.known);
-        let may_jump = end.at_switch || made.is_knot || made.is_short;
         let jump = if may_jump {
             self.jump_after(equations, h)
         } else {

@@ -32,12 +32,12 @@ impl Integrator {
     #[inline(always)]
     pub(super) fn moved(&self, h: f64) -> Option<&[f64]> {
         let projection = self.projection.as_ref()?;
-        projection.moved(self.least_jump(), self.pace(h))
+        projection.moved(self.least_jump(), self.pace(h).max(self.lately))
     }
 
     /// The size of the velocity in a step of the length `h`.
     #[inline(always)]
-    fn pace(&self, h: f64) -> f64 {
+    pub(super) fn pace(&self, h: f64) -> f64 {
         let [v, a] = [0, 1].map(|k| size(self.series.velocity_of(k)));
         v.max(a * h.abs())
     }

@@ -96,6 +96,7 @@ mod lanes;
 mod length;
 mod motion;
 mod moved;
+mod node;
 mod order;
 mod pieces;
 mod projection;

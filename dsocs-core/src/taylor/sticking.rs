@@ -488,6 +488,7 @@ impl Integrator {
         let rotations = &equations.declaration().shape().rotations;
         rotation::keep_norm(rotations, self.now.parts().q);
         self.last = Some((self.t, h));
+        self.keep(h, true);
         if let Some(projection) = &mut self.projection {
             projection.apply(equations, t + h, &mut self.now);
         }

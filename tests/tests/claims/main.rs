@@ -42,6 +42,7 @@ mod momenta_of_rotations;
 mod moving_surfaces;
 mod narrow;
 mod nested;
+mod nodes_at_jumps;
 mod particle_reference;
 mod pendulum_reference;
 mod poles;

@@ -1,0 +1,251 @@
+//! A node that lies on a jump tells one side of it: acceleration, constraint force and multipliers obey the
+//! equations together, and the velocity of a discrete run is that with which the motion arrives.
+
+use dsocs_core::taylor::AnyTaylorFlow;
+use dsocs_core::text::Text;
+use dsocs_core::{
+    AnyStart, Events, Flow, Occurrence, OwnedNode, Point, Run, Samples, Start, Stepper, TaylorFlow,
+    Tolerance, dsocs, on_event,
+};
+
+/// The nodes of a run by Taylor series, on a grid or at its own steps.
+fn nodes(text: &str, start: &AnyStart, grid: Option<f64>, until: f64) -> Vec<OwnedNode> {
+    let system = Text::parse("system", text).unwrap().system;
+    let flow = AnyTaylorFlow::of_tape(&system, start, Tolerance::relative(1e-10)).unwrap();
+    let mut flow = match grid {
+        Some(h) => flow.every(h).unwrap(),
+        None => flow,
+    };
+    let run: &mut dyn Run = &mut flow;
+    if until < 0.0 && grid.is_none() {
+        run.reverse().unwrap();
+    }
+    let mut nodes = Vec::new();
+    run.walk(until, &mut |run| {
+        let mut node = OwnedNode::new(run.kernel().shape().dimension());
+        run.tell(node.room());
+        nodes.push(node);
+        Ok(core::ops::ControlFlow::Continue(()))
+    })
+    .unwrap();
+    nodes
+}
+
+#[test]
+fn without_constraints_there_is_no_constraint_force_at_any_switch() {
+    for force in [
+        "if t < 1 { 1 } else { 1000 }",
+        "if t > -0.5 { 1 } else { 1000 }",
+        "if x < 2 { 3 } else { -40 }",
+        "7 * (x - 0.25).signum()",
+        "if t < 0.3 { 1 } else { if t < 0.7 { 900 } else { -900 } }",
+        "30 * (dot(x) - 0.7).signum() + (if t < 0.5 { 20 } else { 100 })",
+        "100 * (x - 0.1).abs() + 50 * (t - 0.6).abs().sqrt()",
+    ] {
+        let text = format!("coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = {force};");
+        for grid in [None, Some(0.01), Some(0.1), Some(0.05)] {
+            for back in [1.0, -1.0] {
+                // back in time the motion stays on such a surface
+                if back < 0.0 && force.contains("dot(x)") {
+                    continue;
+                }
+                let grid = grid.map(|h| back * h);
+                for node in nodes(&text, &AnyStart::second_order(&[0.0], &[0.1]), grid, back * 2.0) {
+                    let node = node.any();
+                    assert!(
+                        node.force[0].abs() <= 1e-9 * (1.0 + node.a[0].abs()),
+                        "{force}, {grid:?}: {node:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_constraint_force_at_a_switch_is_along_its_form() {
+    let text = "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
+        holonomic = y - 0.5 * x;
+        external_forces = ((if t < 1 { 1 } else { 1000 }), (if x < 2 { 0 } else { 50 }));";
+    for grid in [None, Some(0.01), Some(0.25)] {
+        let all = nodes(text, &AnyStart::second_order(&[0.0, 0.0], &[4.0, 2.0]), grid, 1.5);
+        assert!(all.iter().any(|node| node.any().t == 1.0) || grid.is_none());
+        for node in all {
+            let node = node.any();
+            let aside = node.force[0] + 0.5 * node.force[1];
+            let jump = node.a[1] - 0.5 * node.a[0];
+            assert!(
+                aside.abs() < 1e-8 && jump.abs() < 1e-8,
+                "{grid:?}: {aside:e}, {jump:e}, {node:?}"
+            );
+        }
+    }
+}
+
+/// A pendulum whose length is a table of the time.
+#[dsocs {
+    coordinates(theta);
+    let l = length.at(t);
+    lagrangian = (l * dot(theta)).powi(2) / 2 + 9.81 * l * theta.cos();
+}]
+struct Winch {
+    length: Samples,
+}
+
+/// The same, with the velocity of the bob, so that the table is differentiated.
+#[dsocs {
+    coordinates(theta);
+    let l = length.at(t);
+    let x = l * theta.sin();
+    let y = -l * theta.cos();
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
+}]
+struct Bob {
+    length: Samples,
+}
+
+/// A point whose height is a table of the time.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + 0.3 * x * dot(y);
+    holonomic = y - height.at(t) + 1;
+}]
+struct Lift {
+    height: Samples,
+}
+
+/// The errors of the last velocity of runs with three steps, against a tight run by Taylor series.
+macro_rules! last_velocities {
+    ($system:expr, $start:expr) => {{
+        let system = $system;
+        let tight = Tolerance::relative(1e-13);
+        // just before the corner, at which the last one would have to jump
+        let (mut exact, mut truth) = (TaylorFlow::new(&system, $start, tight).unwrap(), None);
+        let mut keep = |_: f64, point: &Point<f64, _>| truth = Some(*point);
+        exact.sample(&[10.0 - 1e-10], &mut keep).unwrap();
+        let truth = truth.unwrap();
+        [0.02, 0.01, 0.005].map(|h| {
+            let node = Flow::new(&system, h, $start).unwrap().to(10.0).unwrap();
+            let parts = node.v.iter().zip(&truth.v);
+            parts.fold(0.0_f64, |most, (v, truth)| most.max((v - truth).abs()))
+        })
+    }};
+}
+
+#[test]
+fn at_the_end_of_a_table_the_velocity_is_of_second_order() {
+    // a spline that ends with a slope: beyond, it is constant
+    let table = || {
+        let places = (0..=40).map(|k| 0.25 * f64::from(k));
+        Samples::cubic(places.map(|t| (t, 1.0 + 0.3 * t.sin()))).unwrap()
+    };
+    let swing = Start::second_order([1.0], [0.0]);
+    let lift = Start::second_order([0.0, 0.0], [0.0, 0.3]);
+    for errors in [
+        last_velocities!(Winch { length: table() }, swing),
+        last_velocities!(Bob { length: table() }, swing),
+        last_velocities!(Lift { height: table() }, lift.projected()),
+    ] {
+        assert!(errors[0] < 0.03, "{errors:?}");
+        for pair in errors.windows(2) {
+            assert!(pair[0] > 3.4 * pair[1], "{errors:?}");
+        }
+    }
+}
+
+#[test]
+fn a_velocity_at_rest_changes_no_sign() {
+    // the block sticks and slips; its velocity changes sign three times until t = 6
+    let text = "coordinates(x); lagrangian = dot(x).powi(2) / 2; external_forces = 1.5 * (2 * t).sin() - dot(x).signum();";
+    let system = Text::parse("system", text).unwrap().system;
+    let start = Start::second_order([0.0], [1.0]);
+    let event = || Events::new(vec![dsocs_core::Event::function(|point| point.v[0])]);
+    for h in [0.01, 0.05, 0.013, 0.1] {
+        let mut flow = Flow::<1>::of(&system, h, start).unwrap();
+        let mut found = Vec::new();
+        let mut keep = on_event(|event: &Occurrence<1>| found.push((event.t, event.rising)));
+        flow.watch(6.0, &mut event(), &mut keep).unwrap();
+        assert_eq!(found.len(), 3, "{h}: {found:?}");
+        assert!(found.windows(2).all(|pair| pair[0].1 != pair[1].1), "{found:?}");
+    }
+}
+
+/// A block on a hoop with dry friction and a torque, in Cartesian coordinates, and by its angle.
+fn hoop([friction, torque, rate, angle]: [f64; 4]) -> [(String, AnyStart); 2] {
+    let drive = format!("{torque:?} * ({rate:?} * t).sin()");
+    let cartesian = format!(
+        "coordinates(x, y); lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
+         holonomic = x.powi(2) + y.powi(2) - 1;
+         let s = {drive} - {friction:?} * (-y * dot(x) + x * dot(y)).signum();
+         external_forces = (-y * s, x * s);"
+    );
+    let by_angle = format!(
+        "coordinates(p); lagrangian = dot(p).powi(2) / 2 + 9.81 * p.cos();
+         external_forces = {drive} - {friction:?} * dot(p).signum();"
+    );
+    let place = [angle.sin(), -angle.cos()];
+    [
+        (cartesian, AnyStart::second_order(&place, &[0.0, 0.0])),
+        (by_angle, AnyStart::second_order(&[angle], &[0.0])),
+    ]
+}
+
+#[test]
+fn a_body_that_stops_on_a_constraint_is_no_impact() {
+    for hoop in [
+        [
+            2.8727422007465635,
+            2.50828102391763,
+            2.421608643886829,
+            -0.187342886645598,
+        ],
+        [
+            2.190446980314441,
+            1.9400516423612013,
+            3.8162208452600623,
+            -0.5027614570866423,
+        ],
+        [
+            3.3606303174311902,
+            1.9908040772326874,
+            3.2454435326776463,
+            -1.946042728467635,
+        ],
+        [
+            2.775465772959535,
+            2.911835329429257,
+            3.8098040462340075,
+            -1.2409813023883984,
+        ],
+        [
+            1.700206310230553,
+            2.445450859827234,
+            0.7214928393162396,
+            1.0532001916481102,
+        ],
+        [
+            2.7518027472326,
+            1.1677206804188227,
+            3.404391922129772,
+            0.1885723734326228,
+        ],
+    ]
+    .map(hoop)
+    {
+        for tolerance in [1e-6, 1e-9, 1e-12] {
+            let [place, angle] = hoop.each_ref().map(|(text, start)| {
+                let system = Text::parse("hoop", text).unwrap().system;
+                let start = start.clone().projected();
+                let mut flow =
+                    AnyTaylorFlow::of_tape(&system, &start, Tolerance::relative(tolerance)).unwrap();
+                let run: &mut dyn Run = &mut flow;
+                let mut last = Vec::new();
+                run.sample(&[8.0], &mut |_, point| last = point.q.to_vec())
+                    .unwrap();
+                last
+            });
+            let apart = (place[0] - angle[0].sin()).hypot(place[1] + angle[0].cos());
+            assert!(apart < 1e3 * tolerance, "{tolerance}: {place:?}, {angle:?}");
+        }
+    }
+}
