@@ -141,11 +141,11 @@ fn equilibrium_text(entry: &Entry, free: &[String], found: &Equilibrium) -> Stri
         text.push_str("  friction holds a range of positions around it; this one needs no friction\n");
     }
     if let Some(t) = found.frozen_at {
-        let told = format!(
+        let note = format!(
             "  the declaration depends on t: this is the equilibrium of its equations frozen at t = {} (--t0)\n",
-            six(t)
+            six_digits(t)
         );
-        text.push_str(&told);
+        text.push_str(&note);
     }
     for direction in &found.directions {
         text.extend(["  one of a continuum, along ", &rounded(direction), "\n"]);
