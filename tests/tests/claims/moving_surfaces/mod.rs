@@ -439,7 +439,7 @@ fn stops_and_releases_on_moving_surfaces_cost_no_order() {
 }
 
 #[test]
-#[ignore = "long: 200 scenes in some minutes"]
+#[ignore = "long: 200 scenes, more than an hour"]
 fn stops_and_releases_on_moving_surfaces_cost_no_order_in_200_scenes() {
     scenes(200, 0.02, 1.37, 10);
 }
