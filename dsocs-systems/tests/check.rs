@@ -9,6 +9,8 @@ use dsocs_systems::check::{Begin, Expected, Finding, Settings, check};
 use dsocs_systems::entry::{Kind, Symmetry};
 use dsocs_systems::{CurvedParticle, Entry, GravityTurn, PlanarChain2, systems};
 
+#[path = "check/at_rest.rs"]
+mod at_rest;
 #[path = "check/texts.rs"]
 mod texts;
 

@@ -151,14 +151,18 @@ impl<'a> CheckedMotion<'a> {
     pub fn corners(&self) -> usize {
         // with constraints of second order no piece depends on the acceleration
         let a = vec![0.0; self.kernel.shape().dimension()];
-        let middles = self.legs.iter().map(|leg| {
+        // what is shorter than a step, as a stiff spring's contact, may show at a node or at a middle alone
+        let places = self.legs.iter().flat_map(|leg| {
             let back: Vec<f64> = leg.d.iter().map(|d| -d / 2.0).collect();
-            let q = moved(self.kernel, &leg.q, &back);
             let v: Vec<f64> = leg.d.iter().map(|d| d / self.h).collect();
-            (leg.t - self.h / 2.0, q, v)
+            let middle = moved(self.kernel, &leg.q, &back);
+            [
+                (leg.t - self.h / 2.0, middle, v.clone()),
+                (leg.t, leg.q.clone(), v),
+            ]
         });
-        let middles: Vec<(f64, Vec<f64>, Vec<f64>)> = middles.collect();
-        let points = middles.iter().map(|(t, q, v)| AnyPoint { t: *t, q, v, a: &a });
+        let places: Vec<(f64, Vec<f64>, Vec<f64>)> = places.collect();
+        let points = places.iter().map(|(t, q, v)| AnyPoint { t: *t, q, v, a: &a });
         let points: Vec<AnyPoint<'_, f64>> = points.collect();
         let pairs = points.iter().zip(points.iter().skip(1));
         pairs

@@ -7,6 +7,7 @@ use dsocs_core::geometry::{
     legendre_minus, legendre_plus, rows_of_written,
 };
 
+use super::beginning::BeginningFromRest;
 use super::motions::less;
 use super::{CheckedMotion, Report, larger, largest};
 use crate::stability::Bar;
@@ -20,12 +21,20 @@ const LARGEST_ACTION_DERIVATIVE: f64 = 1e-12;
 /// The equations at the nodes as they are written, and the discrete action.
 pub fn equations(motion: &CheckedMotion<'_>, report: &mut Report) {
     let mut worst = (0.0, 0);
+    let mut all = Vec::new();
     for &place in &motion.places {
         let [first, second, third] = &nodes(&motion.legs, place);
-        let row = residual_as_written(motion, motion.legs[place].t, [first, second, third]);
+        let rows = rows_of_written(
+            motion.kernel,
+            motion.legs[place].t,
+            motion.h,
+            [first, second, third],
+        );
+        let row = largest_residual(&rows);
         if larger(worst.0, row).to_bits() != f64::to_bits(worst.0) {
             worst = (row, place);
         }
+        all.push((place, rows));
     }
     report.push(
         "rows at the nodes as written, in 32 digits, over what their rounding explains",
@@ -34,6 +43,11 @@ pub fn equations(motion: &CheckedMotion<'_>, report: &mut Report) {
     );
     if !Bar::AtMost(LARGEST_RESIDUAL).holds(worst.0) {
         report.note(&format!("the worst rows are those of node {}", worst.1 + 1));
+        let excuse =
+            BeginningFromRest::along(motion).and_then(|beginning| beginning.excuse_rows(&all, worst.1));
+        if let Some(last) = report.findings.last_mut() {
+            last.excuse = excuse;
+        }
     }
     let mut unknown = 0;
     let sizes = sizes(motion);
@@ -64,10 +78,8 @@ pub fn nodes(legs: &[OwnedLeg<f64>], place: usize) -> [Vec<f64>; 3] {
     [first, legs[place].q.clone(), legs[place + 1].q.clone()]
 }
 
-/// The largest residual of the rows at three nodes, of which the second is at the time `t`, relative to the
-/// rounding of their terms.
-fn residual_as_written(motion: &CheckedMotion<'_>, t: f64, nodes: [&[f64]; 3]) -> f64 {
-    let rows = rows_of_written(motion.kernel, t, motion.h, nodes);
+/// The largest residual of rows, relative to the rounding of their terms.
+fn largest_residual(rows: &[[f64; 2]]) -> f64 {
     rows.iter().fold(0.0, |most, &[row, explained]| {
         larger(most, if row == 0.0 { 0.0 } else { row.abs() / explained })
     })

@@ -4,6 +4,7 @@
 //! *bar*). Where an equation should hold to rounding, the figure is relative to the size of the equation's terms, and the bar is a
 //! small multiple of the unit round-off.
 
+mod beginning;
 mod checked_motion;
 mod contact;
 mod continuous;
@@ -17,6 +18,7 @@ mod motions;
 mod order;
 pub mod orders;
 mod power;
+mod rest;
 mod roots;
 mod rotations;
 mod symplectic;

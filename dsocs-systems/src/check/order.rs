@@ -10,6 +10,7 @@ use dsocs_core::geometry::{
 use dsocs_core::{Declaration, Kernel, OwnedPoint, RunError};
 
 use super::motions::{SecondNode, State, less};
+use super::rest;
 use super::{CheckedMotion, Finding, Measured, Report, larger, motions};
 use crate::entry::Kind;
 use crate::stability::{Bar, number};
@@ -114,7 +115,7 @@ pub fn order(motion: &CheckedMotion<'_>, report: &mut Report) {
         fit(motion, parts, report);
     });
     let missed = report.findings.iter().any(|finding| !finding.ok());
-    if missed && let Some(excuse) = starts_at_rounding(motion) {
+    if missed && let Some(excuse) = rest::passed(motion).or_else(|| starts_at_rounding(motion)) {
         for finding in report.findings.iter_mut().filter(|finding| !finding.ok()) {
             finding.excuse = Some(excuse.clone());
         }
@@ -301,12 +302,14 @@ fn fit(motion: &CheckedMotion<'_>, parts: u32, report: &mut Report) {
                 continue;
             }
             let distance = (slope - declared).abs();
+            // errors that fall faster than they have to
+            let allowed = if slope > declared { f64::INFINITY } else { SCATTER };
             report.push(
                 format!("distance of that from {declared}"),
                 Bar::AtMost(ORDER_DISTANCE),
                 Ok(distance),
             );
-            excuse(motion, distance, SCATTER, report);
+            excuse(motion, distance, allowed, report);
         } else {
             let bar = if by_first_order {
                 Bar::Reported
@@ -338,7 +341,7 @@ pub fn excuse(motion: &CheckedMotion<'_>, distance: f64, allowed: f64, report: &
     };
     let corners = motion.corners();
     if corners > 0 && distance < allowed {
-        let what = if allowed > SCATTER {
+        let what = if allowed > SCATTER && allowed.is_finite() {
             "at a node beside it, where the acceleration jumps and, with the corner of a constraint, the force, the error is of a lower order".to_owned()
         } else {
             format!(

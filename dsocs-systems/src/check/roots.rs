@@ -82,9 +82,18 @@ fn nearest_other_root(flow: &DiscreteFlow<'_>, triple: &Triple) -> Option<f64> {
             let Ok(found) = flow.forward_near(triple.leg.any(), &guess) else {
                 continue;
             };
-            let apart = (0..lengths.len())
-                .map(|i| (found.e[i] - triple.e[i]).abs() / lengths[i])
-                .fold(0.0, larger);
+            let distance = |e: &[f64]| {
+                let parts = (0..lengths.len()).map(|i| (e[i] - triple.e[i]).abs() / lengths[i]);
+                parts.fold(0.0, larger)
+            };
+            let mut apart = distance(&found.e);
+            // from far away an iteration ends with fewer digits than from nearby
+            if apart > 0.0
+                && apart < DISTINCT_ROOTS
+                && let Ok(again) = flow.forward_near(triple.leg.any(), &found.e)
+            {
+                apart = apart.min(distance(&again.e));
+            }
             // a smaller distance is rounding
             if apart > DISTINCT_ROOTS * DISTINCT_ROOTS.sqrt() && apart < FARTHEST_ROOT {
                 nearest = Some(nearest.map_or(apart, |nearest| nearest.min(apart)));
