@@ -1,6 +1,6 @@
 //! A run of any method and any number of coordinates.
 
-use super::{AnyPolynomial, Clock, End, InputError, Node, OneWay, OwnedNode, RunError};
+use super::{AnyPolynomial, Clock, End, InputError, Node, NotReversible, OwnedNode, RunError};
 use super::{NearlySingular, Unresolved};
 use crate::kernel::Kernel;
 use crate::kernel::report::{NodeMut, StepReport};
@@ -15,13 +15,13 @@ pub type AnyVisitor<'v> =
 
 /// The end of a step that was shown to a visitor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Traced {
+pub enum StepEnd {
     /// The next node; the visitor returned no time at which to stop.
-    Whole,
+    NextNode,
     /// The next node, beyond the time at which the visitor wanted to stop.
-    Beyond,
+    BeyondStop,
     /// The time at which the visitor wanted to stop.
-    There,
+    AtStop,
 }
 
 /// A run in progress, by any method and with any number of coordinates: the basis of [`crate::Stepper`]. All
@@ -129,9 +129,9 @@ pub trait Run {
     ///
     /// # Errors
     ///
-    /// [`RunError::OneWay`] if the method cannot go back; other errors if the step back has no solution here. The run stays as it was.
+    /// [`RunError::NotReversible`] if the method cannot go back; other errors if the step back has no solution here. The run stays as it was.
     fn reverse(&mut self) -> Result<(), RunError> {
-        Err(RunError::OneWay(Box::new(OneWay {
+        Err(RunError::NotReversible(Box::new(NotReversible {
             method: "this method",
             reason: "it has no step back",
         })))
@@ -173,7 +173,7 @@ pub trait Run {
     /// # Errors
     ///
     /// The errors of [`Run::step`] and of the visitor.
-    fn trace(&mut self, end: f64, room: &mut Room, visit: &mut AnyVisitor<'_>) -> Result<Traced, RunError> {
+    fn trace(&mut self, end: f64, room: &mut Room, visit: &mut AnyVisitor<'_>) -> Result<StepEnd, RunError> {
         let [before, after] = &mut room.nodes;
         before.take(self);
         self.step(end)?;
@@ -182,8 +182,8 @@ pub trait Run {
         let rotations = &self.kernel().shape().rotations;
         let polynomial = AnyPolynomial::through(rotations, [&before.any(), &after.any()], &mut room.series);
         Ok(match visit(&declaration, &polynomial)? {
-            Some(_) => Traced::Beyond,
-            None => Traced::Whole,
+            Some(_) => StepEnd::BeyondStop,
+            None => StepEnd::NextNode,
         })
     }
 

@@ -31,7 +31,7 @@ pub enum RunError {
     Series(#[from] SeriesError),
     /// The time to run to lies behind the current time, in the direction of the run.
     #[error(transparent)]
-    Behind(Box<Behind>),
+    TimeBehind(Box<TimeBehind>),
     /// The time to run to is not a number, or it is infinite and nothing else can end the run.
     #[error("the run cannot go until t = {until}")]
     Until {
@@ -46,7 +46,7 @@ pub enum RunError {
     Input(Box<InputError>),
     /// The method has no step back in time.
     #[error("{method} cannot run back in time: {reason}", method = .0.method, reason = .0.reason)]
-    OneWay(Box<OneWay>),
+    NotReversible(Box<NotReversible>),
 }
 
 crate::debug_is_message!(RunError);
@@ -57,7 +57,7 @@ crate::debug_is_message!(RunError);
     "t = {until} cannot be reached from t = {time}{}: it lies the other way (a negative step, or `reverse`, runs back in time)",
     with_the_step(*.h)
 )]
-pub struct Behind {
+pub struct TimeBehind {
     /// The time asked for.
     pub until: f64,
     /// The current time.
@@ -66,7 +66,7 @@ pub struct Behind {
     pub h: Option<f64>,
 }
 
-crate::debug_is_message!(Behind);
+crate::debug_is_message!(TimeBehind);
 
 /// The step in a message.
 fn with_the_step(h: Option<f64>) -> String {
@@ -90,7 +90,7 @@ crate::debug_is_message!(FailedEvent);
 
 /// A method that has no step back in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OneWay {
+pub struct NotReversible {
     /// The method.
     pub method: &'static str,
     /// The reason.
@@ -175,8 +175,8 @@ crate::debug_is_message!(InputError);
 
 impl RunError {
     /// The error for a time that lies behind.
-    pub(crate) fn behind(details: Behind) -> Self {
-        Self::Behind(Box::new(details))
+    pub(crate) fn time_behind(details: TimeBehind) -> Self {
+        Self::TimeBehind(Box::new(details))
     }
 
     /// The details of the equations without a solution, for a failed step or stage.
@@ -206,7 +206,11 @@ impl RunError {
             Self::Stage(error) => Some(error.details().time()),
             Self::Series(error) => Some(error.details().time),
             Self::Event(event) => Some(event.time),
-            Self::Setup(_) | Self::Behind(_) | Self::Until { .. } | Self::Input(_) | Self::OneWay(_) => None,
+            Self::Setup(_)
+            | Self::TimeBehind(_)
+            | Self::Until { .. }
+            | Self::Input(_)
+            | Self::NotReversible(_) => None,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The motion to the node up to which a run was watched.
 
-use super::{AnyEvents, AnyObserver, AnyOccurrence, AnyPolynomial, Clock, RunError, Search, Traced};
+use super::{AnyEvents, AnyObserver, AnyOccurrence, AnyPolynomial, Clock, RunError, Search, StepEnd};
 use crate::number::compensated::Compensated;
 use crate::series::rows::Series;
 use crate::tape::declaration::Declaration;
@@ -63,9 +63,9 @@ impl LastLeg {
 
 impl AnyEvents<'_> {
     /// Records the node at the end of a step.
-    pub(super) fn stand(&mut self, clock: &Clock, traced: Traced) {
+    pub(super) fn stand(&mut self, clock: &Clock, end: StepEnd) {
         // if the run ended at an event, no part of a leg is left, and the zeros there have been reported
-        self.leg.stands = (traced != Traced::There).then(|| (clock.index(), clock.time()));
+        self.leg.stands = (end != StepEnd::AtStop).then(|| (clock.index(), clock.time()));
     }
 
     /// Reports the events on the rest of the step in which an event ended the run, if the run has not moved

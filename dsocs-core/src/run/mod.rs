@@ -28,14 +28,14 @@ mod until;
 mod verbs;
 
 pub use crate::kernel::clock::{Clock, End};
-pub use any::{AnyVisitor, Room, Run, Traced};
+pub use any::{AnyVisitor, Room, Run, StepEnd};
 pub use csv::CsvWriter;
-pub use error::{Behind, FailedEvent, InputError, OneWay, RunError};
+pub use error::{FailedEvent, InputError, NotReversible, RunError, TimeBehind};
 pub use events::{AnyEvent, AnyEvents, AnyOccurrence, Event, Events, Occurrence};
 pub use inputs::{Inputs, held_value};
 pub use last_leg::LastLeg;
 pub use node::{AnyNode, Node, OwnedNode};
-pub use observer::{AnyObserver, Observer, OnEvent, Verdict, on_event};
+pub use observer::{AnyObserver, Observer, ObserverResult, OnEvent, on_event};
 pub(crate) use polynomial::Search;
 pub use polynomial::{AnyPolynomial, Polynomial};
 pub use singular::NearlySingular;

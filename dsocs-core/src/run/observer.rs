@@ -44,29 +44,29 @@ pub trait AnyObserver {
 }
 
 /// The return value of a closure that observes: nothing, or whether to continue.
-pub trait Verdict {
+pub trait ObserverResult {
     /// Whether to continue.
-    fn verdict(self) -> ControlFlow<()>;
+    fn into_control_flow(self) -> ControlFlow<()>;
 }
 
-impl Verdict for () {
+impl ObserverResult for () {
     #[inline]
-    fn verdict(self) -> ControlFlow<()> {
+    fn into_control_flow(self) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }
 
-impl Verdict for ControlFlow<()> {
+impl ObserverResult for ControlFlow<()> {
     #[inline]
-    fn verdict(self) -> ControlFlow<()> {
+    fn into_control_flow(self) -> ControlFlow<()> {
         self
     }
 }
 
-impl<F: FnMut(&Node<N>) -> R, R: Verdict, const N: usize> Observer<N> for F {
+impl<F: FnMut(&Node<N>) -> R, R: ObserverResult, const N: usize> Observer<N> for F {
     #[inline]
     fn node(&mut self, node: &Node<N>) -> ControlFlow<()> {
-        self(node).verdict()
+        self(node).into_control_flow()
     }
 }
 
@@ -102,7 +102,7 @@ fn either(left: ControlFlow<()>, right: ControlFlow<()>) -> ControlFlow<()> {
 /// let mut observer = on_event(|event: &Occurrence<2>| times.push(event.t));
 /// # let _: &mut dyn dsocs_core::Observer<2> = &mut observer;
 /// ```
-pub fn on_event<const N: usize, R: Verdict, F: FnMut(&Occurrence<N>) -> R>(closure: F) -> OnEvent<F> {
+pub fn on_event<const N: usize, R: ObserverResult, F: FnMut(&Occurrence<N>) -> R>(closure: F) -> OnEvent<F> {
     OnEvent(closure)
 }
 
@@ -110,12 +110,12 @@ pub fn on_event<const N: usize, R: Verdict, F: FnMut(&Occurrence<N>) -> R>(closu
 #[derive(Clone, Copy, Debug)]
 pub struct OnEvent<F>(F);
 
-impl<F: FnMut(&Occurrence<N>) -> R, R: Verdict, const N: usize> Observer<N> for OnEvent<F> {
+impl<F: FnMut(&Occurrence<N>) -> R, R: ObserverResult, const N: usize> Observer<N> for OnEvent<F> {
     fn node(&mut self, _: &Node<N>) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 
     fn event(&mut self, occurrence: &Occurrence<N>) -> ControlFlow<()> {
-        (self.0)(occurrence).verdict()
+        (self.0)(occurrence).into_control_flow()
     }
 }

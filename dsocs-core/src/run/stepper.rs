@@ -4,7 +4,7 @@ use core::ops::ControlFlow;
 
 use super::{
     AnyObserver, AnyOccurrence, AnyPolynomial, Clock, Events, Failure, Node, Observer, Occurrence,
-    Polynomial, Room, Run, RunError, Traced, Trajectory,
+    Polynomial, Room, Run, RunError, StepEnd, Trajectory,
 };
 use crate::kernel::report::StepReport;
 use crate::number::point::Point;
@@ -106,7 +106,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     ///
     /// # Errors
     ///
-    /// [`RunError::OneWay`] if the method cannot go back; other errors if the step back has no solution here. The run stays as it was.
+    /// [`RunError::NotReversible`] if the method cannot go back; other errors if the step back has no solution here. The run stays as it was.
     fn reverse(&mut self) -> Result<(), RunError> {
         self.run_mut().reverse()
     }
@@ -136,7 +136,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     /// # Errors
     ///
     /// The errors of [`Stepper::step`] and of the visitor.
-    fn trace(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<Traced, RunError> {
+    fn trace(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<StepEnd, RunError> {
         let mut visit =
             |_: &Declaration<'_>, polynomial: &AnyPolynomial<'_>| visit(&Polynomial::of(*polynomial));
         self.run_mut().trace(end, &mut Room::new(), &mut visit)

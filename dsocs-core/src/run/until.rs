@@ -1,6 +1,6 @@
 //! The end of a run up to a time.
 
-use super::error::{Behind, RunError};
+use super::error::{RunError, TimeBehind};
 use crate::kernel::clock::{Clock, End};
 
 impl Clock {
@@ -10,13 +10,13 @@ impl Clock {
     ///
     /// # Errors
     ///
-    /// [`RunError::Until`] if `t` is not a number, [`RunError::Behind`] if that node lies behind the current one.
+    /// [`RunError::Until`] if `t` is not a number, [`RunError::TimeBehind`] if that node lies behind the current one.
     pub fn until(&self, t: f64) -> Result<End, RunError> {
         if t.is_nan() {
             return Err(RunError::Until { until: t });
         }
         let behind = || {
-            RunError::behind(Behind {
+            RunError::time_behind(TimeBehind {
                 until: t,
                 time: self.time(),
                 h: self.step(),

@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use super::{
-    AnyEvents, AnyNode, AnyObserver, AnyOccurrence, Behind, Clock, OwnedNode, Room, Run, RunError, inputs,
+    AnyEvents, AnyNode, AnyObserver, AnyOccurrence, Clock, OwnedNode, Room, Run, RunError, TimeBehind, inputs,
 };
 use crate::kernel::report::StepReport;
 use crate::number::point::{AnyPoint, OwnedPoint};
@@ -107,7 +107,7 @@ impl dyn Run + '_ {
                 return Ok(None);
             }
             let (before, mut ended) = (self.clock().index(), None);
-            let traced = self.trace(end.time(), &mut room, &mut |declaration, polynomial| {
+            let step_end = self.trace(end.time(), &mut room, &mut |declaration, polynomial| {
                 ended = events.happen(declaration, polynomial, observer)?;
                 Ok(ended.as_ref().map(|(s, _)| *s))
             });
@@ -115,7 +115,7 @@ impl dyn Run + '_ {
             if self.clock().index() != before {
                 self.clock_mut().hand_out(false);
             }
-            events.stand(self.clock(), traced?);
+            events.stand(self.clock(), step_end?);
             if let Some((_, occurrence)) = ended {
                 return Ok(Some(occurrence));
             }
@@ -226,7 +226,7 @@ pub(crate) fn in_order(times: &[f64], clock: &Clock) -> Result<(), RunError> {
             return Err(RunError::Until { until: t });
         }
         if t != previous && (t > previous) != clock.is_forward() {
-            return Err(RunError::behind(Behind {
+            return Err(RunError::time_behind(TimeBehind {
                 until: t,
                 time: previous,
                 h: clock.step(),
