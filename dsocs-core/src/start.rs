@@ -14,9 +14,9 @@ mod underflow;
 
 pub use any::AnyStart;
 pub(crate) use begin::{
-    Beginning, Begins, Given, Phase, Rule, StartOrder, acceleration, arriving_on_constraints,
-    check_parameters, inverse_mass, mass_matrix, momentum, name_of_rotation, state, state_acceleration,
-    velocity_of,
+    ComputedStart, InitialAcceleration, Phase, Rule, StartData, StartOrder, acceleration,
+    arriving_on_constraints, check_parameters, inverse_mass, mass_matrix, momentum, name_of_rotation, state,
+    state_acceleration, velocity_of,
 };
 pub(crate) use determined::{Determined, check as check_determined, determinant_at, determined};
 pub(crate) use impulse::velocity_after;

@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use super::begin::{Given, Rule};
+use super::begin::{Rule, StartData};
 use super::sized::Start;
-use super::third::Free;
+use super::third::ThirdOrderDatum;
 use crate::error::SetupError;
 use crate::solve::Vector;
 use crate::solve::sum::Sum;
@@ -15,7 +15,7 @@ use crate::tape::Shape;
 /// an acceleration or a force has three numbers in the frame of the body, with or without a zero before them.
 #[derive(Clone, Debug)]
 #[must_use]
-pub struct AnyStart(pub(crate) Given);
+pub struct AnyStart(pub(crate) StartData);
 
 impl<const N: usize> From<Start<N>> for AnyStart {
     fn from(start: Start<N>) -> Self {
@@ -26,7 +26,7 @@ impl<const N: usize> From<Start<N>> for AnyStart {
 impl AnyStart {
     /// A start at time 0 by a rule.
     fn by(q0: &[f64], rule: Rule) -> Self {
-        Self(Given {
+        Self(StartData {
             q0: Vector::of(q0),
             rule,
             t0: 0.0,
@@ -49,14 +49,14 @@ impl AnyStart {
 
     /// As [`Start::third_order`](crate::Start::third_order), where constraints of third order leave the acceleration free.
     pub fn third_order(q0: &[f64], v0: &[f64], a0: &[f64]) -> Self {
-        let (v0, free) = (Vector::of(v0), Free::Acceleration(Vector::of(a0)));
-        Self::by(q0, Rule::ThirdOrder { v0, free })
+        let (v0, datum) = (Vector::of(v0), ThirdOrderDatum::Acceleration(Vector::of(a0)));
+        Self::by(q0, Rule::ThirdOrder { v0, datum })
     }
 
     /// As [`Start::third_order_by_force`](crate::Start::third_order_by_force), with the constraint force at the start.
     pub fn third_order_by_force(q0: &[f64], v0: &[f64], force: &[f64]) -> Self {
-        let (v0, free) = (Vector::of(v0), Free::Force(Vector::of(force)));
-        Self::by(q0, Rule::ThirdOrder { v0, free })
+        let (v0, datum) = (Vector::of(v0), ThirdOrderDatum::Force(Vector::of(force)));
+        Self::by(q0, Rule::ThirdOrder { v0, datum })
     }
 
     /// As [`Start::nodes`](crate::Start::nodes).
@@ -105,7 +105,7 @@ impl AnyStart {
     /// # Errors
     ///
     /// [`SetupError::StartLength`] for the first vector of another length.
-    pub(crate) fn fitted(&self, shape: &Shape) -> Result<Cow<'_, Given>, SetupError> {
+    pub(crate) fn fitted(&self, shape: &Shape) -> Result<Cow<'_, StartData>, SetupError> {
         let mut start = Cow::Borrowed(&self.0);
         if !shape.rotations.is_empty() {
             start.to_mut().widen(shape);
@@ -115,21 +115,21 @@ impl AnyStart {
     }
 
     /// The start, with the zeros that velocities have in place of a rotation's scalar.
-    pub(crate) fn widened(mut self, shape: &Shape) -> Given {
+    pub(crate) fn widened(mut self, shape: &Shape) -> StartData {
         self.0.widen(shape);
         self.0
     }
 }
 
-impl Given {
+impl StartData {
     /// Inserts the zeros into velocities, accelerations and forces that have three numbers for each rotation.
     fn widen(&mut self, shape: &Shape) {
         let Self { rule, near, .. } = self;
         let [first, second] = match rule {
             Rule::Paper { v0 } | Rule::SecondOrder { v0 } => [Some(v0), None],
-            Rule::ThirdOrder { v0, free } => match free {
-                Free::Acceleration(a0) => [Some(v0), Some(a0)],
-                Free::Force(force) => [Some(v0), Some(force)],
+            Rule::ThirdOrder { v0, datum } => match datum {
+                ThirdOrderDatum::Acceleration(a0) => [Some(v0), Some(a0)],
+                ThirdOrderDatum::Force(force) => [Some(v0), Some(force)],
             },
             Rule::Nodes { .. } | Rule::ThreeNodes { .. } | Rule::Exact { .. } => [None, None],
         };
@@ -160,9 +160,9 @@ impl Given {
             Rule::Paper { v0 } | Rule::SecondOrder { v0 } => [Some(("v0", v0)), None],
             Rule::Nodes { q1 } => [Some(("q1", q1)), None],
             Rule::ThreeNodes { q1, q2 } => [Some(("q1", q1)), Some(("q2", q2))],
-            Rule::ThirdOrder { v0, free } => match free {
-                Free::Acceleration(a0) => [Some(("v0", v0)), Some(("a0", a0))],
-                Free::Force(force) => [Some(("v0", v0)), Some(("force", force))],
+            Rule::ThirdOrder { v0, datum } => match datum {
+                ThirdOrderDatum::Acceleration(a0) => [Some(("v0", v0)), Some(("a0", a0))],
+                ThirdOrderDatum::Force(force) => [Some(("v0", v0)), Some(("force", force))],
             },
             Rule::Exact { v0, a0, .. } => [Some(("v0", v0)), Some(("a0", a0))],
         };

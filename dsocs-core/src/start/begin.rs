@@ -4,7 +4,7 @@ use super::consistency;
 use super::determined;
 use super::elsewhere;
 use super::rest;
-use super::third::{self, Free};
+use super::third::{self, ThirdOrderDatum};
 use super::underflow;
 use crate::error::SetupError;
 use crate::number::point::{AnyPoint, map, moved};
@@ -28,11 +28,11 @@ const MAX_ITERATIONS: u32 = 50;
 
 /// The acceleration at the beginning of a motion.
 #[derive(Clone, Debug)]
-pub(crate) enum Begins {
+pub(crate) enum InitialAcceleration {
     /// Given by the user.
-    Said(Vector),
+    Given(Vector),
     /// Computed at the start; a given second node overrides it.
-    Found(Vector),
+    Computed(Vector),
 }
 
 /// Accelerations and multipliers.
@@ -40,7 +40,7 @@ pub(crate) type Accelerated = (Vector, Vector);
 
 /// A start with any number of coordinates; see [`Start`](crate::Start).
 #[derive(Clone, Debug)]
-pub(crate) struct Given {
+pub(crate) struct StartData {
     /// The first node.
     pub q0: Vector,
     /// The rule for the second node.
@@ -66,7 +66,7 @@ pub(crate) enum Rule {
     ThreeNodes { q1: Vector, q2: Vector },
     /// `q1 = q0 + h v0 + h²/2 a0 + h³/6 j0`, and a third node, for constraints of third order, which leave
     /// the acceleration free.
-    ThirdOrder { v0: Vector, free: Free },
+    ThirdOrder { v0: Vector, datum: ThirdOrderDatum },
     /// The increment of the continuous motion over the step `h` from the time `t0`, and its initial velocity
     /// and acceleration.
     Exact {
@@ -95,12 +95,12 @@ pub(super) fn check_vector(
     }
 }
 
-impl Given {
+impl StartData {
     /// The first leg for the step `h`.
     ///
     /// The second node is moved onto the constraints of nodes and of pairs of nodes, which no rule takes into
     /// account, unless it is given.
-    pub fn begin(&self, declaration: &Declaration<'_>, h: f64) -> Result<Beginning, SetupError> {
+    pub fn begin(&self, declaration: &Declaration<'_>, h: f64) -> Result<ComputedStart, SetupError> {
         let Self { q0, rule, t0, .. } = self.clone();
         if !t0.is_finite() {
             return Err(SetupError::StartTime { t0 });
@@ -111,12 +111,12 @@ impl Given {
         let rotations = &declaration.shape().rotations;
         let mut e = None;
         let (q0, v0, a0, d) = match rule {
-            Rule::ThirdOrder { v0, free } => {
+            Rule::ThirdOrder { v0, datum } => {
                 check_vector(declaration, "v0", &v0)?;
                 let (q0, v0) = self.consistent(declaration, q0, v0)?;
-                let began = third::begin(declaration, (t0, h), (&q0, &v0), free, self.projected)?;
-                e = Some(began.e);
-                (q0, v0, Some(began.a0), began.d)
+                let triple = third::begin(declaration, (t0, h), (&q0, &v0), datum, self.projected)?;
+                e = Some(triple.e);
+                (q0, v0, Some(triple.a0), triple.d)
             }
             Rule::Paper { v0 } => {
                 check_vector(declaration, "v0", &v0)?;
@@ -180,7 +180,7 @@ impl Given {
         let q = rotation::moved_sum(rotations, &Sum::exact(q0.clone()), &d);
         check_vector(declaration, "q1", &q.hi)?;
         underflow::check(declaration, (t0, &q0, &v0), Some(h))?;
-        Ok(Beginning {
+        Ok(ComputedStart {
             q0,
             v0,
             a0,
@@ -362,7 +362,7 @@ pub(crate) struct Phase {
 
 /// The computed start of a run.
 #[derive(Clone, Debug)]
-pub(crate) struct Beginning {
+pub(crate) struct ComputedStart {
     /// The first node.
     pub q0: Vector,
     /// The velocity there.
@@ -381,13 +381,13 @@ pub(crate) struct Beginning {
     pub e: Option<Sum>,
 }
 
-impl Beginning {
+impl ComputedStart {
     /// The acceleration for the first step.
-    pub fn begins(&self) -> Option<Begins> {
+    pub fn initial_acceleration(&self) -> Option<InitialAcceleration> {
         match (self.near.clone(), self.a0.clone()) {
             // the solution near the given acceleration is better than the given one
-            (Some(near), a0) => Some(Begins::Said(a0.unwrap_or(near))),
-            (None, a0) => a0.map(Begins::Found),
+            (Some(near), a0) => Some(InitialAcceleration::Given(a0.unwrap_or(near))),
+            (None, a0) => a0.map(InitialAcceleration::Computed),
         }
     }
 }

@@ -21,7 +21,7 @@ pub(crate) struct Place {
 }
 
 /// A path: the place at a part of it, from 0 to 1 and slightly beyond.
-pub(crate) type Way<'a> = dyn Fn(f64) -> Place + 'a;
+pub(crate) type MotionPath<'a> = dyn Fn(f64) -> Place + 'a;
 
 impl Place {
     /// A place on a motion of second order, without an acceleration.

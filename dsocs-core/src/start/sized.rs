@@ -1,7 +1,7 @@
 //! The start of a run, with its number of coordinates at compile time.
 
-use super::begin::{self, Given};
-use super::third::Free;
+use super::begin::{self, StartData};
+use super::third::ThirdOrderDatum;
 use crate::number::compensated::Compensated;
 use crate::solve::Vector;
 use crate::solve::sum::Sum;
@@ -211,7 +211,7 @@ impl<const N: usize> Start<N> {
     }
 
     /// The start with any number of coordinates.
-    pub(crate) fn given(&self) -> Given {
+    pub(crate) fn given(&self) -> StartData {
         let rule = match &self.rule {
             Rule::Paper { v0 } => begin::Rule::Paper { v0: Vector::of(v0) },
             Rule::SecondOrder { v0 } => begin::Rule::SecondOrder { v0: Vector::of(v0) },
@@ -222,10 +222,10 @@ impl<const N: usize> Start<N> {
             },
             Rule::ThirdOrder { v0, a0, is_force } => begin::Rule::ThirdOrder {
                 v0: Vector::of(v0),
-                free: if *is_force {
-                    Free::Force(Vector::of(a0))
+                datum: if *is_force {
+                    ThirdOrderDatum::Force(Vector::of(a0))
                 } else {
-                    Free::Acceleration(Vector::of(a0))
+                    ThirdOrderDatum::Acceleration(Vector::of(a0))
                 },
             },
             Rule::Exact { v0, a0, d, h, t0 } => begin::Rule::Exact {
@@ -236,7 +236,7 @@ impl<const N: usize> Start<N> {
                 t0: *t0,
             },
         };
-        Given {
+        StartData {
             q0: Vector::of(&self.q0),
             rule,
             t0: self.t0,

@@ -36,7 +36,7 @@ const NO_FORM: f64 = 1e-12;
 
 /// The quantity that the user gives beside position and velocity.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Free {
+pub(crate) enum ThirdOrderDatum {
     /// The acceleration.
     Acceleration(Vector),
     /// The generalized constraint force, which determines the acceleration.
@@ -44,7 +44,7 @@ pub(crate) enum Free {
 }
 
 /// The beginning of the motion.
-pub(crate) struct Began {
+pub(crate) struct InitialTriple {
     /// The acceleration.
     pub(super) a0: Vector,
     /// The increment from the first node to the second.
@@ -69,16 +69,16 @@ pub(super) fn begin(
     declaration: &Declaration<'_>,
     (t0, h): (f64, f64),
     (q0, v0): (&[f64], &[f64]),
-    free: Free,
+    datum: ThirdOrderDatum,
     projected: bool,
-) -> Result<Began, SetupError> {
+) -> Result<InitialTriple, SetupError> {
     let start = Place::of_phase(t0, Vector::of(q0), Vector::of(v0));
-    let a0 = match &free {
-        Free::Acceleration(a0) => {
+    let a0 = match &datum {
+        ThirdOrderDatum::Acceleration(a0) => {
             check_vector(declaration, "a0", a0)?;
             a0.clone()
         }
-        Free::Force(force) => {
+        ThirdOrderDatum::Force(force) => {
             check_vector(declaration, "force", force)?;
             let a0 = Equations::of(declaration, &start).acceleration_of(force)?;
             match leaving(declaration, &start, h, &a0) {
@@ -108,13 +108,13 @@ pub(super) fn begin(
         d: &d.hi,
     };
     let near = a0.zip(&j0, |a, j| h * h * (a + h * j));
-    let multipliers = match free {
-        Free::Acceleration(_) => Vec::new(),
-        Free::Force(_) => equations.multipliers_after(h, &a0, &j0),
+    let multipliers = match datum {
+        ThirdOrderDatum::Acceleration(_) => Vec::new(),
+        ThirdOrderDatum::Force(_) => equations.multipliers_after(h, &a0, &j0),
     };
     let e = equations.second_difference(h, leg, &near, &multipliers)?;
     let e = Sum::exact(Vector::of(&e));
-    Ok(Began { a0, d, e })
+    Ok(InitialTriple { a0, d, e })
 }
 
 /// The equations of the continuous system at a position and a velocity, and those of the first triple.
