@@ -3,9 +3,9 @@
 #![allow(missing_docs)] // documented in the trait
 
 use super::At;
-use crate::kernel::course::{Course, Solved};
 use crate::kernel::generated::{Compiled, Report};
 use crate::kernel::report::NodeMut;
+use crate::kernel::run_state::{RunState, Solved};
 use crate::number::array::Array;
 use crate::number::point::AnyLeg;
 use crate::number::point::Leg;
@@ -117,10 +117,10 @@ pub fn second_difference<S: Compiled<N>, const N: usize>(system: &S, at: At<'_>,
     clippy::needless_pass_by_value,
     reason = "the references in it are written through"
 )]
-pub fn report<S: Compiled<N>, const N: usize>(system: &S, course: &Course, node: NodeMut<'_>) {
+pub fn report<S: Compiled<N>, const N: usize>(system: &S, run_state: &RunState, node: NodeMut<'_>) {
     if let (Some(constants), Some(Solved { leg, e, before }), [q, v, a, q_force]) = (
-        <S::Constants<f64> as Array<f64>>::read(&course.constants),
-        course.vectors.solved(course.solved_at),
+        <S::Constants<f64> as Array<f64>>::read(&run_state.constants),
+        run_state.vectors.solved(run_state.solved_at),
         node.vectors.as_chunks_mut().0,
     ) {
         // in third order, as before the step

@@ -5,16 +5,16 @@
 
 pub(crate) mod clock;
 pub mod compiled;
-pub(crate) mod course;
 pub(crate) mod generated;
+pub(crate) mod halt;
 pub(crate) mod jets;
-pub(crate) mod question;
 pub(crate) mod report;
+pub(crate) mod run_state;
 pub(crate) mod series;
 
-use crate::kernel::course::Course;
-use crate::kernel::question::Halt;
+use crate::kernel::halt::Halt;
 use crate::kernel::report::NodeMut;
+use crate::kernel::run_state::RunState;
 use crate::number::point::AnyLeg;
 use crate::solve::sparse::Sparse;
 use crate::tape::Source;
@@ -95,13 +95,13 @@ pub trait Kernel: Source {
     fn second_difference(&self, at: At<'_>, e: &mut [f64]);
 
     /// Makes up to `count` steps of a run, as long as they are smooth.
-    fn smooth(&self, course: &mut Course, count: u64) -> Halt;
+    fn smooth(&self, run_state: &mut RunState, count: u64) -> Halt;
 
     /// Writes the motion at the middle node of the last solved step: position, velocity and acceleration, the
     /// generalized constraint force (in units of `L` per unit of the coordinate) and the energy. Velocity,
     /// acceleration, force and energy are those at `φ_{D_K}⁻¹(q0, q1, q2)`; the position is the node `q1`,
     /// whatever the maps are.
-    fn report(&self, course: &Course, node: NodeMut<'_>);
+    fn report(&self, run_state: &RunState, node: NodeMut<'_>);
 }
 
 /// Fills a slice; compiled once, not for every system that uses a default.

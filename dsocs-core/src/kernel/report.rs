@@ -27,14 +27,14 @@ pub enum Guess {
     Continuous,
     /// The node where the path turns by the same angle as at the step before, in the plane of the last two
     /// legs.
-    Turned,
+    EqualTurn,
     /// A point beside a root that was found and did not continue the motion.
     Other,
     /// The node or acceleration that the caller gave.
     Given,
     /// The end of a homotopy: a path along which the residual of the straight line is reduced to zero little
     /// by little.
-    Followed,
+    Homotopy,
 }
 
 /// A place for a node's data: [`Run::tell`](crate::Run::tell) writes all of it,

@@ -16,7 +16,7 @@ pub(crate) const MAX_ITERATIONS: u32 = 60;
 /// The state of a run, carried from step to step: the last leg in compensated sums, the last solved step, and
 /// the past solutions.
 #[derive(Clone, Debug)]
-pub struct Course {
+pub struct RunState {
     /// The step, negative back in time.
     pub(crate) h: f64,
     /// The known values of the run.
@@ -285,7 +285,7 @@ const NOTHING: StepReport = StepReport {
     guess: Guess::Given,
 };
 
-impl Course {
+impl RunState {
     /// A run with the step `h` that begins at a time, with the leg that ends with `q`.
     pub(crate) fn new(shape: &Shape, (h, constants): (f64, Numbers), t0: f64, (q, d): (&Sum, &Sum)) -> Self {
         Self {
@@ -317,11 +317,11 @@ impl Course {
         [e, past]: [&[f64]; 2],
     ) -> Self {
         let [q, d] = [leg.q, leg.d].map(|vector| Sum::exact(Vector::of(vector)));
-        let mut course = Self::new(shape, (h, constants.into()), leg.t, (&q, &d));
-        course.vectors.commit(&q, &d, e);
-        course.vectors.set(BEFORE, past);
-        (course.solved_at, course.has_solved) = (leg.t, true);
-        course
+        let mut run_state = Self::new(shape, (h, constants.into()), leg.t, (&q, &d));
+        run_state.vectors.commit(&q, &d, e);
+        run_state.vectors.set(BEFORE, past);
+        (run_state.solved_at, run_state.has_solved) = (leg.t, true);
+        run_state
     }
 
     /// The approximate count of its numbers.

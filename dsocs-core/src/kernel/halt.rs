@@ -6,13 +6,13 @@ pub enum Halt {
     /// All steps were made.
     Done,
     /// The next step cannot be smooth, for this reason; those before it were made.
-    Asks(Question),
+    NotSmooth(HaltReason),
 }
 
 /// Why a step is not made by the smooth code of the declared type: its equations are solved on slices, and
 /// then smooth steps go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Question {
+pub enum HaltReason {
     /// There is no past for a prediction, or the second difference is given.
     Start,
     /// Three iterations of Newton's have not converged, or a row's factor vanishes at their root.
@@ -31,7 +31,7 @@ pub enum Question {
     Unforeseen,
     /// The argument of a piecewise function may change its sign, or a body rests, or may soon rest, where a
     /// function jumps with the velocity.
-    Sides,
+    RestOrSignChange,
     /// An input changes at the middle node.
     InputChanges,
 }
