@@ -8,10 +8,10 @@ use core::ops::Range;
 
 use super::declared::{Smooth, evaluated};
 use super::interpreted::{TapeKernel, take};
-use super::slices::Walked;
+use super::slices::SliceSystem;
 use super::smooth;
-use crate::kernel::course::Course;
-use crate::kernel::question::Halt;
+use crate::kernel::halt::Halt;
+use crate::kernel::run_state::RunState;
 use crate::number::point::Leg;
 use crate::solve::Numbers;
 use crate::solve::newton::Evaluation;
@@ -36,13 +36,13 @@ fn hand_over<const K: usize>(numbers: &mut [f64], places: Range<usize>, values: 
 }
 
 /// An interpreted system with `M` unknowns, and the numbers that its programs compute in.
-struct Few<'k, const M: usize> {
+struct FewUnknowns<'k, const M: usize> {
     kernel: &'k TapeKernel,
     numbers: Cell<&'k mut [f64]>,
     are_linear: bool,
 }
 
-impl<const M: usize> Few<'_, M> {
+impl<const M: usize> FewUnknowns<'_, M> {
     /// Calls `work` with the kernel and the numbers.
     #[inline(always)]
     fn compute<R>(&self, work: impl FnOnce(&TapeKernel, &mut [f64]) -> R) -> R {
@@ -53,7 +53,7 @@ impl<const M: usize> Few<'_, M> {
     }
 }
 
-impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
+impl<const N: usize, const M: usize> Smooth<N> for FewUnknowns<'_, M> {
     type Unknown = [f64; M];
     type Constants = [f64];
     /// Empty: the known values of a step are among the kernel's numbers.
@@ -109,7 +109,7 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
         self.compute(|kernel, numbers| {
             kernel.take_constants(numbers, run);
             // a guess has no multipliers
-            let multipliers = numbers.get_mut(kernel.hot().places.multipliers.clone());
+            let multipliers = numbers.get_mut(kernel.programs().places.multipliers.clone());
             multipliers.unwrap_or_default().fill(0.0);
         });
         Some(run)
@@ -123,31 +123,31 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
     #[inline(always)]
     fn known_of(&self, _: &[f64], leg: &Leg<f64, N>) {
         self.compute(|kernel, numbers| {
-            let hot = kernel.hot();
-            let places = &hot.places;
+            let programs = kernel.programs();
+            let places = &programs.places;
             hand_over(numbers, places.clock..places.clock + 1, &[leg.t]);
             hand_over(numbers, places.n.clone(), &leg.q);
             hand_over(numbers, places.d.clone(), &leg.d);
-            hot.known.run(&hot.stretch, kernel.calls(), numbers);
+            programs.known.run(&programs.layout, kernel.calls(), numbers);
         });
     }
 
     #[inline(always)]
     fn evaluation(&self, _: &[f64], (): &(), z: &[f64; M]) -> Evaluation<[f64; M]> {
         let mut linearization = self.compute(|kernel, numbers| {
-            let hot = kernel.hot();
-            hand_over(numbers, hot.places.z.clone(), z);
-            hot.residual.run(&hot.stretch, kernel.calls(), numbers);
+            let programs = kernel.programs();
+            hand_over(numbers, programs.places.z.clone(), z);
+            programs.residual.run(&programs.layout, kernel.calls(), numbers);
             let (mut rows, mut jacobian) = ([f64::NAN; M], [[f64::NAN; M]; M]);
             if M > FEWER {
-                let found = numbers.get(hot.places.rows.clone()).unwrap_or_default();
+                let found = numbers.get(programs.places.rows.clone()).unwrap_or_default();
                 if let Some((first, rest)) = found.split_first_chunk() {
                     rows = *first;
                     for (row, found) in jacobian.iter_mut().zip(rest.chunks_exact(M.max(1))) {
                         row.copy_from_slice(found);
                     }
                 }
-            } else if let Some((first, rest)) = hot.residual.places().split_first_chunk() {
+            } else if let Some((first, rest)) = programs.residual.places().split_first_chunk() {
                 let at = |place: u32| numbers.get(place as usize).copied().unwrap_or(f64::NAN);
                 rows = first.map(at);
                 for (row, places) in jacobian.iter_mut().zip(rest.chunks_exact(M.max(1))) {
@@ -165,7 +165,7 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
     fn row_scales(&self, _: &[f64], (): &(), z: &[f64; M]) -> [f64; M] {
         let mut scales = [0.0; M];
         self.compute(|kernel, numbers| {
-            hand_over(numbers, kernel.hot().places.z.clone(), z);
+            hand_over(numbers, kernel.programs().places.z.clone(), z);
             kernel.row_scales(numbers, &mut scales);
         });
         scales
@@ -175,9 +175,9 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
     fn unknown_of(&self, e: &[f64; N]) -> [f64; M] {
         let mut z = [0.0; M];
         self.compute(|kernel, numbers| {
-            let hot = kernel.hot();
-            hand_over(numbers, hot.places.e.clone(), e);
-            kernel.write(&hot.unknown, numbers, &mut z);
+            let programs = kernel.programs();
+            hand_over(numbers, programs.places.e.clone(), e);
+            kernel.write(&programs.unknown, numbers, &mut z);
         });
         z
     }
@@ -186,7 +186,7 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
     fn difference(&self, _: &[f64], (): &(), z: &[f64; M]) -> [f64; N] {
         let mut e = [0.0; N];
         self.compute(|kernel, numbers| {
-            hand_over(numbers, kernel.hot().places.z.clone(), z);
+            hand_over(numbers, kernel.programs().places.z.clone(), z);
             kernel.difference(numbers, &mut e);
         });
         e
@@ -198,16 +198,16 @@ impl<const N: usize, const M: usize> Smooth<N> for Few<'_, M> {
 fn steps<const N: usize, const M: usize>(
     kernel: &TapeKernel,
     numbers: &mut [f64],
-    course: &mut Course,
+    run_state: &mut RunState,
     count: u64,
 ) -> Halt {
     let shape = kernel.shape();
-    let few = Few::<M> {
+    let system = FewUnknowns::<M> {
         kernel,
         numbers: Cell::new(numbers),
         are_linear: shape.linear && !shape.jumps,
     };
-    smooth::steps::<_, N>(&few, course, count)
+    smooth::steps::<_, N>(&system, run_state, count)
 }
 
 /// Makes up to `count` steps of a run; `None` if no instance has the system's numbers of coordinates and
@@ -215,7 +215,7 @@ fn steps<const N: usize, const M: usize>(
 pub(super) fn smooth(
     kernel: &TapeKernel,
     numbers: &mut [f64],
-    course: &mut Course,
+    run_state: &mut RunState,
     count: u64,
 ) -> Option<Halt> {
     let shape = kernel.shape();
@@ -225,7 +225,7 @@ pub(super) fn smooth(
     macro_rules! of {
         ($($n:literal: $($m:literal),*);* $(;)?) => {
             match (shape.increments, shape.unknowns) {
-                $($(($n, $m) => steps::<$n, $m>(kernel, numbers, course, count),)*)*
+                $($(($n, $m) => steps::<$n, $m>(kernel, numbers, run_state, count),)*)*
                 _ => return None,
             }
         };

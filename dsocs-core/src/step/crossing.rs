@@ -15,7 +15,7 @@ use crate::regularity::resting::{AtPoint, Held};
 use crate::regularity::rounding;
 use crate::regularity::sides::Piece;
 use crate::solve::Vector;
-use crate::start::place::{Place, Way};
+use crate::start::place::{MotionPath, Place};
 use crate::start::{self, third};
 use crate::tape::declaration::Declaration;
 
@@ -53,9 +53,9 @@ const NOISE: f64 = 1e-9;
 const ROUNDING: f64 = 1e-12;
 
 /// The path of a step with the declarations that hold on it.
-pub(crate) struct OnWay<'a> {
+pub(crate) struct StepPath<'a> {
     /// The path: time, position, velocity and acceleration as a function of the part 0…1.
-    pub(crate) way: &'a Way<'a>,
+    pub(crate) path: &'a MotionPath<'a>,
     /// The length of the step, from which the rounding of its velocities follows.
     pub(crate) h: f64,
     /// The declaration up to the middle of the path, and from there on.
@@ -76,7 +76,7 @@ struct Acceleration {
     rates: Vec<f64>,
 }
 
-impl OnWay<'_> {
+impl StepPath<'_> {
     /// The declaration that holds at a part of the path.
     fn declaration(&self, part: f64) -> Declaration<'_> {
         self.declarations[usize::from(part >= 0.5)]
@@ -84,7 +84,7 @@ impl OnWay<'_> {
 
     /// The acceleration at a part of the path, with resting bodies where there are any.
     fn acceleration(&self, part: f64) -> Option<Acceleration> {
-        let Place { t, q, v, a } = (self.way)(part);
+        let Place { t, q, v, a } = (self.path)(part);
         let declaration = self.declaration(part);
         if declaration.shape().is_of_third_order() {
             return self.third(&declaration, t, [&q, &v, &a]);
@@ -289,10 +289,10 @@ impl OnWay<'_> {
     /// Whether the velocity has to jump: the Lagrangian jumps with position or velocity, or the momentum
     /// does, or the constraints on positions and velocities do.
     fn has_step(&self, places: [f64; 4]) -> bool {
-        let begin = (self.way)(places[1]).t;
+        let begin = (self.path)(places[1]).t;
         let declaration = self.declaration(places[1]);
         let all = places.map(|part| {
-            let Place { t, q, v, .. } = (self.way)(part);
+            let Place { t, q, v, .. } = (self.path)(part);
             let still = map(&q, Tangent::splat);
             // a Lagrangian that jumps in time alone exerts no force
             let lagrangian = declaration.lagrangian::<f64>(begin, &q, &v);
@@ -306,7 +306,7 @@ impl OnWay<'_> {
             all.extend(declaration.phase::<f64>(t, &q, &v));
             all
         });
-        let Place { t, q, v, .. } = (self.way)(places[1]);
+        let Place { t, q, v, .. } = (self.path)(places[1]);
         let mut terms = vec![0.0; v.len() + 1];
         terms.extend(rounding::phase_sizes(&declaration, t, &q, &v));
         differ(all, &terms)
@@ -315,7 +315,7 @@ impl OnWay<'_> {
     /// The quantities that determine the motion: the generalized force `∂L/∂q + f`, the kinematic rows at an
     /// acceleration (in third order with a jerk after it), the constraint forms, and the mass matrix.
     fn causes(&self, part: f64, motion: &[f64]) -> Vec<f64> {
-        let Place { t, q, v, a: own } = (self.way)(part);
+        let Place { t, q, v, a: own } = (self.path)(part);
         let (a, j) = motion.split_at(q.len());
         // in third order the acceleration is that of the path, which does not jump
         let a = if own.is_empty() { a } else { &own };

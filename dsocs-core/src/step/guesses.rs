@@ -16,7 +16,7 @@ use crate::solve::newton::{self, Fold, Root, Stop};
 use crate::solve::predictor::Predictor;
 use crate::solve::{Vector, is_finite, rotation};
 use crate::start::place::Place;
-use crate::start::{self, Begins, third};
+use crate::start::{self, InitialAcceleration, third};
 use crate::step::singular;
 
 /// Offsets of guesses beside the straight line, by coordinate, in units of the longest component of the leg.
@@ -67,7 +67,7 @@ impl Step<'_> {
             [continuous.clone(), Some(straight.clone()), None, None]
         } else {
             [
-                turned.map(|z| (z, Guess::Turned)),
+                turned.map(|z| (z, Guess::EqualTurn)),
                 last.clone(),
                 Some(straight.clone()),
                 continuous.clone(),
@@ -94,7 +94,7 @@ impl Step<'_> {
                     return self.checked(
                         Found { root, continuation },
                         &start,
-                        Guess::Turned,
+                        Guess::EqualTurn,
                         predictor,
                         size,
                     );
@@ -113,7 +113,7 @@ impl Step<'_> {
             match newton::follow(self, start, size, max_iterations, &mut evaluations) {
                 Ok(root) => {
                     self.continuation(&root, predictor);
-                    return Ok(report(Root { evaluations, ..root }, Guess::Followed));
+                    return Ok(report(Root { evaluations, ..root }, Guess::Homotopy));
                 }
                 Err(Some(fold)) if folds.as_ref().is_none_or(|best| fold.left < best.left) => {
                     folds = Some(fold);
@@ -303,17 +303,17 @@ impl Step<'_> {
             return None;
         }
         let (leg, h) = (self.leg, self.h);
-        let way = |part: f64| {
+        let path = |part: f64| {
             let steps = AHEAD * part - 1.0;
             if self.is_of_third_order() {
                 let none = Vector::zero(leg.d.len());
                 return Place::on_cubic(h, leg, &self.before, &none, steps);
             }
-            let way = Vector::of(leg.d).map(|d| steps * d);
-            let q = rotation::moved_vector(&self.shape().rotations, leg.q, &way);
+            let displacement = Vector::of(leg.d).map(|d| steps * d);
+            let q = rotation::moved_vector(&self.shape().rotations, leg.q, &displacement);
             Place::of_phase(leg.t + steps * h, q, Vector::of(leg.d).map(|d| d / h))
         };
-        singular::dependence(&declaration, &way, NEARLY_DEPENDENT)
+        singular::dependence(&declaration, &path, NEARLY_DEPENDENT)
     }
 
     /// The singularity that a step without a solution approaches, if there is one.
@@ -326,18 +326,18 @@ impl Step<'_> {
             let Place { t, q, v, a } = Place::on_cubic(h, leg, &self.before, &none, -0.5);
             let j = third::jerk(&declaration, t, [&q, &v, &a], &none)?;
             let e = Vector::of(&j).map(|j| h * h * h * j);
-            let way = [-0.5, AHEAD].map(|steps| Place::on_cubic(h, leg, &self.before, &e, steps));
-            return singular::on_the_way(&declaration, &way, &j);
+            let path = [-0.5, AHEAD].map(|steps| Place::on_cubic(h, leg, &self.before, &e, steps));
+            return singular::on_path(&declaration, &path, &j);
         }
         let (q, v) = (Vector::of(leg.q), Vector::of(leg.d).map(|d| d / h));
         let (a, _) = start::acceleration(&declaration, (leg.t, &q, &v), None).ok()?;
         // extrapolated with the acceleration in the middle of the leg
         let at = |steps: f64| {
-            let way = v.map(|v| steps * h * v);
-            let q = rotation::moved_vector(&self.shape().rotations, &q, &way);
+            let displacement = v.map(|v| steps * h * v);
+            let q = rotation::moved_vector(&self.shape().rotations, &q, &displacement);
             Place::of_phase(leg.t + steps * h, q, v.zip(&a, |v, a| v + (steps + 0.5) * h * a))
         };
-        singular::on_the_way(&declaration, &[at(-0.5), at(AHEAD)], &a)
+        singular::on_path(&declaration, &[at(-0.5), at(AHEAD)], &a)
     }
 
     /// The unknowns of a step that turns as the last one did, if that turned by much: the last leg but one,
@@ -407,14 +407,14 @@ impl Step<'_> {
             return self.continuous_of_third(&Vector::zero(leg.d.len()));
         }
         let begins = |a: &Vector| Some(self.unknowns(&a.map(|a| a * h * h)));
-        if let Some(Begins::Said(a)) = &self.begins {
+        if let Some(InitialAcceleration::Given(a)) = &self.initial_acceleration {
             return begins(a);
         }
         let v = Vector::of(leg.d).map(|d| d / h);
         let found = start::acceleration(&self.declaration(), (leg.t, leg.q, &v), None);
-        match (found, &self.begins) {
+        match (found, &self.initial_acceleration) {
             (Ok((a, multipliers)), _) => Some(self.unknown(&a.map(|a| a * h * h), &multipliers)),
-            (Err(_), Some(Begins::Said(a) | Begins::Found(a))) => begins(a),
+            (Err(_), Some(InitialAcceleration::Given(a) | InitialAcceleration::Computed(a))) => begins(a),
             (Err(_), None) => None,
         }
     }

@@ -10,10 +10,10 @@ use dsocs_jit::JitError;
 use thiserror::Error;
 
 use super::arrays;
-use super::slices::{self, Beside, Kept, Room, Walked};
-use crate::kernel::course::Course;
-use crate::kernel::question::Halt;
+use super::slices::{self, PooledVector, Room, SliceSystem, StepWorkspace};
+use crate::kernel::halt::Halt;
 use crate::kernel::report::NodeMut;
+use crate::kernel::run_state::RunState;
 use crate::kernel::series::Series;
 use crate::kernel::{At, Kernel};
 use crate::number::dual::Dual;
@@ -22,7 +22,9 @@ use crate::number::tangent::Tangent;
 use crate::solve::sparse::Sparse;
 #[cfg(feature = "jit")]
 use crate::tape::Tier;
-use crate::tape::{CallData, Leaf, Part, Program, Segment, Shape, Source, Straight, Stretch, Tape, TapeCall};
+use crate::tape::{
+    CallData, Leaf, MemoryLayout, Part, Program, Segment, Shape, Source, Straight, Tape, TapeCall,
+};
 
 /// A declared system as its tape and its shape alone, such as one that is read at run time.
 ///
@@ -37,7 +39,7 @@ pub struct TapeKernel {
     sparse: Option<Sparse>,
     /// The functions that the tape calls, given as data.
     calls: Vec<TapeCall>,
-    hot: Arc<Hot>,
+    programs: Arc<StepPrograms>,
     series: Arc<Recurrences>,
 }
 
@@ -83,9 +85,9 @@ crate::debug_is_message!(TapeError);
 /// The programs that are evaluated often. Each reads its inputs, and the results of others, from the numbers
 /// that it is handed.
 #[derive(Debug)]
-pub(crate) struct Hot {
+pub(crate) struct StepPrograms {
     pub places: Places,
-    pub stretch: Stretch,
+    pub layout: MemoryLayout,
     pub constants: Straight,
     pub known: Straight,
     /// The rows, then their Jacobian row by row.
@@ -103,7 +105,7 @@ pub(crate) struct Hot {
     tier: Tier,
 }
 
-/// The places of the programs' inputs in the stretch that they compute in. The first number there belongs to
+/// The places of the programs' inputs in the memory that they compute in. The first number there belongs to
 /// no input: it is NaN.
 #[derive(Clone, Debug)]
 pub(crate) struct Places {
@@ -204,7 +206,7 @@ fn is_of_iteration(leaf: Leaf) -> bool {
     matches!(leaf, Leaf::Constant(_) | Leaf::Known(_) | Leaf::Z(_))
 }
 
-impl Hot {
+impl StepPrograms {
     fn new(tape: &Tape, shape: &Shape, sparse: Option<&Sparse>) -> Self {
         let program = |segment, given: &[Segment]| {
             let all: Vec<usize> = (0..tape.count(segment, Part::All)).collect();
@@ -244,7 +246,7 @@ impl Hot {
                 None,
             ),
         ];
-        let mut stretch = Stretch::new(places.count, programs.iter().map(|(program, ..)| program));
+        let mut layout = MemoryLayout::new(places.count, programs.iter().map(|(program, ..)| program));
         let [
             constants,
             known,
@@ -257,11 +259,11 @@ impl Hot {
             energy,
         ] = programs.map(|(program, reads, into)| {
             let place = |leaf| if reads(leaf) { places.of(leaf) } else { 0 };
-            stretch.straighten(&program, &place, into)
+            layout.straighten(&program, &place, into)
         });
         Self {
             places,
-            stretch,
+            layout,
             constants,
             known,
             residual,
@@ -278,7 +280,7 @@ impl Hot {
 }
 
 #[cfg(feature = "jit")]
-impl Hot {
+impl StepPrograms {
     /// Compiles the programs of steps. Those of the constants, evaluated once a run, stay interpreted.
     fn compile(&self) -> Result<(), JitError> {
         self.tier.compile(&[
@@ -303,19 +305,19 @@ impl TapeKernel {
     /// grants no executable memory. Then the system is interpreted.
     #[cfg(feature = "jit")]
     pub fn compile(&self) -> Result<(), JitError> {
-        self.hot.compile()
+        self.programs.compile()
     }
 
     /// The system without compilation to machine code.
     #[cfg(feature = "jit")]
     #[must_use]
     pub fn interpreted(self) -> Self {
-        let hot = Hot {
+        let programs = StepPrograms {
             tier: Tier::never(),
-            ..Hot::new(&self.tape, &self.shape, self.sparse.as_ref())
+            ..StepPrograms::new(&self.tape, &self.shape, self.sparse.as_ref())
         };
         Self {
-            hot: Arc::new(hot),
+            programs: Arc::new(programs),
             ..self
         }
     }
@@ -398,7 +400,7 @@ impl TapeKernel {
             }
         }
         Ok(Self {
-            hot: Arc::new(Hot::new(&tape, &shape, None)),
+            programs: Arc::new(StepPrograms::new(&tape, &shape, None)),
             tape: Arc::new(tape),
             shape,
             values,
@@ -444,15 +446,15 @@ impl TapeKernel {
             });
         }
         Ok(Self {
-            hot: Arc::new(Hot::new(&self.tape, &self.shape, Some(&sparse))),
+            programs: Arc::new(StepPrograms::new(&self.tape, &self.shape, Some(&sparse))),
             sparse: Some(sparse),
             ..self
         })
     }
 
     /// The programs that are evaluated often.
-    pub(crate) fn hot(&self) -> &Hot {
-        &self.hot
+    pub(crate) fn programs(&self) -> &StepPrograms {
+        &self.programs
     }
 
     /// The functions that the tape calls.
@@ -461,11 +463,11 @@ impl TapeKernel {
     }
 
     /// Calls `work` with the workspace of this thread.
-    fn in_room<R>(&self, work: impl FnOnce(&mut [f64], &mut Beside) -> R) -> R {
+    fn in_room<R>(&self, work: impl FnOnce(&mut [f64], &mut StepWorkspace) -> R) -> R {
         // an evaluation inside `work`, or at the end of the thread, finds an empty workspace
         let mut room = ROOM.try_with(Cell::take).unwrap_or_default();
-        let Room { numbers, beside } = &mut room;
-        let result = work(self.hot.stretch.prepare(numbers), beside);
+        let Room { numbers, workspace } = &mut room;
+        let result = work(self.programs.layout.prepare(numbers), workspace);
         // at the end of the thread there is no place to keep it
         let _ = ROOM.try_with(|kept| kept.set(room));
         result
@@ -475,7 +477,7 @@ impl TapeKernel {
     #[inline(always)]
     #[allow(clippy::inline_always)] // part of every step
     pub(super) fn write(&self, program: &Straight, numbers: &mut [f64], out: &mut [f64]) {
-        program.run(&self.hot.stretch, &self.calls, numbers);
+        program.run(&self.programs.layout, &self.calls, numbers);
         for (out, result) in out.iter_mut().zip(program.results(numbers)) {
             *out = result;
         }
@@ -483,7 +485,7 @@ impl TapeKernel {
 
     /// Evaluates a program and writes its results to one slice, then to another.
     fn write_both(&self, program: &Straight, numbers: &mut [f64], first: &mut [f64], second: &mut [f64]) {
-        program.run(&self.hot.stretch, &self.calls, numbers);
+        program.run(&self.programs.layout, &self.calls, numbers);
         let mut results = program.results(numbers);
         for out in [first, second] {
             for (out, result) in out.iter_mut().zip(&mut results) {
@@ -493,17 +495,17 @@ impl TapeKernel {
     }
 
     /// Makes up to `count` steps of a run.
-    fn walk(&self, course: &mut Course, count: u64) -> Halt {
-        self.in_room(|numbers, beside| {
-            if let Some(halt) = arrays::smooth(self, numbers, course, count) {
+    fn walk(&self, run_state: &mut RunState, count: u64) -> Halt {
+        self.in_room(|numbers, workspace| {
+            if let Some(halt) = arrays::smooth(self, numbers, run_state, count) {
                 return halt;
             }
             match self.shape.unknowns {
-                1 => slices::smooth::<_, [f64; 1]>(self, (numbers, beside), course, count),
-                2 => slices::smooth::<_, [f64; 2]>(self, (numbers, beside), course, count),
-                3 => slices::smooth::<_, [f64; 3]>(self, (numbers, beside), course, count),
-                4 => slices::smooth::<_, [f64; 4]>(self, (numbers, beside), course, count),
-                _ => slices::smooth::<_, Kept>(self, (numbers, beside), course, count),
+                1 => slices::smooth::<_, [f64; 1]>(self, (numbers, workspace), run_state, count),
+                2 => slices::smooth::<_, [f64; 2]>(self, (numbers, workspace), run_state, count),
+                3 => slices::smooth::<_, [f64; 3]>(self, (numbers, workspace), run_state, count),
+                4 => slices::smooth::<_, [f64; 4]>(self, (numbers, workspace), run_state, count),
+                _ => slices::smooth::<_, PooledVector>(self, (numbers, workspace), run_state, count),
             }
         })
     }
@@ -511,7 +513,7 @@ impl TapeKernel {
     /// Copies the constants, the known values and the unknowns of an iteration into the numbers.
     fn take_at(&self, numbers: &mut [f64], at: At<'_>) {
         self.take_constants(numbers, at.constants);
-        take(numbers, &self.hot.places.known, at.known);
+        take(numbers, &self.programs.places.known, at.known);
         self.take_unknowns(numbers, at.z);
     }
 
@@ -555,7 +557,7 @@ fn take_one(numbers: &mut [f64], place: usize, value: f64) {
     }
 }
 
-impl Walked for TapeKernel {
+impl SliceSystem for TapeKernel {
     fn shape(&self) -> &Shape {
         &self.shape
     }
@@ -565,7 +567,7 @@ impl Walked for TapeKernel {
     }
 
     fn take_constants(&self, numbers: &mut [f64], constants: &[f64]) {
-        take(numbers, &self.hot.places.constants, constants);
+        take(numbers, &self.programs.places.constants, constants);
     }
 
     fn take_past(&self, numbers: &mut [f64], constants: &mut [f64], past: &[f64]) {
@@ -576,46 +578,46 @@ impl Walked for TapeKernel {
     #[inline(always)]
     #[allow(clippy::inline_always)] // part of every step
     fn take_leg(&self, numbers: &mut [f64], leg: AnyLeg<'_, f64>) {
-        let Hot { places, known, .. } = &*self.hot;
+        let StepPrograms { places, known, .. } = &*self.programs;
         take_one(numbers, places.clock, leg.t);
         take(numbers, &places.n, leg.q);
         take(numbers, &places.d, leg.d);
-        known.run(&self.hot.stretch, &self.calls, numbers);
+        known.run(&self.programs.layout, &self.calls, numbers);
     }
 
     #[inline(always)]
     #[allow(clippy::inline_always)] // as above
     fn take_unknowns(&self, numbers: &mut [f64], z: &[f64]) {
-        take(numbers, &self.hot.places.z, z);
+        take(numbers, &self.programs.places.z, z);
     }
 
     fn rows(&self, numbers: &mut [f64], rows: &mut [f64], jacobian: &mut [f64]) {
-        self.write_both(&self.hot.residual, numbers, rows, jacobian);
+        self.write_both(&self.programs.residual, numbers, rows, jacobian);
     }
 
     fn sparse_rows(&self, numbers: &mut [f64], rows: &mut [f64], entries: &mut [f64]) {
-        self.write_both(&self.hot.entries, numbers, rows, entries);
+        self.write_both(&self.programs.entries, numbers, rows, entries);
     }
 
     #[inline(always)]
     #[allow(clippy::inline_always)] // as above
     fn row_scales(&self, numbers: &mut [f64], scales: &mut [f64]) {
-        self.write(&self.hot.scales, numbers, scales);
+        self.write(&self.programs.scales, numbers, scales);
     }
 
     #[inline(always)]
     #[allow(clippy::inline_always)] // as above
     fn difference(&self, numbers: &mut [f64], e: &mut [f64]) {
-        self.write(&self.hot.second_difference, numbers, e);
+        self.write(&self.programs.second_difference, numbers, e);
     }
 
     fn unknowns_of(&self, numbers: &mut [f64], e: &[f64], z: &mut [f64]) {
-        let places = &self.hot.places;
+        let places = &self.programs.places;
         take(numbers, &places.e, e);
         if let Some(multipliers) = numbers.get_mut(places.multipliers.clone()) {
             multipliers.fill(0.0);
         }
-        self.write(&self.hot.unknown, numbers, z);
+        self.write(&self.programs.unknown, numbers, z);
     }
 }
 
@@ -653,18 +655,18 @@ impl Source for TapeKernel {
 }
 
 impl Kernel for TapeKernel {
-    fn smooth(&self, course: &mut Course, count: u64) -> Halt {
+    fn smooth(&self, run_state: &mut RunState, count: u64) -> Halt {
         #[cfg(feature = "jit")]
-        if let Some(first) = self.hot.tier.steps_before(count) {
-            match self.walk(course, first) {
+        if let Some(first) = self.programs.tier.steps_before(count) {
+            match self.walk(run_state, first) {
                 Halt::Done => {}
-                asks @ Halt::Asks(_) => return asks,
+                halt @ Halt::NotSmooth(_) => return halt,
             }
             // if it fails, the programs stay interpreted
-            let _ = self.hot.compile();
-            return self.walk(course, count - first);
+            let _ = self.programs.compile();
+            return self.walk(run_state, count - first);
         }
-        self.walk(course, count)
+        self.walk(run_state, count)
     }
 
     fn constants(&self, parameters: &[f64], h: f64, constants: &mut [f64]) {
@@ -673,9 +675,9 @@ impl Kernel for TapeKernel {
             past.fill(0.0);
         }
         self.in_room(|numbers, _| {
-            take_one(numbers, self.hot.places.h, h);
-            take(numbers, &self.hot.places.parameters, parameters);
-            self.write(&self.hot.constants, numbers, constants);
+            take_one(numbers, self.programs.places.h, h);
+            take(numbers, &self.programs.places.parameters, parameters);
+            self.write(&self.programs.constants, numbers, constants);
         });
     }
 
@@ -700,7 +702,9 @@ impl Kernel for TapeKernel {
             self.take_leg(numbers, leg);
             copy(
                 known,
-                numbers.get(self.hot.places.known.clone()).unwrap_or_default(),
+                numbers
+                    .get(self.programs.places.known.clone())
+                    .unwrap_or_default(),
             );
         });
     }
@@ -737,14 +741,14 @@ impl Kernel for TapeKernel {
 
     fn unknown(&self, e: &[f64], multipliers: &[f64], z: &mut [f64]) {
         self.in_room(|numbers, _| {
-            let places = &self.hot.places;
+            let places = &self.programs.places;
             take(numbers, &places.e, e);
             if let Some(room) = numbers.get_mut(places.multipliers.clone()) {
                 // missing ones are zero
                 room.fill(0.0);
                 copy(room, multipliers);
             }
-            self.write(&self.hot.unknown, numbers, z);
+            self.write(&self.programs.unknown, numbers, z);
         });
     }
 
@@ -755,29 +759,29 @@ impl Kernel for TapeKernel {
         });
     }
 
-    fn report(&self, course: &Course, node: NodeMut<'_>) {
-        let (leg, e) = (course.solved_leg(), course.vectors.e());
-        let Hot {
+    fn report(&self, run_state: &RunState, node: NodeMut<'_>) {
+        let (leg, e) = (run_state.solved_leg(), run_state.vectors.e());
+        let StepPrograms {
             places,
             node: point,
             energy,
             ..
-        } = &*self.hot;
+        } = &*self.programs;
         let n = node.vectors.len() / 4;
         let (motion, force) = node.vectors.split_at_mut(3 * n);
         let energy = self.in_room(|numbers, _| {
-            self.take_constants(numbers, &course.constants);
+            self.take_constants(numbers, &run_state.constants);
             // as before the step
             take(
                 numbers,
                 &(places.past..places.constants.end),
-                course.vectors.before(),
+                run_state.vectors.before(),
             );
             take_one(numbers, places.clock, leg.t);
             take(numbers, &places.n, leg.q);
             take(numbers, &places.d, leg.d);
             take(numbers, &places.e, e);
-            point.run(&self.hot.stretch, &self.calls, numbers);
+            point.run(&self.programs.layout, &self.calls, numbers);
             let mut t = [f64::NAN];
             let mut results = point.results(numbers);
             for out in [&mut *motion, &mut t, force] {

@@ -5,7 +5,7 @@
 
 use crate::solve::Vector;
 use crate::start;
-use crate::start::place::{Place, Way};
+use crate::start::place::{MotionPath, Place};
 use crate::tape::declaration::Declaration;
 
 /// Number of equal parts of a path.
@@ -100,9 +100,9 @@ fn is_polynomial(values: &[f64]) -> bool {
 }
 
 /// The accelerations at the places of a path; `None` if the equations do not determine one.
-pub(crate) fn accelerations(declaration: &Declaration<'_>, way: &Way<'_>) -> Option<Vec<Vector>> {
+pub(crate) fn accelerations(declaration: &Declaration<'_>, path: &MotionPath<'_>) -> Option<Vec<Vector>> {
     let accelerations = places().map(|part| {
-        let Place { t, q, v, .. } = way(part);
+        let Place { t, q, v, .. } = path(part);
         let found = start::acceleration(declaration, (t, &q, &v), None);
         found.ok().map(|(a, _)| a)
     });

@@ -6,7 +6,7 @@
 
 use super::switches::{Crossing, MOST, NONE};
 use crate::samples::{BENDS, Samples};
-use crate::start::place::Way;
+use crate::start::place::MotionPath;
 use crate::tape::declaration::Declaration;
 
 /// Samples between two nodes matter if they deviate by more than this part of the table's range there from
@@ -22,8 +22,8 @@ const AHEAD: usize = 256;
 
 /// The places of a path where tables deviate most from their values at the nodes, each with the middles of
 /// the two neighbouring pieces: there the step passes over samples.
-pub(super) fn hidden(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f64> {
-    let hidden = arguments(declaration, way).into_iter();
+pub(super) fn hidden(declaration: &Declaration<'_>, path: &MotionPath<'_>) -> Vec<f64> {
+    let hidden = arguments(declaration, path).into_iter();
     hidden
         .filter_map(|Table { samples, ends, .. }| {
             let [from, to] = ends;
@@ -37,8 +37,8 @@ pub(super) fn hidden(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<f64> {
 
 /// Number of steps after the given path that pass over no relevant samples; 0 if this or the next one may do
 /// so.
-pub(super) fn clear(declaration: &Declaration<'_>, way: &Way<'_>) -> f64 {
-    let clears = arguments(declaration, way).into_iter().map(|table| {
+pub(super) fn clear(declaration: &Declaration<'_>, path: &MotionPath<'_>) -> f64 {
+    let clears = arguments(declaration, path).into_iter().map(|table| {
         let (samples, [from, to]) = (table.samples, table.ends);
         let change = to - from;
         let (mut steps, mut seen) = (0.0, 0);
@@ -59,15 +59,15 @@ pub(super) fn clear(declaration: &Declaration<'_>, way: &Way<'_>) -> f64 {
 
 /// The places on a path where a differentiated table has its sharpest corner. There the force of a potential
 /// jumps, or the velocity of a driven constraint, or the acceleration of a body at rest on a surface.
-pub(super) fn bends(declaration: &Declaration<'_>, way: &Way<'_>) -> Vec<Crossing> {
-    let bends = arguments(declaration, way).into_iter().enumerate();
+pub(super) fn bends(declaration: &Declaration<'_>, path: &MotionPath<'_>) -> Vec<Crossing> {
+    let bends = arguments(declaration, path).into_iter().enumerate();
     bends
         .filter_map(|(table, at)| {
             let knot = bend(&at, at.ends)?;
             let [from, to] = at.ends;
             let side = (to - from).signum();
             let left = |part: f64| {
-                let tables = way(part).tables(declaration);
+                let tables = path(part).tables(declaration);
                 tables
                     .get(table)
                     .map_or(f64::NAN, |at| side * (knot - at.argument))
@@ -100,11 +100,11 @@ struct Table<'d> {
 }
 
 /// The tables of a declaration.
-fn arguments<'d>(declaration: &Declaration<'d>, way: &Way<'_>) -> Vec<Table<'d>> {
+fn arguments<'d>(declaration: &Declaration<'d>, path: &MotionPath<'_>) -> Vec<Table<'d>> {
     if !declaration.has_tables() {
         return Vec::new();
     }
-    let [from, to] = [0.0, 1.0].map(|part| way(part).tables(declaration));
+    let [from, to] = [0.0, 1.0].map(|part| path(part).tables(declaration));
     let pairs = from.into_iter().zip(to);
     pairs
         .map(|(from, to)| Table {

@@ -1,7 +1,7 @@
 //! One step: from a leg to the second difference that leads to the next node.
 //!
 //! [`smooth`] makes the steps of a smooth motion, one after the other, in code of the declared type. If a
-//! step asks a [`Question`](crate::kernel::question::Question), its equations are taken on slices ([`Step`])
+//! step halts with a [`HaltReason`](crate::kernel::halt::HaltReason), its equations are taken on slices ([`Step`])
 //! and solved with the module [`solve`](crate::solve): [`guesses`] are tried if the prediction does not lead
 //! to a root, and [`pair`] tells two roots apart.
 
@@ -31,7 +31,7 @@ pub(crate) use crate::solve::predictor::PAST;
 use crate::solve::predictor::Predictor;
 use crate::solve::sparse::{Product, Update};
 use crate::solve::{Numbers, Square, Vector};
-use crate::start::Begins;
+use crate::start::InitialAcceleration;
 use crate::tape::Shape;
 use crate::tape::declaration::Declaration;
 pub(crate) use guesses::Failing;
@@ -65,7 +65,7 @@ pub(crate) struct Step<'a> {
     /// searched wherever the rows bend.
     pub past_is_short: bool,
     /// The acceleration that is given for the beginning of the motion, if the step is the first.
-    pub begins: Option<Begins>,
+    pub initial_acceleration: Option<InitialAcceleration>,
     /// The legs of the last solutions, the last first, if they do not lie one step apart.
     pub past: Option<[AnyLeg<'a, f64>; PAST]>,
 }
@@ -149,7 +149,7 @@ impl<'a> Step<'a> {
             before,
             h,
             past_is_short: false,
-            begins: None,
+            initial_acceleration: None,
             past: None,
         }
     }
@@ -200,7 +200,7 @@ impl<'a> Step<'a> {
         let moved = Step {
             known: known(self.kernel, self.constants, leg),
             leg,
-            begins: None,
+            initial_acceleration: None,
             past: None,
             before: self.before.clone(),
             ..*self

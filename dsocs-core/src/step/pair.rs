@@ -1,8 +1,8 @@
 //! Steps with two solutions: which of two roots continues the motion.
 
 use super::{Guess, Step, StepReport};
-use crate::kernel::course::MAX_ITERATIONS;
 use crate::kernel::report::report;
+use crate::kernel::run_state::MAX_ITERATIONS;
 use crate::number::point::{AnyLeg, OwnedLeg, map};
 use crate::solve::elimination::Determinant;
 use crate::solve::failure::{NewtonFailure, StepFailure};
@@ -127,7 +127,7 @@ fn continued_unknowns(past: &[Vector], found: &Vector, other: &Vector, size: &Ve
 
 /// Whether another root may be as near to the guess as this one.
 #[inline]
-pub(crate) fn in_question<Z>(root: &Root<Z>, past_is_short: bool) -> bool {
+pub(crate) fn is_ambiguous<Z>(root: &Root<Z>, past_is_short: bool) -> bool {
     let straight = root.bend < BENT; // false for a NaN
     !straight && (root.close || past_is_short || root.evaluations > MANY)
 }
@@ -150,8 +150,8 @@ impl Step<'_> {
     }
 
     /// Whether another root may be as near to the guess as this one.
-    fn is_in_question(&self, root: &Root<Vector>) -> bool {
-        self.are_watched() && in_question(root, self.past_is_short)
+    fn is_ambiguous(&self, root: &Root<Vector>) -> bool {
+        self.are_watched() && is_ambiguous(root, self.past_is_short)
     }
 
     /// The determinant of the rows' Jacobian.
@@ -186,9 +186,9 @@ impl Step<'_> {
         let unforeseen = self.are_watched() && predictor.last().is_none() && guess != Guess::Continuous;
         let other = match continuation {
             Continuation::Fits if unforeseen => self.other(start, &root.z, predictor, size),
-            Continuation::Fits if !self.is_in_question(&root) => None,
+            Continuation::Fits if !self.is_ambiguous(&root) => None,
             Continuation::Fits => newton::nearby(self, start, &root.z, size),
-            Continuation::Departs | Continuation::Turned => self.other(start, &root.z, predictor, size),
+            Continuation::Departs | Continuation::SignChanged => self.other(start, &root.z, predictor, size),
         };
         let Some(other) = other else {
             return Ok(report(root, guess));
@@ -212,7 +212,7 @@ impl Step<'_> {
             }
             // the determinant alone does not refuse a root to which all updates converged directly, if the
             // other is not near
-            None if distance > NEAR && !unforeseen && !self.is_in_question(&root) => Ok(report(root, guess)),
+            None if distance > NEAR && !unforeseen && !self.is_ambiguous(&root) => Ok(report(root, guess)),
             // nearness to the guess does not decide: where roots change sides it picks the wrong one as often
             // as not
             None => Err(self.ambiguous(&root.z, &other)),

@@ -9,7 +9,7 @@ use core::cell::Cell;
 use crate::regularity::deficiency::{DependentRow, Singularity};
 use crate::regularity::dependence::dependent_row;
 use crate::solve::Vector;
-use crate::start::place::{Place, Way};
+use crate::start::place::{MotionPath, Place};
 use crate::start::{self, Determined};
 use crate::tape::declaration::Declaration;
 
@@ -122,24 +122,24 @@ pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], steps: 
 #[cold]
 pub(crate) fn dependence(
     declaration: &Declaration<'_>,
-    way: &Way<'_>,
+    path: &MotionPath<'_>,
     dependent: f64,
 ) -> Option<(f64, DependentRow)> {
     let near = Vector::zero(declaration.dimension());
-    let unit = way(0.0).solve(declaration, &near)?.determinant.exponent;
+    let unit = path(0.0).solve(declaration, &near)?.determinant.exponent;
     // without an acceleration the determinant counts as zero
     let size = |part: f64| {
-        let solved = way(part).solve(declaration, &near);
+        let solved = path(part).solve(declaration, &near);
         solved.map_or(0.0, |solved| solved.determinant.in_units_of(unit).abs())
     };
     let places = (0..=2 * PLACES).map(|place| f64::from(place) / f64::from(2 * PLACES));
     let least = places.min_by(|one, other| size(*one).total_cmp(&size(*other)))?;
     let apart = 1.0 / f64::from(2 * PLACES);
-    let place = way(minimum(
+    let place = path(minimum(
         &size,
         [least - apart, least + apart].map(|end| end.clamp(0.0, 1.0)),
     ));
-    dependent_row(declaration, &place, &way(0.0), dependent).map(|row| (place.t, row))
+    dependent_row(declaration, &place, &path(0.0), dependent).map(|row| (place.t, row))
 }
 
 /// The minimum of a unimodal function on an interval.
@@ -158,14 +158,14 @@ fn minimum(function: &dyn Fn(f64) -> f64, [mut from, mut to]: [f64; 2]) -> f64 {
 /// The first singularity on a path through some places that no motion leads past. Accelerations are searched
 /// near `near`.
 #[cold]
-pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f64]) -> Option<Singularity> {
+pub(crate) fn on_path(declaration: &Declaration<'_>, path: &[Place], near: &[f64]) -> Option<Singularity> {
     let rotations = &declaration.shape().rotations;
-    let places = way.windows(2).flat_map(|ends| {
+    let places = path.windows(2).flat_map(|ends| {
         (0..PLACES).map(|place| ends[0].towards(rotations, &ends[1], f64::from(place) / f64::from(PLACES)))
     });
     // a place without an acceleration is left out: it may be the singularity itself
     let solved: Vec<(Place, Determined)> = places
-        .chain(way.last().cloned())
+        .chain(path.last().cloned())
         .filter_map(|place| place.solve(declaration, near).map(|solved| (place, solved)))
         .collect();
     let range = |i: usize| {
@@ -190,7 +190,7 @@ pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f
     passed.or_else(|| {
         // from a little before the beginning: the first place may lie just behind the last one that was
         // examined
-        let [first, second, ..] = way else { return None };
+        let [first, second, ..] = path else { return None };
         let back = first.towards(rotations, second, -1.0 / f64::from(PLACES));
         let back = back.solve(declaration, near).map(|solved| (back, solved));
         let solved: Vec<(Place, Determined)> = back.into_iter().chain(solved).collect();

@@ -9,8 +9,8 @@ use std::mem;
 use super::pair;
 use super::smooth::{AS_BEFORE, FORESEEN};
 use super::{Guess, NEARLY_THE_SAME, SECOND_DIFFERENCE, StepReport};
-use crate::kernel::course::{Course, past_is_short};
-use crate::kernel::question::{Halt, Question};
+use crate::kernel::halt::{Halt, HaltReason};
+use crate::kernel::run_state::{RunState, past_is_short};
 use crate::number::compensated::{add_all, plus_all};
 use crate::number::point::AnyLeg;
 use crate::solve::elimination::slices;
@@ -19,10 +19,10 @@ use crate::solve::newton::{self, Components, Evaluation, Quick, Root};
 use crate::solve::predictor::{Continuation, Predictor, continues, foresees};
 use crate::solve::rotation;
 use crate::solve::sparse::{Product, Sparse, Update};
-use crate::tape::{Shape, Stretched};
+use crate::tape::{ProgramMemory, Shape};
 
 /// A system as steps on slices use it. It computes in numbers that the caller keeps.
-pub(crate) trait Walked {
+pub(crate) trait SliceSystem {
     /// The shape of the system.
     fn shape(&self) -> &Shape;
 
@@ -77,9 +77,9 @@ thread_local! {
 }
 
 /// Any number of unknowns, in a vector that the thread reuses.
-pub(crate) struct Kept(Vec<f64>);
+pub(crate) struct PooledVector(Vec<f64>);
 
-impl Unknowns for Kept {
+impl Unknowns for PooledVector {
     fn of(numbers: &[f64]) -> Self {
         let taken = FREE.try_with(|free| {
             let mut vectors = free.take();
@@ -94,13 +94,13 @@ impl Unknowns for Kept {
     }
 }
 
-impl Clone for Kept {
+impl Clone for PooledVector {
     fn clone(&self) -> Self {
         Self::of(&self.0)
     }
 }
 
-impl Drop for Kept {
+impl Drop for PooledVector {
     fn drop(&mut self) {
         let vector = mem::take(&mut self.0);
         // at the end of the thread there is no place to keep it
@@ -112,28 +112,28 @@ impl Drop for Kept {
     }
 }
 
-impl AsRef<[f64]> for Kept {
+impl AsRef<[f64]> for PooledVector {
     fn as_ref(&self) -> &[f64] {
         &self.0
     }
 }
 
-impl AsMut<[f64]> for Kept {
+impl AsMut<[f64]> for PooledVector {
     fn as_mut(&mut self) -> &mut [f64] {
         &mut self.0
     }
 }
 
-/// The workspace of steps.
+/// The workspace of steps with the numbers of the system.
 pub(crate) struct Room {
     /// The numbers of the system.
-    pub numbers: Stretched,
-    /// The rest of the workspace.
-    pub beside: Beside,
+    pub numbers: ProgramMemory,
+    /// The rest of it.
+    pub workspace: StepWorkspace,
 }
 
-/// The workspace of steps beside the numbers of the system.
-pub(crate) struct Beside {
+/// The workspace of steps without the numbers of the system.
+pub(crate) struct StepWorkspace {
     /// The Jacobian, and room for its elimination.
     matrix: Vec<f64>,
     /// The second difference of a step, and the compensated sums of the next leg.
@@ -143,8 +143,8 @@ pub(crate) struct Beside {
 impl Room {
     /// An empty workspace.
     pub const EMPTY: Self = Self {
-        numbers: Stretched::EMPTY,
-        beside: Beside {
+        numbers: ProgramMemory::EMPTY,
+        workspace: StepWorkspace {
             matrix: Vec::new(),
             next: Vec::new(),
         },
@@ -170,7 +170,7 @@ struct Rows<'a, K, Z> {
     scales: Cell<Option<Z>>,
 }
 
-impl<K: Walked, Z: Unknowns> Rows<'_, K, Z> {
+impl<K: SliceSystem, Z: Unknowns> Rows<'_, K, Z> {
     /// The factors of the rows at the given unknowns.
     fn scales_at(&self, z: &Z) -> Z {
         let mut scales = z.clone();
@@ -229,7 +229,7 @@ fn negate(vector: &mut [f64]) {
     }
 }
 
-impl<K: Walked, Z: Unknowns> Quick for Rows<'_, K, Z> {
+impl<K: SliceSystem, Z: Unknowns> Quick for Rows<'_, K, Z> {
     type Z = Z;
 
     #[inline]
@@ -299,15 +299,15 @@ struct Solved<Z> {
 }
 
 /// Solves the step after a leg. Nothing of the past changes but the record of the step's own determinant.
-fn solve<K: Walked, Z: Unknowns>(
+fn solve<K: SliceSystem, Z: Unknowns>(
     system: &K,
     (numbers, matrix): (&mut [f64], &mut [f64]),
     leg: AnyLeg<'_, f64>,
     predictor: &mut Predictor,
     (past_is_short, max_iterations): (bool, u32),
-) -> Result<Solved<Z>, Question> {
+) -> Result<Solved<Z>, HaltReason> {
     let Some(guess) = predictor.predict_as(Z::of) else {
-        return Err(Question::Start);
+        return Err(HaltReason::Start);
     };
     system.take_leg(numbers, leg);
     let mut size = guess.clone();
@@ -328,70 +328,70 @@ fn solve<K: Walked, Z: Unknowns>(
         scales: Cell::new(None),
     };
     let Ok(root) = newton::quick(&rows, guess.clone(), &size, max_iterations) else {
-        return Err(Question::Unsettled);
+        return Err(HaltReason::Unsettled);
     };
     let watched = rows.are_watched();
     let scales = rows.scales.take();
     let determinants = &mut predictor.determinants;
     if !guess.as_ref().is_empty() && determinants.asks(root.determinant) {
-        return Err(Question::Varies);
+        return Err(HaltReason::Varies);
     }
     if watched {
         let fits =
             !root.determinant.value.is_nan() && determinants.take(root.determinant) == Continuation::Fits;
         if !fits {
-            return Err(Question::Departs);
+            return Err(HaltReason::Departs);
         }
-        if pair::in_question(&root, past_is_short) {
-            return Err(Question::Bends);
+        if pair::is_ambiguous(&root, past_is_short) {
+            return Err(HaltReason::Bends);
         }
     }
     Ok(Solved { guess, root, scales })
 }
 
 /// Makes up to `count` steps of a run.
-pub(crate) fn smooth<K: Walked, Z: Unknowns>(
+pub(crate) fn smooth<K: SliceSystem, Z: Unknowns>(
     system: &K,
-    (numbers, beside): (&mut [f64], &mut Beside),
-    course: &mut Course,
+    (numbers, workspace): (&mut [f64], &mut StepWorkspace),
+    run_state: &mut RunState,
     count: u64,
 ) -> Halt {
     let shape = system.shape();
     let third = shape.is_of_third_order();
     let may_switch = !third && shape.external_forces;
     let (n, m) = (shape.increments, shape.unknowns);
-    if course.given.is_some() {
-        return Halt::Asks(Question::Start);
+    if run_state.given.is_some() {
+        return Halt::NotSmooth(HaltReason::Start);
     }
-    let [sums, solved_q, solved_d, e, second, before] = course.vectors.slices();
-    let Beside { matrix, next } = beside;
+    let [sums, solved_q, solved_d, e, second, before] = run_state.vectors.slices();
+    let StepWorkspace { matrix, next } = workspace;
     matrix.resize(m * (m + 2), 0.0);
     // the compensated sums of the next leg, those of its second difference, and the difference itself
     next.resize(7 * n, 0.0);
     let (next_sums, rest) = next.split_at_mut(4 * n);
     let (next_second, found) = rest.split_at_mut(2 * n);
-    system.take_constants(numbers, &course.constants);
+    system.take_constants(numbers, &run_state.constants);
     let mut made = 0;
     loop {
         if made == count {
             return Halt::Done;
         }
-        let index = course.clock.index() + course.ahead;
-        if shape.switches && course.looks_at <= index {
-            return Halt::Asks(Question::Sides);
+        let index = run_state.clock.index() + run_state.ahead;
+        if shape.switches && run_state.looks_at <= index {
+            return Halt::NotSmooth(HaltReason::RestOrSignChange);
         }
         let t = if shape.depends_on_time {
-            course.clock.time_of(index)
+            run_state.clock.time_of(index)
         } else {
             0.0
         };
         let (q, d) = (&sums[..n], &sums[2 * n..3 * n]);
         let leg = AnyLeg { t, q, d };
-        let limits = (past_is_short(index, course.since), course.max_iterations);
-        let solved = solve::<K, Z>(system, (numbers, matrix), leg, &mut course.predictor, limits);
+        let limits = (past_is_short(index, run_state.since), run_state.max_iterations);
+        let solved = solve::<K, Z>(system, (numbers, matrix), leg, &mut run_state.predictor, limits);
         let Solved { guess, root, scales } = match solved {
             Ok(solved) => solved,
-            Err(question) => return Halt::Asks(question),
+            Err(reason) => return Halt::NotSmooth(reason),
         };
         let z = root.z.as_ref();
         system.take_unknowns(numbers, z);
@@ -414,23 +414,23 @@ pub(crate) fn smooth<K: Walked, Z: Unknowns>(
             let to = [&mut *next_q, next_q_low];
             rotation::turn(&shape.rotations, [q, q_low], [next_d, next_d_low], to);
             if rotation::turns_too_far(&shape.rotations, next_d).is_some() {
-                return Halt::Asks(Question::NotFinite);
+                return Halt::NotSmooth(HaltReason::NotFinite);
             }
         }
         if !is_finite(next_q) {
-            return Halt::Asks(Question::NotFinite);
+            return Halt::NotSmooth(HaltReason::NotFinite);
         }
         if may_switch || shape.jumps {
-            let past = course.has_solved.then_some([&before[..], &e[..]]);
+            let past = run_state.has_solved.then_some([&before[..], &e[..]]);
             let foreseen = continues(m, past, found, FORESEEN) && foresees(guess.as_ref(), z, FORESEEN);
             if may_switch && !foreseen {
-                return Halt::Asks(Question::Unforeseen);
+                return Halt::NotSmooth(HaltReason::Unforeseen);
             }
-            course.looked = false;
+            run_state.looked = false;
             before.copy_from_slice(e);
         }
         let scales = scales.as_ref().map(AsRef::as_ref);
-        course
+        run_state
             .predictor
             .push_smooth(z, scales.unwrap_or_default(), shape.is_watched());
         solved_q.copy_from_slice(q);
@@ -440,16 +440,16 @@ pub(crate) fn smooth<K: Walked, Z: Unknowns>(
         if third {
             before.copy_from_slice(&second[..n]);
             second.copy_from_slice(next_second);
-            system.take_past(numbers, &mut course.constants, &second[..n]);
+            system.take_past(numbers, &mut run_state.constants, &second[..n]);
         }
-        course.solved_at = t;
-        course.report = StepReport {
+        run_state.solved_at = t;
+        run_state.report = StepReport {
             iterations: root.evaluations,
             stop: root.stop,
             guess: Guess::Predicted,
         };
-        course.has_solved = true;
-        course.clock.tick();
+        run_state.has_solved = true;
+        run_state.clock.tick();
         made += 1;
     }
 }

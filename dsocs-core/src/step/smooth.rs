@@ -1,7 +1,7 @@
 //! The steps of a smooth motion: the only code of a run that is compiled for every declared type.
 //!
 //! It predicts, evaluates, solves, tests and commits, and nothing else. If a test fails it changes nothing
-//! and asks a [`Question`]; the step is then solved on slices, by code that is compiled once.
+//! and halts with a [`HaltReason`]; the step is then solved on slices, by code that is compiled once.
 
 #![allow(clippy::inline_always)] // parts of every step
 
@@ -10,8 +10,8 @@ use core::cell::Cell;
 use super::declared::Smooth;
 use super::pair;
 use super::{Guess, NEARLY_THE_SAME, SECOND_DIFFERENCE, StepReport};
-use crate::kernel::course::{Course, past_is_short};
-use crate::kernel::question::{Halt, Question};
+use crate::kernel::halt::{Halt, HaltReason};
+use crate::kernel::run_state::{RunState, past_is_short};
 use crate::number::compensated::Compensated;
 use crate::number::point::Leg;
 use crate::solve::newton::{self, Evaluation, Quick, Root};
@@ -133,9 +133,9 @@ impl<'a, S: Smooth<N>, const N: usize> Rows<'a, S, N> {
         leg: &Leg<f64, N>,
         past: &mut Arrays<'_, S::Unknown>,
         max_iterations: u32,
-    ) -> Result<Solved<S::Unknown, N>, Question> {
+    ) -> Result<Solved<S::Unknown, N>, HaltReason> {
         let Some(guess) = past.predict() else {
-            return Err(Question::Start);
+            return Err(HaltReason::Start);
         };
         let increment = self.system.unknown_of(&leg.d);
         let mut size = past
@@ -145,19 +145,19 @@ impl<'a, S: Smooth<N>, const N: usize> Rows<'a, S, N> {
             natural.raise(size.as_mut(), past.size.as_ref());
         }
         let Ok(root) = newton::quick(self, guess, &size, max_iterations) else {
-            return Err(Question::Unsettled);
+            return Err(HaltReason::Unsettled);
         };
         if !guess.as_ref().is_empty() && past.determinants.asks(root.determinant) {
-            return Err(Question::Varies);
+            return Err(HaltReason::Varies);
         }
         if self.are_watched() {
             let fits = !root.determinant.value.is_nan()
                 && past.determinants.take(root.determinant) == Continuation::Fits;
             if !fits {
-                return Err(Question::Departs);
+                return Err(HaltReason::Departs);
             }
-            if pair::in_question(&root, self.past_is_short) {
-                return Err(Question::Bends);
+            if pair::is_ambiguous(&root, self.past_is_short) {
+                return Err(HaltReason::Bends);
             }
         }
         let e = self.system.difference(self.constants, &self.known, &root.z);
@@ -215,17 +215,18 @@ struct State<const N: usize> {
 }
 
 /// Makes up to `count` steps of a run.
-pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, count: u64) -> Halt {
-    steps::<S, N>(system, course, count)
+pub fn smooth<S: System<N>, const N: usize>(system: &S, run_state: &mut RunState, count: u64) -> Halt {
+    steps::<S, N>(system, run_state, count)
 }
 
 /// [`smooth`] for every system that implements [`Smooth`].
 #[inline(always)]
-pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, course: &mut Course, count: u64) -> Halt {
+pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut RunState, count: u64) -> Halt {
     let is_third = system.is_of_third_order();
     let may_switch = !is_third && system.is_forced();
-    let Some(vectors) = course.vectors.arrays::<N>().filter(|_| course.given.is_none()) else {
-        return Halt::Asks(Question::Start);
+    let arrays = run_state.vectors.arrays::<N>();
+    let Some(vectors) = arrays.filter(|_| run_state.given.is_none()) else {
+        return Halt::NotSmooth(HaltReason::Start);
     };
     let (e, solved_q, solved_d) = (vectors.e, vectors.solved_q, vectors.solved_d);
     let third = is_third.then(|| (read(&vectors.second), *vectors.before));
@@ -234,36 +235,36 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, course: &mut Cours
         d: read(&vectors.d),
         third,
     };
-    let Some(constants) = system.constants_of(&mut course.constants) else {
-        return Halt::Asks(Question::Start);
+    let Some(constants) = system.constants_of(&mut run_state.constants) else {
+        return Halt::NotSmooth(HaltReason::Start);
     };
-    let Some(mut past) = course.predictor.arrays::<S::Unknown>() else {
-        return Halt::Asks(Question::Start);
+    let Some(mut past) = run_state.predictor.arrays::<S::Unknown>() else {
+        return Halt::NotSmooth(HaltReason::Start);
     };
     let mut made = 0;
     let halt = loop {
         if made == count {
             break Halt::Done;
         }
-        let index = course.clock.index() + course.ahead;
-        if system.is_switching() && course.looks_at <= index {
-            break Halt::Asks(Question::Sides);
+        let index = run_state.clock.index() + run_state.ahead;
+        if system.is_switching() && run_state.looks_at <= index {
+            break Halt::NotSmooth(HaltReason::RestOrSignChange);
         }
         let leg = Leg {
             t: if system.asks_for_time() {
-                course.clock.time_of(index)
+                run_state.clock.time_of(index)
             } else {
                 0.0
             },
             q: state.q.hi,
             d: state.d.hi,
         };
-        let short = past_is_short(index, course.since);
+        let short = past_is_short(index, run_state.since);
         let rows = Rows::<S, N>::new(system, constants, &leg, &past, short);
-        let solved = rows.solve(&leg, &mut past, course.max_iterations);
+        let solved = rows.solve(&leg, &mut past, run_state.max_iterations);
         let solved = match solved {
             Ok(solved) => solved,
-            Err(question) => break Halt::Asks(question),
+            Err(reason) => break Halt::NotSmooth(reason),
         };
         let (found, z) = (solved.e, &solved.root.z);
         let mut next = State { ..state };
@@ -280,20 +281,20 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, course: &mut Cours
             let (q, d) = ([&state.q.hi[..], &state.q.lo], [&next.d.hi[..], &next.d.lo]);
             rotation::turn(rotations, q, d, [&mut next.q.hi, &mut next.q.lo]);
             if rotation::turns_too_far(rotations, &next.d.hi).is_some() {
-                break Halt::Asks(Question::NotFinite);
+                break Halt::NotSmooth(HaltReason::NotFinite);
             }
         }
         if !next.q.hi.iter().all(|q| q.is_finite()) {
-            break Halt::Asks(Question::NotFinite);
+            break Halt::NotSmooth(HaltReason::NotFinite);
         }
         if may_switch || system.may_jump() {
-            let past = course.has_solved.then_some([&vectors.before[..], &e[..]]);
+            let past = run_state.has_solved.then_some([&vectors.before[..], &e[..]]);
             let foreseen = predictor::continues(z.as_ref().len(), past, &found, FORESEEN)
                 && predictor::foresees(solved.guess.as_ref(), z.as_ref(), FORESEEN);
             if may_switch && !foreseen {
-                break Halt::Asks(Question::Unforeseen);
+                break Halt::NotSmooth(HaltReason::Unforeseen);
             }
-            course.looked = false;
+            run_state.looked = false;
             *vectors.before = *e;
         }
         solved.push(&mut past, rows.are_watched());
@@ -302,14 +303,14 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, course: &mut Cours
             system.set_past(constants, &second.hi);
         }
         (*e, *solved_q, *solved_d) = (found, leg.q, leg.d);
-        course.solved_at = leg.t;
-        course.report = StepReport {
+        run_state.solved_at = leg.t;
+        run_state.report = StepReport {
             iterations: solved.root.evaluations,
             stop: solved.root.stop,
             guess: Guess::Predicted,
         };
-        course.has_solved = true;
-        course.clock.tick();
+        run_state.has_solved = true;
+        run_state.clock.tick();
         made += 1;
     };
     write(vectors.q, &state.q);

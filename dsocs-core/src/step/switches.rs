@@ -5,7 +5,7 @@
 //! there.
 
 use super::{jumps, knots};
-use crate::start::place::Way;
+use crate::start::place::MotionPath;
 use crate::tape::declaration::Declaration;
 
 /// The parts of a path at which arguments are evaluated.
@@ -93,12 +93,12 @@ impl Crossing {
 /// The arguments on a path.
 struct Arguments<'a> {
     declaration: Declaration<'a>,
-    way: &'a Way<'a>,
+    path: &'a MotionPath<'a>,
 }
 
 impl Arguments<'_> {
     fn all(&self, part: f64) -> Vec<f64> {
-        (self.way)(part).arguments(&self.declaration)
+        (self.path)(part).arguments(&self.declaration)
     }
 
     fn one(&self, part: f64, switch: usize) -> f64 {
@@ -216,10 +216,10 @@ fn extremum_at([first, middle, last]: [f64; 3]) -> Option<(f64, f64)> {
 /// bodies are zero to rounding.
 pub(crate) fn narrow_places(
     declaration: &Declaration<'_>,
-    way: &Way<'_>,
+    path: &MotionPath<'_>,
     is_asked: impl Fn(usize, f64) -> bool,
 ) -> Vec<f64> {
-    let [first, middle, last] = PLACES.map(|part| way(part).arguments(declaration));
+    let [first, middle, last] = PLACES.map(|part| path(part).arguments(declaration));
     let asked = (0..first.len()).filter(|&g| is_asked(g, last[g]));
     let pits = asked.filter_map(|g| {
         let values = [first[g], middle[g], last[g]];
@@ -229,7 +229,7 @@ pub(crate) fn narrow_places(
         let keeps = values.iter().all(|value| side * value > 0.0);
         (keeps && side * value < least).then_some(0.5 + 0.5 * place)
     });
-    pits.chain(knots::hidden(declaration, way)).collect()
+    pits.chain(knots::hidden(declaration, path)).collect()
 }
 
 /// The changes of sign of arguments on a path, and the corners of tables, in the order of time. `came` has
@@ -240,11 +240,11 @@ pub(crate) fn narrow_places(
 /// and back there. So all arguments are evaluated on both sides of each change of sign, too.
 pub(crate) fn crossings(
     declaration: Declaration<'_>,
-    way: &Way<'_>,
+    path: &MotionPath<'_>,
     came: &mut [f64],
     is_asked: impl Fn(usize, f64) -> bool,
 ) -> Vec<Crossing> {
-    let arguments = Arguments { declaration, way };
+    let arguments = Arguments { declaration, path };
     let mut values: Vec<(f64, Vec<f64>)> = PLACES.map(|part| (part, arguments.all(part))).into();
     let mut found = arguments.changes(&values, came, &is_asked);
     if !found.is_empty() {
@@ -258,28 +258,28 @@ pub(crate) fn crossings(
         let mut own = values.iter().rev().map(|(_, values)| values[switch]);
         *came = own.find(|value| *value != 0.0).map_or(0.0, f64::signum);
     }
-    found.extend(knots::bends(&declaration, way));
+    found.extend(knots::bends(&declaration, path));
     found.sort_by(|x, y| x.parts[0].total_cmp(&y.parts[0]));
     found
 }
 
-/// Number of steps until an argument at the distance `way` from zero may reach it, from its `change` a step
+/// Number of steps until an argument at a `distance` from zero may reach it, from its `change` a step
 /// and the change `turn` of that; 0 if it may do so in the next.
-pub(crate) fn clear(side: f64, way: f64, change: f64, turn: f64) -> f64 {
+pub(crate) fn clear(side: f64, distance: f64, change: f64, turn: f64) -> f64 {
     let (nears, turns) = ((-side * change).max(0.0), turn.abs());
-    if way < NEAR * (nears + turns) {
+    if distance < NEAR * (nears + turns) {
         return 0.0;
     }
-    // as far as `moves k + turns k²/2` is a part of the way; an argument that moves away may turn and come
+    // as far as `moves k + turns k²/2` is a part of the distance; an argument that moves away may turn and come
     // back as quickly
-    let (part, moves) = (BOLD * way, change.abs());
+    let (part, moves) = (BOLD * distance, change.abs());
     let steps = 2.0 * part / (moves + (moves * moves + 2.0 * turns * part).sqrt());
     steps.clamp(1.0, MOST)
 }
 
 /// Number of steps after a path until an argument may reach zero; 0 if one may do so in the next.
-pub(crate) fn clear_after(declaration: &Declaration<'_>, way: &Way<'_>) -> u64 {
-    let [first, middle, last] = PLACES.map(|part| way(part).arguments(declaration));
+pub(crate) fn clear_after(declaration: &Declaration<'_>, path: &MotionPath<'_>) -> u64 {
+    let [first, middle, last] = PLACES.map(|part| path(part).arguments(declaration));
     let clears = (0..last.len()).map(|g| {
         let (change, turn) = (last[g] - first[g], 4.0 * (first[g] - 2.0 * middle[g] + last[g]));
         let side = last[g].signum();
@@ -297,7 +297,7 @@ pub(crate) fn clear_after(declaration: &Declaration<'_>, way: &Way<'_>) -> u64 {
         clippy::cast_sign_loss,
         reason = "between 0 and a few hundred"
     )]
-    let steps = clears.fold(knots::clear(declaration, way), f64::min) as u64;
+    let steps = clears.fold(knots::clear(declaration, path), f64::min) as u64;
     steps
 }
 
