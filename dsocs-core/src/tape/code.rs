@@ -12,7 +12,7 @@ use dsocs_jit::{Calls, Code, Compiler, JitError, Operand, Operation, Program};
 use super::TapeCall;
 use super::evaluate::function;
 use super::read::{Binary, Comparison, Function};
-use super::straight::{Batch, First, Place, Second, Straight, What, place};
+use super::straight::{Batch, First, OperationKind, Place, Second, Straight, place};
 
 /// Number of steps that are interpreted before the programs are compiled. Compiling takes as long as two to
 /// four thousand interpreted steps, for a pendulum as for a chain. So a short run does not wait for code that
@@ -106,15 +106,15 @@ impl Translation {
     }
 
     /// Adds an operation of a batch.
-    fn add(&mut self, what: What, [to, a, b, c]: [Place; 4], more: &[[Place; 3]]) {
+    fn add(&mut self, kind: OperationKind, [to, a, b, c]: [Place; 4], more: &[[Place; 3]]) {
         let (first, second) = (self.at(a), self.at(b));
-        let result = match what {
-            What::Neg => self.push(Operation::Neg(first)),
-            What::Recip => self.push(Operation::Recip(first)),
-            What::Square => self.push(Operation::Mul(first, first)),
-            What::Powi(power) => self.push(Operation::Powi(first, power)),
-            What::Function(name) => self.push(called(name, first)),
-            What::Binary(binary) => self.push(match binary {
+        let result = match kind {
+            OperationKind::Neg => self.push(Operation::Neg(first)),
+            OperationKind::Recip => self.push(Operation::Recip(first)),
+            OperationKind::Square => self.push(Operation::Mul(first, first)),
+            OperationKind::Powi(power) => self.push(Operation::Powi(first, power)),
+            OperationKind::Function(name) => self.push(called(name, first)),
+            OperationKind::Binary(binary) => self.push(match binary {
                 Binary::Add => Operation::Add(first, second),
                 Binary::Sub => Operation::Sub(first, second),
                 Binary::Mul => Operation::Mul(first, second),
@@ -122,7 +122,7 @@ impl Translation {
                 Binary::Powf => Operation::Function2(powf, first, second),
                 Binary::Atan2 => Operation::Function2(atan2, first, second),
             }),
-            What::Pair(one, other) => {
+            OperationKind::Pair(one, other) => {
                 let third = self.at(c);
                 let one = self.push(match one {
                     First::Add => Operation::Add(first, second),
@@ -136,7 +136,7 @@ impl Translation {
                     Second::Mul => Operation::Mul(one, third),
                 })
             }
-            What::Select(comparison) => {
+            OperationKind::Select(comparison) => {
                 let [b, c, d] = more.get(b as usize).copied().unwrap_or([0; 3]);
                 let parts = [a, b, c, d].map(|place| self.at(place));
                 self.push(match comparison {
@@ -144,8 +144,8 @@ impl Translation {
                     Comparison::LessOrEqual => Operation::LessOrEqual(parts),
                 })
             }
-            What::Call(which) => self.push(Operation::Call(which, first)),
-            What::Datum(which) => self.push(Operation::Datum(which)),
+            OperationKind::Call(which) => self.push(Operation::Call(which, first)),
+            OperationKind::Datum(which) => self.push(Operation::Datum(which)),
         };
         if let Operand::Result(of) = result {
             self.held.insert(to, of);
@@ -157,9 +157,9 @@ impl Translation {
 fn translated(straight: &Straight) -> Result<Program, JitError> {
     let mut translation = Translation::default();
     let mut rest = straight.operations.iter();
-    for Batch { what, count } in &straight.batches {
+    for Batch { kind, count } in &straight.batches {
         for operation in rest.by_ref().take(*count as usize) {
-            translation.add(*what, *operation, &straight.more);
+            translation.add(*kind, *operation, &straight.more);
         }
     }
     let moved = straight.moves.iter().map(|&[from, to]| (from, to));

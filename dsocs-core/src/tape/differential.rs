@@ -61,7 +61,7 @@ struct Link {
 
 /// The products of a derivative through the operations, and the inputs that it reaches.
 #[derive(Clone, Debug, Default)]
-struct Way {
+struct ReverseSweep {
     links: Vec<Link>,
     reached: Vec<(usize, Place)>,
 }
@@ -77,9 +77,9 @@ pub(crate) struct Differential {
     /// Whether an operation may have an infinite slope on a branch that is not taken.
     branches: bool,
     /// From each result to the inputs.
-    back: Vec<Way>,
+    back: Vec<ReverseSweep>,
     /// From all results at once.
-    back_from_all: Way,
+    back_from_all: ReverseSweep,
     /// From the inputs to the results.
     forward: Vec<Link>,
 }
@@ -168,7 +168,7 @@ impl Differential {
             slopes: 0,
             branches: ops.iter().any(|op| matches!(op, Op::Select(..))),
             back: Vec::new(),
-            back_from_all: Way::default(),
+            back_from_all: ReverseSweep::default(),
             forward: Vec::new(),
         };
         let mut places = vec![0; ops.len()];
@@ -201,9 +201,9 @@ impl Differential {
         }
         this.results = results.iter().map(|&result| places[result]).collect();
         this.back = (this.results.iter())
-            .map(|&result| this.way_back(&[result], &moving, &inputs_at))
+            .map(|&result| this.reverse_sweep(&[result], &moving, &inputs_at))
             .collect();
-        this.back_from_all = this.way_back(&this.results, &moving, &inputs_at);
+        this.back_from_all = this.reverse_sweep(&this.results, &moving, &inputs_at);
         this.forward = this.way_forward(&moving);
         this
     }
@@ -261,23 +261,23 @@ impl Differential {
     }
 
     /// The products from some results to the inputs.
-    fn way_back(&self, from: &[Place], moving: &[bool], inputs_at: &[Option<usize>]) -> Way {
+    fn reverse_sweep(&self, from: &[Place], moving: &[bool], inputs_at: &[Option<usize>]) -> ReverseSweep {
         let mut written = vec![false; self.steps.len()];
         for &result in from {
             written[result as usize] = true;
         }
-        let mut way = Way::default();
+        let mut sweep = ReverseSweep::default();
         for at in (0..self.steps.len()).rev() {
             if !written[at] || !moving[at] {
                 continue;
             }
             if let Some(input) = inputs_at[at] {
-                way.reached.push((input, place(at)));
+                sweep.reached.push((input, place(at)));
             }
             for (to, slope) in self.operands(at) {
                 if moving[to as usize] {
                     let first = !core::mem::replace(&mut written[to as usize], true);
-                    way.links.push(Link {
+                    sweep.links.push(Link {
                         from: place(at),
                         to,
                         slope,
@@ -286,7 +286,7 @@ impl Differential {
                 }
             }
         }
-        way
+        sweep
     }
 
     /// The products from the inputs to the results.
@@ -361,9 +361,9 @@ impl Differential {
     /// by an input.
     pub(crate) fn sweeps(&self, place_of: &mut dyn FnMut(usize, usize) -> Option<usize>) -> Sweeps {
         let mut sweeps = Sweeps::default();
-        for (result, (way, &seed)) in self.back.iter().zip(&self.results).enumerate() {
-            sweeps.links.extend_from_slice(&way.links);
-            for &(input, at) in &way.reached {
+        for (result, (sweep, &seed)) in self.back.iter().zip(&self.results).enumerate() {
+            sweeps.links.extend_from_slice(&sweep.links);
+            for &(input, at) in &sweep.reached {
                 if let Some(to) = place_of(result, input) {
                     sweeps.taken.push((at, place(to)));
                 }

@@ -4,7 +4,7 @@
 //!
 //! Every number has a fixed place in the array: inputs, constants, intermediate results. An operation reads
 //! its operands in place, so leaves and constants cost nothing. Two sums or products of which one is read by
-//! the other alone are one operation ([`What::Pair`]). Independent operations of one kind stand together in a
+//! the other alone are one operation ([`OperationKind::Pair`]). Independent operations of one kind stand together in a
 //! batch, so that the kind is decoded once for all of them. Every number comes from the same operation on the
 //! same numbers as in the [`Program`], so the bits are the same.
 
@@ -44,13 +44,13 @@ pub(crate) struct Straight {
 /// Operations of one kind.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Batch {
-    pub(super) what: What,
+    pub(super) kind: OperationKind,
     pub(super) count: u32,
 }
 
 /// The kind of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum What {
+pub(super) enum OperationKind {
     Neg,
     Recip,
     /// The most frequent power.
@@ -98,15 +98,15 @@ enum Operand {
 
 /// An operation before it has a place.
 struct Node {
-    what: What,
+    kind: OperationKind,
     operands: Vec<Operand>,
 }
 
 /// The layout of the array that several programs share: inputs first, then constants, then intermediate
 /// results.
 #[derive(Debug, Default)]
-pub(crate) struct Stretch {
-    /// The number of this stretch, unique in the process.
+pub(crate) struct MemoryLayout {
+    /// the number of this layout, unique in the process.
     number: u64,
     /// The first place of the constants.
     first_constant: usize,
@@ -117,15 +117,15 @@ pub(crate) struct Stretch {
     length: usize,
 }
 
-/// The numbers of a stretch, with a record of whose constants stand in them.
+/// The numbers of several programs, with a record of whose constants stand in them.
 #[derive(Debug)]
-pub(crate) struct Stretched {
+pub(crate) struct ProgramMemory {
     numbers: Vec<f64>,
-    /// The number of the stretch; 0 if there is none.
+    /// The number of the layout; 0 if there is none.
     of: u64,
 }
 
-impl Stretched {
+impl ProgramMemory {
     /// No numbers.
     pub const EMPTY: Self = Self {
         numbers: Vec::new(),
@@ -133,10 +133,10 @@ impl Stretched {
     };
 }
 
-impl Stretch {
-    /// The stretch of some programs with `given` inputs. The first place belongs to no input: it is NaN.
+impl MemoryLayout {
+    /// The layout of some programs with `given` inputs. The first place belongs to no input: it is NaN.
     pub fn new<'p>(given: usize, programs: impl IntoIterator<Item = &'p Program>) -> Self {
-        // 0 stands for no stretch
+        // 0 stands for no layout
         static COUNT: AtomicU64 = AtomicU64::new(1);
         let (mut constants, mut places) = (Vec::new(), HashMap::new());
         for instruction in programs.into_iter().flat_map(|program| &program.instructions) {
@@ -163,8 +163,8 @@ impl Stretch {
 
     /// Allocates for all programs, and writes their constants unless they stand there already.
     #[inline]
-    pub fn prepare<'n>(&self, stretched: &'n mut Stretched) -> &'n mut [f64] {
-        let Stretched { numbers, of } = stretched;
+    pub fn prepare<'n>(&self, memory: &'n mut ProgramMemory) -> &'n mut [f64] {
+        let ProgramMemory { numbers, of } = memory;
         if *of != self.number {
             if numbers.len() < self.length.max(FIXED) {
                 *numbers = vec![0.0; self.length.max(FIXED)];
@@ -281,8 +281,8 @@ impl Stretch {
         self.length = self.length.max(next);
         straight.batches = batches
             .iter()
-            .map(|(what, batch)| Batch {
-                what: *what,
+            .map(|(kind, batch)| Batch {
+                kind: *kind,
                 count: place(batch.len()),
             })
             .collect();
@@ -308,25 +308,27 @@ impl Stretch {
 
 /// The operation of an instruction.
 fn node(kind: &Kind, arguments: &[u32], at: &dyn Fn(&u32) -> Operand) -> Node {
-    let (what, operands) = match kind {
+    let (kind, operands) = match kind {
         // not operations
-        Kind::Number(_) | Kind::Leaf(_) => (What::Neg, vec![Operand::Place(0)]),
-        Kind::Neg(a) => (What::Neg, vec![at(a)]),
-        Kind::Recip(a) => (What::Recip, vec![at(a)]),
-        Kind::Powi(a, 2) => (What::Square, vec![at(a)]),
-        Kind::Powi(a, power) => (What::Powi(*power), vec![at(a)]),
-        Kind::Function(name, a) => (What::Function(*name), vec![at(a)]),
-        Kind::Binary(binary, parts) => (What::Binary(*binary), parts.iter().map(at).collect()),
-        Kind::Select(comparison, parts) => (What::Select(*comparison), parts.iter().map(at).collect()),
+        Kind::Number(_) | Kind::Leaf(_) => (OperationKind::Neg, vec![Operand::Place(0)]),
+        Kind::Neg(a) => (OperationKind::Neg, vec![at(a)]),
+        Kind::Recip(a) => (OperationKind::Recip, vec![at(a)]),
+        Kind::Powi(a, 2) => (OperationKind::Square, vec![at(a)]),
+        Kind::Powi(a, power) => (OperationKind::Powi(*power), vec![at(a)]),
+        Kind::Function(name, a) => (OperationKind::Function(*name), vec![at(a)]),
+        Kind::Binary(binary, parts) => (OperationKind::Binary(*binary), parts.iter().map(at).collect()),
+        Kind::Select(comparison, parts) => {
+            (OperationKind::Select(*comparison), parts.iter().map(at).collect())
+        }
         Kind::Call { which, first, count } => {
             let arguments = arguments.get(*first as usize..).unwrap_or_default();
             match arguments.first().filter(|_| *count > 0) {
-                Some(argument) => (What::Call(*which), vec![at(argument)]),
-                None => (What::Datum(*which), vec![]),
+                Some(argument) => (OperationKind::Call(*which), vec![at(argument)]),
+                None => (OperationKind::Datum(*which), vec![]),
             }
         }
     };
-    Node { what, operands }
+    Node { kind, operands }
 }
 
 /// Joins two sums or products of which one is read by the other alone to one operation.
@@ -360,7 +362,7 @@ fn paired(mut nodes: Vec<Node>, results: &mut [Operand]) -> Vec<Node> {
         };
         is_part[of] = true;
         nodes[index] = Node {
-            what: What::Pair(first, second),
+            kind: OperationKind::Pair(first, second),
             operands: vec![a, b, third],
         };
     }
@@ -386,10 +388,10 @@ fn paired(mut nodes: Vec<Node>, results: &mut [Operand]) -> Vec<Node> {
 
 /// The node as a sum, a difference or a product; `None` if it is another operation.
 fn simple(node: &Node) -> Option<(First, [Operand; 2])> {
-    let first = match node.what {
-        What::Binary(Binary::Add) => First::Add,
-        What::Binary(Binary::Sub) => First::Sub,
-        What::Binary(Binary::Mul) | What::Square => First::Mul,
+    let first = match node.kind {
+        OperationKind::Binary(Binary::Add) => First::Add,
+        OperationKind::Binary(Binary::Sub) => First::Sub,
+        OperationKind::Binary(Binary::Mul) | OperationKind::Square => First::Mul,
         _ => return None,
     };
     match node.operands[..] {
@@ -401,7 +403,7 @@ fn simple(node: &Node) -> Option<(First, [Operand; 2])> {
 
 /// Sorts operations into batches of one kind, each after those that it reads: always the largest batch that
 /// is possible.
-fn batches(nodes: &[Node]) -> Vec<(What, Vec<usize>)> {
+fn batches(nodes: &[Node]) -> Vec<(OperationKind, Vec<usize>)> {
     let mut readers: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
     let mut waits_for = vec![0_usize; nodes.len()];
     for (index, node) in nodes.iter().enumerate() {
@@ -412,12 +414,12 @@ fn batches(nodes: &[Node]) -> Vec<(What, Vec<usize>)> {
             }
         }
     }
-    let mut ready: Vec<(What, Vec<usize>)> = Vec::new();
-    let enter = |ready: &mut Vec<(What, Vec<usize>)>, index: usize| {
-        let what = nodes[index].what;
-        match ready.iter_mut().find(|(of, _)| *of == what) {
+    let mut ready: Vec<(OperationKind, Vec<usize>)> = Vec::new();
+    let enter = |ready: &mut Vec<(OperationKind, Vec<usize>)>, index: usize| {
+        let kind = nodes[index].kind;
+        match ready.iter_mut().find(|(of, _)| *of == kind) {
             Some((_, batch)) => batch.push(index),
-            None => ready.push((what, vec![index])),
+            None => ready.push((kind, vec![index])),
         }
     };
     for index in (0..nodes.len()).filter(|&index| waits_for[index] == 0) {
@@ -486,7 +488,7 @@ impl Straight {
     /// Evaluates the program; [`Straight::results`] then gives the results.
     #[inline(always)]
     #[allow(clippy::inline_always)] // part of every step
-    pub fn run(&self, stretch: &Stretch, calls: &[TapeCall], numbers: &mut [f64]) {
+    pub fn run(&self, layout: &MemoryLayout, calls: &[TapeCall], numbers: &mut [f64]) {
         if self.is_empty() {
             return;
         }
@@ -494,14 +496,14 @@ impl Straight {
         if super::code::ran(&self.code, calls, numbers) {
             return;
         }
-        self.walk(stretch, calls, numbers);
+        self.walk(layout, calls, numbers);
     }
 
     /// Evaluates the program by the interpreter.
     #[inline(never)]
-    fn walk(&self, stretch: &Stretch, calls: &[TapeCall], numbers: &mut [f64]) {
+    fn walk(&self, layout: &MemoryLayout, calls: &[TapeCall], numbers: &mut [f64]) {
         match numbers.first_chunk_mut::<FIXED>() {
-            Some(fixed) if stretch.length <= FIXED => self.run_on(calls, fixed),
+            Some(fixed) if layout.length <= FIXED => self.run_on(calls, fixed),
             _ => self.run_on(calls, numbers),
         }
     }
@@ -512,27 +514,27 @@ impl Straight {
     #[allow(clippy::inline_always)] // compiled for the machine's own instructions
     pub fn run_on<N: Numbers + ?Sized>(&self, calls: &[TapeCall], numbers: &mut N) {
         let mut rest = &self.operations[..];
-        for Batch { what, count } in &self.batches {
+        for Batch { kind, count } in &self.batches {
             let Some((batch, later)) = rest.split_at_checked(*count as usize) else {
                 return;
             };
             rest = later;
-            match *what {
-                What::Binary(Binary::Add) => two(numbers, batch, |a, b| a + b),
-                What::Binary(Binary::Sub) => two(numbers, batch, |a, b| a - b),
-                What::Binary(Binary::Mul) => two(numbers, batch, |a, b| a * b),
-                What::Binary(Binary::Div) => two(numbers, batch, |a, b| a / b),
-                What::Binary(Binary::Powf) => two(numbers, batch, Scalar::powf),
-                What::Binary(Binary::Atan2) => two(numbers, batch, Scalar::atan2),
-                What::Pair(First::Add, second) => pair(numbers, batch, second, |a, b| a + b),
-                What::Pair(First::Sub, second) => pair(numbers, batch, second, |a, b| a - b),
-                What::Pair(First::Mul, second) => pair(numbers, batch, second, |a, b| a * b),
-                What::Neg => one(numbers, batch, |a| -a),
-                What::Recip => one(numbers, batch, Scalar::recip),
-                What::Square => one(numbers, batch, |a| a * a),
-                What::Powi(power) => one(numbers, batch, |a| a.powi(power)),
-                What::Function(name) => of_function(numbers, batch, name),
-                What::Select(comparison) => {
+            match *kind {
+                OperationKind::Binary(Binary::Add) => two(numbers, batch, |a, b| a + b),
+                OperationKind::Binary(Binary::Sub) => two(numbers, batch, |a, b| a - b),
+                OperationKind::Binary(Binary::Mul) => two(numbers, batch, |a, b| a * b),
+                OperationKind::Binary(Binary::Div) => two(numbers, batch, |a, b| a / b),
+                OperationKind::Binary(Binary::Powf) => two(numbers, batch, Scalar::powf),
+                OperationKind::Binary(Binary::Atan2) => two(numbers, batch, Scalar::atan2),
+                OperationKind::Pair(First::Add, second) => pair(numbers, batch, second, |a, b| a + b),
+                OperationKind::Pair(First::Sub, second) => pair(numbers, batch, second, |a, b| a - b),
+                OperationKind::Pair(First::Mul, second) => pair(numbers, batch, second, |a, b| a * b),
+                OperationKind::Neg => one(numbers, batch, |a| -a),
+                OperationKind::Recip => one(numbers, batch, Scalar::recip),
+                OperationKind::Square => one(numbers, batch, |a| a * a),
+                OperationKind::Powi(power) => one(numbers, batch, |a| a.powi(power)),
+                OperationKind::Function(name) => of_function(numbers, batch, name),
+                OperationKind::Select(comparison) => {
                     for &[to, a, more, _] in batch {
                         let [b, c, d] = self.more[more as usize].map(|place| numbers.at(place));
                         let a = numbers.at(a);
@@ -543,8 +545,8 @@ impl Straight {
                         numbers.set(to, chosen);
                     }
                 }
-                What::Call(which) => called(numbers, batch, calls.get(which as usize), true),
-                What::Datum(which) => called(numbers, batch, calls.get(which as usize), false),
+                OperationKind::Call(which) => called(numbers, batch, calls.get(which as usize), true),
+                OperationKind::Datum(which) => called(numbers, batch, calls.get(which as usize), false),
             }
         }
         for &[from, to] in &self.moves {
