@@ -112,7 +112,7 @@ pub(crate) enum Continuation {
     /// It departs from the extrapolation of the earlier determinants.
     Departs,
     /// It departs, and has the opposite sign.
-    Turned,
+    SignChanged,
 }
 
 impl Determinants {
@@ -197,7 +197,7 @@ impl Determinants {
         } else if continued.iter().all(|x| x * now > 0.0) {
             Continuation::Departs
         } else {
-            Continuation::Turned
+            Continuation::SignChanged
         }
     }
 
@@ -675,20 +675,20 @@ mod tests {
 
     #[test]
     fn determinants_are_continued() {
-        use Continuation::{Departs, Fits, Turned};
+        use Continuation::{Departs, Fits, SignChanged};
         // along a parabola
         assert_eq!(said(&[1.0, 1.2, 1.5, 1.9]), Fits);
         assert_eq!(said(&[4.0, 3.0, 2.0, 1.0]), Fits);
         // at zero, the two roots of a pair cannot be distinguished
-        assert_eq!(said(&[3.0, 2.0, 1.0, 0.0]), Turned);
+        assert_eq!(said(&[3.0, 2.0, 1.0, 0.0]), SignChanged);
         // the other root of a pair
-        assert_eq!(said(&[1.0, 1.0, 1.0, -1.0]), Turned);
-        assert_eq!(said(&[1.0, 1.0, -1.0]), Turned);
+        assert_eq!(said(&[1.0, 1.0, 1.0, -1.0]), SignChanged);
+        assert_eq!(said(&[1.0, 1.0, -1.0]), SignChanged);
         assert_eq!(said(&[1.0, 1.0, 1.0, 3.0]), Departs);
         // one that has changed by more than itself may have turned back before zero
         assert_eq!(said(&[2.3, 1.6, 1.0, 0.45]), Departs);
         // after a jump, one determinant near the last one is not enough
-        assert_eq!(said(&[9.0, 3.0, 1.0, 0.8]), Turned);
+        assert_eq!(said(&[9.0, 3.0, 1.0, 0.8]), SignChanged);
         // two are
         assert_eq!(said(&[9.0, 3.0, 1.0, 0.8, 0.7]), Fits);
     }
