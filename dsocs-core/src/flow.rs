@@ -69,34 +69,34 @@ impl<'s, const N: usize> Flow<'s, N> {
     /// Sets the maximum number of Newton iterations from one guess (60 by default; at least 1 is used).
     #[must_use]
     pub fn max_iterations(mut self, limit: u32) -> Self {
-        self.0.course.max_iterations = limit.max(1);
+        self.0.run_state.max_iterations = limit.max(1);
         self
     }
 
     /// The step, negative when running back in time.
     #[must_use]
     pub fn h(&self) -> f64 {
-        self.0.course.h
+        self.0.run_state.h
     }
 
     /// The index of the last known position, the middle node of the next step: one more than that of
     /// [`Stepper::node`].
     #[must_use]
     pub fn index(&self) -> u64 {
-        self.0.course.index()
+        self.0.run_state.index()
     }
 
     /// The time of the last known position.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.0.course.time()
+        self.0.run_state.time()
     }
 
     /// The last known position: the second node of the start, then the node that [`Stepper::advance`] found.
     #[must_use]
     pub fn position(&self) -> &[f64; N] {
         self.0
-            .course
+            .run_state
             .vectors
             .position()
             .first_chunk()
@@ -109,7 +109,7 @@ impl<'s, const N: usize> Flow<'s, N> {
         Leg {
             t: self.time(),
             q: *self.position(),
-            d: sized(self.0.course.vectors.increment()),
+            d: sized(self.0.run_state.vectors.increment()),
         }
     }
 }

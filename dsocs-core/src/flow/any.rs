@@ -57,13 +57,13 @@ impl<'s> AnyFlow<'s> {
     /// The number of the last known position: one more than that of the current node.
     #[must_use]
     pub fn index(&self) -> u64 {
-        self.0.course.index()
+        self.0.run_state.index()
     }
 
     /// The time of the last known position.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.0.course.time()
+        self.0.run_state.time()
     }
 
     /// The first leg of the next step: the last known position and the increment that led to it.
@@ -71,8 +71,8 @@ impl<'s> AnyFlow<'s> {
     pub fn leg(&self) -> AnyLeg<'_, f64> {
         AnyLeg {
             t: self.time(),
-            q: self.0.course.vectors.position(),
-            d: self.0.course.vectors.increment(),
+            q: self.0.run_state.vectors.position(),
+            d: self.0.run_state.vectors.increment(),
         }
     }
 

@@ -44,14 +44,14 @@ impl<const N: usize> Flow<'_, N> {
 impl Discrete<'_> {
     /// The next nodes that solve the next step: the one that Newton's iteration finds, and another one if deflation finds it.
     pub fn roots(&self) -> Result<(Vector, Option<Vector>), StepError> {
-        let course = &self.course;
-        if let Some(e) = &course.given {
-            let d = course.vectors.d().plus(e);
-            return Ok((self.moved(&course.vectors.q(), &d).hi, None));
+        let run_state = &self.run_state;
+        if let Some(e) = &run_state.given {
+            let d = run_state.vectors.d().plus(e);
+            return Ok((self.moved(&run_state.vectors.q(), &d).hi, None));
         }
         let step = self.next_step();
         let pair = step
-            .pair(&course.predictor, course.max_iterations)
+            .pair(&run_state.predictor, run_state.max_iterations)
             .map_err(|cause| self.failed(cause))?;
         let node = |z: &Vector| self.leads_to(&step.second_difference(z)).q.hi;
         Ok((node(&pair.found.0), pair.other.as_ref().map(node)))
@@ -59,31 +59,33 @@ impl Discrete<'_> {
 
     /// Solves the next step for the solution nearest to a node.
     pub fn advance_to(&mut self, q2: &[f64]) -> Result<StepReport, StepError> {
-        if self.course.given.is_some() {
+        if self.run_state.given.is_some() {
             // the start gives it
             let report = self.answer()?;
-            self.course.clock.tick();
+            self.run_state.clock.tick();
             return Ok(report);
         }
-        let mut predictor = self.course.predictor.clone();
+        let mut predictor = self.run_state.predictor.clone();
         let step = self.next_step();
         let size = step.size(&predictor);
         let leg = step.leg;
-        let mut way = Vector::from_fn(q2.len().min(leg.q.len()), |i| q2[i] - leg.q[i]);
-        rotation::difference(&self.shape().rotations, [leg.q, q2], &mut way);
-        let e = Vector::from_fn(way.len(), |i| (way[i] - leg.d[i]) - step.before[i]);
+        let mut displacement = Vector::from_fn(q2.len().min(leg.q.len()), |i| q2[i] - leg.q[i]);
+        rotation::difference(&self.shape().rotations, [leg.q, q2], &mut displacement);
+        let e = Vector::from_fn(displacement.len(), |i| {
+            (displacement[i] - leg.d[i]) - step.before[i]
+        });
         let start = step.unknowns(&e);
         let (z, report) = step
-            .solve_near(&start, &mut predictor, &size, self.course.max_iterations)
+            .solve_near(&start, &mut predictor, &size, self.run_state.max_iterations)
             .map_err(|cause| self.failed(cause))?;
         let e = step.second_difference(&z);
         let Some(next) = self.arriving(&e) else {
             return Err(self.not_finite(&z));
         };
         predictor.push(&z);
-        self.course.predictor = predictor;
+        self.run_state.predictor = predictor;
         self.commit(next, &e, report);
-        self.course.clock.tick();
+        self.run_state.clock.tick();
         Ok(report)
     }
 }

@@ -1,5 +1,5 @@
-//! The discrete flow for any number of coordinates: series of smooth steps, and an answer where one asks a
-//! question.
+//! The discrete flow for any number of coordinates: series of smooth steps, and steps solved on slices where one
+//! of them is not smooth.
 
 use smallvec::smallvec;
 
@@ -9,9 +9,9 @@ use super::stick::Contacts;
 use crate::error::{SetupError, StepError};
 use crate::kernel::Kernel;
 use crate::kernel::clock::{Clock, End};
-use crate::kernel::course::Course;
-use crate::kernel::question::{Halt, Question};
+use crate::kernel::halt::{Halt, HaltReason};
 use crate::kernel::report::{Guess, NodeMut, StepReport};
+use crate::kernel::run_state::RunState;
 use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::Regularity;
 use crate::regularity::sticking::Outlook;
@@ -22,7 +22,7 @@ use crate::solve::predictor::Predictor;
 use crate::solve::rotation;
 use crate::solve::sum::Sum;
 use crate::solve::{Numbers, Vector};
-use crate::start::{self, Beginning, Given};
+use crate::start::{self, ComputedStart, StartData};
 use crate::step::{Failing, Step};
 use crate::tape::Shape;
 use crate::tape::declaration::Declaration;
@@ -35,9 +35,9 @@ pub(crate) struct Discrete<'s> {
     /// The values of its parameters.
     pub values: Vec<f64>,
     /// The state that is carried from step to step.
-    pub course: Course,
+    pub run_state: RunState,
     /// The start.
-    pub beginning: Beginning,
+    pub computed_start: ComputedStart,
     /// The values of the parameters on the last leg, if inputs have changed since.
     pub(super) before: Option<Vec<f64>>,
     /// The last node where inputs changed.
@@ -96,29 +96,39 @@ pub(crate) fn constants_of(kernel: &dyn Kernel, values: &[f64], h: f64) -> Numbe
 
 impl<'s> Discrete<'s> {
     /// Sets up a run with the step `h` and the given values of the parameters.
-    pub fn new(kernel: &'s dyn Kernel, values: Vec<f64>, h: f64, start: &Given) -> Result<Self, SetupError> {
+    pub fn new(
+        kernel: &'s dyn Kernel,
+        values: Vec<f64>,
+        h: f64,
+        start: &StartData,
+    ) -> Result<Self, SetupError> {
         let (shape, declaration) = (kernel.shape(), Declaration::of(kernel).with(&values));
         check(&declaration, h)?;
         declaration.prepare();
-        let beginning = start.begin(&declaration, h)?;
+        let computed_start = start.begin(&declaration, h)?;
         let contacts = if shape.jumps {
-            Contacts::at_start(&declaration, h, &beginning)
+            Contacts::at_start(&declaration, h, &computed_start)
         } else {
             None
         };
         let switches = Switches::of(&declaration);
         let has_tables = declaration.has_tables();
         let constants = constants_of(kernel, &values, h);
-        let course = Course {
-            given: beginning.e.clone(),
+        let run_state = RunState {
+            given: computed_start.e.clone(),
             looks_at: if switches.is_some() { 0 } else { u64::MAX },
-            ..Course::new(shape, (h, constants), beginning.t0, (&beginning.q, &beginning.d))
+            ..RunState::new(
+                shape,
+                (h, constants),
+                computed_start.t0,
+                (&computed_start.q, &computed_start.d),
+            )
         };
         Ok(Self {
             kernel,
             values,
-            course,
-            beginning,
+            run_state,
+            computed_start,
             before: None,
             changed: None,
             unresolved: None,
@@ -141,26 +151,27 @@ impl<'s> Discrete<'s> {
 
     /// The first leg of the next step.
     pub(super) fn next_leg(&self) -> AnyLeg<'_, f64> {
-        self.course.next_leg(self.shape())
+        self.run_state.next_leg(self.shape())
     }
 
     /// Makes up to `count` steps.
     #[inline]
     pub fn steps(&mut self, count: u64) -> Result<(), StepError> {
-        let end = self.course.clock.index() + count;
+        let end = self.run_state.clock.index() + count;
         loop {
-            let left = end.saturating_sub(self.course.clock.index());
+            let left = end.saturating_sub(self.run_state.clock.index());
             let halt = if self.before.is_some() && left > 0 {
-                Halt::Asks(Question::InputChanges)
+                Halt::NotSmooth(HaltReason::InputChanges)
             } else {
-                self.kernel.smooth(&mut self.course, left)
+                self.kernel.smooth(&mut self.run_state, left)
             };
             match halt {
                 Halt::Done => return Ok(()),
-                Halt::Asks(Question::Sides) if matches!(self.outlook(), Outlook::Clear(_)) => {}
-                Halt::Asks(_) => {
+                Halt::NotSmooth(HaltReason::RestOrSignChange)
+                    if matches!(self.outlook(), Outlook::Clear(_)) => {}
+                Halt::NotSmooth(_) => {
                     self.answer()?;
-                    self.course.clock.tick();
+                    self.run_state.clock.tick();
                 }
             }
         }
@@ -190,17 +201,17 @@ impl<'s> Discrete<'s> {
             self.look_again();
             return Ok(report);
         }
-        if let Some(second) = self.course.given.take() {
+        if let Some(second) = self.run_state.given.take() {
             return Ok(self.take_given(&second));
         }
         // taken out, since the equations borrow the rest of the run
-        let mut predictor = core::mem::replace(&mut self.course.predictor, Predictor::new(0));
+        let mut predictor = core::mem::replace(&mut self.run_state.predictor, Predictor::new(0));
         let solution = {
             let step = self.next_step();
-            let solution = step.solve(&mut predictor, self.course.max_iterations);
+            let solution = step.solve(&mut predictor, self.run_state.max_iterations);
             solution.map(|(z, report)| (step.second_difference(&z), z, report))
         };
-        self.course.predictor = predictor;
+        self.run_state.predictor = predictor;
         let (e, z, report) = match solution {
             Ok(solution) => solution,
             Err(cause) => {
@@ -229,7 +240,7 @@ impl<'s> Discrete<'s> {
         if report.stop != Stop::Jump {
             self.look_for_singularity(&e, &z, report.guess)?;
         }
-        self.course.predictor.push(&z);
+        self.run_state.predictor.push(&z);
         let before = self.contacts.as_ref().map(|contacts| contacts.pieces.clone());
         let span = Span {
             before: before.as_deref().unwrap_or(&[]),
@@ -245,7 +256,7 @@ impl<'s> Discrete<'s> {
             self.look_between(&e, report.stop);
         }
         if may_switch || shape.jumps {
-            self.course.looked = !foreseen || meets_switch;
+            self.run_state.looked = !foreseen || meets_switch;
         }
         self.commit(next, &e, report);
         if changes {
@@ -268,7 +279,7 @@ impl<'s> Discrete<'s> {
 
     /// The next position for a solution.
     pub(super) fn leads_to(&self, e: &[f64]) -> Next {
-        let vectors = &self.course.vectors;
+        let vectors = &self.run_state.vectors;
         let mut d = vectors.d();
         let second = self.shape().is_of_third_order().then(|| {
             let mut second = vectors.second();
@@ -286,10 +297,10 @@ impl<'s> Discrete<'s> {
     /// Moves to the next position.
     pub(super) fn commit(&mut self, Next { q, d, second }: Next, e: &[f64], report: StepReport) {
         let t = self.next_leg().t;
-        let course = &mut self.course;
-        course.vectors.commit(&q, &d, e);
-        (course.solved_at, course.report) = (t, report);
-        course.has_solved = true;
+        let run_state = &mut self.run_state;
+        run_state.vectors.commit(&q, &d, e);
+        (run_state.solved_at, run_state.report) = (t, report);
+        run_state.has_solved = true;
         if let Some(second) = second {
             self.go_on(&second);
         }
@@ -297,10 +308,10 @@ impl<'s> Discrete<'s> {
 
     /// In third order: moves on to a second difference.
     pub(super) fn go_on(&mut self, second: &Sum) {
-        let course = &mut self.course;
-        self.kernel.remember(&mut course.constants, &second.hi);
-        course.vectors.go_on(second);
-        course.given = None;
+        let run_state = &mut self.run_state;
+        self.kernel.remember(&mut run_state.constants, &second.hi);
+        run_state.vectors.go_on(second);
+        run_state.given = None;
     }
 
     /// Makes the step whose second difference is given.
@@ -310,13 +321,15 @@ impl<'s> Discrete<'s> {
             stop: Stop::Start,
             guess: Guess::Given,
         };
-        let d = self.course.vectors.d().plus(second);
-        let q = self.moved(&self.course.vectors.q(), &d);
+        let d = self.run_state.vectors.d().plus(second);
+        let q = self.moved(&self.run_state.vectors.q(), &d);
         let e = second.hi.clone();
         let next = Next { q, d, second: None };
         self.commit(next, &e, report);
         // as a third difference after second difference zero
-        self.course.vectors.set_second(&Sum::exact(Vector::zero(e.len())));
+        self.run_state
+            .vectors
+            .set_second(&Sum::exact(Vector::zero(e.len())));
         self.go_on(second);
         report
     }
@@ -325,30 +338,32 @@ impl<'s> Discrete<'s> {
     pub fn next_step(&self) -> Step<'_> {
         // with the time even if the system does not depend on it: errors report it
         let mut step = self.step_from(AnyLeg {
-            t: self.course.time(),
+            t: self.run_state.time(),
             ..self.next_leg()
         });
-        step.past_is_short = self.course.past_is_short();
-        if self.course.index() == 1 {
-            step.begins = self.beginning.begins();
+        step.past_is_short = self.run_state.past_is_short();
+        if self.run_state.index() == 1 {
+            step.initial_acceleration = self.computed_start.initial_acceleration();
         }
         step
     }
 
     /// The equations of a step after a leg.
     pub(super) fn step_from<'a>(&'a self, leg: AnyLeg<'a, f64>) -> Step<'a> {
-        let Course { constants, h, .. } = &self.course;
+        let RunState { constants, h, .. } = &self.run_state;
         Step::new((self.kernel, &self.values), constants, leg, *h)
     }
 
     /// The error of the next step.
     #[cold]
     pub(super) fn failed(&self, cause: NewtonFailure) -> StepError {
-        let course = &self.course;
+        let run_state = &self.run_state;
         let failing = Failing {
-            index: course.index(),
-            time: course.time(),
-            q0: &self.moved(&course.vectors.q(), &course.vectors.d().negated()).hi,
+            index: run_state.index(),
+            time: run_state.time(),
+            q0: &self
+                .moved(&run_state.vectors.q(), &run_state.vectors.d().negated())
+                .hi,
         };
         self.next_step().error(&failing, cause)
     }
@@ -380,10 +395,10 @@ impl<'s> Discrete<'s> {
     /// Writes the middle node of the last step.
     #[inline]
     fn tell_solved(&self, node: NodeMut<'_>) {
-        let Course { clock, report, .. } = &self.course;
+        let RunState { clock, report, .. } = &self.run_state;
         let NodeMut { vectors, scalars } = node;
         self.kernel.report(
-            &self.course,
+            &self.run_state,
             NodeMut {
                 vectors: &mut *vectors,
                 scalars: &mut *scalars,
@@ -426,7 +441,7 @@ impl<'s> Discrete<'s> {
     /// Writes the node of the start.
     #[cold]
     fn tell_first(&self, node: NodeMut<'_>) {
-        let Beginning { q0, v0, a0, t0, .. } = &self.beginning;
+        let ComputedStart { q0, v0, a0, t0, .. } = &self.computed_start;
         let declaration = self.declaration();
         let found;
         let a = if let Some(a0) = a0 {
@@ -445,8 +460,8 @@ impl<'s> Discrete<'s> {
         let mut force = Vector::nan(q0.len());
         self.first_force(point, &mut force);
         node.write(&AnyNode {
-            index: self.course.clock.index(),
-            t: self.course.clock.time(),
+            index: self.run_state.clock.index(),
+            t: self.run_state.clock.time(),
             q: q0,
             v: v0,
             a,
@@ -460,30 +475,30 @@ impl<'s> Discrete<'s> {
     /// Reverses the run in time; see [`Flow`](crate::Flow), "Back in time".
     fn turn(&mut self) -> Result<(), StepError> {
         let mut turned = self.clone();
-        turned.course.h = -self.course.h;
+        turned.run_state.h = -self.run_state.h;
         // at a change of inputs, the reversed run exchanges the values before and after the node
-        let index = self.course.clock.index();
+        let index = self.run_state.clock.index();
         if let Some(changed) = self.changed.as_ref().filter(|changed| changed.index == index) {
             let before = core::mem::replace(&mut turned.values, changed.before.clone());
             turned.before = Some(before);
         }
-        let course = &mut turned.course;
-        course.constants = constants_of(self.kernel, &turned.values, course.h);
-        let d = self.course.vectors.d().negated();
-        course
+        let run_state = &mut turned.run_state;
+        run_state.constants = constants_of(self.kernel, &turned.values, run_state.h);
+        let d = self.run_state.vectors.d().negated();
+        run_state
             .vectors
-            .set_leg(&self.moved(&self.course.vectors.q(), &d), &d);
-        course.predictor.turn();
+            .set_leg(&self.moved(&self.run_state.vectors.q(), &d), &d);
+        run_state.predictor.turn();
         if self.shape().is_of_third_order() {
             turned.turn_third();
         }
-        let course = &mut turned.course;
-        course.clock.turn();
-        course.ahead = 0;
-        course.since = 0;
+        let run_state = &mut turned.run_state;
+        run_state.clock.turn();
+        run_state.ahead = 0;
+        run_state.since = 0;
         turned.turn_contacts();
         turned.answer()?;
-        turned.course.ahead = 1;
+        turned.run_state.ahead = 1;
         *self = turned;
         Ok(())
     }
@@ -491,21 +506,21 @@ impl<'s> Discrete<'s> {
     /// Reverses the past of third order: the second difference at the current node is the same on the way
     /// back, and makes the first step. At the start it is the one that the step back continues.
     fn turn_third(&mut self) {
-        if self.course.has_solved {
-            self.course.given = Some(self.course.vectors.second());
-        } else if let Some(first) = self.course.given.take() {
+        if self.run_state.has_solved {
+            self.run_state.given = Some(self.run_state.vectors.second());
+        } else if let Some(first) = self.run_state.given.take() {
             self.go_on(&first);
         }
         // third differences change their signs; a new predictor begins
-        self.course.predictor = Predictor::new(self.shape().unknowns);
+        self.run_state.predictor = Predictor::new(self.shape().unknowns);
     }
 
     /// The certificate of the last step's equations.
     fn regularity_of_last(&self) -> Option<Regularity> {
-        let Course {
+        let RunState {
             vectors, report, h, ..
-        } = &self.course;
-        if !self.course.has_solved {
+        } = &self.run_state;
+        if !self.run_state.has_solved {
             return None;
         }
         let declaration = self.declaration();
@@ -513,7 +528,7 @@ impl<'s> Discrete<'s> {
             return Some(Regularity::of_declaration(
                 &declaration,
                 *h,
-                self.course.solved_leg(),
+                self.run_state.solved_leg(),
                 vectors.e(),
             ));
         }
@@ -526,7 +541,7 @@ impl<'s> Discrete<'s> {
             vectors.before(),
             &self.shape().third_order,
             *h,
-            self.course.solved_leg(),
+            self.run_state.solved_leg(),
             vectors.e(),
         ))
     }
@@ -542,7 +557,7 @@ impl Run for Discrete<'_> {
     }
 
     fn arriving_values(&self) -> &[f64] {
-        let index = self.course.clock.index();
+        let index = self.run_state.clock.index();
         let changed = self.changed.as_ref().filter(|changed| changed.index == index);
         changed.map_or(&self.values, |changed| &changed.before)
     }
@@ -550,20 +565,20 @@ impl Run for Discrete<'_> {
     #[inline]
     fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
         self.steps(1)?;
-        Ok(self.course.report)
+        Ok(self.run_state.report)
     }
 
     fn reach(&mut self, end: &End) -> Result<(), RunError> {
-        self.course.clock.hand_out(true);
+        self.run_state.clock.hand_out(true);
         let left = end
             .index()
-            .map(|end| end.saturating_sub(self.course.clock.index()));
+            .map(|end| end.saturating_sub(self.run_state.clock.index()));
         Ok(self.steps(left.unwrap_or(0))?)
     }
 
     #[inline]
     fn tell(&self, node: NodeMut<'_>) {
-        if self.course.has_solved {
+        if self.run_state.has_solved {
             self.tell_solved(node);
         } else {
             self.tell_first(node);
@@ -571,11 +586,11 @@ impl Run for Discrete<'_> {
     }
 
     fn clock(&self) -> &Clock {
-        &self.course.clock
+        &self.run_state.clock
     }
 
     fn clock_mut(&mut self) -> &mut Clock {
-        &mut self.course.clock
+        &mut self.run_state.clock
     }
 
     /// Solves the step back about the current node at once. The node then has the velocity and the force of

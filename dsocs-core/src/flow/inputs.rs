@@ -63,7 +63,7 @@ impl Discrete<'_> {
         if let Some(parameter) = self.values.get_mut(place) {
             *parameter = value;
         }
-        self.course.constants = constants_of(self.kernel, &self.values, self.course.h);
+        self.run_state.constants = constants_of(self.kernel, &self.values, self.run_state.h);
         Ok(())
     }
 
@@ -71,7 +71,7 @@ impl Discrete<'_> {
     /// [`Discrete::answer`] does.
     #[cold]
     pub(super) fn solve_changed(&mut self, before: Vec<f64>) -> Result<StepReport, StepError> {
-        let (shape, h, max_iterations) = (self.shape(), self.course.h, self.course.max_iterations);
+        let (shape, h, max_iterations) = (self.shape(), self.run_state.h, self.run_state.max_iterations);
         // the steps with each of the values on both sides
         let constants = constants_of(self.kernel, &before, h);
         let mut predictor = Predictor::new(shape.unknowns);
@@ -79,8 +79,8 @@ impl Discrete<'_> {
             let leg = self.next_leg();
             let mut old = Step::new((self.kernel, &before), &constants, leg, h);
             let next = self.next_step();
-            (old.past_is_short, old.begins) = (next.past_is_short, next.begins);
-            let arriving = old.solve(&mut self.course.predictor.clone(), max_iterations);
+            (old.past_is_short, old.initial_acceleration) = (next.past_is_short, next.initial_acceleration);
+            let arriving = old.solve(&mut self.run_state.predictor.clone(), max_iterations);
             let mut new = self.step_from(leg);
             new.past_is_short = true;
             let found = match (new.solve(&mut predictor, max_iterations), &arriving) {
@@ -117,11 +117,11 @@ impl Discrete<'_> {
         let Some(next) = self.arriving(&e) else {
             return Err(self.not_finite(&z));
         };
-        let index = self.course.index();
+        let index = self.run_state.index();
         // the following steps depend on the new values alone
         predictor.push(&z);
-        self.course.predictor = predictor;
-        self.course.since = index.saturating_sub(1);
+        self.run_state.predictor = predictor;
+        self.run_state.since = index.saturating_sub(1);
         let report = StepReport {
             stop: Stop::Update,
             guess: Guess::Given,

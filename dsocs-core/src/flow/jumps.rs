@@ -2,7 +2,7 @@
 //!
 //! The path of a step leads from the middle of one leg to that of the next; in third order, on the cubic
 //! polynomial through four nodes, from the second to the third. If an argument of the declaration changes its
-//! sign on this path, the jump there is measured ([`OnWay`]). Neither a stop nor a release lowers the order,
+//! sign on this path, the jump there is measured ([`StepPath`]). Neither a stop nor a release lowers the order,
 //! so arguments that rest at the beginning or at the end of the step are not examined.
 
 use super::discrete::Discrete;
@@ -10,9 +10,9 @@ use crate::number::point::AnyLeg;
 use crate::regularity::sides::Piece;
 use crate::run::Unresolved;
 use crate::solve::{Vector, rotation};
-use crate::start::Beginning;
-use crate::start::place::{Place, Way};
-use crate::step::crossing::OnWay;
+use crate::start::ComputedStart;
+use crate::start::place::{MotionPath, Place};
+use crate::step::crossing::StepPath;
 use crate::step::jumps;
 use crate::step::switches;
 use crate::tape::declaration::Declaration;
@@ -82,29 +82,29 @@ impl Discrete<'_> {
         let Some(mut switches) = self.switches.take() else {
             return false;
         };
-        let (index, h) = (self.course.index(), self.course.h);
+        let (index, h) = (self.run_state.index(), self.run_state.h);
         if switches.index != index {
             switches.forget();
         }
         let leg = AnyLeg {
-            t: self.course.time(),
+            t: self.run_state.time(),
             ..self.next_leg()
         };
         let first = |part: f64| self.beginning_of(leg, e, part);
-        let way = |part: f64| self.between(e, part);
+        let path = |part: f64| self.between(e, part);
         let (mut part, mut any) = (0.0_f64, false);
         let now = self.declaration();
         // inputs change at the middle node
         let old = span
             .inputs
             .map_or(now, |inputs| Declaration::of(self.kernel).with(inputs));
-        let ways: [(&Way<'_>, [Declaration<'_>; 2]); 2] = [(&first, [old; 2]), (&way, [old, now])];
-        for (way, declarations) in &ways[usize::from(index != self.first_step())..] {
-            let found = switches::crossings(now, way, &mut switches.came, |switch, last| {
+        let paths: [(&MotionPath<'_>, [Declaration<'_>; 2]); 2] = [(&first, [old; 2]), (&path, [old, now])];
+        for (path, declarations) in &paths[usize::from(index != self.first_step())..] {
+            let found = switches::crossings(now, path, &mut switches.came, |switch, last| {
                 span.asks(switch, last)
             });
-            let on = OnWay {
-                way: *way,
+            let on = StepPath {
+                path: *path,
                 h,
                 declarations: *declarations,
                 pieces: span.before,
@@ -116,7 +116,7 @@ impl Discrete<'_> {
             // a jump that is reported is enough; without one, features narrower than the step may lie at or
             // beside the change of sign
             if part <= jumps::TOLD {
-                for place in switches::narrow_places(&now, way, |switch, last| span.asks(switch, last)) {
+                for place in switches::narrow_places(&now, path, |switch, last| span.asks(switch, last)) {
                     part = part.max(on.swings_at(place));
                 }
             }
@@ -140,22 +140,28 @@ impl Discrete<'_> {
     /// nodes to the third, so that accelerations are continuous from step to step.
     fn between(&self, e: &[f64], part: f64) -> Place {
         let leg = AnyLeg {
-            t: self.course.time(),
+            t: self.run_state.time(),
             ..self.next_leg()
         };
         if self.shape().is_of_third_order() {
             return self.on_cubic(e, part - 1.0);
         }
-        between(&self.shape().rotations, (self.course.h, leg), e, part)
+        between(&self.shape().rotations, (self.run_state.h, leg), e, part)
     }
 
     /// A place of the next step in third order, `steps` steps after its middle node.
     pub(super) fn on_cubic(&self, e: &[f64], steps: f64) -> Place {
         let leg = AnyLeg {
-            t: self.course.time(),
+            t: self.run_state.time(),
             ..self.next_leg()
         };
-        Place::on_cubic(self.course.h, leg, &self.course.vectors.second().hi, e, steps)
+        Place::on_cubic(
+            self.run_state.h,
+            leg,
+            &self.run_state.vectors.second().hi,
+            e,
+            steps,
+        )
     }
 
     /// The path from the start, at 0, to the beginning of the first step's path, at 1.
@@ -172,8 +178,8 @@ impl Discrete<'_> {
         }
         first_half(
             &self.shape().rotations,
-            &self.beginning,
-            (self.course.h, leg),
+            &self.computed_start,
+            (self.run_state.h, leg),
             part,
         )
     }
@@ -182,22 +188,26 @@ impl Discrete<'_> {
 /// The path from the start, at 0, to the middle of the first leg, at 1.
 pub(super) fn first_half(
     rotations: &[usize],
-    beginning: &Beginning,
+    computed_start: &ComputedStart,
     (h, leg): (f64, AnyLeg<'_, f64>),
     part: f64,
 ) -> Place {
-    let way = Vector::of(leg.d).map(|d| 0.5 * part * d);
-    let q = rotation::moved_vector(rotations, &beginning.q0, &way);
+    let displacement = Vector::of(leg.d).map(|d| 0.5 * part * d);
+    let q = rotation::moved_vector(rotations, &computed_start.q0, &displacement);
     // a function that jumps at rest has the side of the motion that begins
-    Place::of_phase(beginning.t0 + 0.5 * part * h, q, Vector::of(leg.d).map(|d| d / h))
+    Place::of_phase(
+        computed_start.t0 + 0.5 * part * h,
+        q,
+        Vector::of(leg.d).map(|d| d / h),
+    )
 }
 
 /// The path of a step from the middle of its first leg, at 0, to that of the second, at 1, with constant
 /// acceleration.
 pub(super) fn between(rotations: &[usize], (h, leg): (f64, AnyLeg<'_, f64>), e: &[f64], part: f64) -> Place {
     let place = part - 0.5;
-    let way = Vector::from_fn(e.len(), |i| place * (leg.d[i] + 0.5 * e[i] + 0.5 * place * e[i]));
-    let q = rotation::moved_vector(rotations, leg.q, &way);
+    let displacement = Vector::from_fn(e.len(), |i| place * (leg.d[i] + 0.5 * e[i] + 0.5 * place * e[i]));
+    let q = rotation::moved_vector(rotations, leg.q, &displacement);
     let v = Vector::of(leg.d).zip(e, |d, e| (d + part * e) / h);
     Place::of_phase(leg.t + place * h, q, v)
 }

@@ -25,7 +25,7 @@ impl Discrete<'_> {
         z: &[f64],
         guess: Guess,
     ) -> Result<(), StepError> {
-        let determinants = &mut self.course.predictor.determinants;
+        let determinants = &mut self.run_state.predictor.determinants;
         let part = determinants.part();
         let fallen = determinants.look();
         let is_led = guess == Guess::Predicted && !part.is_nan();
@@ -38,12 +38,12 @@ impl Discrete<'_> {
         } else {
             [false; 2]
         };
-        let (way, declaration) = (self.way(e), self.declaration());
-        let h = self.course.h;
+        let (path, declaration) = (self.path(e), self.declaration());
+        let h = self.run_state.h;
         let unit = if third { h * h * h } else { h * h };
         let near = Vector::of(e).map(|e| e / unit);
         // the last places but one: in third order the path begins a step earlier
-        let [.., before, here, _] = &way[..] else {
+        let [.., before, here, _] = &path[..] else {
             return Ok(());
         };
         let change = singular::change(&declaration, [before, here], 1.0, &near);
@@ -52,11 +52,11 @@ impl Discrete<'_> {
         if begins && change == Change::Little && !turns {
             return Ok(());
         }
-        let found = singular::on_the_way(&declaration, &way, &near).or_else(|| {
+        let found = singular::on_path(&declaration, &path, &near).or_else(|| {
             // a step over a singularity may be smooth with an unpredicted acceleration: the motion itself had
             // that of its past
             let [expected, _] = self.expected().filter(|_| part < 0.0 && !self.foresees(z, e))?;
-            singular::on_the_way(&declaration, &self.way(&expected), &near)
+            singular::on_path(&declaration, &self.path(&expected), &near)
         });
         let rests = found
             .as_ref()
@@ -78,11 +78,11 @@ impl Discrete<'_> {
             return Err(self.failed(cause).at(singularity));
         }
         if change == Change::Falls {
-            self.course.predictor.determinants.look_again();
+            self.run_state.predictor.determinants.look_again();
         }
         if part < 0.0 || change == Change::Falls || (begins && change == Change::Rises) {
             let of_step = change == Change::Little;
-            NearlySingular::count(&mut self.nearly_singular, self.course.time(), of_step);
+            NearlySingular::count(&mut self.nearly_singular, self.run_state.time(), of_step);
         }
         Ok(())
     }
@@ -94,9 +94,12 @@ impl Discrete<'_> {
         if self.shape().is_of_third_order() {
             return None;
         }
-        let (way, declaration, h) = (self.way(e), self.declaration(), self.course.h);
+        let (path, declaration, h) = (self.path(e), self.declaration(), self.run_state.h);
         let near = Vector::of(e).map(|e| e / (h * h));
-        let solved: SmallVec<[_; 4]> = way.iter().map(|place| place.solve(&declaration, &near)).collect();
+        let solved: SmallVec<[_; 4]> = path
+            .iter()
+            .map(|place| place.solve(&declaration, &near))
+            .collect();
         let mut pairs = solved.windows(2);
         let changes = pairs.any(|pair| match pair {
             [Some(one), Some(other)] => singular::are_opposite(one, other),
@@ -105,7 +108,7 @@ impl Discrete<'_> {
         if !changes {
             return None;
         }
-        let singularity = singular::on_the_way(&declaration, &way, &near)?;
+        let singularity = singular::on_path(&declaration, &path, &near)?;
         let cause = self.next_step().refused(StepFailure::PassesSingularity, z);
         Some(self.failed(cause).at(singularity))
     }
@@ -114,8 +117,8 @@ impl Discrete<'_> {
     /// rest: one of its legs is opposite to the one before, in the mass metric. And whether the legs before
     /// were slowing down.
     fn turns_back(&self, e: &[f64]) -> [bool; 2] {
-        let (course, leg) = (&self.course, self.next_leg());
-        let last = course.vectors.second().hi;
+        let (run_state, leg) = (&self.run_state, self.next_leg());
+        let last = run_state.vectors.second().hi;
         let before = Vector::of(leg.d).zip(&last, |d, last| d - last);
         let after = Vector::from_fn(e.len(), |i| leg.d[i] + (last[i] + e[i]));
         let [has_turned, turns] =
@@ -129,19 +132,19 @@ impl Discrete<'_> {
     /// Whether a step of third order with a third difference is nearly at rest at a time, compared with the
     /// legs before.
     fn is_slow_at(&self, e: &[f64], time: f64) -> bool {
-        let (course, leg) = (&self.course, self.next_leg());
-        let steps = (time - course.time()) / course.h;
-        let there = self.on_cubic(e, steps).v.map(|v| v * course.h);
-        let before = Vector::of(leg.d).zip(&course.vectors.second().hi, |d, last| d - last);
+        let (run_state, leg) = (&self.run_state, self.next_leg());
+        let steps = (time - run_state.time()) / run_state.h;
+        let there = self.on_cubic(e, steps).v.map(|v| v * run_state.h);
+        let before = Vector::of(leg.d).zip(&run_state.vectors.second().hi, |d, last| d - last);
         let longest = self.product(&before, &before).max(self.product(leg.d, leg.d));
         self.product(&there, &there) < SLOW * SLOW * longest
     }
 
     /// The inner product of two increments of the next step in the mass metric.
     fn product(&self, one: &[f64], other: &[f64]) -> f64 {
-        let (course, leg) = (&self.course, self.next_leg());
-        let v = Vector::of(leg.d).map(|d| d / course.h);
-        let mass = start::mass_matrix(&self.declaration(), (course.time(), leg.q, &v));
+        let (run_state, leg) = (&self.run_state, self.next_leg());
+        let v = Vector::of(leg.d).map(|d| d / run_state.h);
+        let mass = start::mass_matrix(&self.declaration(), (run_state.time(), leg.q, &v));
         let terms = one.iter().enumerate().flat_map(|(i, x)| {
             let mass = &mass;
             other.iter().enumerate().map(move |(j, y)| x * mass[(i, j)] * y)
@@ -151,26 +154,30 @@ impl Discrete<'_> {
 
     /// The path of a step with a second difference: from the node before its middle node to the middle of its
     /// second leg. In third order, with a third difference, from the first of its four nodes.
-    fn way(&self, e: &[f64]) -> SmallVec<[Place; 4]> {
+    fn path(&self, e: &[f64]) -> SmallVec<[Place; 4]> {
         if self.shape().is_of_third_order() {
             return SmallVec::from_buf([-2.0, -1.0, 0.0, 0.5].map(|steps| self.on_cubic(e, steps)));
         }
-        let (course, leg) = (&self.course, self.next_leg());
-        let (h, t) = (course.h, course.time());
+        let (run_state, leg) = (&self.run_state, self.next_leg());
+        let (h, t) = (run_state.h, run_state.time());
         let velocity = |d: &[f64], e: &[f64]| Vector::of(d).zip(e, |d, e| (d + 0.5 * e) / h);
-        let solved = course.solved_leg();
-        let before = if course.has_solved {
+        let solved = run_state.solved_leg();
+        let before = if run_state.has_solved {
             Place::of_phase(
                 t - h,
                 Vector::of(solved.q),
-                velocity(solved.d, course.vectors.e()),
+                velocity(solved.d, run_state.vectors.e()),
             )
-        } else if course.index() == 1 {
-            let beginning = &self.beginning;
-            Place::of_phase(beginning.t0, beginning.q0.clone(), beginning.v0.clone())
+        } else if run_state.index() == 1 {
+            let computed_start = &self.computed_start;
+            Place::of_phase(
+                computed_start.t0,
+                computed_start.q0.clone(),
+                computed_start.v0.clone(),
+            )
         } else {
-            let way = Vector::of(leg.d).map(|d| -0.5 * d);
-            let q = rotation::moved_vector(&self.shape().rotations, leg.q, &way);
+            let displacement = Vector::of(leg.d).map(|d| -0.5 * d);
+            let q = rotation::moved_vector(&self.shape().rotations, leg.q, &displacement);
             Place::of_phase(t - 0.5 * h, q, Vector::of(leg.d).map(|d| d / h))
         };
         let here = Place::of_phase(t, Vector::of(leg.q), velocity(leg.d, e));

@@ -15,7 +15,7 @@ use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::solve::predictor::PAST;
 use crate::start::place::Place;
-use crate::start::{self, Beginning, third};
+use crate::start::{self, ComputedStart, third};
 use crate::tape::declaration::Declaration;
 
 /// The state of the arguments of functions that jump with the velocity.
@@ -41,14 +41,14 @@ impl Contacts {
     pub(super) fn at_start(
         declaration: &Declaration<'_>,
         h: f64,
-        beginning: &Beginning,
+        computed_start: &ComputedStart,
     ) -> Option<Box<Self>> {
         if declaration.sides() == 0 {
             return None;
         }
-        let Beginning {
+        let ComputedStart {
             t0, q0, v0, a0, q, d, ..
-        } = beginning;
+        } = computed_start;
         let leg = AnyLeg {
             t: t0 + h,
             q: &q.hi,
@@ -84,9 +84,9 @@ impl Discrete<'_> {
         Contact {
             declaration,
             before: None,
-            h: self.course.h,
+            h: self.run_state.h,
             leg: AnyLeg {
-                t: self.course.time(),
+                t: self.run_state.time(),
                 ..self.next_leg()
             },
             pieces: &contacts.pieces,
@@ -95,7 +95,7 @@ impl Discrete<'_> {
 
     /// The predicted second difference, and its change from the last one.
     pub(super) fn expected(&self) -> Option<[Vector; 2]> {
-        let predictor = &self.course.predictor;
+        let predictor = &self.run_state.predictor;
         let step = self.next_step();
         let e = step.second_difference(&predictor.predict()?);
         let last = step.second_difference(predictor.vectors().next()?);
@@ -108,15 +108,15 @@ impl Discrete<'_> {
     /// alone counts as arriving at zero where the next begins, which is solved with sides.
     #[cold]
     pub(super) fn catch_up(&mut self) {
-        let index = self.course.index();
+        let index = self.run_state.index();
         let Some(contacts) = self.contacts.as_ref().filter(|contacts| contacts.seen < index) else {
             return;
         };
         let mut contacts = contacts.clone();
         contacts.seen = index;
-        if self.course.has_solved {
-            let (declaration, h, t) = (self.declaration(), self.course.h, self.course.time());
-            let legs = [(t, self.next_leg()), (t - h, self.course.solved_leg())];
+        if self.run_state.has_solved {
+            let (declaration, h, t) = (self.declaration(), self.run_state.h, self.run_state.time());
+            let legs = [(t, self.next_leg()), (t - h, self.run_state.solved_leg())];
             let [last, before] =
                 legs.map(|(t, leg)| sticking::pieces_of_leg(&declaration, h, AnyLeg { t, ..leg }));
             for ((piece, last), before) in contacts.pieces.iter_mut().zip(last).zip(before) {
@@ -156,12 +156,12 @@ impl Discrete<'_> {
             let steps = steps.min(self.clear_of_switches(e));
             // rates of arguments need a full past: a motion that begins where its velocity reverses seems
             // uniform
-            let has_past = self.course.predictor.past().len() == PAST;
+            let has_past = self.run_state.predictor.past().len() == PAST;
             let steps = if has_past || steps == 0 { steps } else { 1 };
             if steps == 0 || expected.is_none() {
                 return Outlook::Switches;
             }
-            self.course.looks_at = self.course.index() + steps;
+            self.run_state.looks_at = self.run_state.index() + steps;
             return Outlook::Clear(steps);
         }
         outlook
@@ -170,15 +170,16 @@ impl Discrete<'_> {
     /// The second difference of the acceleration at the middle node for the velocity of the leg before, with
     /// the new values of inputs.
     fn new_second_difference(&self) -> Option<Vector> {
-        let (leg, h) = (self.next_leg(), self.course.h);
+        let (leg, h) = (self.next_leg(), self.run_state.h);
         let v = Vector::of(leg.d).map(|d| d / h);
-        let found = start::acceleration(&self.declaration(), (self.course.time(), leg.q, &v), None);
+        let found = start::acceleration(&self.declaration(), (self.run_state.time(), leg.q, &v), None);
         found.ok().map(|(a, _)| a.map(|a| h * h * a))
     }
 
     /// Whether arguments are to be evaluated in the next step.
     pub(super) fn is_to_look(&self) -> bool {
-        self.switches.is_some() && (self.before.is_some() || self.course.looks_at <= self.course.index())
+        self.switches.is_some()
+            && (self.before.is_some() || self.run_state.looks_at <= self.run_state.index())
     }
 
     /// Whether a solution of the declared rows keeps the sides.
@@ -194,7 +195,7 @@ impl Discrete<'_> {
     /// Has arguments evaluated in the next step.
     pub(super) fn look_again(&mut self) {
         if self.switches.is_some() {
-            self.course.looks_at = self.course.index() + 1;
+            self.run_state.looks_at = self.run_state.index() + 1;
         }
     }
 
@@ -205,12 +206,12 @@ impl Discrete<'_> {
             return;
         }
         let leg = AnyLeg {
-            t: self.course.time() + self.course.h,
-            q: self.course.vectors.position(),
-            d: self.course.vectors.increment(),
+            t: self.run_state.time() + self.run_state.h,
+            q: self.run_state.vectors.position(),
+            d: self.run_state.vectors.increment(),
         };
-        let pieces = sticking::pieces_of_leg(&self.declaration(), self.course.h, leg);
-        let index = self.course.index();
+        let pieces = sticking::pieces_of_leg(&self.declaration(), self.run_state.h, leg);
+        let index = self.run_state.index();
         if let Some(contacts) = &mut self.contacts {
             if pieces != contacts.pieces {
                 contacts.changed = Some(index + 1);
@@ -229,14 +230,14 @@ impl Discrete<'_> {
         }
         if let Some(switches) = &mut self.switches {
             switches.forget();
-            self.course.looks_at = 0;
+            self.run_state.looks_at = 0;
         }
     }
 
     /// Whether a resting argument was released in the last step.
     pub(super) fn is_torn_off(&self) -> bool {
         self.contacts.as_ref().is_some_and(|contacts| {
-            contacts.changed == Some(self.course.index()) && contacts.earlier.contains(&Piece::Between)
+            contacts.changed == Some(self.run_state.index()) && contacts.earlier.contains(&Piece::Between)
         })
     }
 
@@ -244,19 +245,19 @@ impl Discrete<'_> {
     /// sides.
     pub(super) fn begins_at_fork(&self) -> bool {
         let forks = self.contacts.as_ref().is_some_and(|contacts| contacts.forks);
-        forks && self.course.index() == self.first_step()
+        forks && self.run_state.index() == self.first_step()
     }
 
     /// Whether a body at rest where the next step begins is driven away from rest on both sides: the motion
     /// is not unique.
     #[cold]
     pub(super) fn forks(&self) -> bool {
-        let (leg, h) = (self.next_leg(), self.course.h);
+        let (leg, h) = (self.next_leg(), self.run_state.h);
         let zero = self.resting();
         let v = Vector::of(leg.d).map(|d| d / h);
         h > 0.0
             && zero.contains(&true)
-            && AtPoint::new(self.declaration(), (self.course.time(), leg.q, &v)).forks(
+            && AtPoint::new(self.declaration(), (self.run_state.time(), leg.q, &v)).forks(
                 &zero,
                 self.shape().multipliers(),
                 h,
@@ -296,13 +297,13 @@ impl Discrete<'_> {
     /// between its sides.
     pub(super) fn meets_jump(&self) -> bool {
         let changed = self.contacts.as_ref().and_then(|contacts| contacts.changed);
-        changed == Some(self.course.index()) || self.rests() || self.has_sides()
+        changed == Some(self.run_state.index()) || self.rests() || self.has_sides()
     }
 
     /// The sides of the last step.
     fn last_sides(&self) -> Option<&[f64]> {
         let (index, sides) = self.contacts.as_ref()?.sides.as_ref()?;
-        (*index == self.course.index()).then_some(sides)
+        (*index == self.run_state.index()).then_some(sides)
     }
 
     /// Solves the next step with sides. `None` if no sides are found, or if arguments only change their signs on
@@ -371,7 +372,7 @@ impl Discrete<'_> {
             stop,
             guess: Guess::Predicted,
         };
-        let index = self.course.index();
+        let index = self.run_state.index();
         let span = Span {
             before: &contacts.pieces,
             after: &solution.pieces,
@@ -396,7 +397,7 @@ impl Discrete<'_> {
         before: &[f64],
         guess: &[f64],
     ) -> Option<StepReport> {
-        let index = self.course.index();
+        let index = self.run_state.index();
         let (solution, velocity, force) = {
             let contact = Contact {
                 before: Some(Declaration::of(self.kernel).with(before)),
@@ -437,7 +438,7 @@ impl Discrete<'_> {
         contacts.pieces = pieces;
         contacts.seen = index + 1;
         contacts.sides = None;
-        self.course.since = index.saturating_sub(1);
+        self.run_state.since = index.saturating_sub(1);
         self.changed = Some(Box::new(Changed {
             index,
             velocity,
@@ -449,15 +450,15 @@ impl Discrete<'_> {
 
     /// Moves on with a second difference that was solved with sides.
     fn go(&mut self, e: &[f64], multipliers: &[f64], report: StepReport) -> Option<()> {
-        let mut d = self.course.vectors.d();
+        let mut d = self.run_state.vectors.d();
         d.add(e);
-        let q = self.moved(&self.course.vectors.q(), &d);
+        let q = self.moved(&self.run_state.vectors.q(), &d);
         if !q.hi.is_finite() {
             return None;
         }
         let z = self.step_from(self.next_leg()).unknown(e, multipliers);
-        self.course.predictor.push(&z);
-        self.course.looked = true;
+        self.run_state.predictor.push(&z);
+        self.run_state.looked = true;
         // the clock has not advanced yet
         self.look_again();
         self.commit(super::discrete::Next { q, d, second: None }, e, report);
@@ -468,9 +469,9 @@ impl Discrete<'_> {
     #[cold]
     pub(super) fn tell_sides(&self, force: &mut [f64]) {
         if let Some(sides) = self.last_sides() {
-            let course = &self.course;
-            let (leg, e) = (course.solved_leg(), course.vectors.e());
-            let sided = self.declaration().sided_force(course.h, leg, e, sides);
+            let run_state = &self.run_state;
+            let (leg, e) = (run_state.solved_leg(), run_state.vectors.e());
+            let sided = self.declaration().sided_force(run_state.h, leg, e, sides);
             copy(force, &sided);
         }
     }
@@ -487,7 +488,7 @@ impl Discrete<'_> {
             return;
         }
         if shape.is_of_third_order()
-            && let Some(Place { t, q, v, .. }) = third::left_to(&declaration, point, self.course.h)
+            && let Some(Place { t, q, v, .. }) = third::left_to(&declaration, point, self.run_state.h)
         {
             let (q, v) = (&q[..], &v[..]);
             declaration.continuous_force_into(AnyPoint { t, q, v, ..point }, force);

@@ -170,7 +170,7 @@ fn a_run_goes_on_where_it_stopped_and_back() {
     assert_eq!(second.nodes[0].index, 16);
     assert!(matches!(
         flow.until(1.5).unwrap_err().error,
-        RunError::Behind(behind) if behind.time == 2.0
+        RunError::TimeBehind(behind) if behind.time == 2.0
     ));
     assert!(matches!(
         flow.until(f64::NAN).unwrap_err().error,
@@ -183,7 +183,7 @@ fn a_run_goes_on_where_it_stopped_and_back() {
     flow.reverse().unwrap();
     assert!(matches!(
         flow.until(3.0).unwrap_err().error,
-        RunError::Behind { .. }
+        RunError::TimeBehind { .. }
     ));
     let back = flow.until(-0.5).unwrap();
     let forward: Vec<_> = first.iter().chain(&second).collect();

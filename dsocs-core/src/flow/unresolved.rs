@@ -19,7 +19,7 @@ use crate::run::Unresolved;
 use crate::solve::newton::Stop;
 use crate::solve::predictor;
 use crate::solve::{Vector, rotation};
-use crate::start::place::{Place, Way};
+use crate::start::place::{MotionPath, Place};
 use crate::step::jumps;
 use crate::step::smooth::FORESEEN;
 use crate::tape::declaration::Declaration;
@@ -33,33 +33,33 @@ impl Discrete<'_> {
 
     /// Whether a solution is near its prediction: a jump of a force shows there first.
     pub(super) fn foresees(&self, z: &[f64], e: &[f64]) -> bool {
-        let vectors = &self.course.vectors;
-        let past = self.course.has_solved.then(|| [vectors.before(), vectors.e()]);
+        let vectors = &self.run_state.vectors;
+        let past = self.run_state.has_solved.then(|| [vectors.before(), vectors.e()]);
         predictor::continues(z.len(), past, e, FORESEEN)
-            && (z.is_empty() || self.course.predictor.foresees(z, FORESEEN))
+            && (z.is_empty() || self.run_state.predictor.foresees(z, FORESEEN))
     }
 
     /// Examines the solved step, and the one before if it was not, because the solution differs from its
     /// prediction.
     #[cold]
     pub(super) fn look_between(&mut self, e: &[f64], stop: Stop) {
-        let course = &self.course;
-        if course.has_solved && !course.looked {
-            let before = course.clock.time_of(course.index().saturating_sub(1));
+        let run_state = &self.run_state;
+        if run_state.has_solved && !run_state.looked {
+            let before = run_state.clock.time_of(run_state.index().saturating_sub(1));
             let leg = AnyLeg {
                 t: before,
-                ..course.solved_leg()
+                ..run_state.solved_leg()
             };
-            let (part, stop) = (self.departure(leg, course.vectors.e()), course.report.stop);
+            let (part, stop) = (self.departure(leg, run_state.vectors.e()), run_state.report.stop);
             self.count(before, part, stop);
         }
-        if !self.course.has_solved && self.course.index() == 1 {
+        if !self.run_state.has_solved && self.run_state.index() == 1 {
             let part = self.departure_at_start(e);
-            self.count(self.beginning.t0, part, Stop::Update);
+            self.count(self.computed_start.t0, part, Stop::Update);
         }
         // a step that begins at a jump would report the same jump again
-        let course = &self.course;
-        let begins_at_jump = course.has_solved && course.report.stop == Stop::Jump;
+        let run_state = &self.run_state;
+        let begins_at_jump = run_state.has_solved && run_state.report.stop == Stop::Jump;
         if stop == Stop::Jump || !begins_at_jump {
             self.count_departure(e, stop);
         }
@@ -68,7 +68,7 @@ impl Discrete<'_> {
     /// Counts the solved step, if it does not resolve a force.
     pub(super) fn count_departure(&mut self, e: &[f64], stop: Stop) {
         let leg = AnyLeg {
-            t: self.course.time(),
+            t: self.run_state.time(),
             ..self.next_leg()
         };
         let (time, part) = (leg.t, self.departure(leg, e));
@@ -84,7 +84,7 @@ impl Discrete<'_> {
 
     /// Deviation of the forces from a linear change within a step, relative to themselves.
     fn departure(&self, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
-        let h = self.course.h;
+        let h = self.run_state.h;
         departure(&self.declaration(), h, leg, e, &|part| {
             between(&self.shape().rotations, (h, leg), e, part)
         })
@@ -93,18 +93,24 @@ impl Discrete<'_> {
     /// [`Discrete::departure`] from the start to the middle of the first leg, with the second difference of
     /// the first step.
     fn departure_at_start(&self, e: &[f64]) -> f64 {
-        let (leg, h) = (self.next_leg(), self.course.h);
-        let way = |part: f64| first_half(&self.shape().rotations, &self.beginning, (h, leg), part);
-        departure(&self.declaration(), h, leg, e, &way)
+        let (leg, h) = (self.next_leg(), self.run_state.h);
+        let path = |part: f64| first_half(&self.shape().rotations, &self.computed_start, (h, leg), part);
+        departure(&self.declaration(), h, leg, e, &path)
     }
 }
 
 /// Deviation of the forces from the straight line between the ends of a path: the largest of all components,
 /// relative to the change of the momentum over a step or to the force, whichever is larger.
-fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64], way: &Way<'_>) -> f64 {
+fn departure(
+    declaration: &Declaration<'_>,
+    h: f64,
+    leg: AnyLeg<'_, f64>,
+    e: &[f64],
+    path: &MotionPath<'_>,
+) -> f64 {
     let next = Vector::of(leg.d).zip(e, |d, e| d + e);
     let force = |part: f64| {
-        let Place { t, q, v, .. } = way(part);
+        let Place { t, q, v, .. } = path(part);
         let mut force = Vector::zero(e.len());
         declaration.external_forces(t, &q[..], &v[..], &mut force);
         force
@@ -112,7 +118,7 @@ fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f
     let forces: Vec<Vector> = jumps::places().map(force).collect();
     let errors = LazyCell::new(|| {
         let bounds = jumps::places().map(|part| {
-            let Place { t, q, v, .. } = way(part);
+            let Place { t, q, v, .. } = path(part);
             let mut force = vec![Bounded::splat(0.0); e.len()];
             let [q, v] = [&q, &v].map(|x| map(x, Bounded::splat));
             declaration.external_forces(Bounded::splat(t), &q, &v, &mut force);
