@@ -14,8 +14,8 @@
 
 use crate::flow::discrete::constants_of;
 use crate::kernel::Kernel;
-use crate::kernel::course::MAX_ITERATIONS;
 use crate::kernel::report::{Guess, StepReport};
+use crate::kernel::run_state::MAX_ITERATIONS;
 use crate::number::point::{AnyLeg, AnyPoint};
 use crate::solve::{Square, Vector};
 use crate::step::Step;
@@ -43,7 +43,7 @@ pub(super) type System<'a> = (&'a dyn Kernel, &'a [f64]);
 
 /// Whether a solution is doubtful: it took many iterations, or did not come from the predicted guess.
 #[inline]
-pub(super) fn in_question(report: StepReport) -> bool {
+pub(super) fn is_doubtful(report: StepReport) -> bool {
     report.iterations >= MANY || report.guess != Guess::Predicted
 }
 

@@ -53,7 +53,7 @@ impl<const N: usize> fmt::Debug for ComposedFlow<'_, N> {
             .field("h", &self.h())
             .field("index", &self.index())
             .field("time", &self.time())
-            .field("state", &self.0.course.now)
+            .field("state", &self.0.run_state.now)
             .finish_non_exhaustive()
     }
 }
@@ -92,7 +92,7 @@ impl<'s, const N: usize> ComposedFlow<'s, N> {
     /// Sets the largest number of evaluations of a stage's rows from one guess (60 unless set; at least 1).
     #[must_use]
     pub fn max_iterations(mut self, limit: u32) -> Self {
-        self.0.course.max_iterations = limit.max(1);
+        self.0.run_state.max_iterations = limit.max(1);
         self
     }
 
@@ -111,31 +111,31 @@ impl<'s, const N: usize> ComposedFlow<'s, N> {
     /// The number of the current node.
     #[must_use]
     pub fn index(&self) -> u64 {
-        self.0.course.clock.index()
+        self.0.run_state.clock.index()
     }
 
     /// The time of the current node.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.0.course.clock.time()
+        self.0.run_state.clock.time()
     }
 
     /// The position of the current node.
     #[must_use]
     pub fn position(&self) -> [f64; N] {
-        sized(&self.0.course.now.q.hi)
+        sized(&self.0.run_state.now.q.hi)
     }
 
     /// The velocity at the current node.
     #[must_use]
     pub fn velocity(&self) -> [f64; N] {
-        sized(&self.0.course.now.v.hi)
+        sized(&self.0.run_state.now.v.hi)
     }
 
     /// The acceleration at the current node.
     #[must_use]
     pub fn acceleration(&self) -> [f64; N] {
-        sized(&self.0.course.now.a)
+        sized(&self.0.run_state.now.a)
     }
 }
 

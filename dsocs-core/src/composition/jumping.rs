@@ -6,7 +6,7 @@
 //! every step in which the acceleration jumps.
 
 use super::run::Composed;
-use super::stages::{Course, State};
+use super::stages::{ComposedState, State};
 use crate::flow::discrete::Discrete;
 use crate::kernel::report::StepReport;
 use crate::number::tangent::Tangent;
@@ -15,7 +15,7 @@ use crate::run::{OwnedNode, Run as _, RunError, Unresolved};
 use crate::solve::Vector;
 use crate::solve::rotation;
 use crate::solve::sum::Sum;
-use crate::start::{self, Given, Rule};
+use crate::start::{self, Rule, StartData};
 
 /// Number of the paper's steps that replace a composed one.
 const PARTS: u32 = 16;
@@ -27,13 +27,13 @@ impl Composed<'_> {
     /// The arguments of functions that jump with the velocity at the current node, with their rates for an
     /// acceleration.
     fn side_arguments(&self, a: &[f64]) -> Vec<Tangent> {
-        let State { q, v, .. } = &self.course.now;
+        let State { q, v, .. } = &self.run_state.now;
         let along = |x: &[f64], by: &[f64]| -> Vec<Tangent> {
             let both = x.iter().zip(by);
             both.map(|(x, by)| Tangent::new(*x, *by)).collect()
         };
         self.declaration().side_arguments(
-            Tangent::new(self.course.clock.time(), 1.0),
+            Tangent::new(self.run_state.clock.time(), 1.0),
             &along(
                 &q.hi,
                 &rotation::rate(&self.kernel.shape().rotations, &q.hi, &v.hi),
@@ -44,9 +44,9 @@ impl Composed<'_> {
 
     /// Whether an argument is zero at the current node, or may become so within the next step.
     pub(super) fn is_near_rest(&self) -> bool {
-        let State { q, v, a } = &self.course.now;
+        let State { q, v, a } = &self.run_state.now;
         if self.resting.contains(&true)
-            || sticking::rests_at(&self.declaration(), self.course.clock.time(), &q.hi, &v.hi)
+            || sticking::rests_at(&self.declaration(), self.run_state.clock.time(), &q.hi, &v.hi)
         {
             return true;
         }
@@ -62,11 +62,11 @@ impl Composed<'_> {
     }
 
     /// Whether an argument has another sign than at the beginning of a step that was taken back.
-    pub(super) fn has_crossed(&self, before: &Course) -> bool {
+    pub(super) fn has_crossed(&self, before: &ComposedState) -> bool {
         let State { q, v, .. } = &before.now;
         let t = before.clock.time();
         let before = self.declaration().side_arguments(t, &q.hi[..], &v.hi[..]);
-        let now = self.side_arguments(&self.course.now.a);
+        let now = self.side_arguments(&self.run_state.now.a);
         let mut both = before.iter().zip(&now);
         both.any(|(before, now)| before * now.value() <= 0.0)
     }
@@ -75,14 +75,14 @@ impl Composed<'_> {
     #[cold]
     pub(super) fn step_slowly(&mut self) -> Result<StepReport, RunError> {
         let h = self.h / f64::from(PARTS);
-        let State { q, v, a } = &self.course.now;
-        let t0 = self.course.clock.time();
+        let State { q, v, a } = &self.run_state.now;
+        let t0 = self.run_state.clock.time();
         let mut d = Sum {
             hi: v.hi.map(|v| h * v),
             lo: v.lo.map(|v| h * v),
         };
         d.add(&a.map(|a| 0.5 * h * h * a));
-        let given = Given {
+        let given = StartData {
             q0: q.hi.clone(),
             rule: Rule::Exact {
                 v0: v.hi.clone(),
@@ -111,27 +111,27 @@ impl Composed<'_> {
         if let Some(found) = flow.unresolved() {
             Unresolved::add(&mut self.unresolved, found);
         }
-        self.course.now = State {
+        self.run_state.now = State {
             q: Sum::exact(Vector::of(node.q)),
             v: Sum::exact(Vector::of(node.v)),
             a: Vector::of(node.a),
         };
-        self.course.clock.tick();
+        self.run_state.clock.tick();
         // the past of the legs has ended
-        self.course.since = self.course.clock.index();
+        self.run_state.since = self.run_state.clock.index();
         self.prepare();
-        self.course.report = report;
-        let t = self.course.clock.time();
+        self.run_state.report = report;
+        let t = self.run_state.clock.time();
         if !self.is_near_rest() {
             // the next step is of a higher order, and so is its acceleration
-            let State { q, v, a } = &self.course.now;
+            let State { q, v, a } = &self.run_state.now;
             let found = start::acceleration(&self.declaration(), (t, &q.hi, &v.hi), Some(a));
             if let Ok((a, _)) = found {
-                self.course.now.a = a;
+                self.run_state.now.a = a;
             }
         }
         self.join_again(t)?;
-        self.force = Some((self.course.clock.index(), force));
+        self.force = Some((self.run_state.clock.index(), force));
         Ok(report)
     }
 }

@@ -6,16 +6,16 @@ use std::sync::Arc;
 
 use super::backward;
 use super::momenta::{self, Momenta};
-use super::stages::{Course, Stage, Stages, State};
+use super::stages::{ComposedState, Stage, Stages, State};
 use super::unresolved::Watch;
 use crate::error::stage::{FailedStage, StageError, StageFailure};
 use crate::error::{SetupError, StepError};
 use crate::flow::discrete::{check, constants_of};
 use crate::kernel::Kernel;
 use crate::kernel::clock::Clock;
-use crate::kernel::course::MAX_ITERATIONS;
-use crate::kernel::course::past_is_short;
 use crate::kernel::report::{Guess, NodeMut, StepReport};
+use crate::kernel::run_state::MAX_ITERATIONS;
+use crate::kernel::run_state::past_is_short;
 use crate::number::composition::Composition;
 use crate::number::point::{AnyPoint, OwnedLeg, copy};
 use crate::regularity::{Regularity, resting};
@@ -26,9 +26,9 @@ use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::Stop;
 use crate::solve::predictor::Predictor;
 use crate::solve::sum::Sum;
-use crate::start::Begins;
+use crate::start::InitialAcceleration;
 use crate::start::place::Place;
-use crate::start::{self, Given, Phase};
+use crate::start::{self, Phase, StartData};
 use crate::step::singular::{self, Change};
 use crate::step::switches;
 use crate::step::{Failing, Step};
@@ -49,7 +49,7 @@ pub(crate) struct Composed<'s> {
     /// The step.
     pub h: f64,
     /// The state that is carried from step to step.
-    pub(super) course: Course,
+    pub(super) run_state: ComposedState,
     /// The steps so far near a singularity.
     nearly_singular: Option<NearlySingular>,
     /// The state of a method whose legs are joined by momenta.
@@ -156,7 +156,7 @@ impl<'s> Composed<'s> {
         stages: Option<Arc<dyn Stages + 's>>,
         h: f64,
         method: Composition,
-        start: &Given,
+        start: &StartData,
     ) -> Result<Self, SetupError> {
         let symmetry = kernel.shape().symmetry;
         if !matches!(symmetry, Symmetry::AnyLegs | Symmetry::Momenta) {
@@ -200,7 +200,7 @@ impl<'s> Composed<'s> {
             stages,
             method,
             h,
-            course: Course {
+            run_state: ComposedState {
                 stages: Vec::new(),
                 clock: Clock::even(t0, h),
                 since: 0,
@@ -239,13 +239,13 @@ impl<'s> Composed<'s> {
                 .resize(self.method.stages(), momenta::Past::new(shape.increments));
             return;
         }
-        let course = &mut self.course;
+        let run_state = &mut self.run_state;
         let leg = OwnedLeg {
-            t: course.clock.time(),
-            q: course.now.q.hi.to_vec(),
+            t: run_state.clock.time(),
+            q: run_state.now.q.hi.to_vec(),
             d: vec![0.0; shape.increments],
         };
-        course.orientation = 0.0;
+        run_state.orientation = 0.0;
         let longest = self.method.fractions().fold(0.0, f64::min);
         let mut first = true;
         let stages = self.method.fractions().map(|fraction| {
@@ -264,7 +264,7 @@ impl<'s> Composed<'s> {
                 leg: leg.clone(),
             }
         });
-        course.stages = stages.collect();
+        run_state.stages = stages.collect();
     }
 
     /// Makes one step; near rest, or if an argument changes its sign in it, by short steps of order 2 with sides.
@@ -273,13 +273,13 @@ impl<'s> Composed<'s> {
         if self.is_near_rest() {
             return self.step_slowly();
         }
-        let (course, joined) = (self.course.clone(), self.joined.clone());
+        let (run_state, joined) = (self.run_state.clone(), self.joined.clone());
         let made = self.make();
-        if made.is_ok() && !self.has_crossed(&course) {
+        if made.is_ok() && !self.has_crossed(&run_state) {
             self.watch();
             return Ok(made?);
         }
-        (self.course, self.joined) = (course, joined);
+        (self.run_state, self.joined) = (run_state, joined);
         self.step_slowly()
     }
 
@@ -288,7 +288,7 @@ impl<'s> Composed<'s> {
         if self.joined.is_none() {
             return Ok(());
         }
-        let State { q, v, a } = &self.course.now;
+        let State { q, v, a } = &self.run_state.now;
         let node = Momenta::of(self.declaration()).start(t, (q.clone(), v.hi.clone()), Some(a))?;
         if let Some(joined) = &mut self.joined {
             joined.now = node;
@@ -302,9 +302,9 @@ impl<'s> Composed<'s> {
             return self.solve_by_momenta();
         }
         if let Some(stages) = &self.stages
-            && stages.step(&mut self.course).is_ok()
+            && stages.step(&mut self.run_state).is_ok()
         {
-            return Ok(self.course.report);
+            return Ok(self.run_state.report);
         }
         self.solve()
     }
@@ -322,20 +322,20 @@ impl<'s> Composed<'s> {
     /// Makes one step whose stages are solved on slices.
     #[cold]
     fn solve(&mut self) -> Result<StepReport, StageError> {
-        let mut state = self.course.now.clone();
+        let mut state = self.run_state.now.clone();
         let mut total = StepReport {
             iterations: 0,
             ..USUAL
         };
-        let (index, since) = (self.course.clock.index(), self.course.since);
-        let now = self.course.clock.time();
+        let (index, since) = (self.run_state.clock.index(), self.run_state.since);
+        let now = self.run_state.clock.time();
         let mut done = 0.0;
         // between two stages the velocity is updated once, by the halves of both, as in smooth stages
         let mut left = 0.0;
-        for place in 0..self.course.stages.len() {
+        for place in 0..self.run_state.stages.len() {
             let begun = done;
             let (before, a_before) = (state.q.hi.clone(), state.a.clone());
-            let stage = &mut self.course.stages[place];
+            let stage = &mut self.run_state.stages[place];
             let (h, half) = (stage.h, 0.5 * stage.h);
             state.v.add(&state.a.map(|a| (left + half) * a));
             let d = Sum {
@@ -349,25 +349,25 @@ impl<'s> Composed<'s> {
             copy(&mut stage.leg.d, &d.hi);
             // taken out, since the equations borrow the rest of the stage
             let mut predictor = core::mem::replace(&mut stage.predictor, Predictor::new(0));
-            let stage = &self.course.stages[place];
+            let stage = &self.run_state.stages[place];
             let mut step = self.step_of(stage);
             step.past_is_short = past_is_short(index, since);
             if index == since {
-                step.begins = Some(Begins::Said(state.a.clone()));
+                step.initial_acceleration = Some(InitialAcceleration::Given(state.a.clone()));
             }
             step.past = Some(stage.past());
             let solution = step
-                .solve(&mut predictor, self.course.max_iterations)
+                .solve(&mut predictor, self.run_state.max_iterations)
                 .map(|(z, report)| (step.second_difference(&z), z, report));
-            self.course.stages[place].predictor = predictor;
+            self.run_state.stages[place].predictor = predictor;
             let (e, z, report) = match solution {
                 Ok(solution) => solution,
                 Err(cause) => return Err(self.failed(place, &state, cause)),
             };
-            let stage = &self.course.stages[place];
+            let stage = &self.run_state.stages[place];
             let per_square = stage.per_square;
             state.a = e.map(|e| per_square * e);
-            if stage.backward && backward::in_question(report) {
+            if stage.backward && backward::is_doubtful(report) {
                 let from = AnyPoint {
                     t: now + begun,
                     q: &before,
@@ -387,9 +387,9 @@ impl<'s> Composed<'s> {
             let v = state.v.hi.zip(&a_before, |v, a| v + -half * a);
             let from = Place::of_phase(now + begun, before, v);
             self.look_for_singularity(place, (from, &state), (&z, report.guess))?;
-            let stage = &self.course.stages[place];
-            let turned = stage.longest && self.step_of(stage).orientation(&z) != self.course.orientation;
-            self.course.stages[place].found = z;
+            let stage = &self.run_state.stages[place];
+            let turned = stage.longest && self.step_of(stage).orientation(&z) != self.run_state.orientation;
+            self.run_state.stages[place].found = z;
             total = StepReport {
                 iterations: total.iterations + report.iterations,
                 stop: if total.stop == USUAL.stop {
@@ -404,11 +404,11 @@ impl<'s> Composed<'s> {
                 },
             };
             if turned {
-                self.course.orientation = self.reoriented(place, &state, half)?;
+                self.run_state.orientation = self.reoriented(place, &state, half)?;
             }
         }
         state.v.add(&state.a.map(|a| left * a));
-        self.course.commit(state, total);
+        self.run_state.commit(state, total);
         Ok(total)
     }
 
@@ -417,7 +417,7 @@ impl<'s> Composed<'s> {
         let Some(joined) = &self.joined else {
             return Ok(START); // never: called only with joined legs
         };
-        let clock = &self.course.clock;
+        let clock = &self.run_state.clock;
         let mut node = joined.now.clone();
         let (mut iterations, mut done) = (0, 0.0);
         let mut increments = Vec::with_capacity(joined.past.len());
@@ -443,16 +443,16 @@ impl<'s> Composed<'s> {
             .map_err(|cause| self.unjoined(self.method.stages() - 1, momenta::Failure::NotSolved(cause)))?;
         let next = State::of(&node);
         self.look_along(&next)?;
-        self.course.now = next;
+        self.run_state.now = next;
         if let Some(joined) = &mut self.joined {
             for (past, d) in joined.past.iter_mut().zip(&increments) {
                 past.push(d);
             }
             joined.now = node;
         }
-        self.course.report = StepReport { iterations, ..USUAL };
-        self.course.clock.tick();
-        Ok(self.course.report)
+        self.run_state.report = StepReport { iterations, ..USUAL };
+        self.run_state.clock.tick();
+        Ok(self.run_state.report)
     }
 
     /// Searches for a singularity on the path of a step whose legs are joined by momenta; their own equations
@@ -461,14 +461,14 @@ impl<'s> Composed<'s> {
         if self.kernel.shape().kinematic == 0 && self.is_steady(next) {
             return Ok(());
         }
-        let clock = &self.course.clock;
+        let clock = &self.run_state.clock;
         let place = |t: f64, state: &State| Place::of_phase(t, state.q.hi.clone(), state.v.hi.clone());
         let end = clock.time_of(clock.index() + 1);
-        let [from, to] = [place(clock.time(), &self.course.now), place(end, next)];
-        let begins = clock.index() == self.course.since;
+        let [from, to] = [place(clock.time(), &self.run_state.now), place(end, next)];
+        let begins = clock.index() == self.run_state.since;
         let declaration = self.declaration();
         match singular::change(&declaration, [&from, &to], 1.0, &next.a) {
-            Change::Falls if singular::on_the_way(&declaration, &[from, to], &next.a).is_some() => {
+            Change::Falls if singular::on_path(&declaration, &[from, to], &next.a).is_some() => {
                 Err(self.unjoined(self.method.stages() - 1, momenta::Failure::Singularity))
             }
             Change::Rises if !begins => Ok(()),
@@ -483,12 +483,12 @@ impl<'s> Composed<'s> {
     /// Whether the determinant of the equations for the acceleration hardly changes from step to step, or did
     /// not when it was examined.
     fn is_steady(&mut self, next: &State) -> bool {
-        let index = self.course.clock.index() + 1;
+        let index = self.run_state.clock.index() + 1;
         let before = self.joined.as_ref().and_then(|joined| joined.looked);
         if before.is_some_and(|before| index < before.again) {
             return true;
         }
-        let t = self.course.clock.time_of(index);
+        let t = self.run_state.clock.time_of(index);
         let multipliers = vec![0.0; self.kernel.shape().multipliers()];
         let determinant = start::determinant_at(&self.declaration(), next.point(t), &multipliers);
         let change = before.map_or(f64::INFINITY, |before| {
@@ -521,7 +521,7 @@ impl<'s> Composed<'s> {
         let (time, h) = (self.time_of_stage(place), fraction * self.h);
         StageError::new(FailedStage {
             method: self.method,
-            index: self.course.clock.index(),
+            index: self.run_state.clock.index(),
             stage: place + 1,
             backward: fraction < 0.0,
             constrained: self.kernel.shape().kinematic > 0,
@@ -537,14 +537,14 @@ impl<'s> Composed<'s> {
     /// The time at the end of a stage.
     fn time_of_stage(&self, place: usize) -> f64 {
         let done: f64 = self.method.fractions().take(place + 1).sum();
-        self.course.clock.time() + done * self.h
+        self.run_state.clock.time() + done * self.h
     }
 
     /// The sign of the determinant at the end of a stage as the motion has it, if the stage has the same
     /// sign: at the first step of a run, and where the continuous system itself passes a singularity.
     #[cold]
     fn reoriented(&self, place: usize, state: &State, half: f64) -> Result<f64, StageError> {
-        let stage = &self.course.stages[place];
+        let stage = &self.run_state.stages[place];
         let node = AnyPoint {
             t: self.time_of_stage(place),
             q: &state.q.hi,
@@ -555,7 +555,7 @@ impl<'s> Composed<'s> {
         let short = backward::short_orientation(system, stage.h, node);
         let same = self.step_of(stage).orientation(&stage.found) == short;
         if same
-            && !(self.course.clock.index() == self.course.since
+            && !(self.run_state.clock.index() == self.run_state.since
                 && backward::passes_singularity(system, stage.h, node))
         {
             return Ok(short);
@@ -573,16 +573,16 @@ impl<'s> Composed<'s> {
         (from, state): (Place, &State),
         (z, guess): (&[f64], Guess),
     ) -> Result<(), StageError> {
-        let stage = &mut self.course.stages[place];
+        let stage = &mut self.run_state.stages[place];
         let determinants = &mut stage.predictor.determinants;
         let part = determinants.part();
         let fallen = determinants.look();
         let is_led = guess == Guess::Predicted || stage.predictor.last().is_none();
-        let begins = place == 0 && self.course.clock.index() == self.course.since;
+        let begins = place == 0 && self.run_state.clock.index() == self.run_state.since;
         if is_led && !fallen && !begins {
             return Ok(());
         }
-        let stage = &self.course.stages[place];
+        let stage = &self.run_state.stages[place];
         let to = Place::of_phase(stage.leg.t, state.q.hi.clone(), state.kicked(0.5 * stage.h));
         let declaration = self.declaration();
         let places = if stage.backward {
@@ -598,7 +598,7 @@ impl<'s> Composed<'s> {
             }
             return Ok(());
         }
-        if let Some(singularity) = singular::on_the_way(&declaration, &[from.clone(), to.clone()], &state.a) {
+        if let Some(singularity) = singular::on_path(&declaration, &[from.clone(), to.clone()], &state.a) {
             let cause = self.step_of(stage).refused(StepFailure::PassesSingularity, z);
             return Err(self.failed_at(place, state, |error| error.at(singularity), cause));
         }
@@ -609,7 +609,7 @@ impl<'s> Composed<'s> {
         }
         if change == Change::Falls {
             // each of the stages may lead past it
-            for stage in &mut self.course.stages {
+            for stage in &mut self.run_state.stages {
                 stage.predictor.determinants.look_again();
             }
         }
@@ -621,7 +621,7 @@ impl<'s> Composed<'s> {
     fn refused(&self, place: usize, cause: StageFailure) -> StageError {
         StageError::new(FailedStage {
             method: self.method,
-            index: self.course.clock.index(),
+            index: self.run_state.clock.index(),
             stage: place + 1,
             backward: true,
             constrained: self.kernel.shape().kinematic > 0,
@@ -644,15 +644,15 @@ impl<'s> Composed<'s> {
         known: impl FnOnce(StepError) -> StepError,
         cause: NewtonFailure,
     ) -> StageError {
-        let stage = &self.course.stages[place];
+        let stage = &self.run_state.stages[place];
         let failing = Failing {
-            index: self.course.clock.index(),
+            index: self.run_state.clock.index(),
             time: self.time_of_stage(place),
             q0: &state.q.hi.zip(&stage.leg.d, |q, d| q - d),
         };
         StageError::new(FailedStage {
             method: self.method,
-            index: self.course.clock.index(),
+            index: self.run_state.clock.index(),
             stage: place + 1,
             backward: stage.backward,
             constrained: self.kernel.shape().kinematic > 0,
@@ -664,7 +664,7 @@ impl<'s> Composed<'s> {
     /// The certificate of the last step's equations, for the stage where they are least regular. `None` if
     /// momenta join the legs, because none is computed then.
     fn regularity_of_last(&self) -> Option<Regularity> {
-        if self.course.report.stop == Stop::Start || self.joined.is_some() {
+        if self.run_state.report.stop == Stop::Start || self.joined.is_some() {
             return None;
         }
         let declaration = self.declaration();
@@ -679,7 +679,7 @@ impl<'s> Composed<'s> {
             let known = at.forward.is_finite() && at.backward.is_finite();
             if known { condition(at) } else { -1.0 }
         };
-        self.course
+        self.run_state
             .stages
             .iter()
             .map(of_stage)
@@ -689,7 +689,7 @@ impl<'s> Composed<'s> {
     /// The motion after a change of inputs at a node, with its momentum if momenta join the legs.
     fn changed(&self, arrived: &Arrived, values: &[f64]) -> Result<(State, Option<momenta::Node>), RunError> {
         let State { q, v, a } = &arrived.now;
-        let t = self.course.clock.time();
+        let t = self.run_state.clock.time();
         let [old, new] =
             [&arrived.values[..], values].map(|values| Declaration::of(self.kernel).with(values));
         let after = start::velocity_after(&[old, new], (t, &q.hi, &v.hi))?;
@@ -720,25 +720,25 @@ impl<'s> Composed<'s> {
         if let Some(parameter) = values.get_mut(place) {
             *parameter = value;
         }
-        let index = self.course.clock.index();
+        let index = self.run_state.clock.index();
         let known = self.arrived.take().filter(|known| known.index == index);
         let arrived = known.unwrap_or_else(|| {
             Box::new(Arrived {
                 index,
                 values: self.values.clone(),
-                now: self.course.now.clone(),
+                now: self.run_state.now.clone(),
                 joined: self.joined.as_ref().map(|joined| joined.now.clone()),
             })
         });
         let changed = self.changed(&arrived, &values);
         self.arrived = Some(arrived);
         let (now, node) = changed?;
-        self.course.now = now;
+        self.run_state.now = now;
         if let (Some(joined), Some(node)) = (&mut self.joined, node) {
             joined.now = node;
         }
         self.values = values;
-        self.course.since = self.course.clock.index();
+        self.run_state.since = self.run_state.clock.index();
         self.prepare();
         Ok(())
     }
@@ -765,44 +765,44 @@ impl Run for Composed<'_> {
     }
 
     fn tell(&self, node: NodeMut<'_>) {
-        let State { q, v, a } = &self.course.now;
-        let t = self.course.clock.time();
+        let State { q, v, a } = &self.run_state.now;
+        let t = self.run_state.clock.time();
         let declaration = self.declaration();
-        let point = self.course.now.point(t);
+        let point = self.run_state.now.point(t);
         let mut force = Vector::nan(a.len());
         match &self.force {
-            Some((index, sided)) if *index == self.course.clock.index() => force.clone_from(sided),
+            Some((index, sided)) if *index == self.run_state.clock.index() => force.clone_from(sided),
             _ => declaration.continuous_force_into(point, &mut force),
         }
         node.write(&AnyNode {
-            index: self.course.clock.index(),
+            index: self.run_state.clock.index(),
             t,
             q: &q.hi,
             v: &v.hi,
             a,
             force: &force,
             energy: declaration.energy(t, &q.hi[..], &v.hi[..]),
-            iterations: self.course.report.iterations,
-            stop: self.course.report.stop,
+            iterations: self.run_state.report.iterations,
+            stop: self.run_state.report.stop,
         });
     }
 
     fn clock(&self) -> &Clock {
-        &self.course.clock
+        &self.run_state.clock
     }
 
     fn clock_mut(&mut self) -> &mut Clock {
-        &mut self.course.clock
+        &mut self.run_state.clock
     }
 
     fn reverse(&mut self) -> Result<(), RunError> {
-        self.course.clock.turn();
-        self.course.since = 0;
+        self.run_state.clock.turn();
+        self.run_state.since = 0;
         // nodes are numbered anew
         self.arrived = None;
         self.h = -self.h;
         self.prepare();
-        self.course.report = START;
+        self.run_state.report = START;
         Ok(())
     }
 

@@ -3,9 +3,9 @@
 #![expect(clippy::float_cmp, reason = "orientations are signs")]
 
 use crate::kernel::clock::Clock;
-use crate::kernel::course::past_is_short;
-use crate::kernel::question::Question;
+use crate::kernel::halt::HaltReason;
 use crate::kernel::report::{Guess, StepReport};
+use crate::kernel::run_state::past_is_short;
 use crate::number::array::Array;
 use crate::number::compensated::Compensated;
 use crate::number::point::Leg;
@@ -56,7 +56,7 @@ pub(crate) struct Stage {
 
 /// The state that is carried from step to step.
 #[derive(Clone, Debug)]
-pub(crate) struct Course {
+pub(crate) struct ComposedState {
     /// Its stages, in order.
     pub stages: Vec<Stage>,
     /// The number and the time of the current node.
@@ -73,7 +73,7 @@ pub(crate) struct Course {
     pub max_iterations: u32,
 }
 
-impl Course {
+impl ComposedState {
     /// Records the solutions of all stages, and moves to the node that they lead to.
     pub(super) fn commit(&mut self, now: State, report: StepReport) {
         for stage in &mut self.stages {
@@ -101,42 +101,42 @@ impl Stage {
 
 /// Makes composed steps as long as all of their stages are smooth.
 pub(crate) trait Stages: Send + Sync {
-    /// Makes the next step, or asks a question, with the state of the run unchanged.
-    fn step(&self, course: &mut Course) -> Result<(), Question>;
+    /// Makes the next step, or gives the reason why it is not smooth, with the state of the run unchanged.
+    fn step(&self, run_state: &mut ComposedState) -> Result<(), HaltReason>;
 }
 
 /// The stages of a declared type.
 pub(super) struct Of<'s, S, const N: usize>(pub &'s S);
 
 impl<S: System<N>, const N: usize> Stages for Of<'_, S, N> {
-    fn step(&self, course: &mut Course) -> Result<(), Question> {
-        step(self.0, course)
+    fn step(&self, run_state: &mut ComposedState) -> Result<(), HaltReason> {
+        step(self.0, run_state)
     }
 }
 
-fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result<(), Question> {
-    let State { q, v, a } = &mut course.now;
+fn step<S: System<N>, const N: usize>(system: &S, run_state: &mut ComposedState) -> Result<(), HaltReason> {
+    let State { q, v, a } = &mut run_state.now;
     let (Some(place_of_q), Some(place_of_v), Some(place_of_a)) =
         (parts::<N>(q), parts(v), a.first_chunk_mut::<N>())
     else {
-        return Err(Question::Start);
+        return Err(HaltReason::Start);
     };
     let (mut q, mut v) = (read(&place_of_q), read(&place_of_v));
     let mut a = *place_of_a;
-    let index = course.clock.index();
-    if index == course.since {
+    let index = run_state.clock.index();
+    if index == run_state.since {
         // the acceleration of the beginning is given
-        return Err(Question::Start);
+        return Err(HaltReason::Start);
     }
     // with few past steps, only this decides between two roots
-    let past_is_short = past_is_short(index, course.since);
-    let now = course.clock.time();
+    let past_is_short = past_is_short(index, run_state.since);
+    let now = run_state.clock.time();
     let mut iterations = 0;
     let mut done = 0.0;
     // between two stages the velocity is updated once, by the halves of both: a second dependent sum would
     // cost as much as a part of a stage
     let mut left = 0.0;
-    for stage in &mut course.stages {
+    for stage in &mut run_state.stages {
         let half = 0.5 * stage.h;
         v.add(&scaled(left + half, &a));
         let d = Compensated {
@@ -166,20 +166,20 @@ fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result
             leg_d.first_chunk_mut(),
             Array::split(found),
         ) else {
-            return Err(Question::Start);
+            return Err(HaltReason::Start);
         };
         (*t, *leg_q, *leg_d) = (leg.t, leg.q, leg.d);
-        let constants = Array::read(&stage.constants).ok_or(Question::Start)?;
-        let mut past = stage.predictor.arrays().ok_or(Question::Start)?;
+        let constants = Array::read(&stage.constants).ok_or(HaltReason::Start)?;
+        let mut past = stage.predictor.arrays().ok_or(HaltReason::Start)?;
         let rows = Rows::<S, N>::new(system, constants, &leg, &past, past_is_short);
-        let solved = rows.solve(&leg, &mut past, course.max_iterations)?;
+        let solved = rows.solve(&leg, &mut past, run_state.max_iterations)?;
         a = scaled(stage.per_square, &solved.e);
         left = half;
         if !kicked(&v.hi, half, &a).iter().all(|v| v.is_finite()) {
-            return Err(Question::NotFinite);
+            return Err(HaltReason::NotFinite);
         }
-        if stage.longest && rows.orientation(&solved.root.z) != course.orientation {
-            return Err(Question::Departs);
+        if stage.longest && rows.orientation(&solved.root.z) != run_state.orientation {
+            return Err(HaltReason::Departs);
         }
         *found = solved.root.z;
         // also if another stage asks: the step that is then solved on slices resets the factors
@@ -187,7 +187,7 @@ fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result
         iterations += solved.root.evaluations;
     }
     v.add(&scaled(left, &a));
-    for stage in &mut course.stages {
+    for stage in &mut run_state.stages {
         if let (Some(z), Some(mut past)) = (
             Array::read(&stage.found),
             stage.predictor.arrays::<S::Unknown<f64>>(),
@@ -199,12 +199,12 @@ fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result
     write(place_of_q, &q);
     write(place_of_v, &v);
     *place_of_a = a;
-    course.report = StepReport {
+    run_state.report = StepReport {
         iterations,
         stop: Stop::Update,
         guess: Guess::Predicted,
     };
-    course.clock.tick();
+    run_state.clock.tick();
     Ok(())
 }
 

@@ -11,8 +11,8 @@ use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::predictor::Predictor;
 use crate::solve::rotation;
-use crate::start::place::{Place, Way};
-use crate::step::crossing::OnWay;
+use crate::start::place::{MotionPath, Place};
+use crate::step::crossing::StepPath;
 use crate::step::jumps;
 use crate::step::smooth::FORESEEN;
 use crate::step::switches;
@@ -38,13 +38,13 @@ impl Node {
     fn goes_on(&self, rotations: &[usize], h: f64) -> Option<Self> {
         let next = self.next.as_ref()?;
         let along = |i: usize| (self.v[i], self.a[i], next[i]);
-        let way = Vector::from_fn(self.q.len(), |i| {
+        let displacement = Vector::from_fn(self.q.len(), |i| {
             let (v, a, next) = along(i);
             h * v + h * h * (a / 3.0 + next / 6.0)
         });
         Some(Self {
             t: self.t + h,
-            q: rotation::moved_vector(rotations, &self.q, &way),
+            q: rotation::moved_vector(rotations, &self.q, &displacement),
             v: Vector::from_fn(self.q.len(), |i| {
                 let (v, a, next) = along(i);
                 v + 0.5 * h * (a + next)
@@ -82,7 +82,7 @@ impl Composed<'_> {
         }
         let mut accelerations = Predictor::new(shape.increments);
         let declaration = self.declaration();
-        accelerations.push(&self.course.now.a);
+        accelerations.push(&self.run_state.now.a);
         self.watch = Some(Box::new(Watch {
             nodes: vec![self.here()],
             accelerations,
@@ -95,9 +95,9 @@ impl Composed<'_> {
 
     /// The current node.
     fn here(&self) -> Node {
-        let State { q, v, a } = &self.course.now;
+        let State { q, v, a } = &self.run_state.now;
         Node {
-            t: self.course.clock.time(),
+            t: self.run_state.clock.time(),
             q: q.hi.clone(),
             v: v.hi.clone(),
             a: a.clone(),
@@ -111,11 +111,11 @@ impl Composed<'_> {
             return;
         };
         let mut here = self.here();
-        let a = &self.course.now.a;
+        let a = &self.run_state.now.a;
         let foreseen = watch.accelerations.foresees(a, FORESEEN);
         watch.accelerations.push(a);
         here.next = watch.accelerations.predict();
-        let index = self.course.clock.index();
+        let index = self.run_state.clock.index();
         if let [last, before] = &watch.nodes[..]
             && !foreseen
             && !watch.looked
@@ -155,21 +155,21 @@ impl Composed<'_> {
             part = self.jump_between([from, to], &mut start);
         }
         let rotations = &self.kernel.shape().rotations;
-        let way = |part: f64| hermite(rotations, from, to, part);
+        let path = |part: f64| hermite(rotations, from, to, part);
         if part.is_none_or(|part| part <= jumps::TOLD) {
-            let on = on(&way, to.t - from.t, declaration);
-            let places = switches::narrow_places(&declaration, &way, |_, _| true).into_iter();
+            let on = on(&path, to.t - from.t, declaration);
+            let places = switches::narrow_places(&declaration, &path, |_, _| true).into_iter();
             let swings = places.map(|place| on.swings_at(place));
             part = swings.filter(|swing| *swing > 0.0).reduce(f64::max).or(part);
         }
         let clear = match part {
             Some(_) => 0,
-            None => switches::clear_after(&declaration, &way),
+            None => switches::clear_after(&declaration, &path),
         };
         let mut least = jumps::TOLD;
         if part.is_none()
             && unforeseen
-            && let Some(accelerations) = jumps::accelerations(&declaration, &way)
+            && let Some(accelerations) = jumps::accelerations(&declaration, &path)
         {
             (least, part) = (jumps::UNRESOLVED, Some(jumps::departure(&accelerations)));
         }
@@ -203,9 +203,9 @@ impl Composed<'_> {
 }
 
 /// A path on which no body rests.
-fn on<'a>(way: &'a Way<'a>, h: f64, declaration: Declaration<'a>) -> OnWay<'a> {
-    OnWay {
-        way,
+fn on<'a>(path: &'a MotionPath<'a>, h: f64, declaration: Declaration<'a>) -> StepPath<'a> {
+    StepPath {
+        path,
         h,
         declarations: [declaration; 2],
         pieces: &[],
