@@ -3,7 +3,7 @@
 // inlined, so that it is compiled for the instructions of the machine
 #![allow(clippy::inline_always)]
 
-use super::kept::Recorded;
+use super::memory::StepSlice;
 use super::turning::{self, Legs};
 use crate::number::dispatch::{self, Work};
 use crate::solve::rotation::{Carried, SLOTS};
@@ -69,7 +69,7 @@ pub(super) struct Steps<'p> {
     /// The declaration, with the values of its parameters.
     pub declaration: Declaration<'p>,
     /// The steps.
-    pub recorded: Recorded<'p>,
+    pub recorded: StepSlice<'p>,
 }
 
 /// The derivative of a row, or of a component of the second difference, by a constant or a parameter.
@@ -256,8 +256,8 @@ impl Equations {
 
 /// The quaternions of the middle nodes of some steps.
 #[inline(always)]
-pub(super) fn quaternion(recorded: &Recorded<'_>, first: usize) -> [Eight; SLOTS] {
-    [0, 1, 2, 3].map(|k| recorded.gathered(Recorded::node(first + k)))
+pub(super) fn quaternion(recorded: &StepSlice<'_>, first: usize) -> [Eight; SLOTS] {
+    [0, 1, 2, 3].map(|k| recorded.gathered(StepSlice::node(first + k)))
 }
 
 impl Block {
@@ -530,11 +530,11 @@ pub(super) fn set(differential: &Differential, roles: &[Role], steps: &Steps<'_>
     let recorded = &steps.recorded;
     for (place, (role, input)) in roles.iter().zip(differential.inputs()).enumerate() {
         let number = match (*role, input) {
-            (Role::Node(i), _) => Recorded::node(i),
+            (Role::Node(i), _) => StepSlice::node(i),
             (Role::Increment(i), _) => recorded.increment(i),
             (Role::Difference(i), _) => recorded.difference(i),
             (Role::Unknown(i), _) => recorded.unknown(i),
-            (Role::Still, Input::Leaf(Leaf::Clock)) => Recorded::TIME,
+            (Role::Still, Input::Leaf(Leaf::Clock)) => StepSlice::TIME,
             (Role::Fixed(_) | Role::Still, _) => continue,
         };
         differential.set(room, place, recorded.gathered(number));

@@ -22,13 +22,13 @@ const SETTLED: f64 = 8.0 * f64::EPSILON;
 
 /// A vector and its change along a direction.
 #[derive(Clone, Debug)]
-pub(super) struct Changing {
+pub(super) struct ValueWithChange {
     pub value: Vec<f64>,
     pub change: Vec<f64>,
 }
 
 /// A matrix and its change along a direction.
-struct ChangingMatrix {
+struct MatrixWithChange {
     value: Matrix,
     change: Matrix,
 }
@@ -36,7 +36,7 @@ struct ChangingMatrix {
 /// The rows that are to vanish at a vector.
 type Rows<'r> = dyn Fn(&[Tangent2]) -> Vec<Tangent2> + 'r;
 
-impl Changing {
+impl ValueWithChange {
     /// Numbers that carry the change in the first direction, and in the second one a unit at place `j`.
     fn lifted(&self, j: Option<usize>) -> Vec<Tangent2> {
         let both = self.value.iter().zip(&self.change).enumerate();
@@ -78,9 +78,9 @@ impl Changing {
 pub(super) fn projected(
     declaration: &Declaration<'_>,
     t0: f64,
-    q: &Changing,
-    v: &Changing,
-) -> Option<(Changing, Changing)> {
+    q: &ValueWithChange,
+    v: &ValueWithChange,
+) -> Option<(ValueWithChange, ValueWithChange)> {
     let holonomic = declaration.holonomic();
     let t = Tangent2::splat(t0);
     let q = if holonomic > 0 {
@@ -101,13 +101,13 @@ pub(super) fn projected(
             let given = q.lifted(None);
             let turned = |by: &[Tangent2]| rows(&rotation::moved(rotations, &given, by));
             let by = settled(
-                Changing::zeros(given.len()),
+                ValueWithChange::zeros(given.len()),
                 rotations,
                 &inverse,
                 &q.value,
                 &turned,
             )?;
-            Changing::of(&rotation::moved(rotations, &given, &by.lifted(None)))
+            ValueWithChange::of(&rotation::moved(rotations, &given, &by.lifted(None)))
         }
     } else {
         q.clone()
@@ -132,9 +132,9 @@ pub(super) fn projected(
 pub(super) fn onto_pair(
     declaration: &Declaration<'_>,
     (t0, h): (f64, f64),
-    (q0, v0): (&Changing, &Changing),
-    foreseen: &Changing,
-) -> Option<Changing> {
+    (q0, v0): (&ValueWithChange, &ValueWithChange),
+    foreseen: &ValueWithChange,
+) -> Option<ValueWithChange> {
     let (node, increment) = (q0.plus(foreseen).lifted(None), foreseen.lifted(None));
     let (first, rotations) = (q0.lifted(None), &declaration.shape().rotations);
     let rows = |correction: &[Tangent2]| {
@@ -157,7 +157,7 @@ pub(super) fn onto_pair(
         };
         declaration.pair(Tangent2::splat(h), leg)
     };
-    let none = Changing::zeros(q0.value.len());
+    let none = ValueWithChange::zeros(q0.value.len());
     let ends = q0.value.iter().zip(&foreseen.value);
     let around: Vec<f64> = ends.map(|(q, d)| q.abs().max(d.abs())).collect();
     let correction = settled(none, &[], &inverse_mass(declaration, t0, q0, v0), &around, &rows)?;
@@ -165,9 +165,14 @@ pub(super) fn onto_pair(
 }
 
 /// The inverse of the mass matrix, the metric of displacements; the identity if it is singular.
-fn inverse_mass(declaration: &Declaration<'_>, t: f64, q: &Changing, v: &Changing) -> ChangingMatrix {
+fn inverse_mass(
+    declaration: &Declaration<'_>,
+    t: f64,
+    q: &ValueWithChange,
+    v: &ValueWithChange,
+) -> MatrixWithChange {
     let n = q.value.len();
-    let rest = Changing::zeros(n);
+    let rest = ValueWithChange::zeros(n);
     let (position, velocity) = (q.lifted(None), v.lifted(None));
     let columns: Vec<Vec<Tangent2>> = (0..n)
         .map(|j| {
@@ -181,13 +186,13 @@ fn inverse_mass(declaration: &Declaration<'_>, t: f64, q: &Changing, v: &Changin
         .collect();
     let value = Matrix::from_fn(n, n, |i, j| columns[j][i].derivatives()[1]).inverse();
     if !value.is_finite() {
-        return ChangingMatrix {
+        return MatrixWithChange {
             value: Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j))),
             change: Matrix::zeros(n, n),
         };
     }
     let mass_change = Matrix::from_fn(n, n, |i, j| -columns[j][i].mixed());
-    ChangingMatrix {
+    MatrixWithChange {
         change: value.times(&mass_change).times(&value),
         value,
     }
@@ -195,12 +200,12 @@ fn inverse_mass(declaration: &Declaration<'_>, t: f64, q: &Changing, v: &Changin
 
 /// The iteration of `start::consistency::solve`, with changes.
 fn settled(
-    mut x: Changing,
+    mut x: ValueWithChange,
     rotations: &[usize],
-    inverse: &ChangingMatrix,
+    inverse: &MatrixWithChange,
     around: &[f64],
     rows: &Rows<'_>,
-) -> Option<Changing> {
+) -> Option<ValueWithChange> {
     let largest = |x: &[f64]| x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let n = x.value.len();
     let (mut last, mut is_settled) = (f64::INFINITY, false);

@@ -4,7 +4,7 @@ use super::block::{Block, Role, Rooms, Steps};
 use super::error::DerivativeError;
 use super::motion::{Motion, Piece, Recording};
 use super::path::{AnyPath, Path, parameter};
-use super::start::Begun;
+use super::start::StartDerivatives;
 use super::turning;
 use crate::number::point::Point;
 use crate::number::point::{AnyPoint, sized};
@@ -113,7 +113,7 @@ impl OwnedTangents {
 
 /// A variable after its name and indices were looked up.
 #[derive(Clone, Debug)]
-struct Moving {
+struct VariableDirection {
     /// The change of the first node.
     q0: Vec<f64>,
     /// The change of the velocity or of the second node.
@@ -123,7 +123,7 @@ struct Moving {
     stretch: Option<usize>,
 }
 
-impl Moving {
+impl VariableDirection {
     /// The rate of change of a parameter on a stretch: 1 or 0.
     fn rate(&self, stretch: usize, place: usize) -> f64 {
         let moves = self.parameter == Some(place) && self.stretch.is_none_or(|own| own == stretch);
@@ -212,14 +212,14 @@ impl AnyPath<'_> {
 
 impl Recording<'_> {
     /// The variables after their names and indices were looked up.
-    fn found(&self, variables: &[Variable<'_>]) -> Result<Vec<Moving>, DerivativeError> {
+    fn found(&self, variables: &[Variable<'_>]) -> Result<Vec<VariableDirection>, DerivativeError> {
         variables.iter().map(|variable| self.find(*variable)).collect()
     }
 
-    fn find(&self, variable: Variable<'_>) -> Result<Moving, DerivativeError> {
+    fn find(&self, variable: Variable<'_>) -> Result<VariableDirection, DerivativeError> {
         let n = self.source.shape().dimension();
         let nodes = self.first.order == StartOrder::Nodes;
-        let still = Moving {
+        let still = VariableDirection {
             q0: vec![0.0; n],
             second: vec![0.0; n],
             parameter: None,
@@ -243,7 +243,7 @@ impl Recording<'_> {
             Ok((0..n).map(|i| f64::from(u8::from(i == index))).collect())
         };
         Ok(match variable {
-            Variable::Position(index) => Moving {
+            Variable::Position(index) => VariableDirection {
                 q0: along(index)?,
                 ..still
             },
@@ -259,11 +259,11 @@ impl Recording<'_> {
                     variable: "second node of its own",
                 });
             }
-            Variable::Velocity(index) | Variable::SecondNode(index) => Moving {
+            Variable::Velocity(index) | Variable::SecondNode(index) => VariableDirection {
                 second: along(index)?,
                 ..still
             },
-            Variable::Parameter(name) => Moving {
+            Variable::Parameter(name) => VariableDirection {
                 parameter: Some(parameter(name, self.parameters())?),
                 ..still
             },
@@ -284,7 +284,7 @@ impl Recording<'_> {
                         count,
                     });
                 }
-                Moving {
+                VariableDirection {
                     parameter: Some(place),
                     stretch: Some(leg),
                     ..still
@@ -368,7 +368,7 @@ fn forward(
                 }
             } else {
                 let changed = motion.changed(&window, first, stretch)?;
-                let kept = motion.arriving(&window, first, &changed);
+                let record = motion.arriving(&window, first, &changed);
                 let both = moved.chunks_mut(3 * n).zip(arrived.chunks_mut(3 * n));
                 for ((state, variable), (moved, arriving)) in states.iter_mut().zip(variables).zip(both) {
                     let rate = |side: usize, place: usize| variable.rate(stretch - 1 + side, place);
@@ -385,7 +385,7 @@ fn forward(
                     }
                     state.go_on(&motion.equations.rotations, &changed.increment, &e);
                 }
-                before = Some(kept);
+                before = Some(record);
             }
             if !is_shown {
                 continue;
@@ -393,8 +393,8 @@ fn forward(
             shown.resize(count * width, 0.0);
             // where parameters change, position and velocity are those at the end of the leg with the old
             // values
-            let arriving = before.as_ref().map(|kept| Steps {
-                recorded: kept.steps(first..first + 1),
+            let arriving = before.as_ref().map(|record| Steps {
+                recorded: record.steps(first..first + 1),
                 ..steps
             });
             let passes = match &arriving {
@@ -444,7 +444,7 @@ fn forward(
 /// The changes of constants and parameters on a stretch, for each variable; `None` if they do not change.
 fn changes(
     motion: &Motion<'_>,
-    variables: &[Moving],
+    variables: &[VariableDirection],
     stretch: usize,
     rooms: &mut Rooms,
 ) -> Vec<Option<Vec<f64>>> {
@@ -538,21 +538,21 @@ fn along_of(
 }
 
 /// The changes of the first two nodes, and the tangent at the start.
-fn begin(motion: &Motion<'_>, variable: &Moving) -> (State, Vec<f64>) {
-    let (begun, n) = (&motion.begun, motion.dimension());
+fn begin(motion: &Motion<'_>, variable: &VariableDirection) -> (State, Vec<f64>) {
+    let (at_start, n) = (&motion.at_start, motion.dimension());
     let (first, rotations) = (&motion.recording.first, &motion.equations.rotations);
     let parameters: Vec<f64> = (0..motion.equations.parameters)
         .map(|place| variable.rate(0, place))
         .collect();
-    let Moving { q0, second, .. } = variable;
+    let VariableDirection { q0, second, .. } = variable;
     let (d, v) = if first.order == StartOrder::Nodes {
-        let d = Begun::increment_of_nodes(rotations, &first.d, [q0, second]);
+        let d = StartDerivatives::increment_of_nodes(rotations, &first.d, [q0, second]);
         let v = d.iter().map(|d| d / motion.recording.h).collect();
         (d, v)
     } else {
-        (begun.increment.change(q0, second, &parameters), second.clone())
+        (at_start.increment.change(q0, second, &parameters), second.clone())
     };
-    let (q0, v) = match &begun.projection {
+    let (q0, v) = match &at_start.projection {
         Some(projection) => {
             let [q, v] = projection
                 .each_ref()
@@ -561,7 +561,7 @@ fn begin(motion: &Motion<'_>, variable: &Moving) -> (State, Vec<f64>) {
         }
         None => (q0.clone(), v),
     };
-    let a = match &begun.acceleration {
+    let a = match &at_start.acceleration {
         Some((_, slopes)) => slopes.change(&q0, &v, &parameters),
         None => vec![f64::NAN; n],
     };
@@ -572,7 +572,7 @@ fn begin(motion: &Motion<'_>, variable: &Moving) -> (State, Vec<f64>) {
 /// The start as a point, with `unknown` as the acceleration if none is known.
 pub(super) fn first_point<'m>(motion: &'m Motion<'_>, unknown: &'m [f64]) -> AnyPoint<'m, f64> {
     let first = &motion.recording.first;
-    let a = motion.begun.acceleration.as_ref();
+    let a = motion.at_start.acceleration.as_ref();
     AnyPoint {
         t: first.t0,
         q: &first.q0,

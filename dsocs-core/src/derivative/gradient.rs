@@ -5,7 +5,7 @@ use super::error::DerivativeError;
 use super::forward::{first_point, point_of};
 use super::motion::{Motion, Piece, Recording};
 use super::path::{AnyPath, Path};
-use super::start::Begun;
+use super::start::StartDerivatives;
 use super::turning;
 use crate::number::dual::Dual;
 use crate::number::point::Point;
@@ -322,13 +322,13 @@ fn backward(
                 Piece::Plain { .. } => None,
                 Piece::Changed { .. } => Some(motion.changed(&window, first, stretch)?),
             };
-            let kept = changed
+            let record = changed
                 .as_ref()
                 .map(|changed| motion.arriving(&window, first, changed));
             // where parameters change, position and velocity are those at the end of the leg with the old
             // values
-            let arriving = kept.as_ref().map(|kept| Steps {
-                recorded: kept.steps(first..first + 1),
+            let arriving = record.as_ref().map(|record| Steps {
+                recorded: record.steps(first..first + 1),
                 ..steps
             });
             let passes = match &arriving {
@@ -531,7 +531,7 @@ fn begin(motion: &Motion<'_>, mut costs: Costs<'_, '_>, adjoint: Adjoint) -> Any
         let (by_v, by_a) = rest.split_at(n);
         q0.copy_from_slice(by_q);
         v0.copy_from_slice(by_v);
-        if let Some((_, slopes)) = &motion.begun.acceleration {
+        if let Some((_, slopes)) = &motion.at_start.acceleration {
             slopes.add(by_a, &mut q0, &mut v0, &mut by_stretch[0]);
         }
     }
@@ -539,7 +539,7 @@ fn begin(motion: &Motion<'_>, mut costs: Costs<'_, '_>, adjoint: Adjoint) -> Any
         for i in 0..n {
             d[i] += v0[i] / recording.h;
         }
-        Begun::back_from_increment_of_nodes(rotations, &first.d, &d, [&mut q0, &mut q]);
+        StartDerivatives::back_from_increment_of_nodes(rotations, &first.d, &d, [&mut q0, &mut q]);
         (q1, v0) = (q, vec![0.0; n]);
     } else {
         // the start is the beginning of the first step's increment
@@ -549,13 +549,13 @@ fn begin(motion: &Motion<'_>, mut costs: Costs<'_, '_>, adjoint: Adjoint) -> Any
         for i in 0..n {
             q0[i] += q[i];
         }
-        if let Some([position, velocity]) = &motion.begun.projection {
+        if let Some([position, velocity]) = &motion.at_start.projection {
             let (by_q, by_v) = (q0, v0);
             (q0, v0) = (vec![0.0; n], vec![0.0; n]);
             position.add(&by_q, &mut q0, &mut v0, &mut by_stretch[0]);
             velocity.add(&by_v, &mut q0, &mut v0, &mut by_stretch[0]);
         }
-        let increment = &motion.begun.increment;
+        let increment = &motion.at_start.increment;
         increment.add(&d, &mut q0, &mut v0, &mut by_stretch[0]);
     }
     for &first in rotations {

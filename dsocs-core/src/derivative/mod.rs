@@ -40,7 +40,7 @@ mod changed;
 mod error;
 mod forward;
 mod gradient;
-mod kept;
+mod memory;
 mod motion;
 mod path;
 mod points;

@@ -5,8 +5,8 @@ use std::borrow::Cow;
 use super::block::{Equations, Fixed, Rooms, Steps};
 use super::changed::{Change, Changed};
 use super::error::DerivativeError;
-use super::kept::{Checkpoints, Kept};
-use super::start::{Accelerated, Begun, First};
+use super::memory::{Checkpoints, RecordedSteps};
+use super::start::{Accelerated, First, StartDerivatives};
 use crate::kernel::clock::Clock;
 use crate::tape::declaration::Declaration;
 use crate::tape::quantity::Quantity;
@@ -37,7 +37,7 @@ pub(super) struct Recording<'s> {
     /// The number of steps.
     pub length: usize,
     /// The recorded steps: all, or those from the last checkpoint on.
-    pub kept: Kept,
+    pub record: RecordedSteps,
     /// The states from which the other steps are computed again.
     pub checkpoints: Checkpoints<'s>,
 }
@@ -83,7 +83,7 @@ impl Recording<'_> {
             .map_or(Declaration::of(self.source), |own| own.1);
         Ok(Motion {
             recording: self,
-            begun: Begun::new(&own, self.h, &self.first, self.accelerated.as_ref())?,
+            at_start: StartDerivatives::new(&own, self.h, &self.first, self.accelerated.as_ref())?,
             equations: Equations::new(
                 self.source.tape(),
                 own.dimension(),
@@ -98,14 +98,14 @@ impl Recording<'_> {
 /// The steps of a path with the derivatives of its system.
 pub(super) struct Motion<'p> {
     pub recording: &'p Recording<'p>,
-    pub begun: Begun,
+    pub at_start: StartDerivatives,
     /// The stretches, by the nodes at which they begin.
     stretches: Vec<(usize, Declaration<'p>)>,
     pub equations: Equations,
 }
 
 /// Consecutive steps of a path, all after one checkpoint.
-pub(super) type Window<'p> = Cow<'p, Kept>;
+pub(super) type Window<'p> = Cow<'p, RecordedSteps>;
 
 /// Some consecutive steps, by the numbers of their middle nodes.
 #[derive(Clone, Copy, Debug)]
@@ -162,7 +162,7 @@ impl<'p> Motion<'p> {
     /// An error only if a step that was solved in the run fails when it is solved again.
     pub fn window(&self, window: usize) -> Result<Window<'p>, DerivativeError> {
         if window + 1 == self.windows() {
-            return Ok(Cow::Borrowed(&self.recording.kept));
+            return Ok(Cow::Borrowed(&self.recording.record));
         }
         let Recording {
             length, checkpoints, ..
@@ -172,7 +172,7 @@ impl<'p> Motion<'p> {
     }
 
     /// The pieces of a window, in order.
-    pub fn pieces(&self, window: &Kept) -> Vec<Piece> {
+    pub fn pieces(&self, window: &RecordedSteps) -> Vec<Piece> {
         let mut pieces = Vec::new();
         for (stretch, (from, _)) in self.stretches.iter().enumerate() {
             let next = self
@@ -212,7 +212,7 @@ impl<'p> Motion<'p> {
     }
 
     /// The steps of a piece of a window.
-    pub fn some<'w>(&'w self, window: &'w Kept, piece: &Piece) -> Steps<'w> {
+    pub fn some<'w>(&'w self, window: &'w RecordedSteps, piece: &Piece) -> Steps<'w> {
         let (first, count, stretch) = piece.steps();
         Steps {
             declaration: *self.declaration(stretch),
@@ -221,7 +221,12 @@ impl<'p> Motion<'p> {
     }
 
     /// The derivatives of the step at which the parameters change.
-    pub fn changed(&self, window: &Kept, at: usize, stretch: usize) -> Result<Changed, DerivativeError> {
+    pub fn changed(
+        &self,
+        window: &RecordedSteps,
+        at: usize,
+        stretch: usize,
+    ) -> Result<Changed, DerivativeError> {
         let (leg, e) = window.steps(at..at + 1).first();
         let change = Change {
             sides: [*self.declaration(stretch - 1), *self.declaration(stretch)],
@@ -235,12 +240,12 @@ impl<'p> Motion<'p> {
     }
 
     /// The step at which parameters change, with the old values on both sides.
-    pub fn arriving(&self, window: &Kept, at: usize, changed: &Changed) -> Kept {
+    pub fn arriving(&self, window: &RecordedSteps, at: usize, changed: &Changed) -> RecordedSteps {
         let (leg, _) = window.steps(at..at + 1).first();
-        let mut kept = Kept::from(at, 1, [self.dimension(), self.equations.rows]);
+        let mut record = RecordedSteps::from(at, 1, [self.dimension(), self.equations.rows]);
         let step = [leg.q, leg.d, &changed.arriving[..]].concat();
-        kept.keep(leg.t, &step, &vec![0.0; self.equations.rows]);
-        kept
+        record.push(leg.t, &step, &vec![0.0; self.equations.rows]);
+        record
     }
 
     /// The time of a node.

@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::ControlFlow;
 
 use super::error::DerivativeError;
-use super::kept::{Checkpoints, Kept, keep_last};
+use super::memory::{Checkpoints, RecordedSteps, record_last};
 use super::motion::{Recording, Stretch};
 use super::start::{Accelerated, First};
 use crate::error::SetupError;
@@ -13,7 +13,7 @@ use crate::kernel::Kernel;
 use crate::run::{AnyNode, Node, OwnedNode, Run, RunError, inputs};
 use crate::solve::newton::Stop;
 use crate::solve::rotation;
-use crate::start::{self, AnyStart, Beginning, Given, Start};
+use crate::start::{self, AnyStart, ComputedStart, Start, StartData};
 use crate::system::System;
 use crate::tape::quantity::Quantity;
 
@@ -273,7 +273,7 @@ fn go_on() -> ControlFlow<()> {
 fn run<'s>(
     kernel: &'s dyn Kernel,
     h: f64,
-    start: &Given,
+    start: &StartData,
     t: f64,
     memory: usize,
     ask: &mut dyn FnMut() -> ControlFlow<()>,
@@ -290,7 +290,7 @@ fn run<'s>(
     let count = end
         .index()
         .map_or(0, |count| usize::try_from(count).unwrap_or(usize::MAX));
-    let mut recorder = Recorder::begun(&flow, count, memory);
+    let mut recorder = Recorder::new(&flow, count, memory);
     flow.clock_mut().hand_out(true);
     while !flow.clock().has_reached(&end) {
         if flow.clock().index() % ASK == ASK - 1 && ask().is_break() {
@@ -300,7 +300,7 @@ fn run<'s>(
         }
         recorder.mark(&flow);
         flow.step(end.time())?;
-        recorder.keep(&flow)?;
+        recorder.record(&flow)?;
     }
     recorder.ended(&flow, start)
 }
@@ -309,7 +309,7 @@ fn run<'s>(
 fn plan<'s>(
     kernel: &'s dyn Kernel,
     h: f64,
-    start: &Given,
+    start: &StartData,
     names: &[&str],
     values: &[&[f64]],
 ) -> Result<AnyPath<'s>, DerivativeError> {
@@ -339,7 +339,7 @@ fn plan<'s>(
         places.push(place);
     }
     let mut flow = Discrete::new(kernel, own, h, start).map_err(RunError::from)?;
-    let mut recorder = Recorder::begun(&flow, values.len(), usize::MAX);
+    let mut recorder = Recorder::new(&flow, values.len(), usize::MAX);
     for leg in 1..=values.len() {
         if let Some(values) = values.get(leg) {
             for (name, value) in names.iter().zip(all(values)) {
@@ -348,7 +348,7 @@ fn plan<'s>(
             recorder.stretches.push(stretch(leg, &flow));
         }
         flow.step(f64::INFINITY * h)?;
-        recorder.keep(&flow)?;
+        recorder.record(&flow)?;
     }
     let mut path = recorder.ended(&flow, start)?;
     path.recording.inputs = places;
@@ -358,7 +358,7 @@ fn plan<'s>(
 /// Stores the steps of a flow.
 struct Recorder<'s> {
     /// The start.
-    beginning: Beginning,
+    computed_start: ComputedStart,
     /// The increment to the second node.
     increment: Vec<f64>,
     /// The continuous motion there.
@@ -372,17 +372,17 @@ struct Recorder<'s> {
     /// The number of steps.
     length: usize,
     /// The recorded steps: all, or those from the last checkpoint on.
-    kept: Kept,
+    record: RecordedSteps,
     /// The states from which the other steps are computed again.
     checkpoints: Checkpoints<'s>,
 }
 
 impl<'s> Recorder<'s> {
     /// A recorder without steps yet, of a flow that is to take `count`.
-    fn begun(flow: &Discrete<'s>, count: usize, memory: usize) -> Self {
-        let beginning = flow.beginning.clone();
-        let Beginning { q0, v0, a0, t0, .. } = &beginning;
-        let near = a0.as_deref().or(beginning.near.as_deref());
+    fn new(flow: &Discrete<'s>, count: usize, memory: usize) -> Self {
+        let computed_start = flow.computed_start.clone();
+        let ComputedStart { q0, v0, a0, t0, .. } = &computed_start;
+        let near = a0.as_deref().or(computed_start.near.as_deref());
         let found = start::acceleration(&flow.declaration(), (*t0, q0, v0), near).ok();
         let accelerated = found.map(|(a, multipliers)| Accelerated {
             a: a.to_vec(),
@@ -390,18 +390,18 @@ impl<'s> Recorder<'s> {
         });
         let shape = flow.shape();
         let sizes = [shape.increments, shape.unknowns];
-        let state = size_of::<Discrete>() + size_of::<f64>() * flow.course.numbers();
-        let checkpoints = Checkpoints::new(count, [Kept::bytes(sizes), state], memory);
+        let state = size_of::<Discrete>() + size_of::<f64>() * flow.run_state.numbers();
+        let checkpoints = Checkpoints::new(count, [RecordedSteps::bytes(sizes), state], memory);
         let window = count.min(checkpoints.every);
         Self {
-            beginning,
-            increment: flow.course.vectors.increment().to_vec(),
+            computed_start,
+            increment: flow.run_state.vectors.increment().to_vec(),
             accelerated,
             stretches: vec![stretch(0, flow)],
             sizes,
             window,
             length: 0,
-            kept: Kept::from(1, window, sizes),
+            record: RecordedSteps::from(1, window, sizes),
             checkpoints,
         }
     }
@@ -409,31 +409,31 @@ impl<'s> Recorder<'s> {
     /// Stores the state of the flow if a checkpoint is due.
     #[inline]
     fn mark(&mut self, flow: &Discrete<'s>) {
-        if self.checkpoints.keep(flow, self.length) && self.length > 0 {
-            self.kept = Kept::from(self.length + 1, self.window, self.sizes);
+        if self.checkpoints.record(flow, self.length) && self.length > 0 {
+            self.record = RecordedSteps::from(self.length + 1, self.window, self.sizes);
         }
     }
 
     /// Stores the last step of the flow.
     #[inline]
-    fn keep(&mut self, flow: &Discrete<'s>) -> Result<(), DerivativeError> {
-        if matches!(flow.course.report.stop, Stop::Jump | Stop::Sticks) || flow.has_sides() {
+    fn record(&mut self, flow: &Discrete<'s>) -> Result<(), DerivativeError> {
+        if matches!(flow.run_state.report.stop, Stop::Jump | Stop::Sticks) || flow.has_sides() {
             let index = self.length + 1;
             let time = flow.clock().time();
             return Err(DerivativeError::Jump { index, time });
         }
-        keep_last(&mut self.kept, flow);
+        record_last(&mut self.record, flow);
         self.length += 1;
         Ok(())
     }
 
     /// The path up to the last node of the flow.
-    fn ended(self, flow: &Discrete<'s>, start: &Given) -> Result<AnyPath<'s>, DerivativeError> {
-        let h = flow.course.h;
+    fn ended(self, flow: &Discrete<'s>, start: &StartData) -> Result<AnyPath<'s>, DerivativeError> {
+        let h = flow.run_state.h;
         if self.length == 0 {
             return Err(DerivativeError::NoSteps { h });
         }
-        let Beginning { q0, v0, a0, t0, .. } = self.beginning;
+        let ComputedStart { q0, v0, a0, t0, .. } = self.computed_start;
         let mut end = OwnedNode::new(q0.len());
         end.take(flow);
         Ok(AnyPath {
@@ -456,7 +456,7 @@ impl<'s> Recorder<'s> {
                 stretches: self.stretches,
                 inputs: Vec::new(),
                 length: self.length,
-                kept: self.kept,
+                record: self.record,
                 checkpoints: self.checkpoints,
             },
             end,

@@ -1,6 +1,6 @@
 //! Derivatives of the first leg, and of the acceleration at the start, by the start and the parameters.
 
-use super::bound::{self, Changing};
+use super::bound::{self, ValueWithChange};
 use super::error::DerivativeError;
 use super::turning;
 use crate::solve::dense::Matrix;
@@ -46,7 +46,7 @@ pub(super) struct First {
 
 /// The derivatives at the start.
 #[derive(Clone, Debug)]
-pub(super) struct Begun {
+pub(super) struct StartDerivatives {
     /// Derivatives of position and velocity by the given ones, if these were projected onto the constraints.
     pub projection: Option<[Slopes; 2]>,
     /// Derivatives of the first increment by the given start; zero if two nodes are given.
@@ -114,7 +114,7 @@ impl Slopes {
     }
 }
 
-impl Begun {
+impl StartDerivatives {
     /// The derivatives of a start of a run with the step `h`.
     pub fn new(
         declaration: &Declaration<'_>,
@@ -202,7 +202,7 @@ impl Begun {
         }
     }
 
-    /// [`Begun::new`] for constraints that bind the second node to the first, and possibly the velocity and
+    /// [`StartDerivatives::new`] for constraints that bind the second node to the first, and possibly the velocity and
     /// the position.
     fn bound(
         declaration: &Declaration<'_>,
@@ -226,7 +226,7 @@ impl Begun {
                 Some([q, v]) => [q, v],
                 None => [&first.q0, &first.v0],
             };
-            let changing = |value: &Vec<f64>, begin| Changing {
+            let changing = |value: &Vec<f64>, begin| ValueWithChange {
                 value: value.clone(),
                 change: along(begin, n),
             };
@@ -241,14 +241,14 @@ impl Begun {
             if first.given.is_some() {
                 (q, v) = bound::projected(&moving, first.t0, &q, &v)?;
             }
-            let mut foreseen = Changing {
+            let mut foreseen = ValueWithChange {
                 value: v.value.iter().map(|v| h * v).collect(),
                 change: v.change.iter().map(|v| h * v).collect(),
             };
             if has_acceleration {
                 let (a, slopes) = acceleration.as_ref()?;
                 let half = |a: &[f64]| a.iter().map(|a| h * h / 2.0 * a).collect();
-                foreseen = foreseen.plus(&Changing {
+                foreseen = foreseen.plus(&ValueWithChange {
                     value: half(a),
                     change: half(&slopes.change(
                         &rotation::body(rotations, &q.value, &q.change),

@@ -28,7 +28,7 @@ impl Layout {
 
 /// Some consecutive steps.
 #[derive(Clone, Debug)]
-pub(super) struct Kept {
+pub(super) struct RecordedSteps {
     /// The number of the first step's middle node, from 1 on.
     pub first: usize,
     /// The layout of a step.
@@ -39,7 +39,7 @@ pub(super) struct Kept {
     numbers: Vec<f64>,
 }
 
-impl Kept {
+impl RecordedSteps {
     /// The memory of a step in bytes.
     pub fn bytes([coordinates, unknowns]: [usize; 2]) -> usize {
         let layout = Layout {
@@ -71,7 +71,7 @@ impl Kept {
     /// Stores a step: its time; the middle node, the increment and the second difference as one slice; the
     /// unknowns.
     #[inline]
-    pub fn keep(&mut self, t: f64, step: &[f64], z: &[f64]) {
+    pub fn push(&mut self, t: f64, step: &[f64], z: &[f64]) {
         self.count += 1;
         self.numbers.push(t);
         self.numbers.extend_from_slice(step);
@@ -79,10 +79,10 @@ impl Kept {
     }
 
     /// The steps with the middle nodes of a range.
-    pub fn steps(&self, nodes: Range<usize>) -> Recorded<'_> {
+    pub fn steps(&self, nodes: Range<usize>) -> StepSlice<'_> {
         let width = self.layout.width();
         let places = (nodes.start - self.first) * width..(nodes.end - self.first) * width;
-        Recorded {
+        StepSlice {
             layout: self.layout,
             count: nodes.len(),
             numbers: &self.numbers[places],
@@ -92,7 +92,7 @@ impl Kept {
 
 /// Consecutive steps of a path.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Recorded<'p> {
+pub(super) struct StepSlice<'p> {
     /// The layout of a step.
     layout: Layout,
     /// The number of steps.
@@ -101,7 +101,7 @@ pub(super) struct Recorded<'p> {
     numbers: &'p [f64],
 }
 
-impl<'p> Recorded<'p> {
+impl<'p> StepSlice<'p> {
     /// The place of the time among the numbers of a step.
     pub const TIME: usize = 0;
 
@@ -188,7 +188,7 @@ impl<'s> Checkpoints<'s> {
 
     /// Stores the state of a flow after `steps` steps, if a checkpoint is due there. Returns whether it is.
     #[inline]
-    pub fn keep(&mut self, flow: &Discrete<'s>, steps: usize) -> bool {
+    pub fn record(&mut self, flow: &Discrete<'s>, steps: usize) -> bool {
         let is_due = self.are_kept() && steps.is_multiple_of(self.every);
         if is_due {
             self.states.push(flow.clone());
@@ -198,27 +198,32 @@ impl<'s> Checkpoints<'s> {
 
     /// Computes the steps after the checkpoint number `window` again. The path has `count` steps in all, with
     /// the numbers `sizes` of coordinates and unknowns.
-    pub fn again(&self, window: usize, count: usize, sizes: [usize; 2]) -> Result<Kept, DerivativeError> {
+    pub fn again(
+        &self,
+        window: usize,
+        count: usize,
+        sizes: [usize; 2],
+    ) -> Result<RecordedSteps, DerivativeError> {
         let before = window * self.every;
         let own = self.every.min(count.saturating_sub(before));
-        let mut kept = Kept::from(before + 1, own, sizes);
+        let mut record = RecordedSteps::from(before + 1, own, sizes);
         let Some(state) = self.states.get(window) else {
-            return Ok(kept);
+            return Ok(record);
         };
         let mut flow = state.clone();
         for _ in 0..own {
             flow.step(f64::INFINITY)?;
-            keep_last(&mut kept, &flow);
+            record_last(&mut record, &flow);
         }
-        Ok(kept)
+        Ok(record)
     }
 }
 
 /// Stores the last step of a flow.
 #[inline]
-pub(super) fn keep_last(kept: &mut Kept, flow: &Discrete<'_>) {
-    let course = &flow.course;
-    if let (true, Some(z)) = (course.has_solved, course.predictor.last()) {
-        kept.keep(course.solved_at, course.vectors.solved_step(), z);
+pub(super) fn record_last(record: &mut RecordedSteps, flow: &Discrete<'_>) {
+    let run_state = &flow.run_state;
+    if let (true, Some(z)) = (run_state.has_solved, run_state.predictor.last()) {
+        record.push(run_state.solved_at, run_state.vectors.solved_step(), z);
     }
 }
