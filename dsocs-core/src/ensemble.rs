@@ -17,16 +17,16 @@ mod determinants;
 mod engine;
 mod held;
 mod interpreted;
-mod kept;
+#[cfg(test)]
+mod interpreted_tests;
+mod lane_registers;
+mod lane_state;
 mod newton;
-mod state;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod walked_tests;
 
-pub use any::{AnyEnsemble, AnyObserved};
-use block::Audience;
+pub use any::{AnyEnsemble, AnyObservedRun};
+use block::BlockObserver;
 use engine::Declared;
 
 /// Many trajectories of one system with one step `h`, each from its own start.
@@ -110,7 +110,7 @@ fn check_count(shape: &Shape, place: usize, values: usize, starts: usize) -> Res
 
 /// One observed trajectory of an ensemble.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Observed<O, const N: usize> {
+pub struct ObservedRun<O, const N: usize> {
     /// The observer after the run, also if the trajectory failed.
     pub observer: O,
     /// The last node, or the error that ended the trajectory.
@@ -279,7 +279,7 @@ impl<'a, const N: usize> Ensemble<'a, N> {
             Some(NonZeroU64::MIN)
         };
         let runs = self.runs(t, every, |_| Trajectory::default());
-        let collected = |Observed { observer, last }| match last {
+        let collected = |ObservedRun { observer, last }| match last {
             Ok(_) => Ok(observer),
             Err(error) => Err(Failure {
                 error,
@@ -301,7 +301,7 @@ impl<'a, const N: usize> Ensemble<'a, N> {
         t: f64,
         every: NonZeroU64,
         observer: impl Fn(usize) -> O + Sync,
-    ) -> Vec<Observed<O, N>> {
+    ) -> Vec<ObservedRun<O, N>> {
         self.runs(t, Some(every), observer)
     }
 
@@ -311,7 +311,7 @@ impl<'a, const N: usize> Ensemble<'a, N> {
         t: f64,
         every: Option<NonZeroU64>,
         observer: impl Fn(usize) -> O + Sync,
-    ) -> Vec<Observed<O, N>> {
+    ) -> Vec<ObservedRun<O, N>> {
         self.0.runs(t, every, &|first, starts, block| {
             let mut observers = Observers {
                 observers: (0..starts).map(|lane| observer(first + lane)).collect(),
@@ -333,14 +333,14 @@ struct Observers<O, const N: usize> {
 
 impl<O, const N: usize> Observers<O, N> {
     /// The observed trajectories. Every trajectory of a block ends.
-    fn observed(self) -> Vec<Observed<O, N>> {
+    fn observed(self) -> Vec<ObservedRun<O, N>> {
         let both = self.observers.into_iter().zip(self.ends);
-        both.filter_map(|(observer, last)| last.map(|last| Observed { observer, last }))
+        both.filter_map(|(observer, last)| last.map(|last| ObservedRun { observer, last }))
             .collect()
     }
 }
 
-impl<O: Observer<N>, const N: usize> Audience for Observers<O, N> {
+impl<O: Observer<N>, const N: usize> BlockObserver for Observers<O, N> {
     fn node(&mut self, place: usize, node: &AnyNode<'_>) -> ControlFlow<()> {
         match self.observers.get_mut(place) {
             Some(observer) => observer.node(&node.sized()),

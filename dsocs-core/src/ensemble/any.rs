@@ -5,19 +5,19 @@ use core::num::NonZeroU64;
 use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicUsize, Ordering};
 
-use super::block::{Audience, Run};
-use super::engine::{Alone, LaneKernel};
+use super::block::{BlockObserver, Run};
+use super::engine::{LaneKernel, ScalarSteps};
 use super::held::HeldInputs;
-use super::interpreted::Walked;
+use super::interpreted::InterpretedLanes;
 use super::{check_count, one_each};
 use crate::error::SetupError;
 use crate::flow::discrete::check;
 use crate::kernel::Kernel;
-use crate::kernel::course::MAX_ITERATIONS;
+use crate::kernel::run_state::MAX_ITERATIONS;
 use crate::number::instructions::Instructions;
 use crate::number::lanes::LANES;
 use crate::run::{AnyNode, OwnedNode, RunError, inputs};
-use crate::start::{AnyStart, Given};
+use crate::start::{AnyStart, StartData};
 use crate::step::TapeKernel;
 use crate::tape::declaration::Declaration;
 use crate::threads::Threads;
@@ -54,7 +54,7 @@ pub struct AnyEnsemble<'a> {
     /// The step.
     h: f64,
     /// The starts.
-    pub(super) starts: Vec<Given>,
+    pub(super) starts: Vec<StartData>,
     /// The parameters that vary, by their places, each with a value for every start.
     varied: Vec<(usize, Vec<f64>)>,
     /// The parameters that change during the runs.
@@ -76,12 +76,12 @@ impl fmt::Debug for AnyEnsemble<'_> {
     }
 }
 
-/// Runs a block for an audience.
-pub(super) type RunsBlock<'a> = dyn Fn(&mut dyn Audience) + 'a;
+/// Runs a block for an observer.
+pub(super) type RunsBlock<'a> = dyn Fn(&mut dyn BlockObserver) + 'a;
 
 /// One observed trajectory of an [`AnyEnsemble`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct AnyObserved<O> {
+pub struct AnyObservedRun<O> {
     /// The observer after the run, also if the trajectory failed.
     pub observer: O,
     /// The last node, or the error with which the trajectory ended early.
@@ -98,7 +98,7 @@ impl<'a> AnyEnsemble<'a> {
     ///
     /// [`SetupError`] if the step or a parameter of the system is not usable, or if a constraint is of third order.
     pub fn new(kernel: &'a dyn Kernel, h: f64) -> Result<Self, SetupError> {
-        Self::with(kernel, Box::new(Alone), h)
+        Self::with(kernel, Box::new(ScalarSteps), h)
     }
 
     /// An ensemble of a system that was not compiled. Its steps are made in lanes, with the bits of the
@@ -108,7 +108,7 @@ impl<'a> AnyEnsemble<'a> {
     ///
     /// As [`AnyEnsemble::new`].
     pub fn of_tape(kernel: &'a TapeKernel, h: f64) -> Result<Self, SetupError> {
-        Self::with(kernel, Box::new(Walked(kernel)), h)
+        Self::with(kernel, Box::new(InterpretedLanes(kernel)), h)
     }
 
     /// An ensemble with the given steps in lanes.
@@ -239,7 +239,7 @@ impl<'a> AnyEnsemble<'a> {
         every: NonZeroU64,
         begin: impl Fn(usize) -> O + Sync,
         visit: impl Fn(&mut O, &AnyNode<'_>) -> ControlFlow<()> + Sync,
-    ) -> Vec<AnyObserved<O>> {
+    ) -> Vec<AnyObservedRun<O>> {
         self.observed(t, Some(every), begin, &visit)
     }
 
@@ -250,7 +250,7 @@ impl<'a> AnyEnsemble<'a> {
         every: Option<NonZeroU64>,
         begin: impl Fn(usize) -> O + Sync,
         visit: &(dyn Fn(&mut O, &AnyNode<'_>) -> ControlFlow<()> + Sync),
-    ) -> Vec<AnyObserved<O>> {
+    ) -> Vec<AnyObservedRun<O>> {
         self.runs(t, every, &|first, starts, block| {
             let mut observers = Observers {
                 own: (0..starts).map(|lane| begin(first + lane)).collect(),
@@ -260,7 +260,7 @@ impl<'a> AnyEnsemble<'a> {
             block(&mut observers);
             let both = observers.own.into_iter().zip(observers.ends);
             // all trajectories of a block end
-            both.filter_map(|(observer, last)| last.map(|last| AnyObserved { observer, last }))
+            both.filter_map(|(observer, last)| last.map(|last| AnyObservedRun { observer, last }))
                 .collect()
         })
     }
@@ -286,8 +286,8 @@ impl<'a> AnyEnsemble<'a> {
         };
         let finished = AtomicUsize::new(0);
         self.threads.gather(&self.starts, LANES, &|first, starts| {
-            let results = results(first, starts.len(), &|audience| {
-                run.block(first, starts, audience);
+            let results = results(first, starts.len(), &|observer| {
+                run.block(first, starts, observer);
             });
             let total = finished.fetch_add(starts.len(), Ordering::Relaxed) + starts.len();
             if let Some(progress) = self.progress {
@@ -316,7 +316,7 @@ struct Observers<'v, O> {
     visit: &'v (dyn Fn(&mut O, &AnyNode<'_>) -> ControlFlow<()> + Sync),
 }
 
-impl<O> Audience for Observers<'_, O> {
+impl<O> BlockObserver for Observers<'_, O> {
     fn node(&mut self, place: usize, node: &AnyNode<'_>) -> ControlFlow<()> {
         match self.own.get_mut(place) {
             Some(observer) => (self.visit)(observer, node),

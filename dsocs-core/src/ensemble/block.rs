@@ -4,16 +4,16 @@ use core::array;
 use core::num::NonZeroU64;
 use core::ops::ControlFlow;
 
-use super::engine::{Common, Engine, LaneKernel, Task, Told};
+use super::engine::{Common, Engine, LaneKernel, LaneNode, Task};
 use super::held::{self, Change, HeldInputs};
-use super::kept::Kept;
+use super::lane_state::LaneState;
 use crate::flow::discrete::{Discrete, values_of};
 use crate::kernel::Kernel;
 use crate::number::instructions::Instructions;
 use crate::number::lanes::LANES;
 use crate::regularity::sticking::Outlook;
 use crate::run::{AnyNode, OwnedNode, Run as _, RunError, inputs};
-use crate::start::Given;
+use crate::start::StartData;
 use crate::tape::Shape;
 use crate::tape::declaration::Declaration;
 
@@ -40,7 +40,7 @@ pub(super) struct Run<'s> {
 }
 
 /// Receives the nodes of a block's trajectories, by their places among its starts.
-pub(super) trait Audience {
+pub(super) trait BlockObserver {
     /// Receives an observed node, and may end the trajectory with it.
     fn node(&mut self, place: usize, node: &AnyNode<'_>) -> ControlFlow<()>;
 
@@ -69,9 +69,9 @@ struct Block<'r, 's> {
     /// The lanes whose trajectories continue, as bits.
     active: u32,
     /// The state of the lanes between steps.
-    kept: Kept,
+    lane_state: LaneState,
     /// The last node of the lanes.
-    told: Told,
+    lane_node: LaneNode,
     /// A node for the observers.
     node: OwnedNode,
     /// The steps.
@@ -94,18 +94,18 @@ impl<'s> Run<'s> {
     }
 
     /// Runs one block; `first` is the place of its first start among all.
-    pub fn block(&self, first: usize, starts: &[Given], audience: &mut dyn Audience) {
+    pub fn block(&self, first: usize, starts: &[StartData], observer: &mut dyn BlockObserver) {
         let mut members = Vec::with_capacity(starts.len());
         let mut node = OwnedNode::new(self.shape().dimension());
         for (place, start) in starts.iter().enumerate() {
-            match self.begin((first, place), start, &mut node, audience) {
+            match self.begin((first, place), start, &mut node, observer) {
                 Ok(Some(member)) => members.push(member),
-                Ok(None) => audience.end(place, Ok(&node.any())),
-                Err(error) => audience.end(place, Err(error)),
+                Ok(None) => observer.end(place, Ok(&node.any())),
+                Err(error) => observer.end(place, Err(error)),
             }
         }
         if !members.is_empty() {
-            Block::new(self, members, node).run(audience);
+            Block::new(self, members, node).run(observer);
         }
     }
 
@@ -113,14 +113,14 @@ impl<'s> Run<'s> {
     fn begin(
         &self,
         (first, place): (usize, usize),
-        start: &Given,
+        start: &StartData,
         node: &mut OwnedNode,
-        audience: &mut dyn Audience,
+        observer: &mut dyn BlockObserver,
     ) -> Result<Option<Member<'s>>, RunError> {
         start.fits(self.shape())?;
         let values = self.values_of(first + place, start.t0);
         let mut flow = Discrete::new(self.kernel, values, self.h, start)?;
-        flow.course.max_iterations = self.max_iterations;
+        flow.run_state.max_iterations = self.max_iterations;
         let end = flow.clock().until(self.t)?;
         if self.t.is_infinite() && self.every.is_none() {
             return Err(RunError::Until { until: self.t });
@@ -134,7 +134,7 @@ impl<'s> Run<'s> {
             self.change(&mut flow, index, &mut changes)?;
             flow.go_on(&end)?;
             node.take(&flow);
-            if self.observes(index) && audience.node(place, &node.any()).is_break() || index == last {
+            if self.observes(index) && observer.node(place, &node.any()).is_break() || index == last {
                 return Ok(None);
             }
         }
@@ -196,25 +196,25 @@ impl<'r, 's> Block<'r, 's> {
         };
         let values: [&[f64]; LANES] = array::from_fn(|lane| of_lane(lane).values());
         let engine = run.lanes.engine(run.instructions, &common, &values);
-        let mut kept = Kept::new(shape);
+        let mut lane_state = LaneState::new(shape);
         for lane in 0..LANES {
-            kept.set_lane(lane, &of_lane(lane).course);
+            lane_state.set_lane(lane, &of_lane(lane).run_state);
         }
         Self {
             run,
             active: (1 << members.len()) - 1,
-            kept,
-            told: Told::new(shape.dimension()),
+            lane_state,
+            lane_node: LaneNode::new(shape.dimension()),
             node,
             engine,
             index: 2,
-            since: array::from_fn(|lane| of_lane(lane).course.since),
+            since: array::from_fn(|lane| of_lane(lane).run_state.since),
             members,
         }
     }
 
     /// Runs all trajectories to their ends.
-    fn run(mut self, audience: &mut dyn Audience) {
+    fn run(mut self, observer: &mut dyn BlockObserver) {
         let mut wanted = self.next_node_wanted();
         while self.active != 0 {
             let task = Task {
@@ -224,15 +224,17 @@ impl<'r, 's> Block<'r, 's> {
                 elsewhere: self.elsewhere(),
                 since: self.since,
             };
-            let made = self.engine.steps(&mut self.kept, &mut self.told, &task);
+            let made = self
+                .engine
+                .steps(&mut self.lane_state, &mut self.lane_node, &task);
             self.index = made.index;
             if made.alone != 0 {
-                self.solve_alone(made.alone, audience);
-                self.kept.take();
+                self.solve_alone(made.alone, observer);
+                self.lane_state.take();
                 self.take_back(made.alone);
             }
-            if made.told && self.index == wanted {
-                self.hand_out(made.alone, audience);
+            if made.is_written && self.index == wanted {
+                self.hand_out(made.alone, observer);
             }
             self.index += 1;
             // after a failure in a lane, the wanted node may lie behind
@@ -249,12 +251,12 @@ impl<'r, 's> Block<'r, 's> {
         for lane in lanes(self.active) {
             let Member { changes, flow, .. } = &mut self.members[lane];
             let changes = changes.last().is_some_and(|change| change.index == self.index);
-            let looks = flow.course.looks_at <= self.index;
+            let looks = flow.run_state.looks_at <= self.index;
             // a possible rest is left to a flow, which knows its legs
             let asks = changes || looks && self.run.shape().jumps;
             if looks && !asks {
-                self.kept.put(lane, &mut flow.course);
-                flow.course.resume(self.index);
+                self.lane_state.put(lane, &mut flow.run_state);
+                flow.run_state.resume(self.index);
             }
             if asks || looks && !matches!(flow.outlook(), Outlook::Clear(_)) {
                 elsewhere |= 1 << lane;
@@ -270,7 +272,7 @@ impl<'r, 's> Block<'r, 's> {
             let Member { changes, flow, .. } = &self.members[lane];
             let mut changes = changes.iter().rev();
             let change = changes.find(|change| change.index > self.index);
-            let looks = Some(flow.course.looks_at).filter(|&looks| looks > self.index);
+            let looks = Some(flow.run_state.looks_at).filter(|&looks| looks > self.index);
             change.map(|change| change.index).into_iter().chain(looks)
         };
         lanes(self.active)
@@ -292,22 +294,22 @@ impl<'r, 's> Block<'r, 's> {
     /// Solves the step in single lanes, from every guess and with damping.
     #[cold]
     #[inline(never)]
-    fn solve_alone(&mut self, alone: u32, audience: &mut dyn Audience) {
+    fn solve_alone(&mut self, alone: u32, observer: &mut dyn BlockObserver) {
         for lane in lanes(alone) {
             let Member {
                 flow, changes, place, ..
             } = &mut self.members[lane];
-            self.kept.put(lane, &mut flow.course);
-            flow.course.resume(self.index);
+            self.lane_state.put(lane, &mut flow.run_state);
+            flow.run_state.resume(self.index);
             let left = changes.len();
             let solved = self.run.change(flow, self.index, changes);
             let solved = solved.and_then(|()| flow.step(f64::INFINITY).map(drop));
             if changes.len() < left {
                 self.engine.set_parameters(lane, flow.values());
-                self.since[lane] = flow.course.since;
+                self.since[lane] = flow.run_state.since;
             }
             if let Err(error) = solved {
-                audience.end(*place, Err(error));
+                observer.end(*place, Err(error));
                 self.active &= !(1 << lane);
             }
         }
@@ -318,7 +320,7 @@ impl<'r, 's> Block<'r, 's> {
     #[inline(never)]
     fn take_back(&mut self, alone: u32) {
         for lane in lanes(alone & self.active) {
-            self.kept.set_lane(lane, &self.members[lane].flow.course);
+            self.lane_state.set_lane(lane, &self.members[lane].flow.run_state);
         }
         self.cover();
     }
@@ -328,13 +330,13 @@ impl<'r, 's> Block<'r, 's> {
     fn cover(&mut self) {
         if let Some(living) = lanes(self.active).next() {
             for lane in lanes(!self.active) {
-                self.kept.repeat(living, lane);
+                self.lane_state.repeat(living, lane);
             }
         }
     }
 
     /// Hands out the middle nodes of a step, to observers and to the trajectories that end there.
-    fn hand_out(&mut self, alone: u32, audience: &mut dyn Audience) {
+    fn hand_out(&mut self, alone: u32, observer: &mut dyn BlockObserver) {
         let observed = self.run.observes(self.index);
         let going = self.active;
         for lane in lanes(going) {
@@ -345,11 +347,11 @@ impl<'r, 's> Block<'r, 's> {
                 self.node.take(flow);
             } else {
                 let t = flow.clock().time_of(self.index);
-                self.told.write(lane, self.index, t, &mut self.node.room());
+                self.lane_node.write(lane, self.index, t, &mut self.node.room());
             }
             let node = self.node.any();
-            if observed && audience.node(*place, &node).is_break() || self.index == *last {
-                audience.end(*place, Ok(&node));
+            if observed && observer.node(*place, &node).is_break() || self.index == *last {
+                observer.end(*place, Ok(&node));
                 self.active &= !(1 << lane);
             }
         }

@@ -8,13 +8,13 @@ use core::marker::PhantomData;
 
 use wide::f64x8;
 
-use super::kept::Kept;
+use super::lane_registers::{Found, LaneRegisters};
+use super::lane_state::LaneState;
 use super::newton::{self, Roots};
-use super::state::{Found, Now};
 use crate::kernel::clock::Clock;
-use crate::kernel::course::SHORT_PAST;
 use crate::kernel::generated::Report;
 use crate::kernel::report::{NodeMut, NodeScalars};
+use crate::kernel::run_state::SHORT_PAST;
 use crate::number::instructions::{Chosen, InLanes, Instructions, OTHERS};
 use crate::number::lanes::{LANES, Lanes, Mask, Register};
 use crate::number::point::{Leg, Point};
@@ -74,7 +74,7 @@ pub(super) struct Made {
     /// The lanes that have to be solved alone, as bits. If there are any, the step is not committed yet.
     pub alone: u32,
     /// Whether the node was the last wanted one: then its data are written.
-    pub told: bool,
+    pub is_written: bool,
 }
 
 impl Made {
@@ -83,13 +83,13 @@ impl Made {
         Self {
             index: task.index,
             alone: task.active,
-            told: task.index == task.last,
+            is_written: task.index == task.last,
         }
     }
 }
 
 /// The data of a node, by lanes.
-pub(super) struct Told {
+pub(super) struct LaneNode {
     /// Position, velocity, acceleration and constraint force, one after the other.
     pub vectors: Vec<Eight>,
     /// Energy.
@@ -98,7 +98,7 @@ pub(super) struct Told {
     pub evaluations: [u32; LANES],
 }
 
-impl Told {
+impl LaneNode {
     /// Allocates for a node.
     pub fn new(coordinates: usize) -> Self {
         Self {
@@ -126,23 +126,23 @@ impl Told {
 /// The steps of eight trajectories, in any kind of register.
 pub(super) trait Engine {
     /// Makes steps up to the last one, or to one in which a lane has to be solved alone.
-    fn steps(&mut self, kept: &mut Kept, told: &mut Told, task: &Task) -> Made;
+    fn steps(&mut self, lane_state: &mut LaneState, lane_node: &mut LaneNode, task: &Task) -> Made;
 
     /// Sets the parameters of one lane.
     fn set_parameters(&mut self, lane: usize, values: &[f64]);
 }
 
 /// No steps in lanes: each trajectory is computed singly.
-pub(super) struct Alone;
+pub(super) struct ScalarSteps;
 
-impl LaneKernel for Alone {
+impl LaneKernel for ScalarSteps {
     fn engine<'k>(&'k self, _: Instructions, _: &Common, _: &[&[f64]; LANES]) -> Box<dyn Engine + 'k> {
         Box::new(Self)
     }
 }
 
-impl Engine for Alone {
-    fn steps(&mut self, _: &mut Kept, _: &mut Told, task: &Task) -> Made {
+impl Engine for ScalarSteps {
+    fn steps(&mut self, _: &mut LaneState, _: &mut LaneNode, task: &Task) -> Made {
         Made::alone(task)
     }
 
@@ -302,9 +302,9 @@ struct Making<'a, 's, R: Chosen, S: System<N>, const N: usize> {
     /// The steps.
     steps: &'a Steps<'s, R, S, N>,
     /// Their state.
-    kept: &'a mut Kept,
+    lane_state: &'a mut LaneState,
     /// Receives the data of the last node.
-    told: &'a mut Told,
+    lane_node: &'a mut LaneNode,
     /// The steps that are to be made.
     task: &'a Task,
 }
@@ -316,12 +316,12 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
     fn run(self) -> Made {
         let Self {
             steps,
-            kept,
-            told,
+            lane_state,
+            lane_node,
             task,
         } = self;
         let (system, constants) = (steps.system, &steps.constants);
-        let mut now: Now<S::Unknown<Lanes<R>>, R, N> = Now::load(kept);
+        let mut now: LaneRegisters<S::Unknown<Lanes<R>>, R, N> = LaneRegisters::load(lane_state);
         let (mut index, mut elsewhere) = (task.index, task.elsewhere);
         let mut lately = u32::MAX;
         loop {
@@ -381,24 +381,24 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
             if Steps::<R, S, N>::WATCHED {
                 alone |= now.determinants.take(roots.determinants, task.active & !alone);
             }
-            let is_told = index == task.last;
-            if is_told {
+            let is_written = index == task.last;
+            if is_written {
                 let Report { point, force, energy } = system.report(constants, &known, &leg, &e);
-                tell(&leg.q, &point, &force, (energy, roots.evaluations), told);
+                tell(&leg.q, &point, &force, (energy, roots.evaluations), lane_node);
             }
             let found = Found { q, d, z: roots.z };
             if alone == 0 {
                 now.take(&found);
             }
-            if alone != 0 || is_told {
-                now.store(kept);
+            if alone != 0 || is_written {
+                now.store(lane_state);
                 if alone != 0 {
-                    found.store(kept);
+                    found.store(lane_state);
                 }
                 return Made {
                     index,
                     alone,
-                    told: is_told,
+                    is_written,
                 };
             }
             index += 1;
@@ -439,17 +439,17 @@ fn tell<R: Register, const N: usize>(
     point: &Point<Lanes<R>, N>,
     force: &[Lanes<R>; N],
     (energy, evaluations): (Lanes<R>, [u32; LANES]),
-    told: &mut Told,
+    lane_node: &mut LaneNode,
 ) {
     // the node is the one between the legs, whatever the maps are
     let parts = [q, &point.v, &point.a, force];
-    for (to, from) in told.vectors.chunks_exact_mut(N).zip(parts) {
+    for (to, from) in lane_node.vectors.chunks_exact_mut(N).zip(parts) {
         for (to, &from) in to.iter_mut().zip(from) {
             to.0 = from.into();
         }
     }
-    told.energy.0 = energy.into();
-    told.evaluations = evaluations;
+    lane_node.energy.0 = energy.into();
+    lane_node.evaluations = evaluations;
 }
 
 /// Sets one lane of the parameters; those beyond the last value are NaN.
@@ -460,14 +460,14 @@ fn set_lane<R: Register>(parameters: &mut [Lanes<R>], lane: usize, values: &[f64
 }
 
 impl<R: Chosen, S: System<N>, const N: usize> Engine for Steps<'_, R, S, N> {
-    fn steps(&mut self, kept: &mut Kept, told: &mut Told, task: &Task) -> Made {
+    fn steps(&mut self, lane_state: &mut LaneState, lane_node: &mut LaneNode, task: &Task) -> Made {
         let steps = &*self;
         R::run(
             self.token,
             Making {
                 steps,
-                kept,
-                told,
+                lane_state,
+                lane_node,
                 task,
             },
         )

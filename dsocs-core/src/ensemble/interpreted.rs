@@ -13,10 +13,10 @@ use core::ops::Range;
 use wide::f64x8;
 
 use super::determinants::Determinants;
-use super::engine::{Alone, Common, Engine, LaneKernel, Made, Task, Told, foresees, short, times};
-use super::kept::Kept;
+use super::engine::{Common, Engine, LaneKernel, LaneNode, Made, ScalarSteps, Task, foresees, short, times};
+use super::lane_registers::{Natural, load, store};
+use super::lane_state::LaneState;
 use super::newton::{self, Roots};
-use super::state::{Natural, load, store};
 use crate::kernel::Kernel as _;
 use crate::number::compensated;
 use crate::number::instructions::{Chosen, InLanes, Instructions, OTHERS};
@@ -27,22 +27,22 @@ use crate::solve::predictor::{extrapolate_one, size_after};
 use crate::solve::rotation;
 use crate::solve::sparse::Sparse;
 use crate::solve::unknown::Unknown;
-use crate::step::interpreted::Hot;
+use crate::step::interpreted::StepPrograms;
 use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE, TapeKernel};
 use crate::tape::{Eight, FIXED, Numbers, Shape, Source, Straight, TapeCall};
 
 /// The steps of a tape.
-pub(super) struct Walked<'k>(pub &'k TapeKernel);
+pub(super) struct InterpretedLanes<'k>(pub &'k TapeKernel);
 
-impl LaneKernel for Walked<'_> {
+impl LaneKernel for InterpretedLanes<'_> {
     fn engine<'k>(
         &'k self,
         instructions: Instructions,
         common: &Common,
         values: &[&[f64]; LANES],
     ) -> Box<dyn Engine + 'k> {
-        if self.0.hot().stretch.len() > FIXED {
-            return Box::new(Alone);
+        if self.0.programs().layout.len() > FIXED {
+            return Box::new(ScalarSteps);
         }
         if self.0.sparse().is_some() && Source::shape(self.0).unknowns > 0 {
             // as for compiled steps, these use the registers for which the program was compiled
@@ -69,13 +69,13 @@ impl LaneKernel for Walked<'_> {
     }
 }
 
-/// The numbers of a stretch in lanes.
-struct Stretched(Vec<f64>);
+/// The numbers of several programs in lanes.
+struct LaneMemory(Vec<f64>);
 
-/// All places of a stretch.
+/// All places of this memory.
 type Places = [[f64; LANES]; FIXED];
 
-impl Stretched {
+impl LaneMemory {
     /// Zeros. Unwritten pages take no physical memory.
     fn new() -> Self {
         Self(vec![0.0; (FIXED + 1) * LANES])
@@ -89,7 +89,7 @@ impl Stretched {
     }
 }
 
-/// The numbers of a stretch as registers of one kind.
+/// The numbers of several programs as registers of one kind.
 struct InRegisters<'n, R> {
     places: &'n mut Places,
     registers: PhantomData<R>,
@@ -270,7 +270,7 @@ struct Steps<'k, R: Chosen> {
     /// The parameters.
     parameters: Vec<Eight>,
     /// The numbers of the programs.
-    numbers: Stretched,
+    numbers: LaneMemory,
     /// The rest of the workspace.
     room: Room<R>,
 }
@@ -280,10 +280,10 @@ struct Steps<'k, R: Chosen> {
 type Sums<R> = [Lanes<R>; 4];
 
 /// The past of an unknown: its backward differences, then its recent size.
-type Past<R> = [Lanes<R>; Kept::VECTORS];
+type Past<R> = [Lanes<R>; LaneState::VECTORS];
 
 /// The state between steps.
-struct Now<R> {
+struct LaneRegisters<R> {
     /// The last nodes.
     sums: Vec<Sums<R>>,
     /// The past solutions.
@@ -295,7 +295,7 @@ struct Now<R> {
 
 /// The workspace of steps.
 struct Room<R> {
-    now: Now<R>,
+    now: LaneRegisters<R>,
     /// The compensated sums after the step that is being made.
     next: Vec<Sums<R>>,
     /// Workspace for the vectors of a step.
@@ -336,10 +336,10 @@ impl<'k, R: Chosen> Steps<'k, R> {
         let shape = Source::shape(system);
         let (n, m) = (shape.increments, shape.unknowns);
         let zero = Lanes::splat(0.0);
-        let mut numbers = Stretched::new();
+        let mut numbers = LaneMemory::new();
         if let Some(places) = numbers.places() {
-            let stretch = &system.hot().stretch;
-            stretch.each_constant(|place, value| places[place] = [value; LANES]);
+            let layout = &system.programs().layout;
+            layout.each_constant(|place, value| places[place] = [value; LANES]);
         }
         let mut steps = Self {
             token,
@@ -349,9 +349,9 @@ impl<'k, R: Chosen> Steps<'k, R> {
             parameters: vec![Eight::ZERO; shape.parameters.len()],
             numbers,
             room: Room {
-                now: Now {
+                now: LaneRegisters {
                     sums: vec![[zero; 4]; n],
-                    past: vec![[zero; Kept::VECTORS]; m],
+                    past: vec![[zero; LaneState::VECTORS]; m],
                     natural: vec![zero; 2 * m],
                 },
                 next: vec![[zero; 4]; n],
@@ -375,9 +375,9 @@ impl<'k, R: Chosen> Steps<'k, R> {
 
     /// Computes the constants of the parameters.
     fn decide(&mut self) {
-        let Hot {
+        let StepPrograms {
             places, constants, ..
-        } = self.system.hot();
+        } = self.system.programs();
         if let Some(numbers) = self.numbers.places() {
             let mut numbers = InRegisters::<R>::new(numbers);
             numbers.take_one(places.h, Lanes::splat(self.common.h));
@@ -439,7 +439,7 @@ impl<'l, 'r, R: Chosen> newton::Equations<R> for Rows<'_, '_, 'l, 'r, R> {
     #[inline(always)]
     fn update(&mut self, z: &Self::Z) -> (Self::Z, Lanes<R>) {
         let numbers = &mut *self.numbers;
-        numbers.take(&self.system.hot().places.z, z.as_ref().iter().copied());
+        numbers.take(&self.system.programs().places.z, z.as_ref().iter().copied());
         walk(self.token, self.program, self.system, numbers);
         let mut rows = z.clone();
         let (of_rows, of_entries) = self
@@ -487,7 +487,7 @@ impl<'l, 'r, R: Chosen> newton::Equations<R> for Rows<'_, '_, 'l, 'r, R> {
 
     #[inline(always)]
     fn declared(&mut self, z: &Self::Z, nearby: &Self::Z) -> Mask<R> {
-        let Hot { places, scales, .. } = self.system.hot();
+        let StepPrograms { places, scales, .. } = self.system.programs();
         self.numbers.take(&places.z, z.as_ref().iter().copied());
         walk(self.token, scales, self.system, self.numbers);
         let mut here = z.clone();
@@ -510,9 +510,9 @@ struct Making<'a, 'k, R: Chosen> {
     /// The steps.
     steps: &'a mut Steps<'k, R>,
     /// Their state.
-    kept: &'a mut Kept,
+    lane_state: &'a mut LaneState,
     /// Receives the data of the last node.
-    told: &'a mut Told,
+    lane_node: &'a mut LaneNode,
     /// The steps that are to be made.
     task: &'a Task,
 }
@@ -525,8 +525,8 @@ impl<R: Chosen> InLanes for Making<'_, '_, R> {
     fn run(self) -> Made {
         let Self {
             steps,
-            kept,
-            told,
+            lane_state,
+            lane_node,
             task,
         } = self;
         let Steps {
@@ -543,12 +543,12 @@ impl<R: Chosen> InLanes for Making<'_, '_, R> {
             return Made::alone(task);
         };
         let numbers = &mut InRegisters::<R>::new(numbers);
-        let (shape, hot) = (Source::shape(system), system.hot());
-        let places = &hot.places;
+        let (shape, programs) = (Source::shape(system), system.programs());
+        let places = &programs.places;
         let sparse = system.sparse().zip(*sparse);
         let program = match sparse {
-            Some(_) => &hot.entries,
-            None => &hot.residual,
+            Some(_) => &programs.entries,
+            None => &programs.residual,
         };
         let Room {
             now,
@@ -556,10 +556,10 @@ impl<R: Chosen> InLanes for Making<'_, '_, R> {
             vectors,
             matrix,
         } = room;
-        load_columns(&mut now.sums, &kept.sums);
-        load_columns(&mut now.past, &kept.past);
-        load(&mut now.natural, &kept.natural);
-        let mut determinants: Determinants<R> = kept.determinants.moved();
+        load_columns(&mut now.sums, &lane_state.sums);
+        load_columns(&mut now.past, &lane_state.past);
+        load(&mut now.natural, &lane_state.natural);
+        let mut determinants: Determinants<R> = lane_state.determinants.moved();
         let (mut index, mut elsewhere) = (task.index, task.elsewhere);
         let mut lately = u32::MAX;
         loop {
@@ -570,7 +570,7 @@ impl<R: Chosen> InLanes for Making<'_, '_, R> {
                 numbers.take_one(places.clock, times(&common.clocks, index).into());
             }
             let left = Cell::new(&mut vectors[..]);
-            let [guess, expected] = begin(token, system, numbers, now, &left, kept);
+            let [guess, expected] = begin(token, system, numbers, now, &left, lane_state);
             let mut rows = Rows::<R> {
                 token,
                 system,
@@ -592,10 +592,10 @@ impl<R: Chosen> InLanes for Making<'_, '_, R> {
             );
             let z = roots.z.as_ref();
             numbers.take(&places.z, z.iter().copied());
-            walk(token, &hot.second_difference, system, numbers);
+            walk(token, &programs.second_difference, system, numbers);
             let finite = arrive(
                 &shape.rotations,
-                numbers.results(&hot.second_difference),
+                numbers.results(&programs.second_difference),
                 &now.sums,
                 next,
             );
@@ -614,10 +614,10 @@ impl<R: Chosen> InLanes for Making<'_, '_, R> {
             if shape.is_watched() {
                 alone |= determinants.take(roots.determinants, task.active & !alone);
             }
-            let is_told = index == task.last;
-            if is_told {
-                tell(token, system, numbers, &now.sums, told);
-                told.evaluations = roots.evaluations;
+            let is_written = index == task.last;
+            if is_written {
+                tell(token, system, numbers, &now.sums, lane_node);
+                lane_node.evaluations = roots.evaluations;
             }
             if alone == 0 {
                 core::mem::swap(&mut now.sums, next);
@@ -632,19 +632,19 @@ impl<R: Chosen> InLanes for Making<'_, '_, R> {
                 }
                 determinants.push();
             }
-            if alone != 0 || is_told {
-                store_columns(&mut kept.sums, &now.sums);
-                store_columns(&mut kept.past, &now.past);
-                kept.determinants = determinants.moved();
+            if alone != 0 || is_written {
+                store_columns(&mut lane_state.sums, &now.sums);
+                store_columns(&mut lane_state.past, &now.past);
+                lane_state.determinants = determinants.moved();
                 if alone != 0 {
-                    let (to, found) = kept.found.split_at_mut(4 * next.len());
+                    let (to, found) = lane_state.found.split_at_mut(4 * next.len());
                     store_columns(to, next);
                     store(found, z);
                 }
                 return Made {
                     index,
                     alone,
-                    told: is_told,
+                    is_written,
                 };
             }
             index += 1;
@@ -659,17 +659,17 @@ fn begin<'l, 'r, R: Chosen>(
     token: R::Token,
     system: &TapeKernel,
     numbers: &mut InRegisters<'_, R>,
-    now: &Now<R>,
+    now: &LaneRegisters<R>,
     left: &'l Left<'r, R>,
-    kept: &Kept,
+    lane_state: &LaneState,
 ) -> [Unknowns<'l, 'r, R>; 2] {
-    let Hot {
+    let StepPrograms {
         places,
         known,
         unknown,
         ..
-    } = system.hot();
-    let Now { sums, past, natural } = now;
+    } = system.programs();
+    let LaneRegisters { sums, past, natural } = now;
     numbers.take(&places.n, sums.iter().map(|[q, ..]| *q));
     numbers.take(&places.d, sums.iter().map(|[_, _, d, _]| *d));
     walk(token, known, system, numbers);
@@ -685,10 +685,10 @@ fn begin<'l, 'r, R: Chosen>(
     }
     let (part, inverse) = natural.split_at(past.len());
     let natural = Natural {
-        known: kept.known,
+        known: lane_state.known,
         part,
         inverse,
-        level: kept.level.0.into(),
+        level: lane_state.level.0.into(),
     };
     let lately = past.iter().map(|[.., size]| *size);
     [guess, natural.raise(expected, lately)]
@@ -735,21 +735,21 @@ fn tell<R: Chosen>(
     system: &TapeKernel,
     numbers: &mut InRegisters<'_, R>,
     sums: &[Sums<R>],
-    told: &mut Told,
+    lane_node: &mut LaneNode,
 ) {
-    let Hot {
+    let StepPrograms {
         places,
         second_difference,
         node,
         energy,
         ..
-    } = system.hot();
+    } = system.programs();
     for (place, &from) in places.e.clone().zip(second_difference.places()) {
         let value = numbers.at(from);
         numbers.take_one(place, value);
     }
     walk(token, node, system, numbers);
-    let (motion, force) = told.vectors.split_at_mut(3 * sums.len());
+    let (motion, force) = lane_node.vectors.split_at_mut(3 * sums.len());
     let mut t = [Eight::ZERO];
     let mut results = numbers.results(node);
     for room in [&mut *motion, &mut t, force] {
@@ -765,7 +765,7 @@ fn tell<R: Chosen>(
     }
     walk(token, energy, system, numbers);
     let energy = numbers.results(energy).next();
-    told.energy.0 = energy.unwrap_or(Lanes::splat(f64::NAN)).into();
+    lane_node.energy.0 = energy.unwrap_or(Lanes::splat(f64::NAN)).into();
     // the node is the one between the legs, whatever the maps are
     for (to, [q, ..]) in motion.iter_mut().zip(sums) {
         to.0 = (*q).into();
@@ -773,13 +773,13 @@ fn tell<R: Chosen>(
 }
 
 impl<R: Chosen> Engine for Steps<'_, R> {
-    fn steps(&mut self, kept: &mut Kept, told: &mut Told, task: &Task) -> Made {
+    fn steps(&mut self, lane_state: &mut LaneState, lane_node: &mut LaneNode, task: &Task) -> Made {
         R::run(
             self.token,
             Making {
                 steps: self,
-                kept,
-                told,
+                lane_state,
+                lane_node,
                 task,
             },
         )

@@ -111,7 +111,7 @@ pub(super) fn solve<R: Register, E: Equations<R>>(
         determinants: Lanes::splat(f64::NAN),
     };
     let (nowhere, everywhere) = (Mask::splat(false), Mask::splat(true));
-    let (mut bent, mut in_question) = (nowhere, nowhere);
+    let (mut bent, mut ambiguous) = (nowhere, nowhere);
     let limit = max_iterations.clamp(2, MAX_EVALUATIONS);
     let mut before: Option<Iterate<E::Z>> = None;
     let mut before_that: Option<Iterate<E::Z>> = None;
@@ -132,11 +132,11 @@ pub(super) fn solve<R: Register, E: Equations<R>>(
         let mut arriving = last & converging;
         if E::MAY_BE_WATCHED && evaluation >= 3 && equations.are_watched() {
             if let (3, Some(first), Some(second)) = (evaluation, &before_that, &before) {
-                [bent, in_question] = questioned(first, second);
-                in_question = in_question | (bent & equations.past_is_short());
+                [bent, ambiguous] = bent_and_ambiguous(first, second);
+                ambiguous = ambiguous | (bent & equations.past_is_short());
             }
             // these are left to the iteration that examines the other root
-            arriving = arriving & !if evaluation > MANY { bent } else { in_question };
+            arriving = arriving & !if evaluation > MANY { bent } else { ambiguous };
         }
         let mut arrived = found.left & arriving.bits();
         if E::MAY_BE_SCALED && arrived != 0 && equations.are_scaled() {
@@ -195,7 +195,10 @@ fn finite<R: Register, U: Components<Lanes<R>>>(x: &U) -> Mask<R> {
 /// The lanes in which the rows bend on the way to the root, and of these the ones where another root may be
 /// close: the rules of [`crate::solve::newton`] for the worst pair of components.
 #[inline(always)]
-fn questioned<R: Register, U: Components<Lanes<R>>>(first: &Iterate<U>, second: &Iterate<U>) -> [Mask<R>; 2] {
+fn bent_and_ambiguous<R: Register, U: Components<Lanes<R>>>(
+    first: &Iterate<U>,
+    second: &Iterate<U>,
+) -> [Mask<R>; 2] {
     let zero = Lanes::splat(0.0);
     let (mut before, mut after) = (zero, zero);
     let (mut smallest, mut largest) = (Lanes::splat(f64::INFINITY), zero);

@@ -225,7 +225,7 @@ fn what_cannot_be_run_is_told() {
     for t in [f64::INFINITY, f64::NAN] {
         assert!(matches!(ensemble.to(t)[1], Err(RunError::Until { .. })));
     }
-    assert!(matches!(ensemble.to(-1.0)[1], Err(RunError::Behind { .. })));
+    assert!(matches!(ensemble.to(-1.0)[1], Err(RunError::TimeBehind { .. })));
 }
 
 #[test]

@@ -4,7 +4,7 @@
 #![allow(clippy::inline_always)]
 
 use super::determinants::Determinants;
-use super::kept::Kept;
+use super::lane_state::LaneState;
 use crate::number::compensated::Compensated;
 use crate::number::lanes::{Lanes, Mask, Register};
 use crate::number::scalar::Scalar;
@@ -14,7 +14,7 @@ use crate::tape::Eight;
 
 /// The state between steps.
 #[derive(Clone, Copy)]
-pub(super) struct Now<U, R, const N: usize> {
+pub(super) struct LaneRegisters<U, R, const N: usize> {
     /// The last nodes.
     pub q: Compensated<N, Lanes<R>>,
     /// The increments that led to them.
@@ -73,7 +73,7 @@ impl<R: Register, U: AsRef<[Lanes<R>]>> Natural<U, R> {
     }
 }
 
-impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
+impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> LaneRegisters<U, R, N> {
     /// No past.
     #[inline(always)]
     fn new() -> Self {
@@ -110,49 +110,49 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
 
     /// The state, loaded into registers.
     #[inline(always)]
-    pub fn load(kept: &Kept) -> Self {
+    pub fn load(lane_state: &LaneState) -> Self {
         let mut now = Self::new();
         // there may be no unknowns
         let m = now.predictor.size().as_ref().len().max(1);
         let sums = [&mut now.q.hi, &mut now.q.lo, &mut now.d.hi, &mut now.d.lo];
-        for (to, from) in sums.into_iter().zip(kept.sums.chunks_exact(N)) {
+        for (to, from) in sums.into_iter().zip(lane_state.sums.chunks_exact(N)) {
             load(to, from);
         }
-        for (to, from) in now.predictor.vectors_mut().zip(kept.past.chunks_exact(m)) {
+        for (to, from) in now.predictor.vectors_mut().zip(lane_state.past.chunks_exact(m)) {
             load(to.as_mut(), from);
         }
-        now.determinants = kept.determinants.moved();
-        now.natural.known = kept.known;
+        now.determinants = lane_state.determinants.moved();
+        now.natural.known = lane_state.known;
         let natural = [&mut now.natural.part, &mut now.natural.inverse];
-        for (to, from) in natural.into_iter().zip(kept.natural.chunks_exact(m)) {
+        for (to, from) in natural.into_iter().zip(lane_state.natural.chunks_exact(m)) {
             load(to.as_mut(), from);
         }
-        now.natural.level = kept.level.0.into();
+        now.natural.level = lane_state.level.0.into();
         now
     }
 
     /// Stores the state; natural sizes do not change in a step.
     #[inline(always)]
-    pub fn store(&self, kept: &mut Kept) {
+    pub fn store(&self, lane_state: &mut LaneState) {
         // there may be no unknowns
         let m = self.predictor.size().as_ref().len().max(1);
         let sums = [&self.q.hi, &self.q.lo, &self.d.hi, &self.d.lo];
-        for (to, from) in kept.sums.chunks_exact_mut(N).zip(sums) {
+        for (to, from) in lane_state.sums.chunks_exact_mut(N).zip(sums) {
             store(to, from);
         }
-        for (to, from) in kept.past.chunks_exact_mut(m).zip(self.predictor.vectors()) {
+        for (to, from) in lane_state.past.chunks_exact_mut(m).zip(self.predictor.vectors()) {
             store(to, from.as_ref());
         }
-        kept.determinants = self.determinants.moved();
+        lane_state.determinants = self.determinants.moved();
     }
 }
 
 impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Found<U, R, N> {
     /// Stores the step as held back.
     #[inline(always)]
-    pub fn store(&self, kept: &mut Kept) {
+    pub fn store(&self, lane_state: &mut LaneState) {
         let sums = [&self.q.hi, &self.q.lo, &self.d.hi, &self.d.lo];
-        let (to, z) = kept.found.split_at_mut(4 * N);
+        let (to, z) = lane_state.found.split_at_mut(4 * N);
         for (to, from) in to.chunks_exact_mut(N).zip(sums) {
             store(to, from);
         }

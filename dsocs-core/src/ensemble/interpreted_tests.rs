@@ -60,7 +60,7 @@ fn spacing(until: f64) -> (f64, NonZeroU64) {
 }
 
 /// 11 runs of a tape: the text of their observed nodes, then of the last one or the error.
-fn walked<const N: usize>(
+fn interpreted<const N: usize>(
     tape: &TapeKernel,
     h: f64,
     until: f64,
@@ -85,17 +85,17 @@ fn walked<const N: usize>(
             ControlFlow::Continue(())
         },
     );
-    let told = runs.into_iter().map(|mut run| {
+    let text = runs.into_iter().map(|mut run| {
         run.observer.push(match run.last {
             Ok(last) => format!("{last:?}"),
             Err(error) => error.to_string(),
         });
         run.observer
     });
-    told.collect()
+    text.collect()
 }
 
-/// [`walked`] for a compiled system.
+/// [`interpreted`] for a compiled system.
 fn compiled<S: System<N> + Sync, const N: usize>(
     system: &S,
     h: f64,
@@ -115,15 +115,15 @@ fn compiled<S: System<N> + Sync, const N: usize>(
     let runs = ensemble.stream(until, every, |_| Trajectory::<N>::default());
     // with the shortest decimals, different numbers have different texts
     let of = |node: &Node<N>| format!("{:?}", OwnedNode::of(&node.any()));
-    let told = runs.into_iter().map(|run| {
-        let mut told: Vec<String> = run.observer.nodes.iter().map(of).collect();
-        told.push(match run.last {
+    let text = runs.into_iter().map(|run| {
+        let mut text: Vec<String> = run.observer.nodes.iter().map(of).collect();
+        text.push(match run.last {
             Ok(last) => of(&last),
             Err(error) => error.to_string(),
         });
-        told
+        text
     });
-    told.collect()
+    text.collect()
 }
 
 /// Compares a compiled system with its tape, with every set of instructions. Returns the number of nodes that
@@ -131,7 +131,7 @@ fn compiled<S: System<N> + Sync, const N: usize>(
 fn compare<S: System<N> + Sync, const N: usize>(system: &S, h: f64, until: f64) -> usize {
     let tape = of_tape(system.kernel());
     let count = |instructions| {
-        let runs = walked::<N>(&tape, h, until, instructions);
+        let runs = interpreted::<N>(&tape, h, until, instructions);
         let name = S::NAME;
         assert_eq!(
             compiled(system, h, until, instructions),
@@ -144,7 +144,7 @@ fn compare<S: System<N> + Sync, const N: usize>(system: &S, h: f64, until: f64) 
 }
 
 #[test]
-fn what_is_walked_has_the_bits_of_what_is_compiled() {
+fn interpreted_lanes_have_the_bits_of_compiled_ones() {
     let count = compare(&Cliff, 0.01, 3.0) + compare(&Particle::default(), 0.1, 30.0);
     assert!(count > 4_500, "{count}");
 }
@@ -154,7 +154,7 @@ fn all_instructions_give_the_same_bits() {
     fn check<const N: usize>(kernel: &dyn Kernel) {
         let tape = of_tape(kernel);
         let [narrow, wide, widest] =
-            Instructions::ALL.map(|instructions| walked::<N>(&tape, 0.02, 8.0, instructions));
+            Instructions::ALL.map(|instructions| interpreted::<N>(&tape, 0.02, 8.0, instructions));
         assert!(narrow.iter().all(|run| run.len() > 100));
         assert_eq!(narrow, wide);
         assert_eq!(narrow, widest);

@@ -4,7 +4,7 @@
 use wide::f64x8;
 
 use super::determinants::Determinants;
-use crate::kernel::course::Course;
+use crate::kernel::run_state::RunState;
 use crate::solve::Vector;
 use crate::solve::convergence::Remembered;
 use crate::solve::predictor::{DIFFERENCES, push_past, size_after};
@@ -14,7 +14,7 @@ use crate::tape::Shape;
 /// The state of a block between steps. Vectors lie one after the other, each number eight times, once for
 /// each lane.
 #[derive(Clone)]
-pub(super) struct Kept {
+pub(super) struct LaneState {
     /// The number of coordinates.
     coordinates: usize,
     /// The number of unknowns of a step.
@@ -36,7 +36,7 @@ pub(super) struct Kept {
     pub found: Vec<Eight>,
 }
 
-impl Kept {
+impl LaneState {
     /// The number of vectors of the past.
     pub const VECTORS: usize = DIFFERENCES + 1;
 
@@ -79,10 +79,10 @@ impl Kept {
     }
 
     /// Copies one lane into a run.
-    pub fn put(&self, lane: usize, course: &mut Course) {
-        let Course {
+    pub fn put(&self, lane: usize, run_state: &mut RunState) {
+        let RunState {
             vectors, predictor, ..
-        } = course;
+        } = run_state;
         for (one, sums) in vectors
             .leg_sums_mut()
             .zip(self.sums.chunks_exact(self.coordinates))
@@ -106,10 +106,10 @@ impl Kept {
     }
 
     /// Copies a run into one lane.
-    pub fn set_lane(&mut self, lane: usize, course: &Course) {
-        let Course {
+    pub fn set_lane(&mut self, lane: usize, run_state: &RunState) {
+        let RunState {
             vectors, predictor, ..
-        } = course;
+        } = run_state;
         self.determinants
             .set_lane(lane, &predictor.determinants, self.unknowns);
         for (one, sums) in vectors
