@@ -38,38 +38,38 @@
 
 mod admissible;
 mod array;
-mod contact;
 mod continuous;
 mod error;
 mod evolution;
 mod expansion;
 mod external;
 mod form;
+mod given_nodes;
 mod inverse;
 mod legendre;
 mod map;
 mod momentum;
 mod nodes;
 mod pairs;
+mod part_errors;
 mod pieces;
 mod quadrature;
 mod reduction;
 pub(crate) mod solvable;
 mod split;
 mod theorem;
-mod written;
 
 #[allow(unused_imports)] // named in the documentation
 use crate::{number::point::Leg, system::System};
 
 pub use admissible::admissible_variations;
-pub use contact::{Contact, Gap};
 pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, motion_near, variation};
 pub use error::GeometryError;
 pub use evolution::Evolution;
 pub use expansion::Expansion;
 pub use external::{discrete_power, external_forces, force_roundings, power, power_with};
 pub use form::{Displacement, TwoForm};
+pub use given_nodes::{rows_at_four_given_nodes, rows_at_given_nodes};
 pub use legendre::{
     discrete_form, discrete_lagrangian, legendre_minus, legendre_plus, momentum_minus, momentum_plus,
     theta_minus, theta_plus,
@@ -77,13 +77,13 @@ pub use legendre::{
 pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
 pub use pairs::{constraint_forms, pair_displacements, state_displacements};
+pub use part_errors::{PartError, PartErrors};
 pub use pieces::{corners, pieces};
 pub use quadrature::mean_over;
 pub use reduction::{arriving_momentum, momentum_along, momentum_balance, reduced};
 #[doc(hidden)] // until steps are solved on slices
 pub use split::{constraint_multipliers, continuous_multipliers, multipliers_of};
 pub use theorem::FlowTheorem;
-pub use written::{rows_of_four_written, rows_of_written};
 
 use crate::kernel::Kernel;
 use crate::number::point::{AnyLeg, map};

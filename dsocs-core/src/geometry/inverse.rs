@@ -3,7 +3,7 @@
 use super::array::{along, minus, moving_leg, times, zero};
 use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
-use super::solvable::{self, Sought};
+use super::solvable::{self, WantedSolution};
 use super::units;
 use crate::number::point::{AnyLeg, OwnedLeg};
 use crate::number::scalar::Scalar as _;
@@ -76,7 +76,7 @@ impl DiscreteFlow<'_> {
         };
         let still = zero(last.d.len());
         let lengths = lengths(&self.declaration(), self.h, last, &still);
-        let mut z = if let Ok(solution) = self.solved(at(&e).any(), Sought::Near(&e)) {
+        let mut z = if let Ok(solution) = self.solved(at(&e).any(), WantedSolution::Near(&e)) {
             solution.z
         } else {
             let declaration = self.declaration();
@@ -131,7 +131,7 @@ impl DiscreteFlow<'_> {
             q: &minus(last.q, last.d),
             d: &times(-1.0, last.d),
         };
-        let solution = solvable::step(self.system, -self.h, turned, Sought::First).ok()?;
+        let solution = solvable::step(self.system, -self.h, turned, WantedSolution::First).ok()?;
         Some(solution.e)
     }
 

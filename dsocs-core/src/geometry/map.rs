@@ -4,7 +4,7 @@ use super::array::{along, minus, moving_leg, plus, slopes, square};
 use super::error::GeometryError;
 use super::form::Displacement;
 use super::legendre::product;
-use super::solvable::{self, Solution, Sought};
+use super::solvable::{self, Solution, WantedSolution};
 use super::units;
 use crate::error::SetupError;
 use crate::kernel::Kernel;
@@ -137,7 +137,7 @@ impl<'s> DiscreteFlow<'s> {
     ///
     /// [`GeometryError::Step`] if no solution of the step is found, [`GeometryError::Length`] if the pair has another number of coordinates.
     pub fn forward(&self, leg: AnyLeg<'_, f64>) -> Result<Triple, GeometryError> {
-        let solution = self.solved(leg, Sought::Watched)?;
+        let solution = self.solved(leg, WantedSolution::Watched)?;
         Ok(Triple::new(leg, &solution.e))
     }
 
@@ -148,7 +148,7 @@ impl<'s> DiscreteFlow<'s> {
     ///
     /// [`GeometryError::Step`] if no solution of the step is found from there, [`GeometryError::Length`] as [`DiscreteFlow::forward`].
     pub fn forward_near(&self, leg: AnyLeg<'_, f64>, e: &[f64]) -> Result<Triple, GeometryError> {
-        let solution = self.solved(leg, Sought::Near(e))?;
+        let solution = self.solved(leg, WantedSolution::Near(e))?;
         Ok(Triple::new(leg, &solution.e))
     }
 
@@ -174,12 +174,16 @@ impl<'s> DiscreteFlow<'s> {
     }
 
     /// The solution of the step from `leg`.
-    pub(super) fn solved(&self, leg: AnyLeg<'_, f64>, sought: Sought<'_>) -> Result<Solution, GeometryError> {
+    pub(super) fn solved(
+        &self,
+        leg: AnyLeg<'_, f64>,
+        wanted: WantedSolution<'_>,
+    ) -> Result<Solution, GeometryError> {
         self.check(&[leg.q, leg.d])?;
-        if let Sought::Near(e) = sought {
+        if let WantedSolution::Near(e) = wanted {
             self.check(&[e])?;
         }
-        match solvable::step(self.system, self.h, leg, sought) {
+        match solvable::step(self.system, self.h, leg, wanted) {
             Ok(solution) => Ok(solution),
             Err(cause) => Err(failed(leg, cause)),
         }
@@ -194,7 +198,7 @@ impl<'s> DiscreteFlow<'s> {
     pub fn tangent(&self, triple: &Triple) -> Result<TangentMap, GeometryError> {
         self.without_rotations("the tangent map of a pair of nodes (geometry::DiscreteFlow::tangent)")?;
         let (leg, e) = (triple.leg.any(), &triple.e);
-        let Solution { z, e: found } = self.solved(leg, Sought::Near(e))?;
+        let Solution { z, e: found } = self.solved(leg, WantedSolution::Near(e))?;
         let declaration = self.declaration();
         let lengths = lengths(&declaration, self.h, leg, e);
         let mut apart = found.iter().zip(e).zip(&lengths);

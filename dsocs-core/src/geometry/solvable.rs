@@ -3,7 +3,7 @@
 use crate::error::SetupError;
 use crate::flow::discrete::{check, constants_of, values_of};
 use crate::kernel::Kernel;
-use crate::kernel::course::MAX_ITERATIONS;
+use crate::kernel::run_state::MAX_ITERATIONS;
 use crate::number::point::AnyLeg;
 use crate::solve::Square;
 use crate::solve::failure::NewtonFailure;
@@ -13,7 +13,7 @@ use crate::tape::declaration::Declaration;
 
 /// The solution of a step that is requested.
 #[derive(Clone, Copy, Debug)]
-pub enum Sought<'a> {
+pub enum WantedSolution<'a> {
     /// The first solution that is found.
     First,
     /// The first solution that is found, after a search for others wherever the rows are strongly nonlinear.
@@ -46,15 +46,15 @@ pub(crate) fn step(
     system: &dyn Kernel,
     h: f64,
     leg: AnyLeg<'_, f64>,
-    sought: Sought<'_>,
+    wanted: WantedSolution<'_>,
 ) -> Result<Solution, NewtonFailure> {
     let values = values_of(system);
     let constants = constants_of(system, &values, h);
     let mut step = Step::new((system, &values), &constants, leg, h);
-    step.past_is_short = matches!(sought, Sought::Watched);
-    let (z, _) = match sought {
-        Sought::Near(e) => step.solve_from(&step.unknowns(e), MAX_ITERATIONS)?,
-        Sought::First | Sought::Watched => {
+    step.past_is_short = matches!(wanted, WantedSolution::Watched);
+    let (z, _) = match wanted {
+        WantedSolution::Near(e) => step.solve_from(&step.unknowns(e), MAX_ITERATIONS)?,
+        WantedSolution::First | WantedSolution::Watched => {
             let mut predictor = Predictor::new(system.shape().unknowns);
             step.solve_without_prediction(&mut predictor, &step.least(), MAX_ITERATIONS, 0)?
         }

@@ -1,4 +1,4 @@
-//! Contact of the discrete system with the exact one: the errors of its parts at nodes of the continuous
+//! The contact of the discrete system with the exact one: the errors of its parts at nodes of the continuous
 //! motion.
 
 use super::array::{along, moving, moving_leg};
@@ -25,12 +25,12 @@ const DERIVATIVE: f64 = 64.0 * f64::EPSILON;
 
 /// The error of a quantity of the discrete system.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gap {
+pub struct PartError {
     /// The discrete value minus the exact one.
-    pub apart: f64,
+    pub difference: f64,
     /// The size of the terms that make up the quantity, in the same units.
     pub size: f64,
-    /// A bound of the rounding error in `apart`, in the same units.
+    /// A bound of the rounding error in `difference`, in the same units.
     pub rounding: f64,
 }
 
@@ -46,7 +46,7 @@ pub struct Gap {
 ///
 /// ```
 /// use dsocs_core::dsocs;
-/// use dsocs_core::geometry::{Contact, Expansion};
+/// use dsocs_core::geometry::{PartErrors, Expansion};
 ///
 /// /// An oscillator, with the paper's map.
 /// #[dsocs { coordinates(x); lagrangian = (dot(x).powi(2) - x.powi(2)) / 2; }]
@@ -56,53 +56,53 @@ pub struct Gap {
 /// let cosine = [1.0, 0.0, -1.0 / 2.0, 0.0, 1.0 / 24.0, 0.0, -1.0 / 720.0, 0.0, 1.0 / 40320.0];
 /// let motion = Expansion { t: 0.0, coefficients: cosine.map(|c| vec![c]).to_vec(), rotations: vec![], reach: 0.5 };
 /// let h = 0.1_f64;
-/// let contact = Contact::of(&Oscillator, &motion, h)?;
+/// let part_errors = PartErrors::of(&Oscillator, &motion, h)?;
 /// // the force at the node is missed by about h²/12
 /// let by_hand = 2.0 * (h.cos() - 1.0) / h.powi(2) + 1.0;
-/// assert!((contact.forces[0].apart - by_hand).abs() < 1e-12);
+/// assert!((part_errors.forces[0].difference - by_hand).abs() < 1e-12);
 /// // L_d by about h times a half, since V is taken at the first node; the action is half of the change of q q̇
 /// let by_hand = ((h.cos() - 1.0) / h).powi(2) / 2.0 - 0.5 - (-h.sin() * h.cos() / 2.0 / h);
-/// assert!((contact.lagrangian[0].apart - by_hand).abs() < 1e-12);
+/// assert!((part_errors.lagrangian[0].difference - by_hand).abs() < 1e-12);
 /// # Ok::<(), dsocs_core::SetupError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Contact {
+pub struct PartErrors {
     /// `L_d` minus the mean of `L`, on the leg after the middle node. One number, in units of `L`.
-    pub lagrangian: Vec<Gap>,
+    pub lagrangian: Vec<PartError>,
     /// The discrete momenta at the middle node minus `∂L/∂v`: first that of the leg that ends there, then
     /// that of the leg that begins there, with one number for each coordinate. Half of the impulse of the
     /// constraint force belongs to each leg. In units of `∂L/∂v`.
-    pub momenta: Vec<Gap>,
+    pub momenta: Vec<PartError>,
     /// `−(D₁L_d + D₂L_d)` at the middle node minus `d/dt ∂L/∂v − ∂L/∂q`, one number for each coordinate, in
     /// units of `L` per unit of the coordinate. Terms of `L_d` that telescope have no effect here, as they
     /// have none on any motion.
-    pub forces: Vec<Gap>,
+    pub forces: Vec<PartError>,
     /// The discrete external forces minus `f`; empty if there are none.
-    pub external_forces: Vec<Gap>,
+    pub external_forces: Vec<PartError>,
     /// The rows of `D_K` that are constraints on positions, as declared.
-    pub positions: Vec<Gap>,
+    pub positions: Vec<PartError>,
     /// The rows of `D_K` that are constraints on velocities, on the leg after the middle node.
-    pub velocities: Vec<Gap>,
+    pub velocities: Vec<PartError>,
     /// The rows of `D_K` that are constraints on accelerations.
-    pub accelerations: Vec<Gap>,
+    pub accelerations: Vec<PartError>,
     /// The works of the true constraint force along the fields that span `D_V`; if no fields are known, the
     /// true force minus its fit by the constraint forms, one number for each coordinate. Empty without
     /// constraints.
-    pub displacements: Vec<Gap>,
+    pub displacements: Vec<PartError>,
     /// The equations that `L_d`, the external forces and `D_V` make together: the works of the discrete
     /// constraint force along `D_V`, or its residual from the fit by the forms. Without constraints the force
     /// itself, one number for each coordinate.
-    pub equations: Vec<Gap>,
+    pub equations: Vec<PartError>,
 }
 
-impl Contact {
-    /// The contact at three nodes about the centre of an expansion, `h` apart.
+impl PartErrors {
+    /// The errors at three nodes about the centre of an expansion, `h` apart.
     ///
     /// # Errors
     ///
     /// [`SetupError::ThirdOrder`] if a constraint is of third order, where the exact motion has no series in this library.
     pub fn of(system: &dyn Kernel, motion: &Expansion, h: f64) -> Result<Self, SetupError> {
-        let method = "the contact of the parts (geometry::Contact)";
+        let method = "the errors of the parts (geometry::PartErrors)";
         if system.shape().is_of_third_order() {
             return Err(SetupError::ThirdOrder { method });
         }
@@ -215,7 +215,7 @@ impl<'s> Place<'s> {
     }
 
     /// The error of `L_d` on the second leg, compared with the mean of `L` along the motion.
-    fn lagrangian(&self, motion: &Expansion) -> Gap {
+    fn lagrangian(&self, motion: &Expansion) -> PartError {
         let leg = self.last();
         let found = self
             .declaration
@@ -232,15 +232,15 @@ impl<'s> Place<'s> {
             size = (kinetic.abs() + (kinetic - value.lane(0)).abs()).max(size);
             value.lane(0)
         });
-        Gap {
-            apart: found.lane(0) - exact,
+        PartError {
+            difference: found.lane(0) - exact,
             size,
             rounding: INPUTS * (found.error() + error),
         }
     }
 
     /// The errors of both legs' momenta at the middle node.
-    fn momenta(&self) -> Vec<Gap> {
+    fn momenta(&self) -> Vec<PartError> {
         let (system, h, first, last) = (self.system, self.h, self.triple.first(), self.last());
         let arriving = legendre_plus(system, h, first);
         let departing = legendre_minus(system, h, last.any());
@@ -249,8 +249,8 @@ impl<'s> Place<'s> {
         let gap = |i: usize, found: f64| {
             // at rest the momentum is zero, but its change within the time of the series is not
             let size = self.reach * self.sizes[i];
-            Gap {
-                apart: found - self.momentum[i],
+            PartError {
+                difference: found - self.momentum[i],
                 size,
                 rounding: DERIVATIVE * size,
             }
@@ -266,13 +266,13 @@ impl<'s> Place<'s> {
     }
 
     /// The errors of the forces of `L_d`, and of the external ones.
-    fn forces(&self) -> [Vec<Gap>; 2] {
+    fn forces(&self) -> [Vec<PartError>; 2] {
         let leg = self.triple.first().map(Bounded::splat);
         let found =
             self.declaration
                 .external_force(Bounded::splat(self.h), leg.any(), &bounded(&self.triple.e));
-        let gap = |i: usize, x: Bounded, y: Bounded| Gap {
-            apart: x.lane(0) - y.lane(0),
+        let gap = |i: usize, x: Bounded, y: Bounded| PartError {
+            difference: x.lane(0) - y.lane(0),
             size: self.sizes[i],
             rounding: INPUTS * (x.error() + y.error()),
         };
@@ -287,7 +287,7 @@ impl<'s> Place<'s> {
     }
 
     /// The errors of the constraints on positions, velocities and accelerations.
-    fn rows(&self) -> [Vec<Gap>; 3] {
+    fn rows(&self) -> [Vec<PartError>; 3] {
         let [holonomic, nonholonomic, kinematic] = self.declaration.constraints();
         let count = holonomic + nonholonomic + kinematic;
         if count == 0 {
@@ -317,9 +317,9 @@ impl<'s> Place<'s> {
             }
         }
         let gaps = rows.iter().zip(sizes).take(count);
-        let mut positions: Vec<Gap> = gaps
-            .map(|(row, size)| Gap {
-                apart: row.lane(0),
+        let mut positions: Vec<PartError> = gaps
+            .map(|(row, size)| PartError {
+                difference: row.lane(0),
                 size,
                 rounding: INPUTS * row.error(),
             })
@@ -330,12 +330,12 @@ impl<'s> Place<'s> {
     }
 
     /// The works along `D_V` of the true constraint force, and of the discrete one.
-    fn works(&self) -> [Vec<Gap>; 2] {
+    fn works(&self) -> [Vec<PartError>; 2] {
         let force = &self.force;
         let constraints: usize = self.declaration.constraints().iter().sum();
         if constraints == 0 {
-            let alone = self.coordinates().map(|i| Gap {
-                apart: self.discrete[i].lane(0),
+            let alone = self.coordinates().map(|i| PartError {
+                difference: self.discrete[i].lane(0),
                 size: self.sizes[i],
                 rounding: INPUTS * self.discrete[i].error(),
             });
@@ -347,8 +347,8 @@ impl<'s> Place<'s> {
             let forms = self.declaration.forms(h, leg.any(), &e);
             return [force, &self.discrete].map(|force| {
                 let rest = left(force, &forms);
-                let gap = |i: usize| Gap {
-                    apart: rest[i].value,
+                let gap = |i: usize| PartError {
+                    difference: rest[i].value,
                     size: self.sizes[i],
                     rounding: INPUTS * rest[i].error,
                 };
@@ -361,8 +361,8 @@ impl<'s> Place<'s> {
                 let terms = field.iter().zip(force);
                 let work = terms.fold(Bounded::splat(0.0), |sum, (&u, &force)| sum + u * force);
                 let terms = field.iter().zip(&self.sizes);
-                Gap {
-                    apart: work.lane(0),
+                PartError {
+                    difference: work.lane(0),
                     size: terms.map(|(u, size)| u.lane(0).abs() * size).sum(),
                     rounding: INPUTS * work.error(),
                 }

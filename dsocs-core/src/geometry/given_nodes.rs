@@ -40,23 +40,23 @@ const FOUR_NODES: [[f64; 4]; 4] = [
 /// Nodes have one component for each coordinate; for nodes of another length the result is empty. Rows come
 /// in the order of [`System::residual`](crate::System::residual). Unknown multipliers are fitted to the rows.
 #[must_use]
-pub fn rows_of_written(system: &dyn Kernel, t: f64, h: f64, nodes: [&[f64]; 3]) -> Vec<[f64; 2]> {
-    written(Declaration::of(system), t, h, None, nodes)
+pub fn rows_at_given_nodes(system: &dyn Kernel, t: f64, h: f64, nodes: [&[f64]; 3]) -> Vec<[f64; 2]> {
+    rows_at_nodes(Declaration::of(system), t, h, None, nodes)
 }
 
-/// [`rows_of_written`] for a step of third order, which has four nodes, the third at the time `t`.
+/// [`rows_at_given_nodes`] for a step of third order, which has four nodes, the third at the time `t`.
 #[must_use]
-pub fn rows_of_four_written(
+pub fn rows_at_four_given_nodes(
     system: &dyn Kernel,
     t: f64,
     h: f64,
     [first, nodes @ ..]: [&[f64]; 4],
 ) -> Vec<[f64; 2]> {
-    written(Declaration::of(system), t, h, Some(first), nodes)
+    rows_at_nodes(Declaration::of(system), t, h, Some(first), nodes)
 }
 
 /// The rows at three nodes, and for a step of third order the node before them.
-fn written(
+fn rows_at_nodes(
     declaration: Declaration<'_>,
     t: f64,
     h: f64,
