@@ -15,7 +15,7 @@ const LONGER: f64 = 1.0 + 1e-9;
 /// The constraint rows on position and velocity at a point, with their derivatives: `g(t, q)`, `c(t, q, v)`,
 /// `dg/dt`.
 #[derive(Clone, Debug)]
-pub(super) struct Bonds {
+pub(super) struct ConstraintRows {
     coordinates: usize,
     holonomic: usize,
     rows: Slopes,
@@ -187,7 +187,7 @@ fn unit(vector: Vec<f64>, length: f64) -> Vec<f64> {
     scaled.map(|x| if x.abs() < ROUNDING { 0.0 } else { x }).collect()
 }
 
-impl Bonds {
+impl ConstraintRows {
     /// The rows at a time, a position and a velocity.
     pub(super) fn of(declaration: &Declaration<'_>, at: &At<'_>) -> Self {
         let rows = at.slopes(declaration, &[(Segment::Phase, Part::All)]);
@@ -263,7 +263,7 @@ impl Chart {
             .collect()
     }
 
-    /// The changes of the state along each minimal coordinate, before the correction by [`Bonds::obeyed`].
+    /// The changes of the state along each minimal coordinate, before the correction by [`ConstraintRows::obeyed`].
     pub(super) fn directions(&self) -> impl Iterator<Item = Direction> {
         let still = |vector: &Vec<f64>| vec![0.0; vector.len()];
         let positions = self.positions.vectors.iter().map(move |q| Direction {

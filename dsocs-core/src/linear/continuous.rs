@@ -1,10 +1,10 @@
 //! The linear model of the continuous motion.
 
-use super::chart::{Bonds, Chart};
+use super::chart::{Chart, ConstraintRows};
 use super::corner;
 use super::error::LinearizationError;
+use super::inputs_outputs::{InputsOutputs, Measured};
 use super::model::{Columns, Frame, LinearModel, LinearTime};
-use super::ports::{Measured, Ports};
 use super::slopes::{At, Direction, Slopes};
 use crate::number::bounded::{Bounded, UNIT};
 use crate::number::point::{AnyPoint, map};
@@ -105,14 +105,14 @@ pub(super) fn singular(declaration: &Declaration<'_>, at: &At<'_>) -> Linearizat
 pub(super) fn linearized(
     declaration: &Declaration<'_>,
     at: &At<'_>,
-    ports: &Ports,
+    inputs_outputs: &InputsOutputs,
 ) -> Result<LinearModel, LinearizationError> {
     corner::check(declaration, at)?;
-    let bonds = Bonds::of(declaration, at);
-    let chart = bonds.chart();
+    let constraint_rows = ConstraintRows::of(declaration, at);
+    let chart = constraint_rows.chart();
     let variational = Variational::of(declaration, at);
     let force = at.slopes(declaration, &[(Segment::ContinuousForce, Part::All)]);
-    let measured = Measured::of(declaration, ports, at, at.q);
+    let measured = Measured::of(declaration, inputs_outputs, at, at.q);
     // the columns of the state and of the outputs, for a change of the state or of a parameter
     let column = |direction: &Direction| -> Option<[Vec<f64>; 2]> {
         let a = variational.acceleration(direction)?;
@@ -124,14 +124,14 @@ pub(super) fn linearized(
     };
     let (mut columns, mut basis) = (Columns::default(), Vec::new());
     for free in chart.directions() {
-        let direction = bonds.obeyed(&free);
+        let direction = constraint_rows.obeyed(&free);
         let [a, c] = column(&direction).ok_or_else(|| singular(declaration, at))?;
         columns.a.push(a);
         columns.c.push(c);
         basis.push([direction.q, direction.v].concat());
     }
-    for &parameter in ports.inputs() {
-        let direction = bonds.obeyed(&still(at.q.len(), parameter));
+    for &parameter in inputs_outputs.inputs() {
+        let direction = constraint_rows.obeyed(&still(at.q.len(), parameter));
         let [b, d] = column(&direction).ok_or_else(|| singular(declaration, at))?;
         columns.b.push(b);
         columns.d.push(d);
@@ -148,7 +148,7 @@ pub(super) fn linearized(
     );
     let frame = Frame {
         declaration,
-        ports,
+        inputs_outputs,
         chart: &chart,
         time: LinearTime::Continuous,
         point: point(at),

@@ -8,8 +8,8 @@ use core::fmt;
 use super::chart::dot;
 use super::continuous;
 use super::error::LinearizationError;
+use super::inputs_outputs::InputsOutputs;
 use super::model::LinearModel;
-use super::ports::Ports;
 use super::slopes::At;
 use crate::error::SetupError;
 use crate::flow::discrete::values_of;
@@ -217,7 +217,7 @@ fn places(what: &'static str, names: &[String], known: &[Quantity]) -> Result<Ve
         place.ok_or_else(|| EquilibriumError::Name {
             what,
             name: name.clone(),
-            known: super::ports::names(known),
+            known: super::inputs_outputs::names(known),
         })
     };
     let mut places = names.iter().map(place).collect::<Result<Vec<_>, _>>()?;
@@ -385,7 +385,7 @@ impl<'s> EquilibriumSearch<'s> {
         if guess.len() != shape.dimension() {
             return Err(EquilibriumError::Length {
                 found: guess.len(),
-                coordinates: super::ports::names(&shape.coordinates),
+                coordinates: super::inputs_outputs::names(&shape.coordinates),
             });
         }
         if !self.t.is_finite() {
@@ -410,7 +410,7 @@ impl<'s> EquilibriumSearch<'s> {
             }));
         }
         start::check_determined(declaration, (at.t, at.q, at.v), at.a)?;
-        continuous::linearized(declaration, at, &Ports::of(shape, None, None)?)
+        continuous::linearized(declaration, at, &InputsOutputs::of(shape, None, None)?)
     }
 }
 

@@ -69,9 +69,9 @@ mod continuous;
 mod corner;
 mod equilibrium;
 mod error;
+mod inputs_outputs;
 mod model;
 mod point;
-mod ports;
 mod slopes;
 mod step;
 

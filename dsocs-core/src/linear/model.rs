@@ -1,7 +1,7 @@
 //! A linear model: its matrices, and the meaning of their rows and columns.
 
 use super::chart::{Basis, Chart, dot};
-use super::ports::Ports;
+use super::inputs_outputs::InputsOutputs;
 use crate::number::point::OwnedPoint;
 use crate::solve::eigenvalues::eigenvalues;
 use crate::solve::rotation::{self, SLOTS};
@@ -196,7 +196,7 @@ fn states(shape: &Shape, chart: &Chart) -> Vec<Quantity> {
 /// The data of a model besides its matrices.
 pub(super) struct Frame<'f> {
     pub(super) declaration: &'f Declaration<'f>,
-    pub(super) ports: &'f Ports,
+    pub(super) inputs_outputs: &'f InputsOutputs,
     pub(super) chart: &'f Chart,
     pub(super) time: LinearTime,
     pub(super) point: OwnedPoint<f64>,
@@ -211,11 +211,11 @@ impl Frame<'_> {
         [basis, basis_after]: [Vec<Vec<f64>>; 2],
     ) -> LinearModel {
         let shape = self.declaration.shape();
-        let outputs = self.ports.output_quantities(shape);
+        let outputs = self.inputs_outputs.output_quantities(shape);
         LinearModel {
             time: self.time,
             states: states(shape, self.chart),
-            inputs: self.ports.input_quantities(shape),
+            inputs: self.inputs_outputs.input_quantities(shape),
             a: rows(&columns.a, self.chart.len()),
             b: rows(&columns.b, self.chart.len()),
             c: rows(&columns.c, outputs.len()),

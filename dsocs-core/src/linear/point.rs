@@ -2,8 +2,8 @@
 
 use super::continuous;
 use super::error::LinearizationError;
+use super::inputs_outputs::InputsOutputs;
 use super::model::LinearModel;
-use super::ports::Ports;
 use super::slopes::At;
 use super::step;
 use crate::error::SetupError;
@@ -96,8 +96,8 @@ impl<'s> OperatingPoint<'s> {
         self
     }
 
-    fn ports(&self) -> Result<Ports, LinearizationError> {
-        Ports::of(
+    fn inputs_outputs(&self) -> Result<InputsOutputs, LinearizationError> {
+        InputsOutputs::of(
             self.system.shape(),
             self.inputs.as_deref(),
             self.outputs.as_deref(),
@@ -132,8 +132,8 @@ impl<'s> OperatingPoint<'s> {
     /// [`LinearizationError`] if a name is unknown, the state cannot be used, or the equations have no derivative there: at a jump such as that
     /// of `signum`, at a corner, or where they are singular.
     pub fn continuous(&self) -> Result<LinearModel, LinearizationError> {
-        let (ports, place) = (self.ports()?, self.place()?);
-        continuous::linearized(&Declaration::of(self.system), &place.at(), &ports)
+        let (inputs_outputs, place) = (self.inputs_outputs()?, self.place()?);
+        continuous::linearized(&Declaration::of(self.system), &place.at(), &inputs_outputs)
     }
 
     /// The linear model of the paper's step `h`, from one node to the next. The state of a node is the one
@@ -148,8 +148,8 @@ impl<'s> OperatingPoint<'s> {
     ///
     /// As [`OperatingPoint::continuous`], and [`LinearizationError`] if the step cannot be used or has no solution.
     pub fn step(&self, h: f64) -> Result<LinearModel, LinearizationError> {
-        let (ports, place) = (self.ports()?, self.place()?);
+        let (inputs_outputs, place) = (self.inputs_outputs()?, self.place()?);
         solvable::check_step(self.system, h)?;
-        step::linearized(self.system, h, &place.at(), &ports)
+        step::linearized(self.system, h, &place.at(), &inputs_outputs)
     }
 }

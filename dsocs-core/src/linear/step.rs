@@ -4,12 +4,12 @@
 //! `φ_{D_K}⁻¹(q0, q1, q2)`. The step maps the pair of nodes `(q0, q1)`, which has the same free directions,
 //! to `(q1, q2)`; its derivatives follow from its rows by the implicit function theorem.
 
-use super::chart::{Bonds, Chart, Rows};
+use super::chart::{Chart, ConstraintRows, Rows};
 use super::continuous::{ROUNDINGS, Variational, singular, without_rounding};
 use super::corner;
 use super::error::LinearizationError;
+use super::inputs_outputs::{InputsOutputs, Measured};
 use super::model::{Columns, Frame, LinearModel, LinearTime};
-use super::ports::{Measured, Ports};
 use super::slopes::{At, Direction, Slopes};
 use crate::geometry::{GeometryError, Triple, solvable};
 use crate::kernel::Kernel;
@@ -81,7 +81,7 @@ impl Solved {
     /// Solves the step after a leg, near a second difference.
     fn of(system: &dyn Kernel, h: f64, leg: OwnedLeg<f64>, near: &[f64]) -> Result<Self, LinearizationError> {
         let declaration = Declaration::of(system);
-        let found = solvable::step(system, h, leg.any(), solvable::Sought::Near(near));
+        let found = solvable::step(system, h, leg.any(), solvable::WantedSolution::Near(near));
         let rotations = &declaration.shape().rotations;
         let solution = found.map_err(|cause| failed(rotations, leg.any(), Box::new(cause)))?;
         let value = |leaf: Leaf| -> f64 {
@@ -280,7 +280,7 @@ struct Tangents {
     pairs: Vec<Pair>,
     /// Position and velocity of the middle node, one after the other.
     states: Vec<Vec<f64>>,
-    bonds: Rows,
+    constraint_rows: Rows,
     leg_bonds: LegBonds,
 }
 
@@ -295,8 +295,8 @@ impl Tangents {
     fn of(declaration: &Declaration<'_>, solved: &Solved, chart: &Chart) -> Option<Self> {
         let n = solved.coordinates();
         let leg_bonds = LegBonds::of(declaration, solved.h, solved.leg.any());
-        let bonds = leg_bonds.rows(n);
-        let free: Vec<Pair> = bonds
+        let constraint_rows = leg_bonds.rows(n);
+        let free: Vec<Pair> = constraint_rows
             .kernel()
             .vectors
             .iter()
@@ -334,7 +334,7 @@ impl Tangents {
         Some(Self {
             pairs,
             states: along,
-            bonds,
+            constraint_rows,
             leg_bonds,
         })
     }
@@ -344,7 +344,7 @@ impl Tangents {
         let n = solved.coordinates();
         let still = Pair::of(&vec![0.0; 2 * n], Some(parameter));
         let changes: Vec<f64> = self.leg_bonds.along(&still).iter().map(|x| -x).collect();
-        let mut pair = Pair::of(&self.bonds.shortest(&changes), Some(parameter));
+        let mut pair = Pair::of(&self.constraint_rows.shortest(&changes), Some(parameter));
         let both = state(&pair, &solved.change(&pair)?);
         let parts = chart.coordinates(&both[..n], &both[n..]);
         for (part, own) in parts.iter().zip(&self.pairs) {
@@ -381,10 +381,10 @@ fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<
     let mut last = f64::INFINITY;
     for _ in 0..MAX_ITERATIONS {
         let solved = Solved::of(system, h, leg.clone(), &near)?;
-        let bonds = LegBonds::of(declaration, h, leg.any());
+        let constraint_rows = LegBonds::of(declaration, h, leg.any());
         let rows_of = |velocity: &[f64], bound: &[f64]| -> Vec<f64> {
             let mut rows = chart.velocities.coordinates(velocity);
-            rows.extend(bonds.of_increment(bound));
+            rows.extend(constraint_rows.of_increment(bound));
             rows
         };
         let missing: Vec<f64> = solved
@@ -393,14 +393,14 @@ fn solved_at(system: &dyn Kernel, h: f64, at: &At<'_>, chart: &Chart) -> Result<
             .zip(at.v)
             .map(|(found, v)| v - found)
             .collect();
-        let bound: Vec<f64> = bonds.values().iter().map(|row| -row).collect();
+        let bound: Vec<f64> = constraint_rows.values().iter().map(|row| -row).collect();
         let wanted = rows_of(&missing, &bound);
         let mut columns = Vec::with_capacity(moving.len());
         for &j in &moving {
             let mut pair = Pair::of(&vec![0.0; 2 * n], None);
             pair.rate[j] = 1.0;
             let change = solved.change(&pair).ok_or_else(|| singular(declaration, at))?;
-            columns.push(rows_of(&change.node[n..2 * n], &bonds.along(&pair)));
+            columns.push(rows_of(&change.node[n..2 * n], &constraint_rows.along(&pair)));
         }
         if columns.iter().any(|column| column.len() != moving.len()) {
             return Err(singular(declaration, at));
@@ -428,11 +428,11 @@ pub(super) fn linearized(
     system: &dyn Kernel,
     h: f64,
     at: &At<'_>,
-    ports: &Ports,
+    inputs_outputs: &InputsOutputs,
 ) -> Result<LinearModel, LinearizationError> {
     let declaration = &Declaration::of(system);
     corner::check(declaration, at)?;
-    let chart = Bonds::of(declaration, at).chart();
+    let chart = ConstraintRows::of(declaration, at).chart();
     let here = solved_at(system, h, at, &chart)?;
     let next = Solved::of(system, h, here.next(), &here.e)?;
     corner::check_triple(declaration, h, &Triple::new(here.leg.any(), &here.e), at)?;
@@ -446,7 +446,7 @@ pub(super) fn linearized(
             a: after.a,
             multipliers: &[],
         };
-        chart.carried_to(&Bonds::of(declaration, &after).chart())
+        chart.carried_to(&ConstraintRows::of(declaration, &after).chart())
     };
     let none = || singular(declaration, at);
     let tangents = Tangents::of(declaration, &here, &chart).ok_or_else(none)?;
@@ -459,7 +459,7 @@ pub(super) fn linearized(
         a: reported.a,
         multipliers: &[],
     };
-    let measured = Measured::of(declaration, ports, &place, &here.leg.q);
+    let measured = Measured::of(declaration, inputs_outputs, &place, &here.leg.q);
     let (n, rotations) = (here.coordinates(), &declaration.shape().rotations);
     // the columns of the state and of the outputs, for a change of the leg
     let column = |pair: &Pair| -> Option<[Vec<f64>; 2]> {
@@ -484,7 +484,7 @@ pub(super) fn linearized(
         columns.a.push(a);
         columns.c.push(c);
     }
-    for &parameter in ports.inputs() {
+    for &parameter in inputs_outputs.inputs() {
         let pair = tangents.of_parameter(&here, &chart, parameter).ok_or_else(none)?;
         let [b, d] = column(&pair).ok_or_else(none)?;
         columns.b.push(b);
@@ -511,7 +511,7 @@ pub(super) fn linearized(
     let told = (drift, measured.values(&force));
     let frame = Frame {
         declaration,
-        ports,
+        inputs_outputs,
         chart: &chart,
         time: LinearTime::Step { h },
         point: OwnedPoint::new(

@@ -22,7 +22,7 @@ enum Output {
 
 /// The inputs and the outputs.
 #[derive(Clone, Debug)]
-pub(super) struct Ports {
+pub(super) struct InputsOutputs {
     /// The places of the parameters that are inputs.
     inputs: Vec<usize>,
     outputs: Vec<Output>,
@@ -138,7 +138,7 @@ pub(super) fn names(of: &[Quantity]) -> Vec<Cow<'static, str>> {
     of.iter().map(|of| of.name.clone()).collect()
 }
 
-impl Ports {
+impl InputsOutputs {
     /// The inputs and outputs of some names; by default all parameters, and all coordinates and velocities.
     pub(super) fn of(
         shape: &Shape,
@@ -203,7 +203,7 @@ impl Ports {
 
 /// The measured quantities at a point, with their derivatives.
 pub(super) struct Measured<'p> {
-    ports: &'p Ports,
+    inputs_outputs: &'p InputsOutputs,
     observed: Slopes,
     energy: Slopes,
     point: [Vec<f64>; 3],
@@ -215,21 +215,26 @@ pub(super) type Force<'f> = &'f dyn Fn() -> Vec<f64>;
 
 impl<'p> Measured<'p> {
     /// The measured quantities at a point; `reported` is the measured position.
-    pub(super) fn of(declaration: &Declaration<'_>, ports: &'p Ports, at: &At<'_>, reported: &[f64]) -> Self {
+    pub(super) fn of(
+        declaration: &Declaration<'_>,
+        inputs_outputs: &'p InputsOutputs,
+        at: &At<'_>,
+        reported: &[f64],
+    ) -> Self {
         let only = |wanted: bool, segment: Segment| {
             let all = [(segment, Part::All)];
             at.slopes(declaration, if wanted { &all } else { &[] })
         };
-        let observes = ports
+        let observes = inputs_outputs
             .outputs
             .iter()
             .any(|output| matches!(output, Output::Observed(_)));
         Self {
             observed: only(observes, Segment::Observe),
-            energy: only(ports.outputs.contains(&Output::Energy), Segment::Energy),
+            energy: only(inputs_outputs.outputs.contains(&Output::Energy), Segment::Energy),
             point: [reported.to_vec(), at.v.to_vec(), at.a.to_vec()],
             rotations: declaration.shape().rotations.to_vec(),
-            ports,
+            inputs_outputs,
         }
     }
 
@@ -237,12 +242,12 @@ impl<'p> Measured<'p> {
     fn pick(&self, [q, v, a]: [&[f64]; 3], force: Force<'_>, observed: &[f64], energy: &[f64]) -> Vec<f64> {
         let of = |vector: &[f64], i: usize| vector.get(i).copied().unwrap_or(f64::NAN);
         let forces = self
-            .ports
+            .inputs_outputs
             .outputs
             .iter()
             .any(|output| matches!(output, Output::Force(_)));
         let force = if forces { force() } else { Vec::new() };
-        let outputs = self.ports.outputs.iter().map(|output| match *output {
+        let outputs = self.inputs_outputs.outputs.iter().map(|output| match *output {
             Output::Position(i) => of(q, i),
             Output::Velocity(i) => of(v, i),
             Output::Acceleration(i) => of(a, i),
