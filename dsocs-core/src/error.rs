@@ -35,9 +35,9 @@ macro_rules! debug_is_message {
 
 /// Displays a failed iteration; a deficiency of the equations, or an expression without a value, comes first
 /// if it is the cause.
-struct Told<'a>(Option<&'a Deficiency>, Option<&'a Undefined>, &'a NewtonFailure);
+struct CauseText<'a>(Option<&'a Deficiency>, Option<&'a Undefined>, &'a NewtonFailure);
 
-impl fmt::Display for Told<'_> {
+impl fmt::Display for CauseText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(deficiency, undefined, cause) = self;
         match (deficiency, undefined) {
@@ -216,7 +216,7 @@ pub enum SetupError {
     /// The second-order start needs the initial acceleration, which the continuous system does not give.
     #[error(
         "the acceleration at the start q0 = {}, v0 = {} cannot be solved for: {}; {}",
-        Numbers(.q0), Numbers(.v0), Told(.deficiency.as_deref(), .undefined.as_deref(), .cause),
+        Numbers(.q0), Numbers(.v0), CauseText(.deficiency.as_deref(), .undefined.as_deref(), .cause),
         acceleration_advice(.v0, .cause, (.deficiency.as_deref(), .undefined.as_deref(), *.at_any_velocity))
     )]
     Acceleration {
@@ -639,7 +639,7 @@ impl fmt::Display for StepError {
             } else {
                 "unique "
             },
-            Told(step.deficiency.as_ref(), step.undefined.as_ref(), &step.cause),
+            CauseText(step.deficiency.as_ref(), step.undefined.as_ref(), &step.cause),
             step.coordinates.join(", "),
             Numbers(&step.q0),
             Numbers(&step.q1),

@@ -161,17 +161,17 @@ pub use composition::{AnyComposedFlow, ComposedFlow, Composition, FailedStage, S
 pub use derivative::{
     AnyGradient, AnyPath, AnyTangent, DerivativeError, Gradient, NodeTangent, OwnedTangents, Path, Variable,
 };
-pub use ensemble::{AnyEnsemble, AnyObserved, Ensemble, Observed};
+pub use ensemble::{AnyEnsemble, AnyObservedRun, Ensemble, ObservedRun};
 pub use error::{FailedStep, SetupError, StepError, Violation};
 pub use flow::{AnyFlow, Flow, Roots, multipliers};
 pub use kernel::report::{NodeMut, NodeScalars};
 pub use kernel::{At, Kernel};
 pub use regularity::Regularity;
 pub use run::{
-    AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, AnyPolynomial, AnyVisitor, Behind, Clock,
-    CsvWriter, End, Event, Events, FailedEvent, Failure, InputError, Inputs, LastLeg, NearlySingular, Node,
-    Observer, Occurrence, OnEvent, OneWay, OwnedNode, Polynomial, Room, Run, RunError, Stepper, Traced,
-    Trajectory, Unresolved, Verdict, Visitor, on_event,
+    AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, AnyPolynomial, AnyVisitor, Clock, CsvWriter,
+    End, Event, Events, FailedEvent, Failure, InputError, Inputs, LastLeg, NearlySingular, Node,
+    NotReversible, Observer, ObserverResult, Occurrence, OnEvent, OwnedNode, Polynomial, Room, Run, RunError,
+    StepEnd, Stepper, TimeBehind, Trajectory, Unresolved, Visitor, on_event,
 };
 pub use samples::{Samples, SamplesError};
 pub use start::{AnyStart, Start};
@@ -183,11 +183,11 @@ pub use taylor::{Estimates, FailedSeries, Jump, SeriesError, SeriesFailure, Tayl
 /// Items that generated code uses beside the public ones; no part of the interface.
 #[doc(hidden)]
 pub mod __private {
-    pub use crate::kernel::course::Course;
     pub use crate::kernel::generated::{Compiled, Report};
+    pub use crate::kernel::halt::{Halt, HaltReason};
     pub use crate::kernel::jets::Jets;
-    pub use crate::kernel::question::{Halt, Question};
     pub use crate::kernel::report::NodeMut;
+    pub use crate::kernel::run_state::RunState;
     pub use crate::kernel::{At, Kernel};
     pub use crate::number::dual::{Dual, Part};
     pub use crate::number::lanes::Lanes;
