@@ -10,7 +10,7 @@ use super::integrator::Integrator;
 use super::lanes::{Ends, LaneSeries};
 use super::projection::Projection;
 use super::trial::SHORTER;
-use crate::ensemble::Observed;
+use crate::ensemble::ObservedRun;
 use crate::kernel::clock::End;
 use crate::number::compensated::Compensated;
 use crate::number::instructions::Instructions;
@@ -107,8 +107,8 @@ impl<'s> Run<'s> {
         first: usize,
         starts: &[Start<N>],
         observer: &dyn Fn(usize) -> O,
-    ) -> Vec<Observed<O, N>> {
-        let mut ended: Vec<Option<Observed<O, N>>> = starts.iter().map(|_| None).collect();
+    ) -> Vec<ObservedRun<O, N>> {
+        let mut ended: Vec<Option<ObservedRun<O, N>>> = starts.iter().map(|_| None).collect();
         let mut queue = (first..).zip(starts);
         let mut members: [Option<Member<'s, O, N>>; LANES] = [const { None }; LANES];
         let mut lanes = Lanes {
@@ -181,7 +181,7 @@ impl<'s> Run<'s> {
         place: usize,
         start: Start<N>,
         observer: O,
-    ) -> Result<Member<'s, O, N>, Observed<O, N>> {
+    ) -> Result<Member<'s, O, N>, ObservedRun<O, N>> {
         let begun = || -> Result<(TaylorFlow<'s, N>, End), RunError> {
             if !self.t.is_finite() {
                 return Err(RunError::Until { until: self.t });
@@ -213,7 +213,7 @@ impl<'s> Run<'s> {
                 is_complete: true,
                 stays_alone: false,
             }),
-            Err(error) => Err(Observed {
+            Err(error) => Err(ObservedRun {
                 observer,
                 last: Err(error),
             }),
@@ -223,13 +223,13 @@ impl<'s> Run<'s> {
 
 /// Stores a motion that has ended at its index.
 fn put<O, const N: usize>(
-    ended: &mut [Option<Observed<O, N>>],
+    ended: &mut [Option<ObservedRun<O, N>>],
     first: usize,
     member: Option<Member<'_, O, N>>,
     result: Result<(), RunError>,
 ) {
     if let Some(member) = member {
-        ended[member.place - first] = Some(Observed {
+        ended[member.place - first] = Some(ObservedRun {
             last: result.map(|()| member.flow.node()),
             observer: member.observer,
         });

@@ -7,7 +7,7 @@ use super::control::Tolerance;
 use super::integrator::MAX_STEPS;
 use super::lanes::{self, LaneSeries};
 use super::recurrences::{Recurrences, SeriesKernel};
-use crate::ensemble::{Observed, one_each};
+use crate::ensemble::{ObservedRun, one_each};
 use crate::error::SetupError;
 use crate::kernel::Kernel;
 use crate::number::instructions::Instructions;
@@ -229,7 +229,7 @@ impl<'a, const N: usize> TaylorEnsemble<'a, N> {
     #[must_use]
     pub fn until(&self, t: f64) -> Vec<Result<Trajectory<N>, Failure<N>>> {
         let runs = self.stream(t, |_| Trajectory::default());
-        let collected = |Observed { observer, last }| match last {
+        let collected = |ObservedRun { observer, last }| match last {
             Ok(_) => Ok(observer),
             Err(error) => Err(Failure {
                 error,
@@ -246,7 +246,7 @@ impl<'a, const N: usize> TaylorEnsemble<'a, N> {
         &self,
         t: f64,
         observer: impl Fn(usize) -> O + Sync,
-    ) -> Vec<Observed<O, N>> {
+    ) -> Vec<ObservedRun<O, N>> {
         self.runs(t, true, observer)
     }
 
@@ -256,7 +256,7 @@ impl<'a, const N: usize> TaylorEnsemble<'a, N> {
         t: f64,
         observes: bool,
         observer: impl Fn(usize) -> O + Sync,
-    ) -> Vec<Observed<O, N>> {
+    ) -> Vec<ObservedRun<O, N>> {
         let run = Run {
             system: &*self.system,
             varied: &self.varied,

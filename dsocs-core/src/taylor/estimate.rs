@@ -4,7 +4,7 @@ use core::fmt;
 use core::ops::ControlFlow;
 
 use super::GlobalError;
-use crate::run::{Node, Observer, RunError, Verdict};
+use crate::run::{Node, Observer, ObserverResult, RunError};
 
 /// An observer that hands on each node with its distance from the continuous motion, coordinate by coordinate
 /// ([`GlobalError::at`]). If the distance can no longer be computed, it ends the run, and [`Estimates::finish`] says why.
@@ -50,7 +50,7 @@ impl<F, const N: usize> fmt::Debug for Estimates<'_, F, N> {
 
 impl<'s, F, const N: usize> Estimates<'s, F, N> {
     /// Passes nodes and their errors to a closure, which returns nothing or whether to continue.
-    pub fn new<R: Verdict>(error: GlobalError<'s, N>, observer: F) -> Self
+    pub fn new<R: ObserverResult>(error: GlobalError<'s, N>, observer: F) -> Self
     where
         F: FnMut(&Node<N>, &[f64; N]) -> R,
     {
@@ -77,11 +77,11 @@ impl<'s, F, const N: usize> Estimates<'s, F, N> {
 impl<F, R, const N: usize> Observer<N> for Estimates<'_, F, N>
 where
     F: FnMut(&Node<N>, &[f64; N]) -> R,
-    R: Verdict,
+    R: ObserverResult,
 {
     fn node(&mut self, node: &Node<N>) -> ControlFlow<()> {
         match self.error.at(node.t, &node.q) {
-            Ok(error) => (self.observer)(node, &error).verdict(),
+            Ok(error) => (self.observer)(node, &error).into_control_flow(),
             Err(error) => {
                 self.failed = Some(error);
                 ControlFlow::Break(())

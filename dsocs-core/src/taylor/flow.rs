@@ -9,7 +9,7 @@ use super::recurrences::{Recurrences, SeriesKernel};
 use crate::error::SetupError;
 use crate::number::compensated::Compensated;
 use crate::run::{Node, Polynomial, Run, RunError, Stepper};
-use crate::start::{self, Given, Start};
+use crate::start::{self, Start, StartData};
 use crate::system::System;
 use crate::tape::declaration::Declaration;
 
@@ -58,7 +58,7 @@ impl<'s> AnyTaylorFlow<'s> {
     /// As [`TaylorFlow::new`].
     pub(crate) fn new(
         mut equations: Box<dyn SeriesKernel + 's>,
-        start: &Given,
+        start: &StartData,
         tolerance: &Tolerance,
     ) -> Result<Self, SetupError> {
         let declaration = equations.declaration();

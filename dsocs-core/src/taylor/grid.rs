@@ -15,7 +15,7 @@ use crate::kernel::clock::{Clock, End};
 use crate::kernel::report::{NodeMut, StepReport};
 use crate::number::dispatch;
 use crate::number::point::AnyPoint;
-use crate::run::{AnyPolynomial, AnyVisitor, Room, Run, RunError, Traced};
+use crate::run::{AnyPolynomial, AnyVisitor, Room, Run, RunError, StepEnd};
 
 /// Number of points that are computed before they are handed out: a multiple of all groups of registers.
 const BUFFER: usize = 8 * REGISTERS;
@@ -64,7 +64,7 @@ impl Run for AnyTaylorFlow<'_> {
         Ok(())
     }
 
-    fn trace(&mut self, end: f64, _: &mut Room, visit: &mut AnyVisitor<'_>) -> Result<Traced, RunError> {
+    fn trace(&mut self, end: f64, _: &mut Room, visit: &mut AnyVisitor<'_>) -> Result<StepEnd, RunError> {
         self.motion.expansions = 0;
         if self.motion.on_grid.is_some() {
             return self.trace_on_grid(end, visit);
@@ -79,9 +79,9 @@ impl Run for AnyTaylorFlow<'_> {
         }
         self.motion.clock.arrive(self.motion.time());
         Ok(if stop?.is_some() {
-            Traced::There
+            StepEnd::AtStop
         } else {
-            Traced::Whole
+            StepEnd::NextNode
         })
     }
 
@@ -165,7 +165,7 @@ impl AnyTaylorFlow<'_> {
     }
 
     /// [`AnyTaylorFlow::step_on_grid`] that shows the motion to a visitor.
-    fn trace_on_grid(&mut self, end: f64, visit: &mut AnyVisitor<'_>) -> Result<Traced, RunError> {
+    fn trace_on_grid(&mut self, end: f64, visit: &mut AnyVisitor<'_>) -> Result<StepEnd, RunError> {
         let (target, end) = self.motion.target(end);
         loop {
             if let Some(part) = self.motion.part(target) {
@@ -173,12 +173,12 @@ impl AnyTaylorFlow<'_> {
                 if let Some(s) = stop {
                     self.motion.stop_at(&mut *self.equations, s);
                     self.motion.shown = self.motion.time();
-                    return Ok(Traced::There);
+                    return Ok(StepEnd::AtStop);
                 }
             }
             if self.motion.covers(target) {
                 self.motion.arrive_on_grid(&*self.equations, target);
-                return Ok(Traced::Whole);
+                return Ok(StepEnd::NextNode);
             }
             self.motion.shown = if self.motion.last_covers(self.motion.shown) {
                 self.motion.time()

@@ -4,7 +4,7 @@ use super::Tolerance;
 use super::flow::{AnyTaylorFlow, TaylorFlow};
 use crate::error::SetupError;
 use crate::number::point::{AnyPoint, OwnedPoint, Point, copy};
-use crate::run::{AnyPolynomial, Behind, Polynomial, Run as _, RunError};
+use crate::run::{AnyPolynomial, Polynomial, Run as _, RunError, TimeBehind};
 use crate::start::{AnyStart, Start};
 use crate::step::TapeKernel;
 use crate::system::System;
@@ -96,7 +96,7 @@ fn reach<'f>(
         };
         if !(behind(to, t)) {
             if behind(t, from) {
-                return Err(RunError::behind(Behind {
+                return Err(RunError::time_behind(TimeBehind {
                     until: t,
                     time: from,
                     h: None,
