@@ -2,7 +2,7 @@
 //! checks that show it.
 
 use dsocs_core::geometry::{
-    DiscreteFlow, Triple, admissible_variations, legendre_minus, legendre_plus, rows_of_written,
+    DiscreteFlow, Triple, admissible_variations, legendre_minus, legendre_plus, rows_at_given_nodes,
 };
 use dsocs_core::{Leg, Samples, dsocs};
 use dsocs_systems::check::{Begin, Expected, Finding, Settings, check};
@@ -427,7 +427,7 @@ fn a_nearly_singular_direction_hides_no_defect_in_another_one() {
 }
 
 #[test]
-fn rows_of_written_nodes_tell_a_wrong_digit() {
+fn rows_at_given_nodes_show_a_wrong_digit() {
     let h = 0.01;
     let leg = |x: f64, y: f64, d: [f64; 2]| Leg { t: 0.0, q: [x, y], d };
     let flow = DiscreteFlow::new(&Rod, h).unwrap();
@@ -439,7 +439,7 @@ fn rows_of_written_nodes_tell_a_wrong_digit() {
     );
     let nodes = flow.forward(first.any()).unwrap().nodes();
     let most = |[q0, q1, q2]: &[Vec<f64>; 3]| {
-        let rows = rows_of_written(&Rod, 0.0, h, [q0, q1, q2]);
+        let rows = rows_at_given_nodes(&Rod, 0.0, h, [q0, q1, q2]);
         rows.iter()
             .map(|[row, explained]| row.abs() / explained)
             .fold(0.0, f64::max)

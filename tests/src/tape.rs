@@ -1,6 +1,6 @@
 //! Comparison of a declaration's tape with its straight-line code, to the last bit.
 
-use dsocs_core::__private::{AnyLeg, At, Course, Declaration, Report};
+use dsocs_core::__private::{AnyLeg, At, Declaration, Report, RunState};
 use dsocs_core::{Kernel, Leg, NodeMut, NodeScalars, System};
 
 /// Compares all functions of a step at a leg, with the unknowns that belong to a second difference and to
@@ -133,8 +133,8 @@ fn step(kernel: &dyn Kernel, seed: u64) -> Vec<(&'static str, Vec<f64>)> {
         vectors: &mut vectors,
         scalars: &mut scalars,
     };
-    let course = Course::of_step(shape, (h, &constants), leg, [&e, &past]);
-    kernel.report(&course, node);
+    let run_state = RunState::of_step(shape, (h, &constants), leg, [&e, &past]);
+    kernel.report(&run_state, node);
     vec![
         ("constants", constants),
         ("past", past),

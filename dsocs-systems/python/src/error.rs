@@ -122,10 +122,10 @@ pub fn of_setup(py: Python<'_>, error: &SetupError) -> PyErr {
 pub fn of_run(py: Python<'_>, error: &RunError) -> PyErr {
     let class = match error {
         RunError::Setup(_)
-        | RunError::Behind(_)
+        | RunError::TimeBehind(_)
         | RunError::Until { .. }
         | RunError::Input(_)
-        | RunError::OneWay(_) => return plain(py, "SetupError", &error.to_string()),
+        | RunError::NotReversible(_) => return plain(py, "SetupError", &error.to_string()),
         _ => "StepError",
     };
     let carried = carry(py, |carried| {

@@ -4,7 +4,7 @@
 use dsocs_core::OwnedLeg;
 use dsocs_core::geometry::{
     Displacement, Triple, admissible_variations, discrete_form, external_forces, force_roundings,
-    legendre_minus, legendre_plus, rows_of_written,
+    legendre_minus, legendre_plus, rows_at_given_nodes,
 };
 
 use super::beginning::BeginningFromRest;
@@ -24,7 +24,7 @@ pub fn equations(motion: &CheckedMotion<'_>, report: &mut Report) {
     let mut all = Vec::new();
     for &place in &motion.places {
         let [first, second, third] = &nodes(&motion.legs, place);
-        let rows = rows_of_written(
+        let rows = rows_at_given_nodes(
             motion.kernel,
             motion.legs[place].t,
             motion.h,

@@ -1,7 +1,7 @@
 //! The conditions for a discrete flow, and its inverse: the step with `−h`.
 
 use dsocs_core::AnyLeg;
-use dsocs_core::geometry::{FlowTheorem, Triple, roundings, rows_of_written};
+use dsocs_core::geometry::{FlowTheorem, Triple, roundings, rows_at_given_nodes};
 
 use super::equations::LARGEST_RESIDUAL;
 use super::motions::less;
@@ -237,7 +237,7 @@ fn satisfies_equations(motion: &CheckedMotion<'_>, triple: &Triple, d: &[f64]) -
         rows.all(|[row, explained]| row.abs() <= LARGEST_RESIDUAL * explained)
     };
     let [holonomic, nonholonomic, _] = motion.constraints();
-    let pair = rows_of_written(motion.kernel, t - motion.h, motion.h, [before, first, q1]);
-    holds(&rows_of_written(motion.kernel, t, motion.h, [first, q1, last]))
+    let pair = rows_at_given_nodes(motion.kernel, t - motion.h, motion.h, [before, first, q1]);
+    holds(&rows_at_given_nodes(motion.kernel, t, motion.h, [first, q1, last]))
         && holds(&pair[..holonomic + nonholonomic])
 }

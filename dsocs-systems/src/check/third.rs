@@ -1,7 +1,7 @@
 //! The checks of a system with constraints of third order: those that need neither a map of pairs of nodes
 //! nor a Taylor series.
 
-use dsocs_core::geometry::{Triple, discrete_power, rows_of_four_written, rows_of_written};
+use dsocs_core::geometry::{Triple, discrete_power, rows_at_four_given_nodes, rows_at_given_nodes};
 use dsocs_core::{AnyPoint, Declaration, Kernel, OwnedLeg, Regularity};
 
 use super::motions::{MotionNode, State, certified_nodes, less, nodes_between};
@@ -120,7 +120,7 @@ fn equations(motion: &MotionOfThirdOrder<'_>, nodes: &[MotionNode], report: &mut
             return worst;
         };
         let four = [&first.q[..], &second.q, &third.q, &fourth.q];
-        larger(worst, most(rows_of_four_written(kernel, third.t, motion.h, four)))
+        larger(worst, most(rows_at_four_given_nodes(kernel, third.t, motion.h, four)))
     });
     report.push(
         "rows at four nodes as written, in 32 digits, over what their rounding explains",
@@ -128,7 +128,7 @@ fn equations(motion: &MotionOfThirdOrder<'_>, nodes: &[MotionNode], report: &mut
         Ok(worst),
     );
     if let [first, second, third, ..] = nodes {
-        let rows = rows_of_written(kernel, second.t, motion.h, [&first.q, &second.q, &third.q]);
+        let rows = rows_at_given_nodes(kernel, second.t, motion.h, [&first.q, &second.q, &third.q]);
         let rows = rows.into_iter().enumerate();
         let below = rows.filter(|(place, _)| !kernel.shape().third_order.contains(place));
         report.push(

@@ -127,7 +127,7 @@ fn options_of_others(failure: &RunFailure) -> &'static str {
             "\n(on the command line: `--step`, or `--tolerance`)"
         }
         RunFailure::Setup(SetupError::Inconsistent { .. }) => "\n(on the command line: `--project`)",
-        RunFailure::Run(RunError::Behind { .. }) => {
+        RunFailure::Run(RunError::TimeBehind { .. }) => {
             "\n(on the command line: `--until` and `--step` of one sign)"
         }
         _ => "",
@@ -482,7 +482,7 @@ impl CliError {
                 failure:
                     RunFailure::Setup(_)
                     | RunFailure::Length { .. }
-                    | RunFailure::Run(RunError::Behind { .. } | RunError::Until { .. }),
+                    | RunFailure::Run(RunError::TimeBehind { .. } | RunError::Until { .. }),
             } => 2,
             #[cfg(feature = "sweep")]
             Self::Sweep(error) if error.is_wrong_request() => 2,

@@ -6,7 +6,7 @@ mod chance;
 mod rotations;
 
 use dsocs_core::dsocs;
-use dsocs_core::geometry::{Contact, Expansion};
+use dsocs_core::geometry::{Expansion, PartErrors};
 use dsocs_core::text::Text;
 use dsocs_systems::check::orders::{Order, Orders, Part, orders};
 use dsocs_systems::check::{Begin, Settings};
@@ -92,7 +92,7 @@ fn what_telescopes_lowers_nothing() {
 }
 
 #[test]
-fn gaps_are_those_by_hand() {
+fn errors_are_those_by_hand() {
     // a particle on the unit circle, with curvature 1 and speed 1, about the point (1, 0)
     let powers: Vec<f64> = (0..16)
         .scan(1.0, |power, k| {
@@ -111,26 +111,29 @@ fn gaps_are_those_by_hand() {
         reach: 0.5,
     };
     for h in [0.2_f64, 0.1, 0.01] {
-        let contact = Contact::of(&CurvedParticle::default(), &motion, h).unwrap();
+        let part_errors = PartErrors::of(&CurvedParticle::default(), &motion, h).unwrap();
         // v_d = (0, sin h/h) and a_d = (2 (cos h − 1)/h², 0)
         let curvature = 2.0 * (1.0 - h.cos()) / h.sin().powi(2);
-        let [row] = contact.accelerations[..] else {
+        let [row] = part_errors.accelerations[..] else {
             panic!("{contact:?}")
         };
-        assert!((row.apart - (curvature - 1.0)).abs() < 1e-12, "{row:?}");
+        assert!((row.difference - (curvature - 1.0)).abs() < 1e-12, "{row:?}");
         // the chord of the outer nodes is the tangent at the middle one
-        let [work] = contact.displacements[..] else {
+        let [work] = part_errors.displacements[..] else {
             panic!("{contact:?}")
         };
-        assert!(work.apart.abs() <= work.rounding, "{work:?}");
+        assert!(work.difference.abs() <= work.rounding, "{work:?}");
         // the kinetic energy of the chord, and that of the motion
         let chord = 2.0 * (h / 2.0).sin() / h;
-        let [gap] = contact.lagrangian[..] else {
+        let [error] = part_errors.lagrangian[..] else {
             panic!("{contact:?}")
         };
-        assert!((gap.apart - (chord.powi(2) - 1.0) / 2.0).abs() < 1e-13, "{gap:?}");
+        assert!(
+            (error.difference - (chord.powi(2) - 1.0) / 2.0).abs() < 1e-13,
+            "{error:?}"
+        );
         // m a_d against m a
-        let forces: Vec<f64> = contact.forces.iter().map(|gap| gap.apart).collect();
+        let forces: Vec<f64> = part_errors.forces.iter().map(|error| error.difference).collect();
         let by_hand = 2.0 * (h.cos() - 1.0) / h.powi(2) + 1.0;
         assert!(
             (forces[0] - by_hand).abs() < 1e-12 && forces[1].abs() < 1e-12,

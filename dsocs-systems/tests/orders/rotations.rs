@@ -2,7 +2,7 @@
 //! vectors in the frame of the body.
 
 use dsocs_core::dsocs;
-use dsocs_core::geometry::{Contact, Expansion};
+use dsocs_core::geometry::{Expansion, PartErrors};
 use dsocs_systems::check::orders::{Order, Orders, Part};
 use dsocs_systems::check::{Begin, Settings};
 use dsocs_systems::systems;
@@ -34,7 +34,7 @@ fn even_turn([x, y, z]: [f64; 3], w: f64) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn gaps_of_an_even_turn_are_those_of_the_map_by_hand() {
+fn errors_of_an_even_turn_are_those_of_the_map_by_hand() {
     let axis = [0.6, 0.0, 0.8];
     let w = 1.5;
     let motion = Expansion {
@@ -44,15 +44,18 @@ fn gaps_of_an_even_turn_are_those_of_the_map_by_hand() {
         reach: 1.0,
     };
     for h in [0.5_f64, 0.2, 0.1] {
-        let contact = Contact::of(&Ball, &motion, h).unwrap();
+        let part_errors = PartErrors::of(&Ball, &motion, h).unwrap();
         // the increment of a rotation by θ has the length x, tan(θ/4) = (x/4)/(1 − x²/48)
         let tangent = (w * h / 4.0).tan();
         let x = 8.0 * tangent / (1.0 + (1.0 + 4.0 / 3.0 * tangent.powi(2)).sqrt());
-        let [gap] = contact.lagrangian[..] else {
+        let [error] = part_errors.lagrangian[..] else {
             panic!("{contact:?}")
         };
         let by_hand = ((x / h).powi(2) - w.powi(2)) / 2.0;
-        assert!((gap.apart - by_hand).abs() < 4e-15, "{h}: {gap:?} {by_hand}");
+        assert!(
+            (error.difference - by_hand).abs() < 4e-15,
+            "{h}: {error:?} {by_hand}"
+        );
         // the momenta of the legs at the node: along the axis, with the slope dx/dθ
         let slope = {
             let a = 1.0 - x * x / 48.0;
@@ -60,15 +63,18 @@ fn gaps_of_an_even_turn_are_those_of_the_map_by_hand() {
             // dx/dθ from cos θ/2 = (a² − b)/(a² + b)
             (a * a + b) / (1.0 + x * x / 48.0)
         };
-        assert_eq!(contact.momenta.len(), 6);
-        for (i, gap) in contact.momenta.iter().enumerate() {
+        assert_eq!(part_errors.momenta.len(), 6);
+        for (i, error) in part_errors.momenta.iter().enumerate() {
             let by_hand = axis[i % 3] * (x / h * slope - w);
-            assert!((gap.apart - by_hand).abs() < 1e-13, "{h}: {gap:?} {by_hand}");
+            assert!(
+                (error.difference - by_hand).abs() < 1e-13,
+                "{h}: {error:?} {by_hand}"
+            );
         }
         // the momenta of both legs are equal
-        assert_eq!(contact.forces.len(), 3);
-        for gap in &contact.forces {
-            assert!(gap.apart.abs() <= gap.rounding, "{gap:?}");
+        assert_eq!(part_errors.forces.len(), 3);
+        for error in &part_errors.forces {
+            assert!(error.difference.abs() <= error.rounding, "{error:?}");
         }
     }
 }

@@ -462,7 +462,7 @@ fn a_run_is_used_like_any_other() {
     );
     assert!(matches!(
         run.until(3.0).unwrap_err().error,
-        RunError::Behind { .. }
+        RunError::TimeBehind { .. }
     ));
     assert!(matches!(
         run.until(f64::INFINITY).unwrap_err().error,

@@ -4,7 +4,7 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::{Behind, Flow, Node, RunError, Start, Stepper, Stop, System, Trajectory};
+use dsocs_core::{Flow, Node, RunError, Start, Stepper, Stop, System, TimeBehind, Trajectory};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
 use dsocs_tests::closed_form::Polygon;
 use dsocs_tests::closed_form::pendulum::START;
@@ -192,9 +192,9 @@ fn a_time_on_the_wrong_side_is_an_error() {
     assert!(
         matches!(
             error.error,
-            RunError::Behind(ref behind)
+            RunError::TimeBehind(ref behind)
                 if **behind
-                    == Behind {
+                    == TimeBehind {
                         until: -1.0,
                         time: 0.0,
                         h: Some(0.1)
@@ -214,7 +214,7 @@ fn a_time_on_the_wrong_side_is_an_error() {
     assert_eq!(flow.until(1.0).unwrap().len(), 11, "the flow is as it was");
     assert!(matches!(
         flow.until(0.5).unwrap_err().error,
-        RunError::Behind { .. }
+        RunError::TimeBehind { .. }
     ));
 }
 

@@ -6,7 +6,7 @@
 use dsocs_core::geometry::{
     DiscreteFlow, Displacement, Evolution, FlowTheorem, GeometryError, Triple, asymmetry, discrete_form,
     legendre_minus, legendre_plus, momentum_equation, momentum_map, momentum_minus, momentum_plus,
-    pair_displacements, rows_of_written, theta_minus, theta_plus,
+    pair_displacements, rows_at_given_nodes, theta_minus, theta_plus,
 };
 use dsocs_core::{AnyFlow, AnyLeg, AnyStart, Leg, Real, Regularity, SetupError, Start, Stepper, dsocs};
 use dsocs_systems::{
@@ -385,7 +385,7 @@ fn vectors_of_another_number_of_coordinates_are_told() {
         assert!(is_length_error(map.tangent(&Triple::new(leg, d)).unwrap_err()));
         assert!(!FlowTheorem::at(&particle, 0.1, leg, d).grants_flow());
         assert!(!Regularity::of(&particle, 0.1, leg, d).grants_flow());
-        assert!(rows_of_written(&particle, 0.0, 0.1, [q, q, q]).is_empty());
+        assert!(rows_at_given_nodes(&particle, 0.0, 0.1, [q, q, q]).is_empty());
         let start = AnyStart::second_order(q, d);
         let refused = AnyFlow::new(&particle, 0.1, &start).map(|_| ());
         assert!(matches!(

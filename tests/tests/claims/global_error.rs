@@ -165,7 +165,7 @@ fn a_motion_is_asked_in_order() {
     let [first, again] = [motion.at(5.0).unwrap(), motion.at(5.0).unwrap()];
     assert_eq!(first, again);
     assert!(motion.at(10.0).is_ok());
-    assert!(matches!(motion.at(0.5), Err(RunError::Behind { .. })));
+    assert!(matches!(motion.at(0.5), Err(RunError::TimeBehind { .. })));
     assert!(matches!(motion.at(11.0), Err(RunError::Until { .. })));
     // the acceleration solves the equations
     let rows = dsocs_core::__private::Declaration::of(&pendulum).continuous(first.any(), &[]);

@@ -155,7 +155,7 @@ fn a_run_that_turns_round_comes_back() {
         let there = run.until(T0 + 5.0).unwrap();
         run.reverse().unwrap();
         assert_eq!((run.node().index, run.node().t), (0, T0 + 5.0));
-        assert!(matches!(run.to(T0 + 6.0), Err(RunError::Behind(_))));
+        assert!(matches!(run.to(T0 + 6.0), Err(RunError::TimeBehind(_))));
         let back = run.until(T0).unwrap();
         // the node of the reversal is not handed out again
         assert_eq!(back.nodes[0].index, 1);
@@ -337,7 +337,7 @@ fn in_between_the_motion_is_a_polynomial() {
         for wrong in [&[T0 + 1.0, T0 + 0.5][..], &[T0 - 1.0]] {
             assert!(matches!(
                 third.sample(wrong, &mut |_, _| {}),
-                Err(RunError::Behind(_))
+                Err(RunError::TimeBehind(_))
             ));
         }
         assert!(matches!(
@@ -354,7 +354,7 @@ fn times_that_cannot_be_reached_are_told() {
         let failure = run.until(T0 - 1.0).unwrap_err();
         assert!(failure.trajectory.is_empty());
         assert!(
-            matches!(&failure.error, RunError::Behind(behind) if behind.until == T0 - 1.0 && behind.time == T0),
+            matches!(&failure.error, RunError::TimeBehind(behind) if behind.until == T0 - 1.0 && behind.time == T0),
             "{failure}"
         );
         for wrong in [f64::NAN, f64::INFINITY] {
@@ -373,7 +373,7 @@ fn times_that_cannot_be_reached_are_told() {
             0,
             "the run is as it was"
         );
-        assert!(matches!(run.to(T0 + 0.5), Err(RunError::Behind(_))));
+        assert!(matches!(run.to(T0 + 0.5), Err(RunError::TimeBehind(_))));
     }
     for_every_method!(check);
 }

@@ -380,7 +380,7 @@ fn what_cannot_go_on_says_why_and_keeps_what_it_has() {
     assert!(matches!(flow.to(f64::NAN), Err(RunError::Until { .. })));
     assert!(matches!(
         flow.sample(&[1.0, 0.5, 2.0], &mut |_, _| {}),
-        Err(RunError::Behind { .. })
+        Err(RunError::TimeBehind { .. })
     ));
     let tolerance = TaylorFlow::new(
         &particle,

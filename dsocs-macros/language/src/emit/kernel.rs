@@ -75,11 +75,11 @@ pub(crate) fn kernel(name: &Ident, generics: &Generics, n: usize, kind: Kind) ->
             fn second_difference(&self, #at, e: &mut [f64]) {
                 #hot::second_difference #of(self, at, e)
             }
-            fn smooth(&self, course: &mut ::dsocs_core::__private::Course, count: u64) -> ::dsocs_core::__private::Halt {
-                #hot::smooth #of(self, course, count)
+            fn smooth(&self, run_state: &mut ::dsocs_core::__private::RunState, count: u64) -> ::dsocs_core::__private::Halt {
+                #hot::smooth #of(self, run_state, count)
             }
-            fn report(&self, course: &::dsocs_core::__private::Course, node: ::dsocs_core::__private::NodeMut<'_>) {
-                #hot::report #of(self, course, node)
+            fn report(&self, run_state: &::dsocs_core::__private::RunState, node: ::dsocs_core::__private::NodeMut<'_>) {
+                #hot::report #of(self, run_state, node)
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The contact of each part with the exact one, at states of the continuous motion.
 
 use dsocs_core::Kernel;
-use dsocs_core::geometry::{Contact, Expansion, Gap, pieces};
+use dsocs_core::geometry::{Expansion, PartError, PartErrors, pieces};
 use dsocs_core::{AnyPoint, SetupError};
 use thiserror::Error;
 
@@ -121,18 +121,18 @@ impl Part {
         }
     }
 
-    /// The gaps of this part in a contact.
-    fn of(self, contact: &Contact) -> &[Gap] {
+    /// The errors of this part.
+    fn of(self, part_errors: &PartErrors) -> &[PartError] {
         match self {
-            Self::Lagrangian => &contact.lagrangian,
-            Self::Momenta => &contact.momenta,
-            Self::Forces => &contact.forces,
-            Self::ExternalForces => &contact.external_forces,
-            Self::Positions => &contact.positions,
-            Self::Velocities => &contact.velocities,
-            Self::Accelerations => &contact.accelerations,
-            Self::Displacements => &contact.displacements,
-            Self::Equations => &contact.equations,
+            Self::Lagrangian => &part_errors.lagrangian,
+            Self::Momenta => &part_errors.momenta,
+            Self::Forces => &part_errors.forces,
+            Self::ExternalForces => &part_errors.external_forces,
+            Self::Positions => &part_errors.positions,
+            Self::Velocities => &part_errors.velocities,
+            Self::Accelerations => &part_errors.accelerations,
+            Self::Displacements => &part_errors.displacements,
+            Self::Equations => &part_errors.equations,
             Self::Start => &[],
         }
     }
@@ -204,28 +204,28 @@ fn smooth(kernel: &dyn Kernel, mut expansion: Expansion) -> Option<Expansion> {
     Some(expansion)
 }
 
-/// Sums over states for one component: of the squares of the gap, of its size, and of its rounding.
+/// Sums over states for one component: of the squares of the error, of its size, and of its rounding.
 #[derive(Clone, Copy, Default)]
 struct Sums {
-    apart: f64,
+    difference: f64,
     size: f64,
     rounding: f64,
 }
 
 impl Sums {
-    /// Adds the gap at one more state.
-    fn add(&mut self, gap: &Gap) {
-        self.apart += gap.apart * gap.apart;
-        self.size += gap.size * gap.size;
-        self.rounding += gap.rounding * gap.rounding;
+    /// Adds the error at one more state.
+    fn add(&mut self, error: &PartError) {
+        self.difference += error.difference * error.difference;
+        self.size += error.size * error.size;
+        self.rounding += error.rounding * error.rounding;
     }
 
-    /// The gap relative to the terms, as a sample.
+    /// The error relative to the terms, as a sample.
     fn sample(&self, h: f64) -> Sample {
         let relative = |x: f64| if x == 0.0 { 0.0 } else { (x / self.size).sqrt() };
         Sample {
             h: h.abs(),
-            value: relative(self.apart),
+            value: relative(self.difference),
             rounding: relative(self.rounding),
         }
     }
@@ -235,12 +235,12 @@ impl Sums {
 fn components(kernel: &dyn Kernel, expansions: &[Expansion], h: f64) -> Result<[Vec<Sample>; 9], SetupError> {
     let mut all: [Vec<Sums>; 9] = Default::default();
     for expansion in expansions {
-        let contact = Contact::of(kernel, expansion, h)?;
+        let part_errors = PartErrors::of(kernel, expansion, h)?;
         for (part, sums) in PARTS.into_iter().zip(&mut all) {
-            let gaps = part.of(&contact);
-            sums.resize(gaps.len(), Sums::default());
-            for (sums, gap) in sums.iter_mut().zip(gaps) {
-                sums.add(gap);
+            let errors = part.of(&part_errors);
+            sums.resize(errors.len(), Sums::default());
+            for (sums, error) in sums.iter_mut().zip(errors) {
+                sums.add(error);
             }
         }
     }
