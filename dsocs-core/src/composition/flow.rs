@@ -5,7 +5,7 @@ use core::iter::FusedIterator;
 use std::sync::Arc;
 
 use super::run::Composed;
-use super::stages::Of;
+use super::stages::CompiledStages;
 use crate::error::SetupError;
 use crate::flow::discrete::values_of;
 use crate::number::composition::Composition;
@@ -75,7 +75,7 @@ impl<'s, const N: usize> ComposedFlow<'s, N> {
         let kernel = system.kernel();
         let run = Composed::new(
             (kernel, values_of(kernel)),
-            Some(Arc::new(Of(system))),
+            Some(Arc::new(CompiledStages(system))),
             h,
             method,
             &start.given(),

@@ -67,7 +67,7 @@ pub(super) struct Node {
 
 /// The reason why there is no leg.
 #[derive(Clone, Debug)]
-pub(super) enum Failure {
+pub(super) enum LegFailure {
     /// No solution of its equations was found.
     NotSolved(NewtonFailure),
     /// It lies beyond a singularity of its equations.
@@ -78,9 +78,9 @@ pub(super) enum Failure {
 
 /// The legs of a stage in the last steps, from which the next one is extrapolated.
 #[derive(Clone, Debug)]
-pub(super) struct Past(Predictor);
+pub(super) struct LegPredictor(Predictor);
 
-impl Past {
+impl LegPredictor {
     /// No past, for a number of coordinates.
     pub(super) fn new(coordinates: usize) -> Self {
         Self(Predictor::new(coordinates))
@@ -167,8 +167,8 @@ impl<'s> Momenta<'s> {
         &self,
         from: &Node,
         (h, t): (f64, f64),
-        past: &Past,
-    ) -> Result<(Node, Vector, u32), Failure> {
+        past: &LegPredictor,
+    ) -> Result<(Node, Vector, u32), LegFailure> {
         let guess = match past.0.predict() {
             Some(d) if d.is_finite() => d,
             _ => from.ahead(h),
@@ -177,7 +177,7 @@ impl<'s> Momenta<'s> {
         match found {
             Ok((node, d, iterations)) if iterations >= MANY => match self.lengthened(from, (h, t)) {
                 Some(other) if is_same(&d, &other) => Ok((node, d, iterations)),
-                _ => Err(Failure::Jump),
+                _ => Err(LegFailure::Jump),
             },
             other => other,
         }
@@ -209,7 +209,7 @@ impl<'s> Momenta<'s> {
         (h, t): (f64, f64),
         guess: Vector,
         near: &Node,
-    ) -> Result<(Node, Vector, u32), Failure> {
+    ) -> Result<(Node, Vector, u32), LegFailure> {
         let leaving = from.p.zip(&from.force, |p, force| p + 0.5 * h * force);
         let (d, mut iterations) = self.increment(from, h, &leaving, guess)?;
         let rotations = &self.declaration.shape().rotations;
@@ -237,7 +237,7 @@ impl<'s> Momenta<'s> {
     }
 
     /// The increment `d` with `-D₁L_d(q, q + d) - f⁻_d = p`, by Newton's iteration, and the number of evaluations.
-    fn increment(&self, from: &Node, h: f64, p: &[f64], mut d: Vector) -> Result<(Vector, u32), Failure> {
+    fn increment(&self, from: &Node, h: f64, p: &[f64], mut d: Vector) -> Result<(Vector, u32), LegFailure> {
         let n = d.len();
         let mut progress = Progress::new();
         let scale = from.q.hi.map(|q| f64::EPSILON * q.abs());
@@ -284,7 +284,7 @@ impl<'s> Momenta<'s> {
 
     /// Computes momentum, velocity, acceleration and force at the end of a leg from its discrete momentum
     /// there, by one Newton iteration for all of them. Returns the number of evaluations.
-    fn kicked(&self, node: &mut Node, h: f64, arriving: &Vector) -> Result<u32, Failure> {
+    fn kicked(&self, node: &mut Node, h: f64, arriving: &Vector) -> Result<u32, LegFailure> {
         let n = arriving.len();
         let mut progress = Progress::new();
         for iteration in 1..=MAX_ITERATIONS {
@@ -364,7 +364,7 @@ impl<'s> Momenta<'s> {
                 // the sign for short legs, unless the leg is beyond a singularity
                 let turns = |matrix: &Square| matrix.determinant().value < 0.0;
                 if turns(&matrix) != turns(&mass) {
-                    return Err(Failure::Singularity);
+                    return Err(LegFailure::Singularity);
                 }
                 node.force = self.force(node);
                 node.p = arriving.zip(&node.force, |arriving, force| arriving + 0.5 * h * force);
@@ -457,8 +457,8 @@ fn reason(matrix: &[f64], right: &[f64]) -> StepFailure {
 }
 
 /// The failure of an iteration.
-fn not_solved(reason: StepFailure, unknowns: &[f64], residual: Vec<f64>, updates: Vec<f64>) -> Failure {
-    Failure::NotSolved(NewtonFailure {
+fn not_solved(reason: StepFailure, unknowns: &[f64], residual: Vec<f64>, updates: Vec<f64>) -> LegFailure {
+    LegFailure::NotSolved(NewtonFailure {
         reason,
         unknowns: unknowns.to_vec(),
         residual,

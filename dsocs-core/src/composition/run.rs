@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::backward;
 use super::momenta::{self, Momenta};
 use super::stages::{ComposedState, Stage, Stages, State};
-use super::unresolved::Watch;
+use super::unresolved::RecentNodes;
 use crate::error::stage::{FailedStage, StageError, StageFailure};
 use crate::error::{SetupError, StepError};
 use crate::flow::discrete::{check, constants_of};
@@ -29,9 +29,9 @@ use crate::solve::sum::Sum;
 use crate::start::InitialAcceleration;
 use crate::start::place::Place;
 use crate::start::{self, Phase, StartData};
-use crate::step::singular::{self, Change};
+use crate::step::singular::{self, DeterminantChange};
 use crate::step::switches;
-use crate::step::{Failing, Step};
+use crate::step::{FailurePlace, Step};
 use crate::tape::Symmetry;
 use crate::tape::declaration::Declaration;
 
@@ -53,7 +53,7 @@ pub(crate) struct Composed<'s> {
     /// The steps so far near a singularity.
     nearly_singular: Option<NearlySingular>,
     /// The state of a method whose legs are joined by momenta.
-    joined: Option<Box<Joined>>,
+    joined: Option<Box<MomentumState>>,
     /// Whether the declaration has functions that jump with the velocity.
     may_rest: bool,
     /// Whether each argument of such functions is zero at the current node.
@@ -61,18 +61,18 @@ pub(crate) struct Composed<'s> {
     /// The steps so far that were too long for a jump in them.
     pub(super) unresolved: Option<Unresolved>,
     /// The watch for jumps of the acceleration; `None` if there can be none.
-    pub(super) watch: Option<Box<Watch>>,
+    pub(super) watch: Option<Box<RecentNodes>>,
     /// The constraint force of the last step that was solved with sides, and the index of the node at its
     /// end.
     pub(super) force: Option<(u64, Vector)>,
     /// The arrival at the node where inputs changed last.
-    arrived: Option<Box<Arrived>>,
+    arrived: Option<Box<ArrivalAtChange>>,
 }
 
 /// The arrival at a node where inputs change. Several changes at one node are one: the velocity jumps from
 /// the values before all of them.
 #[derive(Clone)]
-struct Arrived {
+struct ArrivalAtChange {
     /// The number of the node.
     index: u64,
     /// The values of the parameters before.
@@ -85,18 +85,18 @@ struct Arrived {
 
 /// The state of a method whose legs are joined by momenta.
 #[derive(Clone, Debug)]
-struct Joined {
+struct MomentumState {
     /// The current node.
     now: momenta::Node,
     /// The legs of each stage in the last steps.
-    past: Vec<momenta::Past>,
+    past: Vec<momenta::LegPredictor>,
     /// The determinant of the equations for the acceleration that was examined last; `None` before.
-    looked: Option<Looked>,
+    examined: Option<ExaminedDeterminant>,
 }
 
 /// A determinant that was examined.
 #[derive(Clone, Copy, Debug)]
-struct Looked {
+struct ExaminedDeterminant {
     determinant: Determinant,
     /// The number of its node.
     index: u64,
@@ -176,10 +176,10 @@ impl<'s> Composed<'s> {
         if symmetry == Symmetry::Momenta {
             let node = Momenta::of(declaration).start(t0, (Sum::exact(q0), v0), near.as_deref())?;
             now = State::of(&node);
-            joined = Some(Box::new(Joined {
+            joined = Some(Box::new(MomentumState {
                 now: node,
                 past: Vec::new(),
-                looked: None,
+                examined: None,
             }));
         } else {
             now = State {
@@ -232,11 +232,11 @@ impl<'s> Composed<'s> {
         self.watch_anew();
         let shape = self.kernel.shape();
         if let Some(joined) = &mut self.joined {
-            joined.looked = None;
+            joined.examined = None;
             joined.past.clear();
             joined
                 .past
-                .resize(self.method.stages(), momenta::Past::new(shape.increments));
+                .resize(self.method.stages(), momenta::LegPredictor::new(shape.increments));
             return;
         }
         let run_state = &mut self.run_state;
@@ -439,8 +439,9 @@ impl<'s> Composed<'s> {
             node = next;
         }
         let complete = legs.complete(&mut node);
-        complete
-            .map_err(|cause| self.unjoined(self.method.stages() - 1, momenta::Failure::NotSolved(cause)))?;
+        complete.map_err(|cause| {
+            self.unjoined(self.method.stages() - 1, momenta::LegFailure::NotSolved(cause))
+        })?;
         let next = State::of(&node);
         self.look_along(&next)?;
         self.run_state.now = next;
@@ -468,12 +469,12 @@ impl<'s> Composed<'s> {
         let begins = clock.index() == self.run_state.since;
         let declaration = self.declaration();
         match singular::change(&declaration, [&from, &to], 1.0, &next.a) {
-            Change::Falls if singular::on_path(&declaration, &[from, to], &next.a).is_some() => {
-                Err(self.unjoined(self.method.stages() - 1, momenta::Failure::Singularity))
+            DeterminantChange::Falls if singular::on_path(&declaration, &[from, to], &next.a).is_some() => {
+                Err(self.unjoined(self.method.stages() - 1, momenta::LegFailure::Singularity))
             }
-            Change::Rises if !begins => Ok(()),
-            Change::Little => Ok(()),
-            Change::Falls | Change::Rises => {
+            DeterminantChange::Rises if !begins => Ok(()),
+            DeterminantChange::Little => Ok(()),
+            DeterminantChange::Falls | DeterminantChange::Rises => {
                 NearlySingular::count(&mut self.nearly_singular, end, false);
                 Ok(())
             }
@@ -484,7 +485,7 @@ impl<'s> Composed<'s> {
     /// not when it was examined.
     fn is_steady(&mut self, next: &State) -> bool {
         let index = self.run_state.clock.index() + 1;
-        let before = self.joined.as_ref().and_then(|joined| joined.looked);
+        let before = self.joined.as_ref().and_then(|joined| joined.examined);
         if before.is_some_and(|before| index < before.again) {
             return true;
         }
@@ -505,7 +506,7 @@ impl<'s> Composed<'s> {
         )]
         let steps = (STEADY / change).clamp(1.0, switches::MOST) as u64;
         if let Some(joined) = &mut self.joined {
-            joined.looked = Some(Looked {
+            joined.examined = Some(ExaminedDeterminant {
                 determinant,
                 index,
                 again: index + steps,
@@ -516,7 +517,7 @@ impl<'s> Composed<'s> {
 
     /// The error of a stage whose legs are joined by momenta.
     #[cold]
-    fn unjoined(&self, place: usize, failure: momenta::Failure) -> StageError {
+    fn unjoined(&self, place: usize, failure: momenta::LegFailure) -> StageError {
         let fraction = self.method.fractions().nth(place).unwrap_or(f64::NAN);
         let (time, h) = (self.time_of_stage(place), fraction * self.h);
         StageError::new(FailedStage {
@@ -527,9 +528,9 @@ impl<'s> Composed<'s> {
             constrained: self.kernel.shape().kinematic > 0,
             piecewise: self.kernel.shape().piecewise,
             cause: match failure {
-                momenta::Failure::NotSolved(cause) => StageFailure::Leg { time, h, cause },
-                momenta::Failure::Singularity => StageFailure::Singularity { time, h },
-                momenta::Failure::Jump => StageFailure::Jump { time, h },
+                momenta::LegFailure::NotSolved(cause) => StageFailure::Leg { time, h, cause },
+                momenta::LegFailure::Singularity => StageFailure::Singularity { time, h },
+                momenta::LegFailure::Jump => StageFailure::Jump { time, h },
             },
         })
     }
@@ -593,7 +594,7 @@ impl<'s> Composed<'s> {
         let steps = (stage.h / self.h).abs();
         let change = || singular::change(&declaration, places, steps, &state.a);
         if begins {
-            if change() != Change::Little {
+            if change() != DeterminantChange::Little {
                 NearlySingular::count(&mut self.nearly_singular, stage.leg.t, false);
             }
             return Ok(());
@@ -603,11 +604,11 @@ impl<'s> Composed<'s> {
             return Err(self.failed_at(place, state, |error| error.at(singularity), cause));
         }
         let change = change();
-        if part < 0.0 || change == Change::Falls {
-            let of_step = change == Change::Little;
+        if part < 0.0 || change == DeterminantChange::Falls {
+            let of_step = change == DeterminantChange::Little;
             NearlySingular::count(&mut self.nearly_singular, stage.leg.t, of_step);
         }
-        if change == Change::Falls {
+        if change == DeterminantChange::Falls {
             // each of the stages may lead past it
             for stage in &mut self.run_state.stages {
                 stage.predictor.determinants.look_again();
@@ -645,7 +646,7 @@ impl<'s> Composed<'s> {
         cause: NewtonFailure,
     ) -> StageError {
         let stage = &self.run_state.stages[place];
-        let failing = Failing {
+        let failing = FailurePlace {
             index: self.run_state.clock.index(),
             time: self.time_of_stage(place),
             q0: &state.q.hi.zip(&stage.leg.d, |q, d| q - d),
@@ -687,7 +688,11 @@ impl<'s> Composed<'s> {
     }
 
     /// The motion after a change of inputs at a node, with its momentum if momenta join the legs.
-    fn changed(&self, arrived: &Arrived, values: &[f64]) -> Result<(State, Option<momenta::Node>), RunError> {
+    fn changed(
+        &self,
+        arrived: &ArrivalAtChange,
+        values: &[f64],
+    ) -> Result<(State, Option<momenta::Node>), RunError> {
         let State { q, v, a } = &arrived.now;
         let t = self.run_state.clock.time();
         let [old, new] =
@@ -723,7 +728,7 @@ impl<'s> Composed<'s> {
         let index = self.run_state.clock.index();
         let known = self.arrived.take().filter(|known| known.index == index);
         let arrived = known.unwrap_or_else(|| {
-            Box::new(Arrived {
+            Box::new(ArrivalAtChange {
                 index,
                 values: self.values.clone(),
                 now: self.run_state.now.clone(),

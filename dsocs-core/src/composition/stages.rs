@@ -106,9 +106,9 @@ pub(crate) trait Stages: Send + Sync {
 }
 
 /// The stages of a declared type.
-pub(super) struct Of<'s, S, const N: usize>(pub &'s S);
+pub(super) struct CompiledStages<'s, S, const N: usize>(pub &'s S);
 
-impl<S: System<N>, const N: usize> Stages for Of<'_, S, N> {
+impl<S: System<N>, const N: usize> Stages for CompiledStages<'_, S, N> {
     fn step(&self, run_state: &mut ComposedState) -> Result<(), HaltReason> {
         step(self.0, run_state)
     }

@@ -57,20 +57,20 @@ impl Node {
 
 /// The last nodes, the last first, and the extrapolation of their accelerations.
 #[derive(Clone, Debug)]
-pub(super) struct Watch {
+pub(super) struct RecentNodes {
     /// At most two nodes.
     nodes: Vec<Node>,
     /// The accelerations at the past nodes.
     accelerations: Predictor,
     /// Whether the last step has been examined.
-    looked: bool,
+    is_examined: bool,
     /// The signs of arguments at the end of the step that was examined last.
     came: Vec<f64>,
     /// The number of the node at the end of that step.
     looked_at: u64,
     /// The number of the node before which arguments and tables of samples are evaluated again; `None` if
     /// there are none.
-    looks_at: Option<u64>,
+    next_examination: Option<u64>,
 }
 
 impl Composed<'_> {
@@ -83,13 +83,13 @@ impl Composed<'_> {
         let mut accelerations = Predictor::new(shape.increments);
         let declaration = self.declaration();
         accelerations.push(&self.run_state.now.a);
-        self.watch = Some(Box::new(Watch {
+        self.watch = Some(Box::new(RecentNodes {
             nodes: vec![self.here()],
             accelerations,
-            looked: true,
+            is_examined: true,
             came: vec![0.0; declaration.switches()],
             looked_at: 0,
-            looks_at: (declaration.switches() > 0 || declaration.has_tables()).then_some(0),
+            next_examination: (declaration.switches() > 0 || declaration.has_tables()).then_some(0),
         }));
     }
 
@@ -118,11 +118,13 @@ impl Composed<'_> {
         let index = self.run_state.clock.index();
         if let [last, before] = &watch.nodes[..]
             && !foreseen
-            && !watch.looked
+            && !watch.is_examined
         {
             self.look_between([before, last], &mut vec![0.0; watch.came.len()], true);
         }
-        let is_to_look = watch.looks_at.is_some_and(|looks_at| looks_at <= index);
+        let is_to_look = watch
+            .next_examination
+            .is_some_and(|next_examination| next_examination <= index);
         if let Some(last) = watch.nodes.first()
             && (is_to_look || !foreseen)
         {
@@ -131,9 +133,9 @@ impl Composed<'_> {
             }
             let clear = self.look_between([last, &here], &mut watch.came, !foreseen);
             watch.looked_at = index;
-            watch.looks_at = watch.looks_at.map(|_| index + clear.max(1));
+            watch.next_examination = watch.next_examination.map(|_| index + clear.max(1));
         }
-        watch.looked = !foreseen;
+        watch.is_examined = !foreseen;
         watch.nodes.insert(0, here);
         watch.nodes.truncate(2);
         self.watch = Some(watch);
