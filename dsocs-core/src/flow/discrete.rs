@@ -3,8 +3,8 @@
 
 use smallvec::smallvec;
 
-use super::inputs::Changed;
-use super::jumps::{Span, Switches};
+use super::inputs::NodeAtChange;
+use super::jumps::{ArgumentSigns, StepConditions};
 use super::stick::Contacts;
 use crate::error::{SetupError, StepError};
 use crate::kernel::Kernel;
@@ -23,7 +23,7 @@ use crate::solve::rotation;
 use crate::solve::sum::Sum;
 use crate::solve::{Numbers, Vector};
 use crate::start::{self, ComputedStart, StartData};
-use crate::step::{Failing, Step};
+use crate::step::{FailurePlace, Step};
 use crate::tape::Shape;
 use crate::tape::declaration::Declaration;
 
@@ -41,7 +41,7 @@ pub(crate) struct Discrete<'s> {
     /// The values of the parameters on the last leg, if inputs have changed since.
     pub(super) before: Option<Vec<f64>>,
     /// The last node where inputs changed.
-    pub(super) changed: Option<Box<Changed>>,
+    pub(super) changed: Option<Box<NodeAtChange>>,
     /// The steps so far that were too long for a jump in them.
     pub(super) unresolved: Option<Unresolved>,
     /// The steps near a singularity.
@@ -49,13 +49,13 @@ pub(crate) struct Discrete<'s> {
     /// The state of functions that jump with the velocity, if there are any.
     pub(super) contacts: Option<Box<Contacts>>,
     /// The state of the arguments of piecewise functions, if there are any.
-    pub(super) switches: Option<Switches>,
+    pub(super) switches: Option<ArgumentSigns>,
     /// Whether the declaration has tables of samples.
     has_tables: bool,
 }
 
 /// The result of a step.
-pub(super) struct Next {
+pub(super) struct StepResult {
     /// The position.
     pub q: Sum,
     /// The increment that leads to it.
@@ -111,12 +111,12 @@ impl<'s> Discrete<'s> {
         } else {
             None
         };
-        let switches = Switches::of(&declaration);
+        let switches = ArgumentSigns::of(&declaration);
         let has_tables = declaration.has_tables();
         let constants = constants_of(kernel, &values, h);
         let run_state = RunState {
             given: computed_start.e.clone(),
-            looks_at: if switches.is_some() { 0 } else { u64::MAX },
+            next_examination: if switches.is_some() { 0 } else { u64::MAX },
             ..RunState::new(
                 shape,
                 (h, constants),
@@ -242,7 +242,7 @@ impl<'s> Discrete<'s> {
         }
         self.run_state.predictor.push(&z);
         let before = self.contacts.as_ref().map(|contacts| contacts.pieces.clone());
-        let span = Span {
+        let span = StepConditions {
             before: before.as_deref().unwrap_or(&[]),
             after: &[],
             inputs: None,
@@ -256,7 +256,7 @@ impl<'s> Discrete<'s> {
             self.look_between(&e, report.stop);
         }
         if may_switch || shape.jumps {
-            self.run_state.looked = !foreseen || meets_switch;
+            self.run_state.is_examined = !foreseen || meets_switch;
         }
         self.commit(next, &e, report);
         if changes {
@@ -271,14 +271,14 @@ impl<'s> Discrete<'s> {
     }
 
     /// The next position for a solution; `None` if it is not finite, or a rotation turns too far in the step.
-    pub(super) fn arriving(&self, e: &[f64]) -> Option<Next> {
+    pub(super) fn arriving(&self, e: &[f64]) -> Option<StepResult> {
         let next = self.leads_to(e);
         let turns_too_far = rotation::turns_too_far(&self.shape().rotations, &next.d.hi).is_some();
         (next.q.hi.is_finite() && !turns_too_far).then_some(next)
     }
 
     /// The next position for a solution.
-    pub(super) fn leads_to(&self, e: &[f64]) -> Next {
+    pub(super) fn leads_to(&self, e: &[f64]) -> StepResult {
         let vectors = &self.run_state.vectors;
         let mut d = vectors.d();
         let second = self.shape().is_of_third_order().then(|| {
@@ -291,11 +291,11 @@ impl<'s> Discrete<'s> {
             None => d.add(e),
         }
         let q = self.moved(&vectors.q(), &d);
-        Next { q, d, second }
+        StepResult { q, d, second }
     }
 
     /// Moves to the next position.
-    pub(super) fn commit(&mut self, Next { q, d, second }: Next, e: &[f64], report: StepReport) {
+    pub(super) fn commit(&mut self, StepResult { q, d, second }: StepResult, e: &[f64], report: StepReport) {
         let t = self.next_leg().t;
         let run_state = &mut self.run_state;
         run_state.vectors.commit(&q, &d, e);
@@ -324,7 +324,7 @@ impl<'s> Discrete<'s> {
         let d = self.run_state.vectors.d().plus(second);
         let q = self.moved(&self.run_state.vectors.q(), &d);
         let e = second.hi.clone();
-        let next = Next { q, d, second: None };
+        let next = StepResult { q, d, second: None };
         self.commit(next, &e, report);
         // as a third difference after second difference zero
         self.run_state
@@ -358,7 +358,7 @@ impl<'s> Discrete<'s> {
     #[cold]
     pub(super) fn failed(&self, cause: NewtonFailure) -> StepError {
         let run_state = &self.run_state;
-        let failing = Failing {
+        let failing = FailurePlace {
             index: run_state.index(),
             time: run_state.time(),
             q0: &self
@@ -429,7 +429,7 @@ impl<'s> Discrete<'s> {
     }
 
     /// Writes the velocity, the constraint force and the energy of a node where inputs changed.
-    fn tell_changed(&self, changed: &Changed, mut node: NodeMut<'_>) {
+    fn tell_changed(&self, changed: &NodeAtChange, mut node: NodeMut<'_>) {
         let t = node.scalars.t;
         let [q, v, _, force] = node.split();
         copy(v, &changed.velocity);

@@ -1,7 +1,7 @@
 //! The step about a node where inputs change.
 
 use super::discrete::{Discrete, constants_of};
-use super::jumps::Span;
+use super::jumps::StepConditions;
 use crate::error::StepError;
 use crate::kernel::report::{Guess, StepReport};
 use crate::number::point::{AnyLeg, OwnedLeg, map, moved};
@@ -32,7 +32,7 @@ const LEAST: f64 = 1e-5;
 
 /// The data of a node where inputs changed, beside its step.
 #[derive(Clone)]
-pub(super) struct Changed {
+pub(super) struct NodeAtChange {
     /// The number of the node.
     pub(super) index: u64,
     /// The velocity with which the motion arrives there, as in a run that continues with the old values. The
@@ -97,7 +97,7 @@ impl Discrete<'_> {
             };
             let e = new.second_difference(&z);
             let e_old = arriving.map_or_else(|_| e.clone(), |(z, _)| old.second_difference(&z));
-            let change = Change::new(
+            let change = StepAcrossChange::new(
                 [Declaration::of(self.kernel).with(&before), self.declaration()],
                 shape.kinematic,
                 [shape.holonomic, shape.nonholonomic],
@@ -128,14 +128,14 @@ impl Discrete<'_> {
             ..report
         };
         let pieces = self.contacts.as_ref().map(|contacts| contacts.pieces.clone());
-        let span = Span {
+        let span = StepConditions {
             before: pieces.as_deref().unwrap_or(&[]),
             after: &[],
             inputs: Some(&before),
         };
         self.look_for_jumps(span, &e);
         self.commit(next, &e, report);
-        self.changed = Some(Box::new(Changed {
+        self.changed = Some(Box::new(NodeAtChange {
             index,
             velocity,
             force,
@@ -146,7 +146,7 @@ impl Discrete<'_> {
 }
 
 /// A step between two values of the inputs.
-struct Change<'s> {
+struct StepAcrossChange<'s> {
     /// The declaration with the values up to the node, and with those from there on.
     sides: [Declaration<'s>; 2],
     /// The number of kinematic constraints.
@@ -165,14 +165,14 @@ struct Change<'s> {
 }
 
 /// The kinematic rows.
-enum Kinematic<'k> {
+enum KinematicRows<'k> {
     /// The declared kinematic rows, with the known values of this side.
     Side(usize),
     /// Rows that hold the second difference at a mean: derivatives of the rows, and the mean.
     Mean(&'k [Vec<f64>], &'k [f64]),
 }
 
-impl<'s> Change<'s> {
+impl<'s> StepAcrossChange<'s> {
     fn new(
         sides: [Declaration<'s>; 2],
         kinematic: usize,
@@ -215,14 +215,14 @@ impl<'s> Change<'s> {
             for side in [0, 1] {
                 let mut start = guesses[side].to_vec();
                 start.extend(&sides[side]);
-                found[side] = self.newton(start, &Kinematic::Side(side))?;
+                found[side] = self.newton(start, &KinematicRows::Side(side))?;
                 found[side].truncate(n);
             }
             mean = (0..n).map(|i| 0.5 * (found[0][i] + found[1][i])).collect();
             slopes = self.slopes(&found);
             x[..n].copy_from_slice(&mean);
         }
-        let mut e = self.newton(x, &Kinematic::Mean(&slopes, &mean))?;
+        let mut e = self.newton(x, &KinematicRows::Mean(&slopes, &mean))?;
         e.truncate(n);
         Ok(e)
     }
@@ -261,14 +261,14 @@ impl<'s> Change<'s> {
     }
 
     /// All rows at the second difference and the multipliers `x`.
-    fn rows(&self, x: &[Tangent], kinematic: &Kinematic<'_>) -> Vec<Tangent> {
+    fn rows(&self, x: &[Tangent], kinematic: &KinematicRows<'_>) -> Vec<Tangent> {
         let (h, leg) = (Tangent::splat(self.h), self.fixed_leg());
         let (e, multipliers) = x.split_at(self.leg.q.len());
         let mut rows = self.sides[1].declared(h, leg.any(), e, multipliers);
         rows.truncate(self.lower);
         match kinematic {
-            Kinematic::Side(side) => rows.extend(self.kinematic_rows(*side, e)),
-            Kinematic::Mean(slopes, mean) => rows.extend(slopes.iter().map(|slopes| {
+            KinematicRows::Side(side) => rows.extend(self.kinematic_rows(*side, e)),
+            KinematicRows::Mean(slopes, mean) => rows.extend(slopes.iter().map(|slopes| {
                 let terms = slopes.iter().zip(e).zip(*mean);
                 terms.fold(Tangent::splat(0.0), |sum, ((&slope, &e), &mean)| {
                     sum + Tangent::splat(slope) * (e - Tangent::splat(mean))
@@ -278,18 +278,18 @@ impl<'s> Change<'s> {
         // a mass that changes suddenly gives an impulse, which the mean of the two accelerations does not
         // contain
         let (of, jumps) = match kinematic {
-            Kinematic::Side(side) => (*side, 0.0),
-            Kinematic::Mean(..) => (1, 1.0),
+            KinematicRows::Side(side) => (*side, 0.0),
+            KinematicRows::Mean(..) => (1, 1.0),
         };
         let mut force = self.sides[of].force(h, leg.any(), e);
         for (force, jump) in force.iter_mut().zip(&self.jump) {
             *force = *force + Tangent::splat(jumps * jump);
         }
         let sides = match kinematic {
-            Kinematic::Side(side) => [*side; 2],
+            KinematicRows::Side(side) => [*side; 2],
             // rows of positions and velocities are those of the leg after the node, and so are their forces
-            Kinematic::Mean(..) if self.lower > 0 => [1; 2],
-            Kinematic::Mean(..) => [0, 1],
+            KinematicRows::Mean(..) if self.lower > 0 => [1; 2],
+            KinematicRows::Mean(..) => [0, 1],
         };
         let half = Tangent::splat(0.5);
         let [old, new] = sides.map(|side| works(&self.sides[side], h, leg.any(), e, &force, multipliers));
@@ -298,7 +298,7 @@ impl<'s> Change<'s> {
     }
 
     /// Newton's iteration, with scaled rows and unknowns.
-    fn newton(&self, mut x: Vec<f64>, kinematic: &Kinematic<'_>) -> Result<Vec<f64>, NewtonFailure> {
+    fn newton(&self, mut x: Vec<f64>, kinematic: &KinematicRows<'_>) -> Result<Vec<f64>, NewtonFailure> {
         let n = self.leg.q.len();
         let longest = self.leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
         let forms = self.sides[1].forms(self.h, self.leg, x.get(..n).unwrap_or(&[]));

@@ -19,16 +19,16 @@ use crate::tape::declaration::Declaration;
 
 /// The state of the arguments of piecewise functions.
 #[derive(Clone, Debug)]
-pub(super) struct Switches {
+pub(super) struct ArgumentSigns {
     /// The signs at the end of the last path that was examined.
-    came: Vec<f64>,
+    signs: Vec<f64>,
     /// The index of the step that follows this path.
     index: u64,
 }
 
 /// The conditions of a step.
 #[derive(Clone, Copy)]
-pub(super) struct Span<'a> {
+pub(super) struct StepConditions<'a> {
     /// The pieces of the arguments of functions that jump with the velocity, at the beginning of the step;
     /// those between rest. Empty if none rests.
     pub(super) before: &'a [Piece],
@@ -38,7 +38,7 @@ pub(super) struct Span<'a> {
     pub(super) inputs: Option<&'a [f64]>,
 }
 
-impl Span<'_> {
+impl StepConditions<'_> {
     /// Whether a change of sign of an argument is examined, given its number and its value at the end of the
     /// step. Not that of an argument that rests, comes to rest or is released, nor of one that keeps its
     /// side: just after a release an argument is not yet clear of zero.
@@ -52,19 +52,19 @@ impl Span<'_> {
     }
 }
 
-impl Switches {
+impl ArgumentSigns {
     /// The state at the start; `None` if there is nothing to watch.
     pub(super) fn of(declaration: &Declaration<'_>) -> Option<Self> {
         let count = declaration.switches();
         (count > 0 || declaration.has_tables()).then(|| Self {
-            came: vec![0.0; count],
+            signs: vec![0.0; count],
             index: 0,
         })
     }
 
     /// Forgets the signs before the next path.
     pub(super) fn forget(&mut self) {
-        self.came.fill(0.0);
+        self.signs.fill(0.0);
     }
 }
 
@@ -78,7 +78,7 @@ impl Discrete<'_> {
     /// Searches for jumps on the path of the next step, whose second difference is known, and for the first
     /// step on the path from the start. Returns whether an argument changes its sign there.
     #[cold]
-    pub(super) fn look_for_jumps(&mut self, span: Span<'_>, e: &[f64]) -> bool {
+    pub(super) fn look_for_jumps(&mut self, span: StepConditions<'_>, e: &[f64]) -> bool {
         let Some(mut switches) = self.switches.take() else {
             return false;
         };
@@ -100,7 +100,7 @@ impl Discrete<'_> {
             .map_or(now, |inputs| Declaration::of(self.kernel).with(inputs));
         let paths: [(&MotionPath<'_>, [Declaration<'_>; 2]); 2] = [(&first, [old; 2]), (&path, [old, now])];
         for (path, declarations) in &paths[usize::from(index != self.first_step())..] {
-            let found = switches::crossings(now, path, &mut switches.came, |switch, last| {
+            let found = switches::crossings(now, path, &mut switches.signs, |switch, last| {
                 span.asks(switch, last)
             });
             let on = StepPath {

@@ -10,7 +10,7 @@ use crate::solve::failure::StepFailure;
 use crate::solve::{Vector, rotation};
 use crate::start;
 use crate::start::place::Place;
-use crate::step::singular::{self, Change};
+use crate::step::singular::{self, DeterminantChange};
 
 /// A velocity below this part of that of the legs before is nearly zero.
 const SLOW: f64 = 0.1;
@@ -49,7 +49,7 @@ impl Discrete<'_> {
         let change = singular::change(&declaration, [before, here], 1.0, &near);
         // without a past, the determinant is compared with that of the start
         let begins = part.is_nan();
-        if begins && change == Change::Little && !turns {
+        if begins && change == DeterminantChange::Little && !turns {
             return Ok(());
         }
         let found = singular::on_path(&declaration, &path, &near).or_else(|| {
@@ -77,11 +77,12 @@ impl Discrete<'_> {
             let cause = self.next_step().refused(StepFailure::PassesSingularity, z);
             return Err(self.failed(cause).at(singularity));
         }
-        if change == Change::Falls {
+        if change == DeterminantChange::Falls {
             self.run_state.predictor.determinants.look_again();
         }
-        if part < 0.0 || change == Change::Falls || (begins && change == Change::Rises) {
-            let of_step = change == Change::Little;
+        if part < 0.0 || change == DeterminantChange::Falls || (begins && change == DeterminantChange::Rises)
+        {
+            let of_step = change == DeterminantChange::Little;
             NearlySingular::count(&mut self.nearly_singular, self.run_state.time(), of_step);
         }
         Ok(())

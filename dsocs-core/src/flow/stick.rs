@@ -2,8 +2,8 @@
 //! [`crate::regularity::sticking`].
 
 use super::discrete::Discrete;
-use super::inputs::Changed;
-use super::jumps::Span;
+use super::inputs::NodeAtChange;
+use super::jumps::StepConditions;
 use crate::error::StepError;
 use crate::kernel::report::{Guess, StepReport};
 use crate::number::point::{AnyLeg, AnyPoint, copy};
@@ -161,7 +161,7 @@ impl Discrete<'_> {
             if steps == 0 || expected.is_none() {
                 return Outlook::Switches;
             }
-            self.run_state.looks_at = self.run_state.index() + steps;
+            self.run_state.next_examination = self.run_state.index() + steps;
             return Outlook::Clear(steps);
         }
         outlook
@@ -179,7 +179,7 @@ impl Discrete<'_> {
     /// Whether arguments are to be evaluated in the next step.
     pub(super) fn is_to_look(&self) -> bool {
         self.switches.is_some()
-            && (self.before.is_some() || self.run_state.looks_at <= self.run_state.index())
+            && (self.before.is_some() || self.run_state.next_examination <= self.run_state.index())
     }
 
     /// Whether a solution of the declared rows keeps the sides.
@@ -195,7 +195,7 @@ impl Discrete<'_> {
     /// Has arguments evaluated in the next step.
     pub(super) fn look_again(&mut self) {
         if self.switches.is_some() {
-            self.run_state.looks_at = self.run_state.index() + 1;
+            self.run_state.next_examination = self.run_state.index() + 1;
         }
     }
 
@@ -230,7 +230,7 @@ impl Discrete<'_> {
         }
         if let Some(switches) = &mut self.switches {
             switches.forget();
-            self.run_state.looks_at = 0;
+            self.run_state.next_examination = 0;
         }
     }
 
@@ -373,7 +373,7 @@ impl Discrete<'_> {
             guess: Guess::Predicted,
         };
         let index = self.run_state.index();
-        let span = Span {
+        let span = StepConditions {
             before: &contacts.pieces,
             after: &solution.pieces,
             inputs: None,
@@ -428,7 +428,7 @@ impl Discrete<'_> {
             pieces,
             ..
         } = solution;
-        let span = Span {
+        let span = StepConditions {
             before: &contacts.pieces,
             after: &pieces,
             inputs: Some(before),
@@ -439,7 +439,7 @@ impl Discrete<'_> {
         contacts.seen = index + 1;
         contacts.sides = None;
         self.run_state.since = index.saturating_sub(1);
-        self.changed = Some(Box::new(Changed {
+        self.changed = Some(Box::new(NodeAtChange {
             index,
             velocity,
             force,
@@ -458,10 +458,10 @@ impl Discrete<'_> {
         }
         let z = self.step_from(self.next_leg()).unknown(e, multipliers);
         self.run_state.predictor.push(&z);
-        self.run_state.looked = true;
+        self.run_state.is_examined = true;
         // the clock has not advanced yet
         self.look_again();
-        self.commit(super::discrete::Next { q, d, second: None }, e, report);
+        self.commit(super::discrete::StepResult { q, d, second: None }, e, report);
         Some(())
     }
 

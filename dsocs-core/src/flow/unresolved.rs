@@ -44,7 +44,7 @@ impl Discrete<'_> {
     #[cold]
     pub(super) fn look_between(&mut self, e: &[f64], stop: Stop) {
         let run_state = &self.run_state;
-        if run_state.has_solved && !run_state.looked {
+        if run_state.has_solved && !run_state.is_examined {
             let before = run_state.clock.time_of(run_state.index().saturating_sub(1));
             let leg = AnyLeg {
                 t: before,
