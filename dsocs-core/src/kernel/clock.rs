@@ -10,7 +10,7 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
     /// The times of the nodes.
-    pace: Pace,
+    node_times: NodeTimes,
     /// The number of the current node.
     index: u64,
     /// Whether the node has been handed out, or passed.
@@ -21,7 +21,7 @@ pub struct Clock {
 
 /// The times of the nodes of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Pace {
+enum NodeTimes {
     /// Equidistant, a step `h` apart.
     Even {
         /// The time of the start.
@@ -68,7 +68,7 @@ impl Clock {
     /// The clock of a run whose nodes lie the step `h` apart. Node 0 is at `t0`.
     #[must_use]
     pub fn even(t0: f64, h: f64) -> Self {
-        Self::at(Pace::Even {
+        Self::at(NodeTimes::Even {
             t0,
             h,
             origin: 0,
@@ -79,16 +79,16 @@ impl Clock {
     /// The clock of a run forward in time whose method chooses its steps. Node 0 is at `t0`.
     #[must_use]
     pub fn free(t0: f64) -> Self {
-        Self::at(Pace::Free {
+        Self::at(NodeTimes::Free {
             now: t0,
             direction: 1.0,
         })
     }
 
     /// A clock at a node 0 that has not been handed out.
-    fn at(pace: Pace) -> Self {
+    fn at(node_times: NodeTimes) -> Self {
         Self {
-            pace,
+            node_times,
             index: 0,
             handed: false,
             ended: false,
@@ -104,41 +104,41 @@ impl Clock {
     /// The time of the current node.
     #[must_use]
     pub fn time(&self) -> f64 {
-        match self.pace {
-            Pace::Even { .. } => self.time_of(self.index),
-            Pace::Free { now, .. } => now,
+        match self.node_times {
+            NodeTimes::Even { .. } => self.time_of(self.index),
+            NodeTimes::Free { now, .. } => now,
         }
     }
 
     /// The time of node `index` if the nodes are a step apart; NaN if the method chooses its steps.
     #[must_use]
     pub fn time_of(&self, index: u64) -> f64 {
-        match self.pace {
-            Pace::Even {
+        match self.node_times {
+            NodeTimes::Even {
                 t0,
                 h,
                 origin,
                 direction,
             } => t0 + tick(origin, direction, index) as f64 * h,
-            Pace::Free { .. } => f64::NAN,
+            NodeTimes::Free { .. } => f64::NAN,
         }
     }
 
     /// The step in the direction of the run; `None` if the method chooses it.
     #[must_use]
     pub fn step(&self) -> Option<f64> {
-        match self.pace {
-            Pace::Even { h, direction, .. } => Some(direction as f64 * h),
-            Pace::Free { .. } => None,
+        match self.node_times {
+            NodeTimes::Even { h, direction, .. } => Some(direction as f64 * h),
+            NodeTimes::Free { .. } => None,
         }
     }
 
     /// Whether the run goes forward in time.
     #[must_use]
     pub fn is_forward(&self) -> bool {
-        match self.pace {
-            Pace::Even { h, direction, .. } => (direction > 0) == (h > 0.0),
-            Pace::Free { direction, .. } => direction > 0.0,
+        match self.node_times {
+            NodeTimes::Even { h, direction, .. } => (direction > 0) == (h > 0.0),
+            NodeTimes::Free { direction, .. } => direction > 0.0,
         }
     }
 
@@ -152,7 +152,7 @@ impl Clock {
     /// Moves on to the next node, at the time `t` that the method has chosen.
     #[inline]
     pub fn arrive(&mut self, t: f64) {
-        if let Pace::Free { now, .. } = &mut self.pace {
+        if let NodeTimes::Free { now, .. } = &mut self.node_times {
             *now = t;
         }
         self.tick();
@@ -161,14 +161,14 @@ impl Clock {
     /// Reverses the run at the current node, which becomes number 0. If it was handed out before, it is not
     /// handed out again.
     pub fn turn(&mut self) {
-        match &mut self.pace {
-            Pace::Even {
+        match &mut self.node_times {
+            NodeTimes::Even {
                 origin, direction, ..
             } => {
                 *origin = tick(*origin, *direction, self.index);
                 *direction = -*direction;
             }
-            Pace::Free { direction, .. } => *direction = -*direction,
+            NodeTimes::Free { direction, .. } => *direction = -*direction,
         }
         (self.index, self.ended) = (0, false);
     }
@@ -215,12 +215,12 @@ impl Clock {
     /// would lie before node 0, or if the method chooses its steps.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // the cast saturates, as intended
     pub(crate) fn last_index(&self, t: f64) -> Option<u64> {
-        let Pace::Even {
+        let NodeTimes::Even {
             t0,
             h,
             origin,
             direction,
-        } = self.pace
+        } = self.node_times
         else {
             return None;
         };

@@ -44,10 +44,10 @@ pub struct RunState {
     /// Whether a step was solved.
     pub(crate) has_solved: bool,
     /// Whether the last step was examined for jumps of a force.
-    pub(crate) looked: bool,
+    pub(crate) is_examined: bool,
     /// The number of the step before which the arguments of piecewise functions are evaluated again; the
     /// largest number if there are none.
-    pub(crate) looks_at: u64,
+    pub(crate) next_examination: u64,
 }
 
 /// The vectors of a run's state, contiguous in memory.
@@ -301,8 +301,8 @@ impl RunState {
             solved_at: 0.0,
             report: NOTHING,
             has_solved: false,
-            looked: true,
-            looks_at: u64::MAX,
+            is_examined: true,
+            next_examination: u64::MAX,
         }
     }
 
