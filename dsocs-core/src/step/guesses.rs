@@ -1,6 +1,6 @@
 //! Steps whose prediction does not lead to a root: other guesses, and the causes of a failure.
 
-use super::pair::Found;
+use super::pair::ComparedRoot;
 use super::{Equations as _, Guess, Step, StepReport};
 use crate::error::{FailedStep, StepError};
 use crate::kernel::report::report;
@@ -34,7 +34,7 @@ const UNMET: f64 = 1e-3;
 
 /// Place of a failed step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Failing<'a> {
+pub(crate) struct FailurePlace<'a> {
     /// The number of the step's middle node.
     pub index: u64,
     /// Its time.
@@ -79,7 +79,13 @@ impl Step<'_> {
                     evaluations += root.evaluations;
                     let continuation = self.continuation(&root, predictor);
                     let root = Root { evaluations, ..root };
-                    return self.checked(Found { root, continuation }, &start, guess, predictor, size);
+                    return self.checked(
+                        ComparedRoot { root, continuation },
+                        &start,
+                        guess,
+                        predictor,
+                        size,
+                    );
                 }
                 Err(failed) => evaluations += failed.evaluations,
             }
@@ -92,7 +98,7 @@ impl Step<'_> {
                     let continuation = self.continuation(&root, predictor);
                     let root = Root { evaluations, ..root };
                     return self.checked(
-                        Found { root, continuation },
+                        ComparedRoot { root, continuation },
                         &start,
                         Guess::EqualTurn,
                         predictor,
@@ -209,7 +215,7 @@ impl Step<'_> {
 
     /// The error of the step.
     #[cold]
-    pub fn error(&self, at: &Failing<'_>, cause: NewtonFailure) -> StepError {
+    pub fn error(&self, at: &FailurePlace<'_>, cause: NewtonFailure) -> StepError {
         let (leg, before, size) = (self.leg, &self.before, self.shape().unknowns);
         let declaration = self.declaration();
         let e = self.second_difference(&Vector::resized(&cause.unknowns, size));

@@ -34,9 +34,9 @@ use crate::solve::{Numbers, Square, Vector};
 use crate::start::InitialAcceleration;
 use crate::tape::Shape;
 use crate::tape::declaration::Declaration;
-pub(crate) use guesses::Failing;
+pub(crate) use guesses::FailurePlace;
 pub use interpreted::{TapeError, TapeKernel};
-use pair::Found;
+use pair::ComparedRoot;
 
 /// The expected size of an unknown second difference, at least, relative to the increment.
 pub(crate) const SECOND_DIFFERENCE: f64 = 1e-5;
@@ -248,7 +248,7 @@ impl<'a> Step<'a> {
                 }
                 Ok(root) => {
                     let continuation = self.continuation(&root, predictor);
-                    let found = Found { root, continuation };
+                    let found = ComparedRoot { root, continuation };
                     return self.checked(found, &start, Guess::Predicted, predictor, &size);
                 }
                 Err(failed) => evaluations = failed.evaluations,

@@ -46,7 +46,7 @@ const FORMER: u32 = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Candidate {
     /// The root that was found first.
-    Found,
+    First,
     /// The other root.
     Other,
 }
@@ -60,7 +60,7 @@ pub(crate) struct Pair {
 }
 
 /// A root, and its determinant compared with the past.
-pub(super) struct Found {
+pub(super) struct ComparedRoot {
     /// The root.
     pub root: Root<Vector>,
     /// Whether the determinant continues those of the steps before.
@@ -70,7 +70,7 @@ pub(super) struct Found {
 /// The only one of two roots that is supported.
 fn one_of(found: bool, other: bool) -> Option<Candidate> {
     match (found, other) {
-        (true, false) => Some(Candidate::Found),
+        (true, false) => Some(Candidate::First),
         (false, true) => Some(Candidate::Other),
         _ => None,
     }
@@ -164,7 +164,7 @@ impl Step<'_> {
     #[cold]
     pub(super) fn checked(
         &self,
-        Found { root, continuation }: Found,
+        ComparedRoot { root, continuation }: ComparedRoot,
         start: &Vector,
         guess: Guess,
         predictor: &mut Predictor,
@@ -205,7 +205,7 @@ impl Step<'_> {
             self.continued(&past, &root.z, &other, size, &legs)
         };
         match candidate {
-            Some(Candidate::Found) => Ok(report(root, guess)),
+            Some(Candidate::First) => Ok(report(root, guess)),
             Some(Candidate::Other) => {
                 predictor.take_determinant(self.determinant(&other));
                 Ok(report(Root { z: other, ..root }, Guess::Other))
@@ -367,7 +367,7 @@ impl Step<'_> {
         let distance = |root: &Vector| relative(&root.zip(&acceleration, |x, y| x - y), &acceleration, legs);
         let (found, other) = (distance(found), distance(other));
         if found < NEARER * other {
-            Some(Candidate::Found)
+            Some(Candidate::First)
         } else if other < NEARER * found {
             Some(Candidate::Other)
         } else {
@@ -644,18 +644,18 @@ mod tests {
 
     #[test]
     fn unknowns_lead_to_a_root_only_if_they_led_to_the_last() {
-        use Candidate::{Found, Other};
-        assert_eq!(led(&[3.0, 2.0, 1.0, 0.0], 4.0, 0.0), Some(Found));
+        use Candidate::{First, Other};
+        assert_eq!(led(&[3.0, 2.0, 1.0, 0.0], 4.0, 0.0), Some(First));
         assert_eq!(led(&[3.0, 2.0, 1.0, 0.0], 0.0, 4.0), Some(Other));
         // between the two
         assert_eq!(led(&[3.0, 2.0, 1.0, 0.0], 6.0, 2.0), None);
         // three solutions that change by a quarter of the distance would not have foreseen the last one
         assert_eq!(led(&[3.0, 2.0, 1.0], 4.0, 0.0), None);
-        assert_eq!(led(&[3.0, 2.0, 1.0], 4.0, 44.0), Some(Found));
+        assert_eq!(led(&[3.0, 2.0, 1.0], 4.0, 44.0), Some(First));
         // one past solution decides only for the near root; two decide nothing if the root continues only one
         // of them
-        assert_eq!(led(&[3.0], 3.0, 9.0), Some(Found));
-        assert_eq!(led(&[3.0, 2.0], 4.0, 9.0), Some(Found));
+        assert_eq!(led(&[3.0], 3.0, 9.0), Some(First));
+        assert_eq!(led(&[3.0, 2.0], 4.0, 9.0), Some(First));
         assert_eq!(led(&[3.0, 2.0], 3.0, 9.0), None);
         assert_eq!(led(&[], 3.0, 9.0), None);
     }

@@ -68,7 +68,7 @@ pub(crate) fn are_opposite(one: &Determined, other: &Determined) -> bool {
 
 /// Change of the determinant of the equations for the acceleration from one place to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Change {
+pub(crate) enum DeterminantChange {
     /// It changes little, or does not come near to zero.
     Little,
     /// It may pass zero within the next four steps, or has passed it.
@@ -82,14 +82,19 @@ pub(crate) enum Change {
 /// A falling determinant need not reach zero: that of a rocket falls as it burns its mass, and that of a fast
 /// particle as it slows down. So it is evaluated on the straight continuation of the path, ahead or back.
 #[cold]
-pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], steps: f64, near: &[f64]) -> Change {
+pub(crate) fn change(
+    declaration: &Declaration<'_>,
+    places: [&Place; 2],
+    steps: f64,
+    near: &[f64],
+) -> DeterminantChange {
     let [Some(first), Some(second)] = places.map(|place| place.solve(declaration, near)) else {
-        return Change::Falls;
+        return DeterminantChange::Falls;
     };
     let unit = second.determinant.exponent;
     let [before, now] = [first, second].map(|solved| solved.determinant.in_units_of(unit));
     if before * now < 0.0 {
-        return Change::Falls;
+        return DeterminantChange::Falls;
     }
     // a nearly dependent constraint is reported from farther away: the path is not straight there
     let least = if declaration.lower() > 0 { FALLS } else { VANISHES };
@@ -108,11 +113,11 @@ pub(crate) fn change(declaration: &Declaration<'_>, places: [&Place; 2], steps: 
         })
     };
     if before.abs() > (1.0 + FALLS * steps) * now.abs() && vanishes(1.0, 1.0 + AHEAD / steps, now) {
-        Change::Falls
+        DeterminantChange::Falls
     } else if now.abs() > (1.0 + RISES * steps) * before.abs() && vanishes(0.0, -BACK / steps, before) {
-        Change::Rises
+        DeterminantChange::Rises
     } else {
-        Change::Little
+        DeterminantChange::Little
     }
 }
 

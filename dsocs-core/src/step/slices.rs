@@ -377,7 +377,7 @@ pub(crate) fn smooth<K: SliceSystem, Z: Unknowns>(
             return Halt::Done;
         }
         let index = run_state.clock.index() + run_state.ahead;
-        if shape.switches && run_state.looks_at <= index {
+        if shape.switches && run_state.next_examination <= index {
             return Halt::NotSmooth(HaltReason::RestOrSignChange);
         }
         let t = if shape.depends_on_time {
@@ -426,7 +426,7 @@ pub(crate) fn smooth<K: SliceSystem, Z: Unknowns>(
             if may_switch && !foreseen {
                 return Halt::NotSmooth(HaltReason::Unforeseen);
             }
-            run_state.looked = false;
+            run_state.is_examined = false;
             before.copy_from_slice(e);
         }
         let scales = scales.as_ref().map(AsRef::as_ref);

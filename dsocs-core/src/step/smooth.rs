@@ -247,7 +247,7 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut Ru
             break Halt::Done;
         }
         let index = run_state.clock.index() + run_state.ahead;
-        if system.is_switching() && run_state.looks_at <= index {
+        if system.is_switching() && run_state.next_examination <= index {
             break Halt::NotSmooth(HaltReason::RestOrSignChange);
         }
         let leg = Leg {
@@ -294,7 +294,7 @@ pub(crate) fn steps<S: Smooth<N>, const N: usize>(system: &S, run_state: &mut Ru
             if may_switch && !foreseen {
                 break Halt::NotSmooth(HaltReason::Unforeseen);
             }
-            run_state.looked = false;
+            run_state.is_examined = false;
             *vectors.before = *e;
         }
         solved.push(&mut past, rows.are_watched());
