@@ -27,7 +27,7 @@ mod tests;
 
 pub use any::{AnyEnsemble, AnyObservedRun};
 use block::BlockObserver;
-use engine::Declared;
+use engine::CompiledLanes;
 
 /// Many trajectories of one system with one step `h`, each from its own start.
 ///
@@ -124,7 +124,7 @@ impl<'a, const N: usize> Ensemble<'a, N> {
     ///
     /// [`SetupError`] if the step or a parameter of the system is not usable.
     pub fn new<S: System<N>>(system: &'a S, h: f64) -> Result<Self, SetupError> {
-        AnyEnsemble::with(system.kernel(), Box::new(Declared(system)), h).map(Self)
+        AnyEnsemble::with(system.kernel(), Box::new(CompiledLanes(system)), h).map(Self)
     }
 
     /// The ensemble without its number of coordinates.

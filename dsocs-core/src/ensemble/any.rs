@@ -5,7 +5,7 @@ use core::num::NonZeroU64;
 use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicUsize, Ordering};
 
-use super::block::{BlockObserver, Run};
+use super::block::{BlockObserver, EnsembleRun};
 use super::engine::{LaneKernel, ScalarSteps};
 use super::held::HeldInputs;
 use super::interpreted::InterpretedLanes;
@@ -273,7 +273,7 @@ impl<'a> AnyEnsemble<'a> {
         every: Option<NonZeroU64>,
         results: &(dyn Fn(usize, usize, &RunsBlock<'_>) -> Vec<R> + Sync),
     ) -> Vec<R> {
-        let run = Run {
+        let run = EnsembleRun {
             kernel: self.kernel,
             lanes: &*self.lanes,
             varied: &self.varied,

@@ -5,7 +5,7 @@ use core::num::NonZeroU64;
 use core::ops::ControlFlow;
 
 use super::engine::{Common, Engine, LaneKernel, LaneNode, Task};
-use super::held::{self, Change, HeldInputs};
+use super::held::{self, HeldInputs, ParameterChange};
 use super::lane_state::LaneState;
 use crate::flow::discrete::{Discrete, values_of};
 use crate::kernel::Kernel;
@@ -18,7 +18,7 @@ use crate::tape::Shape;
 use crate::tape::declaration::Declaration;
 
 /// The data that all blocks share.
-pub(super) struct Run<'s> {
+pub(super) struct EnsembleRun<'s> {
     /// The system.
     pub kernel: &'s dyn Kernel,
     /// Its steps in lanes.
@@ -57,13 +57,13 @@ struct Member<'s> {
     /// Its place among the starts of the block.
     place: usize,
     /// The remaining changes of its parameters, the first one last.
-    changes: Vec<Change>,
+    changes: Vec<ParameterChange>,
 }
 
 /// Up to eight trajectories that have begun, and the content of their lanes.
 struct Block<'r, 's> {
     /// The data that all blocks share.
-    run: &'r Run<'s>,
+    run: &'r EnsembleRun<'s>,
     /// The trajectories, by lane.
     members: Vec<Member<'s>>,
     /// The lanes whose trajectories continue, as bits.
@@ -87,7 +87,7 @@ fn lanes(bits: u32) -> impl Iterator<Item = usize> {
     (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
 }
 
-impl<'s> Run<'s> {
+impl<'s> EnsembleRun<'s> {
     /// The shape of the system.
     fn shape(&self) -> &'s Shape {
         self.kernel.shape()
@@ -147,8 +147,14 @@ impl<'s> Run<'s> {
     }
 
     /// Sets the parameters of a flow that hold from a position on.
-    fn change(&self, flow: &mut Discrete<'s>, index: u64, changes: &mut Vec<Change>) -> Result<(), RunError> {
-        while let Some(Change { place, value, .. }) = changes.pop_if(|change| change.index == index) {
+    fn change(
+        &self,
+        flow: &mut Discrete<'s>,
+        index: u64,
+        changes: &mut Vec<ParameterChange>,
+    ) -> Result<(), RunError> {
+        while let Some(ParameterChange { place, value, .. }) = changes.pop_if(|change| change.index == index)
+        {
             if let Some(parameter) = self.shape().parameters.get(place) {
                 inputs::place(self.shape(), &parameter.name, value)?;
             }
@@ -185,7 +191,7 @@ impl<'s> Run<'s> {
 
 impl<'r, 's> Block<'r, 's> {
     /// Puts trajectories into lanes; unused lanes repeat them.
-    fn new(run: &'r Run<'s>, members: Vec<Member<'s>>, node: OwnedNode) -> Self {
+    fn new(run: &'r EnsembleRun<'s>, members: Vec<Member<'s>>, node: OwnedNode) -> Self {
         let shape = run.shape();
         let of_lane = |lane: usize| &members[lane % members.len()].flow;
         let common = Common {
@@ -251,7 +257,7 @@ impl<'r, 's> Block<'r, 's> {
         for lane in lanes(self.active) {
             let Member { changes, flow, .. } = &mut self.members[lane];
             let changes = changes.last().is_some_and(|change| change.index == self.index);
-            let looks = flow.run_state.looks_at <= self.index;
+            let looks = flow.run_state.next_examination <= self.index;
             // a possible rest is left to a flow, which knows its legs
             let asks = changes || looks && self.run.shape().jumps;
             if looks && !asks {
@@ -272,7 +278,7 @@ impl<'r, 's> Block<'r, 's> {
             let Member { changes, flow, .. } = &self.members[lane];
             let mut changes = changes.iter().rev();
             let change = changes.find(|change| change.index > self.index);
-            let looks = Some(flow.run_state.looks_at).filter(|&looks| looks > self.index);
+            let looks = Some(flow.run_state.next_examination).filter(|&looks| looks > self.index);
             change.map(|change| change.index).into_iter().chain(looks)
         };
         lanes(self.active)

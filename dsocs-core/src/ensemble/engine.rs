@@ -8,7 +8,7 @@ use core::marker::PhantomData;
 
 use wide::f64x8;
 
-use super::lane_registers::{Found, LaneRegisters};
+use super::lane_registers::{LaneRegisters, StepResult};
 use super::lane_state::LaneState;
 use super::newton::{self, Roots};
 use crate::kernel::clock::Clock;
@@ -68,7 +68,7 @@ pub(super) struct Task {
 }
 
 /// The last step that was made.
-pub(super) struct Made {
+pub(super) struct LastStep {
     /// Its middle node.
     pub index: u64,
     /// The lanes that have to be solved alone, as bits. If there are any, the step is not committed yet.
@@ -77,7 +77,7 @@ pub(super) struct Made {
     pub is_written: bool,
 }
 
-impl Made {
+impl LastStep {
     /// A step that has to be solved singly in all lanes.
     pub fn alone(task: &Task) -> Self {
         Self {
@@ -126,7 +126,7 @@ impl LaneNode {
 /// The steps of eight trajectories, in any kind of register.
 pub(super) trait Engine {
     /// Makes steps up to the last one, or to one in which a lane has to be solved alone.
-    fn steps(&mut self, lane_state: &mut LaneState, lane_node: &mut LaneNode, task: &Task) -> Made;
+    fn steps(&mut self, lane_state: &mut LaneState, lane_node: &mut LaneNode, task: &Task) -> LastStep;
 
     /// Sets the parameters of one lane.
     fn set_parameters(&mut self, lane: usize, values: &[f64]);
@@ -142,17 +142,17 @@ impl LaneKernel for ScalarSteps {
 }
 
 impl Engine for ScalarSteps {
-    fn steps(&mut self, _: &mut LaneState, _: &mut LaneNode, task: &Task) -> Made {
-        Made::alone(task)
+    fn steps(&mut self, _: &mut LaneState, _: &mut LaneNode, task: &Task) -> LastStep {
+        LastStep::alone(task)
     }
 
     fn set_parameters(&mut self, _: usize, _: &[f64]) {}
 }
 
 /// The steps of a declared system in lanes.
-pub(super) struct Declared<'s, S, const N: usize>(pub &'s S);
+pub(super) struct CompiledLanes<'s, S, const N: usize>(pub &'s S);
 
-impl<S: System<N>, const N: usize> LaneKernel for Declared<'_, S, N> {
+impl<S: System<N>, const N: usize> LaneKernel for CompiledLanes<'_, S, N> {
     fn engine<'k>(
         &'k self,
         instructions: Instructions,
@@ -298,7 +298,7 @@ impl<'s, R: Chosen, S: System<N>, const N: usize> Steps<'s, R, S, N> {
 }
 
 /// Work for the registers: steps.
-struct Making<'a, 's, R: Chosen, S: System<N>, const N: usize> {
+struct StepWork<'a, 's, R: Chosen, S: System<N>, const N: usize> {
     /// The steps.
     steps: &'a Steps<'s, R, S, N>,
     /// Their state.
@@ -309,11 +309,11 @@ struct Making<'a, 's, R: Chosen, S: System<N>, const N: usize> {
     task: &'a Task,
 }
 
-impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N> {
-    type Output = Made;
+impl<R: Chosen, S: System<N>, const N: usize> InLanes for StepWork<'_, '_, R, S, N> {
+    type Output = LastStep;
 
     #[inline(always)]
-    fn run(self) -> Made {
+    fn run(self) -> LastStep {
         let Self {
             steps,
             lane_state,
@@ -386,7 +386,7 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
                 let Report { point, force, energy } = system.report(constants, &known, &leg, &e);
                 tell(&leg.q, &point, &force, (energy, roots.evaluations), lane_node);
             }
-            let found = Found { q, d, z: roots.z };
+            let found = StepResult { q, d, z: roots.z };
             if alone == 0 {
                 now.take(&found);
             }
@@ -395,7 +395,7 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
                 if alone != 0 {
                     found.store(lane_state);
                 }
-                return Made {
+                return LastStep {
                     index,
                     alone,
                     is_written,
@@ -460,11 +460,11 @@ fn set_lane<R: Register>(parameters: &mut [Lanes<R>], lane: usize, values: &[f64
 }
 
 impl<R: Chosen, S: System<N>, const N: usize> Engine for Steps<'_, R, S, N> {
-    fn steps(&mut self, lane_state: &mut LaneState, lane_node: &mut LaneNode, task: &Task) -> Made {
+    fn steps(&mut self, lane_state: &mut LaneState, lane_node: &mut LaneNode, task: &Task) -> LastStep {
         let steps = &*self;
         R::run(
             self.token,
-            Making {
+            StepWork {
                 steps,
                 lane_state,
                 lane_node,

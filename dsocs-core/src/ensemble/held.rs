@@ -21,7 +21,7 @@ impl HeldInputs {
 
 /// A new value of a parameter.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Change {
+pub(super) struct ParameterChange {
     /// The number of the position from which on it holds.
     pub index: u64,
     /// The place of the parameter.
@@ -38,7 +38,7 @@ pub(super) fn changes(
     trajectory: usize,
     (clock, h): (&Clock, f64),
     own: impl Fn(usize) -> f64,
-) -> Vec<Change> {
+) -> Vec<ParameterChange> {
     let mut changes = Vec::new();
     for input in held {
         let value = |index: u64| {
@@ -53,7 +53,7 @@ pub(super) fn changes(
                 let index = index as u64;
                 let (old, new) = (value(index - 1), value(index));
                 if old.to_bits() != new.to_bits() {
-                    changes.push(Change {
+                    changes.push(ParameterChange {
                         index,
                         place: input.place,
                         value: new,

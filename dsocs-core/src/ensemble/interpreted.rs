@@ -13,7 +13,9 @@ use core::ops::Range;
 use wide::f64x8;
 
 use super::determinants::Determinants;
-use super::engine::{Common, Engine, LaneKernel, LaneNode, Made, ScalarSteps, Task, foresees, short, times};
+use super::engine::{
+    Common, Engine, LaneKernel, LaneNode, LastStep, ScalarSteps, Task, foresees, short, times,
+};
 use super::lane_registers::{Natural, load, store};
 use super::lane_state::LaneState;
 use super::newton::{self, Roots};
@@ -144,13 +146,13 @@ impl<'n, R: Chosen> InRegisters<'n, R> {
 }
 
 /// Work for the registers: a program.
-struct Walk<'a, R> {
+struct ProgramWork<'a, R> {
     program: &'a Straight,
     calls: &'a [TapeCall],
     numbers: InRegisters<'a, R>,
 }
 
-impl<R: Chosen> InLanes for Walk<'_, R> {
+impl<R: Chosen> InLanes for ProgramWork<'_, R> {
     type Output = ();
 
     #[inline(always)]
@@ -170,7 +172,7 @@ fn walk<R: Chosen>(
     if program.is_empty() {
         return;
     }
-    let walk = Walk::<R> {
+    let walk = ProgramWork::<R> {
         program,
         calls: system.calls(),
         numbers: InRegisters::new(&mut *numbers.places),
@@ -506,7 +508,7 @@ impl<'l, 'r, R: Chosen> newton::Equations<R> for Rows<'_, '_, 'l, 'r, R> {
 }
 
 /// Work for the registers: steps.
-struct Making<'a, 'k, R: Chosen> {
+struct StepWork<'a, 'k, R: Chosen> {
     /// The steps.
     steps: &'a mut Steps<'k, R>,
     /// Their state.
@@ -517,12 +519,12 @@ struct Making<'a, 'k, R: Chosen> {
     task: &'a Task,
 }
 
-impl<R: Chosen> InLanes for Making<'_, '_, R> {
-    type Output = Made;
+impl<R: Chosen> InLanes for StepWork<'_, '_, R> {
+    type Output = LastStep;
 
     #[inline(always)]
     #[expect(clippy::too_many_lines, reason = "a step is read from top to bottom")]
-    fn run(self) -> Made {
+    fn run(self) -> LastStep {
         let Self {
             steps,
             lane_state,
@@ -540,7 +542,7 @@ impl<R: Chosen> InLanes for Making<'_, '_, R> {
         } = steps;
         let (token, system) = (*token, *system);
         let Some(numbers) = numbers.places() else {
-            return Made::alone(task);
+            return LastStep::alone(task);
         };
         let numbers = &mut InRegisters::<R>::new(numbers);
         let (shape, programs) = (Source::shape(system), system.programs());
@@ -641,7 +643,7 @@ impl<R: Chosen> InLanes for Making<'_, '_, R> {
                     store_columns(to, next);
                     store(found, z);
                 }
-                return Made {
+                return LastStep {
                     index,
                     alone,
                     is_written,
@@ -773,10 +775,10 @@ fn tell<R: Chosen>(
 }
 
 impl<R: Chosen> Engine for Steps<'_, R> {
-    fn steps(&mut self, lane_state: &mut LaneState, lane_node: &mut LaneNode, task: &Task) -> Made {
+    fn steps(&mut self, lane_state: &mut LaneState, lane_node: &mut LaneNode, task: &Task) -> LastStep {
         R::run(
             self.token,
-            Making {
+            StepWork {
                 steps: self,
                 lane_state,
                 lane_node,

@@ -29,7 +29,7 @@ pub(super) struct LaneRegisters<U, R, const N: usize> {
 
 /// The result of a step.
 #[derive(Clone, Copy)]
-pub(super) struct Found<U, R, const N: usize> {
+pub(super) struct StepResult<U, R, const N: usize> {
     /// The third nodes.
     pub q: Compensated<N, Lanes<R>>,
     /// The increments that lead to them.
@@ -38,7 +38,7 @@ pub(super) struct Found<U, R, const N: usize> {
     pub z: U,
 }
 
-/// The natural sizes of the unknowns, in the lanes where they were needed lately: the rules of [`Remembered`](crate::solve::convergence::Remembered).
+/// The natural sizes of the unknowns, in the lanes where they were needed lately: the rules of [`RetainedSizes`](crate::solve::convergence::RetainedSizes).
 #[derive(Clone, Copy)]
 pub(super) struct Natural<U, R> {
     /// The lanes, as bits.
@@ -102,7 +102,7 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> LaneRegisters<U, R, N> {
 
     /// Commits a step.
     #[inline(always)]
-    pub fn take(&mut self, found: &Found<U, R, N>) {
+    pub fn take(&mut self, found: &StepResult<U, R, N>) {
         (self.q, self.d) = (found.q, found.d);
         self.predictor.push_here(&found.z);
         self.determinants.push();
@@ -147,7 +147,7 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> LaneRegisters<U, R, N> {
     }
 }
 
-impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Found<U, R, N> {
+impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> StepResult<U, R, N> {
     /// Stores the step as held back.
     #[inline(always)]
     pub fn store(&self, lane_state: &mut LaneState) {

@@ -6,7 +6,7 @@ use wide::f64x8;
 use super::determinants::Determinants;
 use crate::kernel::run_state::RunState;
 use crate::solve::Vector;
-use crate::solve::convergence::Remembered;
+use crate::solve::convergence::RetainedSizes;
 use crate::solve::predictor::{DIFFERENCES, push_past, size_after};
 use crate::tape::Eight;
 use crate::tape::Shape;
@@ -97,7 +97,7 @@ impl LaneState {
         predictor.determinants = self.determinants.lane(lane);
         let one = |from: &[Eight]| Vector::from_fn(from.len(), |i| from[i].0[lane]);
         let (part, inverse) = self.natural.split_at(self.unknowns);
-        let natural = (self.known >> lane & 1 == 1).then(|| Remembered {
+        let natural = (self.known >> lane & 1 == 1).then(|| RetainedSizes {
             part: one(part),
             inverse: one(inverse),
             level: self.level.0[lane],
