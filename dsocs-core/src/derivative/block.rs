@@ -6,7 +6,7 @@
 use super::memory::StepSlice;
 use super::turning::{self, Legs};
 use crate::number::dispatch::{self, Work};
-use crate::solve::rotation::{Carried, SLOTS};
+use crate::solve::rotation::{LegTangent, SLOTS};
 use crate::tape::declaration::Declaration;
 use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment, Sweeps, Tape};
 
@@ -91,7 +91,7 @@ pub(super) struct Block {
     /// The derivatives, at the indices that [`Equations::sweeps`] gives. Other entries are zero.
     entries: Vec<Eight>,
     /// The tangents of rotations on the legs to the last nodes.
-    legs: Vec<Carried<Eight>>,
+    legs: Vec<LegTangent<Eight>>,
     /// Working memory of the elimination.
     right: Vec<Eight>,
     /// One number for each row: working memory.

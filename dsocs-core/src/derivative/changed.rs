@@ -14,7 +14,7 @@ const MAX_ITERATIONS: u32 = 20;
 
 /// The step at which inputs change.
 #[derive(Clone, Debug)]
-pub(super) struct Changed {
+pub(super) struct DerivativesAtChange {
     /// The derivatives of its second difference.
     pub slopes: Slopes,
     /// The increment to the last node.
@@ -37,7 +37,7 @@ pub(super) struct Slopes {
 }
 
 /// A step with two declarations: with the values before its middle node, and with those from there on.
-pub(super) struct Change<'p> {
+pub(super) struct StepAcrossChange<'p> {
     pub sides: [Declaration<'p>; 2],
     pub h: f64,
     /// The first two nodes.
@@ -62,7 +62,7 @@ fn moving(numbers: &[f64], rates: &[f64]) -> Vec<Tangent> {
     numbers.map(|(i, x)| Tangent::new(*x, rate(i))).collect()
 }
 
-impl Change<'_> {
+impl StepAcrossChange<'_> {
     /// The rows of the step with their change, as in [`crate::flow`] without kinematic and nonholonomic
     /// constraints.
     fn rows(&self, unknowns: &[f64], rates: &Rates<'_>) -> Vec<Tangent> {
@@ -96,14 +96,14 @@ impl Change<'_> {
     }
 
     /// The derivatives of the step, with respect to `parameters` parameters; `None` if they are not finite.
-    pub fn changed(&self, parameters: usize) -> Option<Changed> {
+    pub fn changed(&self, parameters: usize) -> Option<DerivativesAtChange> {
         let (slopes, _) = self.slopes(parameters)?;
-        let old = Change {
+        let old = StepAcrossChange {
             sides: [self.sides[0]; 2],
             ..*self
         };
         let (of_arriving, arriving) = old.slopes(parameters)?;
-        Some(Changed {
+        Some(DerivativesAtChange {
             slopes,
             increment: self.leg.d.iter().zip(self.e).map(|(d, e)| d + e).collect(),
             arriving,

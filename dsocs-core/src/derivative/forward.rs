@@ -111,7 +111,7 @@ impl OwnedTangents {
     }
 }
 
-/// A variable after its name and indices were looked up.
+/// The direction of a variable, after its name and indices were looked up.
 #[derive(Clone, Debug)]
 struct VariableDirection {
     /// The change of the first node.

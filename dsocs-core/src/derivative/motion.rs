@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 
 use super::block::{Equations, Fixed, Rooms, Steps};
-use super::changed::{Change, Changed};
+use super::changed::{DerivativesAtChange, StepAcrossChange};
 use super::error::DerivativeError;
 use super::memory::{Checkpoints, RecordedSteps};
-use super::start::{Accelerated, First, StartDerivatives};
+use super::start::{AppliedStart, ContinuousSolution, StartDerivatives};
 use crate::kernel::clock::Clock;
 use crate::tape::declaration::Declaration;
 use crate::tape::quantity::Quantity;
@@ -27,9 +27,9 @@ pub(super) struct Recording<'s> {
     /// The step.
     pub h: f64,
     /// The start.
-    pub first: First,
+    pub first: AppliedStart,
     /// The continuous motion there; `None` if it cannot be computed.
-    pub accelerated: Option<Accelerated>,
+    pub accelerated: Option<ContinuousSolution>,
     /// The stretches of constant inputs; the first begins with the start.
     pub stretches: Vec<Stretch>,
     /// The inputs, as indices of parameters.
@@ -226,9 +226,9 @@ impl<'p> Motion<'p> {
         window: &RecordedSteps,
         at: usize,
         stretch: usize,
-    ) -> Result<Changed, DerivativeError> {
+    ) -> Result<DerivativesAtChange, DerivativeError> {
         let (leg, e) = window.steps(at..at + 1).first();
-        let change = Change {
+        let change = StepAcrossChange {
             sides: [*self.declaration(stretch - 1), *self.declaration(stretch)],
             h: self.recording.h,
             leg,
@@ -240,7 +240,12 @@ impl<'p> Motion<'p> {
     }
 
     /// The step at which parameters change, with the old values on both sides.
-    pub fn arriving(&self, window: &RecordedSteps, at: usize, changed: &Changed) -> RecordedSteps {
+    pub fn arriving(
+        &self,
+        window: &RecordedSteps,
+        at: usize,
+        changed: &DerivativesAtChange,
+    ) -> RecordedSteps {
         let (leg, _) = window.steps(at..at + 1).first();
         let mut record = RecordedSteps::from(at, 1, [self.dimension(), self.equations.rows]);
         let step = [leg.q, leg.d, &changed.arriving[..]].concat();

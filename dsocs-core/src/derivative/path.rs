@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use super::error::DerivativeError;
 use super::memory::{Checkpoints, RecordedSteps, record_last};
 use super::motion::{Recording, Stretch};
-use super::start::{Accelerated, First};
+use super::start::{AppliedStart, ContinuousSolution};
 use crate::error::SetupError;
 use crate::flow::discrete::{Discrete, values_of};
 use crate::kernel::Kernel;
@@ -362,7 +362,7 @@ struct Recorder<'s> {
     /// The increment to the second node.
     increment: Vec<f64>,
     /// The continuous motion there.
-    accelerated: Option<Accelerated>,
+    accelerated: Option<ContinuousSolution>,
     /// The stretches of constant inputs.
     stretches: Vec<Stretch>,
     /// The number of coordinates, and the number of unknowns of a step.
@@ -384,7 +384,7 @@ impl<'s> Recorder<'s> {
         let ComputedStart { q0, v0, a0, t0, .. } = &computed_start;
         let near = a0.as_deref().or(computed_start.near.as_deref());
         let found = start::acceleration(&flow.declaration(), (*t0, q0, v0), near).ok();
-        let accelerated = found.map(|(a, multipliers)| Accelerated {
+        let accelerated = found.map(|(a, multipliers)| ContinuousSolution {
             a: a.to_vec(),
             multipliers: multipliers.to_vec(),
         });
@@ -440,7 +440,7 @@ impl<'s> Recorder<'s> {
             recording: Recording {
                 source: flow.kernel,
                 h,
-                first: First {
+                first: AppliedStart {
                     order: start.order(),
                     t0,
                     q0: q0.to_vec(),

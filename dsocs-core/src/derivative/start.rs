@@ -23,14 +23,14 @@ pub(super) struct Slopes {
 }
 
 /// The acceleration and the multipliers of the continuous system.
-pub(super) struct Accelerated {
+pub(super) struct ContinuousSolution {
     pub a: Vec<f64>,
     pub multipliers: Vec<f64>,
 }
 
 /// The beginning of a run, after its start's rule was applied.
 #[derive(Clone, Debug)]
-pub(super) struct First {
+pub(super) struct AppliedStart {
     /// The rule that gives the second node.
     pub order: StartOrder,
     pub t0: f64,
@@ -119,8 +119,8 @@ impl StartDerivatives {
     pub fn new(
         declaration: &Declaration<'_>,
         h: f64,
-        first: &First,
-        accelerated: Option<&Accelerated>,
+        first: &AppliedStart,
+        accelerated: Option<&ContinuousSolution>,
     ) -> Result<Self, DerivativeError> {
         let order = first.order;
         if order == StartOrder::Exact {
@@ -207,7 +207,7 @@ impl StartDerivatives {
     fn bound(
         declaration: &Declaration<'_>,
         h: f64,
-        first: &First,
+        first: &AppliedStart,
         acceleration: Option<(Vec<f64>, Slopes)>,
     ) -> Option<Self> {
         let (n, parameters) = (declaration.dimension(), declaration.parameters().len());
@@ -278,10 +278,10 @@ impl StartDerivatives {
 /// The acceleration of the continuous system at the start, with its derivatives by the implicit function theorem.
 fn acceleration(
     declaration: &Declaration<'_>,
-    first: &First,
-    Accelerated { a, multipliers }: &Accelerated,
+    first: &AppliedStart,
+    ContinuousSolution { a, multipliers }: &ContinuousSolution,
 ) -> Option<(Vec<f64>, Slopes)> {
-    let First { t0, q0, v0, a0, .. } = first;
+    let AppliedStart { t0, q0, v0, a0, .. } = first;
     let (n, parameters) = (declaration.dimension(), declaration.parameters().len());
     let source = declaration.source();
     let is_moving = |input| !matches!(input, Input::Leaf(Leaf::T | Leaf::H | Leaf::Clock));

@@ -3,7 +3,7 @@
 //!
 //! The change of a rotation is three numbers in the frame of its body, behind a zero; so are derivatives by it.
 
-use crate::solve::rotation::{self, Carried, Number, SLOTS};
+use crate::solve::rotation::{self, LegTangent, Number, SLOTS};
 use crate::tape::Eight;
 
 impl Number for Eight {
@@ -15,7 +15,7 @@ impl Number for Eight {
 }
 
 /// The tangents of the rotations on the legs to the next nodes.
-pub(super) type Legs = [Carried<Eight>];
+pub(super) type Legs = [LegTangent<Eight>];
 
 /// The three numbers of a rotation.
 fn vector<T: Copy>(numbers: &[T], first: usize) -> Option<[T; 3]> {
@@ -25,10 +25,14 @@ fn vector<T: Copy>(numbers: &[T], first: usize) -> Option<[T; 3]> {
 /// The legs from the middle nodes of some steps on, from their increments.
 #[inline(always)]
 #[allow(clippy::inline_always)] // for the machine's own instructions
-pub(super) fn legs(rotations: &[usize], increment: impl Fn(usize) -> Eight, legs: &mut Vec<Carried<Eight>>) {
+pub(super) fn legs(
+    rotations: &[usize],
+    increment: impl Fn(usize) -> Eight,
+    legs: &mut Vec<LegTangent<Eight>>,
+) {
     legs.clear();
     for &first in rotations {
-        legs.push(Carried::of([1, 2, 3].map(|k| increment(first + k))));
+        legs.push(LegTangent::of([1, 2, 3].map(|k| increment(first + k))));
     }
 }
 
@@ -84,9 +88,9 @@ pub(super) fn back(rotations: &[usize], legs: &Legs, lane: usize, q: &mut [f64],
 }
 
 /// The leg of one step.
-fn lane_of(leg: &Carried<Eight>, lane: usize) -> Carried<f64> {
+fn lane_of(leg: &LegTangent<Eight>, lane: usize) -> LegTangent<f64> {
     let of = |matrix: &[[Eight; 3]; 3]| matrix.map(|row| row.map(|entry| entry.0[lane]));
-    Carried {
+    LegTangent {
         by_node: of(&leg.by_node),
         by_increment: of(&leg.by_increment),
     }
